@@ -1,0 +1,141 @@
+#include "simflex/part/ReducedBody.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace simflex {
+namespace {
+
+[[noreturn]] void refuse(const std::string& part, const std::string& what) {
+    throw std::invalid_argument("part '" + part + "': " + what);
+}
+
+void checkSize(const std::string& part, const char* quantity, size_t found, size_t expected) {
+    if (found == expected) return;
+    refuse(part, std::string(quantity) + " has " + std::to_string(found) + " numbers, expected " +
+                     std::to_string(expected));
+}
+
+void checkFinite(const std::string& part, const char* quantity, const std::vector<double>& values) {
+    for (size_t i = 0; i < values.size(); ++i)
+        if (!std::isfinite(values[i]))
+            refuse(part, std::string(quantity) + " entry " + std::to_string(i) + " is not a finite number");
+}
+
+/** Refuses a matrix with A ≠ sign·Aᵀ beyond round-off. **/
+void checkSymmetry(const std::string& part, const char* quantity, const std::vector<double>& A, int n, int sign) {
+    double largest = 0, defect = 0;
+    for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+            largest = std::max(largest, std::abs(A[i + j * n]));
+            defect = std::max(defect, std::abs(A[i + j * n] - sign * A[j + i * n]));
+        }
+    if (defect <= 1e-9 * largest) return;
+    std::ostringstream text;
+    text << quantity << " is not " << (sign > 0 ? "symmetric" : "antisymmetric") << ": defect " << defect
+         << ", allowed " << 1e-9 * largest;
+    refuse(part, text.str());
+}
+
+}  // namespace
+
+int numNodesOf(ElementType type) {
+    switch (type) {
+        case ElementType::Tet4: return 4;
+        case ElementType::Tet10: return 10;
+        case ElementType::Hex8: return 8;
+        case ElementType::Hex20: return 20;
+        case ElementType::Wedge6: return 6;
+        case ElementType::Wedge15: return 15;
+    }
+    throw std::invalid_argument("unknown element type");
+}
+
+int Mesh::indexOf(int nodeNumber) const {
+    const auto found = std::lower_bound(nodeNumbers.begin(), nodeNumbers.end(), nodeNumber);
+    if (found == nodeNumbers.end() || *found != nodeNumber)
+        throw std::out_of_range("the mesh has no node number " + std::to_string(nodeNumber));
+    return int(found - nodeNumbers.begin());
+}
+
+const ReducedBody::Interface& ReducedBody::getInterface(const std::string& interfaceName) const {
+    std::string known;
+    for (const Interface& candidate : interfaces) {
+        if (candidate.name == interfaceName) return candidate;
+        known += (known.empty() ? "'" : ", '") + candidate.name + "'";
+    }
+    throw std::out_of_range("part '" + name + "' has no interface '" + interfaceName + "'; it has " +
+                            (known.empty() ? "none" : known));
+}
+
+std::vector<double> ReducedBody::calcLargestModeDisplacements() const {
+    std::vector<double> largest(numModes, 0.0);
+    const size_t rows = 3 * size_t(mesh.numNodes());
+    for (int i = 0; i < numModes; ++i) {
+        const double* phi = Phi.data() + i * rows;
+        double squared = 0;
+        for (size_t row = 0; row + 2 < rows; row += 3)
+            squared = std::max(squared, phi[row] * phi[row] + phi[row + 1] * phi[row + 1] + phi[row + 2] * phi[row + 2]);
+        largest[i] = std::sqrt(squared);
+    }
+    return largest;
+}
+
+double ReducedBody::calcRadius() const {
+    double squared = 0;
+    for (int node = 0; node < mesh.numNodes(); ++node) {
+        const auto s = mesh.position(node);
+        squared = std::max(squared, s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+    }
+    return std::sqrt(squared);
+}
+
+ReducedBody ReducedBody::withScaledStiffness(double factor) const {
+    ReducedBody scaled = *this;
+    for (double& value : scaled.omegaSquared) value *= factor;
+    return scaled;
+}
+
+void ReducedBody::validate() const {
+    const size_t n = size_t(numModes), rows = 3 * size_t(mesh.numNodes());
+    if (!(mass > 0) || !std::isfinite(mass)) refuse(name, "mass is " + std::to_string(mass) + ", must be positive");
+    checkSize(name, "mesh positions", mesh.positions.size(), rows);
+    checkSize(name, "omegaSquared", omegaSquared.size(), n);
+    checkSize(name, "I1", I1.size(), 6 * n);
+    checkSize(name, "Phi", Phi.size(), rows * n);
+    checkFinite(name, "inertia", {inertia.begin(), inertia.end()});
+    checkFinite(name, "mesh positions", mesh.positions);
+    checkFinite(name, "omegaSquared", omegaSquared);
+    checkFinite(name, "I1", I1);
+    checkFinite(name, "Phi", Phi);
+    for (size_t i = 0; i < n; ++i)
+        if (!(omegaSquared[i] > 0))
+            refuse(name, "mode " + std::to_string(i + 1) + " has omega² = " + std::to_string(omegaSquared[i]) +
+                             ", must be positive: a rigid mode is left in");
+    for (int a = 0; a < 3; ++a)
+        if (!(inertia[a] > 0)) refuse(name, "a principal entry of the inertia is not positive");
+    for (const auto& component : I2) {
+        checkSize(name, "I2", component.size(), n * n);
+        checkFinite(name, "I2", component);
+        checkSymmetry(name, "I2", component, numModes, +1);
+    }
+    for (const auto& component : N) {
+        checkSize(name, "N", component.size(), n * n);
+        checkFinite(name, "N", component);
+        checkSymmetry(name, "N", component, numModes, -1);
+    }
+    for (const Interface& interface : interfaces) {
+        checkSize(name, ("Phi of interface '" + interface.name + "'").c_str(), interface.Phi.size(), 3 * n);
+        checkSize(name, ("Psi of interface '" + interface.name + "'").c_str(), interface.Psi.size(), 3 * n);
+        checkFinite(name, "interface Phi", interface.Phi);
+        checkFinite(name, "interface Psi", interface.Psi);
+        for (int node : interface.nodes)
+            if (node < 0 || node >= mesh.numNodes())
+                refuse(name, "interface '" + interface.name + "' names mesh index " + std::to_string(node) +
+                                 " of " + std::to_string(mesh.numNodes()));
+    }
+}
+
+}  // namespace simflex
