@@ -1,0 +1,27 @@
+#pragma once
+/** @file
+A force and torque on an attachment frame, fixed in Ground's or the frame's own axes, constant or a function of time.
+
+    AttachmentForce drive(flexible, crank.interface("shaft"), [](Real t) { return SpatialVec(Vec3(0, 0, 2), Vec3(0)); });
+
+On an interface its power is `torque·ω_A + force·v_A` with the *interface's* own velocities (ω + EΨξ̇). **/
+
+#include <functional>
+
+#include "simflex/body/FlexibleBodySubsystem.h"
+
+namespace simflex {
+
+class AttachmentForce {
+public:
+    enum class Axes { Ground, Attachment };
+    /** Spatial force (torque [N m], force [N]) at a time [s]. **/
+    using Function = std::function<SimTK::SpatialVec(SimTK::Real time)>;
+
+    AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment, Function force,
+                    Axes axes = Axes::Ground);
+    AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment, const SimTK::SpatialVec& force,
+                    Axes axes = Axes::Ground);
+};
+
+}  // namespace simflex

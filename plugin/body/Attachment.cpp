@@ -1,0 +1,110 @@
+#include "simflex/body/Attachment.h"
+
+#include <algorithm>
+#include <set>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
+
+namespace simflex {
+
+using namespace SimTK;
+
+namespace {
+
+/** Mesh indices of the nodes that share an element with `node`, itself left out. **/
+std::vector<int> findNeighbours(const Mesh& mesh, int node) {
+    std::set<int> neighbours;
+    for (const ElementBlock& block : mesh.elements) {
+        const int size = numNodesOf(block.type);
+        for (auto element = block.nodes.begin(); element != block.nodes.end(); element += size)
+            if (std::find(element, element + size, node) != element + size)
+                neighbours.insert(element, element + size);
+    }
+    neighbours.erase(node);
+    return {neighbours.begin(), neighbours.end()};
+}
+
+/** Rotation shapes of a node: axial vector of the least-squares gradient of Φ over its neighbours. 3×n_f. **/
+Eigen::MatrixXd calcNodeRotations(const ReducedBody& part, int node) {
+    const std::vector<int> neighbours = findNeighbours(part.mesh, node);
+    const Eigen::Map<const Eigen::Matrix3Xd> positions(part.mesh.positions.data(), 3, part.mesh.numNodes());
+    const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(), part.numModes);
+    Eigen::MatrixXd offsets(neighbours.size(), 3);
+    for (size_t k = 0; k < neighbours.size(); ++k)
+        offsets.row(k) = (positions.col(neighbours[k]) - positions.col(node)).transpose();
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> fit(offsets);
+    if (fit.rank() < 3)
+        throw std::invalid_argument("part '" + part.name + "': node " + std::to_string(part.mesh.nodeNumbers[node]) +
+                                    " has too few neighbours in the mesh to carry an attachment");
+
+    Eigen::MatrixXd rotations(3, part.numModes);
+    Eigen::MatrixXd differences(neighbours.size(), 3);
+    for (int i = 0; i < part.numModes; ++i) {
+        for (size_t k = 0; k < neighbours.size(); ++k)
+            differences.row(k) =
+                (Phi.block<3, 1>(3 * neighbours[k], i) - Phi.block<3, 1>(3 * node, i)).transpose();
+        const Eigen::Matrix3d gradient = fit.solve(differences).transpose();  // ∂φ_a/∂s_b
+        rotations.col(i) = 0.5 * Eigen::Vector3d(gradient(2, 1) - gradient(1, 2), gradient(0, 2) - gradient(2, 0),
+                                                 gradient(1, 0) - gradient(0, 1));
+    }
+    return rotations;
+}
+
+}  // namespace
+
+Attachment::Attachment(const MobilizedBody& body, const Transform& X_BA)
+    : m_name(body.isGround() ? "ground" : "body " + std::to_string(int(body.getMobilizedBodyIndex()))),
+      m_mobod(body.getMobilizedBodyIndex()),
+      m_X_BA(X_BA),
+      m_mobilizedBody(std::make_shared<const MobilizedBody>(body)) {}
+
+Attachment Attachment::onInterface(const FlexibleBody& body, const std::string& name, const Transform& X_IA) {
+    const ReducedBody::Interface& interface = body.getPart().getInterface(name);
+    auto frame = std::make_shared<FlexibleFrame>();
+    frame->s = Vec3(interface.position[0], interface.position[1], interface.position[2]);
+    frame->Phi = interface.Phi;
+    frame->Psi = interface.Psi;
+    frame->X_IA = X_IA;
+
+    Attachment attachment;
+    attachment.m_name = body.getName() + "." + name;
+    attachment.m_mobod = body.getFrame().getMobilizedBodyIndex();
+    attachment.m_flexibleBody = body.getIndex();
+    attachment.m_flexibleFrame = frame;
+    attachment.m_body = std::make_shared<const FlexibleBody>(body);
+    return attachment;
+}
+
+Attachment Attachment::onNode(const FlexibleBody& body, int nodeNumber, const Transform& X_NA) {
+    const ReducedBody& part = body.getPart();
+    const int node = part.mesh.indexOf(nodeNumber);
+    const Eigen::MatrixXd Psi = calcNodeRotations(part, node);
+    auto frame = std::make_shared<FlexibleFrame>();
+    const auto s = part.mesh.position(node);
+    frame->s = Vec3(s[0], s[1], s[2]);
+    for (int i = 0; i < part.numModes; ++i) {
+        const double* phi = part.Phi.data() + size_t(i) * 3 * part.mesh.numNodes() + 3 * node;
+        frame->Phi.insert(frame->Phi.end(), phi, phi + 3);
+    }
+    frame->Psi.assign(Psi.data(), Psi.data() + Psi.size());
+    frame->X_IA = X_NA;
+
+    Attachment attachment;
+    attachment.m_name = body.getName() + " node " + std::to_string(nodeNumber);
+    attachment.m_mobod = body.getFrame().getMobilizedBodyIndex();
+    attachment.m_flexibleBody = body.getIndex();
+    attachment.m_flexibleFrame = frame;
+    attachment.m_body = std::make_shared<const FlexibleBody>(body);
+    return attachment;
+}
+
+FrameMotion Attachment::calcMotion(const State& state) const {
+    if (m_body) return m_body->guts().calcMotion(state, *this);
+    FrameMotion motion;
+    motion.X = m_mobilizedBody->getBodyTransform(state);
+    motion.V = m_mobilizedBody->getBodyVelocity(state);
+    return shiftMotion(motion, m_X_BA);
+}
+
+}  // namespace simflex

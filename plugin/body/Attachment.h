@@ -1,0 +1,61 @@
+#pragma once
+/** @file
+A frame that joints and forces hold on to: on an interface or a mesh node of a flexible body, or on any MobilizedBody. **/
+
+#include <memory>
+#include <string>
+
+#include "simflex/body/InterfaceKinematics.h"
+
+namespace simflex {
+
+class FlexibleBody;
+SimTK_DEFINE_UNIQUE_INDEX_TYPE(FlexibleBodyIndex)
+
+class Attachment {
+public:
+    /** A frame X_BA on an ordinary mobilized body, Ground included. Implicit, so that a body can stand for its frame. **/
+    Attachment(const SimTK::MobilizedBody& body, const SimTK::Transform& X_BA = SimTK::Transform());
+
+    /** A frame on interface `name`, whose axes are those of B while undeformed; X_IA turns and shifts it.
+    @throws std::out_of_range naming the part, the interface and those that exist. **/
+    static Attachment onInterface(const FlexibleBody& body, const std::string& name,
+                                  const SimTK::Transform& X_IA = SimTK::Transform());
+
+    /** A frame on the mesh node with this deck number. Its rotation is that of the surrounding elements: the
+    antisymmetric part of the least-squares displacement gradient over the nodes that share an element with it.
+    @throws std::out_of_range if the mesh has no such node. **/
+    static Attachment onNode(const FlexibleBody& body, int nodeNumber,
+                             const SimTK::Transform& X_NA = SimTK::Transform());
+
+    bool isFlexible() const { return bool(m_flexibleFrame); }
+
+    /** What it is on, for messages: "crank.pin", "crank node 12" or "slider". **/
+    const std::string& getName() const { return m_name; }
+
+    /** Body frame of the flexible body, or the mobilized body itself. **/
+    SimTK::MobilizedBodyIndex getMobilizedBodyIndex() const { return m_mobod; }
+
+    /** @pre isFlexible(). **/
+    FlexibleBodyIndex getFlexibleBodyIndex() const { return m_flexibleBody; }
+    const FlexibleFrame& getFlexibleFrame() const { return *m_flexibleFrame; }
+
+    /** Frame on a rigid body. @pre !isFlexible(). **/
+    const SimTK::Transform& getFrame() const { return m_X_BA; }
+
+    /** Pose and velocity in Ground. @pre state realized to Stage::Velocity. **/
+    FrameMotion calcMotion(const SimTK::State& state) const;
+
+private:
+    Attachment() = default;
+
+    std::string m_name;
+    SimTK::MobilizedBodyIndex m_mobod;
+    SimTK::Transform m_X_BA;
+    FlexibleBodyIndex m_flexibleBody;
+    std::shared_ptr<const FlexibleFrame> m_flexibleFrame;
+    std::shared_ptr<const SimTK::MobilizedBody> m_mobilizedBody;
+    std::shared_ptr<const FlexibleBody> m_body;
+};
+
+}  // namespace simflex

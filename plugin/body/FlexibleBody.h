@@ -1,0 +1,91 @@
+#pragma once
+/** @file
+A flexible part in a SimTK::MultibodySystem.
+
+Its frame B is a MobilizedBody::Free on Ground with the undeformed mass properties; its modal coordinates ξ are the q of
+ModalMobilizer bodies. Both are ordinary Simbody mobilizers, so that ξ, ξ̇ can be initialised, locked and measured.
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    auto part = std::make_shared<const ReducedBody>(readReducedBody("crank.h5"));
+    FlexibleBody crank(flexible, part);
+    Joint::Pin shaft(flexible, matter.Ground(), crank.interface("shaft"));
+
+A FlexibleBody is a handle: copies refer to the same body. **/
+
+#include "simflex/body/Attachment.h"
+#include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/part/ReducedBody.h"
+
+namespace simflex {
+
+class FlexibleBody {
+public:
+    /** Adds the part to the system; `name` defaults to the part's.
+    @throws std::invalid_argument if the part is not valid. **/
+    FlexibleBody(FlexibleBodySubsystem& subsystem, std::shared_ptr<const ReducedBody> part,
+                 const std::string& name = "");
+
+    const std::string& getName() const;
+    FlexibleBodyIndex getIndex() const { return m_index; }
+    int getNumModes() const { return getPart().numModes; }
+    const ReducedBody& getPart() const { return *getPartHandle(); }
+    const std::shared_ptr<const ReducedBody>& getPartHandle() const;
+
+    /** The mobilized body of frame B (origin at the undeformed centre of mass). **/
+    const SimTK::MobilizedBody& getFrame() const;
+    /** Carrier of modes 6k … 6k+5. **/
+    const SimTK::MobilizedBody& getModalMobilizer(int k) const;
+    int getNumModalMobilizers() const;
+
+    /** Attachments, see Attachment::onInterface() and onNode(). **/
+    Attachment interface(const std::string& name, const SimTK::Transform& X_IA = SimTK::Transform()) const {
+        return Attachment::onInterface(*this, name, X_IA);
+    }
+    Attachment node(int nodeNumber, const SimTK::Transform& X_NA = SimTK::Transform()) const {
+        return Attachment::onNode(*this, nodeNumber, X_NA);
+    }
+
+    /** @name State access. Stage::Model suffices, except for the pose: Stage::Position. **/
+    /**@{**/
+    SimTK::Transform getFramePose(const SimTK::State& state) const;     ///< X_GB
+    SimTK::SpatialVec getFrameVelocity(const SimTK::State& state) const;  ///< (ω, v) in Ground; Stage::Velocity
+    SimTK::Vector getModalCoordinates(const SimTK::State& state) const;  ///< ξ
+    SimTK::Vector getModalSpeeds(const SimTK::State& state) const;       ///< ξ̇
+    void setFramePose(SimTK::State& state, const SimTK::Transform& X_GB) const;
+    void setFrameVelocity(SimTK::State& state, const SimTK::SpatialVec& V_GB) const;
+    void setModalCoordinates(SimTK::State& state, const SimTK::Vector& xi) const;
+    void setModalSpeeds(SimTK::State& state, const SimTK::Vector& xiDot) const;
+    /** Places the undeformed part so that interface `name` has pose X_GI. **/
+    void setPoseByInterface(SimTK::State& state, const std::string& name, const SimTK::Transform& X_GI) const;
+    /**@}**/
+
+    /** @name Quantities of the deformed body. Energies and momentum: Stage::Velocity; displacements: Stage::Position. **/
+    /**@{**/
+    SimTK::Real calcKineticEnergy(const SimTK::State& state) const;
+    SimTK::Real calcStrainEnergy(const SimTK::State& state) const;
+    /** Angular momentum about Ground's origin and linear momentum, in Ground [kg m²/s, kg m/s]. **/
+    SimTK::SpatialVec calcMomentum(const SimTK::State& state) const;
+    /** Location in Ground of a mesh node [m]. @throws std::out_of_range. **/
+    SimTK::Vec3 calcNodeLocation(const SimTK::State& state, int nodeNumber) const;
+    /** Elastic displacement Φξ of a mesh node in B [m]. @throws std::out_of_range. **/
+    SimTK::Vec3 calcNodeDisplacement(const SimTK::State& state, int nodeNumber) const;
+    /** Largest |Φξ| over the mesh [m]. O(nodes·n_f). **/
+    SimTK::Real calcLargestDisplacement(const SimTK::State& state) const;
+    /**@}**/
+
+private:
+    friend class FlexibleBodySubsystem;
+    friend class Attachment;
+    FlexibleBody(const SimTK::MultibodySystem& system, SimTK::SubsystemIndex subsystem, FlexibleBodyIndex index)
+        : m_system(&system), m_subsystem(subsystem), m_index(index) {}
+
+    const FlexibleBodySubsystem::Guts& guts() const;
+
+    const SimTK::MultibodySystem* m_system;
+    SimTK::SubsystemIndex m_subsystem;
+    FlexibleBodyIndex m_index;
+};
+
+}  // namespace simflex

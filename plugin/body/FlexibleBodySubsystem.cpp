@@ -1,0 +1,262 @@
+#include "simflex/body/FlexibleBodySubsystem.h"
+
+#include <iostream>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/body/Joint.h"
+
+namespace simflex {
+
+using namespace SimTK;
+
+//------------------------------------------------------------------------------------------------------------- handle
+
+FlexibleBodySubsystem::FlexibleBodySubsystem(MultibodySystem& system, SimbodyMatterSubsystem& matter) {
+    if (find(system))
+        throw std::invalid_argument("FlexibleBodySubsystem: the system has one already; add all flexible bodies to it");
+    adoptSubsystemGuts(new Guts(matter));
+    system.addForceSubsystem(*this);
+}
+
+const FlexibleBodySubsystem* FlexibleBodySubsystem::find(const System& system) {
+    for (SubsystemIndex i(0); i < system.getNumSubsystems(); ++i) {
+        const Subsystem& subsystem = system.getSubsystem(i);
+        if (dynamic_cast<const Guts*>(&subsystem.getSubsystemGuts()))
+            return static_cast<const FlexibleBodySubsystem*>(&subsystem);
+    }
+    return nullptr;
+}
+
+const FlexibleBodySubsystem::Guts& FlexibleBodySubsystem::getGuts() const {
+    return dynamic_cast<const Guts&>(getSubsystemGuts());
+}
+
+FlexibleBodySubsystem::Guts& FlexibleBodySubsystem::updGuts() {
+    return dynamic_cast<Guts&>(updSubsystemGuts());
+}
+
+const MultibodySystem& FlexibleBodySubsystem::getMultibodySystem() const {
+    return MultibodySystem::downcast(getSystem());
+}
+
+int FlexibleBodySubsystem::getNumBodies() const { return int(getGuts().bodies().size()); }
+
+FlexibleBody FlexibleBodySubsystem::getBody(FlexibleBodyIndex index) const {
+    getGuts().body(index);
+    return FlexibleBody(getMultibodySystem(), getMySubsystemIndex(), index);
+}
+
+int FlexibleBodySubsystem::getNumJoints() const { return int(getGuts().joints().size()); }
+
+Joint FlexibleBodySubsystem::getJoint(JointIndex index) const {
+    getGuts().joint(index);
+    return Joint(getMultibodySystem(), getMySubsystemIndex(), index);
+}
+
+void FlexibleBodySubsystem::adoptForceElement(std::unique_ptr<ForceElement> element) {
+    updGuts().addForceElement(std::move(element));
+}
+
+Real FlexibleBodySubsystem::calcKineticEnergy(const State& state) const {
+    const Guts& own = getGuts();
+    Real energy = own.getMatter().calcKineticEnergy(state);
+    for (int b = 0; b < getNumBodies(); ++b) {
+        // Simbody counted ½m|v|² + ½ωᵀI₀ω + ½|ξ̇|²; replace it by the full sum.
+        const FlexibleBodyRecord& record = own.body(FlexibleBodyIndex(b));
+        const BodyFrame frame = own.getBodyFrame(state, record);
+        const Eigen::Vector3d omega = toEigen(frame.omega_B);
+        energy += getBody(FlexibleBodyIndex(b)).calcKineticEnergy(state) -
+                  0.5 * (record.model->mass * frame.v_G.normSqr() + omega.dot(record.model->inertia * omega) +
+                         own.getXiDot(state, record).squaredNorm());
+    }
+    return energy;
+}
+
+Real FlexibleBodySubsystem::calcEnergy(const State& state) const {
+    return calcKineticEnergy(state) + getMultibodySystem().calcPotentialEnergy(state);
+}
+
+//--------------------------------------------------------------------------------------------------------------- guts
+
+FlexibleBodyIndex FlexibleBodySubsystem::Guts::addBody(FlexibleBodyRecord record) {
+    m_bodies.push_back(std::move(record));
+    invalidateSubsystemTopologyCache();
+    return FlexibleBodyIndex(int(m_bodies.size()) - 1);
+}
+
+JointIndex FlexibleBodySubsystem::Guts::addJoint(JointRecord record) {
+    m_joints.push_back(std::move(record));
+    invalidateSubsystemTopologyCache();
+    return JointIndex(int(m_joints.size()) - 1);
+}
+
+void FlexibleBodySubsystem::Guts::addForceElement(std::unique_ptr<ForceElement> element) {
+    m_forceElements.push_back(std::move(element));
+    invalidateSubsystemTopologyCache();
+}
+
+std::shared_ptr<const FlexibleBodyModel> FlexibleBodySubsystem::Guts::obtainModel(
+    const std::shared_ptr<const ReducedBody>& part) {
+    auto& model = m_models[part.get()];
+    if (!model) model = std::make_shared<const FlexibleBodyModel>(part);
+    return model;
+}
+
+Array_<Real> FlexibleBodySubsystem::Guts::calcModalDamping(FlexibleBodyIndex index) const {
+    Array_<Real> damping(body(index).numModes(), Real(0));
+    for (const auto& element : m_forceElements) element->addInModalDamping(index, damping);
+    return damping;
+}
+
+Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state, const FlexibleBodyRecord& body) const {
+    Eigen::VectorXd xi(body.numModes());
+    int i = 0;
+    for (MobilizedBodyIndex carrier : body.carriers) {
+        const Vector q = getMatter().getMobilizedBody(carrier).getQAsVector(state);
+        for (int k = 0; k < q.size(); ++k) xi[i++] = q[k];
+    }
+    return xi;
+}
+
+Eigen::VectorXd FlexibleBodySubsystem::Guts::getXiDot(const State& state, const FlexibleBodyRecord& body) const {
+    Eigen::VectorXd xiDot(body.numModes());
+    int i = 0;
+    for (MobilizedBodyIndex carrier : body.carriers) {
+        const Vector u = getMatter().getMobilizedBody(carrier).getUAsVector(state);
+        for (int k = 0; k < u.size(); ++k) xiDot[i++] = u[k];
+    }
+    return xiDot;
+}
+
+BodyFrame FlexibleBodySubsystem::Guts::getBodyFrame(const State& state, const FlexibleBodyRecord& body) const {
+    const MobilizedBody& mobod = getMatter().getMobilizedBody(body.frame);
+    const Transform& X_GB = mobod.getBodyTransform(state);
+    const SpatialVec& V_GB = mobod.getBodyVelocity(state);
+    return {X_GB.R(), X_GB.p(), ~X_GB.R() * V_GB[0], V_GB[1]};
+}
+
+FrameMotion FlexibleBodySubsystem::Guts::calcMotion(const State& state, const Attachment& attachment) const {
+    if (!attachment.isFlexible()) {
+        const MobilizedBody& mobod = getMatter().getMobilizedBody(attachment.getMobilizedBodyIndex());
+        FrameMotion motion;
+        motion.X = mobod.getBodyTransform(state);
+        motion.V = mobod.getBodyVelocity(state);
+        return shiftMotion(motion, attachment.getFrame());
+    }
+    const FlexibleBodyRecord& record = body(attachment.getFlexibleBodyIndex());
+    const Eigen::VectorXd xi = getXi(state, record), xiDot = getXiDot(state, record);
+    const FlexibleFrame& frame = attachment.getFlexibleFrame();
+    return calcFrameMotion(frame, calcFramePose(frame, xi.data()), getBodyFrame(state, record), xiDot.data());
+}
+
+Array_<FrameMotion> FlexibleBodySubsystem::Guts::calcMotions(const State& state,
+                                                             const Array_<Attachment>& attachments) const {
+    Array_<FrameMotion> motions;
+    for (const Attachment& attachment : attachments) motions.push_back(calcMotion(state, attachment));
+    return motions;
+}
+
+void FlexibleBodySubsystem::Guts::setNativeForcesEnabled(State& state, bool enabled) const {
+    Value<bool>::updDowncast(updDiscreteVariable(state, m_enabled)) = enabled;
+}
+
+Real FlexibleBodySubsystem::Guts::calcPotentialEnergy(const State& state) const {
+    Real energy = 0;
+    for (const FlexibleBodyRecord& record : m_bodies) {
+        const Eigen::VectorXd xi = getXi(state, record);
+        energy += 0.5 * xi.dot(record.model->omegaSquared.cwiseProduct(xi));
+    }
+    for (const auto& element : m_forceElements)
+        energy += element->calcPotentialEnergy(state.getTime(), calcMotions(state, element->getAttachments()));
+    return energy;
+}
+
+int FlexibleBodySubsystem::Guts::realizeSubsystemTopologyImpl(State& state) const {
+    m_enabled = allocateDiscreteVariable(state, Stage::Instance, new Value<bool>(true));
+    return 0;
+}
+
+int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state) const {
+    if (!Value<bool>::downcast(getDiscreteVariable(state, m_enabled)).get()) return 0;
+    const MultibodySystem& system = getMultibodySystem();
+    Vector_<SpatialVec>& bodyForces = system.updRigidBodyForces(state, Stage::Dynamics);
+    Vector& mobilityForces = system.updMobilityForces(state, Stage::Dynamics);
+
+    for (int b = 0; b < int(m_bodies.size()); ++b)
+        addInBodyForces(state, FlexibleBodyIndex(b), bodyForces, mobilityForces);
+
+    for (const auto& element : m_forceElements) {
+        const Array_<Attachment>& attachments = element->getAttachments();
+        Array_<SpatialVec> forces(attachments.size(), SpatialVec(Vec3(0), Vec3(0)));
+        element->addInForces(state.getTime(), calcMotions(state, attachments), forces);
+        for (unsigned k = 0; k < attachments.size(); ++k)
+            addInAttachmentForce(state, attachments[k], forces[k], bodyForces, mobilityForces);
+    }
+    return 0;
+}
+
+int FlexibleBodySubsystem::Guts::realizeSubsystemAccelerationImpl(const State& state) const {
+    if (m_hasWarned || m_bodies.empty() || !Value<bool>::downcast(getDiscreteVariable(state, m_enabled)).get())
+        return 0;
+    m_hasWarned = true;
+    std::cerr << "simflex: Simbody's own accelerations leave out the inertia coupling (Delta M) of the system's "
+              << m_bodies.size() << " flexible bodies; use simflex::BdfIntegrator for exact ones.\n";
+    return 0;
+}
+
+void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBodyIndex index,
+                                                  Vector_<SpatialVec>& bodyForces, Vector& mobilityForces) const {
+    const FlexibleBodyRecord& record = body(index);
+    const FlexibleBodyModel& model = *record.model;
+    const Eigen::VectorXd xi = getXi(state, record), xiDot = getXiDot(state, record);
+    const BodyFrame frame = getBodyFrame(state, record);
+    const Eigen::Vector3d omega = toEigen(frame.omega_B);
+
+    FlexibleBodyData data;
+    data.resize(model.n);
+    calcInertia(model, xi, xiDot, data);
+    Eigen::Vector3d rotation;
+    Eigen::VectorXd modes(model.n);
+    calcVelocityTerms(model, data, omega, rotation, modes);
+
+    // Simbody has ω×I₀ω of the frame body itself.
+    rotation -= omega.cross(model.inertia * omega);
+    bodyForces[record.frame][0] -= frame.R_GB * toSimTK(rotation);
+    const Array_<Real> damping = calcModalDamping(index);
+    modes += model.omegaSquared.cwiseProduct(xi) +
+             Eigen::Map<const Eigen::VectorXd>(damping.cbegin(), model.n).cwiseProduct(xiDot);
+    addInModalForces(state, record, -modes, mobilityForces);
+}
+
+void FlexibleBodySubsystem::Guts::addInAttachmentForce(const State& state, const Attachment& attachment,
+                                                       const SpatialVec& F_G, Vector_<SpatialVec>& bodyForces,
+                                                       Vector& mobilityForces) const {
+    if (!attachment.isFlexible()) {
+        const MobilizedBodyIndex index = attachment.getMobilizedBodyIndex();
+        const Vec3 r = getMatter().getMobilizedBody(index).getBodyTransform(state).R() * attachment.getFrame().p();
+        bodyForces[index] += SpatialVec(F_G[0] + r % F_G[1], F_G[1]);
+        return;
+    }
+    const FlexibleBodyRecord& record = body(attachment.getFlexibleBodyIndex());
+    const FlexibleFrame& frame = attachment.getFlexibleFrame();
+    const Eigen::VectorXd xi = getXi(state, record);
+    const BodyFrame bodyFrame = getBodyFrame(state, record);
+    Eigen::VectorXd modal = Eigen::VectorXd::Zero(record.numModes());
+    Vec3 torque_B(0), force_G(0);
+    addInFrameForce(frame, calcFramePose(frame, xi.data()), bodyFrame.R_GB, F_G, torque_B, force_G, modal.data());
+    bodyForces[record.frame] += SpatialVec(bodyFrame.R_GB * torque_B, force_G);
+    addInModalForces(state, record, modal, mobilityForces);
+}
+
+void FlexibleBodySubsystem::Guts::addInModalForces(const State& state, const FlexibleBodyRecord& body,
+                                                   const Eigen::VectorXd& modal, Vector& mobilityForces) const {
+    int i = 0;
+    for (MobilizedBodyIndex carrier : body.carriers) {
+        const MobilizedBody& mobod = getMatter().getMobilizedBody(carrier);
+        const int first = int(mobod.getFirstUIndex(state)), count = mobod.getNumU(state);
+        for (int k = 0; k < count; ++k) mobilityForces[first + k] += modal[i++];
+    }
+}
+
+}  // namespace simflex

@@ -1,0 +1,104 @@
+#pragma once
+/** @file
+What a FlexibleBodySubsystem holds (private header). **/
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "simflex/body/FlexibleBodyEquations.h"
+#include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/body/ForceElement.h"
+#include "simflex/body/JointEquations.h"
+
+namespace simflex {
+
+/** One flexible body of the system. **/
+struct FlexibleBodyRecord {
+    std::string name;
+    std::shared_ptr<const FlexibleBodyModel> model;
+    SimTK::MobilizedBodyIndex frame;
+    std::vector<SimTK::MobilizedBodyIndex> carriers;
+
+    int numModes() const { return model->n; }
+};
+
+/** One joint of the system. **/
+struct JointRecord {
+    std::string name;
+    std::shared_ptr<const JointEquations> equations;
+    Attachment F, M;
+    SimTK::ConstraintIndex constraint;
+};
+
+class FlexibleBodySubsystem::Guts : public SimTK::ForceSubsystem::Guts {
+public:
+    Guts(const SimTK::SimbodyMatterSubsystem& matter)
+        : SimTK::ForceSubsystem::Guts("FlexibleBodySubsystem", "0.1"), m_matterIndex(matter.getMySubsystemIndex()) {}
+
+    const SimTK::SimbodyMatterSubsystem& getMatter() const {
+        return SimTK::SimbodyMatterSubsystem::downcast(getSystem().getSubsystem(m_matterIndex));
+    }
+    SimTK::SimbodyMatterSubsystem& updMatter() {
+        return SimTK::SimbodyMatterSubsystem::updDowncast(updSystem().updSubsystem(m_matterIndex));
+    }
+
+    FlexibleBodyIndex addBody(FlexibleBodyRecord record);
+    JointIndex addJoint(JointRecord record);
+    void addForceElement(std::unique_ptr<ForceElement> element);
+
+    /** The shared evaluation model of a part; built once however many bodies are made of it. **/
+    std::shared_ptr<const FlexibleBodyModel> obtainModel(const std::shared_ptr<const ReducedBody>& part);
+
+    const std::vector<FlexibleBodyRecord>& bodies() const { return m_bodies; }
+    const std::vector<JointRecord>& joints() const { return m_joints; }
+    const std::vector<std::shared_ptr<const ForceElement>>& forceElements() const { return m_forceElements; }
+    const FlexibleBodyRecord& body(FlexibleBodyIndex index) const { return m_bodies.at(index); }
+    const JointRecord& joint(JointIndex index) const { return m_joints.at(index); }
+
+    /** Sum of every element's modal damping coefficients of a body, n_f [1/s]. **/
+    SimTK::Array_<SimTK::Real> calcModalDamping(FlexibleBodyIndex index) const;
+
+    Eigen::VectorXd getXi(const SimTK::State& state, const FlexibleBodyRecord& body) const;
+    Eigen::VectorXd getXiDot(const SimTK::State& state, const FlexibleBodyRecord& body) const;
+    BodyFrame getBodyFrame(const SimTK::State& state, const FlexibleBodyRecord& body) const;
+
+    /** Pose and velocity of an attachment. Stage::Velocity. **/
+    FrameMotion calcMotion(const SimTK::State& state, const Attachment& attachment) const;
+    SimTK::Array_<FrameMotion> calcMotions(const SimTK::State& state,
+                                           const SimTK::Array_<Attachment>& attachments) const;
+
+    /** Turns the forces of this subsystem off or on in one State (Stage::Instance): the BGE solver evaluates them itself. **/
+    void setNativeForcesEnabled(SimTK::State& state, bool enabled) const;
+
+    SimTK::Real calcPotentialEnergy(const SimTK::State& state) const override;
+    SimTK::Real calcPotentialEnergyOfElements(SimTK::Real time,
+                                              const SimTK::Array_<SimTK::Array_<FrameMotion>>& frames) const;
+
+protected:
+    SimTK::Subsystem::Guts* cloneImpl() const override { return new Guts(*this); }
+    int realizeSubsystemTopologyImpl(SimTK::State& state) const override;
+    int realizeSubsystemDynamicsImpl(const SimTK::State& state) const override;
+    int realizeSubsystemAccelerationImpl(const SimTK::State& state) const override;
+
+private:
+    void addInBodyForces(const SimTK::State& state, FlexibleBodyIndex index,
+                         SimTK::Vector_<SimTK::SpatialVec>& bodyForces, SimTK::Vector& mobilityForces) const;
+    void addInAttachmentForce(const SimTK::State& state, const Attachment& attachment, const SimTK::SpatialVec& F_G,
+                              SimTK::Vector_<SimTK::SpatialVec>& bodyForces, SimTK::Vector& mobilityForces) const;
+    void addInModalForces(const SimTK::State& state, const FlexibleBodyRecord& body, const Eigen::VectorXd& modal,
+                          SimTK::Vector& mobilityForces) const;
+
+    SimTK::SubsystemIndex m_matterIndex;
+    std::vector<FlexibleBodyRecord> m_bodies;
+    std::vector<JointRecord> m_joints;
+    std::vector<std::shared_ptr<const ForceElement>> m_forceElements;
+    std::map<const ReducedBody*, std::shared_ptr<const FlexibleBodyModel>> m_models;
+    mutable SimTK::DiscreteVariableIndex m_enabled;
+    mutable bool m_hasWarned = false;
+};
+
+inline Eigen::Vector3d toEigen(const SimTK::Vec3& v) { return {v[0], v[1], v[2]}; }
+inline SimTK::Vec3 toSimTK(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace simflex
