@@ -1,0 +1,16 @@
+#pragma once
+/** @file
+The subcommands of the simflex program: one function each, in a file of its own. **/
+
+#include <CLI/CLI.hpp>
+
+namespace simflex {
+namespace cli {
+
+/** Each adds its subcommand to `app`; what the subcommand does runs when it is chosen. A command
+that fails throws a std::exception, whose text the program prints. **/
+void addReduceCommand(CLI::App& app);
+void addInfoCommand(CLI::App& app);
+
+}  // namespace cli
+}  // namespace simflex

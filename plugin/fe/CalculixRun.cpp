@@ -1,0 +1,313 @@
+#include "CalculixRun.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+extern char** environ;
+
+namespace simflex {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr auto kPollInterval = std::chrono::milliseconds(20);
+constexpr int kMostErrorLines = 12;
+
+/** The environment with one thread for ccx. **/
+std::vector<std::string> singleThreadEnvironment() {
+    std::vector<std::string> result;
+    for (char** entry = environ; *entry; ++entry)
+        if (std::strncmp(*entry, "OMP_NUM_THREADS=", 16) != 0 &&
+            std::strncmp(*entry, "CCX_NPROC", 9) != 0 &&
+            std::strncmp(*entry, "NUMBER_OF_CPUS=", 15) != 0)
+            result.emplace_back(*entry);
+    result.emplace_back("OMP_NUM_THREADS=1");
+    return result;
+}
+
+/** Starts `program argument` in `folder` with its output in `log`; returns the process id. **/
+pid_t start(const std::string& program, const std::string& argument, const fs::path& folder,
+            const fs::path& log) {
+    auto environment = singleThreadEnvironment();
+    std::vector<char*> env;
+    for (std::string& entry : environment) env.push_back(entry.data());
+    env.push_back(nullptr);
+    std::string name = program, first = argument;
+    char* argv[] = {name.data(), first.data(), nullptr};
+
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(),
+                                     O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+    posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+    pid_t pid = -1;
+    const int error = posix_spawnp(&pid, name.c_str(), &actions, nullptr, argv, env.data());
+    posix_spawn_file_actions_destroy(&actions);
+    if (error != 0)
+        throw std::runtime_error(
+            "cannot run CalculiX as '" + program + "': " + std::strerror(error) +
+            ". Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.");
+    return pid;
+}
+
+/** Waits for the process; if progress asks to stop, ends it first. Returns its wait status. **/
+int waitFor(pid_t pid, const ProgressCallback& progress) {
+    int status = 0;
+    while (true) {
+        const pid_t done = waitpid(pid, &status, WNOHANG);
+        if (done == pid) return status;
+        if (done < 0 && errno != EINTR) throw std::runtime_error("lost the CalculiX process");
+        try {
+            reportProgress(progress, "CalculiX assembles K and M", -1);
+        } catch (...) {
+            kill(pid, SIGKILL);
+            waitpid(pid, &status, 0);
+            throw;
+        }
+        std::this_thread::sleep_for(kPollInterval);
+    }
+}
+
+/** ccx's own *ERROR lines with the lines that go on below them. **/
+std::string errorTextOf(const fs::path& log) {
+    std::ifstream in(log);
+    std::string text, result;
+    int numLines = 0;
+    bool inside = false;
+    while (std::getline(in, text) && numLines < kMostErrorLines) {
+        const size_t begin = text.find_first_not_of(' ');
+        if (begin == std::string::npos) {
+            inside = false;
+            continue;
+        }
+        if (text.find("*ERROR") != std::string::npos) inside = true;
+        if (!inside) continue;
+        result += "\n    " + text.substr(begin);
+        ++numLines;
+    }
+    return result;
+}
+
+/** Walks through the whitespace-separated numbers of a file held in memory. **/
+class NumberReader {
+public:
+    explicit NumberReader(const fs::path& path) : _path(path) {
+        std::ifstream in(path, std::ios::binary);
+        if (!in) throw std::runtime_error("CalculiX did not write " + path.filename().string());
+        _text.resize(fs::file_size(path));
+        in.read(_text.data(), std::streamsize(_text.size()));
+        _at = _text.data();
+    }
+
+    bool atEnd() {
+        while (*_at == ' ' || *_at == '\n' || *_at == '\r') ++_at;
+        return *_at == 0;
+    }
+
+    int readInteger() {
+        skipBlanks();
+        if (*_at < '0' || *_at > '9') fail();
+        long value = 0;
+        while (*_at >= '0' && *_at <= '9') value = 10 * value + (*_at++ - '0');
+        return int(value);
+    }
+
+    double readNumber() {
+        skipBlanks();
+        double value = 0;
+        const auto result = std::from_chars(_at, _text.data() + _text.size(), value);
+        if (result.ec != std::errc()) fail();
+        _at = result.ptr;
+        return value;
+    }
+
+    void skip(char expected) {
+        if (*_at++ != expected) fail();
+    }
+
+    double fraction() const { return double(_at - _text.data()) / double(_text.size() + 1); }
+
+private:
+    void skipBlanks() {
+        while (*_at == ' ') ++_at;
+    }
+
+    [[noreturn]] void fail() const {
+        const long line = 1 + std::count(_text.data(), _at, '\n');
+        throw std::runtime_error("CalculiX wrote something that is no number in " +
+                                 _path.filename().string() + ", line " + std::to_string(line));
+    }
+
+    fs::path _path;
+    std::string _text;
+    const char* _at = nullptr;
+};
+
+/** dof = 3·node + axis of each equation. **/
+std::vector<int> readEquations(const fs::path& path, const Mesh& mesh) {
+    NumberReader reader(path);
+    std::vector<int> dofs;
+    std::vector<char> seen(3 * size_t(mesh.numNodes()), 0);
+    while (!reader.atEnd()) {
+        const int node = reader.readInteger();
+        reader.skip('.');
+        const int axis = reader.readInteger();
+        if (axis < 1 || axis > 3)
+            throw std::invalid_argument("CalculiX gave node " + std::to_string(node) +
+                                        " a degree of freedom that is no translation");
+        dofs.push_back(3 * mesh.indexOf(node) + axis - 1);
+        seen[dofs.back()] = 1;
+    }
+    for (size_t dof = 0; dof < seen.size(); ++dof)
+        if (!seen[dof])
+            throw std::invalid_argument(
+                "CalculiX left out direction " + std::to_string(dof % 3 + 1) + " of node " +
+                std::to_string(mesh.nodeNumbers[dof / 3]) + "; K must be free");
+    return dofs;
+}
+
+/** Entries of a matrix file, in dof numbers. **/
+struct Entries {
+    std::vector<std::int32_t> rows, columns;
+    std::vector<double> values;
+};
+
+Entries readEntries(const fs::path& path, const std::vector<int>& dofs, const char* phase,
+                    const ProgressCallback& progress) {
+    NumberReader reader(path);
+    Entries entries;
+    while (!reader.atEnd()) {
+        const int row = reader.readInteger(), column = reader.readInteger();
+        const double value = reader.readNumber();
+        if (row < 1 || column < 1 || size_t(std::max(row, column)) > dofs.size())
+            throw std::runtime_error("CalculiX names an equation outside the matrix in " +
+                                     path.filename().string());
+        if (!std::isfinite(value))
+            throw std::invalid_argument("the matrix in " + path.filename().string() + " has " +
+                                        std::to_string(value) + " in row " + std::to_string(row) +
+                                        ", column " + std::to_string(column) +
+                                        ", must be a finite number");
+        entries.rows.push_back(dofs[row - 1]);
+        entries.columns.push_back(dofs[column - 1]);
+        entries.values.push_back(value);
+        if (entries.values.size() % 200000 == 0) reportProgress(progress, phase, reader.fraction());
+    }
+    return entries;
+}
+
+/** Takes m out of M = m ⊗ 1₃. @throws std::invalid_argument if M is not that. **/
+SymmetricMatrix takeNodalMass(const Entries& M, const Mesh& mesh) {
+    constexpr double kTolerance = 1e-10;
+    double largest = 0;
+    for (const double value : M.values) largest = std::max(largest, std::abs(value));
+    Entries axes[3];
+    for (size_t k = 0; k < M.values.size(); ++k) {
+        const int a = M.rows[k] % 3, b = M.columns[k] % 3;
+        if (a == b) {
+            axes[a].rows.push_back(M.rows[k] / 3);
+            axes[a].columns.push_back(M.columns[k] / 3);
+            axes[a].values.push_back(M.values[k]);
+        } else if (std::abs(M.values[k]) > kTolerance * largest) {
+            throw std::invalid_argument(
+                "the mass matrix couples direction " + std::to_string(a + 1) + " of node " +
+                std::to_string(mesh.nodeNumbers[M.rows[k] / 3]) + " to direction " +
+                std::to_string(b + 1) + "; simflex needs plain solids, M = m ⊗ 1₃");
+        }
+    }
+    const int n = mesh.numNodes();
+    auto build = [n](const Entries& e) {
+        return SymmetricMatrix::fromEntries(n, e.rows, e.columns, e.values);
+    };
+    SymmetricMatrix m = build(axes[0]);
+    for (int a = 1; a < 3; ++a) {
+        const SymmetricMatrix other = build(axes[a]);
+        bool same = other.rows == m.rows && other.columnStarts == m.columnStarts;
+        for (size_t k = 0; same && k < m.values.size(); ++k)
+            same = std::abs(m.values[k] - other.values[k]) <= kTolerance * largest;
+        if (!same)
+            throw std::invalid_argument("the mass matrix differs between the directions 1 and " +
+                                        std::to_string(a + 1) +
+                                        "; simflex needs plain solids, M = m ⊗ 1₃");
+    }
+    return m;
+}
+
+}  // namespace
+
+TemporaryFolder::TemporaryFolder() {
+    const char* place = std::getenv("TMPDIR");
+    std::string pattern = std::string(place && *place ? place : "/tmp") + "/simflex-XXXXXX";
+    if (!mkdtemp(pattern.data()))
+        throw std::runtime_error("cannot make a temporary folder '" + pattern +
+                                 "': " + std::strerror(errno));
+    _path = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(_path, ignored);
+}
+
+std::string chooseCalculixProgram(const std::string& program) {
+    if (!program.empty()) return program;
+    const char* chosen = std::getenv("SIMFLEX_CCX");
+    return chosen && *chosen ? chosen : "ccx";
+}
+
+std::string readCalculixVersion(const std::string& program) {
+    TemporaryFolder folder;
+    waitFor(start(program, "-v", folder.path(), folder.path() / "log"), {});
+    std::ifstream in(folder.path() / "log");
+    for (std::string text; std::getline(in, text);) {
+        const size_t at = text.find("Version ");
+        if (at != std::string::npos) return "CalculiX " + text.substr(at + 8);
+    }
+    return "CalculiX";
+}
+
+void runCalculix(const std::string& program, const fs::path& folder, const std::string& job,
+                 const ProgressCallback& progress) {
+    const fs::path log = folder / (job + ".log");
+    const int status = waitFor(start(program, job, folder, log), progress);
+    const std::string errors = errorTextOf(log);
+    const bool exited = WIFEXITED(status);
+    if (exited && WEXITSTATUS(status) == 127)
+        throw std::runtime_error(
+            "cannot run CalculiX as '" + program +
+            "'. Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.");
+    if (exited && WEXITSTATUS(status) == 0 && errors.empty()) return;
+    std::string text = exited ? "CalculiX refused the deck (exit status " +
+                                    std::to_string(WEXITSTATUS(status)) + ")"
+                              : "CalculiX was ended by signal " + std::to_string(WTERMSIG(status));
+    throw std::runtime_error(text + (errors.empty() ? " and wrote no *ERROR line" : ":" + errors));
+}
+
+void readCalculixMatrices(const fs::path& folder, const std::string& job, FeModel& model,
+                          const ProgressCallback& progress) {
+    const auto dofs = readEquations(folder / (job + ".dof"), model.mesh);
+    {
+        const Entries K = readEntries(folder / (job + ".sti"), dofs, "reading K", progress);
+        model.K =
+            SymmetricMatrix::fromEntries(3 * model.mesh.numNodes(), K.rows, K.columns, K.values);
+    }
+    model.m = takeNodalMass(readEntries(folder / (job + ".mas"), dofs, "reading M", progress),
+                            model.mesh);
+}
+
+}  // namespace simflex

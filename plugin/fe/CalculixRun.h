@@ -1,0 +1,45 @@
+#pragma once
+/** @file
+Runs ccx on a clean deck and reads the matrices it stores. Internal to fe. **/
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "simflex/fe/FeModel.h"
+#include "simflex/fe/Progress.h"
+
+namespace simflex {
+
+/** A folder of its own under $TMPDIR (else /tmp), removed with everything in it at the end. **/
+class TemporaryFolder {
+public:
+    TemporaryFolder();
+    ~TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    const std::filesystem::path& path() const { return _path; }
+
+private:
+    std::filesystem::path _path;
+};
+
+/** The ccx program to run: `program`, else $SIMFLEX_CCX, else "ccx". **/
+std::string chooseCalculixProgram(const std::string& program);
+
+/** "CalculiX 2.20" as the program says itself, or "CalculiX" if it does not say.
+@throws std::runtime_error if it cannot be run. **/
+std::string readCalculixVersion(const std::string& program);
+
+/** Runs `program JOB` in `folder` on one thread, so that the same deck gives the same bits.
+@throws std::runtime_error with ccx's own *ERROR text if it failed. @throws Cancelled. **/
+void runCalculix(const std::string& program, const std::filesystem::path& folder,
+                 const std::string& job, const ProgressCallback& progress);
+
+/** Reads JOB.sti, JOB.mas and JOB.dof into model.K and model.m; model.mesh must be set.
+@throws std::runtime_error for a missing or broken file.
+@throws std::invalid_argument if a degree of freedom is missing or M is not m ⊗ 1₃. **/
+void readCalculixMatrices(const std::filesystem::path& folder, const std::string& job,
+                          FeModel& model, const ProgressCallback& progress);
+
+}  // namespace simflex

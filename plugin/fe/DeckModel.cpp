@@ -1,0 +1,448 @@
+#include "DeckModel.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+#include <stdexcept>
+#include <unordered_map>
+
+namespace simflex {
+namespace {
+
+constexpr size_t kLongestField = 20;  // ccx reads no more of a number
+
+/** Cards that a free solid part can have had, but that do not belong to K and M. **/
+const std::set<std::string> kLeftOut = {"HEADING",
+                                        "PREPRINT",
+                                        "RESTART",
+                                        "AMPLITUDE",
+                                        "BOUNDARY",
+                                        "RIGIDBODY",
+                                        "COUPLING",
+                                        "KINEMATIC",
+                                        "DISTRIBUTING",
+                                        "SURFACE",
+                                        "TIMEPOINTS",
+                                        "INITIALCONDITIONS",
+                                        "DISTRIBUTINGCOUPLING",
+                                        "PHYSICALCONSTANTS",
+                                        "CLOAD",
+                                        "DLOAD",
+                                        "NODEPRINT",
+                                        "ELPRINT",
+                                        "NODEFILE",
+                                        "ELFILE",
+                                        "NODEOUTPUT",
+                                        "ELEMENTOUTPUT",
+                                        "OUTPUT",
+                                        "FILTER"};
+
+/** Cards that change K so that it is not that of free solids, and why each is refused. **/
+const std::map<std::string, std::string> kRefused = {
+    {"EQUATION", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
+    {"MPC", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
+    {"NETWORKMPC", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
+    {"TIE",
+     "it ties degrees of freedom, so that K is not one of plain nodal translations; merge "
+     "the nodes instead"},
+    {"TRANSFORM", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
+    {"SHELLSECTION", "shells have no plain nodal translations in ccx; mesh the part with solids"},
+    {"BEAMSECTION", "beams have no plain nodal translations in ccx; mesh the part with solids"},
+    {"BEAMGENERALSECTION", "beams have no plain nodal translations in ccx"},
+    {"MEMBRANESECTION", "membranes have no plain nodal translations in ccx"},
+    {"FLUIDSECTION", "fluid elements have no place in a solid part"},
+    {"GASKETSECTION", "gaskets are not linear"},
+    {"PRE-TENSIONSECTION", "a pre-tension section ties degrees of freedom"},
+    {"CYCLICSYMMETRYMODEL", "cyclic symmetry ties degrees of freedom; mesh the whole part"},
+    {"SUBMODEL", "a submodel is driven by another model"},
+    {"SPRING", "put springs into the multibody model"},
+    {"DASHPOT", "put dashpots into the multibody model"},
+    {"GAP", "gaps are not linear"},
+    {"MASS", "a point mass makes M other than that of solids; weld a rigid body to an interface"},
+    {"CONTACTPAIR", "contact is not linear"},
+    {"SURFACEINTERACTION", "contact is not linear"},
+    {"SURFACEBEHAVIOR", "contact is not linear"},
+    {"CLEARANCE", "contact is not linear"},
+    {"FRICTION", "contact is not linear"},
+    {"HYPERELASTIC", "the material is not linear"},
+    {"HYPERFOAM", "the material is not linear"},
+    {"USERMATERIAL", "the material's stiffness is not known to be linear"},
+    {"USERELEMENT", "its degrees of freedom are not known"},
+    {"USERSECTION", "its stiffness is not known"},
+};
+
+/** Children of *MATERIAL that are kept, and those that K and M do not need. **/
+const std::set<std::string> kMaterialKept = {"ELASTIC", "DENSITY"};
+const std::set<std::string> kMaterialLeftOut = {
+    "EXPANSION", "CONDUCTIVITY",    "SPECIFICHEAT",         "DAMPING", "DEPVAR", "PLASTIC",
+    "CREEP",     "CYCLICHARDENING", "DEFORMATIONPLASTICITY"};
+
+/** The solids of the deck, and their place in Mesh. **/
+const std::map<std::string, ElementType> kSolids = {
+    {"C3D4", ElementType::Tet4},    {"C3D6", ElementType::Wedge6},   {"C3D8", ElementType::Hex8},
+    {"C3D8R", ElementType::Hex8},   {"C3D8I", ElementType::Hex8},    {"C3D10", ElementType::Tet10},
+    {"C3D10T", ElementType::Tet10}, {"C3D15", ElementType::Wedge15}, {"C3D20", ElementType::Hex20},
+    {"C3D20R", ElementType::Hex20},
+};
+
+/** Elements that meshers write along the skin of a solid; number of nodes of each. **/
+const std::map<std::string, int> kSkin = {
+    {"CPS3", 3}, {"CPS4", 4}, {"CPS4R", 4}, {"CPS6", 6}, {"CPS8", 8}, {"CPS8R", 8}, {"CPE3", 3},
+    {"CPE4", 4}, {"CPE6", 6}, {"CPE8", 8},  {"T3D2", 2}, {"T3D3", 3}, {"CPS9", 9}};
+
+std::string plural(size_t count, const std::string& noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+void sortUnique(std::vector<int>& values) {
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
+bool isNumber(const std::string& field) {
+    return !field.empty() &&
+           (std::isdigit((unsigned char)(field[0])) || field[0] == '-' || field[0] == '+');
+}
+
+class Builder {
+public:
+    Builder(const std::string& path, std::vector<DeckCard> cards) : _cards(std::move(cards)) {
+        _model.path = path;
+    }
+
+    DeckModel build() {
+        bool inStep = false;
+        DeckCard* material = nullptr;
+        for (DeckCard& card : _cards) {
+            const std::string& keyword = card.keyword;
+            if (keyword == "STEP") inStep = true;
+            if (inStep) {
+                noteLeftOut(keyword == "STEP" ? "*STEP" : card.title + " of a step", card);
+                if (keyword == "ENDSTEP") inStep = false;
+                continue;
+            }
+            const bool isProperty = kMaterialKept.count(keyword) || kMaterialLeftOut.count(keyword);
+            if (isProperty && !material) refuse(card, card.title + " stands outside *MATERIAL");
+            if (!isProperty) material = nullptr;
+            if (keyword == "NODE") {
+                addNodes(card);
+            } else if (keyword == "ELEMENT") {
+                addElements(card);
+            } else if (keyword == "NSET") {
+                addSet(card, "NSET", _nodeSets);
+            } else if (keyword == "ELSET") {
+                addSet(card, "ELSET", _elementSets);
+            } else if (keyword == "MATERIAL") {
+                _model.materials.push_back(card);
+                material = &card;
+            } else if (kMaterialKept.count(keyword)) {
+                keepNumbers(card);
+                _model.materials.push_back(card);
+            } else if (keyword == "ORIENTATION") {
+                keepNumbers(card);
+                _model.sections.push_back(card);
+            } else if (keyword == "SOLIDSECTION") {
+                _model.sections.push_back(card);
+            } else if (kLeftOut.count(keyword) || kMaterialLeftOut.count(keyword)) {
+                if (keyword != "HEADING") noteLeftOut(card.title, card);
+            } else {
+                const auto reason = kRefused.find(keyword);
+                if (reason != kRefused.end())
+                    refuse(card,
+                           card.title + " cannot be part of a flexible body: " + reason->second);
+                refuse(card, card.title +
+                                 " is not known to simflex, so it cannot tell whether K and "
+                                 "M stay those of a free solid; take it out of the deck");
+            }
+        }
+        if (_numSolids == 0)
+            throw std::invalid_argument(_model.path + ": the deck has no solid elements");
+        finishMesh();
+        finishElementSets();
+        for (const auto& [what, count] : _leftOut)
+            _model.notes.push_back("left out " + what + count.first +
+                                   (count.second > 1
+                                        ? ", " + std::to_string(count.second) + " times"
+                                        : std::string()));
+        return std::move(_model);
+    }
+
+private:
+    using Sets = std::map<std::string, std::vector<int>>;
+
+    [[noreturn]] static void refuse(const DeckCard& card, const std::string& why, int line = 0) {
+        throw std::invalid_argument(card.where(line ? line : card.line) + why);
+    }
+
+    void noteLeftOut(const std::string& what, const DeckCard& card) {
+        auto& entry = _leftOut[what];
+        if (entry.second++ == 0)
+            entry.first = " (" + card.file + ":" + std::to_string(card.line) + ")";
+    }
+
+    /** Shortens numbers to what ccx reads; says so, for ccx itself would have cut the exponent. **/
+    void keepNumbers(DeckCard& card) {
+        for (DeckLine& data : card.data)
+            for (std::string& field : data.fields) {
+                if (field.size() <= kLongestField || !isNumber(field)) continue;
+                char text[40];
+                std::snprintf(text, sizeof text, "%.13E",
+                              parseDeckNumber(field, card.where(data.line)));
+                _model.notes.push_back(card.where(data.line) + "'" + field +
+                                       "' has more than the 20 "
+                                       "characters that ccx reads; used as " +
+                                       text);
+                field = text;
+            }
+    }
+
+    void addNodes(const DeckCard& card) {
+        for (const auto& [parameter, value] : card.parameters)
+            if (parameter != "NSET")
+                refuse(card, card.title + " with " + parameter + " is not known to simflex");
+        std::vector<int>* set = card.has("NSET") ? &_nodeSets[card.get("NSET")] : nullptr;
+        for (const DeckLine& data : card.data) {
+            const int number = parseDeckInteger(data.fields[0], card.where(data.line));
+            if (number < 1) refuse(card, "node numbers begin at 1", data.line);
+            auto& position = _nodes[number];
+            position = {0, 0, 0};
+            for (size_t a = 0; a < 3 && a + 1 < data.fields.size(); ++a)
+                if (!data.fields[a + 1].empty())
+                    position[a] = parseDeckNumber(data.fields[a + 1], card.where(data.line));
+            if (set) set->push_back(number);
+        }
+    }
+
+    void addElements(const DeckCard& card) {
+        const std::string& type = card.get("TYPE");
+        const auto solid = kSolids.find(type);
+        const auto skin = kSkin.find(type);
+        if (solid == kSolids.end() && skin == kSkin.end())
+            refuse(card, "element type " + type +
+                             " is not a solid that simflex knows (C3D4, C3D6, "
+                             "C3D8, C3D8R, C3D8I, C3D10, C3D15, C3D20, C3D20R)");
+        const int size = solid != kSolids.end() ? numNodesOf(solid->second) : skin->second;
+        std::vector<int> numbers;
+        int firstLine = 0;
+        std::vector<int>* set = card.has("ELSET") ? &_elementSets[card.get("ELSET")] : nullptr;
+        for (const DeckLine& data : card.data) {
+            if (numbers.empty()) firstLine = data.line;
+            for (const std::string& field : data.fields)
+                if (!field.empty())
+                    numbers.push_back(parseDeckInteger(field, card.where(data.line)));
+            if (int(numbers.size()) < size + 1) continue;
+            if (int(numbers.size()) > size + 1)
+                refuse(card,
+                       "element " + std::to_string(numbers[0]) + " has more than the " +
+                           std::to_string(size) + " nodes of a " + type,
+                       firstLine);
+            if (solid != kSolids.end()) {
+                if (!_solidNumbers.insert({numbers[0], type}).second)
+                    refuse(card, "element " + std::to_string(numbers[0]) + " is given twice",
+                           firstLine);
+                for (int k = 1; k <= size; ++k)
+                    if (!_nodes.count(numbers[k]))
+                        refuse(card,
+                               "element " + std::to_string(numbers[0]) + " uses node " +
+                                   std::to_string(numbers[k]) +
+                                   ", which the deck does not define (yet)",
+                               firstLine);
+                _model.solids[type].push_back({numbers[0], {numbers.begin() + 1, numbers.end()}});
+                ++_numSolids;
+            } else {
+                _skin.insert(numbers[0]);
+                noteLeftOut("surface or line elements " + type, card);
+            }
+            if (set) set->push_back(numbers[0]);
+            numbers.clear();
+        }
+        if (!numbers.empty())
+            refuse(card,
+                   "element " + std::to_string(numbers[0]) + " has " +
+                       std::to_string(numbers.size() - 1) + " nodes, a " + type + " has " +
+                       std::to_string(size),
+                   firstLine);
+    }
+
+    void addSet(const DeckCard& card, const std::string& kind, Sets& sets) {
+        const std::string name = card.get(kind);
+        std::vector<int> members;
+        for (const DeckLine& data : card.data) {
+            if (card.has("GENERATE")) {
+                const std::string where = card.where(data.line);
+                if (data.fields.size() < 2)
+                    refuse(card, "GENERATE needs first, last[, step]", data.line);
+                const int first = parseDeckInteger(data.fields[0], where);
+                const int last = parseDeckInteger(data.fields[1], where);
+                const int step = data.fields.size() > 2 && !data.fields[2].empty()
+                                     ? parseDeckInteger(data.fields[2], where)
+                                     : 1;
+                if (step < 1) refuse(card, "the step of GENERATE must be positive", data.line);
+                for (long k = first; k <= last; k += step) members.push_back(int(k));
+                continue;
+            }
+            for (const std::string& field : data.fields) {
+                if (field.empty()) continue;
+                if (isNumber(field)) {
+                    members.push_back(parseDeckInteger(field, card.where(data.line)));
+                    continue;
+                }
+                const auto other = sets.find(field);
+                if (other == sets.end())
+                    refuse(card,
+                           card.title + " " + name + " names set " + field +
+                               ", which the deck does not define before it",
+                           data.line);
+                members.insert(members.end(), other->second.begin(), other->second.end());
+            }
+        }
+        std::vector<int>& set = sets[name];
+        set.insert(set.end(), members.begin(), members.end());
+    }
+
+    /** Nodes of solids, in the order of their numbers, and the node sets on them. **/
+    void finishMesh() {
+        Mesh& mesh = _model.mesh;
+        for (const auto& [type, solids] : _model.solids)
+            for (const auto& solid : solids)
+                mesh.nodeNumbers.insert(mesh.nodeNumbers.end(), solid.nodes.begin(),
+                                        solid.nodes.end());
+        sortUnique(mesh.nodeNumbers);
+        std::unordered_map<int, int> indexOf;
+        indexOf.reserve(mesh.nodeNumbers.size());
+        for (const int number : mesh.nodeNumbers) {
+            indexOf[number] = int(indexOf.size());
+            const auto& position = _nodes.at(number);
+            mesh.positions.insert(mesh.positions.end(), position.begin(), position.end());
+        }
+        for (const auto& [type, solids] : _model.solids) {
+            const ElementType kind = kSolids.at(type);
+            auto block = std::find_if(mesh.elements.begin(), mesh.elements.end(),
+                                      [&](const ElementBlock& b) { return b.type == kind; });
+            if (block == mesh.elements.end()) {
+                mesh.elements.emplace_back();
+                block = mesh.elements.end() - 1;
+                block->type = kind;
+            }
+            for (const auto& solid : solids)
+                for (const int number : solid.nodes) block->nodes.push_back(indexOf[number]);
+        }
+        if (_nodes.size() > mesh.nodeNumbers.size())
+            _model.notes.push_back("left out " +
+                                   plural(_nodes.size() - mesh.nodeNumbers.size(), "node") +
+                                   " of no solid element");
+        for (auto& [name, numbers] : _nodeSets) {
+            std::vector<int> nodes;
+            size_t unknown = 0;
+            sortUnique(numbers);
+            for (const int number : numbers) {
+                const auto found = indexOf.find(number);
+                if (found == indexOf.end()) {
+                    ++unknown;
+                } else {
+                    nodes.push_back(found->second);
+                }
+            }
+            if (unknown)
+                _model.notes.push_back("left " + plural(unknown, "node") +
+                                       " of no solid element out "
+                                       "of node set " +
+                                       name);
+            if (!nodes.empty()) mesh.nodeSets[name] = std::move(nodes);
+        }
+    }
+
+    /** Element sets with their solids alone; a section may not name anything else. **/
+    void finishElementSets() {
+        for (auto& [name, numbers] : _elementSets) {
+            sortUnique(numbers);
+            std::vector<int> solids;
+            for (const int number : numbers)
+                if (_solidNumbers.count(number)) solids.push_back(number);
+            if (!solids.empty()) _model.elementSets[name] = std::move(solids);
+        }
+        bool hasSection = false;
+        for (const DeckCard& card : _model.sections) {
+            if (card.keyword != "SOLIDSECTION") continue;
+            hasSection = true;
+            const std::string& set = card.get("ELSET");
+            const auto given = _elementSets.find(set);
+            if (given == _elementSets.end()) refuse(card, "the deck has no element set " + set);
+            for (const int number : given->second)
+                if (_skin.count(number) && !_solidNumbers.count(number))
+                    refuse(card, card.title + " gives a material to element " +
+                                     std::to_string(number) +
+                                     ", which is no solid: mesh the whole part with solids");
+        }
+        if (!hasSection)
+            throw std::invalid_argument(_model.path +
+                                        ": the deck has no *SOLID SECTION, so its elements "
+                                        "have no material");
+    }
+
+    std::vector<DeckCard> _cards;
+    DeckModel _model;
+    std::map<int, std::array<double, 3>> _nodes;
+    Sets _nodeSets, _elementSets;
+    std::unordered_map<int, std::string> _solidNumbers;
+    std::set<int> _skin;
+    size_t _numSolids = 0;
+    std::map<std::string, std::pair<std::string, int>> _leftOut;
+};
+
+void writeNumbers(std::ostream& out, const std::vector<int>& numbers, size_t first) {
+    constexpr size_t kPerLine = 16;
+    for (size_t i = 0; i < numbers.size(); ++i) {
+        const bool last = i + 1 == numbers.size();
+        const bool full = (i + first + 1) % kPerLine == 0;
+        out << numbers[i] << (last ? "\n" : full ? ",\n" : ",");
+    }
+}
+
+void writeCard(std::ostream& out, const DeckCard& card) {
+    out << card.title;
+    for (const auto& [parameter, value] : card.parameters)
+        out << ", " << parameter << (value.empty() ? "" : "=" + value);
+    out << "\n";
+    for (const DeckLine& data : card.data) {
+        for (size_t i = 0; i < data.fields.size(); ++i) out << (i ? "," : "") << data.fields[i];
+        out << (data.continues ? ",\n" : "\n");
+    }
+}
+
+}  // namespace
+
+DeckModel DeckModel::fromCards(const std::string& path, std::vector<DeckCard> cards) {
+    return Builder(path, std::move(cards)).build();
+}
+
+void DeckModel::writeClean(std::ostream& out) const {
+    out << "*NODE\n";
+    char text[128];
+    for (int node = 0; node < mesh.numNodes(); ++node) {
+        const auto x = mesh.position(node);
+        std::snprintf(text, sizeof text, "%d,%.13E,%.13E,%.13E\n", mesh.nodeNumbers[node], x[0],
+                      x[1], x[2]);
+        out << text;
+    }
+    for (const auto& [type, elements] : solids) {
+        out << "*ELEMENT, TYPE=" << type << "\n";
+        for (const Solid& solid : elements) {
+            out << solid.number << ",";
+            writeNumbers(out, solid.nodes, 1);
+        }
+    }
+    for (const auto& [name, numbers] : elementSets) {
+        out << "*ELSET, ELSET=" << name << "\n";
+        for (const int number : numbers) out << number << ",\n";
+    }
+    for (const DeckCard& card : materials) writeCard(out, card);
+    for (const DeckCard& card : sections) {
+        DeckCard bare = card;
+        if (card.keyword == "SOLIDSECTION") bare.data.clear();
+        writeCard(out, bare);
+    }
+    out << "*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n*END STEP\n";
+}
+
+}  // namespace simflex

@@ -1,0 +1,39 @@
+#pragma once
+/** @file
+What a CalculiX deck means to simflex: solid elements, sets, materials. Internal to fe. **/
+
+#include <map>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "InpCards.h"
+#include "simflex/part/Mesh.h"
+
+namespace simflex {
+
+/** The solid part of a deck, by the deck's own numbers. **/
+struct DeckModel {
+    struct Solid {
+        int number = 0;
+        std::vector<int> nodes;  ///< deck numbers
+    };
+
+    std::string path;
+    Mesh mesh;  ///< nodes that belong to solid elements; deck coordinates
+    std::map<std::string, std::vector<Solid>> solids;     ///< by CalculiX type, C3D8R …
+    std::map<std::string, std::vector<int>> elementSets;  ///< element numbers, solids only
+    std::vector<DeckCard> materials;                      ///< *MATERIAL with its properties
+    std::vector<DeckCard> sections;                       ///< *ORIENTATION, *SOLID SECTION
+    std::vector<std::string> notes;                       ///< what was left out or changed
+
+    /** Reads cards into a model.
+    @throws std::invalid_argument naming file and line for what cannot be a free solid part. **/
+    static DeckModel fromCards(const std::string& path, std::vector<DeckCard> cards);
+
+    /** Writes nodes, elements, sets, materials and sections, and a step that stores K and M. No
+    field is longer than the 20 characters that ccx reads. **/
+    void writeClean(std::ostream& out) const;
+};
+
+}  // namespace simflex

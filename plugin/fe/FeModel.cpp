@@ -1,0 +1,201 @@
+#include "simflex/fe/FeModel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+
+namespace simflex {
+namespace {
+
+/** Largest |K R| over Σ|K||R| that still passes as free: ccx writes 14 digits. **/
+constexpr double kRigidTolerance = 1e-8;
+
+void checkFinite(const std::string& source, const char* quantity, const SymmetricMatrix& A) {
+    for (int column = 0; column < A.size; ++column)
+        for (auto k = A.columnStarts[column]; k < A.columnStarts[column + 1]; ++k)
+            if (!std::isfinite(A.values[k]))
+                throw std::invalid_argument(
+                    source + ": the " + quantity + " matrix has " + std::to_string(A.values[k]) +
+                    " in row " + std::to_string(A.rows[k] + 1) + ", column " +
+                    std::to_string(column + 1) + ", must be a finite number");
+}
+
+void checkShape(const std::string& source, const char* quantity, const SymmetricMatrix& A,
+                int expected) {
+    if (A.size == expected && A.columnStarts.size() == size_t(expected) + 1 &&
+        A.rows.size() == A.values.size() && A.columnStarts.back() == A.numEntries())
+        return;
+    throw std::invalid_argument(source + ": the " + quantity + " matrix has " +
+                                std::to_string(A.size) + " rows, expected " +
+                                std::to_string(expected));
+}
+
+/** The mesh must hang together through its elements. **/
+void checkConnected(const std::string& source, const Mesh& mesh) {
+    std::vector<int> parent(mesh.numNodes());
+    std::iota(parent.begin(), parent.end(), 0);
+    auto root = [&](int node) {
+        while (parent[node] != node) node = parent[node] = parent[parent[node]];
+        return node;
+    };
+    std::vector<char> used(mesh.numNodes(), 0);
+    for (const ElementBlock& block : mesh.elements) {
+        const int size = numNodesOf(block.type);
+        for (size_t first = 0; first + size <= block.nodes.size(); first += size)
+            for (int k = 0; k < size; ++k) {
+                used[block.nodes[first + k]] = 1;
+                const int a = root(block.nodes[first]), b = root(block.nodes[first + k]);
+                parent[std::max(a, b)] = std::min(a, b);
+            }
+    }
+    std::vector<int> roots;
+    for (int node = 0; node < mesh.numNodes(); ++node) {
+        if (!used[node])
+            throw std::invalid_argument(source + ": node " +
+                                        std::to_string(mesh.nodeNumbers[node]) +
+                                        " belongs to no element");
+        if (root(node) == node) roots.push_back(node);
+    }
+    if (roots.size() == 1) return;
+    std::ostringstream text;
+    text << source << ": the mesh is in " << roots.size()
+         << " pieces that share no node, so that K has more than six rigid modes; the pieces "
+            "begin at nodes";
+    for (size_t i = 0; i < std::min<size_t>(roots.size(), 5); ++i)
+        text << (i ? ", " : " ") << mesh.nodeNumbers[roots[i]];
+    text << (roots.size() > 5 ? ", …" : "")
+         << ". Merge coincident nodes, or reduce the pieces as parts of their own.";
+    throw std::invalid_argument(text.str());
+}
+
+/** K R must vanish for the six rigid motions R about the centre of mass. **/
+void checkFree(const FeModel& model) {
+    const int n = model.K.size;
+    const auto center = model.calcCenterOfMass();
+    double radius = 0;
+    for (int node = 0; node < model.mesh.numNodes(); ++node) {
+        const auto x = model.mesh.position(node);
+        for (int a = 0; a < 3; ++a) radius = std::max(radius, std::abs(x[a] - center[a]));
+    }
+    std::vector<std::array<double, 6>> R(n), product(n);
+    for (int node = 0; node < model.mesh.numNodes(); ++node) {
+        auto s = model.mesh.position(node);
+        for (int a = 0; a < 3; ++a) s[a] = (s[a] - center[a]) / radius;
+        R[3 * node] = {1, 0, 0, 0, s[2], -s[1]};
+        R[3 * node + 1] = {0, 1, 0, -s[2], 0, s[0]};
+        R[3 * node + 2] = {0, 0, 1, s[1], -s[0], 0};
+    }
+    std::vector<double> scale(n, 0.0);
+    for (int column = 0; column < n; ++column)
+        for (auto k = model.K.columnStarts[column]; k < model.K.columnStarts[column + 1]; ++k) {
+            const int row = model.K.rows[k];
+            const double value = model.K.values[k];
+            for (int j = 0; j < 6; ++j) product[row][j] += value * R[column][j];
+            scale[row] += std::abs(value);
+            if (row == column) continue;
+            for (int j = 0; j < 6; ++j) product[column][j] += value * R[row][j];
+            scale[column] += std::abs(value);
+        }
+    const double largest = *std::max_element(scale.begin(), scale.end());
+    for (int row = 0; row < n; ++row)
+        for (int j = 0; j < 6; ++j) {
+            if (std::abs(product[row][j]) <= kRigidTolerance * largest) continue;
+            std::ostringstream text;
+            text << model.source << ": the stiffness matrix is not free: rigid "
+                 << (j < 3 ? "translation along " : "rotation about ") << "xyz"[j % 3]
+                 << " loads node " << model.mesh.nodeNumbers[row / 3] << " by "
+                 << std::abs(product[row][j]) / largest << " of its stiffness, allowed "
+                 << kRigidTolerance
+                 << ". Take supports, springs and ties to ground out of the model.";
+            throw std::invalid_argument(text.str());
+        }
+}
+
+}  // namespace
+
+SymmetricMatrix SymmetricMatrix::fromEntries(int size, const std::vector<std::int32_t>& rows,
+                                             const std::vector<std::int32_t>& columns,
+                                             const std::vector<double>& values) {
+    const size_t numGiven = values.size();
+    // Sort by row, then stably by column: two counting sorts.
+    std::vector<std::int64_t> starts(size + 1, 0);
+    for (size_t k = 0; k < numGiven; ++k) {
+        if (std::min(rows[k], columns[k]) < 0 || std::max(rows[k], columns[k]) >= size)
+            throw std::invalid_argument("matrix entry outside the matrix of size " +
+                                        std::to_string(size));
+        ++starts[std::max(rows[k], columns[k]) + 1];
+    }
+    std::partial_sum(starts.begin(), starts.end(), starts.begin());
+    std::vector<std::int64_t> byRow(numGiven);
+    for (size_t k = 0; k < numGiven; ++k) byRow[starts[std::max(rows[k], columns[k])]++] = k;
+
+    std::fill(starts.begin(), starts.end(), 0);
+    for (size_t k = 0; k < numGiven; ++k) ++starts[std::min(rows[k], columns[k]) + 1];
+    std::partial_sum(starts.begin(), starts.end(), starts.begin());
+    std::vector<std::int64_t> next(starts.begin(), starts.end() - 1), order(numGiven);
+    for (const std::int64_t k : byRow) order[next[std::min(rows[k], columns[k])]++] = k;
+
+    SymmetricMatrix A;
+    A.size = size;
+    A.columnStarts.reserve(size + 1);
+    A.rows.reserve(numGiven);
+    A.values.reserve(numGiven);
+    for (int column = 0; column < size; ++column) {
+        A.columnStarts.push_back(A.numEntries());
+        for (auto p = starts[column]; p < starts[column + 1]; ++p) {
+            const std::int64_t k = order[p];
+            const std::int32_t row = std::max(rows[k], columns[k]);
+            if (A.numEntries() > A.columnStarts.back() && A.rows.back() == row) {
+                A.values.back() += values[k];
+            } else if (values[k] != 0 || row == column) {
+                A.rows.push_back(row);
+                A.values.push_back(values[k]);
+            }
+        }
+    }
+    A.columnStarts.push_back(A.numEntries());
+    return A;
+}
+
+double FeModel::calcMass() const {
+    double sum = 0;
+    for (int column = 0; column < m.size; ++column)
+        for (auto k = m.columnStarts[column]; k < m.columnStarts[column + 1]; ++k)
+            sum += (m.rows[k] == column ? 1 : 2) * m.values[k];
+    return sum;
+}
+
+std::array<double, 3> FeModel::calcCenterOfMass() const {
+    std::array<double, 3> center{};
+    const double mass = calcMass();
+    for (int column = 0; column < m.size; ++column)
+        for (auto k = m.columnStarts[column]; k < m.columnStarts[column + 1]; ++k)
+            for (int a = 0; a < 3; ++a) {
+                center[a] += m.values[k] * mesh.positions[3 * column + a];
+                if (m.rows[k] != column)
+                    center[a] += m.values[k] * mesh.positions[3 * m.rows[k] + a];
+            }
+    for (double& value : center) value /= mass;
+    return center;
+}
+
+void FeModel::validate() const {
+    if (mesh.numNodes() == 0) throw std::invalid_argument(source + ": the mesh has no nodes");
+    checkShape(source, "stiffness", K, 3 * mesh.numNodes());
+    checkShape(source, "mass", m, mesh.numNodes());
+    for (const double x : mesh.positions)
+        if (!std::isfinite(x))
+            throw std::invalid_argument(source + ": a node position is not a finite number");
+    checkFinite(source, "stiffness", K);
+    checkFinite(source, "mass", m);
+    const double mass = calcMass();
+    if (!(mass > 0))
+        throw std::invalid_argument(source + ": the mass is " + std::to_string(mass) +
+                                    ", must be positive. Is *DENSITY given?");
+    checkConnected(source, mesh);
+    checkFree(*this);
+}
+
+}  // namespace simflex

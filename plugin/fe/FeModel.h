@@ -1,0 +1,64 @@
+#pragma once
+/** @file
+The finite element model of one free part: mesh, stiffness and mass.
+
+    M ü + K u = f,   M = m ⊗ 1₃
+
+Degrees of freedom are plain nodal translations along the deck's axes in the order of the mesh:
+dof = 3·node + axis. The three axes share one scalar nodal mass matrix m (solid elements); K is
+free, so that its null space is exactly the six rigid motions. SI units. Standard types only.
+
+    FeModel crank = readCalculixDeck("crank.inp");   // CalculixDeck.h
+    crank.validate();                                // done by every reader already
+    double kg = crank.calcMass();
+**/
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "simflex/part/Mesh.h"
+
+namespace simflex {
+
+/** A symmetric sparse matrix: its lower triangle with the diagonal, compressed columns, rows
+ascending within a column. **/
+struct SymmetricMatrix {
+    int size = 0;
+    std::vector<std::int64_t> columnStarts;  ///< size+1
+    std::vector<std::int32_t> rows;          ///< row ≥ column of each stored entry
+    std::vector<double> values;              ///< of each stored entry
+
+    std::int64_t numEntries() const { return std::int64_t(values.size()); }
+
+    /** Builds the matrix from entries in any order; either triangle may be given, an entry once.
+    Entries given several times are added, exact zeros off the diagonal are left out.
+    O(entries). @throws std::invalid_argument for an index outside 0…size−1. **/
+    static SymmetricMatrix fromEntries(int size, const std::vector<std::int32_t>& rows,
+                                       const std::vector<std::int32_t>& columns,
+                                       const std::vector<double>& values);
+};
+
+/** Stiffness and mass of one free part on its mesh. **/
+struct FeModel {
+    std::string source;              ///< the deck or matrix file it was read from
+    std::string program;             ///< the FE program that assembled it, with its version
+    Mesh mesh;                       ///< positions in deck coordinates [m]
+    SymmetricMatrix K;               ///< 3·numNodes, dof = 3·node + axis [N/m]
+    SymmetricMatrix m;               ///< numNodes, M = m ⊗ 1₃ [kg]
+    std::vector<std::string> notes;  ///< what the reader left out or changed, for people
+
+    /** Total mass [kg]: the sum of all entries of m. **/
+    double calcMass() const;
+
+    /** Centre of mass with the FE mass matrix, deck coordinates [m]. **/
+    std::array<double, 3> calcCenterOfMass() const;
+
+    /** Checks sizes, finite numbers, positive mass, that every node belongs to an element, that
+    the mesh is one connected piece and that the six rigid motions cost no energy (K R = 0).
+    @throws std::invalid_argument that names what is wrong, where, and what to do. **/
+    void validate() const;
+};
+
+}  // namespace simflex

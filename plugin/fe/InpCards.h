@@ -1,0 +1,51 @@
+#pragma once
+/** @file
+The cards of a CalculiX (Abaqus-style) input deck, with *INCLUDE resolved. Internal to fe.
+
+A card is a keyword line `*KEYWORD, PARAMETER=VALUE, …` with the data lines below it. As ccx does,
+blanks are dropped and letters made upper case; `**` begins a comment. **/
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace simflex {
+
+/** One data line, split at its commas. **/
+struct DeckLine {
+    int line = 0;
+    std::vector<std::string> fields;  ///< blanks trimmed, upper case
+    bool continues = false;           ///< the line ended in a comma
+};
+
+/** One keyword with its parameters and data. **/
+struct DeckCard {
+    std::string keyword;                            ///< without the star, no blanks: "SOLIDSECTION"
+    std::string title;                              ///< as people write it: "*SOLID SECTION"
+    std::map<std::string, std::string> parameters;  ///< without blanks; value empty for a flag
+    std::string file;
+    int line = 0;
+    std::vector<DeckLine> data;
+
+    bool has(const std::string& parameter) const { return parameters.count(parameter) > 0; }
+
+    /** The parameter's value. @throws std::invalid_argument naming file and line if absent. **/
+    const std::string& get(const std::string& parameter) const;
+
+    /** "FILE:LINE: " for messages, of the keyword or of one data line. **/
+    std::string where() const { return where(line); }
+    std::string where(int atLine) const;
+};
+
+/** All cards of a deck and of the files it includes, in order.
+@throws std::runtime_error for a file that cannot be read or an include that includes itself. **/
+std::vector<DeckCard> readDeckCards(const std::string& path);
+
+/** A number as ccx reads it (D exponents too).
+@throws std::invalid_argument that begins with `where`. **/
+double parseDeckNumber(const std::string& field, const std::string& where);
+
+/** A whole number. @throws std::invalid_argument that begins with `where`. **/
+int parseDeckInteger(const std::string& field, const std::string& where);
+
+}  // namespace simflex

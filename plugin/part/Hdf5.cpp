@@ -1,0 +1,182 @@
+#include "Hdf5.h"
+
+#include <stdexcept>
+
+namespace simflex {
+namespace hdf5 {
+namespace {
+
+/** Longest text attribute: HDF5 keeps attributes in the object header, which holds 64 KiB. **/
+constexpr size_t kLongestText = 60000;
+
+/** Most numbers a data set can hold, so that a damaged file asks for no absurd memory. **/
+constexpr double kMostNumbers = 1e11;
+
+void check(herr_t status, const std::string& what) {
+    if (status < 0) throw std::runtime_error("cannot " + what);
+}
+
+Handle makeCreation(hid_t kind) {
+    Handle properties(H5Pcreate(kind), H5Pclose, "create properties");
+    check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
+    return properties;
+}
+
+void writeAny(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
+              hid_t stored, hid_t given, const void* values) {
+    const Handle space(H5Screate_simple(int(shape.size()), shape.data(), nullptr), H5Sclose,
+                       "shape '" + name + "'");
+    const Handle properties = makeCreation(H5P_DATASET_CREATE);
+    const Handle data(
+        H5Dcreate2(parent, name.c_str(), stored, space, H5P_DEFAULT, properties, H5P_DEFAULT),
+        H5Dclose, "create '" + name + "'");
+    hsize_t size = 1;
+    for (const hsize_t extent : shape) size *= extent;
+    if (size > 0)
+        check(H5Dwrite(data, given, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), "write '" + name + "'");
+}
+
+template <class Number>
+std::vector<Number> readAny(hid_t parent, const std::string& name,
+                            const std::vector<hsize_t>& shape, hid_t wanted, H5T_class_t kind) {
+    const Handle data(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open '" + name + "'");
+    const Handle space(H5Dget_space(data), H5Sclose, "read the shape of '" + name + "'");
+    const Handle type(H5Dget_type(data), H5Tclose, "read the type of '" + name + "'");
+    std::vector<hsize_t> found(shape.size());
+    if (H5Sget_simple_extent_ndims(space) != int(shape.size()))
+        throw std::runtime_error("'" + name + "' has another number of dimensions than " +
+                                 std::to_string(shape.size()));
+    check(H5Sget_simple_extent_dims(space, found.data(), nullptr),
+          "read the shape of '" + name + "'");
+    double size = 1;
+    for (size_t k = 0; k < shape.size(); ++k) {
+        size *= double(found[k]);
+        if (shape[k] != 0 && found[k] != shape[k])
+            throw std::runtime_error("'" + name + "' has extent " + std::to_string(found[k]) +
+                                     ", expected " + std::to_string(shape[k]));
+    }
+    if (H5Tget_class(type) != kind)
+        throw std::runtime_error("'" + name + "' holds another type of number");
+    if (size > kMostNumbers ||
+        (size > 0 && double(H5Dget_storage_size(data)) < size * double(H5Tget_size(type))))
+        throw std::runtime_error("'" + name + "' claims more numbers than the file holds");
+    std::vector<Number> values(size_t(size), Number(0));
+    if (!values.empty())
+        check(H5Dread(data, wanted, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+              "read '" + name + "'");
+    return values;
+}
+
+}  // namespace
+
+Handle::Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what) : _id(id), _close(close) {
+    if (id < 0) throw std::runtime_error("cannot " + what);
+}
+
+Handle::~Handle() {
+    if (_id >= 0) _close(_id);
+}
+
+Quiet::Quiet() {
+    H5Eget_auto2(H5E_DEFAULT, &_function, &_data);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+Quiet::~Quiet() {
+    H5Eset_auto2(H5E_DEFAULT, _function, _data);
+}
+
+Handle createFile(const std::string& path) {
+    const Handle creation = makeCreation(H5P_FILE_CREATE);
+    return Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, H5P_DEFAULT), H5Fclose,
+                  "create the file");
+}
+
+Handle openFile(const std::string& path) {
+    return Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose,
+                  "open it as HDF5: the file is cut short or of another kind");
+}
+
+Handle createGroup(hid_t parent, const std::string& name) {
+    const Handle creation = makeCreation(H5P_GROUP_CREATE);
+    return Handle(H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose,
+                  "create '" + name + "'");
+}
+
+Handle openGroup(hid_t parent, const std::string& name) {
+    return Handle(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose, "open '" + name + "'");
+}
+
+size_t countLinks(hid_t group) {
+    H5G_info_t info{};
+    check(H5Gget_info(group, &info), "count the members of a group");
+    return size_t(info.nlinks);
+}
+
+void writeText(hid_t object, const std::string& name, const std::string& value) {
+    if (value.size() > kLongestText)
+        throw std::runtime_error("the text of '" + name + "' is too long");
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "describe '" + name + "'");
+    check(H5Tset_size(type, value.size() + 1), "describe '" + name + "'");
+    check(H5Tset_cset(type, H5T_CSET_UTF8), "describe '" + name + "'");
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "shape '" + name + "'");
+    const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
+                           H5Aclose, "create '" + name + "'");
+    check(H5Awrite(attribute, type, value.c_str()), "write '" + name + "'");
+}
+
+std::string readText(hid_t object, const std::string& name) {
+    const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose,
+                           "open '" + name + "'");
+    const Handle stored(H5Aget_type(attribute), H5Tclose, "read the type of '" + name + "'");
+    const Handle space(H5Aget_space(attribute), H5Sclose, "read the shape of '" + name + "'");
+    if (H5Tget_class(stored) != H5T_STRING || H5Tis_variable_str(stored) > 0 ||
+        H5Sget_simple_extent_npoints(space) != 1 || H5Tget_size(stored) > kLongestText + 1)
+        throw std::runtime_error("'" + name + "' is no text");
+    std::string value(H5Tget_size(stored) + 1, '\0');
+    check(H5Aread(attribute, stored, value.data()), "read '" + name + "'");
+    value.resize(value.find('\0'));
+    return value;
+}
+
+void writeInteger(hid_t object, const std::string& name, int value) {
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "shape '" + name + "'");
+    const Handle attribute(
+        H5Acreate2(object, name.c_str(), H5T_STD_I32LE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+        "create '" + name + "'");
+    check(H5Awrite(attribute, H5T_NATIVE_INT, &value), "write '" + name + "'");
+}
+
+int readInteger(hid_t object, const std::string& name) {
+    const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose,
+                           "open '" + name + "'");
+    const Handle space(H5Aget_space(attribute), H5Sclose, "read the shape of '" + name + "'");
+    int value = 0;
+    if (H5Sget_simple_extent_npoints(space) != 1)
+        throw std::runtime_error("'" + name + "' is not one number");
+    check(H5Aread(attribute, H5T_NATIVE_INT, &value), "read '" + name + "'");
+    return value;
+}
+
+void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
+           const double* values) {
+    writeAny(parent, name, shape, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values);
+}
+
+void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
+           const int* values) {
+    writeAny(parent, name, shape, H5T_STD_I32LE, H5T_NATIVE_INT, values);
+}
+
+std::vector<double> readNumbers(hid_t parent, const std::string& name,
+                                const std::vector<hsize_t>& shape) {
+    return readAny<double>(parent, name, shape, H5T_NATIVE_DOUBLE, H5T_FLOAT);
+}
+
+std::vector<int> readIndices(hid_t parent, const std::string& name,
+                             const std::vector<hsize_t>& shape) {
+    return readAny<int>(parent, name, shape, H5T_NATIVE_INT, H5T_INTEGER);
+}
+
+}  // namespace hdf5
+}  // namespace simflex

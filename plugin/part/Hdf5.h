@@ -1,0 +1,69 @@
+#pragma once
+/** @file
+The few HDF5 operations that the part file needs, as values that clean up. Internal to part. **/
+
+#include <hdf5.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace simflex {
+namespace hdf5 {
+
+/** An HDF5 identifier that closes itself. **/
+class Handle {
+public:
+    Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what);
+    Handle(Handle&& other) noexcept : _id(std::exchange(other._id, -1)), _close(other._close) {}
+    Handle(const Handle&) = delete;
+    Handle& operator=(const Handle&) = delete;
+    ~Handle();
+    operator hid_t() const { return _id; }
+
+private:
+    hid_t _id;
+    herr_t (*_close)(hid_t);
+};
+
+/** Keeps HDF5 from printing its own error stack while this lives. **/
+class Quiet {
+public:
+    Quiet();
+    ~Quiet();
+    Quiet(const Quiet&) = delete;
+    Quiet& operator=(const Quiet&) = delete;
+
+private:
+    H5E_auto2_t _function = nullptr;
+    void* _data = nullptr;
+};
+
+/** All of these throw std::runtime_error with the name of the object that failed. Nothing carries
+a time stamp. **/
+Handle createFile(const std::string& path);
+Handle openFile(const std::string& path);
+Handle createGroup(hid_t parent, const std::string& name);
+Handle openGroup(hid_t parent, const std::string& name);
+
+/** Number of links of a group. **/
+size_t countLinks(hid_t group);
+
+void writeText(hid_t object, const std::string& name, const std::string& value);
+std::string readText(hid_t object, const std::string& name);
+void writeInteger(hid_t object, const std::string& name, int value);
+int readInteger(hid_t object, const std::string& name);
+
+void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
+           const double* values);
+void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
+           const int* values);
+
+/** Reads a data set that must have this shape; a 0 stands for any extent. **/
+std::vector<double> readNumbers(hid_t parent, const std::string& name,
+                                const std::vector<hsize_t>& shape);
+std::vector<int> readIndices(hid_t parent, const std::string& name,
+                             const std::vector<hsize_t>& shape);
+
+}  // namespace hdf5
+}  // namespace simflex

@@ -1,0 +1,225 @@
+#include "simflex/part/ReducedBodyFile.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+#include "Hdf5.h"
+
+namespace simflex {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr const char* kFormat = "simflex reduced body";
+constexpr std::pair<ElementType, const char*> kElementNames[] = {
+    {ElementType::Tet4, "Tet4"},     {ElementType::Tet10, "Tet10"},
+    {ElementType::Hex8, "Hex8"},     {ElementType::Hex20, "Hex20"},
+    {ElementType::Wedge6, "Wedge6"}, {ElementType::Wedge15, "Wedge15"}};
+
+const char* nameOf(ElementType type) {
+    for (const auto& [candidate, name] : kElementNames)
+        if (candidate == type) return name;
+    throw std::invalid_argument("unknown element type");
+}
+
+ElementType elementTypeOf(const std::string& text) {
+    for (const auto& [type, name] : kElementNames)
+        if (text == name) return type;
+    throw std::runtime_error("unknown element type '" + text + "'");
+}
+
+/** Removes the unfinished file unless it was renamed. **/
+struct UnfinishedFile {
+    fs::path path;
+    ~UnfinishedFile() {
+        std::error_code ignored;
+        if (!path.empty()) fs::remove(path, ignored);
+    }
+};
+
+void writeMesh(hid_t file, const Mesh& mesh) {
+    const auto group = hdf5::createGroup(file, "mesh");
+    const hsize_t numNodes = hsize_t(mesh.numNodes());
+    hdf5::write(group, "node_numbers", {numNodes}, mesh.nodeNumbers.data());
+    hdf5::write(group, "positions", {numNodes, 3}, mesh.positions.data());
+    const auto elements = hdf5::createGroup(group, "elements");
+    int index = 0;
+    for (const ElementBlock& block : mesh.elements) {
+        const auto one = hdf5::createGroup(elements, std::to_string(index++));
+        hdf5::writeText(one, "type", nameOf(block.type));
+        hdf5::write(one, "nodes", {hsize_t(block.numElements()), hsize_t(numNodesOf(block.type))},
+                    block.nodes.data());
+    }
+    const auto sets = hdf5::createGroup(group, "node_sets");
+    index = 0;
+    for (const auto& [name, nodes] : mesh.nodeSets) {
+        const auto one = hdf5::createGroup(sets, std::to_string(index++));
+        hdf5::writeText(one, "name", name);
+        hdf5::write(one, "nodes", {nodes.size()}, nodes.data());
+    }
+}
+
+void writeBody(hid_t file, const ReducedBody& body) {
+    hdf5::writeText(file, "format", kFormat);
+    hdf5::writeInteger(file, "version", kReducedBodyFileVersion);
+    hdf5::writeText(file, "name", body.name);
+    hdf5::writeText(file, "units", body.provenance.units);
+    hdf5::writeText(file, "source", body.provenance.source);
+    hdf5::writeText(file, "program", body.provenance.program);
+    hdf5::writeText(file, "created", body.provenance.created);
+
+    const hsize_t n = hsize_t(body.numModes);
+    hdf5::write(file, "mass", {1}, &body.mass);
+    hdf5::write(file, "center_of_mass", {3}, body.centerOfMass.data());
+    hdf5::write(file, "inertia", {6}, body.inertia.data());
+    hdf5::write(file, "omega_squared", {n}, body.omegaSquared.data());
+    hdf5::write(file, "I1", {n, 6}, body.I1.data());
+    std::vector<double> joined;
+    for (const auto& component : body.I2)
+        joined.insert(joined.end(), component.begin(), component.end());
+    hdf5::write(file, "I2", {6, n, n}, joined.data());
+    joined.clear();
+    for (const auto& component : body.N)
+        joined.insert(joined.end(), component.begin(), component.end());
+    hdf5::write(file, "N", {3, n, n}, joined.data());
+    hdf5::write(file, "Phi", {n, 3 * hsize_t(body.mesh.numNodes())}, body.Phi.data());
+
+    const auto interfaces = hdf5::createGroup(file, "interfaces");
+    int index = 0;
+    for (const auto& interface : body.interfaces) {
+        const auto one = hdf5::createGroup(interfaces, std::to_string(index++));
+        hdf5::writeText(one, "name", interface.name);
+        hdf5::write(one, "position", {3}, interface.position.data());
+        hdf5::write(one, "Phi", {n, 3}, interface.Phi.data());
+        hdf5::write(one, "Psi", {n, 3}, interface.Psi.data());
+        hdf5::write(one, "nodes", {interface.nodes.size()}, interface.nodes.data());
+    }
+    writeMesh(file, body.mesh);
+}
+
+template <size_t size>
+std::array<double, size> readArray(hid_t parent, const std::string& name) {
+    const auto values = hdf5::readNumbers(parent, name, {size});
+    std::array<double, size> result;
+    std::copy(values.begin(), values.end(), result.begin());
+    return result;
+}
+
+void checkNodes(const std::vector<int>& nodes, int numNodes, const std::string& what) {
+    for (const int node : nodes)
+        if (node < 0 || node >= numNodes)
+            throw std::runtime_error(what + " names mesh index " + std::to_string(node) + " of " +
+                                     std::to_string(numNodes));
+}
+
+Mesh readMesh(hid_t file) {
+    Mesh mesh;
+    const auto group = hdf5::openGroup(file, "mesh");
+    mesh.nodeNumbers = hdf5::readIndices(group, "node_numbers", {0});
+    mesh.positions = hdf5::readNumbers(group, "positions", {hsize_t(mesh.numNodes()), 3});
+    const auto elements = hdf5::openGroup(group, "elements");
+    for (size_t k = 0; k < hdf5::countLinks(elements); ++k) {
+        const auto one = hdf5::openGroup(elements, std::to_string(k));
+        ElementBlock block;
+        block.type = elementTypeOf(hdf5::readText(one, "type"));
+        block.nodes = hdf5::readIndices(one, "nodes", {0, hsize_t(numNodesOf(block.type))});
+        checkNodes(block.nodes, mesh.numNodes(), "an element");
+        mesh.elements.push_back(std::move(block));
+    }
+    const auto sets = hdf5::openGroup(group, "node_sets");
+    for (size_t k = 0; k < hdf5::countLinks(sets); ++k) {
+        const auto one = hdf5::openGroup(sets, std::to_string(k));
+        const std::string name = hdf5::readText(one, "name");
+        mesh.nodeSets[name] = hdf5::readIndices(one, "nodes", {0});
+        checkNodes(mesh.nodeSets[name], mesh.numNodes(), "node set '" + name + "'");
+    }
+    return mesh;
+}
+
+ReducedBody readBody(hid_t file) {
+    std::string format;
+    try {
+        format = hdf5::readText(file, "format");
+    } catch (const std::runtime_error&) {
+        // Any other HDF5 file has no such attribute.
+    }
+    if (format != kFormat)
+        throw std::runtime_error("it is an HDF5 file, but not of a reduced part");
+    const int version = hdf5::readInteger(file, "version");
+    if (version < 1 || version > kReducedBodyFileVersion)
+        throw std::runtime_error("its format has version " + std::to_string(version) +
+                                 ", this simflex reads versions 1 to " +
+                                 std::to_string(kReducedBodyFileVersion) + "; use a newer simflex");
+    ReducedBody body;
+    body.name = hdf5::readText(file, "name");
+    body.provenance.units = hdf5::readText(file, "units");
+    body.provenance.source = hdf5::readText(file, "source");
+    body.provenance.program = hdf5::readText(file, "program");
+    body.provenance.created = hdf5::readText(file, "created");
+
+    body.mesh = readMesh(file);
+    body.mass = readArray<1>(file, "mass")[0];
+    body.centerOfMass = readArray<3>(file, "center_of_mass");
+    body.inertia = readArray<6>(file, "inertia");
+    body.omegaSquared = hdf5::readNumbers(file, "omega_squared", {0});
+    body.numModes = int(body.omegaSquared.size());
+    const hsize_t n = hsize_t(body.numModes), square = n * n;
+    body.I1 = hdf5::readNumbers(file, "I1", {n, 6});
+    const auto I2 = hdf5::readNumbers(file, "I2", {6, n, n});
+    for (size_t c = 0; c < 6; ++c)
+        body.I2[c].assign(I2.begin() + c * square, I2.begin() + (c + 1) * square);
+    const auto N = hdf5::readNumbers(file, "N", {3, n, n});
+    for (size_t a = 0; a < 3; ++a)
+        body.N[a].assign(N.begin() + a * square, N.begin() + (a + 1) * square);
+    body.Phi = hdf5::readNumbers(file, "Phi", {n, 3 * hsize_t(body.mesh.numNodes())});
+
+    const auto interfaces = hdf5::openGroup(file, "interfaces");
+    for (size_t k = 0; k < hdf5::countLinks(interfaces); ++k) {
+        const auto one = hdf5::openGroup(interfaces, std::to_string(k));
+        ReducedBody::Interface interface;
+        interface.name = hdf5::readText(one, "name");
+        interface.position = readArray<3>(one, "position");
+        interface.Phi = hdf5::readNumbers(one, "Phi", {n, 3});
+        interface.Psi = hdf5::readNumbers(one, "Psi", {n, 3});
+        interface.nodes = hdf5::readIndices(one, "nodes", {0});
+        body.interfaces.push_back(std::move(interface));
+    }
+    body.validate();
+    return body;
+}
+
+}  // namespace
+
+void writeReducedBody(const std::string& path, const ReducedBody& body) {
+    body.validate();
+    const hdf5::Quiet quiet;
+    const std::string temporary = path + ".part-" + std::to_string(getpid());
+    UnfinishedFile unfinished{temporary};
+    try {
+        {
+            const auto file = hdf5::createFile(temporary);
+            writeBody(file, body);
+            if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)
+                throw std::runtime_error("cannot write all of it; is the disk full?");
+        }
+        fs::rename(temporary, path);
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error("cannot write part file '" + path + "': " + error.what());
+    }
+    unfinished.path.clear();
+}
+
+ReducedBody readReducedBody(const std::string& path) {
+    const hdf5::Quiet quiet;
+    if (!fs::is_regular_file(path))
+        throw std::runtime_error("part file '" + path + "' does not exist");
+    try {
+        return readBody(hdf5::openFile(path));
+    } catch (const std::exception& error) {
+        throw std::runtime_error("part file '" + path + "' cannot be used: " + error.what());
+    }
+}
+
+}  // namespace simflex

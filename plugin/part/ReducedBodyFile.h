@@ -1,0 +1,45 @@
+#pragma once
+/** @file
+The HDF5 file of a reduced part, one file per part.
+
+Layout, version 1 (SI units; numbers are 64-bit floats, indices 32-bit integers, little-endian;
+matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r data set):
+
+    /                 attributes: format = "simflex reduced body", version = 1, name, units,
+                      source, program, created
+    /mass             1                 /center_of_mass    3, deck coordinates
+    /inertia          6: xx yy zz xy xz yz about the centre of mass
+    /omega_squared    n_f               /I1                n_f×6
+    /I2               6×n_f×n_f         /N                 3×n_f×n_f
+    /Phi              n_f×(3·nodes), row 3·node + axis
+    /interfaces/K     K = 0, 1 …: attribute name; position 3, Phi n_f×3, Psi n_f×3, nodes
+    /mesh             node_numbers, positions nodes×3 from the centre of mass
+    /mesh/elements/K  attribute type ("Hex8" …); nodes elements×(nodes per element)
+    /mesh/node_sets/K attribute name; nodes
+
+    writeReducedBody("crank.h5", crank);
+    ReducedBody same = readReducedBody("crank.h5");   // equal to the last bit
+**/
+
+#include <string>
+
+#include "simflex/part/ReducedBody.h"
+
+namespace simflex {
+
+/** Version of the layout that this library writes; it reads this one and all before. **/
+constexpr int kReducedBodyFileVersion = 1;
+
+/** Writes a part. The file appears under its name only when it is complete: it is written beside
+it first and then renamed; nothing is left behind after an error. The same part gives the same
+bytes.
+@throws std::invalid_argument if body.validate() does.
+@throws std::runtime_error if the file cannot be written. **/
+void writeReducedBody(const std::string& path, const ReducedBody& body);
+
+/** Reads a part and validates it.
+@throws std::runtime_error that names the file if it is missing, cut short, not of this format, of a
+    newer version, or holds what cannot be a part. **/
+ReducedBody readReducedBody(const std::string& path);
+
+}  // namespace simflex

@@ -1,0 +1,134 @@
+#include "MeanAxis.h"
+
+#include <sstream>
+#include <stdexcept>
+
+namespace simflex {
+namespace {
+
+/** An eigenvalue of the pencil counts as zero below the largest of these: the energy that K itself
+gives a rigid motion (ccx writes 14 digits) and the round-off of the largest eigenvalue. **/
+constexpr double kRigidNoise = 1e3, kRoundOff = 1e-13;
+
+/** Two entries within this of each other are equally large, for the sign of a mode. **/
+constexpr double kSameSize = 1e-6;
+
+/** ω² of the rigid motions with the K at hand, the largest: round-off of K. **/
+double calcRigidNoise(const FeProducts& products, const RigidMotion& rigid) {
+    const Shapes KR = products.K.multiply(rigid.R), MR = products.m.multiplyPerAxis(rigid.R);
+    double noise = 0;
+    for (int j = 0; j < 6; ++j)
+        noise = std::max(noise,
+                         std::abs(rigid.R.col(j).dot(KR.col(j)) / rigid.R.col(j).dot(MR.col(j))));
+    return noise;
+}
+
+Eigen::MatrixXd symmetricGram(const Shapes& X, const Shapes& Y) {
+    const Eigen::MatrixXd gram = X.transpose() * Y;
+    return 0.5 * (gram + gram.transpose());
+}
+
+/** Eigenvectors with vᵀBv = 1 of A v = λ B v, ascending. B may be badly scaled. **/
+Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solvePencil(Eigen::MatrixXd A,
+                                                                      Eigen::MatrixXd B,
+                                                                      Eigen::VectorXd& scale) {
+    scale = B.diagonal().cwiseSqrt().cwiseInverse();
+    A = scale.asDiagonal() * A * scale.asDiagonal();
+    B = scale.asDiagonal() * B * scale.asDiagonal();
+    return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(A, B);
+}
+
+void fixSigns(MeanAxisModes& modes) {
+    for (Eigen::Index i = 0; i < modes.Phi.cols(); ++i) {
+        const double largest = modes.Phi.col(i).cwiseAbs().maxCoeff();
+        Eigen::Index row = 0;
+        while (std::abs(modes.Phi(row, i)) < (1 - kSameSize) * largest) ++row;
+        if (modes.Phi(row, i) > 0) continue;
+        modes.Phi.col(i) *= -1;
+        modes.boundary.col(i) *= -1;
+    }
+}
+
+}  // namespace
+
+RigidMotion calcRigidMotions(const FeModel& model, const FeProducts& products) {
+    RigidMotion rigid;
+    rigid.mass = model.calcMass();
+    const auto center = model.calcCenterOfMass();
+    rigid.center = Eigen::Vector3d(center.data());
+    rigid.R.resize(model.K.size, 6);
+    for (int node = 0; node < model.mesh.numNodes(); ++node)
+        rigid.R.middleRows<3>(3 * node) = calcRigidMotion(
+            Eigen::Map<const Eigen::Vector3d>(&model.mesh.positions[3 * node]) - rigid.center);
+    const Shapes MR = products.m.multiplyPerAxis(rigid.R);
+    rigid.inertia = (rigid.R.rightCols<3>().transpose() * MR.rightCols<3>()).eval();
+    rigid.inertia = 0.5 * (rigid.inertia + rigid.inertia.transpose()).eval();
+    return rigid;
+}
+
+Eigen::MatrixXd removeRigidMotion(const RigidMotion& rigid, const FeProducts& products, Shapes& X) {
+    const Shapes MR = products.m.multiplyPerAxis(rigid.R);
+    const Eigen::MatrixXd RMR = symmetricGram(rigid.R, MR);
+    const Eigen::LDLT<Eigen::MatrixXd> factored(RMR);
+    Eigen::MatrixXd taken = Eigen::MatrixXd::Zero(6, X.cols());
+    for (int pass = 0; pass < 2; ++pass) {
+        const Eigen::MatrixXd part = factored.solve(MR.transpose() * X);
+        X.noalias() -= rigid.R * part;
+        taken += part;
+    }
+    return taken;
+}
+
+MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& products,
+                                const RigidMotion& rigid, const Eigen::Matrix3Xd& masters,
+                                const ModeBasis& basis) {
+    // The pencil of the whole basis has the six rigid motions as its zeros.
+    const Shapes KPsi = products.K.multiply(basis.Psi),
+                 MPsi = products.m.multiplyPerAxis(basis.Psi);
+    Eigen::VectorXd scale;
+    const auto pencil =
+        solvePencil(symmetricGram(basis.Psi, KPsi), symmetricGram(basis.Psi, MPsi), scale);
+    const Eigen::VectorXd& lambda = pencil.eigenvalues();
+    if (pencil.info() != Eigen::Success || !lambda.allFinite())
+        throw std::invalid_argument(
+            "part '" + part +
+            "': the reduced mass matrix is singular: a mode moves no "
+            "mass, or two modes are the same; ask for fewer modes or refine the mesh");
+    const double threshold = std::max(kRigidNoise * calcRigidNoise(products, rigid),
+                                      kRoundOff * lambda[lambda.size() - 1]);
+    const long numZeros = (lambda.array() < threshold).count();
+    if (numZeros != 6) {
+        std::ostringstream text;
+        text << "part '" << part << "': the stiffness matrix has " << numZeros
+             << " rigid modes, must have 6 (eigenvalues below " << threshold
+             << " rad²/s² count as rigid). "
+             << (numZeros > 6
+                     ? "Pieces of the part move against each other without stiffness: look for "
+                       "hinges, where elements share only a node or an edge."
+                     : "The part is held by something: take supports out of the deck.");
+        throw std::invalid_argument(text.str());
+    }
+    const Eigen::Index n = lambda.size() - 6;
+    const Eigen::MatrixXd elastic = scale.asDiagonal() * pencil.eigenvectors().rightCols(n);
+
+    Shapes Phi = basis.Psi * elastic;
+    Shapes boundary = basis.boundary * elastic;
+    const Eigen::MatrixXd taken = removeRigidMotion(rigid, products, Phi);
+    for (Eigen::Index k = 0; k < masters.cols(); ++k) {
+        Eigen::Matrix<double, 6, 6> atMaster = Eigen::Matrix<double, 6, 6>::Identity();
+        atMaster.topRows<3>() = calcRigidMotion(masters.col(k) - rigid.center);
+        boundary.middleRows(6 * k, 6) -= atMaster * taken;
+    }
+
+    const auto second = solvePencil(symmetricGram(Phi, products.K.multiply(Phi)),
+                                    symmetricGram(Phi, products.m.multiplyPerAxis(Phi)), scale);
+    const Eigen::MatrixXd turn = scale.asDiagonal() * second.eigenvectors();
+    MeanAxisModes modes;
+    modes.Phi = Phi * turn;
+    modes.boundary = boundary * turn;
+    modes.omegaSquared = second.eigenvalues();
+    fixSigns(modes);
+    return modes;
+}
+
+}  // namespace simflex

@@ -1,0 +1,75 @@
+#pragma once
+/** @file
+Reduces a finite element model to a ReducedBody by the Craig–Bampton method.
+
+1. Interfaces are tied rigidly (RBE2) to their master points: u_slave = u_I + θ_I × (x − x_I).
+2. Basis Ψ: constraint modes −K_ii⁻¹K_ib, one per boundary degree of freedom, and the lowest
+   fixed-interface normal modes of K_ii φ = ω² M_ii φ.
+3. The small pencil (ΨᵀKΨ, ΨᵀMΨ) is solved, its six zeros are dropped, the rest is projected off
+   the analytic rigid motions R and made orthonormal again: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0.
+4. The second-order invariants of the mean-axis frame (see ReducedBody).
+
+    ReductionOptions options;
+    options.name = "crank";
+    options.interfaces = {{"shaft", "SHAFT"}, {"pin", "PIN"}};
+    options.numModes = 50;                                  // 12 constraint + 38 normal
+    ReducedBody crank = reduce(readCalculixDeck("crank.inp"), options);   // 44 modes
+    writeReducedBody("crank.h5", crank);
+
+Source: R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA
+Journal 6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 5–6. **/
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simflex/fe/FeModel.h"
+#include "simflex/fe/Progress.h"
+#include "simflex/part/ReducedBody.h"
+
+namespace simflex {
+
+/** One joint seat: which nodes are tied to which master point. **/
+struct InterfaceOptions {
+    InterfaceOptions() = default;
+    InterfaceOptions(std::string interfaceName, std::string deckNodeSet)
+        : name(std::move(interfaceName)), nodeSet(std::move(deckNodeSet)) {}
+
+    std::string name;     ///< as joints will call it
+    std::string nodeSet;  ///< of the deck; upper and lower case are the same
+    std::optional<std::array<double, 3>>
+        master;  ///< deck coordinates [m]; default: mean of the nodes
+};
+
+struct ReductionOptions {
+    std::string name = "part";
+    std::vector<InterfaceOptions> interfaces;
+    /** Craig–Bampton modes before the six rigid ones are removed: 6 per interface plus the normal
+    modes; the part gets numModes − 6. Without interfaces: free-free modes, the six rigid ones
+    among them. **/
+    int numModes = 50;
+};
+
+/** Wall time of the phases [s], and the size of the problem. **/
+struct ReductionTimings {
+    double factor = 0;           ///< Cholesky of K_ii
+    double constraintModes = 0;  ///< K_ii⁻¹K_ib
+    double normalModes = 0;      ///< Lanczos
+    double orthonormalize = 0;   ///< small pencil, projection, second pencil
+    double invariants = 0;
+    double total = 0;
+    int numDofs = 0;            ///< of the finite element model
+    long numFactorEntries = 0;  ///< nonzeros of the Cholesky factor
+};
+
+/** Reduces a part. O(factor) + O(numModes²·numDofs). The same model and options give the same bits.
+@param timings  if not null, receives the time of each phase.
+@throws std::invalid_argument naming part, interface or number, and the cure: an interface with
+    an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface; too
+    few or too many modes; K singular beyond its six rigid motions.
+@throws Cancelled if progress asks to stop. **/
+ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
+                   const ProgressCallback& progress = {}, ReductionTimings* timings = nullptr);
+
+}  // namespace simflex

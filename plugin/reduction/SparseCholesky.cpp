@@ -1,0 +1,131 @@
+#include "SparseCholesky.h"
+
+#include <cholmod.h>
+
+#include <stdexcept>
+#include <vector>
+
+namespace simflex {
+namespace {
+
+/** A reciprocal condition below this means that pivots are nothing but round-off. **/
+constexpr double kSingular = 1e-15;
+
+cholmod_dense viewOf(double* values, size_t rows, size_t columns) {
+    cholmod_dense view{};
+    view.nrow = rows;
+    view.ncol = columns;
+    view.nzmax = rows * columns;
+    view.d = rows;
+    view.x = values;
+    view.xtype = CHOLMOD_REAL;
+    view.dtype = CHOLMOD_DOUBLE;
+    return view;
+}
+
+}  // namespace
+
+struct SparseCholesky::Data {
+    Data() {
+        cholmod_l_start(&common);
+        common.supernodal = CHOLMOD_SUPERNODAL;
+        common.print = 0;
+        common.error_handler = nullptr;
+    }
+
+    ~Data() {
+        cholmod_l_free_dense(&result, &common);
+        cholmod_l_free_dense(&work, &common);
+        cholmod_l_free_dense(&work2, &common);
+        cholmod_l_free_factor(&factor, &common);
+        cholmod_l_finish(&common);
+    }
+
+    /** One triangular solve into `result`. **/
+    void solve(int system, double* values) {
+        cholmod_dense b = viewOf(values, factor->n, 1);
+        if (!cholmod_l_solve2(system, factor, &b, nullptr, &result, nullptr, &work, &work2,
+                              &common))
+            throw std::runtime_error("CHOLMOD could not solve (status " +
+                                     std::to_string(common.status) + ")");
+    }
+
+    cholmod_common common;
+    cholmod_factor* factor = nullptr;
+    cholmod_dense *result = nullptr, *work = nullptr, *work2 = nullptr;
+    std::vector<double> permuted;
+};
+
+SparseCholesky::SparseCholesky() : _data(std::make_unique<Data>()) {}
+SparseCholesky::~SparseCholesky() = default;
+
+void SparseCholesky::factor(const SymmetricMatrix& A) {
+    std::vector<SuiteSparse_long> rows(A.rows.begin(), A.rows.end());
+    std::vector<SuiteSparse_long> starts(A.columnStarts.begin(), A.columnStarts.end());
+    cholmod_sparse view{};
+    view.nrow = view.ncol = size_t(A.size);
+    view.nzmax = A.values.size();
+    view.p = starts.data();
+    view.i = rows.data();
+    view.x = const_cast<double*>(A.values.data());
+    view.stype = -1;
+    view.itype = CHOLMOD_LONG;
+    view.xtype = CHOLMOD_REAL;
+    view.dtype = CHOLMOD_DOUBLE;
+    view.sorted = 1;
+    view.packed = 1;
+
+    Data& d = *_data;
+    cholmod_l_free_factor(&d.factor, &d.common);
+    d.factor = cholmod_l_analyze(&view, &d.common);
+    if (!d.factor)
+        throw std::runtime_error("CHOLMOD could not analyse a matrix of " + std::to_string(A.size) +
+                                 " rows: out of memory?");
+    cholmod_l_factorize(&view, d.factor, &d.common);
+    const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
+    if (d.common.status == CHOLMOD_NOT_POSDEF)
+        throw SingularMatrix(int(order[std::min(d.factor->minor, d.factor->n - 1)]));
+    if (d.common.status < CHOLMOD_OK)
+        throw std::runtime_error("CHOLMOD could not factor a matrix of " + std::to_string(A.size) +
+                                 " rows: out of memory?");
+    if (cholmod_l_rcond(d.factor, &d.common) < kSingular) throw SingularMatrix(-1);
+    d.permuted.resize(d.factor->n);
+}
+
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {
+    Data& d = *_data;
+    Eigen::MatrixXd copy = B;
+    cholmod_dense b = viewOf(copy.data(), size_t(B.rows()), size_t(B.cols()));
+    cholmod_dense* x = cholmod_l_solve(CHOLMOD_A, d.factor, &b, &d.common);
+    if (!x) throw std::runtime_error("CHOLMOD could not solve: out of memory?");
+    copy = Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(x->x), B.rows(), B.cols());
+    cholmod_l_free_dense(&x, &d.common);
+    return copy;
+}
+
+void SparseCholesky::solveLower(const double* x, double* y) const {
+    Data& d = *_data;
+    const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
+    for (size_t k = 0; k < d.factor->n; ++k) d.permuted[k] = x[order[k]];
+    d.solve(CHOLMOD_L, d.permuted.data());
+    std::copy_n(static_cast<const double*>(d.result->x), d.factor->n, y);
+}
+
+void SparseCholesky::solveUpper(const double* x, double* y) const {
+    Data& d = *_data;
+    const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
+    std::copy_n(x, d.factor->n, d.permuted.data());
+    d.solve(CHOLMOD_Lt, d.permuted.data());
+    const double* result = static_cast<const double*>(d.result->x);
+    for (size_t k = 0; k < d.factor->n; ++k) y[order[k]] = result[k];
+}
+
+int SparseCholesky::size() const {
+    return int(_data->factor->n);
+}
+
+long SparseCholesky::numFactorEntries() const {
+    return long(_data->factor->is_super ? _data->factor->xsize : _data->factor->nzmax);
+}
+
+}  // namespace simflex

@@ -1,0 +1,38 @@
+#pragma once
+/** @file
+Blocked products of the finite element matrices with many vectors at once. Internal to reduction.
+
+Vectors are the columns of row-major matrices: the numbers of one degree of freedom for all
+vectors lie side by side, so that each matrix entry is read once for all of them. **/
+
+#include <Eigen/Dense>
+
+#include "simflex/fe/FeModel.h"
+
+namespace simflex {
+
+/** Displacements of every degree of freedom (rows, 3·node + axis) in several shapes (columns). **/
+using Shapes = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/** Both triangles of a symmetric sparse matrix by rows. **/
+class FullRows {
+public:
+    explicit FullRows(const SymmetricMatrix& lower);
+
+    int size() const { return int(_starts.size()) - 1; }
+
+    /** A·X, X and the result size×k. Bits do not depend on the number of threads. **/
+    Shapes multiply(const Shapes& X) const { return multiplyBlocks(X, 1); }
+
+    /** (A ⊗ 1₃)·X, X and the result (3·size)×k. **/
+    Shapes multiplyPerAxis(const Shapes& X) const { return multiplyBlocks(X, 3); }
+
+private:
+    Shapes multiplyBlocks(const Shapes& X, int rowsPerEntry) const;
+
+    std::vector<std::int64_t> _starts;
+    std::vector<std::int32_t> _columns;
+    std::vector<double> _values;
+};
+
+}  // namespace simflex
