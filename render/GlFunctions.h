@@ -1,0 +1,102 @@
+#pragma once
+/** @file
+The OpenGL 3.3 core functions that the renderer uses, loaded from a context. Internal to the
+renderer: nothing else in the library includes an OpenGL header, and none is linked. **/
+
+#include <GL/glcorearb.h>
+
+#include <functional>
+
+// X(name as in glName, NAME as in PFNGLNAMEPROC)
+#define SIMFLEX_GL_FUNCTIONS(X)                                       \
+    X(ActiveTexture, ACTIVETEXTURE)                                   \
+    X(AttachShader, ATTACHSHADER)                                     \
+    X(BindBuffer, BINDBUFFER)                                         \
+    X(BindFramebuffer, BINDFRAMEBUFFER)                               \
+    X(BindRenderbuffer, BINDRENDERBUFFER)                             \
+    X(BindTexture, BINDTEXTURE)                                       \
+    X(BindVertexArray, BINDVERTEXARRAY)                               \
+    X(BlendFunc, BLENDFUNC)                                           \
+    X(BlendFuncSeparate, BLENDFUNCSEPARATE)                           \
+    X(BlitFramebuffer, BLITFRAMEBUFFER)                               \
+    X(BufferData, BUFFERDATA)                                         \
+    X(BufferSubData, BUFFERSUBDATA)                                   \
+    X(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS)                 \
+    X(Clear, CLEAR)                                                   \
+    X(ClearColor, CLEARCOLOR)                                         \
+    X(ColorMask, COLORMASK)                                           \
+    X(CompileShader, COMPILESHADER)                                   \
+    X(CreateProgram, CREATEPROGRAM)                                   \
+    X(CreateShader, CREATESHADER)                                     \
+    X(CullFace, CULLFACE)                                             \
+    X(DeleteBuffers, DELETEBUFFERS)                                   \
+    X(DeleteFramebuffers, DELETEFRAMEBUFFERS)                         \
+    X(DeleteProgram, DELETEPROGRAM)                                   \
+    X(DeleteRenderbuffers, DELETERENDERBUFFERS)                       \
+    X(DeleteShader, DELETESHADER)                                     \
+    X(DeleteTextures, DELETETEXTURES)                                 \
+    X(DeleteVertexArrays, DELETEVERTEXARRAYS)                         \
+    X(DepthFunc, DEPTHFUNC)                                           \
+    X(DepthMask, DEPTHMASK)                                           \
+    X(Disable, DISABLE)                                               \
+    X(DrawArrays, DRAWARRAYS)                                         \
+    X(DrawArraysInstanced, DRAWARRAYSINSTANCED)                       \
+    X(DrawElements, DRAWELEMENTS)                                     \
+    X(Enable, ENABLE)                                                 \
+    X(EnableVertexAttribArray, ENABLEVERTEXATTRIBARRAY)               \
+    X(Finish, FINISH)                                                 \
+    X(FramebufferRenderbuffer, FRAMEBUFFERRENDERBUFFER)               \
+    X(FramebufferTexture2D, FRAMEBUFFERTEXTURE2D)                     \
+    X(GenBuffers, GENBUFFERS)                                         \
+    X(GenFramebuffers, GENFRAMEBUFFERS)                               \
+    X(GenRenderbuffers, GENRENDERBUFFERS)                             \
+    X(GenTextures, GENTEXTURES)                                       \
+    X(GenVertexArrays, GENVERTEXARRAYS)                               \
+    X(GenerateMipmap, GENERATEMIPMAP)                                 \
+    X(GetError, GETERROR)                                             \
+    X(GetIntegerv, GETINTEGERV)                                       \
+    X(GetProgramInfoLog, GETPROGRAMINFOLOG)                           \
+    X(GetProgramiv, GETPROGRAMIV)                                     \
+    X(GetShaderInfoLog, GETSHADERINFOLOG)                             \
+    X(GetShaderiv, GETSHADERIV)                                       \
+    X(GetString, GETSTRING)                                           \
+    X(GetUniformLocation, GETUNIFORMLOCATION)                         \
+    X(LinkProgram, LINKPROGRAM)                                       \
+    X(PixelStorei, PIXELSTOREI)                                       \
+    X(PointSize, POINTSIZE)                                           \
+    X(PolygonMode, POLYGONMODE)                                       \
+    X(PolygonOffset, POLYGONOFFSET)                                   \
+    X(ReadPixels, READPIXELS)                                         \
+    X(RenderbufferStorage, RENDERBUFFERSTORAGE)                       \
+    X(RenderbufferStorageMultisample, RENDERBUFFERSTORAGEMULTISAMPLE) \
+    X(ShaderSource, SHADERSOURCE)                                     \
+    X(TexImage2D, TEXIMAGE2D)                                         \
+    X(TexParameteri, TEXPARAMETERI)                                   \
+    X(Uniform1f, UNIFORM1F)                                           \
+    X(Uniform1i, UNIFORM1I)                                           \
+    X(Uniform2f, UNIFORM2F)                                           \
+    X(Uniform3f, UNIFORM3F)                                           \
+    X(Uniform4f, UNIFORM4F)                                           \
+    X(UniformMatrix3fv, UNIFORMMATRIX3FV)                             \
+    X(UniformMatrix4fv, UNIFORMMATRIX4FV)                             \
+    X(UseProgram, USEPROGRAM)                                         \
+    X(VertexAttribDivisor, VERTEXATTRIBDIVISOR)                       \
+    X(VertexAttribPointer, VERTEXATTRIBPOINTER)                       \
+    X(Viewport, VIEWPORT)
+
+namespace simflex {
+
+/** Function pointers, each named as in OpenGL without its prefix: `gl.Clear(...)`. **/
+struct GlFunctions {
+#define SIMFLEX_GL_MEMBER(name, NAME) PFNGL##NAME##PROC name = nullptr;
+    SIMFLEX_GL_FUNCTIONS(SIMFLEX_GL_MEMBER)
+#undef SIMFLEX_GL_MEMBER
+
+    using ProcAddress = void (*)();
+
+    /** Fills every pointer.
+    @throws std::runtime_error that names the first function the context does not have. **/
+    void load(const std::function<ProcAddress(const char*)>& getProcAddress);
+};
+
+}  // namespace simflex

@@ -1,0 +1,551 @@
+#include "GlRenderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "Shaders.h"
+
+namespace simflex {
+
+using SimTK::Mat33;
+using SimTK::Transform;
+using SimTK::Vec3;
+
+namespace {
+
+constexpr int shadowSize = 512;
+constexpr int colorMapSize = 256;
+constexpr int textPixelSize = 64;
+
+std::array<float, 16> toMatrix(const Transform& X, const Vec3& scale) {
+    std::array<float, 16> m{};
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row)
+            m[4 * column + row] = float(X.R()[row][column] * scale[column]);
+    for (int row = 0; row < 3; ++row) m[12 + row] = float(X.p()[row]);
+    m[15] = 1;
+    return m;
+}
+
+// Normals go with the inverse transpose: R·scale⁻¹.
+std::array<float, 9> toNormalMatrix(const SimTK::Rotation& R, const Vec3& scale) {
+    std::array<float, 9> m{};
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row)
+            m[3 * column + row] = float(R[row][column] / scale[column]);
+    return m;
+}
+
+const void* bufferOffset(std::size_t numFloats) {
+    return reinterpret_cast<const void*>(numFloats * sizeof(float));
+}
+
+void append(std::vector<float>& out, const Vec3& v) {
+    for (int k = 0; k < 3; ++k) out.push_back(float(v[k]));
+}
+
+}  // namespace
+
+GlRenderer::GlRenderer(int width, int height) : context(GlContext::create()) {
+    context->makeCurrent();
+    gl.load([this](const char* name) { return context->getProcAddress(name); });
+    target = std::make_unique<PictureTarget>(gl, width, height);
+    shadow = std::make_unique<ShadowTarget>(gl, shadowSize);
+
+    const auto make = [this](const char* vertex, const char* fragment) {
+        return std::make_unique<GlProgram>(gl, vertex, fragment);
+    };
+    surfaceProgram = make(shaders::surfaceVertex, shaders::surfaceFragment);
+    edgeProgram = make(shaders::surfaceVertex, shaders::edgeFragment);
+    lineProgram = make(shaders::lineVertex, shaders::colorFragment);
+    pointProgram = make(shaders::pointVertex, shaders::pointFragment);
+    backgroundProgram = make(shaders::backgroundVertex, shaders::backgroundFragment);
+    groundProgram = make(shaders::groundVertex, shaders::groundFragment);
+    shadowProgram = make(shaders::shadowVertex, shaders::shadowFragment);
+    blurProgram = make(shaders::backgroundVertex, shaders::blurFragment);
+    textProgram = make(shaders::textVertex, shaders::textFragment);
+
+    gl.GenVertexArrays(1, &emptyArray);
+    gl.GenVertexArrays(1, &instanceArray);
+    gl.GenBuffers(1, &instanceBuffer);
+    gl.GenVertexArrays(1, &quadArray);
+    gl.GenBuffers(1, &quadBuffer);
+    const float corners[] = {-1, -1, 1, -1, -1, 1, 1, 1};
+    gl.BindVertexArray(quadArray);
+    gl.BindBuffer(GL_ARRAY_BUFFER, quadBuffer);
+    gl.BufferData(GL_ARRAY_BUFFER, sizeof corners, corners, GL_STATIC_DRAW);
+    gl.EnableVertexAttribArray(0);
+    gl.VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+    gl.GenTextures(1, &colorMapTexture);
+}
+
+GlRenderer::~GlRenderer() {
+    context->makeCurrent();
+    for (auto& entry : buffersOf) deleteBuffers(entry.second);
+    for (auto& entry : texts) gl.DeleteTextures(1, &entry.second.texture);
+    gl.DeleteTextures(1, &colorMapTexture);
+    for (const GLuint array : {emptyArray, instanceArray, quadArray})
+        gl.DeleteVertexArrays(1, &array);
+    for (const GLuint buffer : {instanceBuffer, quadBuffer}) gl.DeleteBuffers(1, &buffer);
+}
+
+void GlRenderer::deleteBuffers(Buffers& buffers) {
+    gl.DeleteVertexArrays(1, &buffers.vertexArray);
+    for (const GLuint buffer :
+         {buffers.vertices, buffers.triangles, buffers.featureEdges, buffers.elementEdges})
+        gl.DeleteBuffers(1, &buffer);
+}
+
+GlRenderer::Buffers& GlRenderer::getBuffers(const SurfaceGeometryPtr& geometry) {
+    Buffers& buffers = buffersOf[geometry.get()];
+    if (!buffers.geometry) {
+        buffers.geometry = geometry;
+        gl.GenVertexArrays(1, &buffers.vertexArray);
+        gl.BindVertexArray(buffers.vertexArray);
+        gl.GenBuffers(1, &buffers.vertices);
+        gl.BindBuffer(GL_ARRAY_BUFFER, buffers.vertices);
+        constexpr GLsizei stride = SurfaceGeometry::floatsPerVertex * sizeof(float);
+        gl.EnableVertexAttribArray(0);
+        gl.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, stride, bufferOffset(0));
+        gl.EnableVertexAttribArray(1);
+        gl.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, stride, bufferOffset(3));
+        gl.EnableVertexAttribArray(2);
+        gl.VertexAttribPointer(2, 1, GL_FLOAT, GL_FALSE, stride, bufferOffset(6));
+        const auto upload = [this](GLuint& buffer, const std::vector<std::uint32_t>& indices) {
+            gl.GenBuffers(1, &buffer);
+            gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffer);
+            gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, GLsizeiptr(indices.size() * sizeof indices[0]),
+                          indices.data(), GL_STATIC_DRAW);
+        };
+        upload(buffers.triangles, geometry->triangles);
+        upload(buffers.featureEdges, geometry->featureEdges);
+        upload(buffers.elementEdges, geometry->elementEdges);
+    }
+    if (buffers.version != geometry->version) {
+        const std::size_t bytes = geometry->vertices.size() * sizeof(float);
+        gl.BindBuffer(GL_ARRAY_BUFFER, buffers.vertices);
+        if (bytes == buffers.vertexBytes)
+            gl.BufferSubData(GL_ARRAY_BUFFER, 0, GLsizeiptr(bytes), geometry->vertices.data());
+        else
+            gl.BufferData(GL_ARRAY_BUFFER, GLsizeiptr(bytes), geometry->vertices.data(),
+                          GL_DYNAMIC_DRAW);
+        buffers.vertexBytes = bytes;
+        buffers.version = geometry->version;
+    }
+    return buffers;
+}
+
+void GlRenderer::dropUnused() {
+    for (auto entry = buffersOf.begin(); entry != buffersOf.end();) {
+        const bool isUsed = entry->second.geometry.use_count() > 1;
+        if (!isUsed) deleteBuffers(entry->second);
+        entry = isUsed ? std::next(entry) : buffersOf.erase(entry);
+    }
+    for (auto entry = texts.begin(); entry != texts.end();) {
+        const bool isUsed = entry->second.isUsed;
+        entry->second.isUsed = false;
+        if (!isUsed) gl.DeleteTextures(1, &entry->second.texture);
+        entry = isUsed ? std::next(entry) : texts.erase(entry);
+    }
+}
+
+Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera,
+                       const FrameStyle& frameStyle) {
+    context->makeCurrent();
+    camera = &frameCamera;
+    style = &frameStyle;
+    projection = camera->calcProjection(double(target->getWidth()) / target->getHeight());
+    if (loadedColorMap != int(style->colorMap)) {
+        loadedColorMap = int(style->colorMap);
+        std::vector<std::uint8_t> texels;
+        for (int i = 0; i < colorMapSize; ++i) {
+            const Vec3 c = calcColor(style->colorMap, double(i) / (colorMapSize - 1));
+            for (int k = 0; k < 3; ++k) texels.push_back(std::uint8_t(std::lround(255 * c[k])));
+            texels.push_back(255);
+        }
+        gl.BindTexture(GL_TEXTURE_2D, colorMapTexture);
+        gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, colorMapSize, 1, 0, GL_RGBA, GL_UNSIGNED_BYTE,
+                      texels.data());
+        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    }
+
+    const bool hasGround = style->ground.isShown && (~style->ground.X_GP * camera->X_GC.p())[2] > 0;
+    if (hasGround && style->ground.hasShadow) drawShadow(scene);
+
+    target->bind();
+    gl.Clear(GL_DEPTH_BUFFER_BIT);
+    drawBackground();
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(GL_LESS);
+    gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+
+    // Surfaces step back a little, so that the lines on them win.
+    gl.Enable(GL_POLYGON_OFFSET_FILL);
+    gl.PolygonOffset(1, 1);
+    for (const SurfaceItem& item : scene.surfaces)
+        if (!item.isTransparent()) drawSurface(item);
+    gl.Disable(GL_POLYGON_OFFSET_FILL);
+
+    gl.Enable(GL_BLEND);
+    gl.DepthMask(GL_FALSE);
+    if (hasGround) drawGround();
+    for (const SurfaceItem& item : scene.surfaces)
+        if (!item.isTransparent()) drawEdges(item);
+    drawLines(scene);
+    drawPoints(scene);
+    drawTransparent(scene);
+    drawGhosts(scene);
+    drawTexts(scene);
+    gl.DepthMask(GL_TRUE);
+    gl.Disable(GL_BLEND);
+    if (style->hasTriad) drawTriad();
+    gl.Disable(GL_DEPTH_TEST);
+
+    Image image = target->read();
+    dropUnused();
+    return image;
+}
+
+void GlRenderer::drawBackground() {
+    gl.Disable(GL_DEPTH_TEST);
+    gl.Disable(GL_BLEND);
+    backgroundProgram->use();
+    backgroundProgram->set("topColor", style->palette.backgroundTop);
+    backgroundProgram->set("bottomColor", style->palette.backgroundBottom);
+    gl.BindVertexArray(emptyArray);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void GlRenderer::drawShadow(const Scene& scene) {
+    const Transform X_PG = ~style->ground.X_GP;
+    const Vec3 light = X_PG.R() * Vec3(style->toLight);
+    if (!(light[2] > 0.05)) return;
+
+    // Slides a point of P along the light onto z = 0.
+    const auto toGround = [&](const Vec3& p) {
+        return Vec3(p[0] - light[0] / light[2] * p[2], p[1] - light[1] / light[2] * p[2], 0);
+    };
+    Scene casting;
+    for (const SurfaceItem& item : scene.surfaces)
+        if (!item.isTransparent()) casting.surfaces.push_back(item);
+    std::vector<Vec3> bounds;
+    casting.appendBounds(bounds);
+    shadowRegion = SimTK::Vec4(0, 0, 1, 1);
+    if (!bounds.empty()) {
+        Vec3 lower(SimTK::Infinity), upper(-SimTK::Infinity);
+        for (const Vec3& p : bounds) {
+            const Vec3 q = toGround(X_PG * p);
+            for (int k = 0; k < 2; ++k) {
+                lower[k] = std::min(lower[k], q[k]);
+                upper[k] = std::max(upper[k], q[k]);
+            }
+        }
+        const double extent = 1.25 * std::max({upper[0] - lower[0], upper[1] - lower[1], 1e-9});
+        const Vec3 middle = 0.5 * (lower + upper);
+        shadowRegion =
+            SimTK::Vec4(middle[0] - extent / 2, middle[1] - extent / 2, 1 / extent, 1 / extent);
+    }
+
+    shadow->bind(0);
+    gl.Disable(GL_DEPTH_TEST);
+    gl.Disable(GL_BLEND);
+    gl.ClearColor(0, 0, 0, 0);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    shadowProgram->use();
+    shadowProgram->set("strength", 1.0);
+    for (const SurfaceItem& item : casting.surfaces) {
+        const Transform X_PM = X_PG * item.X_GM;
+        std::array<float, 16> m{};
+        const auto setColumn = [&](int column, const Vec3& v, double offset) {
+            const Vec3 q = toGround(v);
+            for (int k = 0; k < 2; ++k)
+                m[4 * column + k] =
+                    float(2 * shadowRegion[2 + k] * (q[k] - offset * shadowRegion[k]) - offset);
+        };
+        for (int column = 0; column < 3; ++column)
+            setColumn(column, Vec3(X_PM.R().col(column)) * item.scale[column], 0);
+        setColumn(3, X_PM.p(), 1);
+        m[15] = 1;
+        shadowProgram->set("modelToShadow", m);
+        drawTriangles(item);
+    }
+
+    // Two rounds of a blur that is wider than one kernel.
+    blurProgram->use();
+    blurProgram->set("source", 0);
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindVertexArray(emptyArray);
+    const double step = 1.6 / shadowSize;
+    for (int pass = 0; pass < 2; ++pass) {
+        shadow->bind(1 - pass);
+        gl.BindTexture(GL_TEXTURE_2D, shadow->getTexture(pass));
+        blurProgram->set("texel", pass == 0 ? step : 0.0, pass == 0 ? 0.0 : step);
+        gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    }
+}
+
+void GlRenderer::drawGround() {
+    const GroundStyle& ground = style->ground;
+    groundProgram->use();
+    groundProgram->set("modelView", toMatrix(~camera->X_GC * ground.X_GP, Vec3(1)));
+    groundProgram->set("projection", projection);
+    groundProgram->set("size", ground.radius);
+    groundProgram->set("gridOrigin", ground.gridOffset[0], ground.gridOffset[1]);
+    groundProgram->set("spacing", ground.gridSpacing);
+    groundProgram->set("groundColor", style->palette.ground);
+    groundProgram->set("gridColor", style->palette.grid);
+    groundProgram->set("hasShadow", ground.hasShadow);
+    groundProgram->set("shadowRegion", shadowRegion[0], shadowRegion[1], shadowRegion[2],
+                       shadowRegion[3]);
+    groundProgram->set("shadow", 0);
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindTexture(GL_TEXTURE_2D, shadow->getTexture(0));
+    gl.BindVertexArray(quadArray);
+    gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+}
+
+void GlRenderer::setSurfaceUniforms(const SurfaceItem& item) {
+    const Transform X_CM = ~camera->X_GC * item.X_GM;
+    surfaceProgram->use();
+    surfaceProgram->set("modelView", toMatrix(X_CM, item.scale));
+    surfaceProgram->set("projection", projection);
+    surfaceProgram->set("normalMatrix", toNormalMatrix(X_CM.R(), item.scale));
+    surfaceProgram->set("color", item.color);
+    surfaceProgram->set("opacity", item.opacity);
+    surfaceProgram->set("isContour", item.style == SurfaceItem::Style::Contour);
+    surfaceProgram->set("isGhost", item.style == SurfaceItem::Style::Ghost);
+    surfaceProgram->set(
+        "isLit", style->isLit && item.representation == SimTK::DecorativeGeometry::DrawSurface);
+    const double range = style->contourHigh - style->contourLow;
+    surfaceProgram->set("contourRange", style->contourLow, range > 0 ? 1 / range : 0.0);
+    surfaceProgram->set("colorMap", 0);
+    surfaceProgram->set("up", Vec3(~camera->X_GC.R() * Vec3(style->up)));
+    surfaceProgram->set("keyDirection", Vec3(~camera->X_GC.R() * Vec3(style->toLight)));
+    surfaceProgram->set("viewDirection", Vec3(0, 0, 1));
+    surfaceProgram->set("isPerspective", true);
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindTexture(GL_TEXTURE_2D, colorMapTexture);
+}
+
+void GlRenderer::drawTriangles(const SurfaceItem& item) {
+    const Buffers& buffers = getBuffers(item.geometry);
+    gl.BindVertexArray(buffers.vertexArray);
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers.triangles);
+    gl.DrawElements(GL_TRIANGLES, GLsizei(item.geometry->triangles.size()), GL_UNSIGNED_INT,
+                    nullptr);
+}
+
+void GlRenderer::drawSurface(const SurfaceItem& item) {
+    setSurfaceUniforms(item);
+    if (item.representation == SimTK::DecorativeGeometry::DrawWireframe) {
+        gl.PolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+    } else if (item.representation == SimTK::DecorativeGeometry::DrawPoints) {
+        gl.PolygonMode(GL_FRONT_AND_BACK, GL_POINT);
+        gl.PointSize(3);
+    }
+    drawTriangles(item);
+    gl.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+}
+
+void GlRenderer::drawEdges(const SurfaceItem& item) {
+    if (!item.showFeatureEdges && !item.showElementEdges) return;
+    const Buffers& buffers = getBuffers(item.geometry);
+    edgeProgram->use();
+    edgeProgram->set("modelView", toMatrix(~camera->X_GC * item.X_GM, item.scale));
+    edgeProgram->set("projection", projection);
+    edgeProgram->set("color", style->palette.edge);
+    gl.BindVertexArray(buffers.vertexArray);
+    const auto drawSome = [&](GLuint buffer, std::size_t count, double opacity) {
+        edgeProgram->set("opacity", opacity);
+        gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffer);
+        gl.DrawElements(GL_LINES, GLsizei(count), GL_UNSIGNED_INT, nullptr);
+    };
+    if (item.showElementEdges)
+        drawSome(buffers.elementEdges, item.geometry->elementEdges.size(), 0.22);
+    if (item.showFeatureEdges)
+        drawSome(buffers.featureEdges, item.geometry->featureEdges.size(), 0.45);
+}
+
+void GlRenderer::drawTransparent(const Scene& scene) {
+    std::vector<std::pair<double, const SurfaceItem*>> items;
+    for (const SurfaceItem& item : scene.surfaces)
+        if (item.isTransparent() && item.style != SurfaceItem::Style::Ghost) {
+            const Vec3 middle = (0.5 * (item.geometry->lower + item.geometry->upper))
+                                    .elementwiseMultiply(item.scale);
+            items.emplace_back(camera->toCamera(item.X_GM * middle)[2], &item);
+        }
+    std::stable_sort(items.begin(), items.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    gl.Enable(GL_CULL_FACE);
+    for (const auto& entry : items)
+        for (const GLenum hidden : {GL_FRONT, GL_BACK}) {
+            gl.CullFace(hidden);
+            drawSurface(*entry.second);
+        }
+    gl.Disable(GL_CULL_FACE);
+}
+
+void GlRenderer::drawGhosts(const Scene& scene) {
+    // Depth first, then colour: only the nearest layer of a ghost shows. It stands a little behind
+    // the deformed part, which wins where both coincide.
+    gl.Enable(GL_POLYGON_OFFSET_FILL);
+    gl.PolygonOffset(2, 8);
+    for (const bool isColor : {false, true}) {
+        gl.ColorMask(isColor, isColor, isColor, isColor);
+        gl.DepthMask(isColor ? GL_FALSE : GL_TRUE);
+        gl.DepthFunc(isColor ? GL_LEQUAL : GL_LESS);
+        for (const SurfaceItem& item : scene.surfaces)
+            if (item.style == SurfaceItem::Style::Ghost) drawSurface(item);
+    }
+    gl.DepthFunc(GL_LESS);
+    gl.Disable(GL_POLYGON_OFFSET_FILL);
+    for (const SurfaceItem& item : scene.surfaces)
+        if (item.style == SurfaceItem::Style::Ghost) drawEdges(item);
+}
+
+void GlRenderer::drawLines(const Scene& scene) {
+    constexpr int floatsPerLine = 11;
+    std::vector<float> data;
+    for (const LineItem& line : scene.lines) {
+        // Ends behind the camera are pulled up to the near plane.
+        Vec3 a = camera->toCamera(line.start), b = camera->toCamera(line.end);
+        const double limit = -camera->nearPlane;
+        if (a[2] > limit && b[2] > limit) continue;
+        if (a[2] > limit) a += (limit - a[2]) / (b[2] - a[2]) * (b - a);
+        if (b[2] > limit) b += (limit - b[2]) / (a[2] - b[2]) * (a - b);
+        append(data, a);
+        append(data, b);
+        append(data, line.color);
+        data.push_back(float(line.opacity));
+        data.push_back(float(line.width * target->getHeight() / 720.0));
+    }
+    if (data.empty()) return;
+
+    gl.BindVertexArray(instanceArray);
+    gl.BindBuffer(GL_ARRAY_BUFFER, instanceBuffer);
+    gl.BufferData(GL_ARRAY_BUFFER, GLsizeiptr(data.size() * sizeof(float)), data.data(),
+                  GL_STREAM_DRAW);
+    const int sizes[] = {3, 3, 4, 1}, starts[] = {0, 3, 6, 10};
+    for (GLuint i = 0; i < 4; ++i) {
+        gl.EnableVertexAttribArray(i);
+        gl.VertexAttribPointer(i, sizes[i], GL_FLOAT, GL_FALSE, floatsPerLine * sizeof(float),
+                               bufferOffset(starts[i]));
+        gl.VertexAttribDivisor(i, 1);
+    }
+    lineProgram->use();
+    lineProgram->set("projection", projection);
+    lineProgram->set("viewport", double(target->getWidth()), double(target->getHeight()));
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, GLsizei(data.size() / floatsPerLine));
+}
+
+void GlRenderer::drawPoints(const Scene& scene) {
+    constexpr int floatsPerPoint = 8;
+    std::vector<float> data;
+    for (const PointItem& point : scene.points) {
+        append(data, camera->toCamera(point.location));
+        append(data, point.color);
+        data.push_back(float(point.opacity));
+        data.push_back(float(point.diameter * target->getHeight() / 720.0));
+    }
+    if (data.empty()) return;
+
+    gl.BindVertexArray(instanceArray);
+    gl.BindBuffer(GL_ARRAY_BUFFER, instanceBuffer);
+    gl.BufferData(GL_ARRAY_BUFFER, GLsizeiptr(data.size() * sizeof(float)), data.data(),
+                  GL_STREAM_DRAW);
+    const int sizes[] = {3, 4, 1}, starts[] = {0, 3, 7};
+    for (GLuint i = 0; i < 3; ++i) {
+        gl.EnableVertexAttribArray(i);
+        gl.VertexAttribPointer(i, sizes[i], GL_FLOAT, GL_FALSE, floatsPerPoint * sizeof(float),
+                               bufferOffset(starts[i]));
+        gl.VertexAttribDivisor(i, 1);
+    }
+    pointProgram->use();
+    pointProgram->set("projection", projection);
+    pointProgram->set("viewport", double(target->getWidth()), double(target->getHeight()));
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, GLsizei(data.size() / floatsPerPoint));
+}
+
+const GlRenderer::TextTexture& GlRenderer::getText(const std::string& text) {
+    TextTexture& entry = texts[text];
+    entry.isUsed = true;
+    if (entry.texture != 0) return entry;
+
+    if (!font) font = std::make_unique<Font>(Font::Weight::Regular);
+    constexpr double capHeight = 0.73 * textPixelSize;  // of DejaVu Sans
+    constexpr int descent = textPixelSize / 3, ascent = textPixelSize;
+    const int width = int(std::ceil(font->calcWidth(text, textPixelSize))) + 4;
+    Image image(width, ascent + descent, {0, 0, 0, 255});
+    font->draw(image, 2, ascent, text, textPixelSize, {255, 255, 255, 255});
+
+    gl.GenTextures(1, &entry.texture);
+    gl.BindTexture(GL_TEXTURE_2D, entry.texture);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, image.getHeight(), 0, GL_RGBA,
+                  GL_UNSIGNED_BYTE, image.getData());
+    gl.GenerateMipmap(GL_TEXTURE_2D);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    entry.width = width / capHeight;
+    entry.height = image.getHeight() / capHeight;
+    entry.descent = descent / capHeight;
+    return entry;
+}
+
+void GlRenderer::drawTexts(const Scene& scene) {
+    std::vector<std::pair<double, const TextItem*>> items;
+    for (const TextItem& item : scene.texts)
+        items.emplace_back(camera->toCamera(item.X_GT.p())[2], &item);
+    std::stable_sort(items.begin(), items.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& [depth, item] : items) {
+        if (depth > -camera->nearPlane) continue;
+        const TextTexture& text = getText(item->text);
+        const SimTK::Rotation R_CT =
+            item->facesCamera ? SimTK::Rotation() : ~camera->X_GC.R() * item->X_GT.R();
+        const Vec3 right = item->height * Vec3(R_CT.x()), top = item->height * Vec3(R_CT.y());
+        textProgram->use();
+        textProgram->set("projection", projection);
+        textProgram->set("origin", Vec3(camera->toCamera(item->X_GT.p()) - text.descent * top));
+        textProgram->set("right", Vec3(text.width * right));
+        textProgram->set("top", Vec3(text.height * top));
+        textProgram->set("color", item->color);
+        textProgram->set("opacity", item->opacity);
+        textProgram->set("coverage", 0);
+        gl.ActiveTexture(GL_TEXTURE0);
+        gl.BindTexture(GL_TEXTURE_2D, text.texture);
+        gl.BindVertexArray(quadArray);
+        gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    }
+}
+
+void GlRenderer::drawTriad() {
+    // Seen by a camera of its own, with the same orientation and no perspective to speak of.
+    const TriadPlace place = calcTriadPlace(target->getHeight());
+    const int half = int(1.5 * place.length);
+    gl.Viewport(int(place.x) - half, target->getHeight() - int(place.y) - half, 2 * half, 2 * half);
+    gl.Clear(GL_DEPTH_BUFFER_BIT);
+
+    Camera triadCamera;
+    triadCamera.fieldOfView = 2 * std::atan(1.5 / 30);
+    triadCamera.X_GC = Transform(camera->X_GC.R(), camera->X_GC.R() * Vec3(0, 0, 30));
+    triadCamera.nearPlane = 20;
+    triadCamera.farPlane = 40;
+    const Camera* const sceneCamera = camera;
+    camera = &triadCamera;
+    projection = triadCamera.calcProjection(1);
+
+    Scene triad;
+    ShapeCache& shapes = triadShapes;
+    SceneBuilder builder(
+        triad, shapes, [](int) { return Transform(); }, [](const Vec3&, double) { return 6.0; });
+    builder.add(SimTK::DecorativeFrame(1));
+    for (const SurfaceItem& item : triad.surfaces) drawSurface(item);
+    camera = sceneCamera;
+}
+
+}  // namespace simflex

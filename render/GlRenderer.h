@@ -1,0 +1,92 @@
+#pragma once
+/** @file
+Draws a Scene through OpenGL 3.3 core into an Image. Internal.
+
+Order: background, ground shadow map, opaque surfaces, edges, lines, points, ground, transparent
+surfaces from far to near, ghosts, texts, axes. Buffers of a shape live as long as the shape does;
+a shape that changes is uploaded again into the same buffers. **/
+
+#include <memory>
+#include <unordered_map>
+
+#include "Camera.h"
+#include "Font.h"
+#include "FrameStyle.h"
+#include "GlContext.h"
+#include "GlProgram.h"
+#include "GlTargets.h"
+#include "SceneBuilder.h"
+
+namespace simflex {
+
+class GlRenderer {
+public:
+    /** @throws std::runtime_error when there is no context or it cannot draw such a picture. **/
+    GlRenderer(int width, int height);
+    ~GlRenderer();
+    GlRenderer(const GlRenderer&) = delete;
+    GlRenderer& operator=(const GlRenderer&) = delete;
+
+    int getNumSamples() const { return target->getNumSamples(); }
+
+    /** The picture, without what the overlay writes on it. **/
+    Image draw(const Scene& scene, const Camera& camera, const FrameStyle& style);
+
+private:
+    // One shape on the GPU.
+    struct Buffers {
+        SurfaceGeometryPtr geometry;
+        unsigned version = 0;
+        GLuint vertexArray = 0, vertices = 0, triangles = 0, featureEdges = 0, elementEdges = 0;
+        std::size_t vertexBytes = 0;
+    };
+
+    struct TextTexture {
+        GLuint texture = 0;
+        double width = 1, height = 1, descent = 0;  // in heights of a capital letter
+        bool isUsed = true;
+    };
+
+    Buffers& getBuffers(const SurfaceGeometryPtr& geometry);
+    const TextTexture& getText(const std::string& text);
+    void deleteBuffers(Buffers& buffers);
+    void dropUnused();
+
+    void drawBackground();
+    void drawShadow(const Scene& scene);
+    void drawGround();
+    void drawSurface(const SurfaceItem& item);
+    void drawEdges(const SurfaceItem& item);
+    void drawTransparent(const Scene& scene);
+    void drawGhosts(const Scene& scene);
+    void drawLines(const Scene& scene);
+    void drawPoints(const Scene& scene);
+    void drawTexts(const Scene& scene);
+    void drawTriad();
+    void setSurfaceUniforms(const SurfaceItem& item);
+    void drawTriangles(const SurfaceItem& item);
+
+    std::unique_ptr<GlContext> context;
+    GlFunctions gl;
+    std::unique_ptr<PictureTarget> target;
+    std::unique_ptr<ShadowTarget> shadow;
+    std::unique_ptr<GlProgram> surfaceProgram, edgeProgram, lineProgram, pointProgram,
+        backgroundProgram, groundProgram, shadowProgram, blurProgram, textProgram;
+    std::unordered_map<const SurfaceGeometry*, Buffers> buffersOf;
+    std::unordered_map<std::string, TextTexture> texts;
+    std::unique_ptr<Font> font;
+    ShapeCache triadShapes;
+    GLuint emptyArray = 0;
+    GLuint instanceArray = 0, instanceBuffer = 0;
+    GLuint quadArray = 0, quadBuffer = 0;
+    GLuint colorMapTexture = 0;
+    int loadedColorMap = -1;
+
+    // Of the frame being drawn.
+    const Camera* camera = nullptr;
+    const FrameStyle* style = nullptr;
+    std::array<float, 16> projection{};
+    SimTK::Vec4 shadowRegion{0};  // on the ground: origin x, y, 1 / extent x, y
+};
+
+}  // namespace simflex

@@ -1,0 +1,197 @@
+#include "simflex/render/Image.h"
+
+#include <png.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+
+namespace simflex {
+
+namespace {
+
+struct FileCloser {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, FileCloser>;
+
+// libpng reports by callback; the text travels in the error pointer to the jump target.
+void keepPngError(png_structp png, png_const_charp text) {
+    *static_cast<std::string*>(png_get_error_ptr(png)) = text;
+    longjmp(png_jmpbuf(png), 1);
+}
+
+void ignorePngWarning(png_structp, png_const_charp) {}
+
+bool writePngRows(std::FILE* file, const std::vector<const std::uint8_t*>& rows, int width,
+                  bool hasAlpha, std::string& error) {
+    png_structp png =
+        png_create_write_struct(PNG_LIBPNG_VER_STRING, &error, keepPngError, ignorePngWarning);
+    png_infop info = png ? png_create_info_struct(png) : nullptr;
+    if (!info) {
+        png_destroy_write_struct(&png, nullptr);
+        error = "out of memory";
+        return false;
+    }
+    if (setjmp(png_jmpbuf(png))) {
+        png_destroy_write_struct(&png, &info);
+        return false;
+    }
+
+    png_init_io(png, file);
+    png_set_IHDR(png, info, png_uint_32(width), png_uint_32(rows.size()), 8,
+                 hasAlpha ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    // Sub and Up with fast compression: a third of the time of the defaults, files 10 % larger.
+    png_set_compression_level(png, 3);
+    png_set_filter(png, 0, PNG_FILTER_SUB | PNG_FILTER_UP);
+    png_write_info(png, info);
+    if (!hasAlpha) png_set_filler(png, 0, PNG_FILLER_AFTER);
+    png_write_image(png, const_cast<png_bytepp>(rows.data()));
+    png_write_end(png, nullptr);
+    png_destroy_write_struct(&png, &info);
+    return true;
+}
+
+bool readPngInfo(png_structp png, png_infop info, std::FILE* file) {
+    if (setjmp(png_jmpbuf(png))) return false;
+    png_init_io(png, file);
+    png_read_info(png, info);
+    png_set_expand(png);
+    png_set_strip_16(png);
+    png_set_gray_to_rgb(png);
+    png_set_filler(png, 255, PNG_FILLER_AFTER);
+    png_read_update_info(png, info);
+    return true;
+}
+
+bool readPngRows(png_structp png, png_bytepp rows) {
+    if (setjmp(png_jmpbuf(png))) return false;
+    png_read_image(png, rows);
+    png_read_end(png, nullptr);
+    return true;
+}
+
+}  // namespace
+
+Image::Image(int imageWidth, int imageHeight, const Pixel& color)
+    : width(imageWidth), height(imageHeight) {
+    if (width <= 0 || height <= 0)
+        throw std::invalid_argument("Image: size must be positive, not " + std::to_string(width) +
+                                    "x" + std::to_string(height));
+    bytes.resize(4 * std::size_t(width) * height);
+    for (std::size_t i = 0; i < bytes.size(); i += 4)
+        std::copy(color.begin(), color.end(), bytes.begin() + std::ptrdiff_t(i));
+}
+
+Image::Pixel Image::getPixel(int x, int y) const {
+    if (x < 0 || y < 0 || x >= width || y >= height)
+        throw std::out_of_range("Image: no pixel (" + std::to_string(x) + ", " + std::to_string(y) +
+                                ") in a picture of " + std::to_string(width) + "x" +
+                                std::to_string(height));
+    const std::uint8_t* p = &bytes[offsetOf(x, y)];
+    return {p[0], p[1], p[2], p[3]};
+}
+
+void Image::setPixel(int x, int y, const Pixel& color) {
+    getPixel(x, y);
+    std::copy(color.begin(), color.end(), bytes.begin() + std::ptrdiff_t(offsetOf(x, y)));
+}
+
+void Image::blendPixel(int x, int y, const Pixel& color, double coverage) {
+    if (x < 0 || y < 0 || x >= width || y >= height) return;
+    const double a = std::min(1.0, std::max(0.0, coverage)) * color[3] / 255.0;
+    std::uint8_t* p = &bytes[offsetOf(x, y)];
+    for (int c = 0; c < 3; ++c)
+        p[c] = std::uint8_t(std::lround(p[c] + a * (double(color[c]) - p[c])));
+    p[3] = std::uint8_t(std::lround(p[3] + a * (255.0 - p[3])));
+}
+
+Image Image::resized(int newWidth, int newHeight) const {
+    Image result(newWidth, newHeight);
+    const double sx = double(width) / newWidth, sy = double(height) / newHeight;
+    for (int y = 0; y < newHeight; ++y) {
+        const double top = y * sy, bottom = std::min(double(height), (y + 1) * sy);
+        for (int x = 0; x < newWidth; ++x) {
+            const double left = x * sx, right = std::min(double(width), (x + 1) * sx);
+            double sum[4] = {0, 0, 0, 0}, area = 0;
+            for (int j = int(top); j < height && j < bottom; ++j) {
+                const double h = std::min(bottom, j + 1.0) - std::max(top, double(j));
+                for (int i = int(left); i < width && i < right; ++i) {
+                    const double a = h * (std::min(right, i + 1.0) - std::max(left, double(i)));
+                    const std::uint8_t* p = &bytes[offsetOf(i, j)];
+                    for (int c = 0; c < 4; ++c) sum[c] += a * p[c];
+                    area += a;
+                }
+            }
+            std::uint8_t* q = &result.bytes[result.offsetOf(x, y)];
+            for (int c = 0; c < 4; ++c) q[c] = std::uint8_t(std::lround(sum[c] / area));
+        }
+    }
+    return result;
+}
+
+void Image::paste(const Image& other, int x, int y) {
+    const int x0 = std::max(0, x), x1 = std::min(width, x + other.width);
+    for (int j = std::max(0, y); j < std::min(height, y + other.height) && x0 < x1; ++j)
+        std::memcpy(&bytes[offsetOf(x0, j)], &other.bytes[other.offsetOf(x0 - x, j - y)],
+                    4 * std::size_t(x1 - x0));
+}
+
+void Image::writePng(const std::string& path) const {
+    if (isEmpty()) throw std::runtime_error("cannot write '" + path + "': the picture is empty");
+    const std::string partial = path + "." + std::to_string(getpid()) + ".part";
+    File file(std::fopen(partial.c_str(), "wb"));
+    if (!file) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
+
+    bool hasAlpha = false;
+    for (std::size_t i = 3; i < bytes.size() && !hasAlpha; i += 4) hasAlpha = bytes[i] != 255;
+    std::vector<const std::uint8_t*> rows(height);
+    for (int y = 0; y < height; ++y) rows[y] = &bytes[offsetOf(0, y)];
+
+    std::string error;
+    errno = 0;
+    bool ok = writePngRows(file.get(), rows, width, hasAlpha, error);
+    if (ok && std::fflush(file.get()) != 0) ok = false;
+    if (!ok && errno != 0) error = std::strerror(errno);
+    if (std::fclose(file.release()) != 0 && ok) {
+        ok = false;
+        error = std::strerror(errno);
+    }
+    if (ok && std::rename(partial.c_str(), path.c_str()) != 0) {
+        ok = false;
+        error = std::strerror(errno);
+    }
+    if (!ok) {
+        std::remove(partial.c_str());
+        throw std::runtime_error("cannot write '" + path + "': " + error);
+    }
+}
+
+Image Image::readPng(const std::string& path) {
+    File file(std::fopen(path.c_str(), "rb"));
+    if (!file) throw std::runtime_error("cannot read '" + path + "': " + std::strerror(errno));
+
+    std::string error;
+    png_structp png =
+        png_create_read_struct(PNG_LIBPNG_VER_STRING, &error, keepPngError, ignorePngWarning);
+    png_infop info = png ? png_create_info_struct(png) : nullptr;
+    bool ok = info && readPngInfo(png, info, file.get());
+    Image result;
+    if (ok) {
+        result = Image(int(png_get_image_width(png, info)), int(png_get_image_height(png, info)));
+        std::vector<std::uint8_t*> rows(result.height);
+        for (int y = 0; y < result.height; ++y) rows[y] = &result.bytes[result.offsetOf(0, y)];
+        ok = readPngRows(png, rows.data());
+    }
+    png_destroy_read_struct(&png, &info, nullptr);
+    if (!ok) throw std::runtime_error("cannot read '" + path + "' as PNG: " + error);
+    return result;
+}
+
+}  // namespace simflex

@@ -1,0 +1,73 @@
+#pragma once
+/** @file
+A picture in memory: 8-bit red, green, blue, alpha; row 0 is the top row.
+
+@code
+    simflex::Image image = viz.drawFrame(state);
+    image.writePng("frame.png");
+@endcode **/
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace simflex {
+
+class Image {
+public:
+    using Pixel = std::array<std::uint8_t, 4>;  ///< red, green, blue, alpha, 0…255
+
+    Image() = default;
+
+    /** A picture of one colour.
+    @throws std::invalid_argument unless both sizes are positive. **/
+    Image(int width, int height, const Pixel& color = {255, 255, 255, 255});
+
+    int getWidth() const { return width; }
+    int getHeight() const { return height; }
+    bool isEmpty() const { return bytes.empty(); }
+
+    /** Pixel in column x from the left and row y from the top.
+    @throws std::out_of_range that names the pixel and the size of the picture. **/
+    Pixel getPixel(int x, int y) const;
+    void setPixel(int x, int y, const Pixel& color);
+
+    /** Lays a colour over a pixel; `coverage` in 0…1. A pixel outside the picture is ignored. **/
+    void blendPixel(int x, int y, const Pixel& color, double coverage);
+
+    /** All bytes, row by row from the top, four per pixel; size 4·width·height. **/
+    const std::uint8_t* getData() const { return bytes.data(); }
+    std::uint8_t* updData() { return bytes.data(); }
+    std::size_t getNumBytes() const { return bytes.size(); }
+
+    /** The picture at another size; every new pixel is the mean of the area it covers. **/
+    Image resized(int newWidth, int newHeight) const;
+
+    /** Copies `other` to column x, row y; what would fall outside is cut off. **/
+    void paste(const Image& other, int x, int y);
+
+    /** Writes a PNG file. The file appears only when it is complete; nothing in it depends on the
+    time of writing. Fully opaque pictures are written without alpha channel.
+    @throws std::runtime_error that names the file and the system's reason. **/
+    void writePng(const std::string& path) const;
+
+    /** Reads any PNG file.
+    @throws std::runtime_error that names the file and what is wrong with it. **/
+    static Image readPng(const std::string& path);
+
+    bool operator==(const Image& other) const {
+        return width == other.width && height == other.height && bytes == other.bytes;
+    }
+    bool operator!=(const Image& other) const { return !(*this == other); }
+
+private:
+    std::size_t offsetOf(int x, int y) const { return 4 * (std::size_t(y) * width + x); }
+
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint8_t> bytes;
+};
+
+}  // namespace simflex

@@ -1,0 +1,279 @@
+#include "simflex/render/OffscreenVisualizer.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "OffscreenVisualizerImpl.h"
+
+namespace simflex {
+
+using SimTK::Real;
+using SimTK::Transform;
+using SimTK::Vec2;
+using SimTK::Vec3;
+
+OffscreenVisualizer::OffscreenVisualizer(const SimTK::System& system, int width, int height)
+    : impl(std::make_shared<Impl>(system, width, height)) {}
+
+OffscreenVisualizer::~OffscreenVisualizer() = default;
+
+int OffscreenVisualizer::getWidth() const {
+    return impl->width;
+}
+int OffscreenVisualizer::getHeight() const {
+    return impl->height;
+}
+
+void OffscreenVisualizer::report(const SimTK::State& state) const {
+    impl->report(state);
+}
+
+Image OffscreenVisualizer::drawFrame(const SimTK::State& state) const {
+    return impl->drawFrame(state);
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setOutputFolder(const std::string& folder) {
+    impl->outputFolder = folder;
+    impl->numFrames = 0;
+    return *this;
+}
+
+const std::string& OffscreenVisualizer::getOutputFolder() const {
+    return impl->outputFolder;
+}
+int OffscreenVisualizer::getNumFrames() const {
+    return impl->numFrames;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::addDeformableMesh(const DeformableMesh& mesh) {
+    if (!mesh.part || !mesh.getFramePose || !mesh.getModalCoordinates)
+        throw std::invalid_argument(
+            "addDeformableMesh: the part, getFramePose and getModalCoordinates must be given");
+    Impl::Part part{mesh, std::make_unique<DeformedSurface>(mesh.part, impl->creaseAngle)};
+    if (part.mesh.name.empty()) part.mesh.name = mesh.part->name;
+    impl->parts.push_back(std::move(part));
+    impl->forgetFit();
+    return *this;
+}
+
+int OffscreenVisualizer::addDecoration(SimTK::MobilizedBodyIndex body, const Transform& X_BD,
+                                       const SimTK::DecorativeGeometry& geometry) {
+    SimTK::DecorativeGeometry copy = geometry;
+    copy.setBodyId(body).setTransform(X_BD * geometry.getTransform());
+    impl->decorations.push_back(copy);
+    impl->forgetFit();
+    return int(impl->decorations.size()) - 1;
+}
+
+int OffscreenVisualizer::addRubberBandLine(SimTK::MobilizedBodyIndex b1, const Vec3& station1,
+                                           SimTK::MobilizedBodyIndex b2, const Vec3& station2,
+                                           const SimTK::DecorativeLine& line) {
+    impl->rubberBands.push_back({b1, b2, station1, station2, line});
+    impl->forgetFit();
+    return int(impl->rubberBands.size()) - 1;
+}
+
+int OffscreenVisualizer::addDecorationGenerator(SimTK::DecorationGenerator* generator) {
+    if (!generator) throw std::invalid_argument("addDecorationGenerator: null generator");
+    impl->generators.emplace_back(generator);
+    impl->forgetFit();
+    return int(impl->generators.size()) - 1;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCameraTransform(const Transform& X_GC) {
+    impl->camera.X_GC = X_GC;
+    impl->cameraMode = Impl::CameraMode::Fixed;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::pointCameraAt(const Vec3& point,
+                                                        const Vec3& upDirection) {
+    impl->camera.pointAt(point, upDirection);
+    impl->cameraMode = Impl::CameraMode::Fixed;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCameraFieldOfView(Real fov) {
+    if (!(fov > 0 && fov < SimTK::Pi))
+        throw std::invalid_argument("setCameraFieldOfView: " + std::to_string(fov) +
+                                    " is not between 0 and pi");
+    impl->camera.fieldOfView = fov;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCameraClippingPlanes(Real nearPlane, Real farPlane) {
+    if (!(nearPlane > 0 && farPlane > nearPlane))
+        throw std::invalid_argument("setCameraClippingPlanes: need 0 < near < far");
+    impl->camera.nearPlane = nearPlane;
+    impl->camera.farPlane = farPlane;
+    impl->areClippingPlanesFixed = true;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::zoomCameraToShowAllGeometry() {
+    if (impl->cameraMode == Impl::CameraMode::Fixed)
+        impl->cameraMode = Impl::CameraMode::FixedRotation;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCameraView(Real azimuth, Real elevation) {
+    impl->azimuth = azimuth;
+    impl->elevation = elevation;
+    impl->cameraMode = Impl::CameraMode::View;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCameraOrbit(Real rate) {
+    impl->orbitRate = rate;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::fitToMotion(const std::vector<SimTK::State>& states) {
+    impl->fitToMotion(states);
+    return *this;
+}
+
+Vec3 OffscreenVisualizer::calcPixel(const Vec3& point_G) const {
+    return impl->lastCamera.calcPixel(point_G, impl->width, impl->height);
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setDeformationFactor(Real factor) {
+    if (!(factor >= 0) || !std::isfinite(factor))
+        throw std::invalid_argument("setDeformationFactor: " + std::to_string(factor) +
+                                    " is not a finite number >= 0");
+    impl->deformationFactor = factor;
+    impl->isFactorAutomatic = false;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setAutomaticDeformationFactor() {
+    impl->isFactorAutomatic = true;
+    return *this;
+}
+
+Real OffscreenVisualizer::getDeformationFactor() const {
+    return impl->getDeformationFactor();
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setContour(Contour contour) {
+    impl->contour = contour;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setContourRange(Real low, Real high) {
+    if (!(low < high))
+        throw std::invalid_argument("setContourRange: " + std::to_string(low) + " is not below " +
+                                    std::to_string(high));
+    impl->fixedLow = low;
+    impl->fixedHigh = high;
+    impl->isContourRangeFixed = true;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setContourRange(ContourRange range) {
+    impl->contourRange = range;
+    impl->isContourRangeFixed = false;
+    return *this;
+}
+
+Vec2 OffscreenVisualizer::getContourRange() const {
+    return Vec2(impl->lastStyle.contourLow, impl->lastStyle.contourHigh);
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setColorMap(ColorMap map) {
+    impl->colorMap = map;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowUndeformed(bool show) {
+    impl->showUndeformed = show;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowElementEdges(bool show) {
+    impl->showElementEdges = show;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowFeatureEdges(bool show) {
+    impl->showFeatureEdges = show;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCreaseAngle(Real angle) {
+    impl->creaseAngle = angle;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setTheme(Theme theme) {
+    impl->theme = theme;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setLighting(Lighting lighting) {
+    impl->lighting = lighting;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setLightDirection(const Vec3& towardsLight_G) {
+    if (!(towardsLight_G.norm() > 0))
+        throw std::invalid_argument("setLightDirection: the direction has no length");
+    impl->lightDirection = towardsLight_G;
+    impl->isLightFixed = true;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setBackgroundType(
+    SimTK::Visualizer::BackgroundType background) {
+    impl->hasGround = background == SimTK::Visualizer::GroundAndSky;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setBackgroundColor(const Vec3& color) {
+    impl->solidColor = color;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setSystemUpDirection(
+    const SimTK::CoordinateDirection& up) {
+    impl->up = up;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setGroundHeight(Real height) {
+    impl->groundHeight = height;
+    impl->isGroundHeightFixed = true;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowShadows(bool show) {
+    impl->showShadows = show;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowAxes(bool show) {
+    impl->showAxes = show;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowSimTime(bool show) {
+    impl->showSimTime = show;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowFrameNumber(bool show) {
+    impl->showFrameNumber = show;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setWindowTitle(const std::string& title) {
+    impl->title = title;
+    return *this;
+}
+
+}  // namespace simflex

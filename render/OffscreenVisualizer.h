@@ -1,0 +1,170 @@
+#pragma once
+/** @file
+Pictures of any Simbody System on a machine without display or graphics card.
+
+The interface is that of SimTK::Visualizer, with frames going to PNG files or to memory:
+
+@code
+    MultibodySystem system;
+    // ... build the system; rod is a simflex::FlexibleBody
+    simflex::OffscreenVisualizer viz(system);
+    viz.addFlexibleBody(rod);
+    viz.setWindowTitle("Slider-crank").setAutomaticDeformationFactor();
+    viz.setOutputFolder("frames");
+    // ... simulate, keeping States
+    viz.fitToMotion(states);
+    for (const State& state : states) viz.report(state);   // frames/frame_00000.png, ...
+    simflex::writeVideo("frames", "slider_crank.mp4");
+@endcode
+
+Copies refer to the same visualizer. The first frame needs libOSMesa and a DejaVu font; nothing
+else does. The same states in the same order give the same bytes. Not for several threads at once.
+**/
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "Simbody.h"
+#include "simflex/render/ColorMap.h"
+#include "simflex/render/DeformableMesh.h"
+#include "simflex/render/Image.h"
+
+namespace simflex {
+
+class FlexibleBody;
+
+class OffscreenVisualizer {
+public:
+    enum class Theme { Light, Dark };
+    enum class Lighting { Shaded, Flat };  ///< Flat: every colour exactly as given
+    enum class Contour { None, Displacement };
+    enum class ContourRange { PerRun, PerFrame };
+
+    /** @throws std::invalid_argument unless both sizes are positive. **/
+    explicit OffscreenVisualizer(const SimTK::System& system, int width = 1280, int height = 720);
+    ~OffscreenVisualizer();
+    OffscreenVisualizer(const OffscreenVisualizer&) = default;
+    OffscreenVisualizer& operator=(const OffscreenVisualizer&) = default;
+
+    int getWidth() const;
+    int getHeight() const;
+
+    /** @name Frames
+    The State is realized to Stage::Position; geometry of later stages is drawn if the State has
+    been realized that far.
+    @throws std::runtime_error that says what is wrong: no OpenGL context, a pose or a modal
+        coordinate that is not finite (and of which body, at which time), an unknown mesh file. **/
+    /**@{**/
+    /** Draws the State and writes it to the output folder as the next frame.
+    @throws std::runtime_error when the file cannot be written, too. **/
+    void report(const SimTK::State& state) const;
+    /** The same as report(). **/
+    void drawFrameNow(const SimTK::State& state) const { report(state); }
+    /** Draws the State to memory. **/
+    Image drawFrame(const SimTK::State& state) const;
+
+    /** Folder for frame_00000.png and so on, made when the first frame is written; frames of that
+    name that an earlier run left there are removed then. Default: "frames". **/
+    OffscreenVisualizer& setOutputFolder(const std::string& folder);
+    const std::string& getOutputFolder() const;
+    /** Frames written to the output folder so far. **/
+    int getNumFrames() const;
+    /**@}**/
+
+    /** @name What is drawn, besides the System's own decorations **/
+    /**@{**/
+    OffscreenVisualizer& addFlexibleBody(const FlexibleBody& body);
+    /** @throws std::invalid_argument when part or functions are missing. **/
+    OffscreenVisualizer& addDeformableMesh(const DeformableMesh& mesh);
+    int addDecoration(SimTK::MobilizedBodyIndex body, const SimTK::Transform& X_BD,
+                      const SimTK::DecorativeGeometry& geometry);
+    int addRubberBandLine(SimTK::MobilizedBodyIndex b1, const SimTK::Vec3& station1,
+                          SimTK::MobilizedBodyIndex b2, const SimTK::Vec3& station2,
+                          const SimTK::DecorativeLine& line);
+    /** Takes over the generator. **/
+    int addDecorationGenerator(SimTK::DecorationGenerator* generator);
+    /**@}**/
+
+    /** @name Camera
+    Frame C: x right, y up, looking along −z. Until one of these is called, the camera stands a
+    little to the right and above the front of the scene, where all of the first frame, or of the
+    motion given to fitToMotion(), just fits into the picture. **/
+    /**@{**/
+    OffscreenVisualizer& setCameraTransform(const SimTK::Transform& X_GC);
+    OffscreenVisualizer& pointCameraAt(const SimTK::Vec3& point, const SimTK::Vec3& upDirection);
+    /** Vertical field of view [rad]; default 30 degrees. **/
+    OffscreenVisualizer& setCameraFieldOfView(SimTK::Real fov);
+    OffscreenVisualizer& setCameraClippingPlanes(SimTK::Real nearPlane, SimTK::Real farPlane);
+    /** Moves the camera, without turning it, to where all of the next frame is visible. **/
+    OffscreenVisualizer& zoomCameraToShowAllGeometry();
+    /** Direction from which the scene is seen, fitted: azimuth from the front to the right and
+    elevation above the horizon [rad]. Default: 25 and 16 degrees. **/
+    OffscreenVisualizer& setCameraView(SimTK::Real azimuth, SimTK::Real elevation);
+    /** Lets the camera circle about the scene with time [rad/s of simulation]; 0 stops it. **/
+    OffscreenVisualizer& setCameraOrbit(SimTK::Real rate);
+    /** Looks at all these States: the camera is placed so that nothing leaves the picture, the
+    ground lies below everything, the contour range and an automatic deformation factor are those
+    of the whole motion. O(states·(decorations + skin nodes·n_f)). **/
+    OffscreenVisualizer& fitToMotion(const std::vector<SimTK::State>& states);
+    /** Column and row in the picture [pixel, from the top left corner] and distance along the
+    view direction [m] of a point, for the camera of the frame drawn last. **/
+    SimTK::Vec3 calcPixel(const SimTK::Vec3& point_G) const;
+    /**@}**/
+
+    /** @name Flexible parts **/
+    /**@{**/
+    /** Displacements are drawn this many times larger; the factor is printed in the picture.
+    Default 1. @throws std::invalid_argument when negative or not finite. **/
+    OffscreenVisualizer& setDeformationFactor(SimTK::Real factor);
+    /** A round factor that makes the largest displacement given to fitToMotion() about 4 % of the
+    scene's size, and at least 1; 1 until fitToMotion() is called. **/
+    OffscreenVisualizer& setAutomaticDeformationFactor();
+    SimTK::Real getDeformationFactor() const;
+    /** What colours show; default Contour::Displacement, the magnitude |Φξ|. **/
+    OffscreenVisualizer& setContour(Contour contour);
+    /** Fixed ends of the colour bar [m]. @throws std::invalid_argument unless low < high. **/
+    OffscreenVisualizer& setContourRange(SimTK::Real low, SimTK::Real high);
+    /** Ends found from what is drawn: PerRun (default) covers all States given to fitToMotion(),
+    growing if a later frame exceeds it; PerFrame covers each frame anew. **/
+    OffscreenVisualizer& setContourRange(ContourRange range);
+    /** Ends of the colour bar in the frame drawn last [m]. **/
+    SimTK::Vec2 getContourRange() const;
+    OffscreenVisualizer& setColorMap(ColorMap map);
+    /** A translucent ghost of the undeformed part; default shown. **/
+    OffscreenVisualizer& setShowUndeformed(bool show);
+    /** Edges of the part's finite elements; default hidden. **/
+    OffscreenVisualizer& setShowElementEdges(bool show);
+    /** Sharp edges of the part; default shown. **/
+    OffscreenVisualizer& setShowFeatureEdges(bool show);
+    /** Edges sharper than this are drawn sharp [rad]; default 35 degrees. For parts added later.
+     * **/
+    OffscreenVisualizer& setCreaseAngle(SimTK::Real angle);
+    /**@}**/
+
+    /** @name Look **/
+    /**@{**/
+    OffscreenVisualizer& setTheme(Theme theme);
+    OffscreenVisualizer& setLighting(Lighting lighting);
+    /** Direction towards the main light, in Ground; default: above the camera's left shoulder. **/
+    OffscreenVisualizer& setLightDirection(const SimTK::Vec3& towardsLight_G);
+    OffscreenVisualizer& setBackgroundType(SimTK::Visualizer::BackgroundType background);
+    /** Colour of the SolidColor background. **/
+    OffscreenVisualizer& setBackgroundColor(const SimTK::Vec3& color);
+    OffscreenVisualizer& setSystemUpDirection(const SimTK::CoordinateDirection& up);
+    /** Height of the ground along the up direction [m]; default: just below the scene. **/
+    OffscreenVisualizer& setGroundHeight(SimTK::Real height);
+    OffscreenVisualizer& setShowShadows(bool show);
+    OffscreenVisualizer& setShowAxes(bool show);
+    OffscreenVisualizer& setShowSimTime(bool show);      ///< default shown
+    OffscreenVisualizer& setShowFrameNumber(bool show);  ///< default hidden
+    OffscreenVisualizer& setWindowTitle(const std::string& title);
+    /**@}**/
+
+    class Impl;
+
+private:
+    std::shared_ptr<Impl> impl;
+};
+
+}  // namespace simflex

@@ -1,0 +1,53 @@
+#pragma once
+/** @file
+What is written over a frame: title, time, colour bar, axis names. Internal to the renderer. **/
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "Font.h"
+#include "FrameStyle.h"
+
+namespace simflex {
+
+struct ColorBar {
+    std::string quantity;      ///< "displacement"
+    double low = 0, high = 1;  ///< [m]
+    ColorMap colorMap = ColorMap::Viridis;
+};
+
+struct OverlayContent {
+    std::string title;
+    std::vector<std::string> captions;     ///< below the title
+    std::vector<std::string> screenTexts;  ///< of the system's own
+    std::string footnote;                  ///< in the lower right corner
+    bool hasColorBar = false;
+    ColorBar colorBar;
+    bool hasTriad = false;
+    SimTK::Rotation R_GC;  ///< orientation of the camera, for the axis names
+};
+
+class Overlay {
+public:
+    void draw(Image& image, const OverlayContent& content, const Palette& palette);
+
+private:
+    void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, double unit);
+
+    std::unique_ptr<Font> regular, bold;  // loaded when the first text is drawn
+};
+
+/** The nearest of 1, 2 and 5 times a power of ten that is not below `value`. **/
+double roundUpToStep(double value);
+
+/** The same with finer steps, for the end of a range: 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10. **/
+double roundUpToRange(double value);
+
+/** A length with a unit that suits it, such as "20 mm". **/
+std::string formatLength(double meters);
+
+/** A number without needless digits, such as "50" or "2.5". **/
+std::string formatNumber(double value);
+
+}  // namespace simflex

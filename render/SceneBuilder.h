@@ -1,0 +1,88 @@
+#pragma once
+/** @file
+Turns Simbody's decorative geometry into scene items. Internal to the renderer. **/
+
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "Scene.h"
+#include "SimTKcommon.h"
+
+namespace simflex {
+
+/** Shapes that frames share: made when first wanted, dropped when a frame no longer uses them. **/
+class ShapeCache {
+public:
+    SurfaceGeometryPtr getBrick();
+    SurfaceGeometryPtr getSphere(int slices);
+    SurfaceGeometryPtr getCylinder(int slices);
+    SurfaceGeometryPtr getCircle(int slices);
+    SurfaceGeometryPtr getCone(int slices);
+    SurfaceGeometryPtr getTorus(double tubeRadius, int slices);
+    SurfaceGeometryPtr getPolygons(const SimTK::PolygonalMesh& mesh);
+
+    /** @throws std::runtime_error that names the file and what is wrong with it. **/
+    SurfaceGeometryPtr getMeshFile(const std::string& path);
+
+    /** Call after a frame: forgets polygonal meshes that the frame did not use. **/
+    void dropUnused();
+
+private:
+    struct PolygonEntry {
+        SimTK::PolygonalMesh mesh;  // keeps the address that is the key from being used again
+        SurfaceGeometryPtr geometry;
+        bool isUsed = true;
+    };
+
+    SurfaceGeometryPtr brick;
+    std::map<std::pair<int, int>, SurfaceGeometryPtr> rounds;  // shape kind, slices
+    std::map<std::pair<double, int>, SurfaceGeometryPtr> tori;
+    std::map<const void*, PolygonEntry> polygons;
+    std::map<std::string, SurfaceGeometryPtr> files;
+};
+
+class SceneBuilder : public SimTK::DecorativeGeometryImplementation {
+public:
+    /** Pose of a mobilized body in Ground by its number. **/
+    using BodyPose = std::function<SimTK::Transform(int bodyId)>;
+
+    /** Radius in pixels at which a ball with this centre and radius in Ground is seen. **/
+    using PixelRadius = std::function<double(const SimTK::Vec3& center_G, double radius)>;
+
+    SceneBuilder(Scene& scene, ShapeCache& shapes, BodyPose bodyPose, PixelRadius pixelRadius);
+
+    /** Appends one piece of geometry. **/
+    void add(const SimTK::DecorativeGeometry& geometry) { geometry.implementGeometry(*this); }
+
+    void implementPointGeometry(const SimTK::DecorativePoint&) override;
+    void implementLineGeometry(const SimTK::DecorativeLine&) override;
+    void implementBrickGeometry(const SimTK::DecorativeBrick&) override;
+    void implementCylinderGeometry(const SimTK::DecorativeCylinder&) override;
+    void implementCircleGeometry(const SimTK::DecorativeCircle&) override;
+    void implementSphereGeometry(const SimTK::DecorativeSphere&) override;
+    void implementEllipsoidGeometry(const SimTK::DecorativeEllipsoid&) override;
+    void implementFrameGeometry(const SimTK::DecorativeFrame&) override;
+    void implementTextGeometry(const SimTK::DecorativeText&) override;
+    void implementMeshGeometry(const SimTK::DecorativeMesh&) override;
+    void implementMeshFileGeometry(const SimTK::DecorativeMeshFile&) override;
+    void implementTorusGeometry(const SimTK::DecorativeTorus&) override;
+    void implementArrowGeometry(const SimTK::DecorativeArrow&) override;
+    void implementConeGeometry(const SimTK::DecorativeCone&) override;
+
+private:
+    SimTK::Transform calcPose(const SimTK::DecorativeGeometry& geometry) const;
+    int chooseSlices(const SimTK::DecorativeGeometry& geometry, const SimTK::Vec3& center_G,
+                     double radius) const;
+    SurfaceItem makeItem(const SimTK::DecorativeGeometry& geometry) const;
+    void addArrow(const SurfaceItem& style, const SimTK::Vec3& start_G, const SimTK::Vec3& end_G,
+                  double tipLength, double shaftRadius, double tipRadius, int slices);
+
+    Scene& scene;
+    ShapeCache& shapes;
+    BodyPose bodyPose;
+    PixelRadius pixelRadius;
+};
+
+}  // namespace simflex

@@ -1,0 +1,302 @@
+#include "Shaders.h"
+
+namespace simflex {
+namespace shaders {
+
+const char* const surfaceVertex = R"(#version 330 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in float value;
+uniform mat4 modelView;
+uniform mat4 projection;
+uniform mat3 normalMatrix;
+out vec3 viewPosition;
+out vec3 viewNormal;
+out float contourValue;
+
+void main() {
+    vec4 p = modelView * vec4(position, 1.0);
+    viewPosition = p.xyz;
+    viewNormal = normalMatrix * normal;
+    contourValue = value;
+    gl_Position = projection * p;
+}
+)";
+
+// Colours are squared on the way in and rooted on the way out: light adds up in linear space, and
+// an unlit colour arrives unchanged. All vectors are in camera frame.
+const char* const surfaceFragment = R"(#version 330 core
+in vec3 viewPosition;
+in vec3 viewNormal;
+in float contourValue;
+uniform vec3 color;
+uniform float opacity;
+uniform bool isContour;
+uniform bool isGhost;
+uniform bool isLit;
+uniform vec2 contourRange;      // low end, 1 / (high - low)
+uniform sampler2D colorMap;
+uniform vec3 up;                // of the ground
+uniform vec3 keyDirection;      // towards the main light
+uniform vec3 viewDirection;     // towards the viewer where perspective is off
+uniform bool isPerspective;
+out vec4 fragment;
+
+const float colors = 256.0;
+
+void main() {
+    vec3 base = color;
+    if (isContour) {
+        float f = clamp((contourValue - contourRange.x) * contourRange.y, 0.0, 1.0);
+        base = texture(colorMap, vec2((0.5 + f * (colors - 1.0)) / colors, 0.5)).rgb;
+    }
+    if (!isLit) {
+        fragment = vec4(base, opacity);
+        return;
+    }
+
+    vec3 n = normalize(viewNormal);
+    if (!gl_FrontFacing) n = -n;
+    vec3 v = isPerspective ? normalize(-viewPosition) : viewDirection;
+    float facing = max(dot(n, v), 0.0);
+
+    if (isGhost) {
+        float rim = 1.0 - facing;
+        fragment = vec4(color * (0.75 + 0.25 * facing), opacity * (0.45 + 1.6 * rim * rim));
+        return;
+    }
+
+    vec3 linear = base * base;
+    float sky = 0.5 + 0.5 * dot(n, up);
+    vec3 ambient = mix(vec3(0.20, 0.19, 0.18), vec3(0.46, 0.49, 0.54), sky);
+    float key = max(dot(n, keyDirection), 0.0);
+    float fill = max(dot(n, normalize(vec3(-0.75, 0.15, 0.65))), 0.0);
+    float head = max(n.z, 0.0);
+    vec3 light = ambient + key * vec3(0.62, 0.60, 0.56) + fill * vec3(0.10, 0.12, 0.15) + 0.12 * head;
+
+    vec3 h = normalize(keyDirection + v);
+    float highlight = pow(max(dot(n, h), 0.0), 48.0) * 0.22 * step(0.0, dot(n, keyDirection));
+    float sheen = pow(1.0 - facing, 4.0) * 0.10 * sky;
+    fragment = vec4(sqrt(linear * light + highlight + sheen), opacity);
+}
+)";
+
+const char* const edgeFragment = R"(#version 330 core
+in vec3 viewPosition;
+in vec3 viewNormal;
+in float contourValue;
+uniform vec3 color;
+uniform float opacity;
+out vec4 fragment;
+
+void main() {
+    fragment = vec4(color, opacity);
+}
+)";
+
+// A line is a rectangle of four vertices around its two end points, which are given in camera
+// frame.
+const char* const lineVertex = R"(#version 330 core
+layout(location = 0) in vec3 start;
+layout(location = 1) in vec3 end;
+layout(location = 2) in vec4 lineColor;
+layout(location = 3) in float width;
+uniform mat4 projection;
+uniform vec2 viewport;
+out vec4 vertexColor;
+
+void main() {
+    vec4 a = projection * vec4(start, 1.0);
+    vec4 b = projection * vec4(end, 1.0);
+    vec2 direction = (b.xy / b.w - a.xy / a.w) * viewport;
+    float size = length(direction);
+    direction = size > 0.0 ? direction / size : vec2(1.0, 0.0);
+    vec2 across = vec2(-direction.y, direction.x);
+    bool isEnd = (gl_VertexID & 1) == 1;
+    float side = (gl_VertexID & 2) == 2 ? 1.0 : -1.0;
+    vec4 p = isEnd ? b : a;
+    vec2 offset = (across * side + direction * (isEnd ? 0.5 : -0.5)) * width / viewport;
+    gl_Position = vec4(p.xy + offset * p.w, p.z, p.w);
+    vertexColor = lineColor;
+}
+)";
+
+const char* const pointVertex = R"(#version 330 core
+layout(location = 0) in vec3 center;
+layout(location = 1) in vec4 pointColor;
+layout(location = 2) in float diameter;
+uniform mat4 projection;
+uniform vec2 viewport;
+out vec4 vertexColor;
+out vec2 local;
+out float radius;
+
+void main() {
+    local = vec2((gl_VertexID & 1) == 1 ? 1.0 : -1.0, (gl_VertexID & 2) == 2 ? 1.0 : -1.0);
+    radius = 0.5 * diameter;
+    local *= radius + 1.0;
+    vec4 p = projection * vec4(center, 1.0);
+    gl_Position = vec4(p.xy + 2.0 * local / viewport * p.w, p.z, p.w);
+    vertexColor = pointColor;
+}
+)";
+
+const char* const pointFragment = R"(#version 330 core
+in vec4 vertexColor;
+in vec2 local;
+in float radius;
+out vec4 fragment;
+
+void main() {
+    float inside = clamp(radius + 0.5 - length(local), 0.0, 1.0);
+    if (inside <= 0.0) discard;
+    fragment = vec4(vertexColor.rgb, vertexColor.a * inside);
+}
+)";
+
+const char* const colorFragment = R"(#version 330 core
+in vec4 vertexColor;
+out vec4 fragment;
+
+void main() {
+    fragment = vertexColor;
+}
+)";
+
+const char* const backgroundVertex = R"(#version 330 core
+out vec2 place;
+
+void main() {
+    place = vec2((gl_VertexID & 1) == 1 ? 2.0 : 0.0, (gl_VertexID & 2) == 2 ? 2.0 : 0.0);
+    gl_Position = vec4(2.0 * place - 1.0, 0.0, 1.0);
+}
+)";
+
+const char* const backgroundFragment = R"(#version 330 core
+in vec2 place;
+uniform vec3 topColor;
+uniform vec3 bottomColor;
+out vec4 fragment;
+
+// Half a level of ordered noise hides the steps of the gradient.
+void main() {
+    float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+    vec3 shade = mix(bottomColor, topColor, smoothstep(0.0, 1.0, place.y));
+    fragment = vec4(shade + (noise - 0.5) / 255.0, 1.0);
+}
+)";
+
+const char* const groundVertex = R"(#version 330 core
+layout(location = 0) in vec2 corner;
+uniform mat4 modelView;
+uniform mat4 projection;
+uniform float size;
+out vec2 place;
+
+void main() {
+    place = corner * size;
+    gl_Position = projection * modelView * vec4(place, 0.0, 1.0);
+}
+)";
+
+const char* const groundFragment = R"(#version 330 core
+in vec2 place;                  // on the ground, from the middle of the scene [m]
+uniform vec2 gridOrigin;        // offset to the next grid crossing [m]
+uniform float spacing;
+uniform float size;
+uniform vec3 groundColor;
+uniform vec3 gridColor;
+uniform bool hasShadow;
+uniform vec4 shadowRegion;      // origin, 1 / extent
+uniform sampler2D shadow;
+out vec4 fragment;
+
+// Coverage of a pixel by lines one `period` apart that are `width` pixels wide.
+float lines(vec2 p, float period, float width) {
+    vec2 pixel = fwidth(p) / period;
+    vec2 distance = abs(fract(p / period - 0.5) - 0.5) / max(pixel, 1e-6);
+    vec2 c = clamp(0.5 + 0.5 * width - distance, 0.0, 1.0);
+    c *= clamp(1.5 - 4.0 * pixel, 0.0, 1.0);   // lines that crowd fade away
+    return max(c.x, c.y);
+}
+
+void main() {
+    float fade = 1.0 - smoothstep(0.25, 1.0, length(place) / size);
+    if (fade <= 0.0) discard;
+    vec2 p = place - gridOrigin;
+    float grid = max(0.45 * lines(p, spacing, 1.0), 0.9 * lines(p, 5.0 * spacing, 1.2));
+    vec3 shade = mix(groundColor, gridColor, grid);
+    if (hasShadow) {
+        vec2 s = (place - shadowRegion.xy) * shadowRegion.zw;
+        float dark = texture(shadow, s).r;
+        shade *= 1.0 - 0.50 * dark;
+    }
+    fragment = vec4(shade, fade);
+}
+)";
+
+const char* const shadowVertex = R"(#version 330 core
+layout(location = 0) in vec3 position;
+uniform mat4 modelToShadow;
+
+void main() {
+    gl_Position = modelToShadow * vec4(position, 1.0);
+}
+)";
+
+const char* const shadowFragment = R"(#version 330 core
+uniform float strength;
+out vec4 fragment;
+
+void main() {
+    fragment = vec4(strength);
+}
+)";
+
+const char* const blurFragment = R"(#version 330 core
+in vec2 place;
+uniform sampler2D source;
+uniform vec2 texel;             // step along the direction of the blur
+out vec4 fragment;
+
+void main() {
+    float sum = 0.0, weights = 0.0;
+    for (int i = -7; i <= 7; ++i) {
+        float w = exp(-float(i * i) / 18.0);
+        sum += w * texture(source, place + float(i) * texel).r;
+        weights += w;
+    }
+    fragment = vec4(sum / weights);
+}
+)";
+
+const char* const textVertex = R"(#version 330 core
+layout(location = 0) in vec2 corner;
+uniform vec3 origin;            // lower left corner, in camera frame
+uniform vec3 right;             // width and direction of the line
+uniform vec3 top;
+uniform mat4 projection;
+out vec2 place;
+
+void main() {
+    place = 0.5 * corner + 0.5;
+    gl_Position = projection * vec4(origin + place.x * right + place.y * top, 1.0);
+}
+)";
+
+const char* const textFragment = R"(#version 330 core
+in vec2 place;
+uniform sampler2D coverage;
+uniform vec3 color;
+uniform float opacity;
+out vec4 fragment;
+
+void main() {
+    float a = texture(coverage, vec2(place.x, 1.0 - place.y)).r * opacity;
+    if (a < 0.004) discard;
+    fragment = vec4(color, a);
+}
+)";
+
+}  // namespace shaders
+}  // namespace simflex

@@ -1,0 +1,26 @@
+#pragma once
+/** @file
+GLSL 3.30 sources of the renderer. Internal. **/
+
+namespace simflex {
+namespace shaders {
+
+extern const char* const surfaceVertex;    ///< triangles and their edges, in camera frame
+extern const char* const surfaceFragment;  ///< light, contour, ghost
+extern const char* const edgeFragment;     ///< one colour
+extern const char* const lineVertex;       ///< lines of given width on screen, instanced
+extern const char* const pointVertex;      ///< discs of given size on screen, instanced
+extern const char* const pointFragment;
+extern const char* const colorFragment;       ///< colour per vertex
+extern const char* const backgroundVertex;    ///< one triangle that covers the picture
+extern const char* const backgroundFragment;  ///< vertical gradient
+extern const char* const groundVertex;
+extern const char* const groundFragment;  ///< grid, shadow, fading edge
+extern const char* const shadowVertex;    ///< projection along the light onto the ground
+extern const char* const shadowFragment;
+extern const char* const blurFragment;  ///< one direction of a Gaussian blur
+extern const char* const textVertex;    ///< textured rectangle in space
+extern const char* const textFragment;
+
+}  // namespace shaders
+}  // namespace simflex

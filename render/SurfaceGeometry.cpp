@@ -1,0 +1,180 @@
+#include "SurfaceGeometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace simflex {
+
+using SimTK::Vec3;
+
+void SurfaceGeometry::addVertex(const Vec3& position, const Vec3& normal) {
+    for (int k = 0; k < 3; ++k) vertices.push_back(float(position[k]));
+    for (int k = 0; k < 3; ++k) vertices.push_back(float(normal[k]));
+    vertices.push_back(0.0f);
+}
+
+void SurfaceGeometry::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    triangles.insert(triangles.end(), {a, b, c});
+}
+
+void SurfaceGeometry::addEdge(std::uint32_t a, std::uint32_t b) {
+    featureEdges.insert(featureEdges.end(), {a, b});
+}
+
+void SurfaceGeometry::updateBounds() {
+    lower = upper = Vec3(0);
+    for (int v = 0; v < numVertices(); ++v)
+        for (int k = 0; k < 3; ++k) {
+            const double x = vertices[std::size_t(v) * floatsPerVertex + k];
+            lower[k] = v == 0 ? x : std::min(lower[k], x);
+            upper[k] = v == 0 ? x : std::max(upper[k], x);
+        }
+}
+
+namespace {
+
+struct Edge {
+    int low, high;  // nodes, low < high
+    int triangle;
+    int cornerLow, cornerHigh;  // corners of `triangle` at these nodes
+};
+
+std::vector<Edge> collectEdges(const std::vector<std::array<int, 3>>& triangles) {
+    std::vector<Edge> edges;
+    edges.reserve(3 * triangles.size());
+    for (int t = 0; t < int(triangles.size()); ++t)
+        for (int k = 0; k < 3; ++k) {
+            const int next = (k + 1) % 3;
+            const int a = triangles[t][k], b = triangles[t][next];
+            if (a < b)
+                edges.push_back({a, b, t, 3 * t + k, 3 * t + next});
+            else
+                edges.push_back({b, a, t, 3 * t + next, 3 * t + k});
+        }
+    std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
+        if (x.low != y.low) return x.low < y.low;
+        return x.high != y.high ? x.high < y.high : x.triangle < y.triangle;
+    });
+    return edges;
+}
+
+std::vector<Vec3> calcTriangleNormals(const std::vector<float>& positions,
+                                      const std::vector<std::array<int, 3>>& triangles) {
+    std::vector<Vec3> normals;
+    normals.reserve(triangles.size());
+    for (const auto& t : triangles) {
+        Vec3 p[3];
+        for (int k = 0; k < 3; ++k) {
+            const float* x = &positions[3 * std::size_t(t[k])];
+            p[k] = Vec3(x[0], x[1], x[2]);
+        }
+        const Vec3 n = SimTK::cross(p[1] - p[0], p[2] - p[0]);
+        const double length = n.norm();
+        normals.push_back(length > 0 ? Vec3(n / length) : Vec3(0));
+    }
+    return normals;
+}
+
+class DisjointSets {
+public:
+    explicit DisjointSets(std::size_t size) : parents(size) {
+        std::iota(parents.begin(), parents.end(), 0);
+    }
+    int find(int i) {
+        while (parents[i] != i) i = parents[i] = parents[parents[i]];
+        return i;
+    }
+    void unite(int a, int b) {
+        a = find(a);
+        b = find(b);
+        parents[std::max(a, b)] = std::min(a, b);
+    }
+
+private:
+    std::vector<int> parents;
+};
+
+}  // namespace
+
+CreasedSurface splitAtCreases(const std::vector<float>& positions,
+                              const std::vector<std::array<int, 3>>& triangles,
+                              double creaseAngle) {
+    const std::vector<Edge> edges = collectEdges(triangles);
+    const std::vector<Vec3> normals = calcTriangleNormals(positions, triangles);
+    const double cosine = std::cos(creaseAngle);
+
+    // Corners on either side of a smooth edge belong to one vertex.
+    DisjointSets corners(3 * triangles.size());
+    std::vector<Edge> sharp;
+    for (std::size_t i = 0; i < edges.size();) {
+        std::size_t j = i + 1;
+        while (j < edges.size() && edges[j].low == edges[i].low && edges[j].high == edges[i].high)
+            ++j;
+        const Edge& first = edges[i];
+        const Edge& second = edges[j - 1];
+        const bool isFlatTriangle =
+            normals[first.triangle].normSqr() == 0 || normals[second.triangle].normSqr() == 0;
+        const bool isSmooth =
+            j - i == 2 && (isFlatTriangle ||
+                           SimTK::dot(normals[first.triangle], normals[second.triangle]) >= cosine);
+        if (isSmooth) {
+            corners.unite(first.cornerLow, second.cornerLow);
+            corners.unite(first.cornerHigh, second.cornerHigh);
+        } else {
+            sharp.push_back(first);
+        }
+        i = j;
+    }
+
+    CreasedSurface result;
+    std::vector<int> vertexOfRoot(3 * triangles.size(), -1);
+    for (int c = 0; c < int(3 * triangles.size()); ++c) {
+        int& vertex = vertexOfRoot[corners.find(c)];
+        if (vertex < 0) {
+            vertex = int(result.vertexNode.size());
+            result.vertexNode.push_back(triangles[c / 3][c % 3]);
+        }
+        result.triangles.push_back(std::uint32_t(vertex));
+    }
+    for (const Edge& edge : sharp) {
+        result.featureEdges.push_back(result.triangles[edge.cornerLow]);
+        result.featureEdges.push_back(result.triangles[edge.cornerHigh]);
+    }
+    result.nodeVertex.assign(positions.size() / 3, 0);
+    for (int v = int(result.vertexNode.size()) - 1; v >= 0; --v)
+        result.nodeVertex[result.vertexNode[v]] = std::uint32_t(v);
+    return result;
+}
+
+void calcNormals(SurfaceGeometry& geometry) {
+    constexpr int stride = SurfaceGeometry::floatsPerVertex;
+    float* vertices = geometry.vertices.data();
+    const int numVertices = geometry.numVertices();
+    for (int v = 0; v < numVertices; ++v)
+        std::fill_n(vertices + std::size_t(v) * stride + 3, 3, 0.0f);
+
+    for (std::size_t t = 0; t + 2 < geometry.triangles.size(); t += 3) {
+        float* a = vertices + std::size_t(geometry.triangles[t]) * stride;
+        float* b = vertices + std::size_t(geometry.triangles[t + 1]) * stride;
+        float* c = vertices + std::size_t(geometry.triangles[t + 2]) * stride;
+        const float e1[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+        const float e2[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+        const float n[3] = {e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2],
+                            e1[0] * e2[1] - e1[1] * e2[0]};
+        for (int k = 0; k < 3; ++k) {
+            a[3 + k] += n[k];
+            b[3 + k] += n[k];
+            c[3 + k] += n[k];
+        }
+    }
+
+    for (int v = 0; v < numVertices; ++v) {
+        float* n = vertices + std::size_t(v) * stride + 3;
+        const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        const float scale = length > 0 ? 1.0f / length : 0.0f;
+        for (int k = 0; k < 3; ++k) n[k] *= scale;
+    }
+}
+
+}  // namespace simflex
