@@ -1,0 +1,212 @@
+#include "simflex/solver/FlexibleBlock.h"
+
+#include <algorithm>
+
+namespace simflex {
+
+using namespace SimTK;
+using Eigen::Map;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+using Eigen::VectorXd;
+
+FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index, const State& state)
+    : m_guts(guts), m_record(guts.body(index)), m_model(*m_record.model), m_n(m_model.n) {
+    name = m_record.name;
+    numQ = 7 + m_n;
+    numU = 6 + m_n;
+    const Array_<Real> damping = guts.calcModalDamping(index);
+    m_damping = ConstModes(damping.cbegin(), m_n);
+    m_inverseOmega = m_model.omegaSquared.cwiseSqrt().cwiseInverse();
+    m_diagonal.setZero(m_n);
+    m_data.resize(m_n);
+
+    const SimbodyMatterSubsystem& matter = guts.getMatter();
+    m_stateFrameU = int(matter.getMobilizedBody(m_record.frame).getFirstUIndex(state));
+    for (MobilizedBodyIndex carrier : m_record.carriers) {
+        const MobilizedBody& mobod = matter.getMobilizedBody(carrier);
+        for (int k = 0; k < mobod.getNumU(state); ++k) {
+            m_stateQ.push_back(int(mobod.getFirstQIndex(state)) + k);
+            m_stateU.push_back(int(mobod.getFirstUIndex(state)) + k);
+        }
+    }
+}
+
+int FlexibleBlock::addFrame(const FlexibleFrame& frame) {
+    m_frames.push_back(std::make_shared<const FlexibleFrame>(frame));
+    m_poses.emplace_back();
+    frames.emplace_back();
+    return int(frames.size()) - 1;
+}
+
+void FlexibleBlock::realize(const EvaluationContext&, const double* q, const double* u) {
+    m_body.R_GB = rotationOf(q);
+    m_body.p_GB = Vec3(q[4], q[5], q[6]);
+    m_body.omega_B = Vec3(u[0], u[1], u[2]);
+    m_body.v_G = Vec3(u[3], u[4], u[5]);
+    for (size_t k = 0; k < m_frames.size(); ++k) {
+        m_poses[k] = calcFramePose(*m_frames[k], q + 7);
+        frames[k] = calcFrameMotion(*m_frames[k], m_poses[k], m_body, u + 6);
+    }
+}
+
+void FlexibleBlock::calcResidual(const EvaluationContext& context, const double* q, const double* u,
+                                 const double* uDot, double* r) {
+    const ConstModes xi(q + 7, m_n), xiDot(u + 6, m_n), xiDotDot(uDot + 6, m_n);
+    calcInertia(m_model, xi, xiDot, m_data);
+
+    Map<VectorXd> modes(r + 6, m_n);
+    Vector3d rotation;
+    calcVelocityTerms(m_model, m_data, toEigen(m_body.omega_B), rotation, modes);
+    addInInertiaTerms(m_data, Map<const Vector3d>(uDot), xiDotDot, rotation, modes);
+    modes += m_damping.cwiseProduct(xiDot) + m_model.omegaSquared.cwiseProduct(xi);
+
+    Map<Vector3d>(r, 3) = rotation;
+    // ∑mφ = 0: uniform gravity acts at the frame's origin and on no mode.
+    const Vec3& gravity = context.gravity->atBody[m_record.frame];
+    for (int a = 0; a < 3; ++a) r[3 + a] = m_model.mass * (uDot[3 + a] - gravity[a]);
+}
+
+void FlexibleBlock::subtractForce(int frame, const SpatialVec& F_G, double* r) const {
+    addInRow(frame, -F_G, r);
+}
+
+void FlexibleBlock::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces, const Vector& mobilityForces,
+                                          double* r) const {
+    const SpatialVec& force = bodyForces[m_record.frame];
+    Vec3 torque_G = force[0], force_G = force[1];
+    for (int a = 0; a < 3; ++a) {
+        torque_G[a] += mobilityForces[m_stateFrameU + a];
+        force_G[a] += mobilityForces[m_stateFrameU + 3 + a];
+    }
+    const Vec3 torque_B = ~m_body.R_GB * torque_G;
+    for (int a = 0; a < 3; ++a) {
+        r[a] -= torque_B[a];
+        r[3 + a] -= force_G[a];
+    }
+    for (int i = 0; i < m_n; ++i) r[6 + i] -= mobilityForces[m_stateU[i]];
+}
+
+void FlexibleBlock::addInRow(int frame, const SpatialVec& d, double* row) const {
+    addInConstraintRow(*m_frames[frame], m_poses[frame], m_body.R_GB, d, row);
+}
+
+SpatialVec FlexibleBlock::calcFrameAcceleration(int frame, const double* u, const double* uDot) const {
+    return simflex::calcFrameAcceleration(*m_frames[frame], m_poses[frame], m_body, u + 6,
+                                          Vec3(uDot[0], uDot[1], uDot[2]), Vec3(uDot[3], uDot[4], uDot[5]), uDot + 6);
+}
+
+void FlexibleBlock::formArrow(double gamma, const VectorXd& diagonal, NewtonSystem::Block& block) const {
+    block.form = NewtonSystem::Block::Form::Arrow;
+    Map<Eigen::Matrix<double, 6, 6>> head(block.head.data());
+    head.setZero();
+    head.topLeftCorner<3, 3>() = m_data.I / gamma;
+    head.diagonal().tail<3>().setConstant(m_model.mass / gamma);
+    Map<Eigen::Matrix<double, 6, Eigen::Dynamic>> coupling(block.coupling.data(), 6, m_n);
+    coupling.topRows<3>() = m_data.C / gamma;
+    coupling.bottomRows<3>().setZero();
+    Map<VectorXd>(block.diagonal.data(), m_n) = diagonal;
+}
+
+void FlexibleBlock::formNewtonBlock(double gamma, bool dense, const double*, const double* uDot,
+                                    NewtonSystem::Block& block) const {
+    if (dense) {
+        block.form = NewtonSystem::Block::Form::Dense;
+        calcNewtonMatrix(m_model, m_data, gamma, toEigen(m_body.omega_B), Map<const Vector3d>(uDot),
+                         ConstModes(uDot + 6, m_n), m_damping, Map<MatrixXd>(block.dense.data(), numU, numU));
+        return;
+    }
+    m_diagonal = m_damping + gamma * m_model.omegaSquared;
+    m_diagonal.array() += 1 / gamma;
+    formArrow(gamma, m_diagonal, block);
+}
+
+void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) const {
+    m_diagonal.setOnes();
+    formArrow(1, m_diagonal, block);
+}
+
+void FlexibleBlock::integrateQ(const EvaluationContext&, const double* qHist, double gamma, const double* u,
+                               double* q) const {
+    Map<Vector4d>(q, 4) =
+        integrateQuaternion(Map<const Vector4d>(qHist), gamma, Map<const Vector3d>(u), true);
+    Map<VectorXd>(q + 4, 3 + m_n) = ConstModes(qHist + 4, 3 + m_n) + gamma * ConstModes(u + 3, 3 + m_n);
+}
+
+void FlexibleBlock::displaceQ(const EvaluationContext&, const double* delta, double* q) const {
+    Map<Vector4d> quaternion(q);
+    quaternion = displaceQuaternion(quaternion, Map<const Vector3d>(delta), true);
+    Map<VectorXd>(q + 4, 3 + m_n) += ConstModes(delta + 3, 3 + m_n);
+}
+
+void FlexibleBlock::normalizeQ(double* q) const { Map<Vector4d>(q, 4).normalize(); }
+
+double FlexibleBlock::calcModalDisplacement(const double* modes) const {
+    return ConstModes(modes, m_n).cwiseProduct(m_model.displacementPerMode).norm();
+}
+
+double FlexibleBlock::calcDisplacement(const double* delta) const {
+    return std::hypot(m_model.radius * Map<const Vector3d>(delta).norm(), Map<const Vector3d>(delta + 3).norm(),
+                      calcModalDisplacement(delta + 6));
+}
+
+double FlexibleBlock::calcQDisplacement(const double* deltaQ) const {
+    return std::hypot(m_model.radius * 2 * Map<const Vector4d>(deltaQ).norm(),
+                      Map<const Vector3d>(deltaQ + 4).norm(), calcModalDisplacement(deltaQ + 7));
+}
+
+double FlexibleBlock::calcUDisplacement(const double* deltaU, double h) const {
+    double modal = 0;
+    for (int i = 0; i < m_n; ++i) {
+        const double displacement =
+            deltaU[6 + i] * m_model.displacementPerMode[i] * std::min(h, m_inverseOmega[i]);
+        modal += displacement * displacement;
+    }
+    return std::hypot(h * m_model.radius * Map<const Vector3d>(deltaU).norm(),
+                      h * Map<const Vector3d>(deltaU + 3).norm(), std::sqrt(modal));
+}
+
+double FlexibleBlock::calcDampingPower(const double* u) const {
+    const ConstModes xiDot(u + 6, m_n);
+    return -xiDot.dot(m_damping.cwiseProduct(xiDot));
+}
+
+void FlexibleBlock::getFromState(const State& state, double* q, double* u) const {
+    const BodyFrame frame = m_guts.getBodyFrame(state, m_record);
+    const Quaternion quaternion = frame.R_GB.convertRotationToQuaternion();
+    for (int a = 0; a < 4; ++a) q[a] = quaternion[a];
+    for (int a = 0; a < 3; ++a) {
+        q[4 + a] = frame.p_GB[a];
+        u[a] = frame.omega_B[a];
+        u[3 + a] = frame.v_G[a];
+    }
+    for (int i = 0; i < m_n; ++i) {
+        q[7 + i] = state.getQ()[m_stateQ[i]];
+        u[6 + i] = state.getU()[m_stateU[i]];
+    }
+}
+
+void FlexibleBlock::putIntoState(const double* q, const double* u, State& state) const {
+    const MobilizedBody& frame = m_guts.getMatter().getMobilizedBody(m_record.frame);
+    const Rotation R_GB = rotationOf(q);
+    frame.setQToFitTransform(state, Transform(R_GB, Vec3(q[4], q[5], q[6])));
+    frame.setUToFitVelocity(state, SpatialVec(R_GB * Vec3(u[0], u[1], u[2]), Vec3(u[3], u[4], u[5])));
+    Vector &stateQ = state.updQ(), &stateU = state.updU();
+    for (int i = 0; i < m_n; ++i) {
+        stateQ[m_stateQ[i]] = q[7 + i];
+        stateU[m_stateU[i]] = u[6 + i];
+    }
+}
+
+void FlexibleBlock::putUDot(const double* q, const double* uDot, Vector& simbodyUDot) const {
+    const Vec3 omegaDot_G = rotationOf(q) * Vec3(uDot[0], uDot[1], uDot[2]);
+    for (int a = 0; a < 3; ++a) {
+        simbodyUDot[m_stateFrameU + a] = omegaDot_G[a];
+        simbodyUDot[m_stateFrameU + 3 + a] = uDot[3 + a];
+    }
+    for (int i = 0; i < m_n; ++i) simbodyUDot[m_stateU[i]] = uDot[6 + i];
+}
+
+}  // namespace simflex

@@ -1,0 +1,65 @@
+#pragma once
+/** @file
+A flexible body as a block of the Newton system (private header).
+
+q = [quaternion of B in Ground (4), p_GB (3), ξ (n_f)],  u = [ω_B (3, in B), v (3, in Ground), ξ̇ (n_f)]. **/
+
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/solver/Block.h"
+
+namespace simflex {
+
+class FlexibleBlock : public Block {
+public:
+    FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index, const SimTK::State& state);
+
+    /** Adds a frame of this body; returns its index in `frames`. **/
+    int addFrame(const FlexibleFrame& frame);
+
+    void realize(const EvaluationContext& context, const double* q, const double* u) override;
+    void calcResidual(const EvaluationContext& context, const double* q, const double* u, const double* uDot,
+                      double* r) override;
+    void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const override;
+    void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                               const SimTK::Vector& mobilityForces, double* r) const override;
+    void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
+    SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u, const double* uDot) const override;
+    void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
+                         NewtonSystem::Block& block) const override;
+    void formMassBlock(NewtonSystem::Block& block) const override;
+    void integrateQ(const EvaluationContext& context, const double* qHist, double gamma, const double* u,
+                    double* q) const override;
+    void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    void normalizeQ(double* q) const override;
+    double calcDisplacement(const double* delta) const override;
+    double calcQDisplacement(const double* deltaQ) const override;
+    double calcUDisplacement(const double* deltaU, double h) const override;
+    double calcDampingPower(const double* u) const override;
+    void getFromState(const SimTK::State& state, double* q, double* u) const override;
+    void putIntoState(const double* q, const double* u, SimTK::State& state) const override;
+    void putUDot(const double* q, const double* uDot, SimTK::Vector& simbodyUDot) const override;
+
+private:
+    using ConstModes = Eigen::Map<const Eigen::VectorXd>;
+
+    /** Arrow form with the given diagonal and mass entries divided by γ. **/
+    void formArrow(double gamma, const Eigen::VectorXd& diagonal, NewtonSystem::Block& block) const;
+    double calcModalDisplacement(const double* modes) const;
+
+    const FlexibleBodySubsystem::Guts& m_guts;
+    const FlexibleBodyRecord& m_record;
+    const FlexibleBodyModel& m_model;
+    int m_n;
+    Eigen::VectorXd m_damping;
+    Eigen::VectorXd m_inverseOmega;
+    std::vector<int> m_stateQ, m_stateU;  ///< indices of ξ and ξ̇ in Simbody's vectors
+    int m_stateFrameU = 0;
+
+    std::vector<std::shared_ptr<const FlexibleFrame>> m_frames;
+    std::vector<FlexibleFramePose> m_poses;
+    BodyFrame m_body;
+    FlexibleBodyData m_data;
+    mutable Eigen::VectorXd m_diagonal;
+};
+
+}  // namespace simflex

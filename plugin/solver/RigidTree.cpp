@@ -1,0 +1,413 @@
+#include "simflex/solver/RigidTree.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace simflex {
+
+using namespace SimTK;
+using Eigen::Map;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+using Eigen::VectorXd;
+
+namespace {
+
+Vector3d toEigen(const Vec3& v) { return {v[0], v[1], v[2]}; }
+
+/** Inertial spatial force M_B A + b of a rigid body about its origin, in Ground. **/
+SpatialVec calcInertialForce(const MassProperties& mass, const Transform& X_GB, const Vec3& omega,
+                             const SpatialVec& A) {
+    const Vec3 c = X_GB.R() * mass.getMassCenter();
+    const Mat33 I = X_GB.R() * mass.getInertia().toMat33() * ~X_GB.R();
+    const Real m = mass.getMass();
+    return {I * A[0] + omega % (I * omega) + m * (c % A[1]), m * (A[1] + A[0] % c + omega % (omega % c))};
+}
+
+}  // namespace
+
+RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex root, const State& state)
+    : m_matter(matter) {
+    name = "rigid tree at body " + std::to_string(int(root));
+    addBody(matter, root, -1, state);
+    for (RigidBody& body : m_bodies) body.J.setZero(6, numU);
+    m_needsSimbody = !agreesWithSimbody(matter, state);
+
+    // A speed's weight: the worst displacement it causes at a body's centre of mass or radius of gyration.
+    m_uWeights.setConstant(numU, 1e-300);
+    for (const RigidBody& body : m_bodies) {
+        const Real m = body.mass.getMass();
+        if (!(m > 0)) continue;
+        const Real gyration =
+            std::sqrt(std::max(Real(0), body.mass.calcCentralInertia().trace()) / m);
+        const Vector3d c = toEigen(body.X_GB.R() * body.mass.getMassCenter());
+        for (int j = 0; j < numU; ++j) {
+            const Vector3d omega = body.J.col(j).head<3>(), v = body.J.col(j).tail<3>();
+            m_uWeights[j] = std::max(m_uWeights[j], std::hypot(gyration * omega.norm(), (v + omega.cross(c)).norm()));
+        }
+    }
+    m_qWeights.setZero(numQ);
+    for (const RigidBody& body : m_bodies) {
+        const bool hasFour = body.nq > body.nu;  // a quaternion: dθ = 2 dq
+        for (int k = 0; k < body.nq; ++k) {
+            if (hasFour)
+                m_qWeights[body.q0 + k] = k < 4 ? 2 * m_uWeights.segment(body.u0, 3).maxCoeff()
+                                                : m_uWeights[body.u0 + k - 1];
+            else
+                m_qWeights[body.q0 + k] = m_uWeights[body.u0 + std::min(k, body.nu - 1)];
+        }
+    }
+}
+
+RigidTree::Mobilizer RigidTree::classify(const MobilizedBody& mobod) {
+    if (MobilizedBody::Weld::isInstanceOf(mobod)) return Mobilizer::Weld;
+    if (MobilizedBody::Pin::isInstanceOf(mobod)) return Mobilizer::Pin;
+    if (MobilizedBody::Slider::isInstanceOf(mobod)) return Mobilizer::Slider;
+    if (MobilizedBody::Translation::isInstanceOf(mobod)) return Mobilizer::Translation;
+    if (MobilizedBody::Cylinder::isInstanceOf(mobod)) return Mobilizer::Cylinder;
+    if (MobilizedBody::Ball::isInstanceOf(mobod)) return Mobilizer::Ball;
+    if (MobilizedBody::Free::isInstanceOf(mobod)) return Mobilizer::Free;
+    return Mobilizer::Other;
+}
+
+void RigidTree::addBody(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex index, int parent,
+                        const State& state) {
+    const MobilizedBody& mobod = matter.getMobilizedBody(index);
+    RigidBody body;
+    body.index = index;
+    body.parent = parent;
+    body.mobilizer = classify(mobod);
+    body.X_PF = mobod.getInboardFrame(state);
+    body.X_MB = ~mobod.getOutboardFrame(state);
+    body.mass = mobod.getBodyMassProperties(state);
+    body.nq = mobod.getNumQ(state);
+    body.nu = mobod.getNumU(state);
+    body.q0 = numQ;
+    body.u0 = numU;
+    body.stateQ0 = body.nq ? int(mobod.getFirstQIndex(state)) : 0;
+    body.stateU0 = body.nu ? int(mobod.getFirstUIndex(state)) : 0;
+    numQ += body.nq;
+    numU += body.nu;
+    const int self = int(m_bodies.size());
+    m_bodies.push_back(body);
+    for (MobilizedBodyIndex child(index + 1); child < matter.getNumBodies(); ++child)
+        if (matter.getMobilizedBody(child).getParentMobilizedBody().getMobilizedBodyIndex() == index)
+            addBody(matter, child, self, state);
+}
+
+bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const State& state) {
+    // A reversed or Euler-angle mobilizer looks like a plain one from outside: compare at an arbitrary state.
+    const bool isOwn = std::none_of(m_bodies.begin(), m_bodies.end(), [](const RigidBody& body) {
+        return body.mobilizer == Mobilizer::Other;
+    });
+    State trial = state;
+    std::vector<double> q(numQ), u(numU);
+    for (int i = 0; i < numU; ++i) u[i] = 0.3 + 0.1 * i;
+    for (const RigidBody& body : m_bodies)
+        for (int k = 0; k < body.nq; ++k) q[body.q0 + k] = body.nq > body.nu && k < 4 ? 0.5 : 0.2 + 0.05 * k;
+    bool agrees = isOwn;
+    if (isOwn) {
+        Vector stateQ = trial.getQ(), stateU = trial.getU();
+        putCoordinates(q.data(), u.data(), stateQ, stateU);
+        trial.updQ() = stateQ;
+        trial.updU() = stateU;
+        matter.getSystem().realize(trial, Stage::Velocity);
+        for (RigidBody& body : m_bodies) {
+            if (hasQuaternion(body.mobilizer) && body.nq == body.nu) return false;
+            realizeBody(body, q.data(), u.data());
+            const MobilizedBody& mobod = matter.getMobilizedBody(body.index);
+            const Transform& X = mobod.getBodyTransform(trial);
+            const SpatialVec difference = mobod.getBodyVelocity(trial) - body.V;
+            agrees = agrees && (X.p() - body.X_GB.p()).norm() < 1e-9 * (1 + X.p().norm()) &&
+                     (X.R().asMat33() - body.X_GB.R().asMat33()).norm() < 1e-9 &&
+                     difference.norm() < 1e-9 * (1 + body.V.norm());
+        }
+    }
+    // Leave the Jacobians of the given state behind for the weights.
+    getFromState(state, q.data(), u.data());
+    for (RigidBody& body : m_bodies) {
+        if (agrees)
+            realizeBody(body, q.data(), u.data());
+        else
+            realizeBodyFromSimbody(body, state);
+    }
+    return agrees;
+}
+
+int RigidTree::addFrame(MobilizedBodyIndex index, const Transform& X_BF) {
+    for (size_t b = 0; b < m_bodies.size(); ++b)
+        if (m_bodies[b].index == index) m_frameData.push_back({int(b), X_BF});
+    frames.emplace_back();
+    return int(frames.size()) - 1;
+}
+
+bool RigidTree::contains(MobilizedBodyIndex index) const {
+    return std::any_of(m_bodies.begin(), m_bodies.end(), [&](const RigidBody& body) { return body.index == index; });
+}
+
+void RigidTree::putCoordinates(const double* q, const double* u, Vector& stateQ, Vector& stateU) const {
+    for (const RigidBody& body : m_bodies) {
+        for (int k = 0; k < body.nq; ++k) stateQ[body.stateQ0 + k] = q[body.q0 + k];
+        for (int k = 0; k < body.nu; ++k) stateU[body.stateU0 + k] = u[body.u0 + k];
+    }
+}
+
+void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) const {
+    const double *qb = q + body.q0, *ub = u + body.u0;
+    Transform X_FM;
+    // H_FM columns (ω, v) in F, constant in F for each of these mobilizers.
+    Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
+    switch (body.mobilizer) {
+        case Mobilizer::Weld: break;
+        case Mobilizer::Pin:
+            X_FM.updR() = Rotation(qb[0], ZAxis);
+            H(2, 0) = 1;
+            break;
+        case Mobilizer::Slider:
+            X_FM.updP() = Vec3(qb[0], 0, 0);
+            H(3, 0) = 1;
+            break;
+        case Mobilizer::Translation:
+            X_FM.updP() = Vec3(qb[0], qb[1], qb[2]);
+            H.block<3, 3>(3, 0).setIdentity();
+            break;
+        case Mobilizer::Cylinder:
+            X_FM = Transform(Rotation(qb[0], ZAxis), Vec3(0, 0, qb[1]));
+            H(2, 0) = H(5, 1) = 1;
+            break;
+        case Mobilizer::Ball:
+            X_FM.updR() = rotationOf(qb);
+            H.block<3, 3>(0, 0).setIdentity();
+            break;
+        case Mobilizer::Free:
+            X_FM = Transform(rotationOf(qb), Vec3(qb[4], qb[5], qb[6]));
+            H.setIdentity();
+            break;
+        case Mobilizer::Other: break;
+    }
+
+    Transform X_GP;
+    SpatialVec V_P(Vec3(0), Vec3(0)), A_P(Vec3(0), Vec3(0));
+    if (body.parent >= 0) {
+        const RigidBody& parent = m_bodies[body.parent];
+        X_GP = parent.X_GB;
+        V_P = parent.V;
+        A_P = parent.biasA;
+        body.J = parent.J;
+    } else {
+        body.J.setZero();
+    }
+    const Transform X_GF = X_GP * body.X_PF, X_GM = X_GF * X_FM;
+    body.X_GB = X_GM * body.X_MB;
+    const Vec3 r = X_GM.p() - X_GP.p(), s = body.X_GB.p() - X_GM.p();
+
+    Vec3 omegaRel(0), vRel(0);
+    for (int k = 0; k < body.nu; ++k) {
+        const Vec3 hOmega = X_GF.R() * Vec3(H(0, k), H(1, k), H(2, k));
+        const Vec3 hV = X_GF.R() * Vec3(H(3, k), H(4, k), H(5, k));
+        omegaRel += hOmega * ub[k];
+        vRel += hV * ub[k];
+        body.J.col(body.u0 + k).head<3>() = toEigen(hOmega);
+        body.J.col(body.u0 + k).tail<3>() = toEigen(hV + hOmega % s);
+    }
+    if (body.parent >= 0) {
+        // The parent's speeds carry B's origin along rigidly.
+        const Vector3d shift = toEigen(r + s);
+        for (int j = 0; j < body.u0; ++j) {
+            const Vector3d omega = body.J.col(j).head<3>();
+            body.J.col(j).tail<3>() += omega.cross(shift);
+        }
+    }
+
+    const Vec3 omega = V_P[0] + omegaRel, vM = V_P[1] + V_P[0] % r + vRel;
+    body.V = {omega, vM + omega % s};
+    const Vec3 alpha = A_P[0] + V_P[0] % omegaRel;
+    const Vec3 aM = A_P[1] + A_P[0] % r + V_P[0] % (V_P[0] % r) + 2 * (V_P[0] % vRel);
+    body.biasA = {alpha, aM + alpha % s + omega % (omega % s)};
+}
+
+void RigidTree::realizeBodyFromSimbody(RigidBody& body, const State& state) const {
+    const MobilizedBody& mobod = m_matter.getMobilizedBody(body.index);
+    body.X_GB = mobod.getBodyTransform(state);
+    body.V = mobod.getBodyVelocity(state);
+    body.biasA = m_matter.getTotalCoriolisAcceleration(state, body.index);
+    body.J.setZero();
+    if (body.parent >= 0) {
+        const RigidBody& parent = m_bodies[body.parent];
+        body.J = parent.J;
+        const Vector3d shift = toEigen(body.X_GB.p() - parent.X_GB.p());
+        for (int j = 0; j < numU; ++j) {
+            const Vector3d omega = body.J.col(j).head<3>();
+            body.J.col(j).tail<3>() += omega.cross(shift);
+        }
+    }
+    for (int k = 0; k < body.nu; ++k) {
+        const SpatialVec column = mobod.getHCol(state, MobilizerUIndex(k));
+        body.J.col(body.u0 + k).head<3>() = toEigen(column[0]);
+        body.J.col(body.u0 + k).tail<3>() = toEigen(column[1]);
+    }
+}
+
+void RigidTree::realize(const EvaluationContext& context, const double* q, const double* u) {
+    for (RigidBody& body : m_bodies) {
+        if (m_needsSimbody)
+            realizeBodyFromSimbody(body, *context.state);
+        else
+            realizeBody(body, q, u);
+    }
+    for (size_t k = 0; k < m_frameData.size(); ++k) {
+        const RigidBody& body = m_bodies[m_frameData[k].body];
+        FrameMotion motion;
+        motion.X = body.X_GB;
+        motion.V = body.V;
+        frames[k] = shiftMotion(motion, m_frameData[k].X_BF);
+    }
+}
+
+SpatialVec RigidTree::calcAcceleration(const RigidBody& body, const double* uDot) const {
+    const Eigen::Matrix<double, 6, 1> A = body.J * Map<const VectorXd>(uDot, numU);
+    return body.biasA + SpatialVec(Vec3(A[0], A[1], A[2]), Vec3(A[3], A[4], A[5]));
+}
+
+void RigidTree::addInTransposed(const RigidBody& body, const SpatialVec& F, double sign, double* r) const {
+    Eigen::Matrix<double, 6, 1> force;
+    force << F[0][0], F[0][1], F[0][2], F[1][0], F[1][1], F[1][2];
+    Map<VectorXd>(r, numU).noalias() += sign * (body.J.transpose() * force);
+}
+
+void RigidTree::calcResidual(const EvaluationContext& context, const double*, const double*, const double* uDot,
+                             double* r) {
+    std::fill(r, r + numU, 0.0);
+    for (const RigidBody& body : m_bodies) {
+        SpatialVec force =
+            calcInertialForce(body.mass, body.X_GB, body.V[0], calcAcceleration(body, uDot));
+        const Vec3 weight = body.mass.getMass() * context.gravity->atBody[body.index];
+        force -= SpatialVec((body.X_GB.R() * body.mass.getMassCenter()) % weight, weight);
+        addInTransposed(body, force, 1, r);
+    }
+}
+
+void RigidTree::subtractForce(int frame, const SpatialVec& F_G, double* r) const { addInRow(frame, -F_G, r); }
+
+void RigidTree::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces, const Vector& mobilityForces,
+                                      double* r) const {
+    for (const RigidBody& body : m_bodies) {
+        addInTransposed(body, bodyForces[body.index], -1, r);
+        for (int k = 0; k < body.nu; ++k) r[body.u0 + k] -= mobilityForces[body.stateU0 + k];
+    }
+}
+
+void RigidTree::addInRow(int frame, const SpatialVec& d, double* row) const {
+    const RigidBody& body = m_bodies[m_frameData[frame].body];
+    const Vec3 shift = frames[frame].X.p() - body.X_GB.p();
+    addInTransposed(body, SpatialVec(d[0] + shift % d[1], d[1]), 1, row);
+}
+
+SpatialVec RigidTree::calcFrameAcceleration(int frame, const double*, const double* uDot) const {
+    const RigidBody& body = m_bodies[m_frameData[frame].body];
+    FrameMotion motion;
+    motion.X = body.X_GB;
+    motion.V = body.V;
+    motion.A = calcAcceleration(body, uDot);
+    return shiftMotion(motion, m_frameData[frame].X_BF).A;
+}
+
+MatrixXd RigidTree::calcMassMatrix() const {
+    MatrixXd M = MatrixXd::Zero(numU, numU);
+    for (const RigidBody& body : m_bodies) {
+        for (int j = 0; j < numU; ++j) {
+            const auto column = body.J.col(j);
+            const SpatialVec A(Vec3(column[0], column[1], column[2]), Vec3(column[3], column[4], column[5]));
+            addInTransposed(body, calcInertialForce(body.mass, body.X_GB, Vec3(0), A), 1, M.col(j).data());
+        }
+    }
+    return M;
+}
+
+void RigidTree::formNewtonBlock(double gamma, bool, const double*, const double*, NewtonSystem::Block& block) const {
+    block.form = NewtonSystem::Block::Form::Dense;
+    Map<MatrixXd>(block.dense.data(), numU, numU) = calcMassMatrix() / gamma;
+}
+
+void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
+    block.form = NewtonSystem::Block::Form::Dense;
+    Map<MatrixXd>(block.dense.data(), numU, numU) = calcMassMatrix();
+}
+
+void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma, const double* u,
+                           double* q) const {
+    if (m_needsSimbody) {
+        // q̇ = N(q)u with N at the q of the State; Newton's iteration brings q and N together.
+        Vector simbodyU(context.state->getNU(), Real(0)), simbodyQDot(context.state->getNQ());
+        for (const RigidBody& body : m_bodies)
+            for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
+        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot);
+        for (const RigidBody& body : m_bodies)
+            for (int k = 0; k < body.nq; ++k)
+                q[body.q0 + k] = qHist[body.q0 + k] + gamma * simbodyQDot[body.stateQ0 + k];
+        return;
+    }
+    for (const RigidBody& body : m_bodies) {
+        int qk = body.q0, uk = body.u0;
+        if (hasQuaternion(body.mobilizer)) {
+            Map<Vector4d>(q + qk, 4) =
+                integrateQuaternion(Map<const Vector4d>(qHist + qk), gamma, Map<const Vector3d>(u + uk), false);
+            qk += 4;
+            uk += 3;
+        }
+        for (; qk < body.q0 + body.nq; ++qk, ++uk) q[qk] = qHist[qk] + gamma * u[uk];
+    }
+}
+
+void RigidTree::displaceQ(const EvaluationContext& context, const double* delta, double* q) const {
+    if (m_needsSimbody) {
+        integrateQ(context, q, 1, delta, q);
+        normalizeQ(q);
+        return;
+    }
+    for (const RigidBody& body : m_bodies) {
+        int qk = body.q0, uk = body.u0;
+        if (hasQuaternion(body.mobilizer)) {
+            Map<Vector4d> quaternion(q + qk);
+            quaternion = displaceQuaternion(quaternion, Map<const Vector3d>(delta + uk), false);
+            qk += 4;
+            uk += 3;
+        }
+        for (; qk < body.q0 + body.nq; ++qk, ++uk) q[qk] += delta[uk];
+    }
+}
+
+void RigidTree::normalizeQ(double* q) const {
+    for (const RigidBody& body : m_bodies)
+        if (body.nq > body.nu) Map<Vector4d>(q + body.q0, 4).normalize();
+}
+
+double RigidTree::calcDisplacement(const double* delta) const {
+    return Map<const VectorXd>(delta, numU).cwiseProduct(m_uWeights).norm();
+}
+
+double RigidTree::calcQDisplacement(const double* deltaQ) const {
+    return Map<const VectorXd>(deltaQ, numQ).cwiseProduct(m_qWeights).norm();
+}
+
+double RigidTree::calcUDisplacement(const double* deltaU, double h) const { return h * calcDisplacement(deltaU); }
+
+void RigidTree::getFromState(const State& state, double* q, double* u) const {
+    for (const RigidBody& body : m_bodies) {
+        for (int k = 0; k < body.nq; ++k) q[body.q0 + k] = state.getQ()[body.stateQ0 + k];
+        for (int k = 0; k < body.nu; ++k) u[body.u0 + k] = state.getU()[body.stateU0 + k];
+    }
+}
+
+void RigidTree::putIntoState(const double* q, const double* u, State& state) const {
+    Vector &stateQ = state.updQ(), &stateU = state.updU();
+    putCoordinates(q, u, stateQ, stateU);
+}
+
+void RigidTree::putUDot(const double*, const double* uDot, Vector& simbodyUDot) const {
+    for (const RigidBody& body : m_bodies)
+        for (int k = 0; k < body.nu; ++k) simbodyUDot[body.stateU0 + k] = uDot[body.u0 + k];
+}
+
+}  // namespace simflex

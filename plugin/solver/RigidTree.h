@@ -1,0 +1,98 @@
+#pragma once
+/** @file
+A tree of ordinary Simbody bodies rooted at Ground, as one block of the Newton system (private header).
+
+q and u are Simbody's own. Pin, Slider, Translation, Cylinder, Weld and (in quaternions) Ball and Free mobilizers are
+evaluated by our own recursion; a tree with any other mobilizer takes poses and Jacobians from Simbody.
+
+    J_B = shift(J_P) + H,   M = Σ_B J_Bᵀ M_B J_B,   b = Σ_B J_Bᵀ F_inertial(A_bias) **/
+
+#include "Simbody.h"
+#include "simflex/solver/Block.h"
+
+namespace simflex {
+
+class RigidTree : public Block {
+public:
+    /** Takes over base body `root` (a child of Ground) and everything outboard of it.
+    @param state  realized to Stage::Velocity **/
+    RigidTree(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex root, const SimTK::State& state);
+
+    /** Adds a frame X_BF on one of the tree's bodies; returns its index in `frames`. **/
+    int addFrame(SimTK::MobilizedBodyIndex body, const SimTK::Transform& X_BF);
+
+    bool contains(SimTK::MobilizedBodyIndex body) const;
+
+    /** True if poses and Jacobians come from Simbody, so that realize() needs EvaluationContext::state. **/
+    bool needsSimbody() const { return m_needsSimbody; }
+
+    /** Writes q and u of this block into Simbody's vectors. **/
+    void putCoordinates(const double* q, const double* u, SimTK::Vector& stateQ, SimTK::Vector& stateU) const;
+
+    void realize(const EvaluationContext& context, const double* q, const double* u) override;
+    void calcResidual(const EvaluationContext& context, const double* q, const double* u, const double* uDot,
+                      double* r) override;
+    void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const override;
+    void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                               const SimTK::Vector& mobilityForces, double* r) const override;
+    void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
+    SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u, const double* uDot) const override;
+    void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
+                         NewtonSystem::Block& block) const override;
+    void formMassBlock(NewtonSystem::Block& block) const override;
+    void integrateQ(const EvaluationContext& context, const double* qHist, double gamma, const double* u,
+                    double* q) const override;
+    void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    void normalizeQ(double* q) const override;
+    double calcDisplacement(const double* delta) const override;
+    double calcQDisplacement(const double* deltaQ) const override;
+    double calcUDisplacement(const double* deltaU, double h) const override;
+    double calcDampingPower(const double*) const override { return 0; }
+    void getFromState(const SimTK::State& state, double* q, double* u) const override;
+    void putIntoState(const double* q, const double* u, SimTK::State& state) const override;
+    void putUDot(const double* q, const double* uDot, SimTK::Vector& simbodyUDot) const override;
+
+private:
+    enum class Mobilizer { Weld, Pin, Slider, Translation, Cylinder, Ball, Free, Other };
+
+    struct RigidBody {
+        SimTK::MobilizedBodyIndex index;
+        int parent = -1;  ///< position in m_bodies; −1: Ground
+        Mobilizer mobilizer = Mobilizer::Other;
+        SimTK::Transform X_PF, X_MB;
+        SimTK::MassProperties mass;
+        int q0 = 0, nq = 0, u0 = 0, nu = 0;  ///< in the block
+        int stateQ0 = 0, stateU0 = 0;        ///< in Simbody's vectors
+
+        SimTK::Transform X_GB;
+        SimTK::SpatialVec V, biasA;
+        Eigen::Matrix<double, 6, Eigen::Dynamic> J;  ///< (ω, v) of B's origin per speed of the tree
+    };
+
+    struct Frame {
+        int body;
+        SimTK::Transform X_BF;
+    };
+
+    static Mobilizer classify(const SimTK::MobilizedBody& mobod);
+    static bool hasQuaternion(Mobilizer mobilizer) {
+        return mobilizer == Mobilizer::Ball || mobilizer == Mobilizer::Free;
+    }
+    void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index, int parent,
+                 const SimTK::State& state);
+    bool agreesWithSimbody(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
+    void realizeBody(RigidBody& body, const double* q, const double* u) const;
+    void realizeBodyFromSimbody(RigidBody& body, const SimTK::State& state) const;
+    SimTK::SpatialVec calcAcceleration(const RigidBody& body, const double* uDot) const;
+    Eigen::MatrixXd calcMassMatrix() const;
+    void addInTransposed(const RigidBody& body, const SimTK::SpatialVec& F_G, double sign, double* r) const;
+
+    const SimTK::SimbodyMatterSubsystem& m_matter;
+    std::vector<RigidBody> m_bodies;
+    std::vector<Frame> m_frameData;
+    bool m_needsSimbody = false;
+    Eigen::VectorXd m_uWeights;  ///< metres of displacement per unit of each speed's quasi-coordinate
+    Eigen::VectorXd m_qWeights;
+};
+
+}  // namespace simflex
