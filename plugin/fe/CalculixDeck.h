@@ -5,14 +5,15 @@ Reads a CalculiX input deck into an FeModel: mesh, node sets and the free matric
 simflex reads the deck itself, writes a clean one (nodes, solid elements, materials, sections) in
 a temporary folder and runs `ccx` on it with `*FREQUENCY, SOLVER=MATRIXSTORAGE`.
 
-- Kept: *NODE, *ELEMENT (C3D4, C3D6, C3D8, C3D8R, C3D8I, C3D10, C3D10T, C3D15, C3D20, C3D20R), *NSET
+- Kept: *NODE, *ELEMENT (C3D4, C3D6, C3D8, C3D8R, C3D10, C3D10T, C3D15, C3D20, C3D20R), *NSET
   and *ELSET (GENERATE, sets of sets), *MATERIAL, *ELASTIC, *DENSITY, *ORIENTATION, *SOLID SECTION,
   *INCLUDE.
 - Left out and reported: steps, *BOUNDARY, loads, *RIGID BODY and *COUPLING (interfaces are tied by
   the reduction), amplitudes, surfaces, initial conditions, surface and line elements that Gmsh
   writes, nodes of no element.
 - Refused, with file and line: what makes K other than that of free solids, such as *EQUATION,
-  *MPC, *TIE, *TRANSFORM, contact, shells, beams, springs and point masses.
+  *MPC, *TIE, *TRANSFORM, contact, shells, beams, springs, point masses, and C3D8I (ccx gives it
+  internal degrees of freedom with mass).
 
     CalculixOptions options;
     options.note = [](const std::string& text) { std::cerr << text << "\n"; };

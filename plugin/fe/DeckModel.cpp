@@ -217,10 +217,14 @@ private:
         const std::string& type = card.get("TYPE");
         const auto solid = kSolids.find(type);
         const auto skin = kSkin.find(type);
+        if (type == "C3D8I")
+            refuse(card,
+                   "C3D8I has internal degrees of freedom that carry mass, so that M is not one of "
+                   "plain nodal translations; use C3D8, C3D8R or C3D20R");
         if (solid == kSolids.end() && skin == kSkin.end())
             refuse(card, "element type " + type +
                              " is not a solid that simflex knows (C3D4, C3D6, "
-                             "C3D8, C3D8R, C3D8I, C3D10, C3D15, C3D20, C3D20R)");
+                             "C3D8, C3D8R, C3D10, C3D15, C3D20, C3D20R)");
         const int size = solid != kSolids.end() ? numNodesOf(solid->second) : skin->second;
         std::vector<int> numbers;
         int firstLine = 0;

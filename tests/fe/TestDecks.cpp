@@ -1,0 +1,209 @@
+#include "fe/TestDecks.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+namespace simflex {
+namespace testing {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr int kTieNode = 9000001;  // beyond every mesh
+
+void runOrThrow(const std::string& command, const std::string& log) {
+    if (std::system((command + " >'" + log + "' 2>&1").c_str()) != 0)
+        throw std::runtime_error(command + " failed:\n" + readText(log));
+}
+
+/** Nodes REF and ROT of tie `index` and the *RIGID BODY card. **/
+std::string tieText(int index, const std::string& set, const std::array<double, 3>& point) {
+    std::ostringstream text;
+    text << std::setprecision(12);
+    const int ref = kTieNode + 2 * index;
+    for (int k = 0; k < 2; ++k)
+        text << "*NODE, NSET=TIE" << index << "\n"
+             << ref + k << "," << point[0] << "," << point[1] << "," << point[2] << "\n";
+    text << "*RIGID BODY, NSET=" << set << ", REF NODE=" << ref << ", ROT NODE=" << ref + 1 << "\n";
+    return text.str();
+}
+
+}  // namespace
+
+TestFolder::TestFolder() {
+    std::string pattern = (fs::temp_directory_path() / "simflex-test-XXXXXX").string();
+    if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
+    _path = pattern;
+    const char* old = std::getenv("TMPDIR");
+    _oldTemporary = old ? old : "";
+    fs::create_directory(_path + "/tmp");
+    setenv("TMPDIR", (_path + "/tmp").c_str(), 1);
+}
+
+TestFolder::~TestFolder() {
+    if (_oldTemporary.empty()) {
+        unsetenv("TMPDIR");
+    } else {
+        setenv("TMPDIR", _oldTemporary.c_str(), 1);
+    }
+    std::error_code ignored;
+    fs::remove_all(_path, ignored);
+}
+
+std::vector<std::string> TestFolder::listTemporaryFiles() const {
+    return listFiles(_path + "/tmp");
+}
+
+std::string readText(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::stringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+void writeText(const std::string& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+}
+
+std::vector<std::string> listFiles(const std::string& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder))
+        names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+std::string Brick::meshText(int firstNode, int firstElement) const {
+    const bool quadratic = type.compare(0, 5, "C3D20") == 0;
+    const int step = quadratic ? 2 : 1;
+    const int n[3] = {step * elements[0], step * elements[1], step * elements[2]};
+    auto number = [&](int i, int j, int k) {
+        return firstNode + i + (n[0] + 1) * (j + (n[1] + 1) * k);
+    };
+    std::ostringstream text;
+    text << std::setprecision(14) << "*NODE\n";
+    std::map<std::string, std::vector<int>> sets;
+    for (int k = 0; k <= n[2]; ++k)
+        for (int j = 0; j <= n[1]; ++j)
+            for (int i = 0; i <= n[0]; ++i) {
+                if (quadratic && i % 2 + j % 2 + k % 2 > 1) continue;
+                const int node = number(i, j, k);
+                text << node << "," << size[0] * i / n[0] << ","
+                     << size[1] * (double(j) / n[1] - 0.5) << ","
+                     << size[2] * (double(k) / n[2] - 0.5) << "\n";
+                sets["ALL"].push_back(node);
+                if (i == 0) sets["LEFT"].push_back(node);
+                if (i == n[0]) sets["RIGHT"].push_back(node);
+                if (j == 0 && k == 0) sets["LINE"].push_back(node);
+                if (i % n[0] == 0 && j % n[1] == 0 && k % n[2] == 0)
+                    sets["CORNERS"].push_back(node);
+            }
+    sets["ONE"] = {sets["LINE"].front()};
+    sets["TWO"] = {sets["LINE"].front(), sets["LINE"].back()};
+    text << "*ELEMENT, TYPE=" << type << ", ELSET=BODY\n";
+    static const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                     {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    static const int edge[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
+                                    {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+    int element = firstElement;
+    for (int k = 0; k < n[2]; k += step)
+        for (int j = 0; j < n[1]; j += step)
+            for (int i = 0; i < n[0]; i += step) {
+                text << element++;
+                for (const auto& c : corner)
+                    text << "," << number(i + step * c[0], j + step * c[1], k + step * c[2]);
+                if (quadratic) text << ",\n";
+                for (int e = 0; quadratic && e < 12; ++e) {
+                    const int *a = corner[edge[e][0]], *b = corner[edge[e][1]];
+                    text << (e ? "," : "")
+                         << number(i + a[0] + b[0], j + a[1] + b[1], k + a[2] + b[2]);
+                }
+                text << "\n";
+            }
+    for (const auto& [name, nodes] : sets) {
+        text << "*NSET, NSET=" << name << "\n";
+        for (const int node : nodes) text << node << ",\n";
+    }
+    return text.str();
+}
+
+std::string Brick::materialText() const {
+    std::ostringstream text;
+    text << "*MATERIAL, NAME=METAL\n*ELASTIC\n"
+         << E << "," << nu << "\n*DENSITY\n"
+         << rho << "\n*SOLID SECTION, ELSET=BODY, MATERIAL=METAL\n";
+    return text.str();
+}
+
+std::string meshExamplePart(const TestFolder& folder, const std::string& name,
+                            const std::string& elementType, double h) {
+    const std::string parts = std::string(SIMFLEX_SOURCE_DIR) + "/examples/parts/";
+    const std::string deck = folder / (name + ".inp");
+    runOrThrow("'" + parts + "make_deck.sh' '" + parts + name + ".geo' '" + deck + "' " +
+                   elementType + " -setnumber h " + std::to_string(h),
+               folder / "gmsh.log");
+    return deck;
+}
+
+std::vector<double> calcCalculixFrequencies(
+    const TestFolder& folder, const std::string& deck,
+    const std::vector<std::pair<std::string, std::array<double, 3>>>& ties, int numModes) {
+    std::string text = "*INCLUDE, INPUT=" + fs::path(deck).filename().string() + "\n";
+    for (size_t k = 0; k < ties.size(); ++k) text += tieText(int(k), ties[k].first, ties[k].second);
+    text += "*STEP\n*FREQUENCY\n" + std::to_string(numModes) + "\n*END STEP\n";
+    writeText(folder / "frequency.inp", text);
+    runOrThrow("cd '" + folder.path() + "' && ccx frequency", folder / "ccx.log");
+
+    std::ifstream in(folder / "frequency.dat");
+    std::vector<double> hertz;
+    std::string line;
+    while (std::getline(in, line) && line.find("MODE NO") == std::string::npos) {
+    }
+    while (std::getline(in, line) && line.find("P A R T") == std::string::npos) {
+        std::istringstream numbers(line);
+        int mode;
+        double eigenvalue, radians, cycles;
+        if (numbers >> mode >> eigenvalue >> radians >> cycles) hertz.push_back(cycles);
+    }
+    if (int(hertz.size()) < numModes) throw std::runtime_error(readText(folder / "ccx.log"));
+    return hertz;
+}
+
+std::array<double, 6> calcCalculixDeflection(
+    const TestFolder& folder, const std::string& deck,
+    const std::pair<std::string, std::array<double, 3>>& held,
+    const std::pair<std::string, std::array<double, 3>>& loaded,
+    const std::array<double, 6>& load) {
+    std::ostringstream text;
+    text << "*INCLUDE, INPUT=" << fs::path(deck).filename().string() << "\n"
+         << tieText(0, held.first, held.second) << tieText(1, loaded.first, loaded.second)
+         << "*BOUNDARY\nTIE0, 1, 3, 0\n*STEP\n*STATIC\n*CLOAD\n";
+    for (int k = 0; k < 6; ++k)
+        if (load[k] != 0)
+            text << kTieNode + 2 + k / 3 << "," << k % 3 + 1 << "," << load[k] << "\n";
+    text << "*NODE PRINT, NSET=TIE1\nU\n*END STEP\n";
+    writeText(folder / "static.inp", text.str());
+    runOrThrow("cd '" + folder.path() + "' && ccx static", folder / "ccx.log");
+
+    std::ifstream in(folder / "static.dat");
+    std::array<double, 6> u{};
+    int found = 0;
+    for (std::string line; std::getline(in, line);) {
+        std::istringstream numbers(line);
+        int node;
+        std::array<double, 3> x;
+        if (!(numbers >> node >> x[0] >> x[1] >> x[2])) continue;
+        std::copy(x.begin(), x.end(), u.begin() + (node == kTieNode + 2 ? 0 : 3));
+        ++found;
+    }
+    if (found != 2) throw std::runtime_error(readText(folder / "ccx.log"));
+    return u;
+}
+
+}  // namespace testing
+}  // namespace simflex

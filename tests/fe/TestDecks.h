@@ -1,0 +1,71 @@
+#pragma once
+/** @file
+Decks for tests: bricks written node by node, example parts meshed coarsely by Gmsh, and CalculiX's
+own answers to them. **/
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace simflex {
+namespace testing {
+
+/** A folder of a test's own, removed at the end. While it lives, $TMPDIR points into it. **/
+class TestFolder {
+public:
+    TestFolder();
+    ~TestFolder();
+    TestFolder(const TestFolder&) = delete;
+    TestFolder& operator=(const TestFolder&) = delete;
+
+    std::string operator/(const std::string& name) const { return _path + "/" + name; }
+    const std::string& path() const { return _path; }
+
+    /** What simflex left behind in $TMPDIR: nothing, one hopes. **/
+    std::vector<std::string> listTemporaryFiles() const;
+
+private:
+    std::string _path, _oldTemporary;
+};
+
+std::string readText(const std::string& path);
+void writeText(const std::string& path, const std::string& text);
+
+/** Names of the files of a folder, sorted. **/
+std::vector<std::string> listFiles(const std::string& folder);
+
+/** A box along x from the origin, centred in y and z; node sets LEFT and RIGHT (end faces), ALL,
+ONE (a node), TWO (two nodes), LINE (an edge along x), CORNERS (the eight). **/
+struct Brick {
+    std::array<double, 3> size{0.2, 0.03, 0.02};  ///< [m]
+    std::array<int, 3> elements{8, 2, 2};
+    std::string type = "C3D8";  ///< C3D8, C3D8R, C3D20 or C3D20R
+    double E = 70e9, nu = 0.3, rho = 2700;
+
+    double mass() const { return rho * size[0] * size[1] * size[2]; }
+    /** Nodes and elements, numbers from firstNode and firstElement. **/
+    std::string meshText(int firstNode = 1, int firstElement = 1) const;
+    std::string materialText() const;
+    std::string text() const { return meshText() + materialText(); }
+};
+
+/** Meshes examples/parts/NAME.geo with elements of size h [m] into folder/NAME.inp.
+@returns the path of the deck. **/
+std::string meshExamplePart(const TestFolder& folder, const std::string& name,
+                            const std::string& elementType, double h);
+
+/** CalculiX's own frequencies [Hz] of a deck whose node sets are tied as *RIGID BODY to the given
+points, everything else free; the six rigid modes among them. **/
+std::vector<double> calcCalculixFrequencies(
+    const TestFolder& folder, const std::string& deck,
+    const std::vector<std::pair<std::string, std::array<double, 3>>>& ties, int numModes);
+
+/** CalculiX's own displacement and rotation (6 numbers) of the tie `loaded` under a force and a
+moment at its point, the tie `held` being fixed. **/
+std::array<double, 6> calcCalculixDeflection(
+    const TestFolder& folder, const std::string& deck,
+    const std::pair<std::string, std::array<double, 3>>& held,
+    const std::pair<std::string, std::array<double, 3>>& loaded, const std::array<double, 6>& load);
+
+}  // namespace testing
+}  // namespace simflex
