@@ -27,6 +27,11 @@ Vector4d displaceQuaternion(const Vector4d& q, const Vector3d& delta, bool inBod
     return (std::cos(half) * q + factor * multiplyQuaternion(q, delta, inBody)).normalized();
 }
 
+void alignQuaternion(const double* reference, double* q) {
+    Eigen::Map<Vector4d> quaternion(q);
+    if (quaternion.dot(Eigen::Map<const Vector4d>(reference)) < 0) quaternion = -quaternion;
+}
+
 SimTK::Rotation rotationOf(const double* q) {
     return SimTK::Rotation(SimTK::Quaternion(SimTK::Vec4(q[0], q[1], q[2], q[3])));
 }

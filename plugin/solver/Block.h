@@ -74,6 +74,9 @@ public:
     /** Scales quaternions to length 1. **/
     virtual void normalizeQ(double* q) const = 0;
 
+    /** Gives quaternions of `q` the sign nearer to `reference`. **/
+    virtual void alignQ(const double* reference, double* q) const = 0;
+
     /** Displacement in metres that a quasi-displacement δ causes, at worst: root of the sum of squares. **/
     virtual double calcDisplacement(const double* delta) const = 0;
 
@@ -102,6 +105,9 @@ Eigen::Vector4d integrateQuaternion(const Eigen::Vector4d& qHist, double gamma, 
 
 /** q turned by the rotation vector δ, normalised. **/
 Eigen::Vector4d displaceQuaternion(const Eigen::Vector4d& q, const Eigen::Vector3d& delta, bool inBody);
+
+/** q or −q, whichever is nearer to the reference. **/
+void alignQuaternion(const double* reference, double* q);
 
 /** Rotation of a quaternion of any length. **/
 SimTK::Rotation rotationOf(const double* quaternion);

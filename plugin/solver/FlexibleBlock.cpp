@@ -143,6 +143,8 @@ void FlexibleBlock::displaceQ(const EvaluationContext&, const double* delta, dou
 
 void FlexibleBlock::normalizeQ(double* q) const { Map<Vector4d>(q, 4).normalize(); }
 
+void FlexibleBlock::alignQ(const double* reference, double* q) const { alignQuaternion(reference, q); }
+
 double FlexibleBlock::calcModalDisplacement(const double* modes) const {
     return ConstModes(modes, m_n).cwiseProduct(m_model.displacementPerMode).norm();
 }

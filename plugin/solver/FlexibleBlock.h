@@ -31,6 +31,7 @@ public:
                     double* q) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void normalizeQ(double* q) const override;
+    void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;
     double calcQDisplacement(const double* deltaQ) const override;
     double calcUDisplacement(const double* deltaU, double h) const override;

@@ -385,9 +385,10 @@ double MultibodyEquations::calcDisplacement(const double* delta, int* worst) con
     double largest = 0;
     for (int b = 0; b < numBlocks(); ++b) {
         const double displacement = m_blocks[b]->calcDisplacement(delta + m_blocks[b]->firstU);
-        if (displacement <= largest) continue;  // a NaN is passed on
+        if (displacement <= largest) continue;
         largest = displacement;
         if (worst) *worst = b;
+        if (std::isnan(largest)) return largest;
     }
     return largest;
 }
@@ -402,6 +403,7 @@ double MultibodyEquations::calcErrorDisplacement(const double* deltaQ, const dou
         if (displacement <= largest) continue;
         largest = displacement;
         if (worst) *worst = b;
+        if (std::isnan(largest)) return largest;
     }
     return largest;
 }

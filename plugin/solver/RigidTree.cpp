@@ -383,6 +383,11 @@ void RigidTree::normalizeQ(double* q) const {
         if (body.nq > body.nu) Map<Vector4d>(q + body.q0, 4).normalize();
 }
 
+void RigidTree::alignQ(const double* reference, double* q) const {
+    for (const RigidBody& body : m_bodies)
+        if (body.nq > body.nu) alignQuaternion(reference + body.q0, q + body.q0);
+}
+
 double RigidTree::calcDisplacement(const double* delta) const {
     return Map<const VectorXd>(delta, numU).cwiseProduct(m_uWeights).norm();
 }

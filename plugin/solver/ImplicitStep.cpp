@@ -1,0 +1,281 @@
+#include "simflex/solver/ImplicitStep.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <sstream>
+
+namespace simflex {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+double largestAbs(const std::vector<double>& values, int* where = nullptr) {
+    double largest = 0;
+    for (size_t i = 0; i < values.size(); ++i) {
+        if (std::abs(values[i]) <= largest) continue;
+        largest = std::abs(values[i]);
+        if (where) *where = int(i);
+        if (std::isnan(largest)) return largest;
+    }
+    return largest;
+}
+
+}  // namespace
+
+ImplicitStep::ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& statistics)
+    : m_equations(equations),
+      m_statistics(statistics),
+      m_system(equations.makeNewtonSystem()),
+      m_solver(m_system),
+      m_uDot(equations.numU()),
+      m_r(equations.numU()),
+      m_delta(equations.numU()) {}
+
+void ImplicitStep::setNumThreads(int threads) {
+    m_equations.setNumThreads(threads);
+    m_solver.setNumThreads(threads);
+}
+
+bool ImplicitStep::useDense() const {
+    return blockForm == BlockForm::Dense || (blockForm == BlockForm::Automatic && m_denseStepsLeft > 0);
+}
+
+void ImplicitStep::formAndFactor(double gamma, const std::vector<double>& u, const std::vector<double>& uDot) {
+    const auto start = Clock::now();
+    m_equations.formNewtonSystem(gamma, useDense(), u.data(), uDot.data(), m_system);
+    m_statistics.evaluationSeconds += secondsSince(start);
+    m_solver.factor(m_system);
+    ++m_statistics.factorizations;
+    if (useDense()) ++m_statistics.denseFactorizations;
+    m_statistics.redundantConstraints = m_solver.getNumRedundant();
+    m_factoredGamma = gamma;
+    m_stepsSinceFactor = 0;
+}
+
+void ImplicitStep::solveLinear() {
+    if (observer) observer(m_system);
+    m_solver.solve(m_system);
+    ++m_statistics.linearSolves;
+}
+
+void ImplicitStep::gatherDelta(std::vector<double>& delta) const {
+    for (int b = 0; b < m_equations.numBlocks(); ++b)
+        std::copy_n(m_solver.getDeltaU(b), m_equations.getBlock(b).numU, delta.begin() + m_equations.getBlock(b).firstU);
+}
+
+ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& qHist,
+                                          const std::vector<double>& uHist, double gamma, Formulation formulation,
+                                          std::vector<double>& q, std::vector<double>& u,
+                                          std::vector<double>& lambda) {
+    constexpr double LargestGammaChange = 0.1, SlowRate = 0.5;
+    constexpr int LongestReuse = 20;
+    Outcome outcome;
+    bool refresh = m_factoredGamma == 0 || std::abs(gamma / m_factoredGamma - 1) > LargestGammaChange ||
+                   m_stepsSinceFactor >= LongestReuse || blockForm == BlockForm::Dense;
+    ++m_stepsSinceFactor;
+    double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
+
+    for (int iteration = 0; iteration < tolerances.maxIterations; ++iteration) {
+        const auto start = Clock::now();
+        m_equations.integrateQ(qHist.data(), gamma, u.data(), q.data());
+        m_equations.realize(t, q.data(), u.data());
+        for (size_t i = 0; i < u.size(); ++i) m_uDot[i] = (u[i] - uHist[i]) / gamma;
+        m_equations.calcResidual(q.data(), u.data(), m_uDot.data(), lambda.data(), m_r.data());
+        if (formulation == Formulation::StabilizedIndex2) {
+            m_equations.calcVelocityErrors(m_system.c.data());
+        } else {
+            m_equations.calcPositionErrors(m_system.c.data());
+            for (double& value : m_system.c) value /= gamma;
+        }
+        m_statistics.evaluationSeconds += secondsSince(start);
+
+        const double bodyResidual = largestAbs(m_r);
+        outcome.constraintResidual = largestAbs(m_system.c, &outcome.worstRow);
+        forceScale = std::max({forceScale, bodyResidual, largestAbs(lambda)});
+        if (!std::isfinite(bodyResidual) || !std::isfinite(outcome.constraintResidual)) break;
+        if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
+            outcome.constraintResidual <= tolerances.constraintResidual) {
+            outcome.converged = true;
+            break;
+        }
+
+        if (refresh) {
+            formAndFactor(gamma, u, m_uDot);
+            m_rate = 0.5;
+            refresh = false;
+        }
+        m_equations.setResidual(m_r.data(), m_system);
+        solveLinear();
+        ++m_statistics.newtonIterations;
+        gatherDelta(m_delta);
+        const double* deltaLambda = m_solver.getDeltaLambda();
+        double multiplierChange = 0;
+        for (size_t i = 0; i < u.size(); ++i) u[i] += m_delta[i];
+        for (size_t i = 0; i < lambda.size(); ++i) {
+            lambda[i] += deltaLambda[i];
+            multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
+        }
+        const double change = gamma * m_equations.calcDisplacement(m_delta.data(), &outcome.worstBlock);
+        outcome.displacementChange = change;
+        if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
+        m_multiplierFloor = std::max(m_multiplierFloor, 1e-4 * largestAbs(lambda));
+
+        if (iteration > 0) {
+            const double byDisplacement = previousChange > 0 ? change / previousChange : 0;
+            const double byMultiplier =
+                previousMultiplierChange > 0 ? multiplierChange / previousMultiplierChange : 0;
+            m_rate = std::max(0.01, byDisplacement);
+            const double allowedNoise = tolerances.displacement * accuracy * 1e-3;
+            if (iteration > 1 && byDisplacement > 0.95 && byMultiplier > 0.95 && change > allowedNoise) break;
+        }
+        previousChange = change;
+        previousMultiplierChange = multiplierChange;
+
+        // Remaining error after this iteration: rate/(1 − rate) of the last change.
+        const double remaining = m_rate < 0.9 ? m_rate / (1 - m_rate) : 10;
+        const double multiplierScale = std::max(largestAbs(lambda), m_multiplierFloor);
+        if (remaining * change <= tolerances.displacement * accuracy &&
+            remaining * multiplierChange <= tolerances.multiplier * multiplierScale) {
+            outcome.converged = true;
+            break;
+        }
+        if (m_rate > SlowRate && iteration > 0 && m_stepsSinceFactor > 1) refresh = true;
+    }
+
+    if (outcome.converged) {
+        const auto start = Clock::now();
+        m_equations.integrateQ(qHist.data(), gamma, u.data(), q.data());
+        m_statistics.evaluationSeconds += secondsSince(start);
+        if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) invalidateMatrix();
+        if (m_rate > SlowRate) m_stepsSinceFactor += 5;
+        return outcome;
+    }
+    const bool wasFresh = m_stepsSinceFactor == 0;
+    outcome.retryWorthwhile = !wasFresh;
+    if (wasFresh && blockForm == BlockForm::Automatic && m_denseStepsLeft == 0) {
+        // The arrow leaves gyroscopic and centrifugal terms out: have them for a while, longer each time.
+        m_denseStepsLeft = m_densePeriod;
+        m_densePeriod = std::min(2 * m_densePeriod, 10000);
+        outcome.retryWorthwhile = true;
+    }
+    invalidateMatrix();
+    return outcome;
+}
+
+double ImplicitStep::projectPositions(double t, double tolerance, std::vector<double>& q,
+                                      const std::vector<double>& u, int maxIterations) {
+    double error = 0;
+    for (int iteration = 0;; ++iteration) {
+        const auto start = Clock::now();
+        m_equations.realize(t, q.data(), u.data());
+        m_equations.calcPositionErrors(m_system.c.data());
+        m_statistics.evaluationSeconds += secondsSince(start);
+        error = largestAbs(m_system.c);
+        if (error <= tolerance || iteration == maxIterations || !std::isfinite(error)) return error;
+        for (NewtonSystem::Block& block : m_system.blocks) std::fill(block.r.begin(), block.r.end(), 0.0);
+        m_solver.solve(m_system);
+        ++m_statistics.linearSolves;
+        if (iteration == 0) ++m_statistics.projections;
+        gatherDelta(m_delta);
+        m_equations.displaceQ(m_delta.data(), q.data());
+    }
+}
+
+void ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u) {
+    // The factored G may belong to a neighbouring q: two more passes take the difference up.
+    for (int iteration = 0; iteration < 3; ++iteration) {
+        m_equations.realize(t, q.data(), u.data());
+        m_equations.calcVelocityErrors(m_system.c.data());
+        if (largestAbs(m_system.c) <= tolerances.constraintResidual) return;
+        for (NewtonSystem::Block& block : m_system.blocks) std::fill(block.r.begin(), block.r.end(), 0.0);
+        m_solver.solve(m_system);
+        ++m_statistics.linearSolves;
+        gatherDelta(m_delta);
+        for (size_t i = 0; i < u.size(); ++i) u[i] += m_delta[i];
+    }
+}
+
+void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q, std::vector<double>& u) {
+    constexpr int MaxIterations = 60;
+    // At γ = 1 s the matrix is M + K: any deformation costs far more than any rigid motion.
+    std::vector<double> trial(q.size()), uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
+    double error = 0;
+    int worst = -1;
+    for (int iteration = 0;; ++iteration) {
+        m_equations.realize(t, q.data(), u.data());
+        m_equations.calcPositionErrors(m_system.c.data());
+        error = largestAbs(m_system.c, &worst);
+        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
+        if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) break;
+        const BlockForm form = blockForm;
+        blockForm = BlockForm::Arrow;
+        formAndFactor(1, u, uDot);
+        blockForm = form;
+        for (NewtonSystem::Block& block : m_system.blocks) std::fill(block.r.begin(), block.r.end(), 0.0);
+        m_solver.solve(m_system);
+        gatherDelta(m_delta);
+
+        // Shorten the Gauss–Newton step until the errors fall.
+        double fraction = 1;
+        for (int cut = 0; cut < 12; ++cut, fraction *= 0.5) {
+            std::vector<double> delta = m_delta;
+            for (double& value : delta) value *= fraction;
+            trial = q;
+            m_equations.displaceQ(delta.data(), trial.data());
+            m_equations.realize(t, trial.data(), u.data());
+            m_equations.calcPositionErrors(m_system.c.data());
+            if (largestAbs(m_system.c) < error) break;
+        }
+        q = trial;
+    }
+    if (!(error <= tolerance)) {
+        std::ostringstream text;
+        text << "the joints cannot be assembled: joint '" << m_equations.getJointName(worst)
+             << "' keeps an error of " << error << " (allowed " << tolerance
+             << "); check the attachment frames, or start closer to an assembled position";
+        throw std::runtime_error(text.str());
+    }
+    if (const std::string* flipped = m_equations.findFlippedJoint())
+        throw std::runtime_error("the joints were assembled with the axes of joint '" + *flipped +
+                                 "' opposed; start closer to the wanted position");
+    if (m_system.numMultipliers() > 0) {
+        const BlockForm form = blockForm;
+        blockForm = BlockForm::Arrow;
+        formAndFactor(1, u, uDot);
+        blockForm = form;
+        projectSpeeds(t, q, u);
+    }
+    invalidateMatrix();
+}
+
+void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
+                                     std::vector<double>& uDot, std::vector<double>& lambda) {
+    std::fill(uDot.begin(), uDot.end(), 0.0);
+    std::fill(lambda.begin(), lambda.end(), 0.0);
+    m_equations.realize(t, q.data(), u.data());
+    m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
+    m_equations.calcAccelerationErrors(u.data(), uDot.data(), m_system.c.data());
+    m_equations.formMassSystem(m_system);
+    m_solver.factor(m_system);
+    ++m_statistics.factorizations;
+    m_statistics.redundantConstraints = m_solver.getNumRedundant();
+    m_equations.setResidual(m_r.data(), m_system);
+    m_solver.solve(m_system);
+    ++m_statistics.linearSolves;
+    gatherDelta(uDot);
+    std::copy_n(m_solver.getDeltaLambda(), lambda.size(), lambda.begin());
+    invalidateMatrix();
+}
+
+void ImplicitStep::addInTiming() {
+    const BlockEliminationSolver::Timing& now = m_solver.getTiming();
+    m_statistics.factorSeconds += now.factor - m_timed.factor;
+    m_statistics.schurSeconds += now.schur - m_timed.schur;
+    m_statistics.backSubstitutionSeconds += now.backSubstitution - m_timed.backSubstitution;
+    m_timed = now;
+}
+
+}  // namespace simflex
