@@ -50,6 +50,7 @@ DeformedSurface::DeformedSurface(std::shared_ptr<const ReducedBody> reducedBody,
         undeformed->addVertex(SimTK::Vec3(s[0], s[1], s[2]), SimTK::Vec3(0));
     }
     calcNormals(*undeformed);
+    undeformed->isClosed = true;
     undeformed->updateBounds();
     deformed = std::make_shared<SurfaceGeometry>(*undeformed);
 }
@@ -59,15 +60,20 @@ void DeformedSurface::calcDisplacements(const SimTK::Vector& xi) {
         throw std::invalid_argument(
             "part '" + part->name + "' has " + std::to_string(part->numModes) +
             " modes, but modal coordinates have size " + std::to_string(xi.size()));
-    modal.resize(part->numModes);
-    for (int i = 0; i < part->numModes; ++i) modal[i] = float(xi[i]);
+    std::vector<float> wanted(part->numModes);
+    for (int i = 0; i < part->numModes; ++i) wanted[i] = float(xi[i]);
+    if (hasDisplacements && wanted == modal) return;
+    modal = wanted;
+    hasDisplacements = true;
 
     const Eigen::Index rows = Eigen::Index(displacements.size());
     const Eigen::Map<const Eigen::MatrixXf> Phi(skinPhi.data(), rows, part->numModes);
     const Eigen::Map<const Eigen::VectorXf> xiFloat(modal.data(), part->numModes);
     Eigen::Map<Eigen::VectorXf> u(displacements.data(), rows);
     const int numChunks = int((rows + rowsPerChunk - 1) / rowsPerChunk);
-#pragma omp parallel for schedule(static) if (numChunks > 1)
+    // Small products are bound by memory: waking other threads would only slow the rasterizer down.
+    [[maybe_unused]] const bool isLarge = rows * part->numModes > 20000000;
+#pragma omp parallel for schedule(static) if (isLarge)
     for (int chunk = 0; chunk < numChunks; ++chunk) {
         const Eigen::Index first = Eigen::Index(chunk) * rowsPerChunk;
         const Eigen::Index count = std::min<Eigen::Index>(rowsPerChunk, rows - first);

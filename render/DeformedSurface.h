@@ -40,7 +40,8 @@ private:
     std::vector<float> restPositions;  // s of skin nodes, 3 each
     std::vector<float> skinPhi;        // (3·skin nodes)×n_f
     std::vector<float> displacements;  // Φξ, 3 each
-    std::vector<float> modal;          // ξ
+    std::vector<float> modal;          // ξ of `displacements`
+    bool hasDisplacements = false;
     std::shared_ptr<SurfaceGeometry> deformed, undeformed;
 };
 

@@ -39,6 +39,8 @@ struct FrameStyle {
 /** Place of the small axes in the picture: middle [pixel, from top left] and length of an axis. **/
 struct TriadPlace {
     double x, y, length;
+
+    int getHalfSize() const { return int(1.5 * length); }
 };
 
 inline TriadPlace calcTriadPlace(int height) {

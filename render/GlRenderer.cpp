@@ -14,7 +14,7 @@ using SimTK::Vec3;
 
 namespace {
 
-constexpr int shadowSize = 512;
+constexpr int shadowSize = 256;
 constexpr int colorMapSize = 256;
 constexpr int textPixelSize = 64;
 
@@ -61,6 +61,7 @@ GlRenderer::GlRenderer(int width, int height) : context(GlContext::create()) {
     lineProgram = make(shaders::lineVertex, shaders::colorFragment);
     pointProgram = make(shaders::pointVertex, shaders::pointFragment);
     backgroundProgram = make(shaders::backgroundVertex, shaders::backgroundFragment);
+    layerProgram = make(shaders::backgroundVertex, shaders::layerFragment);
     groundProgram = make(shaders::groundVertex, shaders::groundFragment);
     shadowProgram = make(shaders::shadowVertex, shaders::shadowFragment);
     blurProgram = make(shaders::backgroundVertex, shaders::blurFragment);
@@ -155,7 +156,7 @@ Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera,
     context->makeCurrent();
     camera = &frameCamera;
     style = &frameStyle;
-    projection = camera->calcProjection(double(target->getWidth()) / target->getHeight());
+    projection = camera->calcProjection(getAspect());
     if (loadedColorMap != int(style->colorMap)) {
         loadedColorMap = int(style->colorMap);
         std::vector<std::uint8_t> texels;
@@ -173,15 +174,14 @@ Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera,
     }
 
     const bool hasGround = style->ground.isShown && (~style->ground.X_GP * camera->X_GC.p())[2] > 0;
+    std::vector<Vec3> bounds;
+    scene.appendBounds(bounds);
     if (hasGround && style->ground.hasShadow) drawShadow(scene);
 
-    target->bind();
-    gl.Clear(GL_DEPTH_BUFFER_BIT);
-    drawBackground();
+    target->bindScene();
     gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_LESS);
-    gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-
+    if (hasGround) hideBelowGround(bounds);
     // Surfaces step back a little, so that the lines on them win.
     gl.Enable(GL_POLYGON_OFFSET_FILL);
     gl.PolygonOffset(1, 1);
@@ -190,8 +190,8 @@ Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera,
     gl.Disable(GL_POLYGON_OFFSET_FILL);
 
     gl.Enable(GL_BLEND);
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     gl.DepthMask(GL_FALSE);
-    if (hasGround) drawGround();
     for (const SurfaceItem& item : scene.surfaces)
         if (!item.isTransparent()) drawEdges(item);
     drawLines(scene);
@@ -204,14 +204,91 @@ Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera,
     if (style->hasTriad) drawTriad();
     gl.Disable(GL_DEPTH_TEST);
 
+    target->bindPicture();
+    drawBackground();
+    gl.Enable(GL_BLEND);
+    if (hasGround) drawGround();
+    drawLayer(scene.texts.empty() ? &bounds : nullptr);
+    gl.Disable(GL_BLEND);
+
     Image image = target->read();
     dropUnused();
     return image;
 }
 
+// Where something reaches below the ground, the ground takes part in the depth test.
+void GlRenderer::hideBelowGround(const std::vector<Vec3>& bounds) {
+    const Transform X_PG = ~style->ground.X_GP;
+    const bool isBelow =
+        std::any_of(bounds.begin(), bounds.end(), [&](const Vec3& p) { return (X_PG * p)[2] < 0; });
+    if (!isBelow) return;
+    groundProgram->use();
+    groundProgram->set("modelView", toMatrix(~camera->X_GC * style->ground.X_GP, Vec3(1)));
+    groundProgram->set("projection", camera->calcProjection(getAspect()));
+    groundProgram->set("size", style->ground.radius);
+    gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    gl.BindVertexArray(quadArray);
+    gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+// Lays the scene over the background, only where there is something: in the rectangle that holds
+// the bounds, and in that of the axes. No bounds stand for the whole picture.
+void GlRenderer::drawLayer(const std::vector<Vec3>* bounds) {
+    struct Rectangle {
+        int left, bottom, right, top;
+    };
+    const int width = target->getWidth(), height = target->getHeight();
+    Rectangle whole = {0, 0, width, height}, used = {width, height, 0, 0};
+    constexpr int padding = 24;  // for wide lines and points
+    if (!bounds) used = whole;
+    if (bounds)
+        for (const Vec3& p : *bounds) {
+            const Vec3 pixel = camera->calcPixel(p, width, height);
+            if (!(pixel[2] > camera->nearPlane)) {
+                used = whole;
+                break;
+            }
+            const auto limit = [](double x, int end) {
+                return int(std::min(double(end), std::max(0.0, x)));
+            };
+            used.left = std::min(used.left, limit(pixel[0] - padding, width));
+            used.right = std::max(used.right, limit(pixel[0] + padding, width));
+            used.bottom = std::min(used.bottom, limit(height - pixel[1] - padding, height));
+            used.top = std::max(used.top, limit(height - pixel[1] + padding, height));
+        }
+
+    std::vector<Rectangle> rectangles;
+    if (style->hasTriad) {
+        const TriadPlace place = calcTriadPlace(height);
+        const int half = place.getHalfSize();
+        const Rectangle triad = {int(place.x) - half, height - int(place.y) - half,
+                                 int(place.x) + half, height - int(place.y) + half};
+        const bool isApart = used.left >= triad.right || used.right <= triad.left ||
+                             used.bottom >= triad.top || used.top <= triad.bottom;
+        if (isApart)
+            rectangles.push_back(triad);
+        else
+            used = {std::min(used.left, triad.left), std::min(used.bottom, triad.bottom),
+                    std::max(used.right, triad.right), std::max(used.top, triad.top)};
+    }
+    if (used.left < used.right && used.bottom < used.top) rectangles.push_back(used);
+
+    gl.BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    layerProgram->use();
+    layerProgram->set("layer", 0);
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindTexture(GL_TEXTURE_2D_MULTISAMPLE, target->getSceneTexture());
+    gl.BindVertexArray(emptyArray);
+    gl.Enable(GL_SCISSOR_TEST);
+    for (const Rectangle& r : rectangles) {
+        gl.Scissor(r.left, r.bottom, r.right - r.left, r.top - r.bottom);
+        gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    gl.Disable(GL_SCISSOR_TEST);
+}
+
 void GlRenderer::drawBackground() {
-    gl.Disable(GL_DEPTH_TEST);
-    gl.Disable(GL_BLEND);
     backgroundProgram->use();
     backgroundProgram->set("topColor", style->palette.backgroundTop);
     backgroundProgram->set("bottomColor", style->palette.backgroundBottom);
@@ -270,7 +347,9 @@ void GlRenderer::drawShadow(const Scene& scene) {
         setColumn(3, X_PM.p(), 1);
         m[15] = 1;
         shadowProgram->set("modelToShadow", m);
+        if (item.geometry->isClosed) gl.Enable(GL_CULL_FACE);
         drawTriangles(item);
+        gl.Disable(GL_CULL_FACE);
     }
 
     // Two rounds of a blur that is wider than one kernel.
@@ -278,7 +357,7 @@ void GlRenderer::drawShadow(const Scene& scene) {
     blurProgram->set("source", 0);
     gl.ActiveTexture(GL_TEXTURE0);
     gl.BindVertexArray(emptyArray);
-    const double step = 1.6 / shadowSize;
+    const double step = 1.0 / shadowSize;
     for (int pass = 0; pass < 2; ++pass) {
         shadow->bind(1 - pass);
         gl.BindTexture(GL_TEXTURE_2D, shadow->getTexture(pass));
@@ -289,9 +368,10 @@ void GlRenderer::drawShadow(const Scene& scene) {
 
 void GlRenderer::drawGround() {
     const GroundStyle& ground = style->ground;
+    gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     groundProgram->use();
     groundProgram->set("modelView", toMatrix(~camera->X_GC * ground.X_GP, Vec3(1)));
-    groundProgram->set("projection", projection);
+    groundProgram->set("projection", camera->calcProjection(getAspect()));
     groundProgram->set("size", ground.radius);
     groundProgram->set("gridOrigin", ground.gridOffset[0], ground.gridOffset[1]);
     groundProgram->set("spacing", ground.gridSpacing);
@@ -346,7 +426,11 @@ void GlRenderer::drawSurface(const SurfaceItem& item) {
         gl.PolygonMode(GL_FRONT_AND_BACK, GL_POINT);
         gl.PointSize(3);
     }
+    const bool hidesBack = item.geometry->isClosed && !item.isTransparent() &&
+                           item.representation == SimTK::DecorativeGeometry::DrawSurface;
+    if (hidesBack) gl.Enable(GL_CULL_FACE);
     drawTriangles(item);
+    if (hidesBack) gl.Disable(GL_CULL_FACE);
     gl.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
@@ -526,7 +610,7 @@ void GlRenderer::drawTexts(const Scene& scene) {
 void GlRenderer::drawTriad() {
     // Seen by a camera of its own, with the same orientation and no perspective to speak of.
     const TriadPlace place = calcTriadPlace(target->getHeight());
-    const int half = int(1.5 * place.length);
+    const int half = place.getHalfSize();
     gl.Viewport(int(place.x) - half, target->getHeight() - int(place.y) - half, 2 * half, 2 * half);
     gl.Clear(GL_DEPTH_BUFFER_BIT);
 

@@ -2,9 +2,10 @@
 /** @file
 Draws a Scene through OpenGL 3.3 core into an Image. Internal.
 
-Order: background, ground shadow map, opaque surfaces, edges, lines, points, ground, transparent
-surfaces from far to near, ghosts, texts, axes. Buffers of a shape live as long as the shape does;
-a shape that changes is uploaded again into the same buffers. **/
+Order: shadow map; then, multisampled, opaque surfaces, edges, lines, points, transparent surfaces
+from far to near, ghosts, texts, axes; then, plain, background, ground, and the former over them.
+Buffers of a shape live as long as the shape does; a shape that changes is uploaded again into the
+same buffers. **/
 
 #include <memory>
 #include <unordered_map>
@@ -26,8 +27,6 @@ public:
     ~GlRenderer();
     GlRenderer(const GlRenderer&) = delete;
     GlRenderer& operator=(const GlRenderer&) = delete;
-
-    int getNumSamples() const { return target->getNumSamples(); }
 
     /** The picture, without what the overlay writes on it. **/
     Image draw(const Scene& scene, const Camera& camera, const FrameStyle& style);
@@ -52,7 +51,11 @@ private:
     void deleteBuffers(Buffers& buffers);
     void dropUnused();
 
+    double getAspect() const { return double(target->getWidth()) / target->getHeight(); }
+
+    void hideBelowGround(const std::vector<SimTK::Vec3>& bounds);
     void drawBackground();
+    void drawLayer(const std::vector<SimTK::Vec3>* bounds);
     void drawShadow(const Scene& scene);
     void drawGround();
     void drawSurface(const SurfaceItem& item);
@@ -71,7 +74,7 @@ private:
     std::unique_ptr<PictureTarget> target;
     std::unique_ptr<ShadowTarget> shadow;
     std::unique_ptr<GlProgram> surfaceProgram, edgeProgram, lineProgram, pointProgram,
-        backgroundProgram, groundProgram, shadowProgram, blurProgram, textProgram;
+        backgroundProgram, layerProgram, groundProgram, shadowProgram, blurProgram, textProgram;
     std::unordered_map<const SurfaceGeometry*, Buffers> buffersOf;
     std::unordered_map<std::string, TextTexture> texts;
     std::unique_ptr<Font> font;

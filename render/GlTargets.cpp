@@ -1,6 +1,5 @@
 #include "GlTargets.h"
 
-#include <algorithm>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -9,8 +8,6 @@
 namespace simflex {
 
 namespace {
-
-constexpr int wantedSamples = 4;
 
 void checkComplete(const GlFunctions& gl, int width, int height) {
     if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
@@ -22,54 +19,60 @@ void checkComplete(const GlFunctions& gl, int width, int height) {
 
 PictureTarget::PictureTarget(const GlFunctions& functions, int pictureWidth, int pictureHeight)
     : gl(functions), width(pictureWidth), height(pictureHeight) {
-    GLint maxSamples = 0, maxSize = 0;
-    gl.GetIntegerv(GL_MAX_SAMPLES, &maxSamples);
+    GLint maxSize = 0;
     gl.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &maxSize);
-    numSamples = std::max(1, std::min(wantedSamples, int(maxSamples)));
     if (width <= 0 || height <= 0 || width > maxSize || height > maxSize)
         throw std::runtime_error("a picture of " + std::to_string(width) + "x" +
                                  std::to_string(height) + " pixels is not between 1x1 and " +
                                  std::to_string(maxSize) + "x" + std::to_string(maxSize));
 
-    const auto makeStorage = [&](GLuint& buffer, GLenum format, GLenum attachment, int samples) {
-        gl.GenRenderbuffers(1, &buffer);
-        gl.BindRenderbuffer(GL_RENDERBUFFER, buffer);
-        if (samples > 1)
-            gl.RenderbufferStorageMultisample(GL_RENDERBUFFER, samples, format, width, height);
-        else
-            gl.RenderbufferStorage(GL_RENDERBUFFER, format, width, height);
-        gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer);
-    };
-    gl.GenFramebuffers(1, &drawBuffer);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, drawBuffer);
-    makeStorage(drawColor, GL_RGBA8, GL_COLOR_ATTACHMENT0, numSamples);
-    makeStorage(drawDepth, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT, numSamples);
+    gl.GenFramebuffers(1, &sceneBuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, sceneBuffer);
+    gl.GenTextures(1, &sceneColor);
+    gl.BindTexture(GL_TEXTURE_2D_MULTISAMPLE, sceneColor);
+    gl.TexImage2DMultisample(GL_TEXTURE_2D_MULTISAMPLE, numSamples, GL_RGBA8, width, height,
+                             GL_TRUE);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D_MULTISAMPLE,
+                            sceneColor, 0);
+    gl.GenTextures(1, &sceneDepth);
+    gl.BindTexture(GL_TEXTURE_2D_MULTISAMPLE, sceneDepth);
+    gl.TexImage2DMultisample(GL_TEXTURE_2D_MULTISAMPLE, numSamples, GL_DEPTH_COMPONENT24, width,
+                             height, GL_TRUE);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D_MULTISAMPLE,
+                            sceneDepth, 0);
     checkComplete(gl, width, height);
 
-    gl.GenFramebuffers(1, &readBuffer);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, readBuffer);
-    makeStorage(readColor, GL_RGBA8, GL_COLOR_ATTACHMENT0, 1);
+    gl.GenFramebuffers(1, &pictureBuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, pictureBuffer);
+    gl.GenRenderbuffers(1, &pictureColor);
+    gl.BindRenderbuffer(GL_RENDERBUFFER, pictureColor);
+    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
+    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, pictureColor);
     checkComplete(gl, width, height);
 }
 
 PictureTarget::~PictureTarget() {
-    gl.DeleteFramebuffers(1, &drawBuffer);
-    gl.DeleteFramebuffers(1, &readBuffer);
-    gl.DeleteRenderbuffers(1, &drawColor);
-    gl.DeleteRenderbuffers(1, &drawDepth);
-    gl.DeleteRenderbuffers(1, &readColor);
+    gl.DeleteFramebuffers(1, &sceneBuffer);
+    gl.DeleteFramebuffers(1, &pictureBuffer);
+    gl.DeleteTextures(1, &sceneColor);
+    gl.DeleteTextures(1, &sceneDepth);
+    gl.DeleteRenderbuffers(1, &pictureColor);
 }
 
-void PictureTarget::bind() {
-    gl.BindFramebuffer(GL_FRAMEBUFFER, drawBuffer);
+void PictureTarget::bindScene() {
+    gl.BindFramebuffer(GL_FRAMEBUFFER, sceneBuffer);
+    gl.Viewport(0, 0, width, height);
+    gl.ClearColor(0, 0, 0, 0);
+    gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+void PictureTarget::bindPicture() {
+    gl.BindFramebuffer(GL_FRAMEBUFFER, pictureBuffer);
     gl.Viewport(0, 0, width, height);
 }
 
 Image PictureTarget::read() {
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, drawBuffer);
-    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, readBuffer);
-    gl.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, readBuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, pictureBuffer);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     Image image(width, height);
     gl.ReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, image.updData());

@@ -7,7 +7,9 @@ Framebuffers the renderer draws into. Internal to the renderer. **/
 
 namespace simflex {
 
-/** A multisampled picture with depth, and the plain picture it is resolved to. **/
+/** Two layers of one picture: a multisampled one with depth for the scene, transparent where
+nothing is drawn, and a plain one for what lies behind it, onto which the scene is laid at the end.
+**/
 class PictureTarget {
 public:
     /** @throws std::runtime_error when the context cannot make a picture of this size. **/
@@ -19,20 +21,25 @@ public:
     int getWidth() const { return width; }
     int getHeight() const { return height; }
 
-    /** Samples per pixel; 1 when the context has no multisampling. **/
-    int getNumSamples() const { return numSamples; }
+    static constexpr int numSamples = 4;  // what OpenGL 3.3 guarantees
 
-    /** Makes it the target of drawing, with the whole picture as viewport. **/
-    void bind();
+    /** Makes the scene's layer the target of drawing, cleared. **/
+    void bindScene();
 
-    /** Averages the samples and copies the picture to memory. **/
+    /** Makes the plain layer the target of drawing. **/
+    void bindPicture();
+
+    /** The scene's colours, a multisampled texture with premultiplied alpha. **/
+    GLuint getSceneTexture() const { return sceneColor; }
+
+    /** Copies the plain layer to memory. **/
     Image read();
 
 private:
     const GlFunctions& gl;
-    int width, height, numSamples;
-    GLuint drawBuffer = 0, drawColor = 0, drawDepth = 0;
-    GLuint readBuffer = 0, readColor = 0;
+    int width, height;
+    GLuint sceneBuffer = 0, sceneColor = 0, sceneDepth = 0;
+    GLuint pictureBuffer = 0, pictureColor = 0;
 };
 
 /** Two one-channel square textures to draw into, for the shadow and its blur. **/

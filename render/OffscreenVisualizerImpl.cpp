@@ -109,7 +109,7 @@ void OffscreenVisualizer::Impl::addParts(const State& state, Scene& scene) {
         item.geometry = part.surface->getUndeformed();
         item.style = SurfaceItem::Style::Ghost;
         item.color = (theme == Theme::Light ? lightPalette : darkPalette).ghost;
-        item.opacity = 0.30;
+        item.opacity = 0.42;
         item.showElementEdges = false;
         item.showFeatureEdges = false;
         scene.surfaces.push_back(item);

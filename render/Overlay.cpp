@@ -15,10 +15,13 @@ struct LengthUnit {
     double meters;
 };
 
+// Tenths of a unit are still written in it: 0.4 mm rather than 400 µm.
 LengthUnit chooseUnit(double length) {
     const LengthUnit units[] = {{"km", 1e3}, {"m", 1}, {"mm", 1e-3}, {"µm", 1e-6}, {"nm", 1e-9}};
-    for (const LengthUnit& unit : units)
-        if (length >= 0.9995 * unit.meters) return unit;
+    if (length >= 1e3) return units[0];
+    if (length >= 0.9995) return units[1];
+    for (const LengthUnit& unit : {units[2], units[3], units[4]})
+        if (length >= 0.0995 * unit.meters) return unit;
     return length > 0 ? units[4] : units[2];
 }
 

@@ -14,7 +14,8 @@ namespace {
 
 const double polygonCreaseAngle = 40 * Pi / 180;
 
-std::shared_ptr<SurfaceGeometry> finish(SurfaceGeometry&& geometry) {
+std::shared_ptr<SurfaceGeometry> finish(SurfaceGeometry&& geometry, bool isClosed) {
+    geometry.isClosed = isClosed;
     geometry.updateBounds();
     return std::make_shared<SurfaceGeometry>(std::move(geometry));
 }
@@ -57,7 +58,7 @@ SurfaceGeometryPtr createBrick() {
                 for (std::uint32_t k = 0; k < 4; ++k)
                     if (axis == 0 || k % 2 == 1) geometry.addEdge(first + k, first + (k + 1) % 4);
         }
-    return finish(std::move(geometry));
+    return finish(std::move(geometry), true);
 }
 
 SurfaceGeometryPtr createSphere(int slices) {
@@ -79,7 +80,7 @@ SurfaceGeometryPtr createSphere(int slices) {
             if (j + 1 < std::uint32_t(stacks)) geometry.addTriangle(a, b, b + 1);
             if (j > 0) geometry.addTriangle(a, b + 1, a + 1);
         }
-    return finish(std::move(geometry));
+    return finish(std::move(geometry), true);
 }
 
 SurfaceGeometryPtr createCylinder(int slices) {
@@ -96,7 +97,7 @@ SurfaceGeometryPtr createCylinder(int slices) {
     }
     addCap(geometry, 1, 1, slices);
     addCap(geometry, -1, -1, slices);
-    return finish(std::move(geometry));
+    return finish(std::move(geometry), true);
 }
 
 SurfaceGeometryPtr createCircle(int slices) {
@@ -111,7 +112,7 @@ SurfaceGeometryPtr createCircle(int slices) {
         geometry.addTriangle(0, a, b);
         geometry.addEdge(a, b);
     }
-    return finish(std::move(geometry));
+    return finish(std::move(geometry), false);
 }
 
 SurfaceGeometryPtr createCone(int slices) {
@@ -126,7 +127,7 @@ SurfaceGeometryPtr createCone(int slices) {
     for (std::uint32_t i = 0; i < std::uint32_t(slices); ++i)
         geometry.addTriangle(2 * i, 2 * ((i + 1) % std::uint32_t(slices)), 2 * i + 1);
     addCap(geometry, 0, -1, slices);
-    return finish(std::move(geometry));
+    return finish(std::move(geometry), true);
 }
 
 SurfaceGeometryPtr createTorus(double tubeRadius, int slices) {
@@ -148,7 +149,7 @@ SurfaceGeometryPtr createTorus(double tubeRadius, int slices) {
             geometry.addTriangle(a, b, b + 1);
             geometry.addTriangle(a, b + 1, a + 1);
         }
-    return finish(std::move(geometry));
+    return finish(std::move(geometry), true);
 }
 
 SurfaceGeometryPtr createFromPolygons(const SimTK::PolygonalMesh& mesh) {
@@ -189,7 +190,7 @@ SurfaceGeometryPtr createFromPolygons(const SimTK::PolygonalMesh& mesh) {
     geometry.triangles = creased.triangles;
     geometry.featureEdges = creased.featureEdges;
     calcNormals(geometry);
-    return finish(std::move(geometry));
+    return finish(std::move(geometry), false);
 }
 
 }  // namespace simflex

@@ -72,7 +72,7 @@ void main() {
     float key = max(dot(n, keyDirection), 0.0);
     float fill = max(dot(n, normalize(vec3(-0.75, 0.15, 0.65))), 0.0);
     float head = max(n.z, 0.0);
-    vec3 light = ambient + key * vec3(0.62, 0.60, 0.56) + fill * vec3(0.10, 0.12, 0.15) + 0.12 * head;
+    vec3 light = ambient + key * vec3(0.72, 0.70, 0.66) + fill * vec3(0.10, 0.12, 0.15) + 0.12 * head;
 
     vec3 h = normalize(keyDirection + v);
     float highlight = pow(max(dot(n, h), 0.0), 48.0) * 0.22 * step(0.0, dot(n, keyDirection));
@@ -186,6 +186,18 @@ void main() {
 }
 )";
 
+const char* const layerFragment = R"(#version 330 core
+in vec2 place;
+uniform sampler2DMS layer;
+out vec4 fragment;
+
+void main() {
+    ivec2 p = ivec2(gl_FragCoord.xy);
+    fragment = 0.25 * (texelFetch(layer, p, 0) + texelFetch(layer, p, 1) +
+                       texelFetch(layer, p, 2) + texelFetch(layer, p, 3));
+}
+)";
+
 const char* const groundVertex = R"(#version 330 core
 layout(location = 0) in vec2 corner;
 uniform mat4 modelView;
@@ -229,7 +241,7 @@ void main() {
     if (hasShadow) {
         vec2 s = (place - shadowRegion.xy) * shadowRegion.zw;
         float dark = texture(shadow, s).r;
-        shade *= 1.0 - 0.50 * dark;
+        shade *= 1.0 - dark * vec3(0.42, 0.40, 0.36);
     }
     fragment = vec4(shade, fade);
 }
@@ -259,14 +271,16 @@ uniform sampler2D source;
 uniform vec2 texel;             // step along the direction of the blur
 out vec4 fragment;
 
+// A Gaussian of 2.5 texels: each sample between two texels stands for both.
+const float offsets[4] = float[4](1.4403, 3.3635, 5.2932, 7.2315);
+const float weights[4] = float[4](0.2633, 0.1221, 0.0306, 0.0041);
+
 void main() {
-    float sum = 0.0, weights = 0.0;
-    for (int i = -7; i <= 7; ++i) {
-        float w = exp(-float(i * i) / 18.0);
-        sum += w * texture(source, place + float(i) * texel).r;
-        weights += w;
-    }
-    fragment = vec4(sum / weights);
+    float sum = 0.1598 * texture(source, place).r;
+    for (int i = 0; i < 4; ++i)
+        sum += weights[i] * (texture(source, place + offsets[i] * texel).r +
+                             texture(source, place - offsets[i] * texel).r);
+    fragment = vec4(sum);
 }
 )";
 

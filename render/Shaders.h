@@ -14,6 +14,7 @@ extern const char* const pointFragment;
 extern const char* const colorFragment;       ///< colour per vertex
 extern const char* const backgroundVertex;    ///< one triangle that covers the picture
 extern const char* const backgroundFragment;  ///< vertical gradient
+extern const char* const layerFragment;       ///< mean of a multisampled layer
 extern const char* const groundVertex;
 extern const char* const groundFragment;  ///< grid, shadow, fading edge
 extern const char* const shadowVertex;    ///< projection along the light onto the ground

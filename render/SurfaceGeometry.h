@@ -18,6 +18,7 @@ struct SurfaceGeometry {
     std::vector<std::uint32_t> triangles;     ///< three vertex indices each, anticlockwise outside
     std::vector<std::uint32_t> featureEdges;  ///< two vertex indices each
     std::vector<std::uint32_t> elementEdges;  ///< two vertex indices each
+    bool isClosed = false;                    ///< seen from outside only, back faces are hidden
     SimTK::Vec3 lower{0}, upper{0};           ///< bounding box
     unsigned version = 1;                     ///< grows whenever `vertices` change
 
