@@ -14,7 +14,7 @@ namespace testing {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kTieNode = 9000001;  // beyond every mesh
+constexpr int kTieNode = 100001;  // beyond every mesh; ccx reserves room for all numbers
 
 void runOrThrow(const std::string& command, const std::string& log) {
     if (std::system((command + " >'" + log + "' 2>&1").c_str()) != 0)
@@ -31,6 +31,25 @@ std::string tieText(int index, const std::string& set, const std::array<double, 
              << ref + k << "," << point[0] << "," << point[1] << "," << point[2] << "\n";
     text << "*RIGID BODY, NSET=" << set << ", REF NODE=" << ref << ", ROT NODE=" << ref + 1 << "\n";
     return text.str();
+}
+
+/** CalculiX itself takes Gmsh's skin elements for a plane model: writes MESH_solid.inp without them
+and DECK_solid.inp that includes it. @returns the name of that deck. **/
+std::string withoutSkin(const TestFolder& folder, const std::string& deck) {
+    const std::string stem = fs::path(deck).stem().string(), mesh = stem + "_mesh.inp";
+    if (!fs::exists(folder / mesh)) return fs::path(deck).filename().string();
+    std::istringstream lines(readText(folder / mesh));
+    std::string solid;
+    bool inSkin = false;
+    for (std::string line; std::getline(lines, line);) {
+        if (line[0] == '*') inSkin = line.find("type=CPS") != std::string::npos;
+        if (!inSkin) solid += line + "\n";
+    }
+    writeText(folder / (stem + "_solid_mesh.inp"), solid.substr(solid.find("*NODE")));
+    std::string text = readText(deck);
+    text.replace(text.find(mesh), mesh.size(), stem + "_solid_mesh.inp");
+    writeText(folder / (stem + "_solid.inp"), text);
+    return stem + "_solid.inp";
 }
 
 }  // namespace
@@ -145,7 +164,10 @@ std::string meshExamplePart(const TestFolder& folder, const std::string& name,
     const std::string parts = std::string(SIMFLEX_SOURCE_DIR) + "/examples/parts/";
     const std::string deck = folder / (name + ".inp");
     runOrThrow("'" + parts + "make_deck.sh' '" + parts + name + ".geo' '" + deck + "' " +
-                   elementType + " -setnumber h " + std::to_string(h),
+                   elementType + " -setnumber h " + std::to_string(h) +
+                   (elementType.compare(0, 5, "C3D20") == 0
+                        ? " -order 2 -setnumber Mesh.SecondOrderIncomplete 1"
+                        : ""),
                folder / "gmsh.log");
     return deck;
 }
@@ -153,7 +175,7 @@ std::string meshExamplePart(const TestFolder& folder, const std::string& name,
 std::vector<double> calcCalculixFrequencies(
     const TestFolder& folder, const std::string& deck,
     const std::vector<std::pair<std::string, std::array<double, 3>>>& ties, int numModes) {
-    std::string text = "*INCLUDE, INPUT=" + fs::path(deck).filename().string() + "\n";
+    std::string text = "*INCLUDE, INPUT=" + withoutSkin(folder, deck) + "\n";
     for (size_t k = 0; k < ties.size(); ++k) text += tieText(int(k), ties[k].first, ties[k].second);
     text += "*STEP\n*FREQUENCY\n" + std::to_string(numModes) + "\n*END STEP\n";
     writeText(folder / "frequency.inp", text);
@@ -180,7 +202,7 @@ std::array<double, 6> calcCalculixDeflection(
     const std::pair<std::string, std::array<double, 3>>& loaded,
     const std::array<double, 6>& load) {
     std::ostringstream text;
-    text << "*INCLUDE, INPUT=" << fs::path(deck).filename().string() << "\n"
+    text << "*INCLUDE, INPUT=" << withoutSkin(folder, deck) << "\n"
          << tieText(0, held.first, held.second) << tieText(1, loaded.first, loaded.second)
          << "*BOUNDARY\nTIE0, 1, 3, 0\n*STEP\n*STATIC\n*CLOAD\n";
     for (int k = 0; k < 6; ++k)

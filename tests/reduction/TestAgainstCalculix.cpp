@@ -1,0 +1,211 @@
+/** @file
+Reduced parts against CalculiX's own answers on the deck with the same rigid ties (*RIGID BODY), and
+against beam theory. **/
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "fe/TestDecks.h"
+#include "simflex/fe/CalculixDeck.h"
+#include "simflex/part/ReducedBodyFile.h"
+#include "simflex/reduction/Reduction.h"
+
+namespace simflex {
+namespace {
+
+using testing::Brick;
+using testing::TestFolder;
+
+double hertzOf(const ReducedBody& body, int mode) {
+    return std::sqrt(body.omegaSquared[mode]) / (2 * M_PI);
+}
+
+/** Maps (rigid motion about the centre of mass, ξ) to the motion of an interface: 6×(6+n_f). **/
+Eigen::MatrixXd interfaceMotion(const ReducedBody& body, const ReducedBody::Interface& interface) {
+    const auto& s = interface.position;
+    Eigen::MatrixXd B = Eigen::MatrixXd::Zero(6, 6 + body.numModes);
+    B.leftCols(6).setIdentity();
+    B.block<3, 3>(0, 3) << 0, s[2], -s[1], -s[2], 0, s[0], s[1], -s[0], 0;
+    B.block(0, 6, 3, body.numModes) =
+        Eigen::Map<const Eigen::MatrixXd>(interface.Phi.data(), 3, body.numModes);
+    B.block(3, 6, 3, body.numModes) =
+        Eigen::Map<const Eigen::MatrixXd>(interface.Psi.data(), 3, body.numModes);
+    return B;
+}
+
+/** Motion of interface `loaded` under a load at its master with interface `held` fixed. **/
+Eigen::VectorXd calcDeflection(const ReducedBody& body, const std::string& held,
+                               const std::string& loaded, const std::array<double, 6>& load) {
+    const Eigen::MatrixXd A = interfaceMotion(body, body.getInterface(held));
+    const Eigen::MatrixXd B = interfaceMotion(body, body.getInterface(loaded));
+    const Eigen::Index n = 6 + body.numModes;
+    Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n + 6, n + 6);
+    for (int i = 0; i < body.numModes; ++i) system(6 + i, 6 + i) = body.omegaSquared[i];
+    system.block(n, 0, 6, n) = A;
+    system.block(0, n, n, 6) = A.transpose();
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(n + 6);
+    right.head(n) = B.transpose() * Eigen::Map<const Eigen::VectorXd>(load.data(), 6);
+    // Rows differ by many orders of magnitude: scale to a unit diagonal of the elastic part.
+    Eigen::VectorXd scale = Eigen::VectorXd::Ones(n + 6);
+    for (int i = 0; i < body.numModes; ++i) scale[6 + i] = 1 / std::sqrt(body.omegaSquared[i]);
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * system * scale.asDiagonal();
+    const Eigen::VectorXd scaledRight = scale.asDiagonal() * right;
+    const Eigen::VectorXd x = scale.asDiagonal() * scaled.fullPivLu().solve(scaledRight).eval();
+    return B * x.head(n);
+}
+
+struct ExamplePart {
+    const char* name;
+    const char* elementType;
+    double h;
+    const char *firstSet, *secondSet;
+    double length;
+};
+
+void PrintTo(const ExamplePart& part, std::ostream* out) {
+    *out << part.name << " " << part.elementType;
+}
+
+/** Coarse meshes: what is compared is the same mesh in two programs. **/
+class ExamplePartTest : public ::testing::TestWithParam<ExamplePart> {
+protected:
+    ReducedBody reducePart() {
+        const ExamplePart& part = GetParam();
+        deck = testing::meshExamplePart(folder, part.name, part.elementType, part.h);
+        ReductionOptions options;
+        options.name = part.name;
+        options.interfaces = {{"first", part.firstSet}, {"second", part.secondSet}};
+        options.interfaces[0].master = {0, 0, 0};
+        options.interfaces[1].master = {part.length, 0, 0};
+        return reduce(readCalculixDeck(deck), options);
+    }
+
+    TestFolder folder;
+    std::string deck;
+};
+
+// One test, since the reduction is what takes the time.
+TEST_P(ExamplePartTest, FrequenciesAndTipDeflectionMatchCalculixWithin1e3) {
+    const ExamplePart& part = GetParam();
+    const std::pair<std::string, std::array<double, 3>> first{part.firstSet, {0, 0, 0}},
+        second{part.secondSet, {part.length, 0, 0}};
+    const ReducedBody body = reducePart();
+    ASSERT_EQ(body.numModes, 44);
+    const auto reference = testing::calcCalculixFrequencies(folder, deck, {first, second}, 12);
+    for (int i = 0; i < 6; ++i) {
+        EXPECT_NEAR(hertzOf(body, i), reference[6 + i], 1e-3 * reference[6 + i])
+            << "mode " << i + 1;
+        // A reduced part is never softer than its mesh.
+        EXPECT_GT(hertzOf(body, i), (1 - 1e-5) * reference[6 + i]) << "mode " << i + 1;
+    }
+    const std::array<double, 6> load{100, 40, -25, 0.3, -0.2, 0.5};
+    const auto expected = testing::calcCalculixDeflection(folder, deck, first, second, load);
+    const Eigen::VectorXd u = calcDeflection(body, "first", "second", load);
+    for (int k = 0; k < 6; ++k)
+        EXPECT_NEAR(u[k], expected[k], 1e-3 * std::abs(expected[k])) << "component " << k;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Parts, ExamplePartTest,
+    ::testing::Values(ExamplePart{"crank", "C3D8R", 0.002, "SHAFT", "PIN", 0.06},
+                      ExamplePart{"crank", "C3D20", 0.003, "SHAFT", "PIN", 0.06},
+                      ExamplePart{"rod", "C3D8", 0.002, "BIG_END", "SMALL_END", 0.18},
+                      ExamplePart{"rod", "C3D8R", 0.002, "BIG_END", "SMALL_END", 0.18},
+                      ExamplePart{"shapely_rod", "C3D10", 0.004, "BIG_END", "SMALL_END", 0.18}),
+    [](const auto& part) { return std::string(part.param.name) + "_" + part.param.elementType; });
+
+TEST(CrankPartFile, OfOneMillimetreMeshMatchesCalculix) {
+    const std::string parts = SIMFLEX_BINARY_DIR "/parts/";
+    const ReducedBody crank = readReducedBody(parts + "crank.h5");
+    TestFolder folder;
+    testing::writeText(folder / "crank.inp", testing::readText(parts + "crank.inp"));
+    testing::writeText(folder / "crank_mesh.inp", testing::readText(parts + "crank_mesh.inp"));
+    const auto reference = testing::calcCalculixFrequencies(
+        folder, folder / "crank.inp", {{"SHAFT", {0, 0, 0}}, {"PIN", {0.06, 0, 0}}}, 12);
+    for (int i = 0; i < 6; ++i)
+        EXPECT_NEAR(hertzOf(crank, i), reference[6 + i], 1e-3 * reference[6 + i]);
+    EXPECT_NEAR(crank.mass, 2700 * 0.072 * 0.012 * 0.006, 1e-12);
+}
+
+/** A slender beam without Poisson's effect; no interfaces, so its modes are free-free. **/
+class SlenderBeam : public ::testing::Test {
+protected:
+    static ReducedBody reduceBeam(const Brick& brick, int numModes) {
+        TestFolder folder;
+        testing::writeText(folder / "beam.inp", brick.text());
+        ReductionOptions options;
+        options.name = "beam";
+        options.numModes = numModes;
+        return reduce(readCalculixDeck(folder / "beam.inp"), options);
+    }
+};
+
+TEST_F(SlenderBeam, FreeFreeFrequenciesMatchEulerBernoulli) {
+    Brick brick;
+    brick.size = {1, 0.01, 0.013};
+    brick.elements = {50, 1, 1};
+    brick.type = "C3D20";
+    brick.nu = 0;
+    const ReducedBody body = reduceBeam(brick, 6 + 6);
+    const double roots[3] = {4.7300, 7.8532, 10.9956};
+    // Bending about both axes, each by its own depth.
+    std::vector<double> expected, allowed;
+    for (const double root : roots)
+        for (const double depth : {brick.size[1], brick.size[2]}) {
+            expected.push_back(root * root * depth * std::sqrt(brick.E / (12 * brick.rho)) /
+                               (2 * M_PI));
+            // Shear and rotatory inertia lower ω by about ½ (βr)²(1 + E/κG) (Timoshenko), r² =
+            // depth²/12.
+            allowed.push_back(0.5 * root * root * depth * depth / 12 * (1 + 2 * 1.2));
+        }
+    std::vector<size_t> order(expected.size());
+    for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::sort(order.begin(), order.end(),
+              [&](size_t a, size_t b) { return expected[a] < expected[b]; });
+    for (size_t i = 0; i < order.size(); ++i) {
+        const double error = hertzOf(body, int(i)) / expected[order[i]] - 1;
+        EXPECT_LT(error, 1e-4) << "mode " << i + 1;
+        EXPECT_GT(error, -1.5 * allowed[order[i]] - 1e-4) << "mode " << i + 1;
+    }
+}
+
+TEST_F(SlenderBeam, AxialFrequencyOfABarMatchesTheWaveEquation) {
+    Brick brick;
+    brick.size = {0.1, 0.03, 0.03};  // stubby, so that the axial mode comes early
+    brick.elements = {20, 1, 1};
+    brick.type = "C3D20";
+    brick.nu = 0;
+    const ReducedBody body = reduceBeam(brick, 20);
+    const double expected = std::sqrt(brick.E / brick.rho) / (2 * brick.size[0]);
+    double closest = 0;
+    for (int i = 0; i < body.numModes; ++i)
+        if (std::abs(hertzOf(body, i) - expected) < std::abs(closest - expected))
+            closest = hertzOf(body, i);
+    EXPECT_NEAR(closest, expected, 1e-4 * expected);
+}
+
+TEST_F(SlenderBeam, InterfacesAtTheEndsLeaveTheBeamTheBeam) {
+    Brick brick;
+    brick.size = {1, 0.01, 0.01};
+    brick.elements = {50, 1, 1};
+    brick.type = "C3D20";
+    brick.nu = 0;
+    TestFolder folder;
+    testing::writeText(folder / "beam.inp", brick.text());
+    ReductionOptions options;
+    options.interfaces = {{"left", "left"}, {"right", "RIGHT"}};
+    options.numModes = 30;
+    const ReducedBody body = reduce(readCalculixDeck(folder / "beam.inp"), options);
+    // Clamped at one end: F L³/3EI.
+    const double EI = brick.E * std::pow(0.01, 4) / 12;
+    const Eigen::VectorXd u = calcDeflection(body, "left", "right", {0, 1, 0, 0, 0, 0});
+    EXPECT_NEAR(u[1], 1 / (3 * EI), 1e-3 / (3 * EI));  // shear adds 0.01 %
+    EXPECT_NEAR(u[5], 1 / (2 * EI), 1e-3 / (2 * EI));
+    const Eigen::VectorXd stretch = calcDeflection(body, "left", "right", {1, 0, 0, 0, 0, 0});
+    EXPECT_NEAR(stretch[0], 1 / (brick.E * 1e-4), 1e-6 / (brick.E * 1e-4));
+}
+
+}  // namespace
+}  // namespace simflex
