@@ -265,9 +265,11 @@ TemporaryFolder::~TemporaryFolder() {
 }
 
 std::string chooseCalculixProgram(const std::string& program) {
-    if (!program.empty()) return program;
-    const char* chosen = std::getenv("SIMFLEX_CCX");
-    return chosen && *chosen ? chosen : "ccx";
+    const char* fromEnvironment = std::getenv("SIMFLEX_CCX");
+    std::string chosen = !program.empty() ? program : fromEnvironment ? fromEnvironment : "";
+    if (chosen.empty()) return "ccx";
+    // It will run in another folder.
+    return chosen.find('/') == std::string::npos ? chosen : fs::absolute(chosen).string();
 }
 
 std::string readCalculixVersion(const std::string& program) {

@@ -79,10 +79,9 @@ const std::set<std::string> kMaterialLeftOut = {
 
 /** The solids of the deck, and their place in Mesh. **/
 const std::map<std::string, ElementType> kSolids = {
-    {"C3D4", ElementType::Tet4},    {"C3D6", ElementType::Wedge6},   {"C3D8", ElementType::Hex8},
-    {"C3D8R", ElementType::Hex8},    {"C3D10", ElementType::Tet10},
-    {"C3D10T", ElementType::Tet10}, {"C3D15", ElementType::Wedge15}, {"C3D20", ElementType::Hex20},
-    {"C3D20R", ElementType::Hex20},
+    {"C3D4", ElementType::Tet4},     {"C3D6", ElementType::Wedge6}, {"C3D8", ElementType::Hex8},
+    {"C3D8R", ElementType::Hex8},    {"C3D10", ElementType::Tet10}, {"C3D10T", ElementType::Tet10},
+    {"C3D15", ElementType::Wedge15}, {"C3D20", ElementType::Hex20}, {"C3D20R", ElementType::Hex20},
 };
 
 /** Elements that meshers write along the skin of a solid; number of nodes of each. **/

@@ -93,7 +93,10 @@ Handle createFile(const std::string& path) {
 }
 
 Handle openFile(const std::string& path) {
-    return Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose,
+    // Closing the file closes everything in it, so that a damaged one leaves nothing open.
+    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "create properties");
+    check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "set the way of closing");
+    return Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose,
                   "open it as HDF5: the file is cut short or of another kind");
 }
 

@@ -1,0 +1,182 @@
+/** @file
+The simflex program, driven as a user drives it. **/
+
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <thread>
+
+#include "fe/TestDecks.h"
+#include "simflex/part/ReducedBodyFile.h"
+
+namespace simflex {
+namespace {
+
+using ::testing::AllOf;
+using testing::Brick;
+using ::testing::ContainsRegex;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+using testing::TestFolder;
+
+class CliTest : public ::testing::Test {
+protected:
+    void SetUp() override { testing::writeText(folder / "brick.inp", Brick().text()); }
+
+    /** Runs simflex with these arguments in the folder; keeps its output. @returns exit status. **/
+    int run(const std::string& arguments) {
+        const std::string command = "cd '" + folder.path() + "' && '" SIMFLEX_PROGRAM "' " +
+                                    arguments + " >tmp.out 2>tmp.err";
+        const int status = std::system(command.c_str());
+        out = testing::readText(folder / "tmp.out");
+        err = testing::readText(folder / "tmp.err");
+        unlink((folder / "tmp.out").c_str());
+        unlink((folder / "tmp.err").c_str());
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    }
+
+    TestFolder folder;
+    std::string out, err;
+};
+
+TEST_F(CliTest, ReduceWritesAPartThatInfoShows) {
+    ASSERT_EQ(
+        run("reduce brick.inp --interface left=LEFT --interface right=right --modes 20 -o part.h5"),
+        0)
+        << err;
+    EXPECT_THAT(out, AllOf(HasSubstr("14 modes"), HasSubstr("2 interfaces")));
+    EXPECT_THAT(err, HasSubstr("CalculiX"));
+    EXPECT_THAT(testing::listFiles(folder.path()), ElementsAre("brick.inp", "part.h5", "tmp"));
+    EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
+
+    ASSERT_EQ(run("info part.h5"), 0) << err;
+    EXPECT_THAT(
+        out, AllOf(ContainsRegex("part +part"), ContainsRegex("mass +0\\.324 kg"),
+                   HasSubstr("brick.inp"), ContainsRegex("left +9 nodes"), HasSubstr("CalculiX")));
+
+    ASSERT_EQ(run("info part.h5 --json"), 0) << err;
+    const ReducedBody body = readReducedBody(folder / "part.h5");
+    char lowest[40];
+    std::snprintf(lowest, sizeof lowest, "%.17g", std::sqrt(body.omegaSquared[0]) / (2 * M_PI));
+    EXPECT_THAT(
+        out, AllOf(StartsWith("{"), HasSubstr("\"name\": \"part\""), HasSubstr("\"num_modes\": 14"),
+                   HasSubstr(std::string("\"frequencies\": [") + lowest)));
+    EXPECT_EQ(std::count(out.begin(), out.end(), '{'), std::count(out.begin(), out.end(), '}'));
+    EXPECT_EQ(std::count(out.begin(), out.end(), '['), std::count(out.begin(), out.end(), ']'));
+}
+
+TEST_F(CliTest, SameDeckGivesTheSameFile) {
+    for (const char* name : {"a", "b"})
+        ASSERT_EQ(run("reduce -q brick.inp -i left=LEFT -i right=RIGHT -m 20 --name brick -o " +
+                      std::string(name) + ".h5"),
+                  0);
+    EXPECT_THAT(out + err, IsEmpty());
+    EXPECT_TRUE(testing::readText(folder / "a.h5") == testing::readText(folder / "b.h5"));
+}
+
+TEST_F(CliTest, MasterPointCanBeGiven) {
+    ASSERT_EQ(run("reduce -q brick.inp -i left=LEFT --master left=-0.01,0.002,0 -m 12 -o part.h5"),
+              0)
+        << err;
+    const ReducedBody body = readReducedBody(folder / "part.h5");
+    EXPECT_NEAR(body.getInterface("left").position[0] + body.centerOfMass[0], -0.01, 1e-15);
+    EXPECT_NEAR(body.getInterface("left").position[1], 0.002, 1e-12);
+}
+
+TEST_F(CliTest, HelpAndVersionSayWhatTheyShould) {
+    EXPECT_EQ(run("--help"), 0);
+    EXPECT_THAT(out, AllOf(HasSubstr("reduce"), HasSubstr("info")));
+    EXPECT_EQ(run("reduce --help"), 0);
+    EXPECT_THAT(out, AllOf(HasSubstr("--interface"), HasSubstr("--modes"), HasSubstr("--output"),
+                           HasSubstr("50")));
+    EXPECT_EQ(run("--version"), 0);
+    EXPECT_EQ(out, "simflex " SIMFLEX_VERSION "\n");
+}
+
+TEST_F(CliTest, WrongUsageExitsWithTwoAndOneLine) {
+    for (const char* arguments :
+         {"", "frobnicate", "reduce", "info", "reduce brick.inp --modes many",
+          "reduce brick.inp --interface LEFT", "reduce brick.inp --interface a=",
+          "reduce brick.inp -i a=LEFT --master b=0,0,0", "info part.h5 --wrong"}) {
+        EXPECT_EQ(run(arguments), 2) << arguments;
+        EXPECT_THAT(err, StartsWith("simflex: ")) << arguments;
+        EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+        EXPECT_THAT(out, IsEmpty());
+    }
+}
+
+struct BadInput {
+    const char* name;
+    const char* arguments;
+    const char* message;
+};
+
+class CliFailure : public CliTest, public ::testing::WithParamInterface<BadInput> {};
+
+TEST_P(CliFailure, ExitsWithOneAndLeavesNoFile) {
+    EXPECT_EQ(run(std::string("reduce -q -o part.h5 ") + GetParam().arguments), 1);
+    EXPECT_THAT(err, AllOf(StartsWith("simflex: "), HasSubstr(GetParam().message)));
+    EXPECT_THAT(testing::listFiles(folder.path()), ElementsAre("brick.inp", "tmp"));
+    EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    BadInputs, CliFailure,
+    ::testing::Values(BadInput{"MissingDeck", "none.inp", "none.inp"},
+                      BadInput{"MissingSet", "brick.inp -i a=PIN", "'PIN'"},
+                      BadInput{"OneNode", "brick.inp -i a=ONE", "only 1 node"},
+                      BadInput{"Overlap", "brick.inp -i a=LEFT -i b=CORNERS", "overlap"},
+                      BadInput{"TooManyModes", "brick.inp -i a=LEFT -m 5000", "too many"},
+                      BadInput{"NoCalculix", "brick.inp --ccx no-such-ccx", "no-such-ccx"},
+                      BadInput{"OneNodeTwice", "brick.inp -i a=TWO", "only 2 nodes"}),
+    [](const auto& input) { return input.param.name; });
+
+TEST_F(CliTest, AFolderThatDoesNotExistIsFoundBeforeTheWork) {
+    EXPECT_EQ(run("reduce brick.inp -o no/where.h5"), 1);
+    EXPECT_THAT(err, AllOf(StartsWith("simflex: "), HasSubstr("no folder")));
+}
+
+TEST_F(CliTest, InfoOfAnythingElseFails) {
+    EXPECT_EQ(run("info brick.inp"), 1);
+    EXPECT_THAT(err, AllOf(StartsWith("simflex: "), HasSubstr("brick.inp")));
+    EXPECT_EQ(run("info none.h5"), 1);
+}
+
+TEST_F(CliTest, ControlCStopsAndLeavesNothing) {
+    // A ccx that takes its time.
+    testing::writeText(folder / "slow-ccx",
+                       "#!/bin/sh\nif [ \"$1\" = -v ]; then exit 0; fi\n: > '" +
+                           folder / "started" + "'\nexec sleep 30\n");
+    std::system(("chmod +x '" + folder / "slow-ccx'").c_str());
+    const auto begin = std::chrono::steady_clock::now();
+    const pid_t pid = fork();
+    if (pid == 0) {
+        if (chdir(folder.path().c_str()) != 0 || !freopen("err.txt", "w", stderr)) _exit(99);
+        execl(SIMFLEX_PROGRAM, "simflex", "reduce", "brick.inp", "--ccx", "./slow-ccx", "-o",
+              "part.h5", nullptr);
+        _exit(99);
+    }
+    for (int k = 0; k < 500 && access((folder / "started").c_str(), F_OK) != 0; ++k)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    kill(pid, SIGINT);
+    int status = 0;
+    waitpid(pid, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 130) << testing::readText(folder / "err.txt");
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+    EXPECT_THAT(testing::readText(folder / "err.txt"),
+                HasSubstr("simflex: stopped; nothing was written"));
+    EXPECT_THAT(testing::listFiles(folder.path()),
+                ElementsAre("brick.inp", "err.txt", "slow-ccx", "started", "tmp"));
+    EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace simflex

@@ -1,0 +1,229 @@
+#include <gmock/gmock.h>
+#include <hdf5.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <limits>
+
+#include "fe/TestDecks.h"
+#include "simflex/part/ReducedBodyFile.h"
+
+namespace simflex {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::TestFolder;
+
+/** A part with two modes on a tetrahedron, every number different. **/
+ReducedBody makePart() {
+    double next = 0.1;
+    auto fill = [&next](size_t count) {
+        std::vector<double> values(count);
+        for (double& value : values) value = next += 1.0 / 3.0;
+        return values;
+    };
+    ReducedBody body;
+    body.name = "Pleuel größer";
+    body.mass = 1.0 / 3.0;
+    body.centerOfMass = {0.1, -1e-300, 3e17};
+    body.inertia = {1, 2, 3, -0.1, 0.2, -0.3};
+    body.numModes = 2;
+    body.omegaSquared = {1e6, 2e6 / 7};
+    body.I1 = fill(12);
+    for (auto& I2 : body.I2) {
+        I2 = fill(4);
+        I2[1] = I2[2];
+    }
+    for (auto& N : body.N) {
+        const double value = fill(1)[0];
+        N = {0, value, -value, 0};
+    }
+    body.mesh.nodeNumbers = {3, 7, 9, 20};
+    body.mesh.positions = fill(12);
+    body.mesh.elements = {{ElementType::Tet4, {0, 1, 2, 3}}, {ElementType::Wedge6, {}}};
+    body.mesh.nodeSets = {{"A/B.C", {0, 2}}, {"EMPTY", {}}};
+    body.Phi = fill(24);
+    ReducedBody::Interface seat;
+    seat.name = "seat / 1";
+    seat.position = {1, 2, 3};
+    seat.Phi = fill(6);
+    seat.Psi = fill(6);
+    seat.nodes = {0, 1, 3};
+    body.interfaces = {seat, seat};
+    body.interfaces[1].name = "other";
+    body.provenance = {"deck.inp", "CalculiX 2.20", "", "m kg s"};
+    return body;
+}
+
+void expectSame(const ReducedBody& a, const ReducedBody& b) {
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.mass, b.mass);
+    EXPECT_EQ(a.centerOfMass, b.centerOfMass);
+    EXPECT_EQ(a.inertia, b.inertia);
+    EXPECT_EQ(a.numModes, b.numModes);
+    EXPECT_EQ(a.omegaSquared, b.omegaSquared);
+    EXPECT_EQ(a.I1, b.I1);
+    EXPECT_EQ(a.I2, b.I2);
+    EXPECT_EQ(a.N, b.N);
+    EXPECT_EQ(a.Phi, b.Phi);
+    EXPECT_EQ(a.mesh.nodeNumbers, b.mesh.nodeNumbers);
+    EXPECT_EQ(a.mesh.positions, b.mesh.positions);
+    EXPECT_EQ(a.mesh.nodeSets, b.mesh.nodeSets);
+    ASSERT_EQ(a.mesh.elements.size(), b.mesh.elements.size());
+    for (size_t k = 0; k < a.mesh.elements.size(); ++k) {
+        EXPECT_EQ(a.mesh.elements[k].type, b.mesh.elements[k].type);
+        EXPECT_EQ(a.mesh.elements[k].nodes, b.mesh.elements[k].nodes);
+    }
+    ASSERT_EQ(a.interfaces.size(), b.interfaces.size());
+    for (size_t k = 0; k < a.interfaces.size(); ++k) {
+        EXPECT_EQ(a.interfaces[k].name, b.interfaces[k].name);
+        EXPECT_EQ(a.interfaces[k].position, b.interfaces[k].position);
+        EXPECT_EQ(a.interfaces[k].Phi, b.interfaces[k].Phi);
+        EXPECT_EQ(a.interfaces[k].Psi, b.interfaces[k].Psi);
+        EXPECT_EQ(a.interfaces[k].nodes, b.interfaces[k].nodes);
+    }
+    EXPECT_EQ(a.provenance.source, b.provenance.source);
+    EXPECT_EQ(a.provenance.program, b.provenance.program);
+    EXPECT_EQ(a.provenance.created, b.provenance.created);
+    EXPECT_EQ(a.provenance.units, b.provenance.units);
+}
+
+class ReducedBodyFileTest : public ::testing::Test {
+protected:
+    std::string errorOf(const std::string& path) {
+        try {
+            readReducedBody(path);
+        } catch (const std::runtime_error& error) {
+            EXPECT_THAT(error.what(), HasSubstr(path));
+            return error.what();
+        }
+        return "accepted";
+    }
+
+    /** Writes the part, then changes one integer attribute or removes one object. **/
+    void writeChanged(const char* attribute, int value, const char* removed = nullptr) {
+        writeReducedBody(file, makePart());
+        const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+        if (removed) {
+            H5Ldelete(id, removed, H5P_DEFAULT);
+        } else {
+            const hid_t number = H5Aopen(id, attribute, H5P_DEFAULT);
+            H5Awrite(number, H5T_NATIVE_INT, &value);
+            H5Aclose(number);
+        }
+        H5Fclose(id);
+    }
+
+    /** Writes the part, then overwrites the first number of a data set. **/
+    void writeWithNumber(const char* data, double value) {
+        writeReducedBody(file, makePart());
+        const hid_t id = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+        const hid_t set = H5Dopen2(id, data, H5P_DEFAULT);
+        std::vector<double> values(1000);
+        H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+        values[0] = value;
+        H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+        H5Dclose(set);
+        H5Fclose(id);
+    }
+
+    TestFolder folder;
+    std::string file = folder / "part.h5";
+};
+
+TEST_F(ReducedBodyFileTest, RoundTripIsExact) {
+    writeReducedBody(file, makePart());
+    expectSame(readReducedBody(file), makePart());
+}
+
+TEST_F(ReducedBodyFileTest, APartWithoutInterfacesRoundTrips) {
+    ReducedBody body = makePart();
+    body.interfaces.clear();
+    body.mesh.nodeSets.clear();
+    writeReducedBody(file, body);
+    expectSame(readReducedBody(file), body);
+}
+
+TEST_F(ReducedBodyFileTest, SamePartGivesTheSameBytes) {
+    writeReducedBody(file, makePart());
+    const std::string first = testing::readText(file);
+    writeReducedBody(file, makePart());
+    EXPECT_TRUE(testing::readText(file) == first);
+}
+
+TEST_F(ReducedBodyFileTest, TruncatedAtAnyLengthIsAnError) {
+    writeReducedBody(file, makePart());
+    const std::string whole = testing::readText(file);
+    const std::string cut = folder / "cut.h5";
+    for (size_t length = 0; length < whole.size(); length += 1 + whole.size() / 400) {
+        testing::writeText(cut, whole.substr(0, length));
+        ASSERT_THAT(errorOf(cut), HasSubstr("cannot be used"))
+            << "cut to " << length << " of " << whole.size();
+    }
+    testing::writeText(cut, whole.substr(0, whole.size() - 1));
+    EXPECT_THAT(errorOf(cut), HasSubstr("cut short"));
+}
+
+TEST_F(ReducedBodyFileTest, DamagedBytesNeverCrash) {
+    writeReducedBody(file, makePart());
+    const std::string whole = testing::readText(file);
+    const std::string damaged = folder / "damaged.h5";
+    for (size_t at = 0; at < whole.size(); at += 1 + whole.size() / 500) {
+        std::string text = whole;
+        for (size_t k = at; k < std::min(at + 8, text.size()); ++k) text[k] = char(~text[k]);
+        testing::writeText(damaged, text);
+        try {
+            readReducedBody(damaged);  // a changed digit of a mode shape cannot be seen
+        } catch (const std::runtime_error&) {
+        }
+    }
+}
+
+TEST_F(ReducedBodyFileTest, OtherFilesAreNamedForWhatTheyAre) {
+    EXPECT_THAT(errorOf(folder / "none.h5"), HasSubstr("does not exist"));
+    testing::writeText(file, "this is no part");
+    EXPECT_THAT(errorOf(file), HasSubstr("another kind"));
+    const hid_t other = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    H5Fclose(other);
+    EXPECT_THAT(errorOf(file), HasSubstr("not of a reduced part"));
+}
+
+TEST_F(ReducedBodyFileTest, ANewerVersionIsAnErrorThatSaysSo) {
+    writeChanged("version", kReducedBodyFileVersion + 1);
+    EXPECT_THAT(errorOf(file), AllOf(HasSubstr("version 2"), HasSubstr("newer simflex")));
+}
+
+TEST_F(ReducedBodyFileTest, AMissingQuantityIsNamed) {
+    for (const char* name : {"mass", "Phi", "N", "mesh", "interfaces"}) {
+        writeChanged(nullptr, 0, name);
+        EXPECT_THAT(errorOf(file), HasSubstr("'" + std::string(name) + "'"));
+    }
+}
+
+TEST_F(ReducedBodyFileTest, NotANumberIsRefusedOnReading) {
+    for (const char* name :
+         {"omega_squared", "I1", "Phi", "I2", "mesh/positions", "interfaces/0/Phi"}) {
+        writeWithNumber(name, std::numeric_limits<double>::quiet_NaN());
+        EXPECT_NE(errorOf(file), "accepted") << name;
+    }
+}
+
+TEST_F(ReducedBodyFileTest, AnInvalidPartIsNotWrittenAndLeavesNoFile) {
+    ReducedBody body = makePart();
+    body.Phi[3] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(writeReducedBody(file, body), std::invalid_argument);
+    EXPECT_THAT(testing::listFiles(folder.path()), ElementsAre("tmp"));
+}
+
+TEST_F(ReducedBodyFileTest, AFailedWriteLeavesTheOldFileAndNothingElse) {
+    // The name is taken by a folder that is not empty: the last step, renaming, fails.
+    std::filesystem::create_directories(file + "/inside");
+    EXPECT_THROW(writeReducedBody(file, makePart()), std::runtime_error);
+    EXPECT_THAT(testing::listFiles(folder.path()), ElementsAre("part.h5", "tmp"));
+    EXPECT_THROW(writeReducedBody(folder / "no/such/folder.h5", makePart()), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace simflex
