@@ -25,7 +25,7 @@ struct DeformableMesh {
     /** Pose X_GB of the part's mean-axis frame; the State is realized to Stage::Position. **/
     std::function<SimTK::Transform(const SimTK::State&)> getFramePose;
 
-    /** Modal coordinates ξ, size n_f. **/
+    /** Modal coordinates ξ, size n_f; Stage::Model must suffice. **/
     std::function<SimTK::Vector(const SimTK::State&)> getModalCoordinates;
 };
 

@@ -426,7 +426,8 @@ void GlRenderer::drawSurface(const SurfaceItem& item) {
         gl.PolygonMode(GL_FRONT_AND_BACK, GL_POINT);
         gl.PointSize(3);
     }
-    const bool hidesBack = item.geometry->isClosed && !item.isTransparent() &&
+    const bool hidesBack = item.geometry->isClosed &&
+                           (!item.isTransparent() || item.style == SurfaceItem::Style::Ghost) &&
                            item.representation == SimTK::DecorativeGeometry::DrawSurface;
     if (hidesBack) gl.Enable(GL_CULL_FACE);
     drawTriangles(item);
@@ -475,19 +476,29 @@ void GlRenderer::drawTransparent(const Scene& scene) {
 void GlRenderer::drawGhosts(const Scene& scene) {
     // Depth first, then colour: only the nearest layer of a ghost shows. It stands a little behind
     // the deformed part, which wins where both coincide.
+    std::vector<const SurfaceItem*> ghosts;
+    for (const SurfaceItem& item : scene.surfaces)
+        if (item.style == SurfaceItem::Style::Ghost) ghosts.push_back(&item);
+    if (ghosts.empty()) return;
+
     gl.Enable(GL_POLYGON_OFFSET_FILL);
     gl.PolygonOffset(2, 8);
-    for (const bool isColor : {false, true}) {
-        gl.ColorMask(isColor, isColor, isColor, isColor);
-        gl.DepthMask(isColor ? GL_FALSE : GL_TRUE);
-        gl.DepthFunc(isColor ? GL_LEQUAL : GL_LESS);
-        for (const SurfaceItem& item : scene.surfaces)
-            if (item.style == SurfaceItem::Style::Ghost) drawSurface(item);
+    gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    gl.DepthMask(GL_TRUE);
+    gl.Enable(GL_CULL_FACE);
+    edgeProgram->use();
+    edgeProgram->set("projection", projection);
+    for (const SurfaceItem* item : ghosts) {
+        edgeProgram->set("modelView", toMatrix(~camera->X_GC * item->X_GM, item->scale));
+        drawTriangles(*item);
     }
+    gl.Disable(GL_CULL_FACE);
+    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    gl.DepthMask(GL_FALSE);
+    gl.DepthFunc(GL_LEQUAL);
+    for (const SurfaceItem* item : ghosts) drawSurface(*item);
     gl.DepthFunc(GL_LESS);
     gl.Disable(GL_POLYGON_OFFSET_FILL);
-    for (const SurfaceItem& item : scene.surfaces)
-        if (item.style == SurfaceItem::Style::Ghost) drawEdges(item);
 }
 
 void GlRenderer::drawLines(const Scene& scene) {

@@ -79,6 +79,19 @@ SimTK::Vector OffscreenVisualizer::Impl::readModalCoordinates(const Part& part,
     return xi;
 }
 
+// Simbody itself would stop at a NaN without saying where it comes from.
+void OffscreenVisualizer::Impl::checkCoordinates(const State& state) const {
+    for (const Part& part : parts) readModalCoordinates(part, state);
+    for (int b = 1; matter && b < matter->getNumBodies(); ++b) {
+        const auto& body = matter->getMobilizedBody(SimTK::MobilizedBodyIndex(b));
+        for (int i = 0; i < body.getNumQ(state); ++i)
+            if (!std::isfinite(body.getOneQ(state, i)))
+                throw std::runtime_error("coordinate q" + std::to_string(i) +
+                                         " of mobilized body " + std::to_string(b) +
+                                         " is not finite");
+    }
+}
+
 double OffscreenVisualizer::Impl::calcLargestDisplacement(const State& state) {
     double largest = 0;
     for (Part& part : parts)
@@ -199,6 +212,7 @@ void OffscreenVisualizer::Impl::fitToMotion(const std::vector<State>& states) {
 
     largestOfRun = 0;
     for (const State& state : states) {
+        checkCoordinates(state);
         system.realize(state, SimTK::Stage::Position);
         largestOfRun = std::max(largestOfRun, calcLargestDisplacement(state));
     }
@@ -314,6 +328,7 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const State& state, const 
 Image OffscreenVisualizer::Impl::drawFrame(const State& state) {
     try {
         Scene scene;
+        checkCoordinates(state);
         system.realize(state, SimTK::Stage::Position);
         largestOfFrame = calcLargestDisplacement(state);
         largestOfRun = std::max(largestOfRun, largestOfFrame);

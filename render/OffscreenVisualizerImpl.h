@@ -90,6 +90,7 @@ private:
     void buildScene(const SimTK::State& state, Scene& scene, const Camera* detailCamera);
     void addParts(const SimTK::State& state, Scene& scene);
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
+    void checkCoordinates(const SimTK::State& state) const;
     double calcLargestDisplacement(const SimTK::State& state);
     void fitScene(const std::vector<SimTK::Vec3>& bounds_G);
     Camera calcFrameCamera(const SimTK::State& state, const Scene& scene) const;

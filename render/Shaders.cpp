@@ -13,6 +13,7 @@ uniform mat3 normalMatrix;
 out vec3 viewPosition;
 out vec3 viewNormal;
 out float contourValue;
+invariant gl_Position;
 
 void main() {
     vec4 p = modelView * vec4(position, 1.0);
@@ -182,7 +183,8 @@ out vec4 fragment;
 void main() {
     float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
     vec3 shade = mix(bottomColor, topColor, smoothstep(0.0, 1.0, place.y));
-    fragment = vec4(shade + (noise - 0.5) / 255.0, 1.0);
+    float amplitude = topColor == bottomColor ? 0.0 : 1.0 / 255.0;
+    fragment = vec4(shade + (noise - 0.5) * amplitude, 1.0);
 }
 )";
 

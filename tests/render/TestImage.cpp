@@ -1,0 +1,135 @@
+#include "simflex/render/Image.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "simflex/render/ColorMap.h"
+#include "simflex/render/ContactSheet.h"
+#include "simflex/render/Video.h"
+
+namespace simflex {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+namespace fs = std::filesystem;
+
+std::string makeFolder(const std::string& name) {
+    const fs::path folder = fs::path(testing::TempDir()) / ("simflex_render_" + name);
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    return folder.string();
+}
+
+Image makePattern(int width, int height, bool hasAlpha) {
+    Image image(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            image.setPixel(x, y,
+                           {std::uint8_t(7 * x), std::uint8_t(5 * y), std::uint8_t(x * y),
+                            std::uint8_t(hasAlpha ? x + y : 255)});
+    return image;
+}
+
+TEST(Image, PngRoundTripKeepsEveryByte) {
+    const std::string folder = makeFolder("png");
+    for (const bool hasAlpha : {false, true}) {
+        const Image image = makePattern(37, 23, hasAlpha);
+        image.writePng(folder + "/a.png");
+        EXPECT_TRUE(Image::readPng(folder + "/a.png") == image);
+    }
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 1)
+        << "a partial file was left behind";
+}
+
+TEST(Image, UnwritableFolderGivesPathAndReason) {
+    const Image image(4, 4);
+    EXPECT_THAT([&] { image.writePng("/no/such/folder/a.png"); },
+                ThrowsMessage<std::runtime_error>(
+                    testing::AllOf(HasSubstr("/no/such/folder/a.png"), HasSubstr("No such file"))));
+}
+
+TEST(Image, FailedWriteLeavesNoPartialFile) {
+    const std::string folder = makeFolder("full");
+    const Image image(4, 4);
+    fs::create_directory(folder + "/a.png");
+    EXPECT_THROW(image.writePng(folder + "/a.png"), std::runtime_error);
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 1);
+}
+
+TEST(Image, ReadingWhatIsNoPngSaysSo) {
+    const std::string folder = makeFolder("bad");
+    std::ofstream(folder + "/a.png") << "this is no picture at all";
+    EXPECT_THAT([&] { Image::readPng(folder + "/a.png"); },
+                ThrowsMessage<std::runtime_error>(HasSubstr("a.png")));
+    EXPECT_THAT([&] { Image::readPng(folder + "/none.png"); },
+                ThrowsMessage<std::runtime_error>(HasSubstr("none.png")));
+}
+
+TEST(Image, PixelOutsideIsNamed) {
+    const Image image(4, 3);
+    EXPECT_THAT([&] { image.getPixel(4, 0); },
+                ThrowsMessage<std::out_of_range>(HasSubstr("(4, 0)")));
+    EXPECT_THROW(Image(0, 5), std::invalid_argument);
+}
+
+TEST(Image, ResizingKeepsTheMean) {
+    Image image(60, 40, {0, 0, 0, 255});
+    for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 30; ++x) image.setPixel(x, y, {200, 100, 40, 255});
+    const Image half = image.resized(7, 5);
+    double mean = 0;
+    for (int y = 0; y < 5; ++y)
+        for (int x = 0; x < 7; ++x) mean += half.getPixel(x, y)[0] / 35.0;
+    EXPECT_NEAR(mean, 100, 0.5);
+}
+
+TEST(ContactSheet, PlacesPicturesRowByRow) {
+    const Image red(40, 20, {255, 0, 0, 255}), green(40, 20, {0, 255, 0, 255}),
+        blue(40, 20, {0, 0, 255, 255});
+    const Image sheet = makeContactSheet(std::vector<Image>{red, green, blue}, 2, 20, 4);
+    EXPECT_EQ(sheet.getWidth(), 2 * 20 + 3 * 4);
+    EXPECT_EQ(sheet.getHeight(), 2 * 10 + 3 * 4);
+    EXPECT_EQ(sheet.getPixel(5, 5), (Image::Pixel{255, 0, 0, 255}));
+    EXPECT_EQ(sheet.getPixel(29, 5), (Image::Pixel{0, 255, 0, 255}));
+    EXPECT_EQ(sheet.getPixel(5, 19), (Image::Pixel{0, 0, 255, 255}));
+    EXPECT_EQ(sheet.getPixel(29, 19), (Image::Pixel{255, 255, 255, 255}));
+    EXPECT_THROW(makeContactSheet(std::vector<Image>(), 2), std::invalid_argument);
+}
+
+TEST(ColorMap, EndsAreThoseOfViridis) {
+    EXPECT_EQ(calcColor(ColorMap::Viridis, 0), SimTK::Vec3(0x44, 0x01, 0x54) / 255.0);
+    EXPECT_EQ(calcColor(ColorMap::Viridis, 1), SimTK::Vec3(0xFD, 0xE7, 0x25) / 255.0);
+    EXPECT_EQ(calcColor(ColorMap::Viridis, 7), calcColor(ColorMap::Viridis, 1));
+}
+
+TEST(ColorMap, ViridisGrowsEvenlyLighter) {
+    double last = 0;
+    for (int i = 0; i <= 100; ++i) {
+        const SimTK::Vec3 c = calcColor(ColorMap::Viridis, i / 100.0);
+        const double luma = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+        EXPECT_GT(luma, last) << "at " << i;
+        last = luma;
+    }
+}
+
+TEST(Video, FramesBecomeOneFile) {
+    const std::string folder = makeFolder("video");
+    EXPECT_THAT([&] { writeVideo(folder, folder + "/v.mp4"); },
+                ThrowsMessage<std::runtime_error>(HasSubstr("frame_00000.png")));
+    for (int i = 0; i < 3; ++i)
+        makePattern(63, 41, false).writePng(folder + "/frame_0000" + std::to_string(i) + ".png");
+    const bool wasWritten = writeVideo(folder, folder + "/v.mp4", 10);
+    EXPECT_EQ(wasWritten, isVideoAvailable());
+    EXPECT_EQ(fs::exists(folder + "/v.mp4"), wasWritten);
+    if (wasWritten) {
+        EXPECT_THROW(writeVideo(folder, "/no/such/folder/v.mp4"), std::runtime_error);
+    }
+}
+
+}  // namespace
+}  // namespace simflex
