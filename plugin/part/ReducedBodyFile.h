@@ -17,6 +17,9 @@ matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r dat
     /mesh/elements/K  attribute type ("Hex8" …); nodes elements×(nodes per element)
     /mesh/node_sets/K attribute name; nodes
 
+The HDF5 data are followed by 16 bytes: a mark and a checksum (little-endian) of all bytes before,
+so that a damaged file is found out. A program that edits the file through HDF5 drops them.
+
     writeReducedBody("crank.h5", crank);
     ReducedBody same = readReducedBody("crank.h5");   // equal to the last bit
 **/
@@ -38,8 +41,8 @@ bytes.
 void writeReducedBody(const std::string& path, const ReducedBody& body);
 
 /** Reads a part and validates it.
-@throws std::runtime_error that names the file if it is missing, cut short, not of this format, of a
-    newer version, or holds what cannot be a part. **/
+@throws std::runtime_error that names the file if it is missing, cut short, damaged, not of this
+format, of a newer version, or holds what cannot be a part. **/
 ReducedBody readReducedBody(const std::string& path);
 
 }  // namespace simflex

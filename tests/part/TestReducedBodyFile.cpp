@@ -157,27 +157,26 @@ TEST_F(ReducedBodyFileTest, TruncatedAtAnyLengthIsAnError) {
     writeReducedBody(file, makePart());
     const std::string whole = testing::readText(file);
     const std::string cut = folder / "cut.h5";
-    for (size_t length = 0; length < whole.size(); length += 1 + whole.size() / 400) {
+    const size_t data = whole.size() - 16;  // the trailer holds nothing of the part
+    for (size_t length = 0; length < data; length += 1 + data / 400) {
         testing::writeText(cut, whole.substr(0, length));
         ASSERT_THAT(errorOf(cut), HasSubstr("cannot be used"))
             << "cut to " << length << " of " << whole.size();
     }
-    testing::writeText(cut, whole.substr(0, whole.size() - 1));
+    testing::writeText(cut, whole.substr(0, data - 1));
     EXPECT_THAT(errorOf(cut), HasSubstr("cut short"));
 }
 
-TEST_F(ReducedBodyFileTest, DamagedBytesNeverCrash) {
+TEST_F(ReducedBodyFileTest, OneChangedByteAnywhereIsAnError) {
     writeReducedBody(file, makePart());
     const std::string whole = testing::readText(file);
     const std::string damaged = folder / "damaged.h5";
-    for (size_t at = 0; at < whole.size(); at += 1 + whole.size() / 500) {
+    const size_t trailer = whole.size() - 16;
+    for (size_t at = 0; at < trailer; at += 1 + trailer / 500) {
         std::string text = whole;
-        for (size_t k = at; k < std::min(at + 8, text.size()); ++k) text[k] = char(~text[k]);
+        text[at] = char(text[at] ^ 4);
         testing::writeText(damaged, text);
-        try {
-            readReducedBody(damaged);  // a changed digit of a mode shape cannot be seen
-        } catch (const std::runtime_error&) {
-        }
+        ASSERT_THAT(errorOf(damaged), HasSubstr("damaged")) << "byte " << at;
     }
 }
 
