@@ -38,7 +38,9 @@ struct Kind {
     std::vector<Vec3> inside, outside;
 };
 
-std::ostream& operator<<(std::ostream& out, const Kind& kind) { return out << kind.name; }
+std::ostream& operator<<(std::ostream& out, const Kind& kind) {
+    return out << kind.name;
+}
 
 const Kind kinds[] = {
     {"Point",

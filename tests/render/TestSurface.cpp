@@ -78,7 +78,9 @@ struct ElementCase {
     int triangles;
 };
 
-std::ostream& operator<<(std::ostream& out, const ElementCase& c) { return out << c.name; }
+std::ostream& operator<<(std::ostream& out, const ElementCase& c) {
+    return out << c.name;
+}
 
 class SurfaceOfElement : public testing::TestWithParam<ElementCase> {};
 
