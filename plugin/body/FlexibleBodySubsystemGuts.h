@@ -72,8 +72,6 @@ public:
     void setNativeForcesEnabled(SimTK::State& state, bool enabled) const;
 
     SimTK::Real calcPotentialEnergy(const SimTK::State& state) const override;
-    SimTK::Real calcPotentialEnergyOfElements(SimTK::Real time,
-                                              const SimTK::Array_<SimTK::Array_<FrameMotion>>& frames) const;
 
 protected:
     SimTK::Subsystem::Guts* cloneImpl() const override { return new Guts(*this); }

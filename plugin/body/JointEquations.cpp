@@ -192,9 +192,10 @@ bool JointEquations::isFlipped(const Transform& F, const Transform& M) const {
         axisUsed[row.axisM] = true;
         ++perpendicular;
     }
-    // Two rows hold one common axis (Pin's z), three hold all.
+    // Two rows hold one common axis (Pin's z), three hold all. Where the rows vanish, an axis is along its own, opposed
+    // to it, or, with three rows, along another one of F.
     for (int axis = 0; axis < 3; ++axis)
-        if ((perpendicular == 3 || axisUsed[axis]) && ~axisOf(F, axis) * axisOf(M, axis) < 0) return true;
+        if ((perpendicular == 3 || axisUsed[axis]) && ~axisOf(F, axis) * axisOf(M, axis) < 0.5) return true;
     return false;
 }
 

@@ -54,8 +54,8 @@ public:
     /** Derivative of the velocity errors with respect to time alone: −θ̇(t) on Angle rows, else zero. **/
     void addInTimeRate(SimTK::Real time, SimTK::Real* errorDots) const;
 
-    /** True if M's axes lie on the wrong branch of this joint's equations: errors small but axes opposed, as after
-    assembling a weld half a turn away. **/
+    /** True if M's axes lie on the wrong branch of this joint's equations: errors small but axes opposed or exchanged, as
+    after assembling a weld half a turn away. @pre the errors are small. **/
     bool isFlipped(const SimTK::Transform& F, const SimTK::Transform& M) const;
 
 private:

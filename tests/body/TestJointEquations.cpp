@@ -1,0 +1,235 @@
+/** @file
+Joint errors, their derivatives and Jacobians along random motions of two frames, against finite
+differences. **/
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "simflex/body/JointEquations.h"
+
+namespace simflex::test {
+namespace {
+
+using SimTK::Real;
+using SimTK::Rotation;
+using SimTK::SpatialVec;
+using SimTK::Transform;
+using SimTK::UnitVec3;
+using SimTK::Vec3;
+
+/** A frame that turns about two axes at varying rates and moves along a cubic, with exact velocity
+ * and acceleration. **/
+class MovingFrame {
+public:
+    explicit MovingFrame(std::mt19937& random)
+        : m_first(makeVec3(random)),
+          m_second(makeVec3(random)),
+          m_R0(0.8, UnitVec3(makeVec3(random))),
+          m_phi(makeVec3(random)),
+          m_psi(makeVec3(random)) {
+        for (Vec3& coefficient : m_p) coefficient = makeVec3(random);
+    }
+
+    FrameMotion at(Real t) const {
+        const Real phi = evaluate(m_phi, t), phiDot = evaluateRate(m_phi, t),
+                   phiDotDot = 2 * m_phi[2];
+        const Real psi = evaluate(m_psi, t), psiDot = evaluateRate(m_psi, t),
+                   psiDotDot = 2 * m_psi[2];
+        const Rotation outer(phi, m_first);
+        const Vec3 n1(m_first), n2 = outer * Vec3(m_second);
+        FrameMotion frame;
+        frame.X = Transform(outer * Rotation(psi, m_second) * m_R0,
+                            m_p[0] + t * (m_p[1] + t * (m_p[2] + t * m_p[3])));
+        frame.V = {n1 * phiDot + n2 * psiDot, m_p[1] + t * (2 * m_p[2] + 3 * t * m_p[3])};
+        frame.A = {n1 * phiDotDot + n2 * psiDotDot + (n1 * phiDot) % (n2 * psiDot),
+                   2 * m_p[2] + 6 * t * m_p[3]};
+        return frame;
+    }
+
+private:
+    static Vec3 makeVec3(std::mt19937& random) {
+        std::uniform_real_distribution<double> unit(-1, 1);
+        const double x = unit(random), y = unit(random), z = unit(random);
+        return {x, y, z};
+    }
+    static Real evaluate(const Vec3& c, Real t) { return c[0] + t * (c[1] + t * c[2]); }
+    static Real evaluateRate(const Vec3& c, Real t) { return c[1] + 2 * t * c[2]; }
+
+    UnitVec3 m_first, m_second;
+    Rotation m_R0;
+    Vec3 m_phi, m_psi, m_p[4];
+};
+
+struct JointCase {
+    const char* name;
+    JointEquations equations;
+    int numEquations;
+};
+
+JointEquations makeRotation() {
+    // A rate, and so an angle, that grows past half a turn.
+    return JointEquations::makePrescribedRotation(
+        [](Real t) { return Vec3(1 + 40 * t + 0.5 * t * t, 40 + t, 1); });
+}
+
+class JointEquationsTest : public ::testing::TestWithParam<JointCase> {
+protected:
+    using Values = std::array<Real, JointEquations::MaxEquations>;
+
+    Values errorsAt(Real t) const {
+        Values values{};
+        GetParam().equations.calcErrors(t, F.at(t).X, M.at(t).X, values.data());
+        return values;
+    }
+    Values errorDotsAt(Real t) const {
+        Values values{};
+        GetParam().equations.calcErrorDots(t, F.at(t), M.at(t), values.data());
+        return values;
+    }
+
+    std::mt19937 random{2024};
+    MovingFrame F{random}, M{random};
+    const int m = GetParam().equations.getNumEquations();
+    const std::vector<Real> times{-0.7, -0.2, 0.05, 0.4, 0.9};
+};
+
+INSTANTIATE_TEST_SUITE_P(Joints, JointEquationsTest,
+                         ::testing::Values(JointCase{"Ball", JointEquations::makeBall(), 3},
+                                           JointCase{"Pin", JointEquations::makePin(), 5},
+                                           JointCase{"Slider", JointEquations::makeSlider(), 5},
+                                           JointCase{"Weld", JointEquations::makeWeld(), 6},
+                                           JointCase{"PrescribedRotation", makeRotation(), 1}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_P(JointEquationsTest, HasItsNumberOfEquations) {
+    EXPECT_EQ(m, GetParam().numEquations);
+    EXPECT_STREQ(GetParam().equations.getKind(), GetParam().name);
+}
+
+TEST_P(JointEquationsTest, ErrorDotsAreDerivativesOfErrors) {
+    const Real h = 1e-3;
+    for (const Real t : times) {
+        const Values dots = errorDotsAt(t);
+        for (int k = 0; k < m; ++k) {
+            const auto wrap = [&](Real difference) {  // an angle may jump by a turn in between
+                return m == 1 ? std::remainder(difference, 2 * SimTK::Pi) : difference;
+            };
+            const Real expected = (8 * wrap(errorsAt(t + h)[k] - errorsAt(t - h)[k]) -
+                                   wrap(errorsAt(t + 2 * h)[k] - errorsAt(t - 2 * h)[k])) /
+                                  (12 * h);
+            EXPECT_NEAR(dots[k], expected, 1e-9 * (1 + std::abs(expected)))
+                << "t " << t << " row " << k;
+        }
+    }
+}
+
+TEST_P(JointEquationsTest, ErrorDotDotsAreDerivativesOfErrorDots) {
+    const Real h = 1e-3;
+    for (const Real t : times) {
+        Values dotDots{};
+        GetParam().equations.calcErrorDotDots(t, F.at(t), M.at(t), dotDots.data());
+        for (int k = 0; k < m; ++k) {
+            const Real expected = (8 * (errorDotsAt(t + h)[k] - errorDotsAt(t - h)[k]) -
+                                   (errorDotsAt(t + 2 * h)[k] - errorDotsAt(t - 2 * h)[k])) /
+                                  (12 * h);
+            EXPECT_NEAR(dotDots[k], expected, 1e-9 * (1 + std::abs(expected)))
+                << "t " << t << " row " << k;
+        }
+    }
+}
+
+TEST_P(JointEquationsTest, JacobianTimesVelocitiesAndTimeRateGiveErrorDots) {
+    for (const Real t : times) {
+        const FrameMotion f = F.at(t), g = M.at(t);
+        SpatialVec D_F[JointEquations::MaxEquations], D_M[JointEquations::MaxEquations];
+        GetParam().equations.calcJacobian(f.X, g.X, D_F, D_M);
+        Values expected = errorDotsAt(t), actual{};
+        for (int k = 0; k < m; ++k)
+            actual[k] = ~D_F[k][0] * f.V[0] + ~D_F[k][1] * f.V[1] + ~D_M[k][0] * g.V[0] +
+                        ~D_M[k][1] * g.V[1];
+        GetParam().equations.addInTimeRate(t, actual.data());
+        for (int k = 0; k < m; ++k)
+            EXPECT_NEAR(actual[k], expected[k], 1e-13 * (1 + std::abs(expected[k])))
+                << "t " << t << " row " << k;
+    }
+}
+
+/** A rigid motion of both frames together changes no joint error: their forces are in balance. **/
+TEST_P(JointEquationsTest, ForcesOnBothFramesAreInBalance) {
+    for (const Real t : times) {
+        const Transform f = F.at(t).X, g = M.at(t).X;
+        SpatialVec D_F[JointEquations::MaxEquations], D_M[JointEquations::MaxEquations];
+        GetParam().equations.calcJacobian(f, g, D_F, D_M);
+        for (int k = 0; k < m; ++k) {
+            const Vec3 force = D_F[k][1] + D_M[k][1];
+            const Vec3 torque = D_F[k][0] + f.p() % D_F[k][1] + D_M[k][0] + g.p() % D_M[k][1];
+            EXPECT_LT(force.norm(), 1e-15);
+            // A coincidence row pushes two points apart from each other: in balance once they
+            // coincide.
+            const bool coincides = D_F[k][0].norm() == 0 && D_M[k][0].norm() == 0;
+            const Vec3 leverage = coincides ? (g.p() - f.p()) % D_M[k][1] : Vec3(0);
+            EXPECT_LT((torque - leverage).norm(), 1e-14);
+        }
+    }
+}
+
+TEST(JointBranchTest, ErrorsVanishForTheMotionEachJointAllows) {
+    const Transform F(Rotation(0.6, UnitVec3(1, 2, 3)), Vec3(1, -2, 0.5));
+    const auto largestError = [&](const JointEquations& equations, const Transform& X_FM) {
+        Real errors[JointEquations::MaxEquations], largest = 0;
+        equations.calcErrors(0, F, F * X_FM, errors);
+        for (int k = 0; k < equations.getNumEquations(); ++k)
+            largest = std::max(largest, std::abs(errors[k]));
+        return largest;
+    };
+    const Rotation aboutZ(1.1, SimTK::ZAxis), any(1.1, UnitVec3(1, -1, 2));
+    EXPECT_LT(largestError(JointEquations::makeBall(), Transform(any)), 1e-15);
+    EXPECT_LT(largestError(JointEquations::makePin(), Transform(aboutZ)), 1e-15);
+    EXPECT_GT(largestError(JointEquations::makePin(), Transform(any)), 0.1);
+    EXPECT_LT(largestError(JointEquations::makeSlider(), Transform(Vec3(0.7, 0, 0))), 1e-15);
+    EXPECT_GT(largestError(JointEquations::makeSlider(), Transform(Vec3(0, 0.7, 0))), 0.1);
+    EXPECT_GT(largestError(JointEquations::makeSlider(), Transform(aboutZ)), 0.1);
+    EXPECT_LT(largestError(JointEquations::makeWeld(), Transform()), 1e-15);
+    EXPECT_GT(largestError(JointEquations::makeWeld(), Transform(Vec3(0.7, 0, 0))), 0.1);
+}
+
+/** Every rotation at which the errors vanish, found by trying the 24 that map axes onto axes, is
+told from the right one. **/
+TEST(JointBranchTest, WrongBranchesAreFlipped) {
+    const Transform F(Rotation(0.6, UnitVec3(1, 2, 3)), Vec3(1, -2, 0.5));
+    const JointEquations joints[] = {JointEquations::makePin(), JointEquations::makeSlider(),
+                                     JointEquations::makeWeld()};
+    for (const JointEquations& joint : joints)
+        for (int x = 0; x < 6; ++x)
+            for (int y = 0; y < 6; ++y) {
+                if (x % 3 == y % 3) continue;
+                Vec3 columnX(0), columnY(0);
+                columnX[x % 3] = x < 3 ? 1 : -1;
+                columnY[y % 3] = y < 3 ? 1 : -1;
+                const Rotation R(UnitVec3(columnX), SimTK::XAxis, columnY, SimTK::YAxis);
+                Real errors[JointEquations::MaxEquations], largest = 0;
+                joint.calcErrors(0, F, F * Transform(R), errors);
+                for (int k = 0; k < joint.getNumEquations(); ++k)
+                    largest = std::max(largest, std::abs(errors[k]));
+                if (largest > 1e-12) continue;
+                const bool isRight = joint.getKind() == std::string("Pin")
+                                         ? R.col(2)[2] > 0.5
+                                         : R.col(0)[0] > 0.5 && R.col(1)[1] > 0.5;
+                EXPECT_EQ(joint.isFlipped(F, F * Transform(R)), !isRight) << joint.getKind() << R;
+            }
+}
+
+TEST(JointBranchTest, PrescribedRotationErrorIsWrappedToHalfATurn) {
+    const JointEquations equations =
+        JointEquations::makePrescribedRotation([](Real t) { return Vec3(10 * t, 10, 0); });
+    for (const Real t : {0.0, 0.3, 0.31416, 1.0, 100.0}) {
+        Real error = 7;
+        equations.calcErrors(t, Transform(), Transform(Rotation(10 * t + 0.25, SimTK::ZAxis)),
+                             &error);
+        EXPECT_NEAR(error, 0.25, 1e-12);
+    }
+}
+
+}  // namespace
+}  // namespace simflex::test
