@@ -13,7 +13,7 @@ namespace {
 
 volatile sig_atomic_t interrupted = 0;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
-constexpr double kFirstGuess = 1.0;  // seconds of a phase before its time left means anything
+constexpr double kFirstGuess = 0.03;  // part done before the time left means anything
 constexpr int kBarWidth = 28;
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -34,11 +34,11 @@ bool wasInterrupted() {
     return interrupted != 0;
 }
 
-ProgressBar::ProgressBar(bool quiet)
+ProgressBar::ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases)
     : _quiet(quiet),
       _terminal(isatty(STDERR_FILENO)),
-      _started(Clock::now()),
-      _phaseStarted(_started) {}
+      _phases(std::move(phases)),
+      _started(Clock::now()) {}
 
 ProgressBar::~ProgressBar() {
     clear();
@@ -57,7 +57,6 @@ bool ProgressBar::show(const std::string& phase, double fraction) {
     const bool isNew = phase != _phase;
     if (isNew) {
         _phase = phase;
-        _phaseStarted = Clock::now();
         if (!_terminal)
             std::fprintf(stderr, "%7.1f s  %s\n", secondsSince(_started), phase.c_str());
     }
@@ -65,21 +64,31 @@ bool ProgressBar::show(const std::string& phase, double fraction) {
     return true;
 }
 
+double ProgressBar::calcDone(double fraction) const {
+    double before = 0, whole = 0;
+    bool reached = false;
+    for (const auto& [phase, share] : _phases) {
+        if (phase == _phase) {
+            reached = true;
+            before += share * std::clamp(fraction, 0.0, 1.0);
+        } else if (!reached) {
+            before += share;
+        }
+        whole += share;
+    }
+    return reached ? before / whole : 0;
+}
+
 void ProgressBar::draw(double fraction) {
     _drawn = Clock::now();
-    const double elapsed = secondsSince(_phaseStarted);
-    std::string bar(kBarWidth, ' ');
+    const double elapsed = secondsSince(_started), done = calcDone(fraction);
+    const int filled = int(done * kBarWidth);
+    const std::string bar =
+        std::string(size_t(filled), '=') + std::string(size_t(kBarWidth - filled), ' ');
     char left[40] = "";
-    if (fraction >= 0) {
-        std::fill_n(bar.begin(), int(std::min(fraction, 1.0) * kBarWidth), '=');
-        if (elapsed > kFirstGuess && fraction > 0)
-            std::snprintf(left, sizeof left, ", %.0f s left", elapsed * (1 - fraction) / fraction);
-    } else {
-        // How long is not known: a block that moves.
-        bar[size_t(elapsed * 10) % kBarWidth] = '=';
-    }
-    std::fprintf(stderr, "\r\033[K[%s] %s, %.1f s%s", bar.c_str(), _phase.c_str(),
-                 secondsSince(_started), left);
+    if (done > kFirstGuess)
+        std::snprintf(left, sizeof left, ", %.0f s left", elapsed * (1 - done) / done);
+    std::fprintf(stderr, "\r\033[K[%s] %s, %.1f s%s", bar.c_str(), _phase.c_str(), elapsed, left);
     std::fflush(stderr);
     _onLine = true;
 }

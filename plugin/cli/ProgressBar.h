@@ -5,13 +5,17 @@ Ctrl-C as the wish to stop. **/
 
 #include <chrono>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace simflex {
 namespace cli {
 
 class ProgressBar {
 public:
-    explicit ProgressBar(bool quiet);
+    /** @param phases  the phases in their order, with their usual shares of the whole time (any
+            scale): the time left is reckoned from them. **/
+    ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases);
     ~ProgressBar();
 
     /** Shows where the work is. @returns false once Ctrl-C was pressed. **/
@@ -23,11 +27,14 @@ public:
 private:
     using Clock = std::chrono::steady_clock;
 
+    /** Part of the whole that is done, 0…1. **/
+    double calcDone(double fraction) const;
     void draw(double fraction);
 
     bool _quiet, _terminal;
+    std::vector<std::pair<std::string, double>> _phases;
     std::string _phase;
-    Clock::time_point _started, _phaseStarted, _drawn;
+    Clock::time_point _started, _drawn;
     bool _onLine = false;
 };
 

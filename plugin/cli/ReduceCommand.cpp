@@ -17,6 +17,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/** Shares of the time, measured on the 1 mm connecting rod (45 000 DOF, 50 modes). **/
+const std::vector<std::pair<std::string, double>> kPhases = {
+    {"reading the deck", 1},  {"CalculiX assembles K and M", 36},
+    {"reading K", 3},         {"reading M", 2},
+    {"checking K and M", 1},  {"factoring K", 10},
+    {"constraint modes", 2},  {"normal modes", 42},
+    {"orthonormal modes", 2}, {"invariants", 1}};
+
 struct ReduceArguments {
     std::string deck, output, name, program;
     std::vector<std::string> interfaces, masters;
@@ -74,7 +82,7 @@ void runReduce(const ReduceArguments& arguments) {
     if (!fs::is_directory(folder))
         throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
 
-    ProgressBar bar(arguments.quiet);
+    ProgressBar bar(arguments.quiet, kPhases);
     const ProgressCallback progress = [&](const std::string& phase, double fraction) {
         return bar.show(phase, fraction);
     };

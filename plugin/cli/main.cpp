@@ -10,7 +10,8 @@ The simflex program. Exit status: 0 done, 1 failed, 2 wrong usage, 130 stopped b
 #include "simflex/fe/Progress.h"
 
 int main(int argc, char** argv) {
-    CLI::App app("simflex: flexible bodies for Simbody, from finite elements to frames.");
+    CLI::App app("simflex: flexible bodies for Simbody, from finite elements to frames.",
+                 "simflex");
     app.set_version_flag("--version", std::string("simflex ") + SIMFLEX_VERSION);
     app.require_subcommand(1);
     app.fallthrough();

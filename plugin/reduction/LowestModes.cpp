@@ -1,14 +1,16 @@
 #include "LowestModes.h"
 
 #include <Spectra/SymEigsSolver.h>
+#include <dlfcn.h>
 
 #include <stdexcept>
 
 namespace simflex {
 namespace {
 
-constexpr double kConverged = 1e-12;  // relative accuracy of μ that Lanczos is asked for
-constexpr double kNoMode = 1e-14;     // μ over the largest μ below which M sees no motion
+constexpr double kConverged = 1e-12;      // relative accuracy of μ that Lanczos is asked for
+constexpr double kNoMode = 1e-14;         // μ over the largest μ below which M sees no motion
+constexpr double kProductsPerMode = 3.5;  // about what Lanczos takes
 constexpr int kMostRestarts = 500;
 constexpr int kDenseSize = 400;  // below this a dense eigensolver is as quick
 
@@ -17,15 +19,22 @@ class InverseOperator {
 public:
     using Scalar = double;
 
-    InverseOperator(const SparseCholesky& factored, const FullRows& m,
+    /** @param expected  about how many products will be asked for, for the progress. **/
+    InverseOperator(const SparseCholesky& factored, const FullRows& m, long expected,
                     const ProgressCallback& progress)
-        : _factored(factored), _m(m), _progress(progress), _u(3 * m.size(), 1) {}
+        : _factored(factored),
+          _m(m),
+          _expected(expected),
+          _progress(progress),
+          _u(3 * m.size(), 1) {}
 
     Eigen::Index rows() const { return _u.rows(); }
     Eigen::Index cols() const { return _u.rows(); }
 
     void perform_op(const double* x, double* y) const {
-        if (++_numProducts % 10 == 0) reportProgress(_progress, "normal modes", -1);
+        if (++_numProducts % 10 == 0)
+            reportProgress(_progress, "normal modes",
+                           std::min(1.0, double(_numProducts) / double(_expected)));
         _factored.solveUpper(x, _u.data());
         _factored.solveLower(_m.multiplyPerAxis(_u).data(), y);
     }
@@ -33,9 +42,36 @@ public:
 private:
     const SparseCholesky& _factored;
     const FullRows& _m;
+    const long _expected;
     const ProgressCallback& _progress;
     mutable Shapes _u;
     mutable long _numProducts = 0;
+};
+
+/** Keeps OpenBLAS, if that is the BLAS, to one thread while this lives: solves with one vector are
+bound by memory, and its waiting threads made them 1.2 to 4 times slower. **/
+class OneBlasThread {
+public:
+    OneBlasThread() : _set(find<void (*)(int)>("openblas_set_num_threads")) {
+        const auto get = find<int (*)()>("openblas_get_num_threads");
+        if (!_set || !get) return;
+        _before = get();
+        _set(1);
+    }
+    ~OneBlasThread() {
+        if (_before > 0) _set(_before);
+    }
+    OneBlasThread(const OneBlasThread&) = delete;
+    OneBlasThread& operator=(const OneBlasThread&) = delete;
+
+private:
+    template <class Function>
+    static Function find(const char* name) {
+        return reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, name));
+    }
+
+    void (*_set)(int);
+    int _before = 0;
 };
 
 [[noreturn]] void refuseModes(int numModes, long available) {
@@ -50,15 +86,18 @@ Eigen::MatrixXd calcLowestModes(const SparseCholesky& factored, const FullRows& 
                                 const ProgressCallback& progress) {
     const int size = 3 * m.size();
     if (numModes > size) refuseModes(numModes, size);
-    const InverseOperator C(factored, m, progress);
+    const OneBlasThread oneThread;
+    const bool dense = size <= kDenseSize || numModes > size / 3;
+    const InverseOperator C(factored, m, dense ? size : long(kProductsPerMode * numModes),
+                            progress);
     Eigen::VectorXd mu;
     Eigen::MatrixXd y;
-    if (size <= kDenseSize || numModes > size / 3) {
-        Eigen::MatrixXd dense(size, size);
+    if (dense) {
+        Eigen::MatrixXd full(size, size);
         const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(size, size);
-        for (int k = 0; k < size; ++k) C.perform_op(identity.col(k).data(), dense.col(k).data());
+        for (int k = 0; k < size; ++k) C.perform_op(identity.col(k).data(), full.col(k).data());
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 *
-                                                                    (dense + dense.transpose()));
+                                                                    (full + full.transpose()));
         mu = solver.eigenvalues().reverse().head(numModes);
         y = solver.eigenvectors().rowwise().reverse().leftCols(numModes);
     } else {
