@@ -63,7 +63,13 @@ void Scene::appendBounds(std::vector<Vec3>& points_G) const {
         points_G.push_back(item.end);
     }
     for (const PointItem& item : points) points_G.push_back(item.location);
-    for (const TextItem& item : texts) points_G.push_back(item.X_GT.p());
+    for (const TextItem& item : texts) {
+        // About as wide as it will be; a text that faces the camera is taken to stand as in its
+        // frame.
+        const double width = 0.85 * item.height * double(item.text.size());
+        for (const Vec3& corner : {Vec3(0), Vec3(width, 0, 0), Vec3(0, item.height, 0)})
+            points_G.push_back(item.X_GT * corner);
+    }
 }
 
 SurfaceGeometryPtr ShapeCache::getBrick() {
