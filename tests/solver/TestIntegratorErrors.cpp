@@ -1,0 +1,120 @@
+// What cannot be done is refused by name, and what was reached is kept.
+
+#include <gtest/gtest.h>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/forces/AttachmentForce.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "support/PointMassPart.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+struct Model {
+    Model() : matter(system), flexible(system, matter), body(flexible, test::makePointMassPart().body, "boom") {}
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter;
+    FlexibleBodySubsystem flexible;
+    FlexibleBody body;
+};
+
+/** Message of the exception that f throws; empty if none. **/
+template <class F>
+std::string messageOf(F f) {
+    try {
+        f();
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+    return "";
+}
+
+void expectContains(const std::string& message, std::initializer_list<const char*> words) {
+    for (const char* word : words) EXPECT_NE(message.find(word), std::string::npos) << "'" << word << "' in: " << message;
+}
+
+TEST(IntegratorErrors, JointsThatCannotMeetNameTheJointAndItsError) {
+    Model model;
+    Joint::Ball(model.flexible, model.matter.Ground(), model.body.interface("A"), "left");
+    Joint::Ball(model.flexible, Attachment(model.matter.Ground(), Transform(Vec3(50, 0, 0))),
+                model.body.interface("A"), "far away");
+    State state = model.system.realizeTopology();
+    BdfIntegrator integrator(model.system);
+    expectContains(messageOf([&] { integrator.initialize(state); }), {"cannot be assembled", "error of", "allowed"});
+    EXPECT_THROW(integrator.stepTo(1), std::logic_error);
+}
+
+TEST(IntegratorErrors, AWeldHalfATurnAwayIsNotTakenForAssembled) {
+    Model model;
+    Joint::Weld(model.flexible, model.matter.Ground(), model.body.interface("A"), "clamp");
+    State state = model.system.realizeTopology();
+    model.body.setPoseByInterface(state, "A", Transform(Rotation(Pi, XAxis)));
+    BdfIntegrator integrator(model.system);
+    expectContains(messageOf([&] { integrator.initialize(state); }), {"clamp", "opposed"});
+}
+
+TEST(IntegratorErrors, UnsupportedParts) {
+    {
+        Model model;
+        MobilizedBody::Pin pin(model.matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))));
+        Constraint::ConstantSpeed(pin, 2);
+        const State state = model.system.realizeTopology();
+        BdfIntegrator integrator(model.system);
+        expectContains(messageOf([&] { integrator.initialize(state); }), {"constraint 0", "not supported"});
+    }
+    {
+        Model model;
+        MobilizedBody::Pin pin(model.matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))));
+        Motion::Steady(pin, 2);
+        const State state = model.system.realizeTopology();
+        BdfIntegrator integrator(model.system);
+        expectContains(messageOf([&] { integrator.initialize(state); }), {"Motion", "mobilized body"});
+    }
+    {
+        Model model;
+        State state = model.system.realizeTopology();
+        model.body.getFrame().lock(state);
+        BdfIntegrator integrator(model.system);
+        expectContains(messageOf([&] { integrator.initialize(state); }), {"locked"});
+    }
+    {
+        Model model;
+        MobilizedBody frame = model.matter.updMobilizedBody(model.body.getFrame().getMobilizedBodyIndex());
+        MobilizedBody::Pin onFrame(frame, Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))));
+        const State state = model.system.realizeTopology();
+        BdfIntegrator integrator(model.system);
+        expectContains(messageOf([&] { integrator.initialize(state); }), {"frame of a flexible body"});
+    }
+}
+
+TEST(IntegratorErrors, BadSettingsAreRefused) {
+    Model model;
+    BdfIntegrator integrator(model.system);
+    EXPECT_THROW(integrator.setAccuracy(0), std::invalid_argument);
+    EXPECT_THROW(integrator.setAccuracy(NaN), std::invalid_argument);
+    EXPECT_THROW(integrator.setMaximumOrder(6), std::invalid_argument);
+    EXPECT_THROW(integrator.setNumThreads(0), std::invalid_argument);
+    EXPECT_THROW(integrator.getState(), std::logic_error);
+    const State state;
+    EXPECT_THROW(integrator.initialize(state), std::invalid_argument);
+}
+
+TEST(IntegratorErrors, ALoadThatTurnsNaNStopsTheRunAndKeepsTheLastGoodState) {
+    Model model;
+    Joint::Ball(model.flexible, model.matter.Ground(), model.body.interface("A"), "hinge");
+    AttachmentForce(model.flexible, model.body.interface("B"),
+                    [](Real t) { return SpatialVec(Vec3(0), Vec3(0, t > 0.01 ? NaN : 1, 0)); });
+    const State state = model.system.realizeTopology();
+    BdfIntegrator integrator(model.system);
+    integrator.initialize(state);
+    integrator.stepTo(0.005);
+    expectContains(messageOf([&] { integrator.stepTo(0.1); }), {"no step could be taken", "t = 0.0", "boom"});
+    EXPECT_TRUE(integrator.getState().getQ().normInf() < Infinity);
+    EXPECT_GE(integrator.getTime(), 0.005);
+}
+
+}  // namespace
+}  // namespace simflex

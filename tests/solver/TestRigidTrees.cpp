@@ -1,0 +1,137 @@
+// Rigid trees inside BdfIntegrator against plain Simbody: the same system by Runge–Kutta–Merson.
+
+#include <gtest/gtest.h>
+
+#include "simflex/body/Joint.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/MultibodyEquations.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+Body::Rigid makeBrick(Real mass) {
+    return Body::Rigid(MassProperties(mass, Vec3(0.05, -0.02, 0.03),
+                                      Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4))));
+}
+
+/** Fills the tree under test; `matter` stands in a system with gravity. **/
+using Build = void (*)(SimbodyMatterSubsystem&, GeneralForceSubsystem&);
+
+void buildSimpleMobilizers(SimbodyMatterSubsystem& matter, GeneralForceSubsystem&) {
+    MobilizedBody::Pin pin(matter.Ground(), Transform(Rotation(0.3, XAxis), Vec3(0.1, 0, 0)), makeBrick(1),
+                           Transform(Vec3(0, 0.3, 0)));
+    MobilizedBody::Slider slider(pin, Transform(Rotation(0.4, YAxis), Vec3(0, -0.3, 0)), makeBrick(0.5), Transform());
+    MobilizedBody::Ball ball(slider, Transform(Vec3(0.1, 0, 0)), makeBrick(0.7), Transform(Vec3(0, 0.2, 0)));
+    MobilizedBody::Cylinder cylinder(ball, Transform(Vec3(0, -0.2, 0)), makeBrick(0.4), Transform(Vec3(0, 0.1, 0)));
+    MobilizedBody::Weld weld(pin, Transform(Rotation(0.5, ZAxis), Vec3(0.2, 0, 0)), makeBrick(0.3), Transform());
+    MobilizedBody::Translation translation(weld, Transform(Rotation(1, XAxis)), makeBrick(0.2), Transform());
+    MobilizedBody::Free free(matter.Ground(), Transform(Rotation(0.2, YAxis)), makeBrick(1.5), Transform(Vec3(0.1, 0, 0)));
+}
+
+void buildOtherMobilizers(SimbodyMatterSubsystem& matter, GeneralForceSubsystem&) {
+    MobilizedBody::Universal universal(matter.Ground(), Transform(Vec3(0.1, 0, 0)), makeBrick(1),
+                                       Transform(Vec3(0, 0.3, 0)));
+    MobilizedBody::Gimbal gimbal(universal, Transform(Vec3(0, -0.3, 0)), makeBrick(0.8), Transform(Vec3(0, 0.2, 0)));
+    MobilizedBody::Planar planar(gimbal, Transform(Rotation(0.3, YAxis)), makeBrick(0.6), Transform());
+    MobilizedBody::Screw screw(matter.Ground(), Transform(Rotation(1, XAxis)), makeBrick(0.5), Transform(), 0.05);
+    MobilizedBody::Pin reversed(screw, Transform(Vec3(0, 0.1, 0)), makeBrick(0.4), Transform(Vec3(0.3, 0, 0)),
+                                MobilizedBody::Reverse);
+}
+
+void buildWithSprings(SimbodyMatterSubsystem& matter, GeneralForceSubsystem& forces) {
+    MobilizedBody::Pin pin(matter.Ground(), Transform(), makeBrick(1), Transform(Vec3(0, 0.3, 0)));
+    MobilizedBody::Ball ball(pin, Transform(Vec3(0, -0.3, 0)), makeBrick(0.7), Transform(Vec3(0, 0.2, 0)));
+    Force::TwoPointLinearSpring(forces, matter.Ground(), Vec3(0.5, 0, 0), ball, Vec3(0), 30, 0.3);
+    Force::MobilityLinearDamper(forces, pin, MobilizerUIndex(0), 0.2);
+    Force::MobilityLinearSpring(forces, pin, MobilizerQIndex(0), 4, 0.1);
+}
+
+void expectSameMotion(Build build) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, Vec3(1, -9.81, 2));
+    build(matter, forces);
+    State state = system.realizeTopology();
+    for (int i = 0; i < state.getNU(); ++i) state.updU()[i] = 0.4 * std::cos(1.7 * i);
+    system.realize(state, Stage::Velocity);
+
+    RungeKuttaMersonIntegrator reference(system);
+    reference.setAccuracy(1e-9);
+    TimeStepper stepper(system, reference);
+    stepper.initialize(state);
+    stepper.stepTo(0.3);
+
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-8);
+    integrator.setMaximumOrder(4);
+    integrator.initialize(state);
+
+    // Accelerations at the start are Simbody's own.
+    State start = integrator.getState();
+    system.realize(start, Stage::Acceleration);
+    const Vector uDot = integrator.getUDot();
+    EXPECT_LT((uDot - start.getUDot()).normInf(), 1e-9 * (1 + start.getUDot().normInf()));
+
+    integrator.stepTo(0.3);
+    State ours = integrator.getState();
+    State theirs = stepper.getState();
+    system.realize(ours, Stage::Velocity);
+    system.realize(theirs, Stage::Velocity);
+    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
+        const MobilizedBody& body = matter.getMobilizedBody(i);
+        const Transform a = body.getBodyTransform(ours), b = body.getBodyTransform(theirs);
+        EXPECT_LT((a.p() - b.p()).norm(), 2e-6) << "body " << int(i);
+        EXPECT_LT((a.R().asMat33() - b.R().asMat33()).norm(), 2e-5) << "body " << int(i);
+    }
+}
+
+TEST(RigidTrees, SimpleMobilizersMoveAsInSimbody) { expectSameMotion(buildSimpleMobilizers); }
+TEST(RigidTrees, OtherAndReversedMobilizersMoveAsInSimbody) { expectSameMotion(buildOtherMobilizers); }
+TEST(RigidTrees, ForeignForceElementsActAsInSimbody) { expectSameMotion(buildWithSprings); }
+
+TEST(RigidTrees, FreeRigidPendulumOnABallJointMovesAsABallMobilizer) {
+    const Vec3 hook(0, 0.4, 0.1);
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    FlexibleBodySubsystem flexible(system, matter);
+    MobilizedBody::Free free(matter.Ground(), makeBrick(1));
+    const Joint::Ball joint(flexible, matter.Ground(), Attachment(free, Transform(hook)));
+    State state = system.realizeTopology();
+    const Rotation tilt(0.7, ZAxis);
+    free.setQToFitTransform(state, Transform(tilt, -(tilt * hook)));
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-8);
+    integrator.setMaximumOrder(3);
+    integrator.initialize(state);
+    integrator.stepTo(0.5);
+
+    MultibodySystem plain;
+    SimbodyMatterSubsystem plainMatter(plain);
+    GeneralForceSubsystem plainForces(plain);
+    Force::Gravity plainGravity(plainForces, plainMatter, -YAxis, 9.81);
+    MobilizedBody::Ball ball(plainMatter.Ground(), Transform(), makeBrick(1), Transform(hook));
+    State plainState = plain.realizeTopology();
+    ball.setQToFitRotation(plainState, tilt);
+    RungeKuttaMersonIntegrator reference(plain);
+    reference.setAccuracy(1e-9);
+    TimeStepper stepper(plain, reference);
+    stepper.initialize(plainState);
+    stepper.stepTo(0.5);
+
+    State end = stepper.getState();
+    plain.realize(end, Stage::Acceleration);
+    EXPECT_LT((free.getBodyOriginLocation(integrator.getState()) - ball.getBodyOriginLocation(end)).norm(), 2e-6);
+    // The joint's force on the body is the mobilizer's reaction.
+    Vector_<SpatialVec> reactions;
+    plainMatter.calcMobilizerReactionForces(end, reactions);
+    const SpatialVec force = joint.calcForceOnM(integrator.getState(), integrator.getMultipliers(joint));
+    EXPECT_LT((force[1] - reactions[ball.getMobilizedBodyIndex()][1]).norm(), 1e-3 * reactions[ball.getMobilizedBodyIndex()][1].norm());
+}
+
+}  // namespace
+}  // namespace simflex
