@@ -18,6 +18,7 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(BindVertexArray, BINDVERTEXARRAY)                 \
     X(BlendFunc, BLENDFUNC)                             \
     X(BlendFuncSeparate, BLENDFUNCSEPARATE)             \
+    X(BlitFramebuffer, BLITFRAMEBUFFER)                 \
     X(BufferData, BUFFERDATA)                           \
     X(BufferSubData, BUFFERSUBDATA)                     \
     X(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS)   \

@@ -63,6 +63,7 @@ GlRenderer::GlRenderer(int width, int height) : context(GlContext::create()) {
     backgroundProgram = make(shaders::backgroundVertex, shaders::backgroundFragment);
     layerProgram = make(shaders::backgroundVertex, shaders::layerFragment);
     groundProgram = make(shaders::groundVertex, shaders::groundFragment);
+    groundShadowProgram = make(shaders::groundVertex, shaders::groundShadowFragment);
     shadowProgram = make(shaders::shadowVertex, shaders::shadowFragment);
     blurProgram = make(shaders::backgroundVertex, shaders::blurFragment);
     textProgram = make(shaders::textVertex, shaders::textFragment);
@@ -176,7 +177,7 @@ Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera,
     const bool hasGround = style->ground.isShown && (~style->ground.X_GP * camera->X_GC.p())[2] > 0;
     std::vector<Vec3> bounds;
     scene.appendBounds(bounds);
-    if (hasGround && style->ground.hasShadow) drawShadow(scene);
+    const bool hasShadow = hasGround && style->ground.hasShadow && drawShadow(scene);
 
     target->bindScene();
     gl.Enable(GL_DEPTH_TEST);
@@ -204,10 +205,11 @@ Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera,
     if (style->hasTriad) drawTriad();
     gl.Disable(GL_DEPTH_TEST);
 
+    updateBackdrop(hasGround);
+    target->copyBackdrop();
     target->bindPicture();
-    drawBackground();
     gl.Enable(GL_BLEND);
-    if (hasGround) drawGround();
+    if (hasShadow) drawGroundShadow();
     drawLayer(scene.texts.empty() ? &bounds : nullptr);
     gl.Disable(GL_BLEND);
 
@@ -296,10 +298,11 @@ void GlRenderer::drawBackground() {
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void GlRenderer::drawShadow(const Scene& scene) {
+// False when the light comes from below the horizon.
+bool GlRenderer::drawShadow(const Scene& scene) {
     const Transform X_PG = ~style->ground.X_GP;
     const Vec3 light = X_PG.R() * Vec3(style->toLight);
-    if (!(light[2] > 0.05)) return;
+    if (!(light[2] > 0.05)) return false;
 
     // Slides a point of P along the light onto z = 0.
     const auto toGround = [&](const Vec3& p) {
@@ -364,6 +367,54 @@ void GlRenderer::drawShadow(const Scene& scene) {
         blurProgram->set("texel", pass == 0 ? step : 0.0, pass == 0 ? 0.0 : step);
         gl.DrawArrays(GL_TRIANGLES, 0, 3);
     }
+    return true;
+}
+
+// The plain layer has no depth: its clipping planes lie far apart and do not follow the scene.
+std::array<float, 16> GlRenderer::calcGroundProjection() const {
+    Camera wide = *camera;
+    wide.nearPlane = 1e-3 * style->ground.radius;
+    wide.farPlane = 1e3 * style->ground.radius;
+    return wide.calcProjection(getAspect());
+}
+
+// Background and ground are drawn again only when camera, colours or grid have changed.
+void GlRenderer::updateBackdrop(bool hasGround) {
+    const GroundStyle& ground = style->ground;
+    std::vector<double> key = {double(hasGround), ground.radius, ground.gridSpacing,
+                               ground.gridOffset[0], ground.gridOffset[1]};
+    for (const Vec3& color : {style->palette.backgroundTop, style->palette.backgroundBottom,
+                              style->palette.ground, style->palette.grid})
+        key.insert(key.end(), {color[0], color[1], color[2]});
+    if (hasGround) {
+        const auto sceneProjection = calcGroundProjection();
+        const auto modelView = toMatrix(~camera->X_GC * ground.X_GP, Vec3(1));
+        key.insert(key.end(), sceneProjection.begin(), sceneProjection.end());
+        key.insert(key.end(), modelView.begin(), modelView.end());
+    }
+    if (key == backdropKey) return;
+    backdropKey = key;
+    target->bindBackdrop();
+    drawBackground();
+    if (!hasGround) return;
+    gl.Enable(GL_BLEND);
+    drawGround();
+    gl.Disable(GL_BLEND);
+}
+
+void GlRenderer::drawGroundShadow() {
+    gl.BlendFunc(GL_ZERO, GL_SRC_COLOR);
+    groundShadowProgram->use();
+    groundShadowProgram->set("modelView", toMatrix(~camera->X_GC * style->ground.X_GP, Vec3(1)));
+    groundShadowProgram->set("projection", calcGroundProjection());
+    groundShadowProgram->set("size", style->ground.radius);
+    groundShadowProgram->set("shadowRegion", shadowRegion[0], shadowRegion[1], shadowRegion[2],
+                             shadowRegion[3]);
+    groundShadowProgram->set("shadow", 0);
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindTexture(GL_TEXTURE_2D, shadow->getTexture(0));
+    gl.BindVertexArray(quadArray);
+    gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
 void GlRenderer::drawGround() {
@@ -371,18 +422,12 @@ void GlRenderer::drawGround() {
     gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     groundProgram->use();
     groundProgram->set("modelView", toMatrix(~camera->X_GC * ground.X_GP, Vec3(1)));
-    groundProgram->set("projection", camera->calcProjection(getAspect()));
+    groundProgram->set("projection", calcGroundProjection());
     groundProgram->set("size", ground.radius);
     groundProgram->set("gridOrigin", ground.gridOffset[0], ground.gridOffset[1]);
     groundProgram->set("spacing", ground.gridSpacing);
     groundProgram->set("groundColor", style->palette.ground);
     groundProgram->set("gridColor", style->palette.grid);
-    groundProgram->set("hasShadow", ground.hasShadow);
-    groundProgram->set("shadowRegion", shadowRegion[0], shadowRegion[1], shadowRegion[2],
-                       shadowRegion[3]);
-    groundProgram->set("shadow", 0);
-    gl.ActiveTexture(GL_TEXTURE0);
-    gl.BindTexture(GL_TEXTURE_2D, shadow->getTexture(0));
     gl.BindVertexArray(quadArray);
     gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }

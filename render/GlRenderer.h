@@ -56,8 +56,11 @@ private:
     void hideBelowGround(const std::vector<SimTK::Vec3>& bounds);
     void drawBackground();
     void drawLayer(const std::vector<SimTK::Vec3>* bounds);
-    void drawShadow(const Scene& scene);
+    bool drawShadow(const Scene& scene);
+    std::array<float, 16> calcGroundProjection() const;
+    void updateBackdrop(bool hasGround);
     void drawGround();
+    void drawGroundShadow();
     void drawSurface(const SurfaceItem& item);
     void drawEdges(const SurfaceItem& item);
     void drawTransparent(const Scene& scene);
@@ -74,7 +77,8 @@ private:
     std::unique_ptr<PictureTarget> target;
     std::unique_ptr<ShadowTarget> shadow;
     std::unique_ptr<GlProgram> surfaceProgram, edgeProgram, lineProgram, pointProgram,
-        backgroundProgram, layerProgram, groundProgram, shadowProgram, blurProgram, textProgram;
+        backgroundProgram, layerProgram, groundProgram, groundShadowProgram, shadowProgram,
+        blurProgram, textProgram;
     std::unordered_map<const SurfaceGeometry*, Buffers> buffersOf;
     std::unordered_map<std::string, TextTexture> texts;
     std::unique_ptr<Font> font;
@@ -89,6 +93,7 @@ private:
     const Camera* camera = nullptr;
     const FrameStyle* style = nullptr;
     std::array<float, 16> projection{};
+    std::vector<double> backdropKey;
     SimTK::Vec4 shadowRegion{0};  // on the ground: origin x, y, 1 / extent x, y
 };
 

@@ -42,13 +42,17 @@ PictureTarget::PictureTarget(const GlFunctions& functions, int pictureWidth, int
                             sceneDepth, 0);
     checkComplete(gl, width, height);
 
-    gl.GenFramebuffers(1, &pictureBuffer);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, pictureBuffer);
-    gl.GenRenderbuffers(1, &pictureColor);
-    gl.BindRenderbuffer(GL_RENDERBUFFER, pictureColor);
-    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
-    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, pictureColor);
-    checkComplete(gl, width, height);
+    const auto makePlain = [&](GLuint& buffer, GLuint& color) {
+        gl.GenFramebuffers(1, &buffer);
+        gl.BindFramebuffer(GL_FRAMEBUFFER, buffer);
+        gl.GenRenderbuffers(1, &color);
+        gl.BindRenderbuffer(GL_RENDERBUFFER, color);
+        gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
+        gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color);
+        checkComplete(gl, width, height);
+    };
+    makePlain(pictureBuffer, pictureColor);
+    makePlain(backdropBuffer, backdropColor);
 }
 
 PictureTarget::~PictureTarget() {
@@ -57,6 +61,8 @@ PictureTarget::~PictureTarget() {
     gl.DeleteTextures(1, &sceneColor);
     gl.DeleteTextures(1, &sceneDepth);
     gl.DeleteRenderbuffers(1, &pictureColor);
+    gl.DeleteFramebuffers(1, &backdropBuffer);
+    gl.DeleteRenderbuffers(1, &backdropColor);
 }
 
 void PictureTarget::bindScene() {
@@ -69,6 +75,17 @@ void PictureTarget::bindScene() {
 void PictureTarget::bindPicture() {
     gl.BindFramebuffer(GL_FRAMEBUFFER, pictureBuffer);
     gl.Viewport(0, 0, width, height);
+}
+
+void PictureTarget::bindBackdrop() {
+    gl.BindFramebuffer(GL_FRAMEBUFFER, backdropBuffer);
+    gl.Viewport(0, 0, width, height);
+}
+
+void PictureTarget::copyBackdrop() {
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, backdropBuffer);
+    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, pictureBuffer);
+    gl.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
 Image PictureTarget::read() {

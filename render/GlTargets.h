@@ -32,6 +32,12 @@ public:
     /** The scene's colours, a multisampled texture with premultiplied alpha. **/
     GLuint getSceneTexture() const { return sceneColor; }
 
+    /** Makes the backdrop the target of drawing: a plain layer that keeps from frame to frame. **/
+    void bindBackdrop();
+
+    /** Copies the backdrop to the plain layer. **/
+    void copyBackdrop();
+
     /** Copies the plain layer to memory. **/
     Image read();
 
@@ -40,6 +46,7 @@ private:
     int width, height;
     GLuint sceneBuffer = 0, sceneColor = 0, sceneDepth = 0;
     GLuint pictureBuffer = 0, pictureColor = 0;
+    GLuint backdropBuffer = 0, backdropColor = 0;
 };
 
 /** Two one-channel square textures to draw into, for the shadow and its blur. **/

@@ -220,9 +220,6 @@ uniform float spacing;
 uniform float size;
 uniform vec3 groundColor;
 uniform vec3 gridColor;
-uniform bool hasShadow;
-uniform vec4 shadowRegion;      // origin, 1 / extent
-uniform sampler2D shadow;
 out vec4 fragment;
 
 // Coverage of a pixel by lines one `period` apart that are `width` pixels wide.
@@ -240,12 +237,23 @@ void main() {
     vec2 p = place - gridOrigin;
     float grid = max(0.45 * lines(p, spacing, 1.0), 0.9 * lines(p, 5.0 * spacing, 1.2));
     vec3 shade = mix(groundColor, gridColor, grid);
-    if (hasShadow) {
-        vec2 s = (place - shadowRegion.xy) * shadowRegion.zw;
-        float dark = texture(shadow, s).r;
-        shade *= 1.0 - dark * vec3(0.42, 0.40, 0.36);
-    }
     fragment = vec4(shade, fade);
+}
+)";
+
+const char* const groundShadowFragment = R"(#version 330 core
+in vec2 place;
+uniform float size;
+uniform vec4 shadowRegion;      // origin, 1 / extent
+uniform sampler2D shadow;
+out vec4 fragment;
+
+void main() {
+    float fade = 1.0 - smoothstep(0.25, 1.0, length(place) / size);
+    vec2 s = (place - shadowRegion.xy) * shadowRegion.zw;
+    if (any(lessThan(s, vec2(0.0))) || any(greaterThan(s, vec2(1.0)))) discard;
+    float dark = texture(shadow, s).r * fade;
+    fragment = vec4(1.0 - dark * vec3(0.42, 0.40, 0.36), 1.0);
 }
 )";
 

@@ -16,8 +16,9 @@ extern const char* const backgroundVertex;    ///< one triangle that covers the 
 extern const char* const backgroundFragment;  ///< vertical gradient
 extern const char* const layerFragment;       ///< mean of a multisampled layer
 extern const char* const groundVertex;
-extern const char* const groundFragment;  ///< grid, shadow, fading edge
-extern const char* const shadowVertex;    ///< projection along the light onto the ground
+extern const char* const groundFragment;        ///< grid, fading edge
+extern const char* const groundShadowFragment;  ///< what a shadow leaves of the light
+extern const char* const shadowVertex;          ///< projection along the light onto the ground
 extern const char* const shadowFragment;
 extern const char* const blurFragment;  ///< one direction of a Gaussian blur
 extern const char* const textVertex;    ///< textured rectangle in space
