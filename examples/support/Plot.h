@@ -1,0 +1,43 @@
+#pragma once
+/** @file
+Line plots over one x axis, panel below panel, drawn by gnuplot into a PNG file.
+
+    Plot plot{"Slider-crank", "time [ms]", {}};
+    plot.panels.push_back({"slider position", "[mm]", {{"flexible", time, x, Plot::Blue}}});
+    writePlot(plot, "plot.png");
+**/
+
+#include <string>
+#include <vector>
+
+namespace simflex::examples {
+
+struct Plot {
+    /** Colours that colour-blind eyes can tell apart (Okabe, Ito). **/
+    static constexpr const char* Blue = "#0072b2";
+    static constexpr const char* Orange = "#d55e00";
+    static constexpr const char* Green = "#009e73";
+    static constexpr const char* Gray = "#a8a8a8";
+
+    struct Series {
+        std::string label;
+        std::vector<double> x, y;
+        std::string color;
+        double width = 2;
+        bool isDashed = false;
+        bool onRightAxis = false;
+    };
+    struct Panel {
+        std::string title, yLabel;
+        std::vector<Series> series;
+        std::string rightLabel;  ///< of the right axis, if a series wants one
+    };
+    std::string title, xLabel;
+    std::vector<Panel> panels;
+};
+
+/** @return false, with nothing written, when there is no gnuplot on this machine.
+@throws std::runtime_error when gnuplot fails. **/
+bool writePlot(const Plot& plot, const std::string& pngFile);
+
+}  // namespace simflex::examples

@@ -1,0 +1,205 @@
+#include "support/SliderCrankModel.h"
+
+#include "simflex/forces/AttachmentForce.h"
+#include "simflex/forces/ModalDamping.h"
+
+namespace simflex::examples {
+
+using namespace SimTK;
+
+namespace {
+
+Vec3 positionOf(const ReducedBody& part, const std::string& interface) {
+    const auto& s = part.getInterface(interface).position;
+    return {s[0], s[1], s[2]};
+}
+
+double halfThickness(const ReducedBody& part) {
+    double half = 0;
+    for (int k = 0; k < part.mesh.numNodes(); ++k)
+        half = std::max(half, std::abs(part.mesh.position(k)[2]));
+    return half;
+}
+
+double lengthBetween(const ReducedBody& part, const std::string& first, const std::string& second) {
+    return (positionOf(part, second) - positionOf(part, first)).norm();
+}
+
+}  // namespace
+
+Vec3 SliderCrankOptions::calcAngle(double t) const {
+    if (t >= runUp) return {speed * (t - runUp / 2), speed, 0};
+    const double k = 2 * Pi / runUp;
+    return {speed / runUp * (t * t / 2 + (std::cos(k * t) - 1) / (k * k)),
+            speed / runUp * (t - std::sin(k * t) / k), speed / runUp * (1 - std::cos(k * t))};
+}
+
+double SliderCrankOptions::calcTorque(double t) const {
+    return t >= runUp ? torque : torque * 0.5 * (1 - std::cos(Pi * t / runUp));
+}
+
+SliderCrankModel::SliderCrankModel(const SliderCrankOptions& options,
+                                   std::shared_ptr<const ReducedBody> crankPart,
+                                   std::shared_ptr<const ReducedBody> rodPart)
+    : m_options(options),
+      m_crankLength(lengthBetween(*crankPart, "shaft", "pin")),
+      m_rodLength(lengthBetween(*rodPart, "big_end", "small_end")),
+      m_offset(halfThickness(*crankPart) + halfThickness(*rodPart) + 0.001),
+      matter(system),
+      forces(system),
+      gravity(forces, matter, -YAxis, options.gravity),
+      flexible(system, matter),
+      crank(flexible, crankPart, "crank"),
+      rod(flexible, rodPart, "rod"),
+      slider(
+          matter.Ground(), Transform(Vec3(0, 0, m_offset)),
+          Body::Rigid(MassProperties(options.sliderMass, Vec3(0),
+                                     options.sliderMass * UnitInertia::brick(0.022, 0.014, 0.008))),
+          Transform()),
+      mainBearing(flexible, matter.Ground(), crank.interface("shaft"), "main bearing"),
+      crankPin(flexible, crank.interface("pin", Vec3(0, 0, m_offset)), rod.interface("big_end"),
+               "crank pin"),
+      gudgeonPin(flexible, rod.interface("small_end"), slider, "gudgeon pin") {
+    if (options.drive == SliderCrankOptions::Drive::Speed) {
+        Joint::PrescribedRotation(
+            flexible, matter.Ground(), crank.interface("shaft"),
+            [options](Real t) { return options.calcAngle(t); }, "drive");
+    } else {
+        AttachmentForce(flexible, crank.interface("shaft"), [options](Real t) {
+            return SpatialVec(Vec3(0, 0, options.calcTorque(t)), Vec3(0));
+        });
+    }
+    if (options.damping > 0) {
+        ModalDamping(flexible, crank, options.damping);
+        ModalDamping(flexible, rod, options.damping);
+    }
+
+    const Mesh& mesh = rodPart->mesh;
+    const Vec3 middle = (positionOf(*rodPart, "big_end") + positionOf(*rodPart, "small_end")) / 2;
+    int nearest = 0;
+    double distance = Infinity;
+    for (int k = 0; k < mesh.numNodes(); ++k) {
+        const auto s = mesh.position(k);
+        const double d = (Vec3(s[0], s[1], s[2]) - middle).norm();
+        if (d < distance) {
+            distance = d;
+            nearest = k;
+            m_rodMiddlePosition = Vec3(s[0], s[1], s[2]);
+        }
+    }
+    m_rodMiddle = mesh.nodeNumbers[nearest];
+    addDecorations();
+}
+
+State SliderCrankModel::makeInitialState() {
+    State state = system.realizeTopology();
+    system.realizeModel(state);
+    crank.setPoseByInterface(state, "shaft", Transform());
+    rod.setPoseByInterface(state, "big_end", Vec3(m_crankLength, 0, m_offset));
+    slider.setOneQ(state, 0, m_crankLength + m_rodLength);
+    return state;
+}
+
+double SliderCrankModel::calcCrankAngle(const State& state, double guess) const {
+    const Rotation R = mainBearing.getFrameM().calcMotion(state).X.R();
+    const double angle = std::atan2(R.x()[1], R.x()[0]);
+    return angle + 2 * Pi * std::round((guess - angle) / (2 * Pi));
+}
+
+double SliderCrankModel::calcRodDeflection(const State& state) const {
+    const Vec3 bigEnd = crankPin.getFrameM().calcMotion(state).X.p();
+    const Vec3 smallEnd = gudgeonPin.getFrameF().calcMotion(state).X.p();
+    const UnitVec3 along(smallEnd - bigEnd);
+    const UnitVec3 across(Vec3(0, 0, 1) % along);
+    const Vec3 undeformed = m_rodMiddlePosition - positionOf(rod.getPart(), "big_end");
+    return ~across * (rod.calcNodeLocation(state, m_rodMiddle) - bigEnd) - undeformed[1];
+}
+
+double SliderCrankModel::calcCrankDeflection(const State& state) const {
+    const Transform X_GS = mainBearing.getFrameM().calcMotion(state).X;
+    const Vec3 pin_G = crank.getFramePose(state) * calcPoint(crank, state, "pin", 1);
+    return (~X_GS * pin_G)[1];
+}
+
+Vec3 SliderCrankModel::calcPoint(const FlexibleBody& body, const State& state,
+                                 const std::string& interface, double factor) const {
+    const ReducedBody::Interface& seat = body.getPart().getInterface(interface);
+    const Vector xi = body.getModalCoordinates(state);
+    Vec3 point(seat.position[0], seat.position[1], seat.position[2]);
+    for (int i = 0; i < body.getNumModes(); ++i)
+        for (int axis = 0; axis < 3; ++axis) point[axis] += factor * seat.Phi[3 * i + axis] * xi[i];
+    return point;
+}
+
+State SliderCrankModel::calcExaggeratedState(const State& original, double factor) const {
+    system.realize(original, Stage::Velocity);  // copies of States are not
+    State state = original;
+    // The crank stays as the shaft holds it: its seat's small rotation, exaggerated, is turned
+    // back.
+    const ReducedBody::Interface& shaft = crank.getPart().getInterface("shaft");
+    const Vector xi = crank.getModalCoordinates(state);
+    double turn = 0;
+    for (int i = 0; i < crank.getNumModes(); ++i) turn += shaft.Psi[3 * i + 2] * xi[i];
+    const double angle = calcCrankAngle(original, 0) - factor * turn;
+    const Rotation R_crank(angle, ZAxis);
+    const Transform X_crank(R_crank, -(R_crank * calcPoint(crank, state, "shaft", factor)));
+
+    // The rod's big end is on the crank pin, its small end on the slider's line y = 0.
+    const Vec3 pin = X_crank * calcPoint(crank, state, "pin", factor);
+    const Vec3 bigEnd = calcPoint(rod, state, "big_end", factor);
+    const Vec3 chord = calcPoint(rod, state, "small_end", factor) - bigEnd;
+    const double length = std::hypot(chord[0], chord[1]);
+    const Rotation R_rod(std::asin(-pin[1] / length) - std::atan2(chord[1], chord[0]), ZAxis);
+    const Vec3 p_rod = Vec3(pin[0], pin[1], m_offset) - R_rod * Vec3(bigEnd[0], bigEnd[1], 0);
+
+    crank.setFramePose(state, X_crank);
+    rod.setFramePose(state, Transform(R_rod, p_rod));
+    slider.setOneQ(state, 0, (p_rod + R_rod * (bigEnd + chord))[0]);
+    system.realize(state, Stage::Position);
+    return state;
+}
+
+void SliderCrankModel::addDecorations() {
+    const Vec3 steel(0.52, 0.56, 0.62), iron(0.36, 0.40, 0.46), bronze(0.72, 0.55, 0.36);
+    const auto brick = [](const Vec3& lower, const Vec3& upper, const Vec3& color) {
+        DecorativeBrick shape((upper - lower) / 2);
+        shape.setTransform((upper + lower) / 2).setColor(color);
+        return shape;
+    };
+    // Cylinder along z.
+    const auto cylinder = [](double radius, double back, double front, const Vec3& color) {
+        DecorativeCylinder shape(radius, (front - back) / 2);
+        shape.setTransform(Transform(Rotation(Pi / 2, XAxis), Vec3(0, 0, (front + back) / 2)))
+            .setColor(color);
+        return shape;
+    };
+    const double crankBack = -halfThickness(crank.getPart());
+    const double rodBack = -halfThickness(rod.getPart()), rodFront = -rodBack;
+
+    // The slider is a block behind the rod's small end, with its pin.
+    const double blockFront = rodBack - 0.001, blockBack = blockFront - 0.016;
+    slider.addBodyDecoration(
+        Transform(), brick(Vec3(-0.022, -0.014, blockBack), Vec3(0.022, 0.014, blockFront), steel));
+    slider.addBodyDecoration(Transform(), cylinder(0.0025, blockFront, rodFront + 0.003, bronze));
+
+    // Two rails guide it; a pedestal carries the shaft; a bed carries both.
+    auto& ground = matter.updGround();
+    const double first = m_rodLength - m_crankLength - 0.034,
+                 last = m_rodLength + m_crankLength + 0.034;
+    const double back = m_offset + blockBack, front = m_offset + blockFront,
+                 bed = -m_crankLength - 0.028;
+    ground.addBodyDecoration(Transform(),
+                             brick(Vec3(first, -0.022, back), Vec3(last, -0.0145, front), iron));
+    ground.addBodyDecoration(Transform(),
+                             brick(Vec3(first, 0.0145, back), Vec3(last, 0.022, front), iron));
+    ground.addBodyDecoration(Transform(),
+                             brick(Vec3(first, bed, back - 0.008), Vec3(last, 0.022, back), iron));
+    ground.addBodyDecoration(Transform(), brick(Vec3(-0.016, bed, crankBack - 0.03),
+                                                Vec3(0.016, 0.016, crankBack - 0.006), iron));
+    ground.addBodyDecoration(Transform(),
+                             cylinder(0.005, crankBack - 0.034, -crankBack + 0.004, bronze));
+    ground.addBodyDecoration(Transform(), brick(Vec3(-0.075, bed - 0.008, crankBack - 0.04),
+                                                Vec3(last, bed, m_offset + rodFront + 0.02), iron));
+}
+
+}  // namespace simflex::examples

@@ -1,0 +1,93 @@
+#pragma once
+/** @file
+The crank-slider of C. Yang et al., Appl. Sci. 2025, 15(8), 4541: flexible crank and connecting rod,
+rigid slider.
+
+    Ground ──pin── crank ──pin── rod ──pin── slider ──MobilizedBody::Slider── Ground
+
+It lies in the x-y plane: main bearing at the origin with its axis along z, slider along x, gravity
+along −y. The rod runs beside the crank, so that the two do not collide; the crank pin therefore
+bends the crank out of the plane, too. The paper gives no dimensions: those of the parts are in
+examples/parts, the rest is in SliderCrankOptions. **/
+
+#include "Simbody.h"
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+
+namespace simflex::examples {
+
+struct SliderCrankOptions {
+    enum class Drive { Speed, Torque };
+
+    Drive drive = Drive::Speed;
+    double speed = 150;       ///< of the crank after the run-up [rad/s]
+    double torque = 1;        ///< on the crank at the main bearing after the run-up [N m]
+    double runUp = 0.05;      ///< duration [s]
+    double sliderMass = 0.2;  ///< [kg]
+    double gravity = 9.81;    ///< [m/s²]
+    double damping = 0.01;    ///< of each mode, as a part of critical
+
+    /** Crank angle, rate and acceleration of Drive::Speed; acceleration is continuous. **/
+    SimTK::Vec3 calcAngle(double time) const;
+    /** Torque of Drive::Torque, ramped by half a cosine [N m]. **/
+    double calcTorque(double time) const;
+};
+
+class SliderCrankModel {
+public:
+    /** @param crankPart  interfaces "shaft" and "pin"
+    @param rodPart  interfaces "big_end" and "small_end" **/
+    SliderCrankModel(const SliderCrankOptions& options,
+                     std::shared_ptr<const ReducedBody> crankPart,
+                     std::shared_ptr<const ReducedBody> rodPart);
+
+    /** The undeformed mechanism at rest, crank and rod stretched along x. **/
+    SimTK::State makeInitialState();
+
+    /** @name Probes; the State is realized to Stage::Velocity **/
+    /**@{**/
+    /** Angle of the shaft, nearest to `guess` [rad]. **/
+    double calcCrankAngle(const SimTK::State& state, double guess) const;
+    double calcSliderPosition(const SimTK::State& state) const { return slider.getOneQ(state, 0); }
+    /** How far the middle of the rod has moved across the line between its pins, in the plane of
+     * motion [m]. **/
+    double calcRodDeflection(const SimTK::State& state) const;
+    /** How far the crank pin has moved across the crank as the shaft holds it, in the plane of
+     * motion [m]. **/
+    double calcCrankDeflection(const SimTK::State& state) const;
+    /**@}**/
+
+    /** A State for pictures: deformations are to be drawn `factor` times larger, and the parts are
+    put together as if they were that large, so that pins stay in their holes. **/
+    SimTK::State calcExaggeratedState(const SimTK::State& state, double factor) const;
+
+    double getCrankLength() const { return m_crankLength; }
+    double getRodLength() const { return m_rodLength; }
+    /** Distance along z from the middle of the crank to that of the rod [m]. **/
+    double getOffset() const { return m_offset; }
+
+private:
+    /** Location on the part of an interface's master point with ξ multiplied, in B. **/
+    SimTK::Vec3 calcPoint(const FlexibleBody& body, const SimTK::State& state,
+                          const std::string& interface, double factor) const;
+    void addDecorations();
+
+    SliderCrankOptions m_options;
+    double m_crankLength, m_rodLength, m_offset;
+
+public:
+    SimTK::MultibodySystem system;
+    SimTK::SimbodyMatterSubsystem matter;
+    SimTK::GeneralForceSubsystem forces;
+    SimTK::Force::Gravity gravity;
+    FlexibleBodySubsystem flexible;  // after the other forces
+    FlexibleBody crank, rod;
+    SimTK::MobilizedBody::Slider slider;
+    Joint::Pin mainBearing, crankPin, gudgeonPin;
+
+private:
+    int m_rodMiddle;                  // node nearest to the middle of the rod
+    SimTK::Vec3 m_rodMiddlePosition;  // in B, undeformed
+};
+
+}  // namespace simflex::examples
