@@ -1,0 +1,145 @@
+/** @file
+What the messages say when a model is wrong. **/
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/body/Joint.h"
+#include "support/PointMassPart.h"
+
+namespace simflex::test {
+namespace {
+
+using namespace SimTK;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class BodyErrorsTest : public ::testing::Test {
+protected:
+    /** The message of the exception that `action` throws, or "". **/
+    template <class Action>
+    static std::string messageOf(Action action) {
+        try {
+            action();
+        } catch (const std::exception& error) {
+            return error.what();
+        }
+        return "";
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    const std::shared_ptr<const ReducedBody> part = makePointMassPart().body;
+};
+
+TEST_F(BodyErrorsTest, UnknownInterfaceNamesThoseThatExist) {
+    const FlexibleBody body(flexible, part, "crank");
+    EXPECT_THAT(messageOf([&] { body.interface("pin"); }),
+                AllOf(HasSubstr("masses1"), HasSubstr("'pin'"), HasSubstr("'A', 'B'")));
+    EXPECT_THROW(body.interface("pin"), std::out_of_range);
+}
+
+TEST_F(BodyErrorsTest, UnknownNodeIsNamed) {
+    const FlexibleBody body(flexible, part);
+    EXPECT_THAT(messageOf([&] { body.node(12345); }), HasSubstr("12345"));
+    EXPECT_THROW(body.node(12345), std::out_of_range);
+}
+
+TEST_F(BodyErrorsTest, NodeWithoutElementsCarriesNoAttachment) {
+    auto loose = std::make_shared<ReducedBody>(*part);
+    loose->mesh.elements.clear();
+    const FlexibleBody body(flexible, loose);
+    EXPECT_THAT(messageOf([&] { body.node(1); }),
+                AllOf(HasSubstr("masses1"), HasSubstr("node 1 ")));
+}
+
+TEST_F(BodyErrorsTest, WrongNumberOfModalCoordinatesIsRefused) {
+    const FlexibleBody body(flexible, part, "crank");
+    State state = system.realizeTopology();
+    const auto message = messageOf([&] { body.setModalCoordinates(state, Vector(4, Real(0))); });
+    EXPECT_THAT(message, AllOf(HasSubstr("crank"), HasSubstr("11"), HasSubstr("4")));
+    EXPECT_THROW(body.setModalSpeeds(state, Vector(12, Real(0))), std::invalid_argument);
+}
+
+TEST_F(BodyErrorsTest, SecondFlexibleBodySubsystemIsRefused) {
+    EXPECT_THAT(messageOf([&] { FlexibleBodySubsystem(system, matter); }),
+                HasSubstr("has one already"));
+    ASSERT_NE(FlexibleBodySubsystem::find(system), nullptr);
+    EXPECT_EQ(&FlexibleBodySubsystem::find(system)->getGuts(), &flexible.getGuts());
+    MultibodySystem empty;
+    EXPECT_EQ(FlexibleBodySubsystem::find(empty), nullptr);
+}
+
+TEST_F(BodyErrorsTest, JointBetweenFramesOfOneRigidBodyIsRefused) {
+    MobilizedBody::Free rigid(matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))));
+    const auto message = messageOf([&] {
+        Joint::Ball(flexible, Attachment(rigid, Transform(Vec3(1, 0, 0))), Attachment(rigid),
+                    "loop");
+    });
+    EXPECT_THAT(message, AllOf(HasSubstr("'loop'"), HasSubstr("same rigid body")));
+    EXPECT_EQ(flexible.getNumJoints(), 0);
+}
+
+TEST_F(BodyErrorsTest, NotANumberInAPartIsNamed) {
+    const auto messageWith = [&](auto spoil) {
+        auto spoilt = std::make_shared<ReducedBody>(*part);
+        spoil(*spoilt);
+        return messageOf([&] { FlexibleBody(flexible, spoilt); });
+    };
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.mass = nan; }),
+                AllOf(HasSubstr("masses1"), HasSubstr("mass")));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.inertia[3] = nan; }), HasSubstr("inertia"));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.centerOfMass[1] = nan; }),
+                HasSubstr("centre of mass"));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.omegaSquared[2] = nan; }),
+                HasSubstr("omegaSquared entry 2"));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.I1[7] = nan; }), HasSubstr("I1 entry 7"));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.I2[1][3] = nan; }), HasSubstr("I2 entry 3"));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.N[2][5] = nan; }), HasSubstr("N entry 5"));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.Phi[9] = nan; }), HasSubstr("Phi entry 9"));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.mesh.positions[4] = nan; }),
+                HasSubstr("positions entry 4"));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.interfaces[1].Psi[4] = nan; }),
+                HasSubstr("Psi entry 4"));
+    EXPECT_THAT(messageWith([&](ReducedBody& b) { b.interfaces[1].position[0] = nan; }),
+                HasSubstr("position"));
+    EXPECT_EQ(flexible.getNumBodies(), 0);
+}
+
+TEST_F(BodyErrorsTest, InconsistentPartIsRefused) {
+    const auto messageWith = [&](auto spoil) {
+        auto spoilt = std::make_shared<ReducedBody>(*part);
+        spoil(*spoilt);
+        return messageOf([&] { FlexibleBody(flexible, spoilt); });
+    };
+    EXPECT_THAT(messageWith([](ReducedBody& b) { b.I1.pop_back(); }),
+                AllOf(HasSubstr("65"), HasSubstr("66")));
+    EXPECT_THAT(messageWith([](ReducedBody& b) { b.N[0][1] += 1e-3; }), HasSubstr("antisymmetric"));
+    EXPECT_THAT(messageWith([](ReducedBody& b) { b.I2[4][1] += 1e-3; }), HasSubstr("symmetric"));
+    EXPECT_THAT(messageWith([](ReducedBody& b) { b.omegaSquared[0] = 0; }),
+                HasSubstr("rigid mode"));
+    EXPECT_THAT(messageWith([](ReducedBody& b) { b.interfaces[0].nodes[0] = 99; }),
+                AllOf(HasSubstr("'A'"), HasSubstr("99")));
+    EXPECT_THAT(messageOf([&] { FlexibleBody(flexible, nullptr, "rod"); }), HasSubstr("'rod'"));
+}
+
+TEST_F(BodyErrorsTest, AttachmentsAndJointsAreNamedAfterWhatTheyHold) {
+    const FlexibleBody body(flexible, part, "crank");
+    EXPECT_EQ(body.interface("A").getName(), "crank.A");
+    EXPECT_EQ(body.node(3).getName(), "crank node 3");
+    EXPECT_EQ(Attachment(matter.Ground()).getName(), "ground");
+    EXPECT_EQ(Joint::Ball(flexible, matter.Ground(), body.interface("A")).getName(),
+              "ground - crank.A");
+    EXPECT_EQ(Joint::Ball(flexible, matter.Ground(), body.interface("A"), "shaft").getName(),
+              "shaft");
+}
+
+}  // namespace
+}  // namespace simflex::test

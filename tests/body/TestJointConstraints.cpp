@@ -1,0 +1,291 @@
+/** @file
+Joints as Simbody sees them: errors, constraint matrix and forces of the Constraint that stands for
+each joint. **/
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/body/Joint.h"
+#include "support/PointMassPart.h"
+
+namespace simflex::test {
+namespace {
+
+using namespace SimTK;
+
+enum class Kind { Ball, Pin, Slider, Weld, PrescribedRotation };
+enum class Sides {
+    FlexibleFlexible,
+    FlexibleRigid,
+    RigidFlexible,
+    RigidGround,
+    SameFlexible,
+    NodeRigid
+};
+
+const Kind AllKinds[] = {Kind::Ball, Kind::Pin, Kind::Slider, Kind::Weld, Kind::PrescribedRotation};
+const Sides AllSides[] = {Sides::FlexibleFlexible, Sides::FlexibleRigid, Sides::RigidFlexible,
+                          Sides::RigidGround,      Sides::SameFlexible,  Sides::NodeRigid};
+
+/** Two flexible bodies, a rigid chain of two and Ground, with one joint; random state off the
+ * constraint. **/
+class JointConstraintTest : public ::testing::TestWithParam<std::tuple<Kind, Sides>> {
+protected:
+    JointConstraintTest() {
+        matter.setShowDefaultGeometry(false);
+        PointMassPartOptions options;
+        first = std::make_unique<FlexibleBody>(flexible, makePointMassPart(options).body, "first");
+        options.seed = 2;
+        options.numModes = 8;
+        second =
+            std::make_unique<FlexibleBody>(flexible, makePointMassPart(options).body, "second");
+        const Body::Rigid rigid(MassProperties(2, Vec3(0.1, 0, 0.2), Inertia(1, 1.2, 1.4)));
+        MobilizedBody::Free base(matter.Ground(), rigid);
+        link = MobilizedBody::Universal(base, Transform(Vec3(0.3, 0.1, 0)), rigid,
+                                        Transform(Vec3(0, 0.2, 0)));
+        const auto [F, M] = makeSides();
+        joint = std::make_unique<Joint>(makeJoint(F, M));
+
+        state = system.realizeTopology();
+        std::uniform_real_distribution<double> unit(-1, 1);
+        std::mt19937 random(99);
+        for (int i = 0; i < state.getNQ(); ++i) state.updQ()[i] = 0.3 * unit(random);
+        for (int i = 0; i < state.getNU(); ++i) state.updU()[i] = unit(random);
+        uDot.resize(state.getNU());
+        for (int i = 0; i < uDot.size(); ++i) uDot[i] = unit(random);
+        state.setTime(0.3);
+        for (FlexibleBody* body : {first.get(), second.get()}) {
+            body->setModalCoordinates(state, 0.1 * body->getModalCoordinates(state));
+            body->setModalSpeeds(state, 0.2 * body->getModalSpeeds(state));
+        }
+        system.realize(state, Stage::Position);
+        normalizeQuaternions(state);
+        system.realize(state, Stage::Velocity);
+    }
+
+    std::pair<Attachment, Attachment> makeSides() {
+        const Transform X(Rotation(0.4, UnitVec3(1, 2, -1)), Vec3(0.1, -0.2, 0.15));
+        const Transform Y(Rotation(-0.8, UnitVec3(0, 1, 1)), Vec3(-0.05, 0.1, 0.2));
+        switch (std::get<1>(GetParam())) {
+            case Sides::FlexibleFlexible:
+                return {first->interface("B", X), second->interface("A", Y)};
+            case Sides::FlexibleRigid:
+                return {first->interface("A", X), Attachment(link, Y)};
+            case Sides::RigidFlexible:
+                return {Attachment(link, X), second->interface("B", Y)};
+            case Sides::RigidGround:
+                return {Attachment(link, X), Attachment(matter.Ground(), Y)};
+            case Sides::SameFlexible:
+                return {first->interface("A", X), first->interface("B", Y)};
+            case Sides::NodeRigid:
+                return {second->node(6, X), Attachment(link, Y)};
+        }
+        throw std::logic_error("no such sides");
+    }
+
+    Joint makeJoint(const Attachment& F, const Attachment& M) {
+        switch (std::get<0>(GetParam())) {
+            case Kind::Ball:
+                return Joint::Ball(flexible, F, M);
+            case Kind::Pin:
+                return Joint::Pin(flexible, F, M);
+            case Kind::Slider:
+                return Joint::Slider(flexible, F, M);
+            case Kind::Weld:
+                return Joint::Weld(flexible, F, M);
+            case Kind::PrescribedRotation:
+                return Joint::PrescribedRotation(flexible, F, M, [](Real t) {
+                    return Vec3(0.2 + std::sin(3 * t), 3 * std::cos(3 * t), -9 * std::sin(3 * t));
+                });
+        }
+        throw std::logic_error("no such joint");
+    }
+
+    void normalizeQuaternions(State& s) const {
+        matter.normalizeQuaternions(s);
+        system.realize(s, Stage::Position);
+    }
+
+    const Constraint& constraint() const {
+        return matter.getConstraint(joint->getConstraintIndex());
+    }
+
+    /** The state after a small time along u and uDot, to first order in each of q and u. **/
+    State stateAfter(Real h) const {
+        State moved = state;
+        moved.setTime(state.getTime() + h);
+        moved.updQ() = state.getQ() + h * state.getQDot();
+        moved.updU() = state.getU() + h * uDot;
+        system.realize(moved, Stage::Velocity);
+        return moved;
+    }
+
+    template <class Function>
+    static Vector differentiate(Function function) {
+        const Real h = 2e-5;
+        return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h);
+    }
+
+    /** Rows of our own Jacobian, in Simbody's speeds: it has ω in Ground, we have it in B. **/
+    Matrix calcOwnRows() const {
+        const int m = joint->getNumEquations();
+        Matrix rows(m, state.getNU(), Real(0));
+        SpatialVec D_F[6], D_M[6];
+        const Attachment* sides[] = {&joint->getFrameF(), &joint->getFrameM()};
+        joint->getEquations().calcJacobian(sides[0]->calcMotion(state).X,
+                                           sides[1]->calcMotion(state).X, D_F, D_M);
+        for (int side = 0; side < 2; ++side)
+            for (int k = 0; k < m; ++k)
+                addInRow(*sides[side], side == 0 ? D_F[k] : D_M[k], k, rows);
+        return rows;
+    }
+
+    void addInRow(const Attachment& attachment, const SpatialVec& d, int k, Matrix& rows) const {
+        if (!attachment.isFlexible()) {
+            Matrix J;
+            matter.calcFrameJacobian(state, attachment.getMobilizedBodyIndex(),
+                                     attachment.getFrame().p(), J);
+            for (int j = 0; j < rows.ncol(); ++j)
+                for (int a = 0; a < 6; ++a) rows(k, j) += d[a / 3][a % 3] * J(a, j);
+            return;
+        }
+        const FlexibleBody body = flexible.getBody(attachment.getFlexibleBodyIndex());
+        const FlexibleFrame& frame = attachment.getFlexibleFrame();
+        const Vector xi = body.getModalCoordinates(state);
+        const Rotation R_GB = body.getFramePose(state).R();
+        std::vector<double> row(6 + frame.numModes(), 0.0);
+        addInConstraintRow(frame, calcFramePose(frame, &xi[0]), R_GB, d, row.data());
+        const Vec3 atOmega_G = R_GB * Vec3(row[0], row[1], row[2]);
+        const int u = int(body.getFrame().getFirstUIndex(state));
+        for (int a = 0; a < 3; ++a) {
+            rows(k, u + a) += atOmega_G[a];
+            rows(k, u + 3 + a) += row[3 + a];
+        }
+        for (int i = 0; i < frame.numModes(); ++i)
+            rows(k, int(body.getModalMobilizer(i / 6).getFirstUIndex(state)) + i % 6) += row[6 + i];
+    }
+
+    static Real largestOf(const Matrix& A) {
+        Real largest = 0;
+        for (int i = 0; i < A.nrow(); ++i)
+            for (int j = 0; j < A.ncol(); ++j) largest = std::max(largest, std::abs(A(i, j)));
+        return largest;
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    std::unique_ptr<FlexibleBody> first, second;
+    MobilizedBody link;
+    std::unique_ptr<Joint> joint;
+    State state;
+    Vector uDot;
+};
+
+INSTANTIATE_TEST_SUITE_P(Joints, JointConstraintTest,
+                         ::testing::Combine(::testing::ValuesIn(AllKinds),
+                                            ::testing::ValuesIn(AllSides)));
+
+TEST_P(JointConstraintTest, SimbodysPositionErrorsAreTheJoints) {
+    const Vector errors = constraint().getPositionErrorsAsVector(state);
+    ASSERT_EQ(errors.size(), joint->getNumEquations());
+    EXPECT_LT((errors - joint->calcPositionErrors(state)).normInf(), 1e-15);
+    EXPECT_GT(errors.norm(), 0.01);
+}
+
+TEST_P(JointConstraintTest, VelocityErrorsAreDerivativesOfPositionErrors) {
+    const Vector expected = differentiate(
+        [&](Real h) { return constraint().getPositionErrorsAsVector(stateAfter(h)); });
+    EXPECT_LT((constraint().getVelocityErrorsAsVector(state) - expected).normInf(), 1e-9);
+}
+
+TEST_P(JointConstraintTest, AccelerationErrorsAreDerivativesOfVelocityErrors) {
+    const Vector expected = differentiate(
+        [&](Real h) { return constraint().getVelocityErrorsAsVector(stateAfter(h)); });
+    Vector errors;
+    matter.calcConstraintAccelerationErrors(state, uDot, errors);
+    EXPECT_LT((errors - expected).normInf(), 1e-7);
+}
+
+TEST_P(JointConstraintTest, ConstraintMatrixIsThatOfTheSolversRows) {
+    Matrix G;
+    matter.calcG(state, G);
+    EXPECT_LT(largestOf(G - calcOwnRows()), 1e-13);
+    // And G u, with the part that depends on time alone, is the velocity error.
+    Vector rate(joint->getNumEquations(), Real(0));
+    joint->getEquations().addInTimeRate(state.getTime(), &rate[0]);
+    EXPECT_LT((G * state.getU() + rate - constraint().getVelocityErrorsAsVector(state)).normInf(),
+              1e-13);
+}
+
+/** Gᵀλ by the joint's forces and λᵀG by its errors agree: no force does work on a speed with Gu =
+ * 0. **/
+TEST_P(JointConstraintTest, ForcesDoNoWorkOnAdmissibleVelocities) {
+    Matrix G, Gt;
+    matter.calcG(state, G);
+    matter.calcGTranspose(state, Gt);
+    EXPECT_LT(largestOf(Matrix(G - ~Gt)), 1e-13);
+}
+
+TEST_P(JointConstraintTest, ForceOnMHasThePowerOfTheConstraintOnM) {
+    const int m = joint->getNumEquations();
+    Vector lambda(m);
+    for (int k = 0; k < m; ++k) lambda[k] = k + 1;
+    const SpatialVec force = joint->calcForceOnM(state, lambda);
+    const SpatialVec V_M = joint->getFrameM().calcMotion(state).V;
+    // The power on both sides is −λᵀGu; stopping M's motion leaves F's part.
+    SpatialVec D_F[6], D_M[6];
+    joint->getEquations().calcJacobian(joint->getFrameF().calcMotion(state).X,
+                                       joint->getFrameM().calcMotion(state).X, D_F, D_M);
+    const SpatialVec V_F = joint->getFrameF().calcMotion(state).V;
+    Matrix G;
+    matter.calcG(state, G);
+    Real power = -~lambda * (G * state.getU());
+    for (int k = 0; k < m; ++k) power += lambda[k] * (~D_F[k][0] * V_F[0] + ~D_F[k][1] * V_F[1]);
+    EXPECT_NEAR(~force[0] * V_M[0] + ~force[1] * V_M[1], power, 1e-12);
+    EXPECT_THROW(joint->calcForceOnM(state, Vector(m + 1, Real(0))), std::invalid_argument);
+}
+
+/** A rigid body hangs on a weld: the multipliers' force on it is its weight, upwards. **/
+TEST(JointForce, WeldCarriesTheWeightOfTheHangingBody) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem general(system);
+    Force::Gravity gravity(general, matter, Vec3(0, -10, 0));
+    FlexibleBodySubsystem flexible(system, matter);
+    MobilizedBody::Free hanging(matter.Ground(),
+                                Body::Rigid(MassProperties(3, Vec3(0), Inertia(1))));
+    const Joint::Weld weld(flexible, matter.Ground(),
+                           Attachment(hanging, Transform(Vec3(-0.5, 0, 0))));
+    State state = system.realizeTopology();
+    hanging.setQToFitTransform(state, Transform(Vec3(0.5, 0, 0)));
+    system.realize(state, Stage::Acceleration);
+    const SpatialVec force = weld.calcForceOnM(
+        state, matter.getConstraint(weld.getConstraintIndex()).getMultipliersAsVector(state));
+    EXPECT_LT((force[1] - Vec3(0, 30, 0)).norm(), 1e-12);
+    EXPECT_LT((force[0] - Vec3(0, 0, 15)).norm(), 1e-12);
+}
+
+TEST(JointForce, SimbodyAssemblesAJointBetweenFlexibleBodies) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const auto part = makePointMassPart().body;
+    const FlexibleBody first(flexible, part), second(flexible, part);
+    const Joint::Weld base(flexible, matter.Ground(), first.interface("A"));
+    const Joint::Pin pin(flexible, first.interface("B"), second.interface("A"));
+    State state = system.realizeTopology();
+    first.setPoseByInterface(state, "A", Transform(Vec3(0.01, -0.02, 0)));
+    second.setFramePose(state, Transform(Rotation(0.1, YAxis), Vec3(0.4, 0.02, 0.03)));
+    system.realize(state, Stage::Velocity);
+    EXPECT_GT(pin.calcPositionErrors(state).norm(), 0.01);
+    system.project(state, 1e-12);
+    EXPECT_LT(pin.calcPositionErrors(state).norm(), 1e-11);
+    EXPECT_LT(base.calcPositionErrors(state).norm(), 1e-11);
+}
+
+}  // namespace
+}  // namespace simflex::test
