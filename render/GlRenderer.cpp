@@ -227,7 +227,8 @@ void GlRenderer::hideBelowGround(const std::vector<Vec3>& bounds) {
     groundProgram->use();
     groundProgram->set("modelView", toMatrix(~camera->X_GC * style->ground.X_GP, Vec3(1)));
     groundProgram->set("projection", camera->calcProjection(getAspect()));
-    groundProgram->set("size", style->ground.radius);
+    groundProgram->set("middle", 0.0, 0.0);
+    groundProgram->set("halfWidth", style->ground.radius);
     gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     gl.BindVertexArray(quadArray);
     gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
@@ -407,6 +408,9 @@ void GlRenderer::drawGroundShadow() {
     groundShadowProgram->use();
     groundShadowProgram->set("modelView", toMatrix(~camera->X_GC * style->ground.X_GP, Vec3(1)));
     groundShadowProgram->set("projection", calcGroundProjection());
+    groundShadowProgram->set("middle", shadowRegion[0] + 0.5 / shadowRegion[2],
+                             shadowRegion[1] + 0.5 / shadowRegion[3]);
+    groundShadowProgram->set("halfWidth", 0.5 / shadowRegion[2]);
     groundShadowProgram->set("size", style->ground.radius);
     groundShadowProgram->set("shadowRegion", shadowRegion[0], shadowRegion[1], shadowRegion[2],
                              shadowRegion[3]);
@@ -423,6 +427,8 @@ void GlRenderer::drawGround() {
     groundProgram->use();
     groundProgram->set("modelView", toMatrix(~camera->X_GC * ground.X_GP, Vec3(1)));
     groundProgram->set("projection", calcGroundProjection());
+    groundProgram->set("middle", 0.0, 0.0);
+    groundProgram->set("halfWidth", ground.radius);
     groundProgram->set("size", ground.radius);
     groundProgram->set("gridOrigin", ground.gridOffset[0], ground.gridOffset[1]);
     groundProgram->set("spacing", ground.gridSpacing);

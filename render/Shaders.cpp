@@ -204,11 +204,12 @@ const char* const groundVertex = R"(#version 330 core
 layout(location = 0) in vec2 corner;
 uniform mat4 modelView;
 uniform mat4 projection;
-uniform float size;
+uniform vec2 middle;            // of the rectangle to draw, on the ground
+uniform float halfWidth;
 out vec2 place;
 
 void main() {
-    place = corner * size;
+    place = middle + corner * halfWidth;
     gl_Position = projection * modelView * vec4(place, 0.0, 1.0);
 }
 )";
@@ -251,7 +252,6 @@ out vec4 fragment;
 void main() {
     float fade = 1.0 - smoothstep(0.25, 1.0, length(place) / size);
     vec2 s = (place - shadowRegion.xy) * shadowRegion.zw;
-    if (any(lessThan(s, vec2(0.0))) || any(greaterThan(s, vec2(1.0)))) discard;
     float dark = texture(shadow, s).r * fade;
     fragment = vec4(1.0 - dark * vec3(0.42, 0.40, 0.36), 1.0);
 }
