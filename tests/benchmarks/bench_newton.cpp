@@ -1,0 +1,342 @@
+// What a Newton iteration of the slider-crank costs: its linear solve by block elimination and by
+// solvers that see one matrix, all on the same systems, dumped from the example's own run; then the
+// whole run and its phases, the reduction of the crank and a frame. The last line is a JSON object
+// with the main figures in microseconds.
+
+#include <benchmark/benchmark.h>
+#include <klu.h>
+
+#include <Eigen/SparseLU>
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+#include "simflex/fe/CalculixDeck.h"
+#include "simflex/part/ReducedBodyFile.h"
+#include "simflex/reduction/Reduction.h"
+#include "simflex/render/OffscreenVisualizer.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/BlockEliminationSolver.h"
+#include "support/NewtonReference.h"
+#include "support/SliderCrankModel.h"
+
+namespace simflex {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using SparseMatrix = Eigen::SparseMatrix<double>;
+
+constexpr double runTime = 0.1;     // simulated [s]
+constexpr double accuracy = 1e-6;   // the example's own
+constexpr int systemInterval = 25;  // every 25th Newton system is kept
+
+std::shared_ptr<const ReducedBody> readPart(const std::string& name) {
+    return std::make_shared<const ReducedBody>(
+        readReducedBody(std::string(SIMFLEX_PARTS) + "/" + name + ".h5"));
+}
+
+const std::shared_ptr<const ReducedBody>& getCrankPart() {
+    static const auto part = readPart("crank");
+    return part;
+}
+
+const std::shared_ptr<const ReducedBody>& getRodPart() {
+    static const auto part = readPart("rod");
+    return part;
+}
+
+/** The systems of one run, in every form that a solver wants. **/
+struct DumpedSystems {
+    std::vector<NewtonSystem> systems;
+    std::vector<MatrixXd> dense;
+    std::vector<SparseMatrix> sparse;  ///< one pattern: whatever is not zero in any of them
+    std::vector<VectorXd> rightHandSides, solutions;
+
+    DumpedSystems();
+};
+
+DumpedSystems::DumpedSystems() {
+    examples::SliderCrankModel model({}, getCrankPart(), getRodPart());
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracy(accuracy);
+    int count = 0;
+    integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
+        // A refreshed Newton matrix may have another form; one pattern is wanted.
+        if (count++ % systemInterval == 0) systems.push_back(system);
+    });
+    integrator.initialize(model.makeInitialState());
+    integrator.stepTo(runTime);
+
+    MatrixXd pattern;
+    for (const NewtonSystem& system : systems) {
+        dense.push_back(test::assembleDense(system));
+        rightHandSides.push_back(test::assembleRightHandSide(system));
+        solutions.push_back(dense.back().partialPivLu().solve(rightHandSides.back()));
+        if (pattern.size() == 0) pattern.setZero(dense[0].rows(), dense[0].cols());
+        pattern = pattern.cwiseMax(dense.back().cwiseAbs());
+    }
+    for (const MatrixXd& A : dense) {
+        std::vector<Eigen::Triplet<double>> entries;
+        for (int j = 0; j < A.cols(); ++j)
+            for (int i = 0; i < A.rows(); ++i)
+                if (pattern(i, j) != 0) entries.emplace_back(i, j, A(i, j));
+        sparse.emplace_back(A.rows(), A.cols());
+        sparse.back().setFromTriplets(entries.begin(), entries.end());
+    }
+}
+
+const DumpedSystems& getDumpedSystems() {
+    static const DumpedSystems dumped;
+    return dumped;
+}
+
+/** Runs `solve(index, x)` over the systems in turn; reports the largest relative difference from
+ * dense pivoting. **/
+template <class Solve>
+void runSolves(benchmark::State& state, Solve solve) {
+    const DumpedSystems& dumped = getDumpedSystems();
+    VectorXd x(dumped.rightHandSides[0].size());
+    double difference = 0;
+    for (size_t i = 0; i < dumped.systems.size(); ++i) {
+        solve(i, x);
+        difference =
+            std::max(difference, (x - dumped.solutions[i]).norm() / dumped.solutions[i].norm());
+    }
+    size_t next = 0;
+    for (auto _ : state) {
+        solve(next, x);
+        benchmark::DoNotOptimize(x.data());
+        next = (next + 1) % dumped.systems.size();
+    }
+    state.counters["unknowns"] = double(x.size());
+    state.counters["systems"] = double(dumped.systems.size());
+    state.counters["difference"] = difference;
+}
+
+void solveByBlockElimination(benchmark::State& state) {
+    const DumpedSystems& dumped = getDumpedSystems();
+    BlockEliminationSolver solver(dumped.systems[0]);
+    solver.setNumThreads(int(state.range(0)));
+    runSolves(state, [&](size_t i, VectorXd& x) {
+        const NewtonSystem& system = dumped.systems[i];
+        solver.factor(system);
+        solver.solve(system);
+        int first = 0;
+        for (size_t b = 0; b < system.blocks.size(); ++b) {
+            const int size = system.blocks[b].size;
+            x.segment(first, size) = Eigen::Map<const VectorXd>(solver.getDeltaU(int(b)), size);
+            first += size;
+        }
+        x.tail(system.numMultipliers()) =
+            Eigen::Map<const VectorXd>(solver.getDeltaLambda(), system.numMultipliers());
+    });
+}
+
+void solveDense(benchmark::State& state) {
+    const DumpedSystems& dumped = getDumpedSystems();
+    Eigen::PartialPivLU<MatrixXd> lu(dumped.dense[0].rows());
+    runSolves(state, [&](size_t i, VectorXd& x) {
+        lu.compute(dumped.dense[i]);
+        x = lu.solve(dumped.rightHandSides[i]);
+    });
+}
+
+template <class Ordering>
+void solveBySparseLU(benchmark::State& state) {
+    const DumpedSystems& dumped = getDumpedSystems();
+    Eigen::SparseLU<SparseMatrix, Ordering> lu;
+    lu.analyzePattern(dumped.sparse[0]);
+    runSolves(state, [&](size_t i, VectorXd& x) {
+        lu.factorize(dumped.sparse[i]);
+        x = lu.solve(dumped.rightHandSides[i]);
+    });
+    state.counters["nonzeros"] = double(dumped.sparse[0].nonZeros());
+}
+
+/** KLU with its analysis reused; `Refactor` keeps the pivots of the first system, too. **/
+template <bool Refactor>
+void solveByKlu(benchmark::State& state) {
+    const DumpedSystems& dumped = getDumpedSystems();
+    klu_common common;
+    klu_defaults(&common);
+    SparseMatrix first = dumped.sparse[0];
+    const int n = int(first.rows());
+    klu_symbolic* symbolic = klu_analyze(n, first.outerIndexPtr(), first.innerIndexPtr(), &common);
+    klu_numeric* numeric = klu_factor(first.outerIndexPtr(), first.innerIndexPtr(),
+                                      first.valuePtr(), symbolic, &common);
+    std::vector<SparseMatrix> matrices = dumped.sparse;  // KLU takes no const pointers
+    runSolves(state, [&](size_t i, VectorXd& x) {
+        SparseMatrix& A = matrices[i];
+        if (Refactor) {
+            klu_refactor(A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr(), symbolic, numeric,
+                         &common);
+        } else {
+            klu_free_numeric(&numeric, &common);
+            numeric =
+                klu_factor(A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr(), symbolic, &common);
+        }
+        x = dumped.rightHandSides[i];
+        klu_solve(symbolic, numeric, n, 1, x.data(), &common);
+    });
+    klu_free_numeric(&numeric, &common);
+    klu_free_symbolic(&symbolic, &common);
+}
+
+/** The example's run without output; time per run, phases in milliseconds. **/
+void runSliderCrank(benchmark::State& state) {
+    IntegratorStatistics sum;
+    for (auto _ : state) {
+        state.PauseTiming();
+        examples::SliderCrankModel model({}, getCrankPart(), getRodPart());
+        BdfIntegrator integrator(model.system);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(model.makeInitialState());
+        state.ResumeTiming();
+        integrator.stepTo(runTime);
+        const IntegratorStatistics& s = integrator.getStatistics();
+        sum.stepsTaken += s.stepsTaken;
+        sum.newtonIterations += s.newtonIterations;
+        sum.evaluationSeconds += s.evaluationSeconds;
+        sum.factorSeconds += s.factorSeconds;
+        sum.schurSeconds += s.schurSeconds;
+        sum.backSubstitutionSeconds += s.backSubstitutionSeconds;
+        sum.simbodySeconds += s.simbodySeconds;
+        sum.totalSeconds += s.totalSeconds;
+    }
+    const double runs = double(state.iterations());
+    state.counters["steps"] = double(sum.stepsTaken) / runs;
+    state.counters["iterations"] = double(sum.newtonIterations) / runs;
+    state.counters["iteration_us"] = 1e6 * sum.totalSeconds / double(sum.newtonIterations);
+    state.counters["evaluation_ms"] = 1e3 * sum.evaluationSeconds / runs;
+    state.counters["factor_ms"] = 1e3 * sum.factorSeconds / runs;
+    state.counters["schur_ms"] = 1e3 * sum.schurSeconds / runs;
+    state.counters["back_ms"] = 1e3 * sum.backSubstitutionSeconds / runs;
+    state.counters["simbody_ms"] = 1e3 * sum.simbodySeconds / runs;
+}
+
+/** From deck to part, 50 Craig-Bampton modes; phases in seconds. The deck's reading includes
+ * CalculiX. **/
+void reduceCrank(benchmark::State& state) {
+    ReductionOptions options;
+    options.name = "crank";
+    options.interfaces = {{"shaft", "SHAFT"}, {"pin", "PIN"}};
+    options.numModes = 50;
+    ReductionTimings timings;
+    double deckSeconds = 0;
+    for (auto _ : state) {
+        const auto start = std::chrono::steady_clock::now();
+        const FeModel model = readCalculixDeck(std::string(SIMFLEX_PARTS) + "/crank.inp");
+        deckSeconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        reduce(model, options, {}, &timings);
+    }
+    state.counters["deck_s"] = deckSeconds;
+    state.counters["factor_s"] = timings.factor;
+    state.counters["constraint_s"] = timings.constraintModes;
+    state.counters["normal_s"] = timings.normalModes;
+    state.counters["orthonormal_s"] = timings.orthonormalize;
+    state.counters["invariants_s"] = timings.invariants;
+    state.counters["dofs"] = timings.numDofs;
+}
+
+/** One 1280×720 frame of the mechanism in motion, to memory. **/
+void drawFrame(benchmark::State& state) {
+    examples::SliderCrankModel model({}, getCrankPart(), getRodPart());
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracy(accuracy);
+    integrator.initialize(model.makeInitialState());
+    std::vector<SimTK::State> states;
+    for (int i = 1; i <= 8; ++i) {
+        integrator.stepTo(0.05 + 0.002 * i);
+        states.push_back(integrator.getState());
+    }
+    OffscreenVisualizer viz(model.system, 1280, 720);
+    viz.addFlexibleBody(model.crank).addFlexibleBody(model.rod);
+    viz.setAutomaticDeformationFactor().fitToMotion(states);
+    viz.drawFrame(states[0]);
+    size_t next = 0;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(viz.drawFrame(states[next]));
+        next = (next + 1) % states.size();
+    }
+}
+
+/** Prints the usual table and keeps the medians. **/
+class Reporter : public benchmark::ConsoleReporter {
+public:
+    std::map<std::string, double> times;      ///< [µs], median of the repetitions
+    std::map<std::string, double> iteration;  ///< the counter iteration_us
+
+    void ReportRuns(const std::vector<Run>& runs) override {
+        ConsoleReporter::ReportRuns(runs);
+        for (const Run& run : runs) {
+            const std::string name = run.run_name.function_name +
+                                     (run.run_name.args.empty() ? "" : "/" + run.run_name.args);
+            if (run.run_type == Run::RT_Aggregate && run.aggregate_name != "median") continue;
+            times[name] =
+                run.GetAdjustedRealTime() * 1e6 / benchmark::GetTimeUnitMultiplier(run.time_unit);
+            const auto counter = run.counters.find("iteration_us");
+            if (counter != run.counters.end()) iteration[name] = counter->second;
+        }
+    }
+};
+
+void registerBenchmarks() {
+    const auto median = [](benchmark::internal::Benchmark* b) {
+        b->Unit(benchmark::kMicrosecond)
+            ->UseRealTime()
+            ->MinTime(0.2)
+            ->Repetitions(7)
+            ->DisplayAggregatesOnly();
+    };
+    const auto addSolve = [&](const char* name, void (*function)(benchmark::State&)) {
+        median(benchmark::RegisterBenchmark(name, function));
+    };
+    median(benchmark::RegisterBenchmark("block_elimination", solveByBlockElimination)
+               ->ArgName("threads")
+               ->Arg(1)
+               ->Arg(2));
+    addSolve("dense_lu", solveDense);
+    addSolve("sparse_lu_colamd", solveBySparseLU<Eigen::COLAMDOrdering<int>>);
+    addSolve("sparse_lu_amd", solveBySparseLU<Eigen::AMDOrdering<int>>);
+    addSolve("klu_factor", solveByKlu<false>);
+    addSolve("klu_refactor", solveByKlu<true>);
+    const auto addLong = [](const char* name, void (*function)(benchmark::State&)) {
+        return benchmark::RegisterBenchmark(name, function)
+            ->Unit(benchmark::kMillisecond)
+            ->UseRealTime();
+    };
+    addLong("slider_crank_run", runSliderCrank)->Iterations(5);
+    addLong("reduce_crank", reduceCrank)->Iterations(1);
+    addLong("frame_1280x720", drawFrame);
+}
+
+}  // namespace
+}  // namespace simflex
+
+int main(int argc, char** argv) {
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+    simflex::registerBenchmarks();
+    simflex::Reporter reporter;
+    benchmark::RunSpecifiedBenchmarks(&reporter);
+    benchmark::Shutdown();
+
+    // A filter may have left some out.
+    const auto get = [](const std::map<std::string, double>& figures, const std::string& name) {
+        const auto found = figures.find(name);
+        return found == figures.end() ? 0.0 : found->second;
+    };
+    const auto& times = reporter.times;
+    double sparse = 0;
+    for (const char* name : {"sparse_lu_colamd", "sparse_lu_amd", "klu_factor", "klu_refactor"})
+        if (times.count(name) && (sparse == 0 || times.at(name) < sparse)) sparse = times.at(name);
+    std::printf(
+        "{\"slider_crank\": {\"bge1_us\": %.2f, \"bge2_us\": %.2f, \"dense_us\": %.2f, "
+        "\"best_sparse_us\": %.2f, "
+        "\"newton_iteration_us\": %.2f}}\n",
+        get(times, "block_elimination/threads:1"), get(times, "block_elimination/threads:2"),
+        get(times, "dense_lu"), sparse, get(reporter.iteration, "slider_crank_run"));
+    return 0;
+}

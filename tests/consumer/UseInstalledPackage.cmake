@@ -1,0 +1,23 @@
+# Installs BUILD into WORK/prefix, then configures, builds and runs project/ against it.
+function(run)
+    execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+    if(NOT status EQUAL 0)
+        string(JOIN " " command ${ARGV})
+        message(FATAL_ERROR "${command}\nfailed (${status}):\n${output}")
+    endif()
+endfunction()
+
+file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/build)
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
+file(GLOB_RECURSE headers ${WORK}/prefix/include/*.h)
+foreach(header IN LISTS headers)
+    file(STRINGS ${header} eigen REGEX "# *include *[<\"]Eigen")
+    if(eigen)
+        message(FATAL_ERROR "${header} includes Eigen: ${eigen}")
+    endif()
+endforeach()
+run(${WORK}/prefix/bin/simflex --version)
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/project -B ${WORK}/build -D CMAKE_BUILD_TYPE=Release
+    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${WORK}/prefix)
+run(${CMAKE_COMMAND} --build ${WORK}/build --parallel 2)
+run(${WORK}/build/consumer ${WORK}/consumer.h5)
