@@ -29,7 +29,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr int numSamples = 960;  // of the probes
-constexpr int samplesPerFrame = 4;
 constexpr double framesPerSecond = 30;
 constexpr double rigidAccuracy = 1e-8;
 
@@ -38,7 +37,9 @@ struct Arguments {
     double accuracy = 1e-6, time = 0.2;
     std::string rod = "rod", parts = "build/release/parts", out = "build/output/slider_crank";
     bool noFrames = false;
-    int threads = 0;
+    int frames = 240, threads = 0;
+
+    int samplesPerFrame() const { return std::max(1, numSamples / frames); }
 };
 
 struct Part {
@@ -147,7 +148,7 @@ Probes runFlexible(const Arguments& arguments, SliderCrankModel& model, BdfInteg
                    bearing[1], rigid[i].bearingForce[0], rigid[i].bearingForce[1],
                    model.flexible.calcKineticEnergy(state), model.crank.calcStrainEnergy(state),
                    model.rod.calcStrainEnergy(state), energy, work, probes.energyError.back()});
-        if (i % samplesPerFrame == 0) {
+        if (i % arguments.samplesPerFrame() == 0) {
             // These two look at every node.
             probes.largestCrank =
                 std::max(probes.largestCrank, model.crank.calcLargestDisplacement(state));
@@ -239,6 +240,27 @@ void plot(const Arguments& arguments, const Probes& probes, const std::vector<Ri
         std::printf("no plot: gnuplot is not installed\n");
 }
 
+/** The crank pin, where the exaggerated crank has it. **/
+class CrankPinDecoration : public DecorationGenerator {
+public:
+    CrankPinDecoration(const SliderCrankModel& model, double factor)
+        : m_model(model), m_factor(factor) {}
+
+    void generateDecorations(const State& state, Array_<DecorativeGeometry>& geometry) override {
+        const double halfLength = m_model.getOffset() / 2 + 0.006;
+        const Vec3 middle(0, 0, m_model.getOffset() / 2);
+        DecorativeCylinder pin(0.0025, halfLength);
+        pin.setTransform(
+            Transform(Rotation(Pi / 2, XAxis), m_model.calcCrankPin(state, m_factor) + middle));
+        pin.setBodyId(GroundIndex).setColor(Vec3(0.72, 0.55, 0.36));
+        geometry.push_back(pin);
+    }
+
+private:
+    const SliderCrankModel& m_model;
+    double m_factor;
+};
+
 /** Frames of the run as if deformations were larger; a video and a contact sheet of them. **/
 void render(const Arguments& arguments, const SliderCrankModel& model,
             const std::vector<State>& states) {
@@ -252,7 +274,8 @@ void render(const Arguments& arguments, const SliderCrankModel& model,
     std::vector<State> exaggerated;
     for (const State& state : states)
         exaggerated.push_back(model.calcExaggeratedState(state, factor));
-    viz.setDeformationFactor(factor).fitToMotion(exaggerated);
+    viz.addDecorationGenerator(new CrankPinDecoration(model, factor));
+    viz.setCameraView(0.28, 0.2).setDeformationFactor(factor).fitToMotion(exaggerated);
     {
         Progress progress("frames");
         for (size_t i = 0; i < exaggerated.size() && !wasInterrupted(); ++i) {
@@ -273,8 +296,9 @@ void render(const Arguments& arguments, const SliderCrankModel& model,
     std::printf("wrote %s/contact_sheet.png\n", arguments.out.c_str());
     const std::string video = arguments.out + "/slider_crank.mp4";
     if (writeVideo(viz.getOutputFolder(), video, framesPerSecond))
-        std::printf("wrote %s (%.3g times slower than life)\n", video.c_str(),
-                    numSamples / samplesPerFrame / framesPerSecond / arguments.time);
+        std::printf(
+            "wrote %s (%.3g times slower than life)\n", video.c_str(),
+            double(numSamples) / arguments.samplesPerFrame() / framesPerSecond / arguments.time);
     else
         std::printf("no video: ffmpeg is not installed\n");
 }
@@ -335,6 +359,8 @@ int main(int argc, char** argv) {
         ->check(CLI::IsMember({"rod", "shapely_rod"}));
     app.add_option("--parts", arguments.parts, "folder of the reduced parts");
     app.add_option("--out", arguments.out, "folder for what is written");
+    app.add_option("--frames", arguments.frames, "about this many")
+        ->check(CLI::Range(1, numSamples));
     app.add_flag("--no-frames", arguments.noFrames, "no pictures but the plot");
     app.add_option("--threads", arguments.threads, "of the solver; 0 leaves it to the library")
         ->check(CLI::NonNegativeNumber);

@@ -41,7 +41,7 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
            << '\n';
     script << "set label 1 " << quoted("{/:Bold " + panel.title + "}")
            << " at graph 0,1.055 left textcolor rgb '#202020'\n"
-           << "set key at graph 1,1.105 right top horizontal samplen 2.5 width 1\n";
+           << "set key at graph 1,1.105 right top horizontal samplen 2.5 width -3\n";
     script << "set ylabel " << quoted(panel.yLabel) << " offset 0.5,0\n";
     script << (hasRightAxis ? "set y2tics\n" : "unset y2tics\n");
     script << "set y2label " << quoted(panel.rightLabel) << " offset -0.5,0\n";

@@ -52,13 +52,12 @@ SliderCrankModel::SliderCrankModel(const SliderCrankOptions& options,
       crank(flexible, crankPart, "crank"),
       rod(flexible, rodPart, "rod"),
       slider(
-          matter.Ground(), Transform(Vec3(0, 0, m_offset)),
+          matter.Ground(), Transform(),
           Body::Rigid(MassProperties(options.sliderMass, Vec3(0),
                                      options.sliderMass * UnitInertia::brick(0.022, 0.014, 0.008))),
           Transform()),
       mainBearing(flexible, matter.Ground(), crank.interface("shaft"), "main bearing"),
-      crankPin(flexible, crank.interface("pin", Vec3(0, 0, m_offset)), rod.interface("big_end"),
-               "crank pin"),
+      crankPin(flexible, crank.interface("pin"), rod.interface("big_end"), "crank pin"),
       gudgeonPin(flexible, rod.interface("small_end"), slider, "gudgeon pin") {
     if (options.drive == SliderCrankOptions::Drive::Speed) {
         Joint::PrescribedRotation(
@@ -95,7 +94,7 @@ State SliderCrankModel::makeInitialState() {
     State state = system.realizeTopology();
     system.realizeModel(state);
     crank.setPoseByInterface(state, "shaft", Transform());
-    rod.setPoseByInterface(state, "big_end", Vec3(m_crankLength, 0, m_offset));
+    rod.setPoseByInterface(state, "big_end", Vec3(m_crankLength, 0, 0));
     slider.setOneQ(state, 0, m_crankLength + m_rodLength);
     return state;
 }
@@ -131,6 +130,10 @@ Vec3 SliderCrankModel::calcPoint(const FlexibleBody& body, const State& state,
     return point;
 }
 
+Vec3 SliderCrankModel::calcCrankPin(const State& state, double factor) const {
+    return crank.getFramePose(state) * calcPoint(crank, state, "pin", factor);
+}
+
 State SliderCrankModel::calcExaggeratedState(const State& original, double factor) const {
     system.realize(original, Stage::Velocity);  // copies of States are not
     State state = original;
@@ -160,7 +163,8 @@ State SliderCrankModel::calcExaggeratedState(const State& original, double facto
 }
 
 void SliderCrankModel::addDecorations() {
-    const Vec3 steel(0.52, 0.56, 0.62), iron(0.36, 0.40, 0.46), bronze(0.72, 0.55, 0.36);
+    matter.setShowDefaultGeometry(false);
+    const Vec3 steel(0.66, 0.69, 0.74), iron(0.44, 0.48, 0.54), bronze(0.72, 0.55, 0.36);
     const auto brick = [](const Vec3& lower, const Vec3& upper, const Vec3& color) {
         DecorativeBrick shape((upper - lower) / 2);
         shape.setTransform((upper + lower) / 2).setColor(color);
@@ -177,29 +181,29 @@ void SliderCrankModel::addDecorations() {
     const double rodBack = -halfThickness(rod.getPart()), rodFront = -rodBack;
 
     // The slider is a block behind the rod's small end, with its pin.
-    const double blockFront = rodBack - 0.001, blockBack = blockFront - 0.016;
-    slider.addBodyDecoration(
-        Transform(), brick(Vec3(-0.022, -0.014, blockBack), Vec3(0.022, 0.014, blockFront), steel));
-    slider.addBodyDecoration(Transform(), cylinder(0.0025, blockFront, rodFront + 0.003, bronze));
+    const double front = m_offset + rodBack - 0.001, back = front - 0.016;
+    const double rodFace = m_offset + rodFront;
+    slider.addBodyDecoration(Transform(),
+                             brick(Vec3(-0.022, -0.014, back), Vec3(0.022, 0.014, front), steel));
+    slider.addBodyDecoration(Transform(), cylinder(0.0025, front, rodFace + 0.003, bronze));
 
-    // Two rails guide it; a pedestal carries the shaft; a bed carries both.
+    // Two rails guide it, a pedestal carries the shaft, a bed carries all.
     auto& ground = matter.updGround();
     const double first = m_rodLength - m_crankLength - 0.034,
                  last = m_rodLength + m_crankLength + 0.034;
-    const double back = m_offset + blockBack, front = m_offset + blockFront,
-                 bed = -m_crankLength - 0.028;
+    const double bed = -m_crankLength - 0.028;
+    const auto add = [&](const Vec3& lower, const Vec3& upper) {
+        ground.addBodyDecoration(Transform(), brick(lower, upper, iron));
+    };
+    add(Vec3(first, -0.021, back), Vec3(last, -0.0145, front));
+    add(Vec3(first, 0.0145, back), Vec3(last, 0.021, front));
+    add(Vec3(first, -0.021, back - 0.006), Vec3(last, 0.021, back));
+    add(Vec3(first, bed, back - 0.006), Vec3(first + 0.014, -0.021, front));
+    add(Vec3(last - 0.014, bed, back - 0.006), Vec3(last, -0.021, front));
+    add(Vec3(-0.014, bed, crankBack - 0.026), Vec3(0.014, 0.014, crankBack - 0.006));
+    add(Vec3(-0.075, bed - 0.006, crankBack - 0.04), Vec3(last, bed, rodFace + 0.02));
     ground.addBodyDecoration(Transform(),
-                             brick(Vec3(first, -0.022, back), Vec3(last, -0.0145, front), iron));
-    ground.addBodyDecoration(Transform(),
-                             brick(Vec3(first, 0.0145, back), Vec3(last, 0.022, front), iron));
-    ground.addBodyDecoration(Transform(),
-                             brick(Vec3(first, bed, back - 0.008), Vec3(last, 0.022, back), iron));
-    ground.addBodyDecoration(Transform(), brick(Vec3(-0.016, bed, crankBack - 0.03),
-                                                Vec3(0.016, 0.016, crankBack - 0.006), iron));
-    ground.addBodyDecoration(Transform(),
-                             cylinder(0.005, crankBack - 0.034, -crankBack + 0.004, bronze));
-    ground.addBodyDecoration(Transform(), brick(Vec3(-0.075, bed - 0.008, crankBack - 0.04),
-                                                Vec3(last, bed, m_offset + rodFront + 0.02), iron));
+                             cylinder(0.004, crankBack - 0.03, -crankBack + 0.003, bronze));
 }
 
 }  // namespace simflex::examples

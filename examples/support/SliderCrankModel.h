@@ -6,8 +6,8 @@ rigid slider.
     Ground ──pin── crank ──pin── rod ──pin── slider ──MobilizedBody::Slider── Ground
 
 It lies in the x-y plane: main bearing at the origin with its axis along z, slider along x, gravity
-along −y. The rod runs beside the crank, so that the two do not collide; the crank pin therefore
-bends the crank out of the plane, too. The paper gives no dimensions: those of the parts are in
+along −y. All parts share that plane, as in the paper; pictures show rod and slider before it, so
+that crank and rod pass each other. The paper gives no dimensions: those of the parts are in
 examples/parts, the rest is in SliderCrankOptions. **/
 
 #include "Simbody.h"
@@ -57,14 +57,19 @@ public:
     double calcCrankDeflection(const SimTK::State& state) const;
     /**@}**/
 
-    /** A State for pictures: deformations are to be drawn `factor` times larger, and the parts are
-    put together as if they were that large, so that pins stay in their holes. **/
+    /** @name Pictures **/
+    /**@{**/
+    /** A State in which deformations are to be drawn `factor` times larger: the parts are put
+    together as if they were that large, so that pins stay in their holes. **/
     SimTK::State calcExaggeratedState(const SimTK::State& state, double factor) const;
+    /** Where the crank pin is in an exaggerated State [m]; it is as long as the offset. **/
+    SimTK::Vec3 calcCrankPin(const SimTK::State& exaggerated, double factor) const;
+    /** Distance along z at which rod and slider are drawn before the crank [m]. **/
+    double getOffset() const { return m_offset; }
+    /**@}**/
 
     double getCrankLength() const { return m_crankLength; }
     double getRodLength() const { return m_rodLength; }
-    /** Distance along z from the middle of the crank to that of the rod [m]. **/
-    double getOffset() const { return m_offset; }
 
 private:
     /** Location on the part of an interface's master point with ξ multiplied, in B. **/
