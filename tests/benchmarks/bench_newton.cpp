@@ -262,18 +262,37 @@ void drawFrame(benchmark::State& state) {
     }
 }
 
-/** Prints the usual table and keeps the medians. **/
-class Reporter : public benchmark::ConsoleReporter {
+/** Prints one line a benchmark, with the median of its repetitions, and keeps it. **/
+class Reporter : public benchmark::BenchmarkReporter {
 public:
-    std::map<std::string, double> times;      ///< [µs], median of the repetitions
+    std::map<std::string, double> times;      ///< [µs], real time
     std::map<std::string, double> iteration;  ///< the counter iteration_us
 
+    bool ReportContext(const Context& context) override {
+        std::printf("%d processors, load %.2f\n\n", context.cpu_info.num_cpus,
+                    context.cpu_info.load_avg.empty() ? 0.0 : context.cpu_info.load_avg[0]);
+        std::printf("%-30s %14s %14s\n", "benchmark", "real time", "CPU time");
+        return true;
+    }
+
     void ReportRuns(const std::vector<Run>& runs) override {
-        ConsoleReporter::ReportRuns(runs);
         for (const Run& run : runs) {
+            if (run.error_occurred) {
+                std::printf("%s: %s\n", run.benchmark_name().c_str(), run.error_message.c_str());
+                continue;
+            }
+            const bool isRepeated = run.repetitions > 1;
+            if (isRepeated != (run.run_type == Run::RT_Aggregate)) continue;
+            if (isRepeated && run.aggregate_name != "median") continue;
             const std::string name = run.run_name.function_name +
                                      (run.run_name.args.empty() ? "" : "/" + run.run_name.args);
-            if (run.run_type == Run::RT_Aggregate && run.aggregate_name != "median") continue;
+            const char* unit = benchmark::GetTimeUnitString(run.time_unit);
+            std::printf("%-30s %11.1f %s %11.1f %s", name.c_str(), run.GetAdjustedRealTime(), unit,
+                        run.GetAdjustedCPUTime(), unit);
+            for (const auto& counter : run.counters)
+                std::printf("  %s %.4g", counter.first.c_str(), double(counter.second));
+            std::printf("\n");
+            std::fflush(stdout);
             times[name] =
                 run.GetAdjustedRealTime() * 1e6 / benchmark::GetTimeUnitMultiplier(run.time_unit);
             const auto counter = run.counters.find("iteration_us");
@@ -332,6 +351,7 @@ int main(int argc, char** argv) {
     double sparse = 0;
     for (const char* name : {"sparse_lu_colamd", "sparse_lu_amd", "klu_factor", "klu_refactor"})
         if (times.count(name) && (sparse == 0 || times.at(name) < sparse)) sparse = times.at(name);
+    std::printf("\n");
     std::printf(
         "{\"slider_crank\": {\"bge1_us\": %.2f, \"bge2_us\": %.2f, \"dense_us\": %.2f, "
         "\"best_sparse_us\": %.2f, "

@@ -17,7 +17,15 @@ foreach(header IN LISTS headers)
     endif()
 endforeach()
 run(${WORK}/prefix/bin/simflex --version)
+
+# The program in README.md must compile, too.
+file(READ ${CMAKE_CURRENT_LIST_DIR}/../../README.md readme)
+if(NOT readme MATCHES "```cpp\n([^`]*)```")
+    message(FATAL_ERROR "README.md has no C++ example")
+endif()
+file(WRITE ${WORK}/readme.cpp "${CMAKE_MATCH_1}")
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/project -B ${WORK}/build -D CMAKE_BUILD_TYPE=Release
-    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${WORK}/prefix)
+    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${WORK}/prefix
+    -D README_PROGRAM=${WORK}/readme.cpp)
 run(${CMAKE_COMMAND} --build ${WORK}/build --parallel 2)
 run(${WORK}/build/consumer ${WORK}/consumer.h5)
