@@ -53,6 +53,11 @@ std::shared_ptr<const JointEquations> share(JointEquations equations) {
     return std::make_shared<const JointEquations>(std::move(equations));
 }
 
+Joint::AngleFunction checkGiven(Joint::AngleFunction angle, const std::string& name) {
+    if (!angle) throw std::invalid_argument("joint '" + name + "': no angle function given");
+    return angle;
+}
+
 }  // namespace
 
 Joint::Ball::Ball(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M, const std::string& name)
@@ -70,6 +75,6 @@ Joint::Weld::Weld(FlexibleBodySubsystem& subsystem, const Attachment& F, const A
 
 Joint::PrescribedRotation::PrescribedRotation(FlexibleBodySubsystem& subsystem, const Attachment& F,
                                               const Attachment& M, AngleFunction angle, const std::string& name)
-    : Joint(subsystem, share(JointEquations::makePrescribedRotation(std::move(angle))), F, M, name) {}
+    : Joint(subsystem, share(JointEquations::makePrescribedRotation(checkGiven(std::move(angle), name))), F, M, name) {}
 
 }  // namespace simflex

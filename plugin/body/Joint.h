@@ -80,6 +80,7 @@ public:
 
 class Joint::PrescribedRotation : public Joint {
 public:
+    /** @throws std::invalid_argument if `angle` is empty. **/
     PrescribedRotation(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
                        AngleFunction angle, const std::string& name = "");
 };

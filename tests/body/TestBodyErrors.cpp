@@ -86,6 +86,15 @@ TEST_F(BodyErrorsTest, JointBetweenFramesOfOneRigidBodyIsRefused) {
     EXPECT_EQ(flexible.getNumJoints(), 0);
 }
 
+TEST_F(BodyErrorsTest, PrescribedRotationWithoutFunctionIsRefused) {
+    const FlexibleBody body(flexible, part);
+    const auto message = messageOf([&] {
+        Joint::PrescribedRotation(flexible, matter.Ground(), body.interface("A"),
+                                  Joint::AngleFunction(), "drive");
+    });
+    EXPECT_THAT(message, AllOf(HasSubstr("'drive'"), HasSubstr("angle function")));
+}
+
 TEST_F(BodyErrorsTest, NotANumberInAPartIsNamed) {
     const auto messageWith = [&](auto spoil) {
         auto spoilt = std::make_shared<ReducedBody>(*part);
