@@ -60,12 +60,11 @@ compile_jobs() {
 }
 
 build_targets() {
-    if [ ! -f "$build/Makefile" ]; then
-        say "configuring $build"
-        (cd "$root" && cmake --preset release -G "Unix Makefiles" >/dev/null)
-    fi
+    # Always configured: a pull may have brought targets that the old makefiles do not know.
+    [ -f "$build/Makefile" ] || say "configuring $build"
+    (cd "$root" && cmake --preset release -G "Unix Makefiles" >/dev/null)
     say "building: $*"
     # Only lines that say something: what is compiled, made or wrong.
     cmake --build "$build" --parallel "$(compile_jobs)" --target "$@" |
-        { grep -vE 'Built target|^Consolidate|^Scanning|^\[ *[0-9]+%\] Linking|^-- ' || true; } >&2
+        { grep --line-buffered -vE 'Built target|^Consolidate|^Scanning|^\[ *[0-9]+%\] Linking|^-- ' || true; } >&2
 }

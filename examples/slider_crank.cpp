@@ -86,8 +86,9 @@ void printModel(const Arguments& arguments, const SliderCrankModel& model) {
     if (o.drive == SliderCrankOptions::Drive::Speed)
         std::printf("crank run up to %.4g rad/s within %.4g s, then constant\n", o.speed, o.runUp);
     else
-        std::printf("drive torque ramped to %.4g N m within %.4g s, then constant\n", o.torque,
-                    o.runUp);
+        std::printf(
+            "drive torque ramped to %.4g N m within %.4g s, then constant; flywheel %.4g kg m2\n",
+            o.torque, o.runUp, o.calcFlywheelInertia());
     std::printf("time %.4g s, accuracy %.3g m\n\n", arguments.time, arguments.accuracy);
 }
 

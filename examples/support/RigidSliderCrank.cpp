@@ -11,13 +11,16 @@ Vec3 positionOf(const ReducedBody& part, const std::string& interface) {
     return {s[0], s[1], s[2]};
 }
 
-/** The part as a rigid body whose origin is at an interface. **/
-Body::Rigid makeRigidBody(const ReducedBody& part, const std::string& interface) {
+/** The part as a rigid body whose origin is at an interface; `extraInertia` turns about z with it
+and has no weight. **/
+Body::Rigid makeRigidBody(const ReducedBody& part, const std::string& interface,
+                          double extraInertia = 0) {
     const Vec3 center = -positionOf(part, interface);
     const auto& I = part.inertia;
     const Inertia central(Vec3(I[0], I[1], I[2]), Vec3(I[3], I[4], I[5]));
+    const Inertia extra(Vec3(extraInertia / 2, extraInertia / 2, extraInertia));
     return Body::Rigid(
-        MassProperties(part.mass, center, central.shiftFromMassCenter(center, part.mass)));
+        MassProperties(part.mass, center, central.shiftFromMassCenter(center, part.mass) + extra));
 }
 
 /** Turns the crank as SliderCrankOptions says. **/
@@ -71,7 +74,8 @@ std::vector<RigidSample> runRigidSliderCrank(const SliderCrankOptions& options,
     Force::Gravity gravity(forces, matter, -YAxis, options.gravity);
     const Vec3 toPin = positionOf(crankPart, "pin") - positionOf(crankPart, "shaft");
     const Vec3 toSmallEnd = positionOf(rodPart, "small_end") - positionOf(rodPart, "big_end");
-    MobilizedBody::Pin crank(matter.Ground(), Transform(), makeRigidBody(crankPart, "shaft"),
+    MobilizedBody::Pin crank(matter.Ground(), Transform(),
+                             makeRigidBody(crankPart, "shaft", options.calcFlywheelInertia()),
                              Transform());
     MobilizedBody::Pin rod(crank, toPin, makeRigidBody(rodPart, "big_end"), Transform());
     MobilizedBody::Slider slider(

@@ -38,6 +38,10 @@ double SliderCrankOptions::calcTorque(double t) const {
     return t >= runUp ? torque : torque * 0.5 * (1 - std::cos(Pi * t / runUp));
 }
 
+double SliderCrankOptions::calcFlywheelInertia() const {
+    return drive == Drive::Torque ? 0.5 * flywheelMass * flywheelRadius * flywheelRadius : 0;
+}
+
 SliderCrankModel::SliderCrankModel(const SliderCrankOptions& options,
                                    std::shared_ptr<const ReducedBody> crankPart,
                                    std::shared_ptr<const ReducedBody> rodPart)
@@ -59,15 +63,7 @@ SliderCrankModel::SliderCrankModel(const SliderCrankOptions& options,
       mainBearing(flexible, matter.Ground(), crank.interface("shaft"), "main bearing"),
       crankPin(flexible, crank.interface("pin"), rod.interface("big_end"), "crank pin"),
       gudgeonPin(flexible, rod.interface("small_end"), slider, "gudgeon pin") {
-    if (options.drive == SliderCrankOptions::Drive::Speed) {
-        Joint::PrescribedRotation(
-            flexible, matter.Ground(), crank.interface("shaft"),
-            [options](Real t) { return options.calcAngle(t); }, "drive");
-    } else {
-        AttachmentForce(flexible, crank.interface("shaft"), [options](Real t) {
-            return SpatialVec(Vec3(0, 0, options.calcTorque(t)), Vec3(0));
-        });
-    }
+    addDrive();
     if (options.damping > 0) {
         ModalDamping(flexible, crank, options.damping);
         ModalDamping(flexible, rod, options.damping);
@@ -88,6 +84,32 @@ SliderCrankModel::SliderCrankModel(const SliderCrankOptions& options,
     }
     m_rodMiddle = mesh.nodeNumbers[nearest];
     addDecorations();
+}
+
+void SliderCrankModel::addDrive() {
+    const SliderCrankOptions options = m_options;
+    if (options.drive == SliderCrankOptions::Drive::Speed) {
+        Joint::PrescribedRotation(
+            flexible, matter.Ground(), crank.interface("shaft"),
+            [options](Real t) { return options.calcAngle(t); }, "drive");
+        return;
+    }
+    // Without a flywheel the light crank would have to take up the slider's energy at every dead
+    // centre. It has a bearing of its own, and turns with the shaft.
+    const double halfThickness = 0.006;
+    const UnitInertia disc = UnitInertia::cylinderAlongZ(options.flywheelRadius, halfThickness);
+    MobilizedBody::Pin flywheel(
+        matter.Ground(), Transform(Vec3(0, 0, -0.05)),
+        Body::Rigid(MassProperties(options.flywheelMass, Vec3(0), options.flywheelMass * disc)),
+        Transform());
+    DecorativeCylinder shape(options.flywheelRadius, halfThickness);
+    shape.setTransform(Rotation(Pi / 2, XAxis)).setColor(Vec3(0.55, 0.58, 0.63)).setResolution(3);
+    flywheel.addBodyDecoration(Transform(), shape);
+    Joint::PrescribedRotation(
+        flexible, flywheel, crank.interface("shaft"), [](Real) { return Vec3(0); }, "flywheel");
+    AttachmentForce(flexible, crank.interface("shaft"), [options](Real t) {
+        return SpatialVec(Vec3(0, 0, options.calcTorque(t)), Vec3(0));
+    });
 }
 
 State SliderCrankModel::makeInitialState() {

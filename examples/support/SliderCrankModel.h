@@ -20,17 +20,21 @@ struct SliderCrankOptions {
     enum class Drive { Speed, Torque };
 
     Drive drive = Drive::Speed;
-    double speed = 150;       ///< of the crank after the run-up [rad/s]
-    double torque = 1;        ///< on the crank at the main bearing after the run-up [N m]
-    double runUp = 0.05;      ///< duration [s]
-    double sliderMass = 0.2;  ///< [kg]
-    double gravity = 9.81;    ///< [m/s²]
-    double damping = 0.01;    ///< of each mode, as a part of critical
+    double speed = 150;            ///< of the crank after the run-up [rad/s]
+    double torque = 1;             ///< on the crank at the main bearing after the run-up [N m]
+    double runUp = 0.05;           ///< duration [s]
+    double sliderMass = 0.2;       ///< [kg]
+    double flywheelMass = 0.8;     ///< of Drive::Torque, turns with the shaft [kg]
+    double flywheelRadius = 0.05;  ///< a disc [m]
+    double gravity = 9.81;         ///< [m/s²]
+    double damping = 0.01;         ///< of each mode, as a part of critical
 
     /** Crank angle, rate and acceleration of Drive::Speed; acceleration is continuous. **/
     SimTK::Vec3 calcAngle(double time) const;
     /** Torque of Drive::Torque, ramped by half a cosine [N m]. **/
     double calcTorque(double time) const;
+    /** About the shaft [kg m²]; zero with Drive::Speed. **/
+    double calcFlywheelInertia() const;
 };
 
 class SliderCrankModel {
@@ -75,6 +79,7 @@ private:
     /** Location on the part of an interface's master point with ξ multiplied, in B. **/
     SimTK::Vec3 calcPoint(const FlexibleBody& body, const SimTK::State& state,
                           const std::string& interface, double factor) const;
+    void addDrive();
     void addDecorations();
 
     SliderCrankOptions m_options;
