@@ -42,7 +42,7 @@ public:
     /** Thresholds of the Newton iteration; converged when changes of displacements *and* multipliers, or residuals of
     bodies *and* constraints, are below them. **/
     struct NewtonTolerances {
-        SimTK::Real displacement = 1e-2;        ///< largest change γΔu, as a fraction of the accuracy
+        SimTK::Real displacement = 1e-3;        ///< largest change γΔu, as a fraction of the accuracy
         SimTK::Real multiplier = 1e-5;          ///< change of λ relative to the largest λ
         SimTK::Real bodyResidual = 1e-11;       ///< relative to the largest force
         SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]
@@ -78,7 +78,8 @@ public:
     void setNewtonTolerances(const NewtonTolerances& tolerances);
     /** No step goes beyond this time; default infinity. **/
     void setFinalTime(SimTK::Real time);
-    /** Threads for the bodies; default: what OpenMP says (OMP_NUM_THREADS). Results do not depend on it. **/
+    /** Threads for the bodies; default: as many as OpenMP offers (OMP_NUM_THREADS) and the bodies' size can feed.
+    Results do not depend on it. **/
     void setNumThreads(int threads);
     /** Skips the initial projection of positions and speeds: the State is taken as consistent already. **/
     void setProjectInitialState(bool project);

@@ -20,6 +20,14 @@ namespace {
 
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+/** As many threads as OpenMP offers and the bodies can feed: a parallel loop must outlast its barrier. **/
+int chooseNumThreads(const MultibodyEquations& equations) {
+    constexpr double FlopsPerThread = 2e5;
+    double flops = 0;  // two passes over the invariants, 36 n_f²
+    for (int b = 0; b < equations.numBlocks(); ++b) flops += 36.0 * std::pow(equations.getBlock(b).numU, 2);
+    return std::clamp(int(flops / FlopsPerThread), 1, omp_get_max_threads());
+}
+
 /** True if b is a later time than a by more than round-off. **/
 bool isLater(double a, double b) { return b - a > 1e-13 * std::max(1.0, std::abs(a)); }
 
@@ -49,7 +57,7 @@ void BdfIntegrator::Implementation::setUp(const State& state) {
     m_step->blockForm = blockForm;
     m_step->accuracy = accuracy;
     m_step->observer = observer;
-    m_step->setNumThreads(numThreads > 0 ? numThreads : omp_get_max_threads());
+    m_step->setNumThreads(numThreads > 0 ? numThreads : chooseNumThreads(*m_equations));
 
     const int nq = m_equations->numQ(), nu = m_equations->numU(), m = m_equations->numMultipliers();
     for (auto* vector : {&m_q, &m_qHist, &m_qPredicted, &m_errorQ, &m_visibleQ}) vector->assign(nq, 0);
@@ -241,7 +249,7 @@ void BdfIntegrator::Implementation::takeStep(double limit) {
     }
     const double wanted = m_nextStep;
     int order = std::min(m_order, m_history.size());
-    int failures = 0;
+    int failures = 0, retries = 0;
     for (;;) {
         double error = 0;
         const bool converged = attemptStep(h, order, &error);
@@ -262,7 +270,8 @@ void BdfIntegrator::Implementation::takeStep(double limit) {
             if (++failures > 2) order = 1;
         } else {
             ++statistics.convergenceFailures;
-            if (m_outcome.retryWorthwhile) continue;
+            if (m_outcome.retryWorthwhile && retries++ < 2) continue;
+            retries = 0;
             if (fixedStep > 0) failStep(h, "Newton's iteration did not converge with the fixed step");
             h *= 0.25;
             ++failures;
@@ -375,7 +384,6 @@ bool BdfIntegrator::Implementation::locateTrigger(const Vector& before, double t
 BdfIntegrator::StepStatus BdfIntegrator::Implementation::stepTo(Real time) {
     const auto start = Clock::now();
     const double simbodyBefore = m_equations->getSimbodySeconds();
-    const double outputBefore = statistics.outputSeconds, handlersBefore = statistics.simbodySeconds;
     StepStatus status = StepStatus::ReachedTime;
     const Real goal = std::min(time, finalTime);
 
@@ -433,8 +441,6 @@ BdfIntegrator::StepStatus BdfIntegrator::Implementation::stepTo(Real time) {
     statistics.simbodySeconds += simbody;
     statistics.evaluationSeconds -= simbody;
     statistics.totalSeconds += secondsSince(start);
-    (void)outputBefore;
-    (void)handlersBefore;
     return status;
 }
 

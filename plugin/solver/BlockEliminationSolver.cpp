@@ -199,7 +199,10 @@ private:
         }
         m_S = m_scale.asDiagonal() * m_S * m_scale.asDiagonal();
         m_lu.compute(m_S);
-        if (m_lu.rcond() > SmallestReciprocalCondition) return;
+        // The estimate of rcond() is no guide when a pivot vanishes: look at the pivots first.
+        const auto pivots = m_lu.matrixLU().diagonal().cwiseAbs();
+        const bool isRegular = pivots.minCoeff() > RankThreshold * pivots.maxCoeff();
+        if (isRegular && m_lu.rcond() > SmallestReciprocalCondition) return;
         m_orthogonal.setThreshold(RankThreshold);
         m_orthogonal.compute(m_S);
         m_numRedundant = m_numMultipliers - int(m_orthogonal.rank());

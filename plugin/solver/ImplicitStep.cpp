@@ -127,7 +127,7 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
             const double byDisplacement = previousChange > 0 ? change / previousChange : 0;
             const double byMultiplier =
                 previousMultiplierChange > 0 ? multiplierChange / previousMultiplierChange : 0;
-            m_rate = std::max(0.01, byDisplacement);
+            m_rate = std::max(0.1, byDisplacement);
             const double allowedNoise = tolerances.displacement * accuracy * 1e-3;
             if (iteration > 1 && byDisplacement > 0.95 && byMultiplier > 0.95 && change > allowedNoise) break;
         }

@@ -39,7 +39,7 @@ std::vector<NewtonSystem> dumpSliderCrank(BdfIntegrator::BlockForm form) {
     integrator.setBlockForm(form);
     int count = 0;
     integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
-        if (count++ % 20 == 0) systems.push_back(system);
+        if (count++ % 5 == 0) systems.push_back(system);
     });
     integrator.initialize(model.state);
     integrator.stepTo(0.03);
@@ -70,6 +70,12 @@ TEST(BlockElimination, GivesTheSameBitsWithAnyNumberOfThreads) {
             for (int i = 0; i < one.size(); ++i) ASSERT_EQ(one[i], many[i]);
         }
     }
+}
+
+/** Rank by singular values. **/
+long rankOf(const Eigen::MatrixXd& A) {
+    const VectorXd values = Eigen::BDCSVD<Eigen::MatrixXd>(A).singularValues();
+    return (values.array() > 1e-9 * values[0]).count();
 }
 
 /** A random system: blocks with and without modes, joints between random pairs or to Ground. **/
@@ -139,14 +145,17 @@ NewtonSystem makeRandomSystem(std::mt19937& random, bool makeRedundant) {
 
 TEST(BlockElimination, AgreesWithDensePivotingOnRandomSystems) {
     std::mt19937 random(7);
+    int regular = 0;
     for (int trial = 0; trial < 200; ++trial) {
         const NewtonSystem system = makeRandomSystem(random, false);
         const Eigen::MatrixXd A = test::assembleDense(system);
         const VectorXd b = test::assembleRightHandSide(system);
-        if (Eigen::FullPivLU<Eigen::MatrixXd>(A).rcond() < 1e-9) continue;
+        if (rankOf(A) < A.rows()) continue;
+        ++regular;
         const VectorXd x = solveByElimination(system);
         EXPECT_LT((A * x - b).norm(), 1e-10 * (A.norm() * x.norm() + b.norm())) << "trial " << trial;
     }
+    EXPECT_GT(regular, 100);
 }
 
 TEST(BlockElimination, RedundantConstraintsAreCountedAndStillSolved) {
@@ -159,8 +168,10 @@ TEST(BlockElimination, RedundantConstraintsAreCountedAndStillSolved) {
         const VectorXd x = solveByElimination(system, 1, &redundant);
         const Eigen::MatrixXd A = test::assembleDense(system);
         const VectorXd b = test::assembleRightHandSide(system);
-        const auto rank = Eigen::FullPivLU<Eigen::MatrixXd>(A).setThreshold(1e-9).rank();
-        EXPECT_EQ(redundant, A.rows() - rank) << "trial " << trial;
+        EXPECT_EQ(redundant, A.rows() - rankOf(A)) << "trial " << trial;
+        // Where the redundant rows do not contradict each other, the solution is exact.
+        const VectorXd reference = test::solveLeastNorm(system);
+        if ((A * reference - b).norm() > 1e-9 * (A.norm() * reference.norm() + b.norm())) continue;
         EXPECT_LT((A * x - b).norm(), 1e-8 * (A.norm() * x.norm() + b.norm())) << "trial " << trial;
         if (redundant > 0) ++found;
     }
@@ -205,7 +216,7 @@ TEST(NewtonSystem, TextFormGivesTheSystemBackExactly) {
         EXPECT_EQ(same.blocks[b].r, system.blocks[b].r);
     }
     const std::string text = stream.str();
-    for (size_t length : {size_t(0), size_t(5), text.size() / 3, text.size() - 5}) {
+    for (size_t length : {size_t(0), size_t(5), text.size() / 3, text.rfind(' ')}) {
         std::stringstream cut(text.substr(0, length));
         EXPECT_THROW(NewtonSystem::read(cut), std::runtime_error) << length;
     }
