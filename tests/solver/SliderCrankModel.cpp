@@ -109,8 +109,8 @@ RigidSliderCrank::RigidSliderCrank(const SliderCrankOptions& options)
 
 State RigidSliderCrank::integrate(Real time) const {
     RungeKuttaMersonIntegrator integrator(system);
-    integrator.setAccuracy(1e-8);
-    integrator.setConstraintTolerance(1e-11);
+    integrator.setAccuracy(1e-10);
+    integrator.setConstraintTolerance(1e-12);
     TimeStepper stepper(system, integrator);
     stepper.initialize(state);
     stepper.stepTo(time);

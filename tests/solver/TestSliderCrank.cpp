@@ -65,9 +65,10 @@ TEST(SliderCrank, WorkOfAPrescribedRotationBalancesEnergy) {
 }
 
 TEST(SliderCrank, StiffPartsMoveAsRigidOnesInSimbody) {
-    const Real time = 0.06;
+    const Real time = 0.1;
     SliderCrankOptions options;
-    options.dampingRatio = 0.1;
+    // Damping does not touch the rigid limit; this much keeps BDF5 (stable within 51.8° of the negative axis) stable.
+    options.dampingRatio = 0.7;
     RigidSliderCrank rigid(options);
     const State end = rigid.integrate(time);
     const Real rigidPosition = rigid.slider.getOneQ(end, 0);
@@ -78,23 +79,22 @@ TEST(SliderCrank, StiffPartsMoveAsRigidOnesInSimbody) {
         options.stiffnessFactor = factor;
         FlexibleSliderCrank model(options);
         BdfIntegrator integrator(model.system);
-        integrator.setAccuracy(3e-12);
-        integrator.setMaximumOrder(4);
+        integrator.setAccuracy(1e-12);
+        integrator.setMaximumOrder(5);
         integrator.initialize(model.state);
         integrator.stepTo(time);
         const State& state = integrator.getState();
         differences.push_back(std::abs(model.getSliderPosition(state) - rigidPosition) / travel);
 
-        // In-plane forces of the main bearing and the gudgeon pin; the error is that of the motion.
+        // In-plane forces of the main bearing; out of the plane the rigid mechanism has none to compare with.
         Vector_<SpatialVec> reactions;
         rigid.matter.calcMobilizerReactionForces(end, reactions);
         const Vec3 bearing =
             model.mainBearing.calcForceOnM(state, integrator.getMultipliers(model.mainBearing))[1];
         const Real scale = reactions[rigid.crank.getMobilizedBodyIndex()][1].norm();
-        const Real allowed = 0.3 / factor;
+        const Real allowed = 1e-2 / factor;
         EXPECT_NEAR(bearing[0], reactions[rigid.crank.getMobilizedBodyIndex()][1][0], allowed * scale) << factor;
         EXPECT_NEAR(bearing[1], reactions[rigid.crank.getMobilizedBodyIndex()][1][1], allowed * scale) << factor;
-        std::cout << factor << " " << differences.back() << " force " << (bearing - reactions[rigid.crank.getMobilizedBodyIndex()][1]).norm()/scale << " steps " << integrator.getStatistics().stepsTaken<<"\n";
     }
     EXPECT_NEAR(differences[0] / differences[1], 10, 1);
     EXPECT_NEAR(differences[1] / differences[2], 10, 1);
