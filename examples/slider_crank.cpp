@@ -366,6 +366,7 @@ int main(int argc, char** argv) {
     app.add_option("--threads", arguments.threads, "of the solver; 0 leaves it to the library")
         ->check(CLI::NonNegativeNumber);
     CLI11_PARSE(app, argc, argv);
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // in step with the progress on standard error
     catchInterrupts();
     try {
         return run(arguments);
