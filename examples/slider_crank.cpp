@@ -248,13 +248,7 @@ public:
         : m_model(model), m_factor(factor) {}
 
     void generateDecorations(const State& state, Array_<DecorativeGeometry>& geometry) override {
-        const double halfLength = m_model.getOffset() / 2 + 0.006;
-        const Vec3 middle(0, 0, m_model.getOffset() / 2);
-        DecorativeCylinder pin(0.0025, halfLength);
-        pin.setTransform(
-            Transform(Rotation(Pi / 2, XAxis), m_model.calcCrankPin(state, m_factor) + middle));
-        pin.setBodyId(GroundIndex).setColor(Vec3(0.72, 0.55, 0.36));
-        geometry.push_back(pin);
+        geometry.push_back(m_model.makeCrankPin(state, m_factor));
     }
 
 private:

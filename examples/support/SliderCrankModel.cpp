@@ -21,6 +21,27 @@ double halfThickness(const ReducedBody& part) {
     return half;
 }
 
+/** Of a bore whose surface the interface holds; 2.5 mm for a seat in solid material. **/
+double pinRadius(const ReducedBody& part, const std::string& interface) {
+    const ReducedBody::Interface& seat = part.getInterface(interface);
+    double bore = Infinity;
+    for (int node : seat.nodes) {
+        const auto s = part.mesh.position(node);
+        bore = std::min(bore, std::hypot(s[0] - seat.position[0], s[1] - seat.position[1]));
+    }
+    return bore > 0.0025 ? bore : 0.0025;
+}
+
+const Vec3 bronze(0.72, 0.55, 0.36);
+
+/** A cylinder along z. **/
+DecorativeCylinder makePin(double radius, double back, double front, const Vec3& shift = Vec3(0)) {
+    DecorativeCylinder pin(radius, (front - back) / 2);
+    const Vec3 middle(0, 0, (front + back) / 2);
+    pin.setTransform(Transform(Rotation(Pi / 2, XAxis), shift + middle)).setColor(bronze);
+    return pin;
+}
+
 double lengthBetween(const ReducedBody& part, const std::string& first, const std::string& second) {
     return (positionOf(part, second) - positionOf(part, first)).norm();
 }
@@ -152,8 +173,11 @@ Vec3 SliderCrankModel::calcPoint(const FlexibleBody& body, const State& state,
     return point;
 }
 
-Vec3 SliderCrankModel::calcCrankPin(const State& state, double factor) const {
-    return crank.getFramePose(state) * calcPoint(crank, state, "pin", factor);
+DecorativeCylinder SliderCrankModel::makeCrankPin(const State& state, double factor) const {
+    const Vec3 p = crank.getFramePose(state) * calcPoint(crank, state, "pin", factor);
+    const double back = halfThickness(crank.getPart());
+    const double front = m_offset + halfThickness(rod.getPart()) + 0.003;
+    return makePin(pinRadius(rod.getPart(), "big_end"), back, front, Vec3(p[0], p[1], 0));
 }
 
 State SliderCrankModel::calcExaggeratedState(const State& original, double factor) const {
@@ -186,17 +210,10 @@ State SliderCrankModel::calcExaggeratedState(const State& original, double facto
 
 void SliderCrankModel::addDecorations() {
     matter.setShowDefaultGeometry(false);
-    const Vec3 steel(0.66, 0.69, 0.74), iron(0.44, 0.48, 0.54), bronze(0.72, 0.55, 0.36);
+    const Vec3 steel(0.66, 0.69, 0.74), iron(0.44, 0.48, 0.54);
     const auto brick = [](const Vec3& lower, const Vec3& upper, const Vec3& color) {
         DecorativeBrick shape((upper - lower) / 2);
         shape.setTransform((upper + lower) / 2).setColor(color);
-        return shape;
-    };
-    // Cylinder along z.
-    const auto cylinder = [](double radius, double back, double front, const Vec3& color) {
-        DecorativeCylinder shape(radius, (front - back) / 2);
-        shape.setTransform(Transform(Rotation(Pi / 2, XAxis), Vec3(0, 0, (front + back) / 2)))
-            .setColor(color);
         return shape;
     };
     const double crankBack = -halfThickness(crank.getPart());
@@ -207,7 +224,8 @@ void SliderCrankModel::addDecorations() {
     const double rodFace = m_offset + rodFront;
     slider.addBodyDecoration(Transform(),
                              brick(Vec3(-0.022, -0.014, back), Vec3(0.022, 0.014, front), steel));
-    slider.addBodyDecoration(Transform(), cylinder(0.0025, front, rodFace + 0.003, bronze));
+    slider.addBodyDecoration(
+        Transform(), makePin(pinRadius(rod.getPart(), "small_end"), front, rodFace + 0.003));
 
     // Two rails guide it, a pedestal carries the shaft, a bed carries all.
     auto& ground = matter.updGround();
@@ -224,8 +242,7 @@ void SliderCrankModel::addDecorations() {
     add(Vec3(last - 0.014, bed, back - 0.006), Vec3(last, -0.021, front));
     add(Vec3(-0.014, bed, crankBack - 0.026), Vec3(0.014, 0.014, crankBack - 0.006));
     add(Vec3(-0.075, bed - 0.006, crankBack - 0.04), Vec3(last, bed, rodFace + 0.02));
-    ground.addBodyDecoration(Transform(),
-                             cylinder(0.004, crankBack - 0.03, -crankBack + 0.003, bronze));
+    ground.addBodyDecoration(Transform(), makePin(0.004, crankBack - 0.03, 0.003 - crankBack));
 }
 
 }  // namespace simflex::examples

@@ -66,10 +66,8 @@ public:
     /** A State in which deformations are to be drawn `factor` times larger: the parts are put
     together as if they were that large, so that pins stay in their holes. **/
     SimTK::State calcExaggeratedState(const SimTK::State& state, double factor) const;
-    /** Where the crank pin is in an exaggerated State [m]; it is as long as the offset. **/
-    SimTK::Vec3 calcCrankPin(const SimTK::State& exaggerated, double factor) const;
-    /** Distance along z at which rod and slider are drawn before the crank [m]. **/
-    double getOffset() const { return m_offset; }
+    /** The crank pin where the crank of an exaggerated State has it, in Ground. **/
+    SimTK::DecorativeCylinder makeCrankPin(const SimTK::State& exaggerated, double factor) const;
     /**@}**/
 
     double getCrankLength() const { return m_crankLength; }
@@ -83,7 +81,7 @@ private:
     void addDecorations();
 
     SliderCrankOptions m_options;
-    double m_crankLength, m_rodLength, m_offset;
+    double m_crankLength, m_rodLength, m_offset;  // offset: along z, of rod and slider in pictures
 
 public:
     SimTK::MultibodySystem system;
