@@ -154,7 +154,7 @@ void writeBody(hid_t file, const ReducedBody& body) {
 template <size_t size>
 std::array<double, size> readArray(hid_t parent, const std::string& name) {
     const auto values = hdf5::readNumbers(parent, name, {size});
-    std::array<double, size> result;
+    std::array<double, size> result{};
     std::copy(values.begin(), values.end(), result.begin());
     return result;
 }

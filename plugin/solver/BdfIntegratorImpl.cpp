@@ -173,8 +173,8 @@ bool BdfIntegrator::Implementation::attemptStep(double h, int order, double* err
     m_q = m_qPredicted;
     m_u = m_uPredicted;
 
-    // Index 3 is never started at order 1: its first multipliers would be wrong by O(1).
-    const Formulation form = m_realPoints < 3 && order == 1 ? Formulation::StabilizedIndex2 : formulation;
+    // Index 3 is never started or restarted at order 1: at a step change its multipliers would be wrong by O(1).
+    const Formulation form = order == 1 && fixedOrder != 1 ? Formulation::StabilizedIndex2 : formulation;
     m_outcome = m_step->solve(m_newTime, m_qHist, m_uHist, gamma, form, m_q, m_u, m_lambda);
     if (!m_outcome.converged) return false;
 
