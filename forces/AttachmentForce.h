@@ -1,10 +1,13 @@
 #pragma once
 /** @file
-A force and torque on an attachment frame, fixed in Ground's or the frame's own axes, constant or a function of time.
+A force and torque on an attachment frame, fixed in Ground's or the frame's own axes, constant or a
+function of time.
 
-    AttachmentForce drive(flexible, crank.interface("shaft"), [](Real t) { return SpatialVec(Vec3(0, 0, 2), Vec3(0)); });
+    AttachmentForce drive(flexible, crank.interface("shaft"), [](Real t) { return SpatialVec(Vec3(0,
+0, 2), Vec3(0)); });
 
-On an interface its power is `torque·ω_A + force·v_A` with the *interface's* own velocities (ω + EΨξ̇). **/
+On an interface its power is `torque·ω_A + force·v_A` with the *interface's* own velocities (ω +
+EΨξ̇). **/
 
 #include <functional>
 
@@ -20,8 +23,8 @@ public:
 
     AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment, Function force,
                     Axes axes = Axes::Ground);
-    AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment, const SimTK::SpatialVec& force,
-                    Axes axes = Axes::Ground);
+    AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
+                    const SimTK::SpatialVec& force, Axes axes = Axes::Ground);
 };
 
 }  // namespace simflex

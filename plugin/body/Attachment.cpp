@@ -25,17 +25,21 @@ std::vector<int> findNeighbours(const Mesh& mesh, int node) {
     return {neighbours.begin(), neighbours.end()};
 }
 
-/** Rotation shapes of a node: axial vector of the least-squares gradient of Φ over its neighbours. 3×n_f. **/
+/** Rotation shapes of a node: axial vector of the least-squares gradient of Φ over its neighbours.
+ * 3×n_f. **/
 Eigen::MatrixXd calcNodeRotations(const ReducedBody& part, int node) {
     const std::vector<int> neighbours = findNeighbours(part.mesh, node);
-    const Eigen::Map<const Eigen::Matrix3Xd> positions(part.mesh.positions.data(), 3, part.mesh.numNodes());
-    const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(), part.numModes);
+    const Eigen::Map<const Eigen::Matrix3Xd> positions(part.mesh.positions.data(), 3,
+                                                       part.mesh.numNodes());
+    const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(),
+                                                part.numModes);
     Eigen::MatrixXd offsets(neighbours.size(), 3);
     for (size_t k = 0; k < neighbours.size(); ++k)
         offsets.row(k) = (positions.col(neighbours[k]) - positions.col(node)).transpose();
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> fit(offsets);
     if (fit.rank() < 3)
-        throw std::invalid_argument("part '" + part.name + "': node " + std::to_string(part.mesh.nodeNumbers[node]) +
+        throw std::invalid_argument("part '" + part.name + "': node " +
+                                    std::to_string(part.mesh.nodeNumbers[node]) +
                                     " has too few neighbours in the mesh to carry an attachment");
 
     Eigen::MatrixXd rotations(3, part.numModes);
@@ -45,8 +49,9 @@ Eigen::MatrixXd calcNodeRotations(const ReducedBody& part, int node) {
             differences.row(k) =
                 (Phi.block<3, 1>(3 * neighbours[k], i) - Phi.block<3, 1>(3 * node, i)).transpose();
         const Eigen::Matrix3d gradient = fit.solve(differences).transpose();  // ∂φ_a/∂s_b
-        rotations.col(i) = 0.5 * Eigen::Vector3d(gradient(2, 1) - gradient(1, 2), gradient(0, 2) - gradient(2, 0),
-                                                 gradient(1, 0) - gradient(0, 1));
+        rotations.col(i) =
+            0.5 * Eigen::Vector3d(gradient(2, 1) - gradient(1, 2), gradient(0, 2) - gradient(2, 0),
+                                  gradient(1, 0) - gradient(0, 1));
     }
     return rotations;
 }
@@ -54,12 +59,14 @@ Eigen::MatrixXd calcNodeRotations(const ReducedBody& part, int node) {
 }  // namespace
 
 Attachment::Attachment(const MobilizedBody& body, const Transform& X_BA)
-    : m_name(body.isGround() ? "ground" : "body " + std::to_string(int(body.getMobilizedBodyIndex()))),
+    : m_name(body.isGround() ? "ground"
+                             : "body " + std::to_string(int(body.getMobilizedBodyIndex()))),
       m_mobod(body.getMobilizedBodyIndex()),
       m_X_BA(X_BA),
       m_mobilizedBody(std::make_shared<const MobilizedBody>(body)) {}
 
-Attachment Attachment::onInterface(const FlexibleBody& body, const std::string& name, const Transform& X_IA) {
+Attachment Attachment::onInterface(const FlexibleBody& body, const std::string& name,
+                                   const Transform& X_IA) {
     const ReducedBody::Interface& interface = body.getPart().getInterface(name);
     auto frame = std::make_shared<FlexibleFrame>();
     frame->s = Vec3(interface.position[0], interface.position[1], interface.position[2]);

@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-A frame that joints and forces hold on to: on an interface or a mesh node of a flexible body, or on any MobilizedBody. **/
+A frame that joints and forces hold on to: on an interface or a mesh node of a flexible body, or on
+any MobilizedBody. **/
 
 #include <memory>
 #include <string>
@@ -12,25 +13,28 @@ namespace simflex {
 class FlexibleBody;
 SimTK_DEFINE_UNIQUE_INDEX_TYPE(FlexibleBodyIndex)
 
-class Attachment {
+    class Attachment {
 public:
-    /** A frame X_BA on an ordinary mobilized body, Ground included. Implicit, so that a body can stand for its frame. **/
+    /** A frame X_BA on an ordinary mobilized body, Ground included. Implicit, so that a body can
+     * stand for its frame. **/
     Attachment(const SimTK::MobilizedBody& body, const SimTK::Transform& X_BA = SimTK::Transform());
 
-    /** A frame on interface `name`, whose axes are those of B while undeformed; X_IA turns and shifts it.
+    /** A frame on interface `name`, whose axes are those of B while undeformed; X_IA turns and
+    shifts it.
     @throws std::out_of_range naming the part, the interface and those that exist. **/
     static Attachment onInterface(const FlexibleBody& body, const std::string& name,
                                   const SimTK::Transform& X_IA = SimTK::Transform());
 
-    /** A frame on the mesh node with this deck number. Its rotation is that of the surrounding elements: the
-    antisymmetric part of the least-squares displacement gradient over the nodes that share an element with it.
+    /** A frame on the mesh node with this deck number. Its rotation is that of the surrounding
+    elements: the antisymmetric part of the least-squares displacement gradient over the nodes that
+    share an element with it.
     @throws std::out_of_range if the mesh has no such node. **/
     static Attachment onNode(const FlexibleBody& body, int nodeNumber,
                              const SimTK::Transform& X_NA = SimTK::Transform());
 
     bool isFlexible() const { return bool(m_flexibleFrame); }
 
-    /** What it is on, for messages: "crank.pin", "crank node 12" or "slider". **/
+    /** What it is on, for messages: "crank.pin", "crank node 12", "body 3" or "ground". **/
     const std::string& getName() const { return m_name; }
 
     /** Body frame of the flexible body, or the mobilized body itself. **/

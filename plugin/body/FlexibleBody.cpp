@@ -9,12 +9,14 @@ using namespace SimTK;
 
 namespace {
 
-Vec3 toVec3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+Vec3 toVec3(const std::array<double, 3>& v) {
+    return {v[0], v[1], v[2]};
+}
 
 }  // namespace
 
-FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem, std::shared_ptr<const ReducedBody> part,
-                           const std::string& name)
+FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem,
+                           std::shared_ptr<const ReducedBody> part, const std::string& name)
     : m_system(&subsystem.getMultibodySystem()), m_subsystem(subsystem.getMySubsystemIndex()) {
     if (!part) throw std::invalid_argument("FlexibleBody '" + name + "': no part given");
     part->validate();
@@ -25,8 +27,10 @@ FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem, std::shared_ptr<con
     record.name = name.empty() ? part->name : name;
     record.model = guts.obtainModel(part);
     const auto& I = part->inertia;
-    const MassProperties properties(part->mass, Vec3(0), Inertia(I[0], I[1], I[2], I[3], I[4], I[5]));
-    record.frame = MobilizedBody::Free(matter.Ground(), Body::Rigid(properties)).getMobilizedBodyIndex();
+    const MassProperties properties(part->mass, Vec3(0),
+                                    Inertia(I[0], I[1], I[2], I[3], I[4], I[5]));
+    record.frame =
+        MobilizedBody::Free(matter.Ground(), Body::Rigid(properties)).getMobilizedBodyIndex();
     for (int mode = 0; mode < part->numModes; mode += ModalMobilizer::MaxModes) {
         const int count = std::min(int(ModalMobilizer::MaxModes), part->numModes - mode);
         record.carriers.push_back(ModalMobilizer(matter, count).getMobilizedBodyIndex());
@@ -35,10 +39,13 @@ FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem, std::shared_ptr<con
 }
 
 const FlexibleBodySubsystem::Guts& FlexibleBody::guts() const {
-    return dynamic_cast<const FlexibleBodySubsystem::Guts&>(m_system->getSubsystem(m_subsystem).getSubsystemGuts());
+    return dynamic_cast<const FlexibleBodySubsystem::Guts&>(
+        m_system->getSubsystem(m_subsystem).getSubsystemGuts());
 }
 
-const std::string& FlexibleBody::getName() const { return guts().body(m_index).name; }
+const std::string& FlexibleBody::getName() const {
+    return guts().body(m_index).name;
+}
 
 const std::shared_ptr<const ReducedBody>& FlexibleBody::getPartHandle() const {
     return guts().body(m_index).model->part;
@@ -52,11 +59,17 @@ const MobilizedBody& FlexibleBody::getModalMobilizer(int k) const {
     return guts().getMatter().getMobilizedBody(guts().body(m_index).carriers.at(k));
 }
 
-int FlexibleBody::getNumModalMobilizers() const { return int(guts().body(m_index).carriers.size()); }
+int FlexibleBody::getNumModalMobilizers() const {
+    return int(guts().body(m_index).carriers.size());
+}
 
-Transform FlexibleBody::getFramePose(const State& state) const { return getFrame().getBodyTransform(state); }
+Transform FlexibleBody::getFramePose(const State& state) const {
+    return getFrame().getBodyTransform(state);
+}
 
-SpatialVec FlexibleBody::getFrameVelocity(const State& state) const { return getFrame().getBodyVelocity(state); }
+SpatialVec FlexibleBody::getFrameVelocity(const State& state) const {
+    return getFrame().getBodyVelocity(state);
+}
 
 Vector FlexibleBody::getModalCoordinates(const State& state) const {
     const Eigen::VectorXd xi = guts().getXi(state, guts().body(m_index));
@@ -78,21 +91,26 @@ void FlexibleBody::setFrameVelocity(State& state, const SpatialVec& V_GB) const 
 
 void FlexibleBody::setModalCoordinates(State& state, const Vector& xi) const {
     if (xi.size() != getNumModes())
-        throw std::invalid_argument("FlexibleBody '" + getName() + "' has " + std::to_string(getNumModes()) +
-                                    " modal coordinates, not " + std::to_string(xi.size()));
+        throw std::invalid_argument("FlexibleBody '" + getName() + "' has " +
+                                    std::to_string(getNumModes()) + " modal coordinates, not " +
+                                    std::to_string(xi.size()));
     for (int i = 0; i < xi.size(); ++i)
-        getModalMobilizer(i / ModalMobilizer::MaxModes).setOneQ(state, i % ModalMobilizer::MaxModes, xi[i]);
+        getModalMobilizer(i / ModalMobilizer::MaxModes)
+            .setOneQ(state, i % ModalMobilizer::MaxModes, xi[i]);
 }
 
 void FlexibleBody::setModalSpeeds(State& state, const Vector& xiDot) const {
     if (xiDot.size() != getNumModes())
-        throw std::invalid_argument("FlexibleBody '" + getName() + "' has " + std::to_string(getNumModes()) +
-                                    " modal speeds, not " + std::to_string(xiDot.size()));
+        throw std::invalid_argument("FlexibleBody '" + getName() + "' has " +
+                                    std::to_string(getNumModes()) + " modal speeds, not " +
+                                    std::to_string(xiDot.size()));
     for (int i = 0; i < xiDot.size(); ++i)
-        getModalMobilizer(i / ModalMobilizer::MaxModes).setOneU(state, i % ModalMobilizer::MaxModes, xiDot[i]);
+        getModalMobilizer(i / ModalMobilizer::MaxModes)
+            .setOneU(state, i % ModalMobilizer::MaxModes, xiDot[i]);
 }
 
-void FlexibleBody::setPoseByInterface(State& state, const std::string& name, const Transform& X_GI) const {
+void FlexibleBody::setPoseByInterface(State& state, const std::string& name,
+                                      const Transform& X_GI) const {
     const Vec3 s = toVec3(getPart().getInterface(name).position);
     setFramePose(state, X_GI * Transform(-s));
 }
@@ -104,7 +122,8 @@ Real FlexibleBody::calcKineticEnergy(const State& state) const {
     FlexibleBodyData data;
     data.resize(record.numModes());
     calcInertia(*record.model, xi, xiDot, data);
-    return simflex::calcKineticEnergy(*record.model, data, toEigen(frame.omega_B), toEigen(frame.v_G), xiDot);
+    return simflex::calcKineticEnergy(*record.model, data, toEigen(frame.omega_B),
+                                      toEigen(frame.v_G), xiDot);
 }
 
 Real FlexibleBody::calcStrainEnergy(const State& state) const {
@@ -129,24 +148,27 @@ Vec3 FlexibleBody::calcNodeDisplacement(const State& state, int nodeNumber) cons
     const ReducedBody& part = getPart();
     const int node = part.mesh.indexOf(nodeNumber);
     const Eigen::VectorXd xi = guts().getXi(state, guts().body(m_index));
-    const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(), part.numModes);
+    const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(),
+                                                part.numModes);
     return toSimTK(Phi.middleRows<3>(3 * node) * xi);
 }
 
 Vec3 FlexibleBody::calcNodeLocation(const State& state, int nodeNumber) const {
     const Mesh& mesh = getPart().mesh;
-    return getFramePose(state) *
-           (toVec3(mesh.position(mesh.indexOf(nodeNumber))) + calcNodeDisplacement(state, nodeNumber));
+    return getFramePose(state) * (toVec3(mesh.position(mesh.indexOf(nodeNumber))) +
+                                  calcNodeDisplacement(state, nodeNumber));
 }
 
 Real FlexibleBody::calcLargestDisplacement(const State& state) const {
     const ReducedBody& part = getPart();
-    const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(), part.numModes);
+    const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(),
+                                                part.numModes);
     const Eigen::VectorXd displacement = Phi * guts().getXi(state, guts().body(m_index));
-    return std::sqrt(Eigen::Map<const Eigen::Matrix3Xd>(displacement.data(), 3, part.mesh.numNodes())
-                         .colwise()
-                         .squaredNorm()
-                         .maxCoeff());
+    return std::sqrt(
+        Eigen::Map<const Eigen::Matrix3Xd>(displacement.data(), 3, part.mesh.numNodes())
+            .colwise()
+            .squaredNorm()
+            .maxCoeff());
 }
 
 }  // namespace simflex

@@ -2,8 +2,9 @@
 /** @file
 A flexible part in a SimTK::MultibodySystem.
 
-Its frame B is a MobilizedBody::Free on Ground with the undeformed mass properties; its modal coordinates ξ are the q of
-ModalMobilizer bodies. Both are ordinary Simbody mobilizers, so that ξ, ξ̇ can be initialised, locked and measured.
+Its frame B is a MobilizedBody::Free on Ground with the undeformed mass properties; its modal
+coordinates ξ are the q of ModalMobilizer bodies. Both are ordinary Simbody mobilizers, so that ξ, ξ̇
+can be initialised, locked and measured.
 
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -40,7 +41,8 @@ public:
     int getNumModalMobilizers() const;
 
     /** Attachments, see Attachment::onInterface() and onNode(). **/
-    Attachment interface(const std::string& name, const SimTK::Transform& X_IA = SimTK::Transform()) const {
+    Attachment interface(const std::string& name,
+                         const SimTK::Transform& X_IA = SimTK::Transform()) const {
         return Attachment::onInterface(*this, name, X_IA);
     }
     Attachment node(int nodeNumber, const SimTK::Transform& X_NA = SimTK::Transform()) const {
@@ -49,8 +51,9 @@ public:
 
     /** @name State access. Stage::Model suffices, except for the pose: Stage::Position. **/
     /**@{**/
-    SimTK::Transform getFramePose(const SimTK::State& state) const;     ///< X_GB
-    SimTK::SpatialVec getFrameVelocity(const SimTK::State& state) const;  ///< (ω, v) in Ground; Stage::Velocity
+    SimTK::Transform getFramePose(const SimTK::State& state) const;  ///< X_GB
+    SimTK::SpatialVec getFrameVelocity(
+        const SimTK::State& state) const;  ///< (ω, v) in Ground; Stage::Velocity
     SimTK::Vector getModalCoordinates(const SimTK::State& state) const;  ///< ξ
     SimTK::Vector getModalSpeeds(const SimTK::State& state) const;       ///< ξ̇
     void setFramePose(SimTK::State& state, const SimTK::Transform& X_GB) const;
@@ -58,10 +61,12 @@ public:
     void setModalCoordinates(SimTK::State& state, const SimTK::Vector& xi) const;
     void setModalSpeeds(SimTK::State& state, const SimTK::Vector& xiDot) const;
     /** Places the undeformed part so that interface `name` has pose X_GI. **/
-    void setPoseByInterface(SimTK::State& state, const std::string& name, const SimTK::Transform& X_GI) const;
+    void setPoseByInterface(SimTK::State& state, const std::string& name,
+                            const SimTK::Transform& X_GI) const;
     /**@}**/
 
-    /** @name Quantities of the deformed body. Energies and momentum: Stage::Velocity; displacements: Stage::Position. **/
+    /** @name Quantities of the deformed body. Energies and momentum: Stage::Velocity;
+     * displacements: Stage::Position. **/
     /**@{**/
     SimTK::Real calcKineticEnergy(const SimTK::State& state) const;
     SimTK::Real calcStrainEnergy(const SimTK::State& state) const;
@@ -78,7 +83,8 @@ public:
 private:
     friend class FlexibleBodySubsystem;
     friend class Attachment;
-    FlexibleBody(const SimTK::MultibodySystem& system, SimTK::SubsystemIndex subsystem, FlexibleBodyIndex index)
+    FlexibleBody(const SimTK::MultibodySystem& system, SimTK::SubsystemIndex subsystem,
+                 FlexibleBodyIndex index)
         : m_system(&system), m_subsystem(subsystem), m_index(index) {}
 
     const FlexibleBodySubsystem::Guts& guts() const;

@@ -17,9 +17,10 @@ Matrix3d crossMatrix(const Vector3d& x) {
     return matrix;
 }
 
-/** Writes A·x and A·y while reading A once, four columns at a time: the product is bound by memory, not arithmetic. **/
-void multiplyTwo(const MatrixXd& A, const Ref<const VectorXd>& x, const Ref<const VectorXd>& y, VectorXd& Ax,
-                 VectorXd& Ay) {
+/** Writes A·x and A·y while reading A once, four columns at a time: the product is bound by memory,
+ * not arithmetic. **/
+void multiplyTwo(const MatrixXd& A, const Ref<const VectorXd>& x, const Ref<const VectorXd>& y,
+                 VectorXd& Ax, VectorXd& Ay) {
     const Eigen::Index rows = A.rows(), columns = A.cols();
     Ax.setZero();
     Ay.setZero();
@@ -44,7 +45,10 @@ void multiplyTwo(const MatrixXd& A, const Ref<const VectorXd>& x, const Ref<cons
 }  // namespace
 
 FlexibleBodyModel::FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedPart)
-    : part(std::move(reducedPart)), n(part->numModes), mass(part->mass), radius(part->calcRadius()) {
+    : part(std::move(reducedPart)),
+      n(part->numModes),
+      mass(part->mass),
+      radius(part->calcRadius()) {
     inertia = symmetricMatrix(Map<const Eigen::Matrix<double, 6, 1>>(part->inertia.data()));
     I1 = Map<const MatrixXd>(part->I1.data(), 6, n).transpose();
     stacked.resize(9 * n, n);
@@ -73,8 +77,8 @@ Matrix3d symmetricMatrix(const Eigen::Matrix<double, 6, 1>& c) {
     return matrix;
 }
 
-void calcInertia(const FlexibleBodyModel& model, const Ref<const VectorXd>& xi, const Ref<const VectorXd>& xiDot,
-                 FlexibleBodyData& data) {
+void calcInertia(const FlexibleBodyModel& model, const Ref<const VectorXd>& xi,
+                 const Ref<const VectorXd>& xiDot, FlexibleBodyData& data) {
     const int n = model.n;
     multiplyTwo(model.stacked, xi, xiDot, data.atXi, data.atXiDot);
 
@@ -90,21 +94,23 @@ void calcInertia(const FlexibleBodyModel& model, const Ref<const VectorXd>& xi, 
     data.CXiDot = data.C * xiDot;
 }
 
-void calcVelocityTerms(const FlexibleBodyModel& model, const FlexibleBodyData& data, const Vector3d& omega,
-                       Vector3d& rotation, Ref<VectorXd> modes) {
+void calcVelocityTerms(const FlexibleBodyModel& model, const FlexibleBodyData& data,
+                       const Vector3d& omega, Vector3d& rotation, Ref<VectorXd> modes) {
     const int n = model.n;
     rotation = data.IDot * omega + omega.cross(data.I * omega + data.CXiDot);
 
-    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.atXiDot.data() + 6 * n, n, 3);
+    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.atXiDot.data() + 6 * n, n,
+                                                                     3);
     Eigen::Matrix<double, 6, 1> omegaProducts;  // ½ωᵀBω by components
-    omegaProducts << 0.5 * omega[0] * omega[0], 0.5 * omega[1] * omega[1], 0.5 * omega[2] * omega[2],
-        omega[0] * omega[1], omega[0] * omega[2], omega[1] * omega[2];
+    omegaProducts << 0.5 * omega[0] * omega[0], 0.5 * omega[1] * omega[1],
+        0.5 * omega[2] * omega[2], omega[0] * omega[1], omega[0] * omega[2], omega[1] * omega[2];
     modes.noalias() = -2 * (NXiDot * omega);
     modes.noalias() -= data.B * omegaProducts;
 }
 
-void addInInertiaTerms(const FlexibleBodyData& data, const Vector3d& omegaDot, const Ref<const VectorXd>& xiDotDot,
-                       Vector3d& rotation, Ref<VectorXd> modes) {
+void addInInertiaTerms(const FlexibleBodyData& data, const Vector3d& omegaDot,
+                       const Ref<const VectorXd>& xiDotDot, Vector3d& rotation,
+                       Ref<VectorXd> modes) {
     rotation.noalias() += data.I * omegaDot + data.C * xiDotDot;
     modes.noalias() += data.C.transpose() * omegaDot;
     modes += xiDotDot;
@@ -112,17 +118,20 @@ void addInInertiaTerms(const FlexibleBodyData& data, const Vector3d& omegaDot, c
 
 void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data, double gamma,
                       const Vector3d& omega, const Vector3d& omegaDot,
-                      const Ref<const VectorXd>& xiDotDot, const Ref<const VectorXd>& damping, Ref<MatrixXd> J) {
+                      const Ref<const VectorXd>& xiDotDot, const Ref<const VectorXd>& damping,
+                      Ref<MatrixXd> J) {
     const int n = model.n;
     J.setZero();
     const Vector3d h = data.I * omega + data.CXiDot;
-    J.topLeftCorner<3, 3>() = data.I / gamma + data.IDot + crossMatrix(omega) * data.I - crossMatrix(h);
+    J.topLeftCorner<3, 3>() =
+        data.I / gamma + data.IDot + crossMatrix(omega) * data.I - crossMatrix(h);
     J.block<3, 3>(3, 3).diagonal().setConstant(model.mass / gamma);
 
     // ω rows against ξ̇, column j: C/γ + B_jω + ω×C_j + γ[B_jω̇ + N_jξ̈ + Ḃ_jω + ω×(B_jω) + ω×(N_jξ̇)].
     const auto N = [&](int a) { return model.stacked.middleRows((6 + a) * n, n); };
     const Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>> I2XiDot(data.atXiDot.data(), n, 6);
-    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.atXiDot.data() + 6 * n, n, 3);
+    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.atXiDot.data() + 6 * n, n,
+                                                                     3);
     Eigen::Matrix<double, Eigen::Dynamic, 3> NXiDotDot(n, 3);
     for (int a = 0; a < 3; ++a) NXiDotDot.col(a).noalias() = N(a) * xiDotDot;
     for (int j = 0; j < n; ++j) {
@@ -130,8 +139,8 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
         const Matrix3d BjDot = 2 * symmetricMatrix(I2XiDot.row(j).transpose());
         const Vector3d Bomega = Bj * omega, Nj = NXiDot.row(j).transpose();
         const Vector3d atRate = data.C.col(j) / gamma + Bomega + omega.cross(data.C.col(j));
-        const Vector3d atPosition = Bj * omegaDot + NXiDotDot.row(j).transpose() + BjDot * omega +
-                                    omega.cross(Bomega + Nj);
+        const Vector3d atPosition =
+            Bj * omegaDot + NXiDotDot.row(j).transpose() + BjDot * omega + omega.cross(Bomega + Nj);
         J.block<3, 1>(0, 6 + j) = atRate + gamma * atPosition;
         // ξ rows against ω: Cᵀ/γ − 2N_aξ̇ − B_jω.
         J.block<1, 3>(6 + j, 0) = (data.C.col(j) / gamma - 2 * Nj - Bomega).transpose();
@@ -139,18 +148,22 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
 
     // ξ rows against ξ̇: 1/γ + d + γΩ² − 2Σω_aN_a + γ(Σω̇_aN_aᵀ − ωωᵀ:I₂).
     auto modal = J.bottomRightCorner(n, n);
-    for (int a = 0; a < 3; ++a) modal.noalias() -= (2 * omega[a] + gamma * omegaDot[a]) * N(a);  // N_aᵀ = −N_a
-    const double products[6] = {omega[0] * omega[0],     omega[1] * omega[1],     omega[2] * omega[2],
-                                2 * omega[0] * omega[1], 2 * omega[0] * omega[2], 2 * omega[1] * omega[2]};
-    for (int c = 0; c < 6; ++c) modal.noalias() -= gamma * products[c] * model.stacked.middleRows(c * n, n);
+    for (int a = 0; a < 3; ++a)
+        modal.noalias() -= (2 * omega[a] + gamma * omegaDot[a]) * N(a);  // N_aᵀ = −N_a
+    const double products[6] = {omega[0] * omega[0],     omega[1] * omega[1],
+                                omega[2] * omega[2],     2 * omega[0] * omega[1],
+                                2 * omega[0] * omega[2], 2 * omega[1] * omega[2]};
+    for (int c = 0; c < 6; ++c)
+        modal.noalias() -= gamma * products[c] * model.stacked.middleRows(c * n, n);
     modal.diagonal() += damping + gamma * model.omegaSquared;
     modal.diagonal().array() += 1 / gamma;
 }
 
-double calcKineticEnergy(const FlexibleBodyModel& model, const FlexibleBodyData& data, const Vector3d& omega,
-                         const Vector3d& v, const Ref<const VectorXd>& xiDot) {
-    return 0.5 * model.mass * v.squaredNorm() + 0.5 * omega.dot(data.I * omega) + omega.dot(data.CXiDot) +
-           0.5 * xiDot.squaredNorm();
+double calcKineticEnergy(const FlexibleBodyModel& model, const FlexibleBodyData& data,
+                         const Vector3d& omega, const Vector3d& v,
+                         const Ref<const VectorXd>& xiDot) {
+    return 0.5 * model.mass * v.squaredNorm() + 0.5 * omega.dot(data.I * omega) +
+           omega.dot(data.CXiDot) + 0.5 * xiDot.squaredNorm();
 }
 
 }  // namespace simflex

@@ -6,7 +6,8 @@ Equations of motion of one flexible body about its mean-axis frame B (private he
     ξ̈ + C(ξ)ᵀ ω̇ − 2 Σ_a ω_a N_a ξ̇ − ½ ωᵀ(∂I/∂ξ)ω + D ξ̇ + Ω² ξ   = f_ξ
 
 with ω, τ in B and C_a = ξᵀN_a. Translation, `m v̇ = F`, is decoupled and left to the caller.
-`FlexibleBodyModel` is constant and shared by all bodies of a part; `FlexibleBodyData` is one body's workspace. **/
+`FlexibleBodyModel` is constant and shared by all bodies of a part; `FlexibleBodyData` is one body's
+workspace. **/
 
 #include <Eigen/Dense>
 #include <memory>
@@ -15,16 +16,17 @@ with ω, τ in B and C_a = ξᵀN_a. Translation, `m v̇ = F`, is decoupled and 
 
 namespace simflex {
 
-/** A part's invariants laid out for evaluation: [I₂ (6 components); N (3 components)] stacked as 9n_f×n_f. **/
+/** A part's invariants laid out for evaluation: [I₂ (6 components); N (3 components)] stacked as
+ * 9n_f×n_f. **/
 struct FlexibleBodyModel {
     explicit FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedPart);
 
     std::shared_ptr<const ReducedBody> part;
-    int n = 0;                      ///< n_f
+    int n = 0;  ///< n_f
     double mass = 0;
-    Eigen::Matrix3d inertia;        ///< I₀
+    Eigen::Matrix3d inertia;  ///< I₀
     Eigen::Matrix<double, Eigen::Dynamic, 6> I1;
-    Eigen::MatrixXd stacked;        ///< 9n×n: rows c·n … of component c (xx yy zz xy xz yz, N_x N_y N_z)
+    Eigen::MatrixXd stacked;  ///< 9n×n: rows c·n … of component c (xx yy zz xy xz yz, N_x N_y N_z)
     Eigen::VectorXd omegaSquared;
     Eigen::VectorXd displacementPerMode;  ///< largest node displacement for ξ_i = 1 [m]
     double radius = 0;                    ///< of the part about its centre of mass [m]
@@ -34,42 +36,48 @@ struct FlexibleBodyModel {
 struct FlexibleBodyData {
     void resize(int n);
 
-    Eigen::VectorXd atXi, atXiDot;                 ///< stacked·ξ and stacked·ξ̇, 9n
-    Eigen::Matrix<double, Eigen::Dynamic, 6> B;    ///< ∂I/∂ξ_j = I₁ⱼ + 2 I₂ⱼᵢ ξᵢ, by component
+    Eigen::VectorXd atXi, atXiDot;               ///< stacked·ξ and stacked·ξ̇, 9n
+    Eigen::Matrix<double, Eigen::Dynamic, 6> B;  ///< ∂I/∂ξ_j = I₁ⱼ + 2 I₂ⱼᵢ ξᵢ, by component
     Eigen::Matrix3d I, IDot;
     Eigen::Matrix<double, 3, Eigen::Dynamic> C;
-    Eigen::Vector3d CXiDot;                        ///< C ξ̇
+    Eigen::Vector3d CXiDot;  ///< C ξ̇
 };
 
 /** Symmetric matrix of components xx yy zz xy xz yz. **/
 Eigen::Matrix3d symmetricMatrix(const Eigen::Matrix<double, 6, 1>& components);
 
-/** Writes I, B, C at ξ, and İ, Cξ̇ and the products with ξ̇. One pass over the invariants: 36 n_f² flops. **/
+/** Writes I, B, C at ξ, and İ, Cξ̇ and the products with ξ̇. One pass over the invariants: 36 n_f²
+ * flops. **/
 void calcInertia(const FlexibleBodyModel& model, const Eigen::Ref<const Eigen::VectorXd>& xi,
                  const Eigen::Ref<const Eigen::VectorXd>& xiDot, FlexibleBodyData& data);
 
-/** Velocity-dependent terms on the left-hand side: rotation `İω + ω×(Iω + Cξ̇)`, modes `−2Σω_aN_aξ̇ − ½ωᵀBω`.
+/** Velocity-dependent terms on the left-hand side: rotation `İω + ω×(Iω + Cξ̇)`, modes `−2Σω_aN_aξ̇ −
+½ωᵀBω`.
 @pre calcInertia(). **/
-void calcVelocityTerms(const FlexibleBodyModel& model, const FlexibleBodyData& data, const Eigen::Vector3d& omega,
-                       Eigen::Vector3d& rotation, Eigen::Ref<Eigen::VectorXd> modes);
+void calcVelocityTerms(const FlexibleBodyModel& model, const FlexibleBodyData& data,
+                       const Eigen::Vector3d& omega, Eigen::Vector3d& rotation,
+                       Eigen::Ref<Eigen::VectorXd> modes);
 
 /** Adds M(ξ)·(ω̇, ξ̈) to (rotation, modes). @pre calcInertia(). **/
 void addInInertiaTerms(const FlexibleBodyData& data, const Eigen::Vector3d& omegaDot,
                        const Eigen::Ref<const Eigen::VectorXd>& xiDotDot, Eigen::Vector3d& rotation,
                        Eigen::Ref<Eigen::VectorXd> modes);
 
-/** The body's Newton matrix with every term of the equations above, `∂r/∂u̇ /γ + ∂r/∂u + γ ∂r/∂q`, for unknowns
-[ω_B (3), v_G (3), ξ̇ (n_f)]. Elastic and damping terms are the diagonal 1/γ + d + γΩ². O(n_f²).
+/** The body's Newton matrix with every term of the equations above, `∂r/∂u̇ /γ + ∂r/∂u + γ ∂r/∂q`,
+for unknowns [ω_B (3), v_G (3), ξ̇ (n_f)]. Elastic and damping terms are the diagonal 1/γ + d + γΩ².
+O(n_f²).
 @param[in] damping  n_f modal damping coefficients d [1/s]
 @param[out] J       (6+n_f)×(6+n_f)
 @pre calcInertia(). **/
 void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data, double gamma,
                       const Eigen::Vector3d& omega, const Eigen::Vector3d& omegaDot,
                       const Eigen::Ref<const Eigen::VectorXd>& xiDotDot,
-                      const Eigen::Ref<const Eigen::VectorXd>& damping, Eigen::Ref<Eigen::MatrixXd> J);
+                      const Eigen::Ref<const Eigen::VectorXd>& damping,
+                      Eigen::Ref<Eigen::MatrixXd> J);
 
 /** T = ½ m|v|² + ½ ωᵀIω + ωᵀCξ̇ + ½|ξ̇|². @pre calcInertia(). **/
-double calcKineticEnergy(const FlexibleBodyModel& model, const FlexibleBodyData& data, const Eigen::Vector3d& omega,
-                         const Eigen::Vector3d& v, const Eigen::Ref<const Eigen::VectorXd>& xiDot);
+double calcKineticEnergy(const FlexibleBodyModel& model, const FlexibleBodyData& data,
+                         const Eigen::Vector3d& omega, const Eigen::Vector3d& v,
+                         const Eigen::Ref<const Eigen::VectorXd>& xiDot);
 
 }  // namespace simflex

@@ -10,11 +10,14 @@ namespace simflex {
 
 using namespace SimTK;
 
-//------------------------------------------------------------------------------------------------------------- handle
+//-------------------------------------------------------------------------------------------------------------
+//handle
 
-FlexibleBodySubsystem::FlexibleBodySubsystem(MultibodySystem& system, SimbodyMatterSubsystem& matter) {
+FlexibleBodySubsystem::FlexibleBodySubsystem(MultibodySystem& system,
+                                             SimbodyMatterSubsystem& matter) {
     if (find(system))
-        throw std::invalid_argument("FlexibleBodySubsystem: the system has one already; add all flexible bodies to it");
+        throw std::invalid_argument(
+            "FlexibleBodySubsystem: the system has one already; add all flexible bodies to it");
     adoptSubsystemGuts(new Guts(matter));
     system.addForceSubsystem(*this);
 }
@@ -40,14 +43,18 @@ const MultibodySystem& FlexibleBodySubsystem::getMultibodySystem() const {
     return MultibodySystem::downcast(getSystem());
 }
 
-int FlexibleBodySubsystem::getNumBodies() const { return int(getGuts().bodies().size()); }
+int FlexibleBodySubsystem::getNumBodies() const {
+    return int(getGuts().bodies().size());
+}
 
 FlexibleBody FlexibleBodySubsystem::getBody(FlexibleBodyIndex index) const {
     getGuts().body(index);
     return FlexibleBody(getMultibodySystem(), getMySubsystemIndex(), index);
 }
 
-int FlexibleBodySubsystem::getNumJoints() const { return int(getGuts().joints().size()); }
+int FlexibleBodySubsystem::getNumJoints() const {
+    return int(getGuts().joints().size());
+}
 
 Joint FlexibleBodySubsystem::getJoint(JointIndex index) const {
     getGuts().joint(index);
@@ -67,7 +74,8 @@ Real FlexibleBodySubsystem::calcKineticEnergy(const State& state) const {
         const BodyFrame frame = own.getBodyFrame(state, record);
         const Eigen::Vector3d omega = toEigen(frame.omega_B);
         energy += getBody(FlexibleBodyIndex(b)).calcKineticEnergy(state) -
-                  0.5 * (record.model->mass * frame.v_G.normSqr() + omega.dot(record.model->inertia * omega) +
+                  0.5 * (record.model->mass * frame.v_G.normSqr() +
+                         omega.dot(record.model->inertia * omega) +
                          own.getXiDot(state, record).squaredNorm());
     }
     return energy;
@@ -77,7 +85,8 @@ Real FlexibleBodySubsystem::calcEnergy(const State& state) const {
     return calcKineticEnergy(state) + getMultibodySystem().calcPotentialEnergy(state);
 }
 
-//--------------------------------------------------------------------------------------------------------------- guts
+//---------------------------------------------------------------------------------------------------------------
+//guts
 
 FlexibleBodyIndex FlexibleBodySubsystem::Guts::addBody(FlexibleBodyRecord record) {
     m_bodies.push_back(std::move(record));
@@ -109,7 +118,8 @@ Array_<Real> FlexibleBodySubsystem::Guts::calcModalDamping(FlexibleBodyIndex ind
     return damping;
 }
 
-Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state, const FlexibleBodyRecord& body) const {
+Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state,
+                                                   const FlexibleBodyRecord& body) const {
     Eigen::VectorXd xi(body.numModes());
     int i = 0;
     for (MobilizedBodyIndex carrier : body.carriers) {
@@ -119,7 +129,8 @@ Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state, const Fle
     return xi;
 }
 
-Eigen::VectorXd FlexibleBodySubsystem::Guts::getXiDot(const State& state, const FlexibleBodyRecord& body) const {
+Eigen::VectorXd FlexibleBodySubsystem::Guts::getXiDot(const State& state,
+                                                      const FlexibleBodyRecord& body) const {
     Eigen::VectorXd xiDot(body.numModes());
     int i = 0;
     for (MobilizedBodyIndex carrier : body.carriers) {
@@ -129,16 +140,19 @@ Eigen::VectorXd FlexibleBodySubsystem::Guts::getXiDot(const State& state, const 
     return xiDot;
 }
 
-BodyFrame FlexibleBodySubsystem::Guts::getBodyFrame(const State& state, const FlexibleBodyRecord& body) const {
+BodyFrame FlexibleBodySubsystem::Guts::getBodyFrame(const State& state,
+                                                    const FlexibleBodyRecord& body) const {
     const MobilizedBody& mobod = getMatter().getMobilizedBody(body.frame);
     const Transform& X_GB = mobod.getBodyTransform(state);
     const SpatialVec& V_GB = mobod.getBodyVelocity(state);
     return {X_GB.R(), X_GB.p(), ~X_GB.R() * V_GB[0], V_GB[1]};
 }
 
-FrameMotion FlexibleBodySubsystem::Guts::calcMotion(const State& state, const Attachment& attachment) const {
+FrameMotion FlexibleBodySubsystem::Guts::calcMotion(const State& state,
+                                                    const Attachment& attachment) const {
     if (!attachment.isFlexible()) {
-        const MobilizedBody& mobod = getMatter().getMobilizedBody(attachment.getMobilizedBodyIndex());
+        const MobilizedBody& mobod =
+            getMatter().getMobilizedBody(attachment.getMobilizedBodyIndex());
         FrameMotion motion;
         motion.X = mobod.getBodyTransform(state);
         motion.V = mobod.getBodyVelocity(state);
@@ -147,13 +161,15 @@ FrameMotion FlexibleBodySubsystem::Guts::calcMotion(const State& state, const At
     const FlexibleBodyRecord& record = body(attachment.getFlexibleBodyIndex());
     const Eigen::VectorXd xi = getXi(state, record), xiDot = getXiDot(state, record);
     const FlexibleFrame& frame = attachment.getFlexibleFrame();
-    return calcFrameMotion(frame, calcFramePose(frame, xi.data()), getBodyFrame(state, record), xiDot.data());
+    return calcFrameMotion(frame, calcFramePose(frame, xi.data()), getBodyFrame(state, record),
+                           xiDot.data());
 }
 
-Array_<FrameMotion> FlexibleBodySubsystem::Guts::calcMotions(const State& state,
-                                                             const Array_<Attachment>& attachments) const {
+Array_<FrameMotion> FlexibleBodySubsystem::Guts::calcMotions(
+    const State& state, const Array_<Attachment>& attachments) const {
     Array_<FrameMotion> motions;
-    for (const Attachment& attachment : attachments) motions.push_back(calcMotion(state, attachment));
+    for (const Attachment& attachment : attachments)
+        motions.push_back(calcMotion(state, attachment));
     return motions;
 }
 
@@ -168,7 +184,8 @@ Real FlexibleBodySubsystem::Guts::calcPotentialEnergy(const State& state) const 
         energy += 0.5 * xi.dot(record.model->omegaSquared.cwiseProduct(xi));
     }
     for (const auto& element : m_forceElements)
-        energy += element->calcPotentialEnergy(state.getTime(), calcMotions(state, element->getAttachments()));
+        energy += element->calcPotentialEnergy(state.getTime(),
+                                               calcMotions(state, element->getAttachments()));
     return energy;
 }
 
@@ -197,16 +214,20 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state
 }
 
 int FlexibleBodySubsystem::Guts::realizeSubsystemAccelerationImpl(const State& state) const {
-    if (m_hasWarned || m_bodies.empty() || !Value<bool>::downcast(getDiscreteVariable(state, m_enabled)).get())
+    if (m_hasWarned || m_bodies.empty() ||
+        !Value<bool>::downcast(getDiscreteVariable(state, m_enabled)).get())
         return 0;
     m_hasWarned = true;
-    std::cerr << "simflex: Simbody's own accelerations leave out the inertia coupling (Delta M) of the system's "
-              << m_bodies.size() << " flexible bodies; use simflex::BdfIntegrator for exact ones.\n";
+    std::cerr << "simflex: Simbody's own accelerations leave out the inertia coupling (Delta M) of "
+                 "the system's "
+              << m_bodies.size()
+              << " flexible bodies; use simflex::BdfIntegrator for exact ones.\n";
     return 0;
 }
 
 void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBodyIndex index,
-                                                  Vector_<SpatialVec>& bodyForces, Vector& mobilityForces) const {
+                                                  Vector_<SpatialVec>& bodyForces,
+                                                  Vector& mobilityForces) const {
     const FlexibleBodyRecord& record = body(index);
     const FlexibleBodyModel& model = *record.model;
     const Eigen::VectorXd xi = getXi(state, record), xiDot = getXiDot(state, record);
@@ -229,12 +250,15 @@ void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBo
     addInModalForces(state, record, -modes, mobilityForces);
 }
 
-void FlexibleBodySubsystem::Guts::addInAttachmentForce(const State& state, const Attachment& attachment,
-                                                       const SpatialVec& F_G, Vector_<SpatialVec>& bodyForces,
+void FlexibleBodySubsystem::Guts::addInAttachmentForce(const State& state,
+                                                       const Attachment& attachment,
+                                                       const SpatialVec& F_G,
+                                                       Vector_<SpatialVec>& bodyForces,
                                                        Vector& mobilityForces) const {
     if (!attachment.isFlexible()) {
         const MobilizedBodyIndex index = attachment.getMobilizedBodyIndex();
-        const Vec3 r = getMatter().getMobilizedBody(index).getBodyTransform(state).R() * attachment.getFrame().p();
+        const Vec3 r = getMatter().getMobilizedBody(index).getBodyTransform(state).R() *
+                       attachment.getFrame().p();
         bodyForces[index] += SpatialVec(F_G[0] + r % F_G[1], F_G[1]);
         return;
     }
@@ -244,13 +268,16 @@ void FlexibleBodySubsystem::Guts::addInAttachmentForce(const State& state, const
     const BodyFrame bodyFrame = getBodyFrame(state, record);
     Eigen::VectorXd modal = Eigen::VectorXd::Zero(record.numModes());
     Vec3 torque_B(0), force_G(0);
-    addInFrameForce(frame, calcFramePose(frame, xi.data()), bodyFrame.R_GB, F_G, torque_B, force_G, modal.data());
+    addInFrameForce(frame, calcFramePose(frame, xi.data()), bodyFrame.R_GB, F_G, torque_B, force_G,
+                    modal.data());
     bodyForces[record.frame] += SpatialVec(bodyFrame.R_GB * torque_B, force_G);
     addInModalForces(state, record, modal, mobilityForces);
 }
 
-void FlexibleBodySubsystem::Guts::addInModalForces(const State& state, const FlexibleBodyRecord& body,
-                                                   const Eigen::VectorXd& modal, Vector& mobilityForces) const {
+void FlexibleBodySubsystem::Guts::addInModalForces(const State& state,
+                                                   const FlexibleBodyRecord& body,
+                                                   const Eigen::VectorXd& modal,
+                                                   Vector& mobilityForces) const {
     int i = 0;
     for (MobilizedBodyIndex carrier : body.carriers) {
         const MobilizedBody& mobod = getMatter().getMobilizedBody(carrier);

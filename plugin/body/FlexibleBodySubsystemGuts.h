@@ -34,7 +34,8 @@ struct JointRecord {
 class FlexibleBodySubsystem::Guts : public SimTK::ForceSubsystem::Guts {
 public:
     Guts(const SimTK::SimbodyMatterSubsystem& matter)
-        : SimTK::ForceSubsystem::Guts("FlexibleBodySubsystem", "0.1"), m_matterIndex(matter.getMySubsystemIndex()) {}
+        : SimTK::ForceSubsystem::Guts("FlexibleBodySubsystem", "0.1"),
+          m_matterIndex(matter.getMySubsystemIndex()) {}
 
     const SimTK::SimbodyMatterSubsystem& getMatter() const {
         return SimTK::SimbodyMatterSubsystem::downcast(getSystem().getSubsystem(m_matterIndex));
@@ -48,11 +49,14 @@ public:
     void addForceElement(std::unique_ptr<ForceElement> element);
 
     /** The shared evaluation model of a part; built once however many bodies are made of it. **/
-    std::shared_ptr<const FlexibleBodyModel> obtainModel(const std::shared_ptr<const ReducedBody>& part);
+    std::shared_ptr<const FlexibleBodyModel> obtainModel(
+        const std::shared_ptr<const ReducedBody>& part);
 
     const std::vector<FlexibleBodyRecord>& bodies() const { return m_bodies; }
     const std::vector<JointRecord>& joints() const { return m_joints; }
-    const std::vector<std::shared_ptr<const ForceElement>>& forceElements() const { return m_forceElements; }
+    const std::vector<std::shared_ptr<const ForceElement>>& forceElements() const {
+        return m_forceElements;
+    }
     const FlexibleBodyRecord& body(FlexibleBodyIndex index) const { return m_bodies.at(index); }
     const JointRecord& joint(JointIndex index) const { return m_joints.at(index); }
 
@@ -68,7 +72,8 @@ public:
     SimTK::Array_<FrameMotion> calcMotions(const SimTK::State& state,
                                            const SimTK::Array_<Attachment>& attachments) const;
 
-    /** Turns the forces of this subsystem off or on in one State (Stage::Instance): the BGE solver evaluates them itself. **/
+    /** Turns the forces of this subsystem off or on in one State (Stage::Instance): the BGE solver
+     * evaluates them itself. **/
     void setNativeForcesEnabled(SimTK::State& state, bool enabled) const;
 
     SimTK::Real calcPotentialEnergy(const SimTK::State& state) const override;
@@ -81,11 +86,14 @@ protected:
 
 private:
     void addInBodyForces(const SimTK::State& state, FlexibleBodyIndex index,
-                         SimTK::Vector_<SimTK::SpatialVec>& bodyForces, SimTK::Vector& mobilityForces) const;
-    void addInAttachmentForce(const SimTK::State& state, const Attachment& attachment, const SimTK::SpatialVec& F_G,
-                              SimTK::Vector_<SimTK::SpatialVec>& bodyForces, SimTK::Vector& mobilityForces) const;
-    void addInModalForces(const SimTK::State& state, const FlexibleBodyRecord& body, const Eigen::VectorXd& modal,
-                          SimTK::Vector& mobilityForces) const;
+                         SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                         SimTK::Vector& mobilityForces) const;
+    void addInAttachmentForce(const SimTK::State& state, const Attachment& attachment,
+                              const SimTK::SpatialVec& F_G,
+                              SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                              SimTK::Vector& mobilityForces) const;
+    void addInModalForces(const SimTK::State& state, const FlexibleBodyRecord& body,
+                          const Eigen::VectorXd& modal, SimTK::Vector& mobilityForces) const;
 
     SimTK::SubsystemIndex m_matterIndex;
     std::vector<FlexibleBodyRecord> m_bodies;
@@ -96,7 +104,11 @@ private:
     mutable bool m_hasWarned = false;
 };
 
-inline Eigen::Vector3d toEigen(const SimTK::Vec3& v) { return {v[0], v[1], v[2]}; }
-inline SimTK::Vec3 toSimTK(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+inline Eigen::Vector3d toEigen(const SimTK::Vec3& v) {
+    return {v[0], v[1], v[2]};
+}
+inline SimTK::Vec3 toSimTK(const Eigen::Vector3d& v) {
+    return {v[0], v[1], v[2]};
+}
 
 }  // namespace simflex

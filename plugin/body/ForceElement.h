@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Base of the force elements in simflex/forces: spatial forces at attachments, and diagonal modal damping. **/
+Base of the force elements in simflex/forces: spatial forces at attachments, and diagonal modal
+damping. **/
 
 #include "simflex/body/Attachment.h"
 
@@ -20,12 +21,14 @@ public:
                              SimTK::Array_<SimTK::SpatialVec>& /*forces_G*/) const {}
 
     /** Energy stored by the element [J]. **/
-    virtual SimTK::Real calcPotentialEnergy(SimTK::Real /*time*/, const SimTK::Array_<FrameMotion>& /*frames*/) const {
+    virtual SimTK::Real calcPotentialEnergy(SimTK::Real /*time*/,
+                                            const SimTK::Array_<FrameMotion>& /*frames*/) const {
         return 0;
     }
 
     /** Adds modal damping coefficients d_i [1/s] (force −d_i ξ̇_i) of one flexible body. **/
-    virtual void addInModalDamping(FlexibleBodyIndex /*body*/, SimTK::Array_<SimTK::Real>& /*damping*/) const {}
+    virtual void addInModalDamping(FlexibleBodyIndex /*body*/,
+                                   SimTK::Array_<SimTK::Real>& /*damping*/) const {}
 
 protected:
     SimTK::Array_<Attachment> m_attachments;

@@ -7,9 +7,11 @@ Position, velocity and acceleration of a frame measured and expressed in Ground.
 namespace simflex {
 
 struct FrameMotion {
-    SimTK::Transform X;      ///< pose of the frame in Ground
-    SimTK::SpatialVec V{SimTK::Vec3(0), SimTK::Vec3(0)};  ///< (ω, v) of the frame's origin [rad/s, m/s]
-    SimTK::SpatialVec A{SimTK::Vec3(0), SimTK::Vec3(0)};  ///< (α, a) of the frame's origin [rad/s², m/s²]
+    SimTK::Transform X;  ///< pose of the frame in Ground
+    SimTK::SpatialVec V{SimTK::Vec3(0),
+                        SimTK::Vec3(0)};  ///< (ω, v) of the frame's origin [rad/s, m/s]
+    SimTK::SpatialVec A{SimTK::Vec3(0),
+                        SimTK::Vec3(0)};  ///< (α, a) of the frame's origin [rad/s², m/s²]
 };
 
 /** A frame fixed at X_BF on a rigid body whose own motion is given. **/

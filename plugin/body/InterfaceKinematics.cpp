@@ -12,17 +12,19 @@ using SimTK::Vec3;
 
 namespace {
 
-/** Coefficients of the exponential and its Jacobian at angle t = |θ|, and their derivatives divided by t. **/
+/** Coefficients of the exponential and its Jacobian at angle t = |θ|, and their derivatives divided
+ * by t. **/
 struct Coefficients {
-    Real a;            ///< sin t / t
-    Real b;            ///< (1 − cos t)/t²
-    Real c;            ///< (t − sin t)/t³
-    Real bSlope;       ///< b'(t)/t
-    Real cSlope;       ///< c'(t)/t
+    Real a;       ///< sin t / t
+    Real b;       ///< (1 − cos t)/t²
+    Real c;       ///< (t − sin t)/t³
+    Real bSlope;  ///< b'(t)/t
+    Real cSlope;  ///< c'(t)/t
 };
 
 Coefficients calcCoefficients(Real squared) {
-    // Below t = 1 the closed forms lose digits to cancellation: series in x = t², as many terms as round-off asks.
+    // Below t = 1 the closed forms lose digits to cancellation: series in x = t², as many terms as
+    // round-off asks.
     if (squared < 1) {
         const int terms = squared < 1e-4 ? 4 : 10;
         Coefficients k{0, 0, 0, 0, 0};
@@ -90,33 +92,36 @@ FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const double* xi) {
     return pose;
 }
 
-FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose& pose, const BodyFrame& body,
-                            const double* xiDot) {
+FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose& pose,
+                            const BodyFrame& body, const double* xiDot) {
     const Vec3 omegaRel = pose.E * multiplyShapes(frame.Psi, xiDot);
     const Vec3 vRel = multiplyShapes(frame.Phi, xiDot) + omegaRel % pose.rho;
     FrameMotion motion;
     motion.X = SimTK::Transform(body.R_GB * pose.R_BA, body.p_GB + body.R_GB * pose.r);
-    motion.V = {body.R_GB * (body.omega_B + omegaRel), body.v_G + body.R_GB * (body.omega_B % pose.r + vRel)};
+    motion.V = {body.R_GB * (body.omega_B + omegaRel),
+                body.v_G + body.R_GB * (body.omega_B % pose.r + vRel)};
     return motion;
 }
 
-SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const FlexibleFramePose& pose, const BodyFrame& body,
-                                 const double* xiDot, const Vec3& omegaDot_B, const Vec3& vDot_G,
-                                 const double* xiDotDot) {
+SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const FlexibleFramePose& pose,
+                                 const BodyFrame& body, const double* xiDot, const Vec3& omegaDot_B,
+                                 const Vec3& vDot_G, const double* xiDotDot) {
     const Vec3 thetaDot = multiplyShapes(frame.Psi, xiDot);
     const Vec3 omegaRel = pose.E * thetaDot;
     const Vec3 vRel = multiplyShapes(frame.Phi, xiDot) + omegaRel % pose.rho;
-    const Vec3 alphaRel =
-        pose.E * multiplyShapes(frame.Psi, xiDotDot) + calcLeftJacobianDotTimes(pose.theta, thetaDot);
-    const Vec3 aRel = multiplyShapes(frame.Phi, xiDotDot) + alphaRel % pose.rho + omegaRel % (omegaRel % pose.rho);
+    const Vec3 alphaRel = pose.E * multiplyShapes(frame.Psi, xiDotDot) +
+                          calcLeftJacobianDotTimes(pose.theta, thetaDot);
+    const Vec3 aRel = multiplyShapes(frame.Phi, xiDotDot) + alphaRel % pose.rho +
+                      omegaRel % (omegaRel % pose.rho);
     const Vec3& omega = body.omega_B;
     const Vec3 alpha_B = omegaDot_B + omega % omegaRel + alphaRel;
     const Vec3 a_B = omegaDot_B % pose.r + omega % (omega % pose.r) + 2 * (omega % vRel) + aRel;
     return {body.R_GB * alpha_B, vDot_G + body.R_GB * a_B};
 }
 
-void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose, const Rotation& R_GB,
-                     const SpatialVec& F_G, Vec3& torque_B, Vec3& force_G, double* modal) {
+void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose,
+                     const Rotation& R_GB, const SpatialVec& F_G, Vec3& torque_B, Vec3& force_G,
+                     double* modal) {
     const Vec3 torque = ~R_GB * F_G[0], force = ~R_GB * F_G[1];
     torque_B += torque + pose.r % force;
     force_G += F_G[1];
@@ -127,8 +132,8 @@ void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose, 
                     psi[1] * moment[1] + psi[2] * moment[2];
 }
 
-void addInConstraintRow(const FlexibleFrame& frame, const FlexibleFramePose& pose, const Rotation& R_GB,
-                        const SpatialVec& d, double* row) {
+void addInConstraintRow(const FlexibleFrame& frame, const FlexibleFramePose& pose,
+                        const Rotation& R_GB, const SpatialVec& d, double* row) {
     Vec3 torque_B(0), force_G(0);
     addInFrameForce(frame, pose, R_GB, d, torque_B, force_G, row + 6);
     for (int a = 0; a < 3; ++a) {

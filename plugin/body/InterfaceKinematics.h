@@ -1,12 +1,13 @@
 #pragma once
 /** @file
-Motion of a frame A on a flexible body, from the motion of the body frame B and the modal coordinates ξ:
+Motion of a frame A on a flexible body, from the motion of the body frame B and the modal
+coordinates ξ:
 
     translation  r = s + Φξ + ρ,  ρ = exp(Ψξ) p_IA       R_BA = exp(Ψξ) R_IA
     velocity     ω_A = R(ω + EΨξ̇),   v_A = v + R(ω×r + Φξ̇ + (EΨξ̇)×ρ)
 
-with E the left Jacobian of the exponential, `d/dt exp(θ) = [Eθ̇]× exp(θ)`. ω is expressed in B, v in Ground.
-A `FlexibleFrame` is constant; `FlexibleFramePose` is what one evaluation writes. **/
+with E the left Jacobian of the exponential, `d/dt exp(θ) = [Eθ̇]× exp(θ)`. ω is expressed in B, v in
+Ground. A `FlexibleFrame` is constant; `FlexibleFramePose` is what one evaluation writes. **/
 
 #include <vector>
 
@@ -16,10 +17,11 @@ namespace simflex {
 
 /** Constant data of a frame on a flexible part. **/
 struct FlexibleFrame {
-    SimTK::Vec3 s{0};          ///< undeformed position of the interface or node, from the centre of mass, in B [m]
-    std::vector<double> Phi;   ///< 3×n_f translation shapes, column-major
-    std::vector<double> Psi;   ///< 3×n_f rotation shapes, column-major
-    SimTK::Transform X_IA;     ///< frame A on the interface's own axes
+    SimTK::Vec3 s{
+        0};  ///< undeformed position of the interface or node, from the centre of mass, in B [m]
+    std::vector<double> Phi;  ///< 3×n_f translation shapes, column-major
+    std::vector<double> Psi;  ///< 3×n_f rotation shapes, column-major
+    SimTK::Transform X_IA;    ///< frame A on the interface's own axes
     int numModes() const { return int(Phi.size() / 3); }
 };
 
@@ -37,7 +39,8 @@ struct FlexibleFramePose {
     SimTK::Rotation R_BA;
 };
 
-/** Left Jacobian of the exponential map, E(θ) = 1 + b[θ]× + c[θ]×², b = (1−cos θ)/θ², c = (θ−sin θ)/θ³. **/
+/** Left Jacobian of the exponential map, E(θ) = 1 + b[θ]× + c[θ]×², b = (1−cos θ)/θ², c = (θ−sin
+ * θ)/θ³. **/
 SimTK::Mat33 calcLeftJacobian(const SimTK::Vec3& theta);
 
 /** Derivative of E along θ̇, applied to θ̇: Ė(θ, θ̇) θ̇. **/
@@ -52,24 +55,27 @@ SimTK::Vec3 multiplyShapes(const std::vector<double>& shapes, const double* coor
 FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const double* xi);
 
 /** Pose and velocity of A in Ground; A (acceleration) is left zero. **/
-FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose& pose, const BodyFrame& body,
-                            const double* xiDot);
+FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose& pose,
+                            const BodyFrame& body, const double* xiDot);
 
-/** Acceleration (α, a) of A in Ground for body accelerations ω̇ (in B), v̇ (in Ground) and ξ̈; pass zeros for the bias. **/
-SimTK::SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const FlexibleFramePose& pose, const BodyFrame& body,
-                                        const double* xiDot, const SimTK::Vec3& omegaDot_B,
-                                        const SimTK::Vec3& vDot_G, const double* xiDotDot);
+/** Acceleration (α, a) of A in Ground for body accelerations ω̇ (in B), v̇ (in Ground) and ξ̈; pass
+ * zeros for the bias. **/
+SimTK::SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const FlexibleFramePose& pose,
+                                        const BodyFrame& body, const double* xiDot,
+                                        const SimTK::Vec3& omegaDot_B, const SimTK::Vec3& vDot_G,
+                                        const double* xiDotDot);
 
 /** Adds the generalized forces of a spatial force F_G = (torque, force) acting at A's origin:
 @param[out] torque_B  added: torque on B about its origin, expressed in B
 @param[out] force_G   added: force on B
 @param[out] modal     added: n_f modal forces **/
-void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose, const SimTK::Rotation& R_GB,
-                     const SimTK::SpatialVec& F_G, SimTK::Vec3& torque_B, SimTK::Vec3& force_G, double* modal);
+void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose,
+                     const SimTK::Rotation& R_GB, const SimTK::SpatialVec& F_G,
+                     SimTK::Vec3& torque_B, SimTK::Vec3& force_G, double* modal);
 
 /** Writes `Dᵀ` through the frame: row k of the constraint Jacobian for a constraint row that reads
-`d_ω·ω_A + d_v·v_A`, in the order [ω_B (3), v_G (3), ξ̇ (n_f)], multiplied by `sign` and added to `row`. **/
-void addInConstraintRow(const FlexibleFrame& frame, const FlexibleFramePose& pose, const SimTK::Rotation& R_GB,
-                        const SimTK::SpatialVec& d, double* row);
+`d_ω·ω_A + d_v·v_A`, in the order [ω_B (3), v_G (3), ξ̇ (n_f)], added to `row`. **/
+void addInConstraintRow(const FlexibleFrame& frame, const FlexibleFramePose& pose,
+                        const SimTK::Rotation& R_GB, const SimTK::SpatialVec& d, double* row);
 
 }  // namespace simflex

@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-Joints between two attachments, F and M, with Simbody's axis conventions: Pin turns about the common z axis, Slider
-slides along F's x axis. A joint is a Simbody Constraint on the body frames and modal mobilizers, so native Simbody
-integrators see it; BdfIntegrator evaluates it directly.
+Joints between two attachments, F and M, with Simbody's axis conventions: Pin turns about the common
+z axis, Slider slides along F's x axis. A joint is a Simbody Constraint on the body frames and modal
+mobilizers, so native Simbody integrators see it; BdfIntegrator evaluates it directly.
 
     Joint::Pin pin(flexible, crank.interface("pin"), rod.interface("big_end"), "crank pin");
 
@@ -18,11 +18,12 @@ class JointEquations;
 
 class Joint {
 public:
-    class Ball;               ///< origins coincide (3 equations)
-    class Pin;                ///< origins and z axes coincide (5)
-    class Slider;             ///< M slides along F's x axis, axes parallel (5)
-    class Weld;               ///< frames coincide (6)
-    class PrescribedRotation;  ///< angle of M about F's z axis is a function of time (1); add it to a Pin
+    class Ball;                ///< origins coincide (3 equations)
+    class Pin;                 ///< origins and z axes coincide (5)
+    class Slider;              ///< M slides along F's x axis, axes parallel (5)
+    class Weld;                ///< frames coincide (6)
+    class PrescribedRotation;  ///< angle of M about F's z axis is a function of time (1); add it to
+                               ///< a Pin
 
     /** Angle, rate and acceleration [rad, rad/s, rad/s²] at a time. **/
     using AngleFunction = std::function<SimTK::Vec3(SimTK::Real time)>;
@@ -39,12 +40,14 @@ public:
     /** Position errors [m, 1], size getNumEquations(). Stage::Velocity. **/
     SimTK::Vector calcPositionErrors(const SimTK::State& state) const;
 
-    /** Spatial force (torque, force) that multipliers λ put on M at its origin, in Ground: −D_Mᵀλ. Stage::Velocity. **/
-    SimTK::SpatialVec calcForceOnM(const SimTK::State& state, const SimTK::Vector& multipliers) const;
+    /** Spatial force (torque, force) that multipliers λ put on M at its origin, in Ground: −D_Mᵀλ.
+     * Stage::Velocity. **/
+    SimTK::SpatialVec calcForceOnM(const SimTK::State& state,
+                                   const SimTK::Vector& multipliers) const;
 
 protected:
-    Joint(FlexibleBodySubsystem& subsystem, std::shared_ptr<const JointEquations> equations, const Attachment& F,
-          const Attachment& M, const std::string& name);
+    Joint(FlexibleBodySubsystem& subsystem, std::shared_ptr<const JointEquations> equations,
+          const Attachment& F, const Attachment& M, const std::string& name);
 
 private:
     friend class FlexibleBodySubsystem;
@@ -60,22 +63,26 @@ private:
 
 class Joint::Ball : public Joint {
 public:
-    Ball(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M, const std::string& name = "");
+    Ball(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
+         const std::string& name = "");
 };
 
 class Joint::Pin : public Joint {
 public:
-    Pin(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M, const std::string& name = "");
+    Pin(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
+        const std::string& name = "");
 };
 
 class Joint::Slider : public Joint {
 public:
-    Slider(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M, const std::string& name = "");
+    Slider(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
+           const std::string& name = "");
 };
 
 class Joint::Weld : public Joint {
 public:
-    Weld(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M, const std::string& name = "");
+    Weld(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
+         const std::string& name = "");
 };
 
 class Joint::PrescribedRotation : public Joint {

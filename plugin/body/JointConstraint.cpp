@@ -6,7 +6,8 @@ using namespace SimTK;
 
 namespace {
 
-/** One side of a joint, with the handles by which the constraint knows its bodies and mobilizers. **/
+/** One side of a joint, with the handles by which the constraint knows its bodies and mobilizers.
+ * **/
 struct Side {
     Attachment attachment;
     ConstrainedBodyIndex body;
@@ -16,7 +17,8 @@ struct Side {
 
 class Implementation : public Constraint::Custom::Implementation {
 public:
-    Implementation(const FlexibleBodySubsystem::Guts& guts, SimbodyMatterSubsystem& matter, const JointRecord& joint)
+    Implementation(const FlexibleBodySubsystem::Guts& guts, SimbodyMatterSubsystem& matter,
+                   const JointRecord& joint)
         : Constraint::Custom::Implementation(matter, joint.equations->getNumEquations(), 0, 0),
           m_equations(joint.equations),
           m_F(makeSide(guts, matter, joint.F)),
@@ -29,19 +31,24 @@ public:
 
 protected:
     void calcPositionErrors(const State& state, const Array_<Transform, ConstrainedBodyIndex>& X_AB,
-                            const Array_<Real, ConstrainedQIndex>& q, Array_<Real>& errors) const override {
+                            const Array_<Real, ConstrainedQIndex>& q,
+                            Array_<Real>& errors) const override {
         const auto pose = [&](const Side& side) {
             FrameMotion body;
             body.X = getBodyTransform(X_AB, side.body);
             const std::vector<Real> xi =
-                gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) { return getOneQ(state, q, m, i); });
+                gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
+                    return getOneQ(state, q, m, i);
+                });
             return calcMotion(side, body, xi, std::vector<Real>(xi.size(), 0)).X;
         };
         m_equations->calcErrors(state.getTime(), pose(m_F), pose(m_M), errors.begin());
     }
 
-    void calcPositionDotErrors(const State& state, const Array_<SpatialVec, ConstrainedBodyIndex>& V_AB,
-                               const Array_<Real, ConstrainedQIndex>& qDot, Array_<Real>& errors) const override {
+    void calcPositionDotErrors(const State& state,
+                               const Array_<SpatialVec, ConstrainedBodyIndex>& V_AB,
+                               const Array_<Real, ConstrainedQIndex>& qDot,
+                               Array_<Real>& errors) const override {
         const auto motion = [&](const Side& side) {
             FrameMotion body;
             body.X = getBodyTransformFromState(state, side.body);
@@ -54,7 +61,8 @@ protected:
         m_equations->calcErrorDots(state.getTime(), motion(m_F), motion(m_M), errors.begin());
     }
 
-    void calcPositionDotDotErrors(const State& state, const Array_<SpatialVec, ConstrainedBodyIndex>& A_AB,
+    void calcPositionDotDotErrors(const State& state,
+                                  const Array_<SpatialVec, ConstrainedBodyIndex>& A_AB,
                                   const Array_<Real, ConstrainedQIndex>& qDotDot,
                                   Array_<Real>& errors) const override {
         const auto motion = [&](const Side& side) {
@@ -62,14 +70,13 @@ protected:
             body.X = getBodyTransformFromState(state, side.body);
             body.V = getBodyVelocityFromState(state, side.body);
             body.A = getBodyAcceleration(A_AB, side.body);
-            return calcMotion(side, body, gatherXi(state, side),
-                              gather(side,
-                                     [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
-                                         return getOneQDotFromState(state, m, i);
-                                     }),
-                              gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
-                                  return getOneQDotDot(state, qDotDot, m, i);
-                              }));
+            return calcMotion(
+                side, body, gatherXi(state, side),
+                gather(side, [&](ConstrainedMobilizerIndex m,
+                                 MobilizerQIndex i) { return getOneQDotFromState(state, m, i); }),
+                gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
+                    return getOneQDotDot(state, qDotDot, m, i);
+                }));
         };
         m_equations->calcErrorDotDots(state.getTime(), motion(m_F), motion(m_M), errors.begin());
     }
@@ -97,7 +104,10 @@ protected:
 private:
     Side makeSide(const FlexibleBodySubsystem::Guts& guts, SimbodyMatterSubsystem& matter,
                   const Attachment& attachment) {
-        Side side{attachment, addConstrainedBody(matter.getMobilizedBody(attachment.getMobilizedBodyIndex())), {}, 0};
+        Side side{attachment,
+                  addConstrainedBody(matter.getMobilizedBody(attachment.getMobilizedBodyIndex())),
+                  {},
+                  0};
         if (!attachment.isFlexible()) return side;
         const FlexibleBodyRecord& body = guts.body(attachment.getFlexibleBodyIndex());
         for (MobilizedBodyIndex carrier : body.carriers)
@@ -109,26 +119,30 @@ private:
     template <class GetOne>
     static std::vector<Real> gather(const Side& side, GetOne getOne) {
         std::vector<Real> values(side.numModes);
-        for (int i = 0; i < side.numModes; ++i) values[i] = getOne(side.carriers[i / 6], MobilizerQIndex(i % 6));
+        for (int i = 0; i < side.numModes; ++i)
+            values[i] = getOne(side.carriers[i / 6], MobilizerQIndex(i % 6));
         return values;
     }
 
     std::vector<Real> gatherXi(const State& state, const Side& side) const {
-        return gather(side,
-                      [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) { return getOneQFromState(state, m, i); });
+        return gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
+            return getOneQFromState(state, m, i);
+        });
     }
 
-    /** Motion of the side's frame from that of its body; accelerations too when `xiDotDot` is given. **/
-    static FrameMotion calcMotion(const Side& side, const FrameMotion& body, const std::vector<Real>& xi,
-                                  const std::vector<Real>& xiDot, const std::vector<Real>& xiDotDot = {}) {
+    /** Motion of the side's frame from that of its body; accelerations too when `xiDotDot` is
+     * given. **/
+    static FrameMotion calcMotion(const Side& side, const FrameMotion& body,
+                                  const std::vector<Real>& xi, const std::vector<Real>& xiDot,
+                                  const std::vector<Real>& xiDotDot = {}) {
         if (!side.attachment.isFlexible()) return shiftMotion(body, side.attachment.getFrame());
         const FlexibleFrame& frame = side.attachment.getFlexibleFrame();
         const FlexibleFramePose pose = calcFramePose(frame, xi.data());
         const BodyFrame bodyFrame{body.X.R(), body.X.p(), ~body.X.R() * body.V[0], body.V[1]};
         FrameMotion motion = calcFrameMotion(frame, pose, bodyFrame, xiDot.data());
         if (!xiDotDot.empty())
-            motion.A = calcFrameAcceleration(frame, pose, bodyFrame, xiDot.data(), ~body.X.R() * body.A[0],
-                                             body.A[1], xiDotDot.data());
+            motion.A = calcFrameAcceleration(frame, pose, bodyFrame, xiDot.data(),
+                                             ~body.X.R() * body.A[0], body.A[1], xiDotDot.data());
         return motion;
     }
 
@@ -145,7 +159,8 @@ private:
         const std::vector<Real> xi = gatherXi(state, side);
         std::vector<Real> modal(side.numModes, 0);
         Vec3 torque_B(0), force_G(0);
-        addInFrameForce(frame, calcFramePose(frame, xi.data()), R, force, torque_B, force_G, modal.data());
+        addInFrameForce(frame, calcFramePose(frame, xi.data()), R, force, torque_B, force_G,
+                        modal.data());
         bodyForces[side.body] += SpatialVec(R * torque_B, force_G);
         for (int i = 0; i < side.numModes; ++i)
             addInOneQForce(state, side.carriers[i / 6], MobilizerQIndex(i % 6), modal[i], qForces);
@@ -157,8 +172,8 @@ private:
 
 }  // namespace
 
-ConstraintIndex addJointConstraint(const FlexibleBodySubsystem::Guts& guts, SimbodyMatterSubsystem& matter,
-                                   const JointRecord& joint) {
+ConstraintIndex addJointConstraint(const FlexibleBodySubsystem::Guts& guts,
+                                   SimbodyMatterSubsystem& matter, const JointRecord& joint) {
     return Constraint::Custom(new Implementation(guts, matter, joint)).getConstraintIndex();
 }
 

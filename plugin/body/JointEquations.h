@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Constraint equations between frames F and M: errors, their time derivatives, and the rows D_F, D_M with
+Constraint equations between frames F and M: errors, their time derivatives, and the rows D_F, D_M
+with
 
     ė_k = D_F[k]·V_F + D_M[k]·V_M − θ̇(t)      V = (ω, v) in Ground
 
@@ -38,10 +39,12 @@ public:
     bool dependsOnTime() const { return bool(m_angle); }
 
     /** Writes getNumEquations() position errors [m or 1]. **/
-    void calcErrors(SimTK::Real time, const SimTK::Transform& F, const SimTK::Transform& M, SimTK::Real* errors) const;
+    void calcErrors(SimTK::Real time, const SimTK::Transform& F, const SimTK::Transform& M,
+                    SimTK::Real* errors) const;
 
     /** Writes the time derivatives of the errors. **/
-    void calcErrorDots(SimTK::Real time, const FrameMotion& F, const FrameMotion& M, SimTK::Real* errorDots) const;
+    void calcErrorDots(SimTK::Real time, const FrameMotion& F, const FrameMotion& M,
+                       SimTK::Real* errorDots) const;
 
     /** Writes the second time derivatives of the errors, from the frames' A. **/
     void calcErrorDotDots(SimTK::Real time, const FrameMotion& F, const FrameMotion& M,
@@ -51,15 +54,18 @@ public:
     void calcJacobian(const SimTK::Transform& F, const SimTK::Transform& M, SimTK::SpatialVec* D_F,
                       SimTK::SpatialVec* D_M) const;
 
-    /** Derivative of the velocity errors with respect to time alone: −θ̇(t) on Angle rows, else zero. **/
+    /** Derivative of the velocity errors with respect to time alone: −θ̇(t) on Angle rows, else
+     * zero. **/
     void addInTimeRate(SimTK::Real time, SimTK::Real* errorDots) const;
 
-    /** True if M's axes lie on the wrong branch of this joint's equations: errors small but axes opposed or exchanged, as
-    after assembling a weld half a turn away. @pre the errors are small. **/
+    /** True if M's axes lie on the wrong branch of this joint's equations: errors small but axes
+    opposed or exchanged, as after assembling a weld half a turn away. @pre the errors are small.
+    **/
     bool isFlipped(const SimTK::Transform& F, const SimTK::Transform& M) const;
 
 private:
-    JointEquations(const char* kind, std::initializer_list<Row> rows) : m_kind(kind), m_rows(rows) {}
+    JointEquations(const char* kind, std::initializer_list<Row> rows)
+        : m_kind(kind), m_rows(rows) {}
 
     const char* m_kind;
     SimTK::Array_<Row> m_rows;

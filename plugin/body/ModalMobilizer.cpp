@@ -19,7 +19,9 @@ public:
 
     Implementation* clone() const override { return new Implementation(*this); }
 
-    Transform calcMobilizerTransformFromQ(const State&, int, const Real*) const override { return Transform(); }
+    Transform calcMobilizerTransformFromQ(const State&, int, const Real*) const override {
+        return Transform();
+    }
 
     SpatialVec multiplyByHMatrix(const State&, int nu, const Real* u) const override {
         Real column[6] = {0, 0, 0, 0, 0, 0};
@@ -50,7 +52,8 @@ public:
 
 Implementation* makeImplementation(SimbodyMatterSubsystem& matter, int numModes) {
     if (numModes < 1 || numModes > ModalMobilizer::MaxModes)
-        throw std::invalid_argument("a modal mobilizer carries 1 to 6 modes, not " + std::to_string(numModes));
+        throw std::invalid_argument("a modal mobilizer carries 1 to 6 modes, not " +
+                                    std::to_string(numModes));
     return new Implementation(matter, numModes);
 }
 
@@ -58,6 +61,7 @@ Implementation* makeImplementation(SimbodyMatterSubsystem& matter, int numModes)
 
 ModalMobilizer::ModalMobilizer(SimbodyMatterSubsystem& matter, int numModes)
     : MobilizedBody::Custom(matter.Ground(), makeImplementation(matter, numModes), Transform(),
-                            Body::Rigid(MassProperties(CarrierMass, Vec3(0), UnitInertia(1))), Transform()) {}
+                            Body::Rigid(MassProperties(CarrierMass, Vec3(0), UnitInertia(1))),
+                            Transform()) {}
 
 }  // namespace simflex

@@ -10,7 +10,8 @@ The mesh of a part: nodes, solid elements and node sets. Standard types only. **
 namespace simflex {
 
 /** Solid elements; node order as in CalculiX and Abaqus (corner nodes first, then mid-edge nodes:
-bottom, top, vertical edges for hexahedra and wedges; 1-2, 2-3, 3-1, 1-4, 2-4, 3-4 for tetrahedra). **/
+bottom, top, vertical edges for hexahedra and wedges; 1-2, 2-3, 3-1, 1-4, 2-4, 3-4 for tetrahedra).
+**/
 enum class ElementType { Tet4, Tet10, Hex8, Hex20, Wedge6, Wedge15 };
 
 /** Number of nodes of one element. **/
@@ -26,10 +27,11 @@ struct ElementBlock {
 
 /** Nodes by index 0…numNodes()−1, with the numbers they carry in the deck. **/
 struct Mesh {
-    std::vector<int> nodeNumbers;        ///< number in the deck, ascending
-    std::vector<double> positions;       ///< 3×numNodes, x y z of each node [m]
+    std::vector<int> nodeNumbers;   ///< number in the deck, ascending
+    std::vector<double> positions;  ///< 3×numNodes, x y z of each node [m]
     std::vector<ElementBlock> elements;
-    std::map<std::string, std::vector<int>> nodeSets;  ///< upper-case name → mesh indices, ascending
+    std::map<std::string, std::vector<int>>
+        nodeSets;  ///< upper-case name → mesh indices, ascending
 
     int numNodes() const { return int(nodeNumbers.size()); }
 

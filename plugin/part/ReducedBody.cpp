@@ -21,12 +21,15 @@ void checkSize(const std::string& part, const char* quantity, size_t found, size
 void checkFinite(const std::string& part, const char* quantity, const std::vector<double>& values) {
     for (size_t i = 0; i < values.size(); ++i)
         if (!std::isfinite(values[i]))
-            refuse(part, std::string(quantity) + " entry " + std::to_string(i) + " is not a finite number");
+            refuse(part, std::string(quantity) + " entry " + std::to_string(i) +
+                             " is not a finite number");
 }
 
-/** Refuses a matrix with A ≠ sign·Aᵀ beyond round-off. Entries of I₂ and N are at most of order 1 for mass-normalised
-modes, so a component that vanishes (of a plane part, say) may be all round-off. **/
-void checkSymmetry(const std::string& part, const char* quantity, const std::vector<double>& A, int n, int sign) {
+/** Refuses a matrix with A ≠ sign·Aᵀ beyond round-off. Entries of I₂ and N are at most of order 1
+for mass-normalised modes, so a component that vanishes (of a plane part, say) may be all round-off.
+**/
+void checkSymmetry(const std::string& part, const char* quantity, const std::vector<double>& A,
+                   int n, int sign) {
     double largest = 1, defect = 0;
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
@@ -35,8 +38,8 @@ void checkSymmetry(const std::string& part, const char* quantity, const std::vec
         }
     if (defect <= 1e-9 * largest) return;
     std::ostringstream text;
-    text << quantity << " is not " << (sign > 0 ? "symmetric" : "antisymmetric") << ": defect " << defect
-         << ", allowed " << 1e-9 * largest;
+    text << quantity << " is not " << (sign > 0 ? "symmetric" : "antisymmetric") << ": defect "
+         << defect << ", allowed " << 1e-9 * largest;
     refuse(part, text.str());
 }
 
@@ -44,12 +47,18 @@ void checkSymmetry(const std::string& part, const char* quantity, const std::vec
 
 int numNodesOf(ElementType type) {
     switch (type) {
-        case ElementType::Tet4: return 4;
-        case ElementType::Tet10: return 10;
-        case ElementType::Hex8: return 8;
-        case ElementType::Hex20: return 20;
-        case ElementType::Wedge6: return 6;
-        case ElementType::Wedge15: return 15;
+        case ElementType::Tet4:
+            return 4;
+        case ElementType::Tet10:
+            return 10;
+        case ElementType::Hex8:
+            return 8;
+        case ElementType::Hex20:
+            return 20;
+        case ElementType::Wedge6:
+            return 6;
+        case ElementType::Wedge15:
+            return 15;
     }
     throw std::invalid_argument("unknown element type");
 }
@@ -67,8 +76,8 @@ const ReducedBody::Interface& ReducedBody::getInterface(const std::string& inter
         if (candidate.name == interfaceName) return candidate;
         known += (known.empty() ? "'" : ", '") + candidate.name + "'";
     }
-    throw std::out_of_range("part '" + name + "' has no interface '" + interfaceName + "'; it has " +
-                            (known.empty() ? "none" : known));
+    throw std::out_of_range("part '" + name + "' has no interface '" + interfaceName +
+                            "'; it has " + (known.empty() ? "none" : known));
 }
 
 std::vector<double> ReducedBody::calcLargestModeDisplacements() const {
@@ -78,7 +87,8 @@ std::vector<double> ReducedBody::calcLargestModeDisplacements() const {
         const double* phi = Phi.data() + i * rows;
         double squared = 0;
         for (size_t row = 0; row + 2 < rows; row += 3)
-            squared = std::max(squared, phi[row] * phi[row] + phi[row + 1] * phi[row + 1] + phi[row + 2] * phi[row + 2]);
+            squared = std::max(squared, phi[row] * phi[row] + phi[row + 1] * phi[row + 1] +
+                                            phi[row + 2] * phi[row + 2]);
         largest[i] = std::sqrt(squared);
     }
     return largest;
@@ -101,7 +111,8 @@ ReducedBody ReducedBody::withScaledStiffness(double factor) const {
 
 void ReducedBody::validate() const {
     const size_t n = size_t(numModes), rows = 3 * size_t(mesh.numNodes());
-    if (!(mass > 0) || !std::isfinite(mass)) refuse(name, "mass is " + std::to_string(mass) + ", must be positive");
+    if (!(mass > 0) || !std::isfinite(mass))
+        refuse(name, "mass is " + std::to_string(mass) + ", must be positive");
     checkSize(name, "mesh positions", mesh.positions.size(), rows);
     checkSize(name, "omegaSquared", omegaSquared.size(), n);
     checkSize(name, "I1", I1.size(), 6 * n);
@@ -114,7 +125,8 @@ void ReducedBody::validate() const {
     checkFinite(name, "Phi", Phi);
     for (size_t i = 0; i < n; ++i)
         if (!(omegaSquared[i] > 0))
-            refuse(name, "mode " + std::to_string(i + 1) + " has omega² = " + std::to_string(omegaSquared[i]) +
+            refuse(name, "mode " + std::to_string(i + 1) +
+                             " has omega² = " + std::to_string(omegaSquared[i]) +
                              ", must be positive: a rigid mode is left in");
     for (int a = 0; a < 3; ++a)
         if (!(inertia[a] > 0)) refuse(name, "a principal entry of the inertia is not positive");
@@ -129,15 +141,18 @@ void ReducedBody::validate() const {
         checkSymmetry(name, "N", component, numModes, -1);
     }
     for (const Interface& interface : interfaces) {
-        checkSize(name, ("Phi of interface '" + interface.name + "'").c_str(), interface.Phi.size(), 3 * n);
-        checkSize(name, ("Psi of interface '" + interface.name + "'").c_str(), interface.Psi.size(), 3 * n);
-        checkFinite(name, "interface position", {interface.position.begin(), interface.position.end()});
+        checkSize(name, ("Phi of interface '" + interface.name + "'").c_str(), interface.Phi.size(),
+                  3 * n);
+        checkSize(name, ("Psi of interface '" + interface.name + "'").c_str(), interface.Psi.size(),
+                  3 * n);
+        checkFinite(name, "interface position",
+                    {interface.position.begin(), interface.position.end()});
         checkFinite(name, "interface Phi", interface.Phi);
         checkFinite(name, "interface Psi", interface.Psi);
         for (int node : interface.nodes)
             if (node < 0 || node >= mesh.numNodes())
-                refuse(name, "interface '" + interface.name + "' names mesh index " + std::to_string(node) +
-                                 " of " + std::to_string(mesh.numNodes()));
+                refuse(name, "interface '" + interface.name + "' names mesh index " +
+                                 std::to_string(node) + " of " + std::to_string(mesh.numNodes()));
     }
 }
 

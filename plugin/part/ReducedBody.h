@@ -2,15 +2,17 @@
 /** @file
 A flexible part after Craig–Bampton reduction: constant, shared by every body made of it.
 
-Its deformation is `u(s) = Φ(s) ξ` with n_f modes that are free-free shapes of the part with its interfaces tied:
-M-orthonormal (`ΦᵀMΦ = 1`), with diagonal stiffness `ΦᵀKΦ = Ω²`, and orthogonal to the rigid-body modes.
-Frame B is the mean-axis frame: origin at the undeformed centre of mass, axes parallel to those of the deck.
+Its deformation is `u(s) = Φ(s) ξ` with n_f modes that are free-free shapes of the part with its
+interfaces tied: M-orthonormal (`ΦᵀMΦ = 1`), with diagonal stiffness `ΦᵀKΦ = Ω²`, and orthogonal to
+the rigid-body modes. Frame B is the mean-axis frame: origin at the undeformed centre of mass, axes
+parallel to those of the deck.
 
 Kinetic energy with angular velocity ω in B, and C_a(ξ) = ξᵀN_a:
 
     T = ½ m|v|² + ½ ωᵀ(I₀ + ξᵢ I₁ᵢ + ξᵢξⱼ I₂ᵢⱼ)ω + ωᵀ C ξ̇ + ½|ξ̇|²
 
-All matrices are column-major. SI units. Standard types only, so that reduction needs no Simbody and users no Eigen. **/
+All matrices are column-major. SI units. Standard types only, so that reduction needs no Simbody and
+users no Eigen. **/
 
 #include <array>
 #include <memory>
@@ -27,35 +29,38 @@ public:
     struct Interface {
         std::string name;
         std::array<double, 3> position{};  ///< master point s_I, from the centre of mass, in B [m]
-        std::vector<double> Phi;           ///< 3×n_f translation of the master per mode [m/√kg/m …]
-        std::vector<double> Psi;           ///< 3×n_f rotation of the master per mode [rad per unit ξ]
-        std::vector<int> nodes;            ///< mesh indices of the tied nodes, ascending
+        std::vector<double> Phi;  ///< 3×n_f translation of the master per mode [m/√kg/m …]
+        std::vector<double> Psi;  ///< 3×n_f rotation of the master per mode [rad per unit ξ]
+        std::vector<int> nodes;   ///< mesh indices of the tied nodes, ascending
     };
 
     /** Where the numbers came from; free text for people and for `simflex info`. **/
     struct Provenance {
-        std::string source;        ///< deck or matrix file
-        std::string program;       ///< FE program and version
-        std::string created;       ///< ISO 8601 date and time, empty if not recorded
+        std::string source;   ///< deck or matrix file
+        std::string program;  ///< FE program and version
+        std::string created;  ///< ISO 8601 date and time, empty if not recorded
         std::string units = "m kg s";
     };
 
     std::string name;
-    double mass = 0;                         ///< m [kg]
-    std::array<double, 3> centerOfMass{};    ///< in deck coordinates [m]: deck position = s + centerOfMass
-    std::array<double, 6> inertia{};         ///< I₀ about the centre of mass: xx yy zz xy xz yz, tensor sign (xy = −∑mxy) [kg m²]
-    int numModes = 0;                        ///< n_f
-    std::vector<double> omegaSquared;        ///< n_f, Ω² ascending [rad²/s²]
-    std::vector<double> I1;                  ///< 6×n_f, components as in `inertia`
-    std::array<std::vector<double>, 6> I2;   ///< per component n_f×n_f, symmetric
-    std::array<std::vector<double>, 3> N;    ///< N_a, n_f×n_f, antisymmetric: ∑m (φ_i × φ_j)_a
+    double mass = 0;  ///< m [kg]
+    std::array<double, 3>
+        centerOfMass{};               ///< in deck coordinates [m]: deck position = s + centerOfMass
+    std::array<double, 6> inertia{};  ///< I₀ about the centre of mass: xx yy zz xy xz yz, tensor
+                                      ///< sign (xy = −∑mxy) [kg m²]
+    int numModes = 0;                 ///< n_f
+    std::vector<double> omegaSquared;       ///< n_f, Ω² ascending [rad²/s²]
+    std::vector<double> I1;                 ///< 6×n_f, components as in `inertia`
+    std::array<std::vector<double>, 6> I2;  ///< per component n_f×n_f, symmetric
+    std::array<std::vector<double>, 3> N;   ///< N_a, n_f×n_f, antisymmetric: ∑m (φ_i × φ_j)_a
     std::vector<Interface> interfaces;
 
-    Mesh mesh;                               ///< positions are s: from the centre of mass, in B [m]
-    std::vector<double> Phi;                 ///< (3·numNodes)×n_f mode shapes on the mesh; row 3·node + axis
+    Mesh mesh;                ///< positions are s: from the centre of mass, in B [m]
+    std::vector<double> Phi;  ///< (3·numNodes)×n_f mode shapes on the mesh; row 3·node + axis
     Provenance provenance;
 
-    /** @throws std::out_of_range that names the part, the interface asked for and those that exist. **/
+    /** @throws std::out_of_range that names the part, the interface asked for and those that exist.
+     * **/
     const Interface& getInterface(const std::string& interfaceName) const;
 
     /** Largest node displacement |φ_i(s)| of each mode for ξ_i = 1; size n_f. O(nodes·n_f). **/
@@ -68,7 +73,8 @@ public:
     ReducedBody withScaledStiffness(double factor) const;
 
     /** Checks sizes, finiteness, positive mass and inertia, symmetry of I₂ and antisymmetry of N.
-    @throws std::invalid_argument that names the part, the quantity, the value found and the value allowed. **/
+    @throws std::invalid_argument that names the part, the quantity, the value found and the value
+    allowed. **/
     void validate() const;
 };
 

@@ -6,8 +6,8 @@ namespace simflex {
 namespace {
 
 /** sum ← Σ_j weights[j]·member of point j. **/
-void combine(const BdfHistory& history, std::vector<double> BdfPoint::*member, int count, const double* weights,
-             std::vector<double>& sum) {
+void combine(const BdfHistory& history, std::vector<double> BdfPoint::*member, int count,
+             const double* weights, std::vector<double>& sum) {
     const size_t size = (history[0].*member).size();
     sum.resize(size);
     for (size_t i = 0; i < size; ++i) sum[i] = weights[0] * (history[0].*member)[i];

@@ -12,8 +12,8 @@ namespace {
 
 void requirePositive(Real value, const char* method) {
     if (!(value > 0))
-        throw std::invalid_argument(std::string("BdfIntegrator::") + method + "(): " + std::to_string(value) +
-                                    " given, must be positive");
+        throw std::invalid_argument(std::string("BdfIntegrator::") + method +
+                                    "(): " + std::to_string(value) + " given, must be positive");
 }
 
 }  // namespace
@@ -34,8 +34,12 @@ void BdfIntegrator::setConstraintTolerance(Real tolerance) {
     m_impl->constraintTolerance = tolerance;
 }
 
-void BdfIntegrator::setFormulation(Formulation formulation) { m_impl->formulation = formulation; }
-void BdfIntegrator::setBlockForm(BlockForm form) { m_impl->blockForm = form; }
+void BdfIntegrator::setFormulation(Formulation formulation) {
+    m_impl->formulation = formulation;
+}
+void BdfIntegrator::setBlockForm(BlockForm form) {
+    m_impl->blockForm = form;
+}
 
 void BdfIntegrator::setMaximumOrder(int order) {
     if (order < 1 || order > BdfHistory::MaxOrder)
@@ -76,21 +80,29 @@ void BdfIntegrator::setNewtonTolerances(const NewtonTolerances& tolerances) {
     m_impl->newtonTolerances = tolerances;
 }
 
-void BdfIntegrator::setFinalTime(Real time) { m_impl->finalTime = time; }
+void BdfIntegrator::setFinalTime(Real time) {
+    m_impl->finalTime = time;
+}
 
 void BdfIntegrator::setNumThreads(int threads) {
     requirePositive(threads, "setNumThreads");
     m_impl->numThreads = threads;
 }
 
-void BdfIntegrator::setProjectInitialState(bool project) { m_impl->projectInitialState = project; }
+void BdfIntegrator::setProjectInitialState(bool project) {
+    m_impl->projectInitialState = project;
+}
 
 void BdfIntegrator::setNewtonSystemObserver(std::function<void(const NewtonSystem&)> observer) {
     m_impl->observer = std::move(observer);
 }
 
-void BdfIntegrator::initialize(const SimTK::State& state) { m_impl->initialize(state); }
-void BdfIntegrator::initialize(const SimTK::Array_<SimTK::State>& history) { m_impl->initialize(history); }
+void BdfIntegrator::initialize(const SimTK::State& state) {
+    m_impl->initialize(state);
+}
+void BdfIntegrator::initialize(const SimTK::Array_<SimTK::State>& history) {
+    m_impl->initialize(history);
+}
 
 BdfIntegrator::StepStatus BdfIntegrator::stepTo(Real time) {
     m_impl->requireInitialized("stepTo");
@@ -107,7 +119,9 @@ const SimTK::State& BdfIntegrator::getState() const {
     return m_impl->getState();
 }
 
-Real BdfIntegrator::getTime() const { return m_impl->visibleTime; }
+Real BdfIntegrator::getTime() const {
+    return m_impl->visibleTime;
+}
 
 SimTK::Vector BdfIntegrator::getUDot() const {
     m_impl->requireInitialized("getUDot");
@@ -124,10 +138,20 @@ SimTK::Vector BdfIntegrator::getMultipliers(const Joint& joint) const {
     return m_impl->calcMultipliers(&joint);
 }
 
-Real BdfIntegrator::getLastStepSize() const { return m_impl->lastStep; }
-int BdfIntegrator::getLastOrder() const { return m_impl->lastOrder; }
-Real BdfIntegrator::getWork() const { return m_impl->visibleWork; }
-Real BdfIntegrator::getLargestConstraintError() const { return m_impl->constraintError; }
-const IntegratorStatistics& BdfIntegrator::getStatistics() const { return m_impl->statistics; }
+Real BdfIntegrator::getLastStepSize() const {
+    return m_impl->lastStep;
+}
+int BdfIntegrator::getLastOrder() const {
+    return m_impl->lastOrder;
+}
+Real BdfIntegrator::getWork() const {
+    return m_impl->visibleWork;
+}
+Real BdfIntegrator::getLargestConstraintError() const {
+    return m_impl->constraintError;
+}
+const IntegratorStatistics& BdfIntegrator::getStatistics() const {
+    return m_impl->statistics;
+}
 
 }  // namespace simflex

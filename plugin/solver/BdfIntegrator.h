@@ -1,24 +1,30 @@
 #pragma once
 /** @file
-Implicit integration of a SimTK::MultibodySystem with flexible bodies: variable-step, variable-order BDF whose Newton
-systems are solved by block Gaussian elimination.
+Implicit integration of a SimTK::MultibodySystem with flexible bodies: variable-step, variable-order
+BDF whose Newton systems are solved by block Gaussian elimination.
 
 Each step solves, with γ = h/α₀ and q = q_hist + γ N(q) u,
 
     M(q) (u − u_hist)/γ + b(q, u) − f(q, u, t) + G(q)ᵀλ = 0
 
-together with `G u = 0` (StabilizedIndex2; q is then projected onto the joints in the norm M + γ²K) or with the
-position errors themselves (Index3).
+together with `G u = 0` (StabilizedIndex2; q is then projected onto the joints in the norm M + γ²K)
+or with the position errors themselves (Index3).
 
     BdfIntegrator integrator(system);
     integrator.setAccuracy(1e-6);
-    integrator.initialize(state);          // assembles, finds consistent speeds, accelerations and multipliers
-    integrator.stepTo(0.1);
-    const State& now = integrator.getState();
+    integrator.initialize(state);          // assembles, finds consistent speeds, accelerations and
+multipliers integrator.stepTo(0.1); const State& now = integrator.getState();
 
-Names follow SimTK::Integrator and SimTK::TimeStepper. Event reporters and handlers of the system are called: scheduled
-reports on interpolated states, scheduled and triggered handlers at the end of a step (triggers located by root finding).
-Source: C. Yang et al., Appl. Sci. 2025, 15(8), 4541; E. Hairer, G. Wanner, Solving ODEs II, VII.2. **/
+Names follow SimTK::Integrator and SimTK::TimeStepper. Event reporters and handlers of the system
+are called: scheduled reports on interpolated states, scheduled and triggered handlers at the end of
+a step (triggers located by root finding). Handlers may change q, u and instance variables.
+Initialization and time-advanced events, auto-update variables (some Measures) and auxiliary
+variables z are not part of this integrator; z is refused by name.
+
+The Newton matrix holds elasticity, modal damping and inertia. Simbody's own force elements and
+AttachmentForces act in the residual only: very stiff ones among them slow Newton's iteration down
+and shorten the step. Source: C. Yang et al., Appl. Sci. 2025, 15(8), 4541; E. Hairer, G. Wanner,
+Solving ODEs II, VII.2. **/
 
 #include <functional>
 #include <memory>
@@ -35,23 +41,25 @@ class BdfIntegrator {
 public:
     enum class Formulation { StabilizedIndex2, Index3 };
 
-    /** Inside a flexible body's block: `Arrow` leaves gyroscopic and centrifugal terms out of the Newton matrix,
-    `Dense` has all; `Automatic` starts with Arrow and changes when it stops converging. The solution is the same. **/
+    /** Inside a flexible body's block: `Arrow` leaves gyroscopic and centrifugal terms out of the
+    Newton matrix, `Dense` has all; `Automatic` starts with Arrow and changes when it stops
+    converging. The solution is the same. **/
     enum class BlockForm { Automatic, Arrow, Dense };
 
-    /** Thresholds of the Newton iteration; converged when changes of displacements *and* multipliers, or residuals of
-    bodies *and* constraints, are below them. **/
+    /** Thresholds of the Newton iteration; converged when changes of displacements *and*
+    multipliers, or residuals of bodies *and* constraints, are below them. **/
     struct NewtonTolerances {
-        SimTK::Real displacement = 1e-3;        ///< largest change γΔu, as a fraction of the accuracy
-        SimTK::Real multiplier = 1e-5;          ///< change of λ relative to the largest λ
-        SimTK::Real bodyResidual = 1e-11;       ///< relative to the largest force
+        SimTK::Real displacement = 1e-3;   ///< largest change γΔu, as a fraction of the accuracy
+        SimTK::Real multiplier = 1e-5;     ///< change of λ relative to the largest λ
+        SimTK::Real bodyResidual = 1e-11;  ///< relative to the largest force
         SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]
         int maxIterations = 8;
     };
 
-    enum class StepStatus { ReachedTime, ReachedFinalTime, TimeEvent, Terminated };
+    enum class StepStatus { ReachedTime, ReachedFinalTime, Terminated };
 
-    /** @param system  must outlive the integrator; its topology realized at the latest by initialize(). **/
+    /** @param system  must outlive the integrator; its topology realized at the latest by
+     * initialize(). **/
     explicit BdfIntegrator(const SimTK::MultibodySystem& system);
     ~BdfIntegrator();
     BdfIntegrator(BdfIntegrator&&) noexcept;
@@ -59,14 +67,17 @@ public:
 
     /** @name Settings; set before initialize(). **/
     /**@{**/
-    /** Local error allowed per step, in metres of displacement anywhere on a body; default 1e-6. With order p the
-    global error falls as accuracy^(p/(p+1)). **/
+    /** Local error allowed per step, in metres of displacement anywhere on a body; default 1e-6.
+    With order p the global error falls as accuracy^(p/(p+1)). **/
     void setAccuracy(SimTK::Real accuracy);
-    /** Largest joint position error left by a step [m, rad]; default 1e-10. **/
+    /** Largest joint position error left by a step [m, rad]; default 1e-10. Index3 solves the
+    position equations themselves and is not projected: its errors follow from the Newton
+    tolerances. **/
     void setConstraintTolerance(SimTK::Real tolerance);
     void setFormulation(Formulation formulation);
     void setBlockForm(BlockForm form);
-    /** 1 … 5, default 2. From order 3 on BDF is not A-stable: lightly damped modes then limit the step. **/
+    /** 1 … 5, default 2. From order 3 on BDF is not A-stable: lightly damped modes then limit the
+     * step. **/
     void setMaximumOrder(int order);
     void setInitialStepSize(SimTK::Real h);
     void setMaximumStepSize(SimTK::Real h);
@@ -78,30 +89,38 @@ public:
     void setNewtonTolerances(const NewtonTolerances& tolerances);
     /** No step goes beyond this time; default infinity. **/
     void setFinalTime(SimTK::Real time);
-    /** Threads for the bodies; default: as many as OpenMP offers (OMP_NUM_THREADS) and the bodies' size can feed.
-    Results do not depend on it. **/
+    /** Threads for the bodies; default: as many as OpenMP offers (OMP_NUM_THREADS) and the bodies'
+    size can feed. Results do not depend on it. **/
     void setNumThreads(int threads);
-    /** Skips the initial projection of positions and speeds: the State is taken as consistent already. **/
+    /** Skips the initial projection of positions and speeds: the State is taken as consistent
+     * already. **/
     void setProjectInitialState(bool project);
     /** Called with every Newton system just before it is solved; for tests and benchmarks. **/
     void setNewtonSystemObserver(std::function<void(const NewtonSystem&)> observer);
     /**@}**/
 
-    /** Takes the State over: assembles the joints by least deformation, makes speeds, accelerations and multipliers
-    consistent.
-    @throws std::invalid_argument that names what cannot be supported (a stock constraint, a Motion, a lock, …)
-    @throws std::runtime_error if the joints cannot be assembled, naming the worst joint and its error. **/
+    /** Takes the State over: assembles the joints by least deformation, makes speeds, accelerations
+    and multipliers consistent.
+    @throws std::invalid_argument that names what cannot be supported (a stock constraint, a Motion,
+    a lock, …)
+    @throws std::runtime_error if the joints cannot be assembled, naming the worst joint and its
+    error. **/
     void initialize(const SimTK::State& state);
 
-    /** Starts from an exact history: states at t₀, t₀+h, …, oldest first, at least the order's number of them.
-    @pre setFixedStep(h) with their spacing. **/
+    /** Starts from an exact history: states at t₀, t₀+h, …, oldest first, at least the order's
+    number of them.
+    @pre setFixedStep(h) with their spacing.
+    @throws std::invalid_argument if there are too few, or their spacing is another. **/
     void initialize(const SimTK::Array_<SimTK::State>& history);
 
     /** Advances to `time`, calling reporters and handlers on the way.
-    @throws std::runtime_error if a step cannot be taken: body or joint, time and residual; the last good State stays. **/
+    @throws std::invalid_argument if `time` is not a number or already passed.
+    @throws std::runtime_error if a step cannot be taken: body or joint, time and residual; the last
+    good State stays. **/
     StepStatus stepTo(SimTK::Real time);
 
-    /** Takes one internal step, of whatever size the error control chooses. **/
+    /** Takes one internal step, of whatever size the error control chooses (a few with event
+    triggers about), and calls the reporters and handlers it passes. **/
     StepStatus stepOnce();
 
     /** The State reached; realized to Stage::Velocity. **/
@@ -110,16 +129,18 @@ public:
 
     /** @name What the last step found. **/
     /**@{**/
-    /** u̇ in Simbody's numbering: BDF's derivative of u at the last step, or exact accelerations after initialize(). **/
+    /** u̇ in Simbody's numbering: BDF's derivative of u at the last step, or exact accelerations
+     * after initialize(). **/
     SimTK::Vector getUDot() const;
     SimTK::Vector getMultipliers() const;                    ///< all joints, in order
     SimTK::Vector getMultipliers(const Joint& joint) const;  ///< λ of one joint: [N, N m]
     SimTK::Real getLastStepSize() const;
     int getLastOrder() const;
-    /** Work of applied loads, damping and prescribed motions since initialize() [J]; gravity and elasticity are
-    potential energy. Integrated with the step's own BDF formula. **/
+    /** Work since initialize() of AttachmentForces, modal damping and prescribed motions [J].
+    Gravity and elasticity are potential energy; Simbody's other force elements are not counted.
+    Integrated with the step's own BDF formula. **/
     SimTK::Real getWork() const;
-    /** Largest position error of any joint [m, rad]. **/
+    /** Largest position error of any joint at getState() [m, rad]. **/
     SimTK::Real getLargestConstraintError() const;
     const IntegratorStatistics& getStatistics() const;
     /**@}**/

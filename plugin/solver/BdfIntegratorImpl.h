@@ -43,10 +43,17 @@ public:
 
 private:
     void setUp(const SimTK::State& state);
+    void checkSettings(SimTK::Real startTime) const;
+    /** Analyses the system at m_state; again after a handler changed it. **/
+    void buildEquations();
+    /** After handlers ran: goes on if they changed nothing, else starts again from what they left.
+     * **/
+    void takeOver(const EventDriver::Outcome& outcome);
     /** Assembles (if asked), finds accelerations and starts a new history from the State. **/
     void restart(bool project);
-    void pushPoint(double t, double work, const std::vector<double>& q, const std::vector<double>& u,
-                   const std::vector<double>& lambda, const std::vector<double>& uDot);
+    void pushPoint(double t, double work, double error, const std::vector<double>& q,
+                   const std::vector<double>& u, const std::vector<double>& lambda,
+                   const std::vector<double>& uDot);
     SimTK::Real chooseInitialStep(const std::vector<double>& uDot) const;
 
     /** One accepted step that does not pass `limit`. **/
@@ -55,12 +62,21 @@ private:
     void chooseNextStep(double error, double h, int order);
     double calcError(int order) const;
     [[noreturn]] void failStep(double h, const std::string& reason) const;
+    StepStatus advance(SimTK::Real goal);
+    /** Moves phase times from the solver and the equations into the statistics. **/
+    void bookPhases();
+    /** Runs `work` and books its time; on an exception makes the last good point visible. **/
+    template <class Work>
+    StepStatus runTimed(Work work);
 
-    /** Makes the point at t visible: interpolated inside the last step, projected onto the joints. **/
+    /** Makes the point at t visible: interpolated inside the last step, projected onto the joints.
+     * **/
     void showPoint(double t);
-    /** Shortens the last step to where a trigger function changes sign, if one does; true if so. **/
+    /** Shortens the last step to where a trigger function changes sign, if one does; true if so.
+     * **/
     bool locateTrigger(const SimTK::Vector& before, double tBefore);
-    void writeState(double t, const std::vector<double>& q, const std::vector<double>& u, SimTK::State& state) const;
+    void writeState(double t, const std::vector<double>& q, const std::vector<double>& u,
+                    SimTK::State& state) const;
 
     const SimTK::MultibodySystem& m_system;
     std::unique_ptr<MultibodyEquations> m_equations;
@@ -80,7 +96,8 @@ private:
     bool m_hasTriggered = false, m_isInitialized = false, m_isTerminated = false;
 
     // The step being attempted.
-    double m_newTime = 0, m_newWork = 0;
+    double m_newTime = 0, m_newWork = 0, m_newConstraintError = 0;
+    int m_worstProjectedRow = -1;
     std::vector<double> m_q, m_u, m_lambda, m_uDot, m_qHist, m_uHist, m_qPredicted, m_uPredicted;
     mutable std::vector<double> m_errorQ, m_errorU;
     ImplicitStep::Outcome m_outcome;

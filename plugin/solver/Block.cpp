@@ -11,13 +11,16 @@ Vector4d multiplyQuaternion(const Vector4d& q, const Vector3d& omega, bool inBod
     const Vector3d v = q.tail<3>();
     Vector4d product;
     product[0] = -v.dot(omega);
-    product.tail<3>() = q[0] * omega + (inBody ? Vector3d(v.cross(omega)) : Vector3d(omega.cross(v)));
+    product.tail<3>() =
+        q[0] * omega + (inBody ? Vector3d(v.cross(omega)) : Vector3d(omega.cross(v)));
     return product;
 }
 
-Vector4d integrateQuaternion(const Vector4d& qHist, double gamma, const Vector3d& omega, bool inBody) {
+Vector4d integrateQuaternion(const Vector4d& qHist, double gamma, const Vector3d& omega,
+                             bool inBody) {
     const double a = 0.5 * gamma;
-    return (qHist + a * multiplyQuaternion(qHist, omega, inBody)) / (1 + a * a * omega.squaredNorm());
+    return (qHist + a * multiplyQuaternion(qHist, omega, inBody)) /
+           (1 + a * a * omega.squaredNorm());
 }
 
 Vector4d displaceQuaternion(const Vector4d& q, const Vector3d& delta, bool inBody) {

@@ -2,8 +2,9 @@
 /** @file
 One block of the Newton system: a flexible body or a tree of rigid bodies (private header).
 
-A block has `numQ` coordinates and `numU` speeds of its own numbering; the pointers passed to its methods point at the
-block's part of the solver's vectors. Order of calls within one evaluation: realize(), then anything else. **/
+A block has `numQ` coordinates and `numU` speeds of its own numbering; the pointers passed to its
+methods point at the block's part of the solver's vectors. Order of calls within one evaluation:
+realize(), then anything else. **/
 
 #include <Eigen/Dense>
 #include <string>
@@ -22,7 +23,8 @@ struct GravityField {
 /** What every block of a system shares in one evaluation. **/
 struct EvaluationContext {
     const GravityField* gravity = nullptr;
-    /** Private State with the current q and u, realized to Stage::Velocity; null if no block needs Simbody. **/
+    /** Private State with the current q and u, realized to Stage::Velocity; null if no block needs
+     * Simbody. **/
     const SimTK::State* state = nullptr;
 };
 
@@ -41,8 +43,8 @@ public:
     virtual void realize(const EvaluationContext& context, const double* q, const double* u) = 0;
 
     /** r ← M u̇ + b − f_internal − f_gravity. **/
-    virtual void calcResidual(const EvaluationContext& context, const double* q, const double* u, const double* uDot,
-                              double* r) = 0;
+    virtual void calcResidual(const EvaluationContext& context, const double* q, const double* u,
+                              const double* uDot, double* r) = 0;
 
     /** r −= Jᵀ F for a spatial force F_G at a frame's origin. **/
     virtual void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const = 0;
@@ -55,7 +57,8 @@ public:
     virtual void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const = 0;
 
     /** Acceleration of a frame for the given u̇ (zero u̇: the bias). **/
-    virtual SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u, const double* uDot) const = 0;
+    virtual SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
+                                                    const double* uDot) const = 0;
 
     /** J = M/γ − ∂f/∂u − γ ∂f/∂q N; flexible bodies honour `dense`, rigid trees are M/γ. **/
     virtual void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
@@ -65,11 +68,12 @@ public:
     virtual void formMassBlock(NewtonSystem::Block& block) const = 0;
 
     /** q ← solution of q = q_hist + γ N(q) u. **/
-    virtual void integrateQ(const EvaluationContext& context, const double* qHist, double gamma, const double* u,
-                            double* q) const = 0;
+    virtual void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
+                            const double* u, double* q) const = 0;
 
     /** q ← q moved by the quasi-displacement δ = N⁻¹ Δq; quaternions stay normalised. **/
-    virtual void displaceQ(const EvaluationContext& context, const double* delta, double* q) const = 0;
+    virtual void displaceQ(const EvaluationContext& context, const double* delta,
+                           double* q) const = 0;
 
     /** Scales quaternions to length 1. **/
     virtual void normalizeQ(double* q) const = 0;
@@ -77,19 +81,22 @@ public:
     /** Gives quaternions of `q` the sign nearer to `reference`. **/
     virtual void alignQ(const double* reference, double* q) const = 0;
 
-    /** Displacement in metres that a quasi-displacement δ causes, at worst: root of the sum of squares. **/
+    /** Displacement in metres that a quasi-displacement δ causes, at worst: root of the sum of
+     * squares. **/
     virtual double calcDisplacement(const double* delta) const = 0;
 
     /** The same for a difference of coordinates q. **/
     virtual double calcQDisplacement(const double* deltaQ) const = 0;
 
-    /** The same for a difference of speeds, times the time in which it acts: h, or 1/Ω of a faster mode. **/
+    /** The same for a difference of speeds, times the time in which it acts: h, or 1/Ω of a faster
+     * mode. **/
     virtual double calcUDisplacement(const double* deltaU, double h) const = 0;
 
     /** Power of damping forces [W], zero or negative. **/
     virtual double calcDampingPower(const double* u) const = 0;
 
-    /** Number of consecutive entries of Simbody's State ↔ solver's vectors. State realized to Stage::Velocity. **/
+    /** Coordinates and speeds from and to a Simbody State; for reading it is realized to
+     * Stage::Velocity. **/
     virtual void getFromState(const SimTK::State& state, double* q, double* u) const = 0;
     virtual void putIntoState(const double* q, const double* u, SimTK::State& state) const = 0;
     /** Writes the block's u̇ in Simbody's numbering. **/
@@ -97,14 +104,16 @@ public:
 };
 
 /** Writes `q⊗(0, ω)` (ω in the body) or `(0, ω)⊗q` (ω in the base) for q = (w, x, y, z). **/
-Eigen::Vector4d multiplyQuaternion(const Eigen::Vector4d& q, const Eigen::Vector3d& omega, bool inBody);
+Eigen::Vector4d multiplyQuaternion(const Eigen::Vector4d& q, const Eigen::Vector3d& omega,
+                                   bool inBody);
 
 /** Closed-form solution of q = q_hist + ½γ Ω(ω) q: (1 + aΩ) q_hist/(1 + a²|ω|²), a = γ/2. **/
-Eigen::Vector4d integrateQuaternion(const Eigen::Vector4d& qHist, double gamma, const Eigen::Vector3d& omega,
-                                    bool inBody);
+Eigen::Vector4d integrateQuaternion(const Eigen::Vector4d& qHist, double gamma,
+                                    const Eigen::Vector3d& omega, bool inBody);
 
 /** q turned by the rotation vector δ, normalised. **/
-Eigen::Vector4d displaceQuaternion(const Eigen::Vector4d& q, const Eigen::Vector3d& delta, bool inBody);
+Eigen::Vector4d displaceQuaternion(const Eigen::Vector4d& q, const Eigen::Vector3d& delta,
+                                   bool inBody);
 
 /** q or −q, whichever is nearer to the reference. **/
 void alignQuaternion(const double* reference, double* q);

@@ -18,7 +18,9 @@ using Block = NewtonSystem::Block;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /** Factors of one arrow matrix [H, E; Eᵀ, diag(d)]: T = E diag(d)⁻¹ and LU of H − T Eᵀ. **/
 struct ArrowFactors {
@@ -36,7 +38,7 @@ struct ArrowFactors {
         head.compute(reduced);
     }
 
-    /** X ← A⁻¹ X for n×m X; `heads` is workspace of at least 6×m. **/
+    /** X ← A⁻¹ X for n×m X. **/
     template <class Matrix>
     void solveInPlace(Matrix&& X) const {
         const auto tail = X.rows() - 6;
@@ -57,12 +59,12 @@ struct BlockData {
     bool isArrow = false;
     ArrowFactors arrow;
     Eigen::PartialPivLU<MatrixXd> dense;
-    MatrixXd W;        ///< n×m
-    MatrixXd S;        ///< m×m contribution G_b W_b
-    VectorXd z;        ///< n
-    VectorXd Gz;       ///< m
-    VectorXd lambda;   ///< m multipliers gathered
-    VectorXd deltaU;   ///< n
+    MatrixXd W;       ///< n×m
+    MatrixXd S;       ///< m×m contribution G_b W_b
+    VectorXd z;       ///< n
+    VectorXd Gz;      ///< m
+    VectorXd lambda;  ///< m multipliers gathered
+    VectorXd deltaU;  ///< n
 
     template <class Matrix>
     void solveInPlace(Matrix&& X) const {
@@ -78,14 +80,17 @@ struct BlockData {
 class BlockEliminationSolver::Implementation {
 public:
     explicit Implementation(const NewtonSystem& system)
-        : m_blocks(system.blocks.size()), m_rows(system.blocks.size()), m_numMultipliers(system.numMultipliers()) {
+        : m_blocks(system.blocks.size()),
+          m_rows(system.blocks.size()),
+          m_numMultipliers(system.numMultipliers()) {
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             const Block& block = system.blocks[b];
             const auto n = block.size, m = int(block.rows.size());
             for (int row : block.rows)
                 if (row < 0 || row >= m_numMultipliers)
-                    throw std::invalid_argument("BlockEliminationSolver: block " + std::to_string(b) +
-                                                " names constraint row " + std::to_string(row) + " of " +
+                    throw std::invalid_argument("BlockEliminationSolver: block " +
+                                                std::to_string(b) + " names constraint row " +
+                                                std::to_string(row) + " of " +
                                                 std::to_string(m_numMultipliers));
             m_rows[b] = block.rows;
             m_blocks[b].W.setZero(n, m);
@@ -108,8 +113,7 @@ public:
         int culprit = 0;
 #pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
         for (int b = 0; b < count; ++b) {
-            factorBlock(system.blocks[b], m_blocks[b]);
-            if (m_blocks[b].W.allFinite() && m_blocks[b].S.allFinite()) continue;
+            if (factorBlock(system.blocks[b], m_blocks[b])) continue;
 #pragma omp critical
             {
                 culprit = isSingular ? std::min(culprit, b) : b;
@@ -118,8 +122,8 @@ public:
         }
         m_timing.factor += secondsSince(start);
         if (isSingular)
-            throw std::runtime_error("BlockEliminationSolver: the matrix of block " + std::to_string(culprit) +
-                                     " is singular or not finite");
+            throw std::runtime_error("BlockEliminationSolver: the matrix of block " +
+                                     std::to_string(culprit) + " is singular or not finite");
         const auto schurStart = Clock::now();
         factorSchurComplement();
         m_timing.schur += secondsSince(schurStart);
@@ -127,7 +131,8 @@ public:
     }
 
     void solve(const NewtonSystem& system) {
-        if (!m_isFactored) throw std::logic_error("BlockEliminationSolver::solve() before factor()");
+        if (!m_isFactored)
+            throw std::logic_error("BlockEliminationSolver::solve() before factor()");
         auto start = Clock::now();
         const int count = int(m_blocks.size());
 #pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
@@ -137,14 +142,17 @@ public:
             data.z = Map<const VectorXd>(block.r.data(), block.size);
             // G_b z_b = W̃ᵀ r needs J symmetric; the plain product serves every form.
             data.solveInPlace(data.z);
-            data.Gz.noalias() = Map<const MatrixXd>(block.Gt.data(), block.size, data.Gz.size()).transpose() * data.z;
+            data.Gz.noalias() =
+                Map<const MatrixXd>(block.Gt.data(), block.size, data.Gz.size()).transpose() *
+                data.z;
         }
         m_timing.backSubstitution += secondsSince(start);
 
         start = Clock::now();
         m_lambda = Map<const VectorXd>(system.c.data(), m_numMultipliers);
         for (int b = 0; b < count; ++b)
-            for (size_t i = 0; i < m_rows[b].size(); ++i) m_lambda[m_rows[b][i]] -= m_blocks[b].Gz[i];
+            for (size_t i = 0; i < m_rows[b].size(); ++i)
+                m_lambda[m_rows[b][i]] -= m_blocks[b].Gz[i];
         solveSchurComplement();
         m_timing.schur += secondsSince(start);
 
@@ -169,18 +177,27 @@ public:
     Timing m_timing;
 
 private:
-    static void factorBlock(const Block& block, BlockData& data) {
+    /** @returns false if the block's matrix is singular or not finite. **/
+    static bool factorBlock(const Block& block, BlockData& data) {
         const int n = block.size, m = int(block.rows.size());
+        if (n == 0) return true;
         data.isArrow = block.form == Block::Form::Arrow;
-        if (data.isArrow)
+        double smallestPivot = 0;
+        if (data.isArrow) {
             data.arrow.factor(block);
-        else if (n > 0)
+            smallestPivot = data.arrow.head.matrixLU().diagonal().cwiseAbs().minCoeff();
+            if (!data.arrow.T.allFinite()) return false;
+        } else {
             data.dense.compute(Map<const MatrixXd>(block.dense.data(), n, n));
-        if (n == 0 || m == 0) return;
+            smallestPivot = data.dense.matrixLU().diagonal().cwiseAbs().minCoeff();
+        }
+        if (!(smallestPivot > 0)) return false;
+        if (m == 0) return true;
         const Map<const MatrixXd> Gt(block.Gt.data(), n, m);
         data.W = Gt;
         data.solveInPlace(data.W);
         data.S.noalias() = Gt.transpose() * data.W;
+        return data.S.allFinite();
     }
 
     void factorSchurComplement() {
@@ -190,7 +207,8 @@ private:
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             const std::vector<int>& rows = m_rows[b];
             for (size_t j = 0; j < rows.size(); ++j)
-                for (size_t i = 0; i < rows.size(); ++i) m_S(rows[i], rows[j]) += m_blocks[b].S(i, j);
+                for (size_t i = 0; i < rows.size(); ++i)
+                    m_S(rows[i], rows[j]) += m_blocks[b].S(i, j);
         }
         // Rows of metres and radians on light and heavy bodies: scale S to a unit diagonal.
         for (int i = 0; i < m_numMultipliers; ++i) {
@@ -231,17 +249,31 @@ BlockEliminationSolver::BlockEliminationSolver(const NewtonSystem& system)
     : m_impl(std::make_unique<Implementation>(system)) {}
 BlockEliminationSolver::~BlockEliminationSolver() = default;
 BlockEliminationSolver::BlockEliminationSolver(BlockEliminationSolver&&) noexcept = default;
-BlockEliminationSolver& BlockEliminationSolver::operator=(BlockEliminationSolver&&) noexcept = default;
+BlockEliminationSolver& BlockEliminationSolver::operator=(BlockEliminationSolver&&) noexcept =
+    default;
 
 void BlockEliminationSolver::setNumThreads(int threads) {
-    if (threads < 1) throw std::invalid_argument("BlockEliminationSolver::setNumThreads: at least 1");
+    if (threads < 1)
+        throw std::invalid_argument("BlockEliminationSolver::setNumThreads: at least 1");
     m_impl->m_threads = threads;
 }
-void BlockEliminationSolver::factor(const NewtonSystem& system) { m_impl->factor(system); }
-void BlockEliminationSolver::solve(const NewtonSystem& system) { m_impl->solve(system); }
-const double* BlockEliminationSolver::getDeltaU(int block) const { return m_impl->m_blocks.at(block).deltaU.data(); }
-const double* BlockEliminationSolver::getDeltaLambda() const { return m_impl->m_lambda.data(); }
-int BlockEliminationSolver::getNumRedundant() const { return m_impl->m_numRedundant; }
-const BlockEliminationSolver::Timing& BlockEliminationSolver::getTiming() const { return m_impl->m_timing; }
+void BlockEliminationSolver::factor(const NewtonSystem& system) {
+    m_impl->factor(system);
+}
+void BlockEliminationSolver::solve(const NewtonSystem& system) {
+    m_impl->solve(system);
+}
+const double* BlockEliminationSolver::getDeltaU(int block) const {
+    return m_impl->m_blocks.at(block).deltaU.data();
+}
+const double* BlockEliminationSolver::getDeltaLambda() const {
+    return m_impl->m_lambda.data();
+}
+int BlockEliminationSolver::getNumRedundant() const {
+    return m_impl->m_numRedundant;
+}
+const BlockEliminationSolver::Timing& BlockEliminationSolver::getTiming() const {
+    return m_impl->m_timing;
+}
 
 }  // namespace simflex

@@ -7,16 +7,17 @@ Solves a NewtonSystem by block Gaussian elimination over bodies, then over multi
     3.                          S Δλ = c − Σ_b G_b z_b,   z_b = J_b⁻¹ r_b
     4. per block, in parallel:  Δu_b = −z_b − W_b Δλ
 
-An arrow block costs O(36 n). Redundant constraints leave S singular: then Δλ is the least-squares solution of minimum
-norm (in rows scaled by diag S), and getNumRedundant() says how many. Sums over blocks have a fixed order, so results
-are the same to the bit for any number of threads.
+An arrow block costs O(36 n). Redundant constraints leave S singular: then Δλ is the least-squares
+solution of minimum norm (in rows scaled by diag S), and getNumRedundant() says how many. Sums over
+blocks have a fixed order, so results are the same to the bit for any number of threads.
 
     BlockEliminationSolver solver(system);   // symbolic: sizes and rows
     solver.factor(system);
     solver.solve(system);
     const double* du = solver.getDeltaU(block);  const double* dlambda = solver.getDeltaLambda();
 
-States: symbolic (after construction) → factored (after factor()); solve() may follow any number of times. **/
+States: symbolic (after construction) → factored (after factor()); solve() may follow any number of
+times. **/
 
 #include <memory>
 
@@ -46,7 +47,7 @@ public:
     @throws std::runtime_error that names the block if a J_b is singular or not finite. **/
     void factor(const NewtonSystem& system);
 
-    /** Solves for the r and c of `system` (its matrices are not read). @pre factor().
+    /** Solves for the r and c of `system`; of its matrices only Gt is read. @pre factor().
     @throws std::logic_error if nothing was factored. **/
     void solve(const NewtonSystem& system);
 

@@ -14,8 +14,9 @@ void EventDriver::initialize(const State& state) {
     for (Stage stage = Stage::Time; stage <= Stage::Acceleration; ++stage) {
         if (state.getNEventTriggersByStage(stage) == 0) continue;
         if (stage > Stage::Dynamics)
-            throw std::invalid_argument("BdfIntegrator: an event trigger needs Stage::Acceleration, which is not "
-                                        "supported; let it depend on positions, speeds or forces");
+            throw std::invalid_argument(
+                "BdfIntegrator: an event trigger needs Stage::Acceleration, which is not "
+                "supported; let it depend on positions, speeds or forces");
         m_triggerStage = stage;
     }
 }
@@ -41,18 +42,20 @@ void EventDriver::report(const State& state) {
     m_system.reportEvents(state, Event::Cause::Scheduled, m_reports);
 }
 
-bool EventDriver::handleScheduled(State& state, Real accuracy) {
+EventDriver::Outcome EventDriver::handleScheduled(State& state, Real accuracy) {
     m_lastEvent = state.getTime();
     return handle(state, Event::Cause::Scheduled, m_events, accuracy);
 }
 
-bool EventDriver::handle(State& state, Event::Cause cause, const Array_<EventId>& ids, Real accuracy) const {
+EventDriver::Outcome EventDriver::handle(State& state, Event::Cause cause,
+                                         const Array_<EventId>& ids, Real accuracy) const {
     HandleEventsResults results;
     m_system.handleEvents(state, cause, ids, HandleEventsOptions(accuracy), results);
     if (results.getExitStatus() == HandleEventsResults::Failed)
-        throw std::runtime_error("an event handler failed at t = " + std::to_string(state.getTime()) + " s: " +
-                                 results.getMessage());
-    return results.getExitStatus() == HandleEventsResults::ShouldTerminate;
+        throw std::runtime_error("an event handler failed at t = " +
+                                 std::to_string(state.getTime()) + " s: " + results.getMessage());
+    return {results.getExitStatus() == HandleEventsResults::ShouldTerminate,
+            results.getAnyChangeMade()};
 }
 
 Vector EventDriver::calcTriggers(const State& state) const {
@@ -68,9 +71,11 @@ Vector EventDriver::calcTriggers(const State& state) const {
     return values;
 }
 
-Event::Trigger EventDriver::transitionOf(int trigger, const Vector& before, const Vector& after) const {
-    return Event::maskTransition(Event::classifyTransition(sign(before[trigger]), sign(after[trigger])),
-                                 m_triggers[unsigned(trigger)].calcTransitionMask());
+Event::Trigger EventDriver::transitionOf(int trigger, const Vector& before,
+                                         const Vector& after) const {
+    return Event::maskTransition(
+        Event::classifyTransition(sign(before[trigger]), sign(after[trigger])),
+        m_triggers[unsigned(trigger)].calcTransitionMask());
 }
 
 bool EventDriver::isTriggered(const Vector& before, const Vector& after) const {
@@ -79,7 +84,8 @@ bool EventDriver::isTriggered(const Vector& before, const Vector& after) const {
     return false;
 }
 
-bool EventDriver::handleTriggered(State& state, const Vector& before, const Vector& after, Real accuracy) {
+EventDriver::Outcome EventDriver::handleTriggered(State& state, const Vector& before,
+                                                  const Vector& after, Real accuracy) {
     Array_<EventId> ids;
     for (int k = 0; k < before.size(); ++k)
         if (transitionOf(k, before, after) != Event::NoEventTrigger)

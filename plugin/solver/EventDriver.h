@@ -14,15 +14,22 @@ public:
     @throws std::invalid_argument if a trigger needs Stage::Acceleration. **/
     void initialize(const SimTK::State& state);
 
-    /** Next scheduled times at or after the State's time, events already handled at this time left out. **/
+    /** Next scheduled times at or after the State's time, events already handled at this time left
+     * out. **/
     SimTK::Real calcNextReportTime(const SimTK::State& state);
     SimTK::Real calcNextEventTime(const SimTK::State& state);
 
     /** Calls the reporters found by the last calcNextReportTime(). **/
     void report(const SimTK::State& state);
 
-    /** Calls the handlers found by the last calcNextEventTime(). @returns true if one asks to terminate. **/
-    bool handleScheduled(SimTK::State& state, SimTK::Real accuracy);
+    /** What the handlers of one event did. **/
+    struct Outcome {
+        bool shouldTerminate = false;
+        bool hasChangedState = false;
+    };
+
+    /** Calls the handlers found by the last calcNextEventTime(). **/
+    Outcome handleScheduled(SimTK::State& state, SimTK::Real accuracy);
 
     bool hasTriggers() const { return m_triggers.size() > 0; }
 
@@ -32,14 +39,15 @@ public:
     /** True if a trigger's sign changes between the two sets of values in a way it asks for. **/
     bool isTriggered(const SimTK::Vector& before, const SimTK::Vector& after) const;
 
-    /** Calls the handlers triggered between the two sets of values. @returns true if one asks to terminate. **/
-    bool handleTriggered(SimTK::State& state, const SimTK::Vector& before, const SimTK::Vector& after,
-                         SimTK::Real accuracy);
+    /** Calls the handlers triggered between the two sets of values. **/
+    Outcome handleTriggered(SimTK::State& state, const SimTK::Vector& before,
+                            const SimTK::Vector& after, SimTK::Real accuracy);
 
 private:
-    bool handle(SimTK::State& state, SimTK::Event::Cause cause, const SimTK::Array_<SimTK::EventId>& ids,
-                SimTK::Real accuracy) const;
-    SimTK::Event::Trigger transitionOf(int trigger, const SimTK::Vector& before, const SimTK::Vector& after) const;
+    Outcome handle(SimTK::State& state, SimTK::Event::Cause cause,
+                   const SimTK::Array_<SimTK::EventId>& ids, SimTK::Real accuracy) const;
+    SimTK::Event::Trigger transitionOf(int trigger, const SimTK::Vector& before,
+                                       const SimTK::Vector& after) const;
 
     const SimTK::MultibodySystem& m_system;
     SimTK::Array_<SimTK::EventTriggerInfo> m_triggers;

@@ -12,7 +12,8 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 using Eigen::VectorXd;
 
-FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index, const State& state)
+FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index,
+                             const State& state)
     : m_guts(guts), m_record(guts.body(index)), m_model(*m_record.model), m_n(m_model.n) {
     name = m_record.name;
     numQ = 7 + m_n;
@@ -73,8 +74,8 @@ void FlexibleBlock::subtractForce(int frame, const SpatialVec& F_G, double* r) c
     addInRow(frame, -F_G, r);
 }
 
-void FlexibleBlock::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces, const Vector& mobilityForces,
-                                          double* r) const {
+void FlexibleBlock::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces,
+                                          const Vector& mobilityForces, double* r) const {
     const SpatialVec& force = bodyForces[m_record.frame];
     Vec3 torque_G = force[0], force_G = force[1];
     for (int a = 0; a < 3; ++a) {
@@ -93,12 +94,15 @@ void FlexibleBlock::addInRow(int frame, const SpatialVec& d, double* row) const 
     addInConstraintRow(*m_frames[frame], m_poses[frame], m_body.R_GB, d, row);
 }
 
-SpatialVec FlexibleBlock::calcFrameAcceleration(int frame, const double* u, const double* uDot) const {
+SpatialVec FlexibleBlock::calcFrameAcceleration(int frame, const double* u,
+                                                const double* uDot) const {
     return simflex::calcFrameAcceleration(*m_frames[frame], m_poses[frame], m_body, u + 6,
-                                          Vec3(uDot[0], uDot[1], uDot[2]), Vec3(uDot[3], uDot[4], uDot[5]), uDot + 6);
+                                          Vec3(uDot[0], uDot[1], uDot[2]),
+                                          Vec3(uDot[3], uDot[4], uDot[5]), uDot + 6);
 }
 
-void FlexibleBlock::formArrow(double gamma, const VectorXd& diagonal, NewtonSystem::Block& block) const {
+void FlexibleBlock::formArrow(double gamma, const VectorXd& diagonal,
+                              NewtonSystem::Block& block) const {
     block.form = NewtonSystem::Block::Form::Arrow;
     Map<Eigen::Matrix<double, 6, 6>> head(block.head.data());
     head.setZero();
@@ -115,7 +119,8 @@ void FlexibleBlock::formNewtonBlock(double gamma, bool dense, const double*, con
     if (dense) {
         block.form = NewtonSystem::Block::Form::Dense;
         calcNewtonMatrix(m_model, m_data, gamma, toEigen(m_body.omega_B), Map<const Vector3d>(uDot),
-                         ConstModes(uDot + 6, m_n), m_damping, Map<MatrixXd>(block.dense.data(), numU, numU));
+                         ConstModes(uDot + 6, m_n), m_damping,
+                         Map<MatrixXd>(block.dense.data(), numU, numU));
         return;
     }
     m_diagonal = m_damping + gamma * m_model.omegaSquared;
@@ -128,11 +133,12 @@ void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) const {
     formArrow(1, m_diagonal, block);
 }
 
-void FlexibleBlock::integrateQ(const EvaluationContext&, const double* qHist, double gamma, const double* u,
-                               double* q) const {
+void FlexibleBlock::integrateQ(const EvaluationContext&, const double* qHist, double gamma,
+                               const double* u, double* q) const {
     Map<Vector4d>(q, 4) =
         integrateQuaternion(Map<const Vector4d>(qHist), gamma, Map<const Vector3d>(u), true);
-    Map<VectorXd>(q + 4, 3 + m_n) = ConstModes(qHist + 4, 3 + m_n) + gamma * ConstModes(u + 3, 3 + m_n);
+    Map<VectorXd>(q + 4, 3 + m_n) =
+        ConstModes(qHist + 4, 3 + m_n) + gamma * ConstModes(u + 3, 3 + m_n);
 }
 
 void FlexibleBlock::displaceQ(const EvaluationContext&, const double* delta, double* q) const {
@@ -141,17 +147,21 @@ void FlexibleBlock::displaceQ(const EvaluationContext&, const double* delta, dou
     Map<VectorXd>(q + 4, 3 + m_n) += ConstModes(delta + 3, 3 + m_n);
 }
 
-void FlexibleBlock::normalizeQ(double* q) const { Map<Vector4d>(q, 4).normalize(); }
+void FlexibleBlock::normalizeQ(double* q) const {
+    Map<Vector4d>(q, 4).normalize();
+}
 
-void FlexibleBlock::alignQ(const double* reference, double* q) const { alignQuaternion(reference, q); }
+void FlexibleBlock::alignQ(const double* reference, double* q) const {
+    alignQuaternion(reference, q);
+}
 
 double FlexibleBlock::calcModalDisplacement(const double* modes) const {
     return ConstModes(modes, m_n).cwiseProduct(m_model.displacementPerMode).norm();
 }
 
 double FlexibleBlock::calcDisplacement(const double* delta) const {
-    return std::hypot(m_model.radius * Map<const Vector3d>(delta).norm(), Map<const Vector3d>(delta + 3).norm(),
-                      calcModalDisplacement(delta + 6));
+    return std::hypot(m_model.radius * Map<const Vector3d>(delta).norm(),
+                      Map<const Vector3d>(delta + 3).norm(), calcModalDisplacement(delta + 6));
 }
 
 double FlexibleBlock::calcQDisplacement(const double* deltaQ) const {
@@ -194,7 +204,8 @@ void FlexibleBlock::putIntoState(const double* q, const double* u, State& state)
     const MobilizedBody& frame = m_guts.getMatter().getMobilizedBody(m_record.frame);
     const Rotation R_GB = rotationOf(q);
     frame.setQToFitTransform(state, Transform(R_GB, Vec3(q[4], q[5], q[6])));
-    frame.setUToFitVelocity(state, SpatialVec(R_GB * Vec3(u[0], u[1], u[2]), Vec3(u[3], u[4], u[5])));
+    frame.setUToFitVelocity(state,
+                            SpatialVec(R_GB * Vec3(u[0], u[1], u[2]), Vec3(u[3], u[4], u[5])));
     Vector &stateQ = state.updQ(), &stateU = state.updU();
     for (int i = 0; i < m_n; ++i) {
         stateQ[m_stateQ[i]] = q[7 + i];

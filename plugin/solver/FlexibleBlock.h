@@ -2,7 +2,8 @@
 /** @file
 A flexible body as a block of the Newton system (private header).
 
-q = [quaternion of B in Ground (4), p_GB (3), ξ (n_f)],  u = [ω_B (3, in B), v (3, in Ground), ξ̇ (n_f)]. **/
+q = [quaternion of B in Ground (4), p_GB (3), ξ (n_f)],  u = [ω_B (3, in B), v (3, in Ground), ξ̇
+(n_f)]. **/
 
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/Block.h"
@@ -11,24 +12,26 @@ namespace simflex {
 
 class FlexibleBlock : public Block {
 public:
-    FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index, const SimTK::State& state);
+    FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index,
+                  const SimTK::State& state);
 
     /** Adds a frame of this body; returns its index in `frames`. **/
     int addFrame(const FlexibleFrame& frame);
 
     void realize(const EvaluationContext& context, const double* q, const double* u) override;
-    void calcResidual(const EvaluationContext& context, const double* q, const double* u, const double* uDot,
-                      double* r) override;
+    void calcResidual(const EvaluationContext& context, const double* q, const double* u,
+                      const double* uDot, double* r) override;
     void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const override;
     void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                                const SimTK::Vector& mobilityForces, double* r) const override;
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
-    SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u, const double* uDot) const override;
+    SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
+                                            const double* uDot) const override;
     void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
                          NewtonSystem::Block& block) const override;
     void formMassBlock(NewtonSystem::Block& block) const override;
-    void integrateQ(const EvaluationContext& context, const double* qHist, double gamma, const double* u,
-                    double* q) const override;
+    void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
+                    const double* u, double* q) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;

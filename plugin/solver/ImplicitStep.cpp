@@ -10,7 +10,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 double largestAbs(const std::vector<double>& values, int* where = nullptr) {
     double largest = 0;
@@ -40,19 +42,43 @@ void ImplicitStep::setNumThreads(int threads) {
 }
 
 bool ImplicitStep::useDense() const {
-    return blockForm == BlockForm::Dense || (blockForm == BlockForm::Automatic && m_denseStepsLeft > 0);
+    return blockForm == BlockForm::Dense ||
+           (blockForm == BlockForm::Automatic && m_denseStepsLeft > 0);
 }
 
-void ImplicitStep::formAndFactor(double gamma, const std::vector<double>& u, const std::vector<double>& uDot) {
+void ImplicitStep::formAndFactor(double gamma, const std::vector<double>& u,
+                                 const std::vector<double>& uDot) {
     const auto start = Clock::now();
     m_equations.formNewtonSystem(gamma, useDense(), u.data(), uDot.data(), m_system);
     m_statistics.evaluationSeconds += secondsSince(start);
-    m_solver.factor(m_system);
-    ++m_statistics.factorizations;
+    factor();
     if (useDense()) ++m_statistics.denseFactorizations;
-    m_statistics.redundantConstraints = m_solver.getNumRedundant();
     m_factoredGamma = gamma;
     m_stepsSinceFactor = 0;
+    m_canProject = true;
+}
+
+void ImplicitStep::factor() {
+    m_canProject = false;
+    try {
+        m_solver.factor(m_system);
+    } catch (const std::runtime_error& error) {
+        std::string names;
+        for (int b = 0; b < m_equations.numBlocks(); ++b)
+            names +=
+                (b ? ", " : "") + std::to_string(b) + " '" + m_equations.getBlock(b).name + "'";
+        throw std::runtime_error(std::string(error.what()) + " (blocks: " + names +
+                                 "); has a body no mass or inertia?");
+    }
+    ++m_statistics.factorizations;
+    m_statistics.redundantConstraints = m_solver.getNumRedundant();
+}
+
+int ImplicitStep::findNonFiniteBlock() const {
+    for (int b = 0; b < m_equations.numBlocks(); ++b)
+        for (int i = 0; i < m_equations.getBlock(b).numU; ++i)
+            if (!std::isfinite(m_r[m_equations.getBlock(b).firstU + i])) return b;
+    return 0;
 }
 
 void ImplicitStep::solveLinear() {
@@ -63,17 +89,19 @@ void ImplicitStep::solveLinear() {
 
 void ImplicitStep::gatherDelta(std::vector<double>& delta) const {
     for (int b = 0; b < m_equations.numBlocks(); ++b)
-        std::copy_n(m_solver.getDeltaU(b), m_equations.getBlock(b).numU, delta.begin() + m_equations.getBlock(b).firstU);
+        std::copy_n(m_solver.getDeltaU(b), m_equations.getBlock(b).numU,
+                    delta.begin() + m_equations.getBlock(b).firstU);
 }
 
 ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& qHist,
-                                          const std::vector<double>& uHist, double gamma, Formulation formulation,
-                                          std::vector<double>& q, std::vector<double>& u,
-                                          std::vector<double>& lambda) {
+                                          const std::vector<double>& uHist, double gamma,
+                                          Formulation formulation, std::vector<double>& q,
+                                          std::vector<double>& u, std::vector<double>& lambda) {
     constexpr double LargestGammaChange = 0.1, SlowRate = 0.5;
     constexpr int LongestReuse = 20;
     Outcome outcome;
-    bool refresh = m_factoredGamma == 0 || std::abs(gamma / m_factoredGamma - 1) > LargestGammaChange ||
+    bool refresh = m_factoredGamma == 0 ||
+                   std::abs(gamma / m_factoredGamma - 1) > LargestGammaChange ||
                    m_stepsSinceFactor >= LongestReuse || blockForm == BlockForm::Dense;
     ++m_stepsSinceFactor;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
@@ -95,7 +123,11 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
         const double bodyResidual = largestAbs(m_r);
         outcome.constraintResidual = largestAbs(m_system.c, &outcome.worstRow);
         forceScale = std::max({forceScale, bodyResidual, largestAbs(lambda)});
-        if (!std::isfinite(bodyResidual) || !std::isfinite(outcome.constraintResidual)) break;
+        if (!std::isfinite(bodyResidual) || !std::isfinite(outcome.constraintResidual)) {
+            outcome.isFinite = false;
+            outcome.worstBlock = findNonFiniteBlock();
+            break;
+        }
         if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
             outcome.constraintResidual <= tolerances.constraintResidual) {
             outcome.converged = true;
@@ -118,18 +150,19 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
             lambda[i] += deltaLambda[i];
             multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
         }
-        const double change = gamma * m_equations.calcDisplacement(m_delta.data(), &outcome.worstBlock);
+        const double change =
+            gamma * m_equations.calcDisplacement(m_delta.data(), &outcome.worstBlock);
         outcome.displacementChange = change;
         if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
-        m_multiplierFloor = std::max(m_multiplierFloor, 1e-4 * largestAbs(lambda));
-
         if (iteration > 0) {
             const double byDisplacement = previousChange > 0 ? change / previousChange : 0;
             const double byMultiplier =
                 previousMultiplierChange > 0 ? multiplierChange / previousMultiplierChange : 0;
             m_rate = std::max(0.1, byDisplacement);
             const double allowedNoise = tolerances.displacement * accuracy * 1e-3;
-            if (iteration > 1 && byDisplacement > 0.95 && byMultiplier > 0.95 && change > allowedNoise) break;
+            if (iteration > 1 && byDisplacement > 0.95 && byMultiplier > 0.95 &&
+                change > allowedNoise)
+                break;
         }
         previousChange = change;
         previousMultiplierChange = multiplierChange;
@@ -149,6 +182,7 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
         const auto start = Clock::now();
         m_equations.integrateQ(qHist.data(), gamma, u.data(), q.data());
         m_statistics.evaluationSeconds += secondsSince(start);
+        m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * largestAbs(lambda));
         if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) invalidateMatrix();
         if (m_rate > SlowRate) m_stepsSinceFactor += 5;
         return outcome;
@@ -156,7 +190,8 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
     const bool wasFresh = m_stepsSinceFactor == 0;
     outcome.retryWorthwhile = !wasFresh;
     if (wasFresh && blockForm == BlockForm::Automatic && m_denseStepsLeft == 0) {
-        // The arrow leaves gyroscopic and centrifugal terms out: have them for a while, longer each time.
+        // The arrow leaves gyroscopic and centrifugal terms out: have them for a while, longer each
+        // time.
         m_denseStepsLeft = m_densePeriod;
         m_densePeriod = std::min(2 * m_densePeriod, 10000);
         outcome.retryWorthwhile = true;
@@ -166,16 +201,18 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
 }
 
 double ImplicitStep::projectPositions(double t, double tolerance, std::vector<double>& q,
-                                      const std::vector<double>& u, int maxIterations) {
+                                      const std::vector<double>& u, int* worstRow) {
+    constexpr int MaxIterations = 10;
     double error = 0;
     for (int iteration = 0;; ++iteration) {
         const auto start = Clock::now();
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcPositionErrors(m_system.c.data());
         m_statistics.evaluationSeconds += secondsSince(start);
-        error = largestAbs(m_system.c);
-        if (error <= tolerance || iteration == maxIterations || !std::isfinite(error)) return error;
-        for (NewtonSystem::Block& block : m_system.blocks) std::fill(block.r.begin(), block.r.end(), 0.0);
+        error = largestAbs(m_system.c, worstRow);
+        if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
+        for (NewtonSystem::Block& block : m_system.blocks)
+            std::fill(block.r.begin(), block.r.end(), 0.0);
         m_solver.solve(m_system);
         ++m_statistics.linearSolves;
         if (iteration == 0) ++m_statistics.projections;
@@ -184,13 +221,24 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
     }
 }
 
-void ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u) {
-    // The factored G may belong to a neighbouring q: two more passes take the difference up.
-    for (int iteration = 0; iteration < 3; ++iteration) {
+double ImplicitStep::calcPositionError(double t, const std::vector<double>& q,
+                                       const std::vector<double>& u) {
+    m_equations.realize(t, q.data(), u.data());
+    m_equations.calcPositionErrors(m_system.c.data());
+    return largestAbs(m_system.c);
+}
+
+double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
+                                   int* worstRow) {
+    // The factored G may belong to a neighbouring q: further passes take the difference up.
+    constexpr int MaxIterations = 3;
+    for (int iteration = 0;; ++iteration) {
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcVelocityErrors(m_system.c.data());
-        if (largestAbs(m_system.c) <= tolerances.constraintResidual) return;
-        for (NewtonSystem::Block& block : m_system.blocks) std::fill(block.r.begin(), block.r.end(), 0.0);
+        const double error = largestAbs(m_system.c, worstRow);
+        if (error <= tolerances.constraintResidual || iteration == MaxIterations) return error;
+        for (NewtonSystem::Block& block : m_system.blocks)
+            std::fill(block.r.begin(), block.r.end(), 0.0);
         m_solver.solve(m_system);
         ++m_statistics.linearSolves;
         gatherDelta(m_delta);
@@ -198,7 +246,8 @@ void ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::ve
     }
 }
 
-void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q, std::vector<double>& u) {
+void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
+                            std::vector<double>& u) {
     constexpr int MaxIterations = 60;
     // At γ = 1 s the matrix is M + K: any deformation costs far more than any rigid motion.
     std::vector<double> trial(q.size()), uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
@@ -214,7 +263,8 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q, 
         blockForm = BlockForm::Arrow;
         formAndFactor(1, u, uDot);
         blockForm = form;
-        for (NewtonSystem::Block& block : m_system.blocks) std::fill(block.r.begin(), block.r.end(), 0.0);
+        for (NewtonSystem::Block& block : m_system.blocks)
+            std::fill(block.r.begin(), block.r.end(), 0.0);
         m_solver.solve(m_system);
         gatherDelta(m_delta);
 
@@ -224,6 +274,9 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q, 
             std::vector<double> delta = m_delta;
             for (double& value : delta) value *= fraction;
             trial = q;
+            if (cut > 0)
+                m_equations.realize(t, q.data(),
+                                    u.data());  // N(q) of the start, not of the last trial
             m_equations.displaceQ(delta.data(), trial.data());
             m_equations.realize(t, trial.data(), u.data());
             m_equations.calcPositionErrors(m_system.c.data());
@@ -246,22 +299,33 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q, 
         blockForm = BlockForm::Arrow;
         formAndFactor(1, u, uDot);
         blockForm = form;
-        projectSpeeds(t, q, u);
+        const double speedError = projectSpeeds(t, q, u, &worst);
+        if (!(speedError <= 1e-8 * (1 + largestAbs(u)))) {
+            std::ostringstream text;
+            text << "no speeds satisfy the joints: joint '" << m_equations.getJointName(worst)
+                 << "' keeps a velocity error of " << speedError
+                 << "; do prescribed motions contradict each other?";
+            throw std::runtime_error(text.str());
+        }
     }
     invalidateMatrix();
 }
 
-void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
-                                     std::vector<double>& uDot, std::vector<double>& lambda) {
+void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
+                                     const std::vector<double>& u, std::vector<double>& uDot,
+                                     std::vector<double>& lambda) {
     std::fill(uDot.begin(), uDot.end(), 0.0);
     std::fill(lambda.begin(), lambda.end(), 0.0);
     m_equations.realize(t, q.data(), u.data());
     m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
     m_equations.calcAccelerationErrors(u.data(), uDot.data(), m_system.c.data());
+    if (!std::isfinite(largestAbs(m_r)))
+        throw std::runtime_error("the forces on '" +
+                                 m_equations.getBlock(findNonFiniteBlock()).name +
+                                 "' are not finite numbers at t = " + std::to_string(t) + " s");
     m_equations.formMassSystem(m_system);
-    m_solver.factor(m_system);
-    ++m_statistics.factorizations;
-    m_statistics.redundantConstraints = m_solver.getNumRedundant();
+    factor();
+    m_canProject = false;
     m_equations.setResidual(m_r.data(), m_system);
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;

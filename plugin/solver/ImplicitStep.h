@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-The nonlinear systems of an integration, all solved by the same block elimination (private header): implicit steps,
-projection of positions and speeds onto the joints, consistent accelerations. **/
+The nonlinear systems of an integration, all solved by the same block elimination (private header):
+implicit steps, projection of positions and speeds onto the joints, consistent accelerations. **/
 
 #include <functional>
 
@@ -19,10 +19,14 @@ public:
     /** What one Newton iteration came to. **/
     struct Outcome {
         bool converged = false;
-        bool retryWorthwhile = false;  ///< not converged, but the next try of the same step has a better matrix
-        int worstBlock = 0, worstRow = -1;  ///< block of the largest correction, row of the largest constraint residual
-        double displacementChange = 0;      ///< last γΔu [m]
+        bool retryWorthwhile =
+            false;  ///< not converged, but the next try of the same step has a better matrix
+        int worstBlock = 0,
+            worstRow =
+                -1;  ///< block of the largest correction, row of the largest constraint residual
+        double displacementChange = 0;  ///< last γΔu [m]
         double constraintResidual = 0;
+        bool isFinite = true;  ///< false: worstBlock has forces or positions that are not numbers
     };
 
     ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& statistics);
@@ -35,40 +39,49 @@ public:
     void setNumThreads(int threads);
 
     /** Solves the step equations at t for u and λ (in: predictions), and q = q_hist + γN(q)u. **/
-    Outcome solve(double t, const std::vector<double>& qHist, const std::vector<double>& uHist, double gamma,
-                  Formulation formulation, std::vector<double>& q, std::vector<double>& u,
-                  std::vector<double>& lambda);
+    Outcome solve(double t, const std::vector<double>& qHist, const std::vector<double>& uHist,
+                  double gamma, Formulation formulation, std::vector<double>& q,
+                  std::vector<double>& u, std::vector<double>& lambda);
 
     /** Next solve() forms and factors its matrix anew. **/
     void invalidateMatrix() { m_factoredGamma = 0; }
-    bool hasMatrix() const { return m_factoredGamma > 0; }
 
-    /** Moves q onto the joints in the norm of the factored matrix, M + γ²K, until errors are below the tolerance.
-    Leaves the equations realized at the projected q. @returns largest error left. **/
-    double projectPositions(double t, double tolerance, std::vector<double>& q, const std::vector<double>& u,
-                            int maxIterations = 10);
+    /** True once a matrix of the form M + γ²K was factored, on which projections can rest. **/
+    bool canProject() const { return m_canProject; }
 
-    /** Moves u onto the velocity constraints in the same norm. @pre equations realized at q, u. **/
-    void projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u);
+    /** Moves q onto the joints in the norm of the factored matrix, M + γ²K, until errors are below
+    the tolerance. Leaves the equations realized at the projected q. @returns largest error left;
+    its row goes to `worstRow`. **/
+    double projectPositions(double t, double tolerance, std::vector<double>& q,
+                            const std::vector<double>& u, int* worstRow = nullptr);
 
-    /** Assembles the joints by least deformation (norm M + τ²K, τ = 1 s) and makes u consistent in that norm.
-    @throws std::runtime_error that names the worst joint and its error. **/
+    /** Moves u onto the velocity constraints in the same norm. @returns largest error left; row as
+     * above. **/
+    double projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
+                         int* worstRow = nullptr);
+
+    /** Largest position error of the joints at q. **/
+    double calcPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
+
+    /** Assembles the joints by least deformation (norm M + τ²K, τ = 1 s) and makes u consistent in
+    that norm.
+    @throws std::runtime_error that names the worst joint and its error, in positions or speeds. **/
     void assemble(double t, double tolerance, std::vector<double>& q, std::vector<double>& u);
 
     /** M u̇ + Gᵀλ = f − b, G u̇ = −Ġu − …: exact accelerations and multipliers. **/
     void calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
                            std::vector<double>& uDot, std::vector<double>& lambda);
 
-    int getNumRedundant() const { return m_solver.getNumRedundant(); }
-
     /** Adds the solver's phase times to the statistics. **/
     void addInTiming();
 
 private:
+    void factor();
     void formAndFactor(double gamma, const std::vector<double>& u, const std::vector<double>& uDot);
     void solveLinear();
     void gatherDelta(std::vector<double>& delta) const;
     bool useDense() const;
+    int findNonFiniteBlock() const;
 
     MultibodyEquations& m_equations;
     IntegratorStatistics& m_statistics;
@@ -77,8 +90,9 @@ private:
     BlockEliminationSolver::Timing m_timed;
     std::vector<double> m_uDot, m_r, m_delta;
     double m_factoredGamma = 0;
-    double m_rate = 1;          ///< convergence rate seen in the last iterations
-    double m_multiplierFloor = 0;
+    double m_rate = 1;             ///< convergence rate seen in the last iterations
+    double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step
+    bool m_canProject = false;
     int m_denseStepsLeft = 0, m_densePeriod = 20;
     int m_stepsSinceFactor = 0;
 };

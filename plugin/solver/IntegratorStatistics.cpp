@@ -26,6 +26,7 @@ std::string IntegratorStatistics::toString() const {
     count("factorizations", factorizations);
     count("  with dense blocks", denseFactorizations);
     count("projections", projections);
+    if (redundantConstraints > 0) count("redundant constraints", redundantConstraints);
     seconds("evaluation", evaluationSeconds);
     seconds("factor", factorSeconds);
     seconds("Schur complement", schurSeconds);

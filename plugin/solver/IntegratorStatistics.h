@@ -12,8 +12,8 @@ struct IntegratorStatistics {
     long errorTestFailures = 0;
     long convergenceFailures = 0;
     long newtonIterations = 0;
-    long linearSolves = 0;        ///< right-hand sides, projections included
-    long factorizations = 0;      ///< Newton matrices formed and factored
+    long linearSolves = 0;         ///< right-hand sides, projections included
+    long factorizations = 0;       ///< Newton matrices formed and factored
     long denseFactorizations = 0;  ///< those with the dense block form
     long projections = 0;
     int redundantConstraints = 0;  ///< found in the last factorization

@@ -15,13 +15,21 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
-std::string describe(const MobilizedBody& mobod) {
-    return "mobilized body " + std::to_string(int(mobod.getMobilizedBodyIndex()));
+/** "mobilized body 7", or the flexible body it belongs to. **/
+std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index) {
+    if (guts)
+        for (const FlexibleBodyRecord& body : guts->bodies()) {
+            if (body.frame == index) return "the frame of flexible body '" + body.name + "'";
+            if (std::count(body.carriers.begin(), body.carriers.end(), index))
+                return "a modal mobilizer of flexible body '" + body.name + "'";
+        }
+    return "mobilized body " + std::to_string(int(index));
 }
 
 }  // namespace
 
-//------------------------------------------------------------------------------------------------------- construction
+//-------------------------------------------------------------------------------------------------------
+//construction
 
 MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const State& state)
     : m_system(system), m_private(state) {
@@ -38,7 +46,8 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
 
     // On the private State Simbody evaluates foreign forces only.
     const SimbodyMatterSubsystem& matter = system.getMatterSubsystem();
-    for (const JointRef& joint : m_joints) matter.getConstraint(joint.record->constraint).disable(m_private);
+    for (const JointRef& joint : m_joints)
+        matter.getConstraint(joint.record->constraint).disable(m_private);
     if (m_guts) m_guts->setNativeForcesEnabled(m_private, false);
     system.realize(m_private, Stage::Instance);
 }
@@ -50,11 +59,18 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
         const MobilizedBody& mobod = matter.getMobilizedBody(i);
         if (mobod.isLocked(state))
-            throw std::invalid_argument("BdfIntegrator: " + describe(mobod) + " is locked; unlock it before initialize()");
+            throw std::invalid_argument("BdfIntegrator: " + describe(m_guts, i) +
+                                        " is locked; unlock it before initialize()");
         if (mobod.hasMotion() && !mobod.getMotion().isDisabled(state))
-            throw std::invalid_argument("BdfIntegrator: " + describe(mobod) +
-                                        " has a prescribed Motion; use Joint::PrescribedRotation, or disable it");
+            throw std::invalid_argument(
+                "BdfIntegrator: " + describe(m_guts, i) +
+                " has a prescribed Motion; use Joint::PrescribedRotation, or disable it");
     }
+    const auto nameOfJoint = [&](ConstraintIndex constraint) {
+        for (const JointRecord& joint : m_guts->joints())
+            if (joint.constraint == constraint) return joint.name;
+        return std::string();
+    };
     std::set<ConstraintIndex> own;
     if (m_guts)
         for (const JointRecord& joint : m_guts->joints()) own.insert(joint.constraint);
@@ -62,22 +78,27 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
         const Constraint& constraint = matter.getConstraint(i);
         if (constraint.isDisabled(state)) {
             if (own.count(i))
-                throw std::invalid_argument("BdfIntegrator: the Constraint of joint " + std::to_string(int(i)) +
-                                            " is disabled in the State; leave the joint out of the model instead");
+                throw std::invalid_argument(
+                    "BdfIntegrator: joint '" + nameOfJoint(i) +
+                    "' is disabled in the State; leave it out of the model instead");
             continue;
         }
         if (own.count(i)) continue;
         std::string bodies;
         for (ConstrainedBodyIndex b(0); b < constraint.getNumConstrainedBodies(); ++b)
-            bodies += (b > 0 ? ", " : "") +
-                      std::to_string(int(constraint.getMobilizedBodyFromConstrainedBody(b).getMobilizedBodyIndex()));
-        throw std::invalid_argument("BdfIntegrator: Simbody constraint " + std::to_string(int(i)) + " on bodies (" +
-                                    bodies + ") is not supported; use the joints of simflex/body/Joint.h, or disable it");
+            bodies +=
+                (b > 0 ? ", " : "") +
+                std::to_string(
+                    int(constraint.getMobilizedBodyFromConstrainedBody(b).getMobilizedBodyIndex()));
+        throw std::invalid_argument(
+            "BdfIntegrator: Simbody constraint " + std::to_string(int(i)) + " on bodies (" +
+            bodies + ") is not supported; use the joints of simflex/body/Joint.h, or disable it");
     }
     if (state.getNZ() > 0)
-        throw std::invalid_argument("BdfIntegrator: the system has " + std::to_string(state.getNZ()) +
-                                    " auxiliary state variables z (a Measure or force element with its own "
-                                    "differential equation), which are not supported");
+        throw std::invalid_argument(
+            "BdfIntegrator: the system has " + std::to_string(state.getNZ()) +
+            " auxiliary state variables z (a Measure or force element with its own "
+            "differential equation), which are not supported");
 }
 
 void MultibodyEquations::collectGravityAndForces(const State& state) {
@@ -91,7 +112,8 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
             m_hasForeignForces = true;
             continue;
         }
-        const GeneralForceSubsystem& forces = GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem));
+        const GeneralForceSubsystem& forces =
+            GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem));
         for (ForceIndex f(0); f < forces.getNumForces(); ++f) {
             const Force& force = forces.getForce(f);
             if (force.isDisabled(state)) continue;
@@ -101,11 +123,13 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
             }
             const Force::Gravity& gravity = Force::Gravity::downcast(force);
             for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i)
-                if (!gravity.getBodyIsExcluded(state, i)) m_gravity.atBody[i] += gravity.getGravityVector(state);
+                if (!gravity.getBodyIsExcluded(state, i))
+                    m_gravity.atBody[i] += gravity.getGravityVector(state);
             force.disable(m_private);
         }
     }
-    // Disabling a force lowers the stage of the private State; blocks still read velocities from it.
+    // Disabling a force lowers the stage of the private State; blocks still read velocities from
+    // it.
     m_system.realize(m_private, Stage::Velocity);
 }
 
@@ -124,11 +148,13 @@ void MultibodyEquations::makeBlocks(const State& state) {
     }
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
         if (taken.count(i)) continue;
-        const MobilizedBodyIndex parent = matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex();
+        const MobilizedBodyIndex parent =
+            matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex();
         if (taken.count(parent))
-            throw std::invalid_argument("BdfIntegrator: mobilized body " + std::to_string(int(i)) +
-                                        " is mobilized on the frame of a flexible body; put it on Ground and hold it "
-                                        "with a Joint to an interface instead");
+            throw std::invalid_argument(
+                "BdfIntegrator: mobilized body " + std::to_string(int(i)) +
+                " is mobilized on the frame of a flexible body; put it on Ground and hold it "
+                "with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
         auto tree = std::make_unique<RigidTree>(matter, i, state);
         m_needsSimbody = m_needsSimbody || tree->needsSimbody();
@@ -164,8 +190,9 @@ MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& att
         ref.frame = m_rigid[k]->addFrame(index, attachment.getFrame());
         return ref;
     }
-    throw std::invalid_argument("BdfIntegrator: " + attachment.getName() +
-                                " is the frame or a modal mobilizer of a flexible body; attach to an interface or node");
+    throw std::invalid_argument(
+        "BdfIntegrator: " + attachment.getName() +
+        " is the frame or a modal mobilizer of a flexible body; attach to an interface or node");
 }
 
 void MultibodyEquations::makeJoints() {
@@ -202,7 +229,8 @@ void MultibodyEquations::makeForceElements() {
         if (element->getAttachments().empty()) continue;
         ElementRef ref;
         ref.element = element.get();
-        for (const Attachment& attachment : element->getAttachments()) ref.frames.push_back(makeFrame(attachment));
+        for (const Attachment& attachment : element->getAttachments())
+            ref.frames.push_back(makeFrame(attachment));
         ref.motions.resize(unsigned(ref.frames.size()));
         ref.forces.resize(unsigned(ref.frames.size()));
         m_elements.push_back(ref);
@@ -212,18 +240,21 @@ void MultibodyEquations::makeForceElements() {
 NewtonSystem MultibodyEquations::makeNewtonSystem() const {
     NewtonSystem system;
     system.blocks.resize(m_blocks.size());
-    for (size_t b = 0; b < m_blocks.size(); ++b) system.blocks[b].resize(m_blocks[b]->numU, m_blockRows[b]);
+    for (size_t b = 0; b < m_blocks.size(); ++b)
+        system.blocks[b].resize(m_blocks[b]->numU, m_blockRows[b]);
     system.c.assign(m_numMultipliers, 0);
     return system;
 }
 
 const std::string& MultibodyEquations::getJointName(int row) const {
     for (const JointRef& joint : m_joints)
-        if (row < joint.firstRow + joint.record->equations->getNumEquations()) return joint.record->name;
+        if (row < joint.firstRow + joint.record->equations->getNumEquations())
+            return joint.record->name;
     throw std::out_of_range("no joint has multiplier " + std::to_string(row));
 }
 
-//--------------------------------------------------------------------------------------------------------- evaluation
+//---------------------------------------------------------------------------------------------------------
+//evaluation
 
 const FrameMotion& MultibodyEquations::motionOf(const FrameRef& frame) const {
     return frame.block < 0 ? frame.fixed : m_blocks[frame.block]->frames[frame.frame];
@@ -241,11 +272,12 @@ void MultibodyEquations::realize(double time, const double* q, const double* u) 
     if (m_needsSimbody) realizeSimbody(time, q, u);
     const int count = numBlocks();
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int b = 0; b < count; ++b) m_blocks[b]->realize(m_context, q + m_blocks[b]->firstQ, u + m_blocks[b]->firstU);
+    for (int b = 0; b < count; ++b)
+        m_blocks[b]->realize(m_context, q + m_blocks[b]->firstQ, u + m_blocks[b]->firstU);
 
     for (JointRef& joint : m_joints)
-        joint.record->equations->calcJacobian(motionOf(joint.sides[0]).X, motionOf(joint.sides[1]).X, joint.D[0],
-                                              joint.D[1]);
+        joint.record->equations->calcJacobian(motionOf(joint.sides[0]).X,
+                                              motionOf(joint.sides[1]).X, joint.D[0], joint.D[1]);
     for (ElementRef& element : m_elements) {
         for (size_t k = 0; k < element.frames.size(); ++k) {
             element.motions[unsigned(k)] = motionOf(element.frames[k]);
@@ -257,17 +289,18 @@ void MultibodyEquations::realize(double time, const double* q, const double* u) 
 
 void MultibodyEquations::calcPositionErrors(double* g) const {
     for (const JointRef& joint : m_joints)
-        joint.record->equations->calcErrors(m_time, motionOf(joint.sides[0]).X, motionOf(joint.sides[1]).X,
-                                            g + joint.firstRow);
+        joint.record->equations->calcErrors(m_time, motionOf(joint.sides[0]).X,
+                                            motionOf(joint.sides[1]).X, g + joint.firstRow);
 }
 
 void MultibodyEquations::calcVelocityErrors(double* gDot) const {
     for (const JointRef& joint : m_joints)
-        joint.record->equations->calcErrorDots(m_time, motionOf(joint.sides[0]), motionOf(joint.sides[1]),
-                                               gDot + joint.firstRow);
+        joint.record->equations->calcErrorDots(m_time, motionOf(joint.sides[0]),
+                                               motionOf(joint.sides[1]), gDot + joint.firstRow);
 }
 
-void MultibodyEquations::calcAccelerationErrors(const double* u, const double* uDot, double* gDotDot) const {
+void MultibodyEquations::calcAccelerationErrors(const double* u, const double* uDot,
+                                                double* gDotDot) const {
     for (const JointRef& joint : m_joints) {
         FrameMotion motions[2];
         for (int side = 0; side < 2; ++side) {
@@ -275,14 +308,16 @@ void MultibodyEquations::calcAccelerationErrors(const double* u, const double* u
             motions[side] = motionOf(ref);
             if (ref.block < 0) continue;
             const int first = m_blocks[ref.block]->firstU;
-            motions[side].A = m_blocks[ref.block]->calcFrameAcceleration(ref.frame, u + first, uDot + first);
+            motions[side].A =
+                m_blocks[ref.block]->calcFrameAcceleration(ref.frame, u + first, uDot + first);
         }
-        joint.record->equations->calcErrorDotDots(m_time, motions[0], motions[1], gDotDot + joint.firstRow);
+        joint.record->equations->calcErrorDotDots(m_time, motions[0], motions[1],
+                                                  gDotDot + joint.firstRow);
     }
 }
 
-void MultibodyEquations::calcResidual(const double* q, const double* u, const double* uDot, const double* lambda,
-                                      double* r) {
+void MultibodyEquations::calcResidual(const double* q, const double* u, const double* uDot,
+                                      const double* lambda, double* r) {
     const int count = numBlocks();
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
     for (int b = 0; b < count; ++b) {
@@ -313,7 +348,8 @@ double MultibodyEquations::calcPower(const double* u, const double* lambda) cons
     Real power = 0;
     for (const ElementRef& element : m_elements)
         for (unsigned k = 0; k < element.forces.size(); ++k)
-            power += ~element.forces[k][0] * element.motions[k].V[0] + ~element.forces[k][1] * element.motions[k].V[1];
+            power += ~element.forces[k][0] * element.motions[k].V[0] +
+                     ~element.forces[k][1] * element.motions[k].V[1];
     for (const auto& block : m_blocks) power += block->calcDampingPower(u + block->firstU);
     for (const JointRef& joint : m_joints) {
         const JointEquations& equations = *joint.record->equations;
@@ -321,14 +357,16 @@ double MultibodyEquations::calcPower(const double* u, const double* lambda) cons
         // The joint's forces −Gᵀλ have power −λᵀGu = λᵀ ∂g/∂t.
         double timeRate[JointEquations::MaxEquations] = {};
         equations.addInTimeRate(m_time, timeRate);
-        for (int k = 0; k < equations.getNumEquations(); ++k) power += lambda[joint.firstRow + k] * timeRate[k];
+        for (int k = 0; k < equations.getNumEquations(); ++k)
+            power += lambda[joint.firstRow + k] * timeRate[k];
     }
     return power;
 }
 
 const std::string* MultibodyEquations::findFlippedJoint() const {
     for (const JointRef& joint : m_joints)
-        if (joint.record->equations->isFlipped(motionOf(joint.sides[0]).X, motionOf(joint.sides[1]).X))
+        if (joint.record->equations->isFlipped(motionOf(joint.sides[0]).X,
+                                               motionOf(joint.sides[1]).X))
             return &joint.record->name;
     return nullptr;
 }
@@ -343,8 +381,8 @@ void MultibodyEquations::formConstraintBlock(int b, NewtonSystem::Block& block) 
     }
 }
 
-void MultibodyEquations::formNewtonSystem(double gamma, bool dense, const double* u, const double* uDot,
-                                          NewtonSystem& system) const {
+void MultibodyEquations::formNewtonSystem(double gamma, bool dense, const double* u,
+                                          const double* uDot, NewtonSystem& system) const {
     const int count = numBlocks();
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
     for (int b = 0; b < count; ++b) {
@@ -366,15 +404,19 @@ void MultibodyEquations::setResidual(const double* r, NewtonSystem& system) cons
         std::copy_n(r + m_blocks[b]->firstU, m_blocks[b]->numU, system.blocks[b].r.begin());
 }
 
-//--------------------------------------------------------------------------------------------------------- coordinates
+//---------------------------------------------------------------------------------------------------------
+//coordinates
 
-void MultibodyEquations::integrateQ(const double* qHist, double gamma, const double* u, double* q) const {
+void MultibodyEquations::integrateQ(const double* qHist, double gamma, const double* u,
+                                    double* q) const {
     for (const auto& block : m_blocks)
-        block->integrateQ(m_context, qHist + block->firstQ, gamma, u + block->firstU, q + block->firstQ);
+        block->integrateQ(m_context, qHist + block->firstQ, gamma, u + block->firstU,
+                          q + block->firstQ);
 }
 
 void MultibodyEquations::displaceQ(const double* delta, double* q) const {
-    for (const auto& block : m_blocks) block->displaceQ(m_context, delta + block->firstU, q + block->firstQ);
+    for (const auto& block : m_blocks)
+        block->displaceQ(m_context, delta + block->firstU, q + block->firstQ);
 }
 
 void MultibodyEquations::normalizeQ(double* q) const {
@@ -393,8 +435,8 @@ double MultibodyEquations::calcDisplacement(const double* delta, int* worst) con
     return largest;
 }
 
-double MultibodyEquations::calcErrorDisplacement(const double* deltaQ, const double* deltaU, double h,
-                                                 int* worst) const {
+double MultibodyEquations::calcErrorDisplacement(const double* deltaQ, const double* deltaU,
+                                                 double h, int* worst) const {
     double largest = 0;
     for (int b = 0; b < numBlocks(); ++b) {
         const Block& block = *m_blocks[b];
@@ -409,17 +451,21 @@ double MultibodyEquations::calcErrorDisplacement(const double* deltaQ, const dou
 }
 
 void MultibodyEquations::getFromState(const State& state, double* q, double* u) const {
-    for (const auto& block : m_blocks) block->getFromState(state, q + block->firstQ, u + block->firstU);
+    for (const auto& block : m_blocks)
+        block->getFromState(state, q + block->firstQ, u + block->firstU);
 }
 
-void MultibodyEquations::putIntoState(double time, const double* q, const double* u, State& state) const {
+void MultibodyEquations::putIntoState(double time, const double* q, const double* u,
+                                      State& state) const {
     state.setTime(time);
-    for (const auto& block : m_blocks) block->putIntoState(q + block->firstQ, u + block->firstU, state);
+    for (const auto& block : m_blocks)
+        block->putIntoState(q + block->firstQ, u + block->firstU, state);
 }
 
 Vector MultibodyEquations::calcSimbodyUDot(const double* q, const double* uDot) const {
     Vector simbodyUDot(m_private.getNU(), Real(0));
-    for (const auto& block : m_blocks) block->putUDot(q + block->firstQ, uDot + block->firstU, simbodyUDot);
+    for (const auto& block : m_blocks)
+        block->putUDot(q + block->firstQ, uDot + block->firstU, simbodyUDot);
     return simbodyUDot;
 }
 

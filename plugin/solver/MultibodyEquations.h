@@ -4,10 +4,12 @@ The equations of motion of a whole system, block by block, from q and u (private
 
     r = M(q) u̇ + b(q, u) − f(q, u, t) + G(q)ᵀλ,    g(q, t),    ġ = G u + ∂g/∂t
 
-Flexible bodies, joints, gravity, the elements of simflex/forces and simple rigid mobilizers are evaluated here; Simbody
-is asked only for rigid trees with other mobilizers and for foreign forces, on a private State. **/
+Flexible bodies, joints, gravity, the elements of simflex/forces and simple rigid mobilizers are
+evaluated here; Simbody is asked only for rigid trees with other mobilizers and for foreign forces,
+on a private State. **/
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "Simbody.h"
@@ -22,7 +24,8 @@ class RigidTree;
 
 class MultibodyEquations {
 public:
-    /** Analyses the system; `state` gives instance variables (gravity, disabled elements) and is copied.
+    /** Analyses the system; `state` gives instance variables (gravity, disabled elements) and is
+    copied.
     @throws std::invalid_argument that names what cannot be supported. **/
     MultibodyEquations(const SimTK::MultibodySystem& system, const SimTK::State& state);
     ~MultibodyEquations();
@@ -52,7 +55,8 @@ public:
     void calcVelocityErrors(double* gDot) const;
     /** g̈ for the given accelerations. **/
     void calcAccelerationErrors(const double* u, const double* uDot, double* gDotDot) const;
-    void calcResidual(const double* q, const double* u, const double* uDot, const double* lambda, double* r);
+    void calcResidual(const double* q, const double* u, const double* uDot, const double* lambda,
+                      double* r);
     /** Power of applied loads, damping and prescribed motions [W]. **/
     double calcPower(const double* u, const double* lambda) const;
     /** Name of a joint that is assembled on the wrong branch, or null. **/
@@ -61,7 +65,8 @@ public:
 
     /** @name After calcResidual() **/
     /**@{**/
-    void formNewtonSystem(double gamma, bool dense, const double* u, const double* uDot, NewtonSystem& system) const;
+    void formNewtonSystem(double gamma, bool dense, const double* u, const double* uDot,
+                          NewtonSystem& system) const;
     /** J = M. **/
     void formMassSystem(NewtonSystem& system) const;
     /**@}**/
@@ -75,13 +80,15 @@ public:
 
     /** Largest displacement over the blocks [m]; `worst` receives the block. **/
     double calcDisplacement(const double* delta, int* worst = nullptr) const;
-    double calcErrorDisplacement(const double* deltaQ, const double* deltaU, double h, int* worst = nullptr) const;
+    double calcErrorDisplacement(const double* deltaQ, const double* deltaU, double h,
+                                 int* worst = nullptr) const;
 
     void getFromState(const SimTK::State& state, double* q, double* u) const;
     void putIntoState(double time, const double* q, const double* u, SimTK::State& state) const;
     SimTK::Vector calcSimbodyUDot(const double* q, const double* uDot) const;
 
-    double getSimbodySeconds() const { return m_simbodySeconds; }
+    /** Wall time spent in Simbody since the last call. **/
+    double takeSimbodySeconds() { return std::exchange(m_simbodySeconds, 0); }
 
 private:
     /** A frame of a joint or force element: on a block, or fixed in Ground (block −1). **/
@@ -130,7 +137,7 @@ private:
     std::vector<RigidTree*> m_rigid;
     std::vector<JointRef> m_joints;
     std::vector<ElementRef> m_elements;
-    std::vector<std::vector<int>> m_blockRows;        ///< constraint rows of each block
+    std::vector<std::vector<int>> m_blockRows;  ///< constraint rows of each block
     std::vector<std::vector<BlockSide>> m_blockSides;
     int m_numQ = 0, m_numU = 0, m_numMultipliers = 0, m_numThreads = 1;
     double m_time = 0;

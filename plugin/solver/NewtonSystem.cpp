@@ -55,7 +55,7 @@ void readArray(std::istream& stream, std::vector<T>& values) {
 }  // namespace
 
 void NewtonSystem::write(std::ostream& stream) const {
-    stream.precision(std::numeric_limits<double>::max_digits10);
+    const std::streamsize precision = stream.precision(std::numeric_limits<double>::max_digits10);
     stream << "simflex-newton-system 1\n" << blocks.size() << '\n';
     for (const Block& block : blocks) {
         stream << block.size << ' ' << (block.form == Block::Form::Arrow ? 1 : 0) << '\n';
@@ -68,6 +68,7 @@ void NewtonSystem::write(std::ostream& stream) const {
         writeArray(stream, block.r);
     }
     writeArray(stream, c);
+    stream.precision(precision);
 }
 
 NewtonSystem NewtonSystem::read(std::istream& stream) {
@@ -90,6 +91,17 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
         readArray(stream, block.r);
     }
     readArray(stream, system.c);
+    for (const Block& block : system.blocks) {
+        const size_t n = size_t(block.size), tail = n > 6 ? n - 6 : 0;
+        bool isWhole = block.head.size() == 36 && block.coupling.size() == 6 * tail &&
+                       block.diagonal.size() == tail && block.dense.size() == n * n &&
+                       block.Gt.size() == n * block.rows.size() && block.r.size() == n &&
+                       (block.form == Block::Form::Dense || n > 6);
+        for (int row : block.rows) isWhole = isWhole && row >= 0 && row < system.numMultipliers();
+        if (!isWhole)
+            throw std::runtime_error(
+                "NewtonSystem::read: the sizes of a block do not fit together");
+    }
     return system;
 }
 

@@ -7,8 +7,8 @@ One linear system of the Newton iteration, in blocks:
     [        ⋱     ⋮  ] [ ⋮ ]     [⋮ ]
     [ G₁ G₂  ⋯    0  ] [Δλ ]     [c ]
 
-A block is a flexible body or a tree of rigid bodies. Its J is either a dense matrix or an *arrow*: 6 rigid rows, a
-diagonal tail. Standard types only; matrices are column-major. **/
+A block is a flexible body or a tree of rigid bodies. Its J is either a dense matrix or an *arrow*:
+6 rigid rows, a diagonal tail. Standard types only; matrices are column-major. **/
 
 #include <iosfwd>
 #include <vector>
@@ -19,10 +19,11 @@ struct NewtonSystem {
     struct Block {
         enum class Form { Arrow, Dense };
 
-        int size = 0;                  ///< n: speeds of the block
+        int size = 0;  ///< n: speeds of the block
         Form form = Form::Dense;
-        std::vector<double> head;      ///< Arrow: 6×6, symmetric
-        std::vector<double> coupling;  ///< Arrow: 6×(n−6) upper right part; the lower left is its transpose
+        std::vector<double> head;  ///< Arrow: 6×6, symmetric
+        std::vector<double>
+            coupling;  ///< Arrow: 6×(n−6) upper right part; the lower left is its transpose
         std::vector<double> diagonal;  ///< Arrow: n−6
         std::vector<double> dense;     ///< Dense: n×n
         std::vector<int> rows;         ///< rows of Δλ that act on this block, in increasing order

@@ -14,7 +14,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-Vector3d toEigen(const Vec3& v) { return {v[0], v[1], v[2]}; }
+Vector3d toEigen(const Vec3& v) {
+    return {v[0], v[1], v[2]};
+}
 
 /** Inertial spatial force M_B A + b of a rigid body about its origin, in Ground. **/
 SpatialVec calcInertialForce(const MassProperties& mass, const Transform& X_GB, const Vec3& omega,
@@ -22,19 +24,22 @@ SpatialVec calcInertialForce(const MassProperties& mass, const Transform& X_GB, 
     const Vec3 c = X_GB.R() * mass.getMassCenter();
     const Mat33 I = X_GB.R() * mass.getInertia().toMat33() * ~X_GB.R();
     const Real m = mass.getMass();
-    return {I * A[0] + omega % (I * omega) + m * (c % A[1]), m * (A[1] + A[0] % c + omega % (omega % c))};
+    return {I * A[0] + omega % (I * omega) + m * (c % A[1]),
+            m * (A[1] + A[0] % c + omega % (omega % c))};
 }
 
 }  // namespace
 
-RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex root, const State& state)
+RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex root,
+                     const State& state)
     : m_matter(matter) {
     name = "rigid tree at body " + std::to_string(int(root));
     addBody(matter, root, -1, state);
     for (RigidBody& body : m_bodies) body.J.setZero(6, numU);
     m_needsSimbody = !agreesWithSimbody(matter, state);
 
-    // A speed's weight: the worst displacement it causes at a body's centre of mass or radius of gyration.
+    // A speed's weight: the worst displacement it causes at a body's centre of mass or radius of
+    // gyration.
     m_uWeights.setConstant(numU, 1e-300);
     for (const RigidBody& body : m_bodies) {
         const Real m = body.mass.getMass();
@@ -44,19 +49,18 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
         const Vector3d c = toEigen(body.X_GB.R() * body.mass.getMassCenter());
         for (int j = 0; j < numU; ++j) {
             const Vector3d omega = body.J.col(j).head<3>(), v = body.J.col(j).tail<3>();
-            m_uWeights[j] = std::max(m_uWeights[j], std::hypot(gyration * omega.norm(), (v + omega.cross(c)).norm()));
+            m_uWeights[j] = std::max(
+                m_uWeights[j], std::hypot(gyration * omega.norm(), (v + omega.cross(c)).norm()));
         }
     }
     m_qWeights.setZero(numQ);
     for (const RigidBody& body : m_bodies) {
-        const bool hasFour = body.nq > body.nu;  // a quaternion: dθ = 2 dq
-        for (int k = 0; k < body.nq; ++k) {
-            if (hasFour)
-                m_qWeights[body.q0 + k] = k < 4 ? 2 * m_uWeights.segment(body.u0, 3).maxCoeff()
-                                                : m_uWeights[body.u0 + k - 1];
-            else
-                m_qWeights[body.q0 + k] = m_uWeights[body.u0 + std::min(k, body.nu - 1)];
-        }
+        const bool hasFour =
+            body.nq > body.nu;  // a quaternion: dθ = 2 dq; the rest of q goes with the last of u
+        for (int k = 0; k < body.nq; ++k)
+            m_qWeights[body.q0 + k] =
+                hasFour && k < 4 ? 2 * m_uWeights.segment(body.u0, std::min(3, body.nu)).maxCoeff()
+                                 : m_uWeights[body.u0 + body.nu - (body.nq - k)];
     }
 }
 
@@ -92,12 +96,14 @@ void RigidTree::addBody(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex
     const int self = int(m_bodies.size());
     m_bodies.push_back(body);
     for (MobilizedBodyIndex child(index + 1); child < matter.getNumBodies(); ++child)
-        if (matter.getMobilizedBody(child).getParentMobilizedBody().getMobilizedBodyIndex() == index)
+        if (matter.getMobilizedBody(child).getParentMobilizedBody().getMobilizedBodyIndex() ==
+            index)
             addBody(matter, child, self, state);
 }
 
 bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const State& state) {
-    // A reversed or Euler-angle mobilizer looks like a plain one from outside: compare at an arbitrary state.
+    // A reversed or Euler-angle mobilizer looks like a plain one from outside: compare at an
+    // arbitrary state.
     const bool isOwn = std::none_of(m_bodies.begin(), m_bodies.end(), [](const RigidBody& body) {
         return body.mobilizer == Mobilizer::Other;
     });
@@ -105,7 +111,8 @@ bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const St
     std::vector<double> q(numQ), u(numU);
     for (int i = 0; i < numU; ++i) u[i] = 0.3 + 0.1 * i;
     for (const RigidBody& body : m_bodies)
-        for (int k = 0; k < body.nq; ++k) q[body.q0 + k] = body.nq > body.nu && k < 4 ? 0.5 : 0.2 + 0.05 * k;
+        for (int k = 0; k < body.nq; ++k)
+            q[body.q0 + k] = body.nq > body.nu && k < 4 ? 0.5 : 0.2 + 0.05 * k;
     bool agrees = isOwn;
     if (isOwn) {
         Vector stateQ = trial.getQ(), stateU = trial.getU();
@@ -114,7 +121,10 @@ bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const St
         trial.updU() = stateU;
         matter.getSystem().realize(trial, Stage::Velocity);
         for (RigidBody& body : m_bodies) {
-            if (hasQuaternion(body.mobilizer) && body.nq == body.nu) return false;
+            if (hasQuaternion(body.mobilizer) && body.nq == body.nu) {  // Euler angles
+                agrees = false;
+                break;
+            }
             realizeBody(body, q.data(), u.data());
             const MobilizedBody& mobod = matter.getMobilizedBody(body.index);
             const Transform& X = mobod.getBodyTransform(trial);
@@ -143,10 +153,12 @@ int RigidTree::addFrame(MobilizedBodyIndex index, const Transform& X_BF) {
 }
 
 bool RigidTree::contains(MobilizedBodyIndex index) const {
-    return std::any_of(m_bodies.begin(), m_bodies.end(), [&](const RigidBody& body) { return body.index == index; });
+    return std::any_of(m_bodies.begin(), m_bodies.end(),
+                       [&](const RigidBody& body) { return body.index == index; });
 }
 
-void RigidTree::putCoordinates(const double* q, const double* u, Vector& stateQ, Vector& stateU) const {
+void RigidTree::putCoordinates(const double* q, const double* u, Vector& stateQ,
+                               Vector& stateU) const {
     for (const RigidBody& body : m_bodies) {
         for (int k = 0; k < body.nq; ++k) stateQ[body.stateQ0 + k] = q[body.q0 + k];
         for (int k = 0; k < body.nu; ++k) stateU[body.stateU0 + k] = u[body.u0 + k];
@@ -159,7 +171,8 @@ void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) c
     // H_FM columns (ω, v) in F, constant in F for each of these mobilizers.
     Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
     switch (body.mobilizer) {
-        case Mobilizer::Weld: break;
+        case Mobilizer::Weld:
+            break;
         case Mobilizer::Pin:
             X_FM.updR() = Rotation(qb[0], ZAxis);
             H(2, 0) = 1;
@@ -184,7 +197,8 @@ void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) c
             X_FM = Transform(rotationOf(qb), Vec3(qb[4], qb[5], qb[6]));
             H.setIdentity();
             break;
-        case Mobilizer::Other: break;
+        case Mobilizer::Other:
+            break;
     }
 
     Transform X_GP;
@@ -270,14 +284,15 @@ SpatialVec RigidTree::calcAcceleration(const RigidBody& body, const double* uDot
     return body.biasA + SpatialVec(Vec3(A[0], A[1], A[2]), Vec3(A[3], A[4], A[5]));
 }
 
-void RigidTree::addInTransposed(const RigidBody& body, const SpatialVec& F, double sign, double* r) const {
+void RigidTree::addInTransposed(const RigidBody& body, const SpatialVec& F, double sign,
+                                double* r) const {
     Eigen::Matrix<double, 6, 1> force;
     force << F[0][0], F[0][1], F[0][2], F[1][0], F[1][1], F[1][2];
     Map<VectorXd>(r, numU).noalias() += sign * (body.J.transpose() * force);
 }
 
-void RigidTree::calcResidual(const EvaluationContext& context, const double*, const double*, const double* uDot,
-                             double* r) {
+void RigidTree::calcResidual(const EvaluationContext& context, const double*, const double*,
+                             const double* uDot, double* r) {
     std::fill(r, r + numU, 0.0);
     for (const RigidBody& body : m_bodies) {
         SpatialVec force =
@@ -288,10 +303,12 @@ void RigidTree::calcResidual(const EvaluationContext& context, const double*, co
     }
 }
 
-void RigidTree::subtractForce(int frame, const SpatialVec& F_G, double* r) const { addInRow(frame, -F_G, r); }
+void RigidTree::subtractForce(int frame, const SpatialVec& F_G, double* r) const {
+    addInRow(frame, -F_G, r);
+}
 
-void RigidTree::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces, const Vector& mobilityForces,
-                                      double* r) const {
+void RigidTree::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces,
+                                      const Vector& mobilityForces, double* r) const {
     for (const RigidBody& body : m_bodies) {
         addInTransposed(body, bodyForces[body.index], -1, r);
         for (int k = 0; k < body.nu; ++k) r[body.u0 + k] -= mobilityForces[body.stateU0 + k];
@@ -318,14 +335,17 @@ MatrixXd RigidTree::calcMassMatrix() const {
     for (const RigidBody& body : m_bodies) {
         for (int j = 0; j < numU; ++j) {
             const auto column = body.J.col(j);
-            const SpatialVec A(Vec3(column[0], column[1], column[2]), Vec3(column[3], column[4], column[5]));
-            addInTransposed(body, calcInertialForce(body.mass, body.X_GB, Vec3(0), A), 1, M.col(j).data());
+            const SpatialVec A(Vec3(column[0], column[1], column[2]),
+                               Vec3(column[3], column[4], column[5]));
+            addInTransposed(body, calcInertialForce(body.mass, body.X_GB, Vec3(0), A), 1,
+                            M.col(j).data());
         }
     }
     return M;
 }
 
-void RigidTree::formNewtonBlock(double gamma, bool, const double*, const double*, NewtonSystem::Block& block) const {
+void RigidTree::formNewtonBlock(double gamma, bool, const double*, const double*,
+                                NewtonSystem::Block& block) const {
     block.form = NewtonSystem::Block::Form::Dense;
     Map<MatrixXd>(block.dense.data(), numU, numU) = calcMassMatrix() / gamma;
 }
@@ -335,8 +355,8 @@ void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
     Map<MatrixXd>(block.dense.data(), numU, numU) = calcMassMatrix();
 }
 
-void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma, const double* u,
-                           double* q) const {
+void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
+                           const double* u, double* q) const {
     if (m_needsSimbody) {
         // q̇ = N(q)u with N at the q of the State; Newton's iteration brings q and N together.
         Vector simbodyU(context.state->getNU(), Real(0)), simbodyQDot(context.state->getNQ());
@@ -351,8 +371,8 @@ void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist
     for (const RigidBody& body : m_bodies) {
         int qk = body.q0, uk = body.u0;
         if (hasQuaternion(body.mobilizer)) {
-            Map<Vector4d>(q + qk, 4) =
-                integrateQuaternion(Map<const Vector4d>(qHist + qk), gamma, Map<const Vector3d>(u + uk), false);
+            Map<Vector4d>(q + qk, 4) = integrateQuaternion(Map<const Vector4d>(qHist + qk), gamma,
+                                                           Map<const Vector3d>(u + uk), false);
             qk += 4;
             uk += 3;
         }
@@ -396,7 +416,9 @@ double RigidTree::calcQDisplacement(const double* deltaQ) const {
     return Map<const VectorXd>(deltaQ, numQ).cwiseProduct(m_qWeights).norm();
 }
 
-double RigidTree::calcUDisplacement(const double* deltaU, double h) const { return h * calcDisplacement(deltaU); }
+double RigidTree::calcUDisplacement(const double* deltaU, double h) const {
+    return h * calcDisplacement(deltaU);
+}
 
 void RigidTree::getFromState(const State& state, double* q, double* u) const {
     for (const RigidBody& body : m_bodies) {

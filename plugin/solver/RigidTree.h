@@ -1,9 +1,11 @@
 #pragma once
 /** @file
-A tree of ordinary Simbody bodies rooted at Ground, as one block of the Newton system (private header).
+A tree of ordinary Simbody bodies rooted at Ground, as one block of the Newton system (private
+header).
 
-q and u are Simbody's own. Pin, Slider, Translation, Cylinder, Weld and (in quaternions) Ball and Free mobilizers are
-evaluated by our own recursion; a tree with any other mobilizer takes poses and Jacobians from Simbody.
+q and u are Simbody's own. Pin, Slider, Translation, Cylinder, Weld and (in quaternions) Ball and
+Free mobilizers are evaluated by our own recursion; a tree with any other mobilizer takes poses and
+Jacobians from Simbody.
 
     J_B = shift(J_P) + H,   M = Σ_B J_Bᵀ M_B J_B,   b = Σ_B J_Bᵀ F_inertial(A_bias) **/
 
@@ -16,32 +18,36 @@ class RigidTree : public Block {
 public:
     /** Takes over base body `root` (a child of Ground) and everything outboard of it.
     @param state  realized to Stage::Velocity **/
-    RigidTree(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex root, const SimTK::State& state);
+    RigidTree(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex root,
+              const SimTK::State& state);
 
     /** Adds a frame X_BF on one of the tree's bodies; returns its index in `frames`. **/
     int addFrame(SimTK::MobilizedBodyIndex body, const SimTK::Transform& X_BF);
 
     bool contains(SimTK::MobilizedBodyIndex body) const;
 
-    /** True if poses and Jacobians come from Simbody, so that realize() needs EvaluationContext::state. **/
+    /** True if poses and Jacobians come from Simbody, so that realize() needs
+     * EvaluationContext::state. **/
     bool needsSimbody() const { return m_needsSimbody; }
 
     /** Writes q and u of this block into Simbody's vectors. **/
-    void putCoordinates(const double* q, const double* u, SimTK::Vector& stateQ, SimTK::Vector& stateU) const;
+    void putCoordinates(const double* q, const double* u, SimTK::Vector& stateQ,
+                        SimTK::Vector& stateU) const;
 
     void realize(const EvaluationContext& context, const double* q, const double* u) override;
-    void calcResidual(const EvaluationContext& context, const double* q, const double* u, const double* uDot,
-                      double* r) override;
+    void calcResidual(const EvaluationContext& context, const double* q, const double* u,
+                      const double* uDot, double* r) override;
     void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const override;
     void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                                const SimTK::Vector& mobilityForces, double* r) const override;
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
-    SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u, const double* uDot) const override;
+    SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
+                                            const double* uDot) const override;
     void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
                          NewtonSystem::Block& block) const override;
     void formMassBlock(NewtonSystem::Block& block) const override;
-    void integrateQ(const EvaluationContext& context, const double* qHist, double gamma, const double* u,
-                    double* q) const override;
+    void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
+                    const double* u, double* q) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
@@ -79,20 +85,22 @@ private:
     static bool hasQuaternion(Mobilizer mobilizer) {
         return mobilizer == Mobilizer::Ball || mobilizer == Mobilizer::Free;
     }
-    void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index, int parent,
-                 const SimTK::State& state);
+    void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index,
+                 int parent, const SimTK::State& state);
     bool agreesWithSimbody(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
     void realizeBody(RigidBody& body, const double* q, const double* u) const;
     void realizeBodyFromSimbody(RigidBody& body, const SimTK::State& state) const;
     SimTK::SpatialVec calcAcceleration(const RigidBody& body, const double* uDot) const;
     Eigen::MatrixXd calcMassMatrix() const;
-    void addInTransposed(const RigidBody& body, const SimTK::SpatialVec& F_G, double sign, double* r) const;
+    void addInTransposed(const RigidBody& body, const SimTK::SpatialVec& F_G, double sign,
+                         double* r) const;
 
     const SimTK::SimbodyMatterSubsystem& m_matter;
     std::vector<RigidBody> m_bodies;
     std::vector<Frame> m_frameData;
     bool m_needsSimbody = false;
-    Eigen::VectorXd m_uWeights;  ///< metres of displacement per unit of each speed's quasi-coordinate
+    Eigen::VectorXd
+        m_uWeights;  ///< metres of displacement per unit of each speed's quasi-coordinate
     Eigen::VectorXd m_qWeights;
 };
 

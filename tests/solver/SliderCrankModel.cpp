@@ -18,7 +18,9 @@ MassProperties sliderProperties() {
     return MassProperties(SliderMass, Vec3(0), SliderMass * UnitInertia::brick(0.02, 0.015, 0.015));
 }
 
-Real calcRodAngle(Real crankAngle) { return -std::asin(CrankLength / RodLength * std::sin(crankAngle)); }
+Real calcRodAngle(Real crankAngle) {
+    return -std::asin(CrankLength / RodLength * std::sin(crankAngle));
+}
 
 Real calcSliderPosition(Real crankAngle) {
     return CrankLength * std::cos(crankAngle) + RodLength * std::cos(calcRodAngle(crankAngle));
@@ -35,8 +37,10 @@ MassProperties propertiesAbout(const ReducedBody& part, const std::string& inter
 
 class CrankTorque : public Force::Custom::Implementation {
 public:
-    CrankTorque(const MobilizedBody& crank, Torque torque) : m_crank(crank), m_torque(std::move(torque)) {}
-    void calcForce(const State& state, Vector_<SpatialVec>& bodyForces, Vector_<Vec3>&, Vector&) const override {
+    CrankTorque(const MobilizedBody& crank, Torque torque)
+        : m_crank(crank), m_torque(std::move(torque)) {}
+    void calcForce(const State& state, Vector_<SpatialVec>& bodyForces, Vector_<Vec3>&,
+                   Vector&) const override {
         bodyForces[m_crank.getMobilizedBodyIndex()][0] += Vec3(0, 0, m_torque(state.getTime()));
     }
     Real calcPotentialEnergy(const State&) const override { return 0; }
@@ -76,7 +80,8 @@ FlexibleSliderCrank::FlexibleSliderCrank(const SliderCrankOptions& options)
         ModalDamping(flexible, rod, options.dampingRatio);
     }
     if (options.angle)
-        Joint::PrescribedRotation(flexible, matter.Ground(), crank.interface("shaft"), options.angle, "drive");
+        Joint::PrescribedRotation(flexible, matter.Ground(), crank.interface("shaft"),
+                                  options.angle, "drive");
     else
         AttachmentForce(flexible, crank.interface("shaft"), [torque = options.torque](Real t) {
             return SpatialVec(Vec3(0, 0, torque(t)), Vec3(0));
@@ -94,9 +99,10 @@ RigidSliderCrank::RigidSliderCrank(const SliderCrankOptions& options)
     : matter(system),
       forces(system),
       gravity(forces, matter, -YAxis, Gravity),
-      crank(matter.Ground(), Transform(), Body::Rigid(propertiesAbout(*loadPart("crank"), "shaft")), Transform()),
-      rod(crank, Transform(Vec3(CrankLength, 0, 0)), Body::Rigid(propertiesAbout(*loadPart("rod"), "big_end")),
-          Transform()),
+      crank(matter.Ground(), Transform(), Body::Rigid(propertiesAbout(*loadPart("crank"), "shaft")),
+            Transform()),
+      rod(crank, Transform(Vec3(CrankLength, 0, 0)),
+          Body::Rigid(propertiesAbout(*loadPart("rod"), "big_end")), Transform()),
       slider(matter.Ground(), Transform(), Body::Rigid(sliderProperties()), Transform()) {
     Constraint::PointInPlane(slider, UnitVec3(XAxis), 0, rod, Vec3(RodLength, 0, 0));
     Constraint::PointInPlane(slider, UnitVec3(YAxis), 0, rod, Vec3(RodLength, 0, 0));

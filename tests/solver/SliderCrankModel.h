@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-The slider-crank of the source paper for tests: flexible (the example's 1 mm hexahedral parts, reduced) and rigid-only in
-plain Simbody, with the same masses, loads and start. **/
+The slider-crank of the source paper for tests: flexible (the example's 1 mm hexahedral parts,
+reduced) and rigid-only in plain Simbody, with the same masses, loads and start. **/
 
 #include <functional>
 #include <memory>
@@ -17,7 +17,8 @@ constexpr SimTK::Real CrankLength = 0.06, RodLength = 0.18, SliderMass = 0.2;
 /** Driving torque on the crank at its shaft, about z [N m]. **/
 using Torque = std::function<SimTK::Real(SimTK::Real time)>;
 
-/** Rises smoothly (three continuous derivatives) from 0 to `value` within `ramp` seconds, then stays. **/
+/** Rises smoothly (three continuous derivatives) from 0 to `value` within `ramp` seconds, then
+ * stays. **/
 Torque makeRampedTorque(SimTK::Real value, SimTK::Real ramp);
 
 struct SliderCrankOptions {
@@ -56,12 +57,13 @@ struct RigidSliderCrank {
     SimTK::MobilizedBody::Slider slider;
     SimTK::State state;
 
-    /** Runge–Kutta–Merson at accuracy 1e-10 to `time` (1e-8 leaves 4e-8 of the crank's length in the slider's position);
-    realized to Stage::Acceleration. **/
+    /** Runge–Kutta–Merson at accuracy 1e-10 to `time` (1e-8 leaves 4e-8 of the crank's length in
+    the slider's position); realized to Stage::Acceleration. **/
     SimTK::State integrate(SimTK::Real time) const;
 };
 
 /** The reduced parts in the build's parts folder. **/
-std::shared_ptr<const ReducedBody> loadPart(const std::string& name, SimTK::Real stiffnessFactor = 1);
+std::shared_ptr<const ReducedBody> loadPart(const std::string& name,
+                                            SimTK::Real stiffnessFactor = 1);
 
 }  // namespace simflex::test

@@ -1,5 +1,6 @@
-// Orders of the BDF method on a smooth constrained problem: a soft flexible pendulum on a ball joint. The reference is
-// classical Runge–Kutta on the index-1 equations (accelerations and multipliers by one elimination with M for J).
+// Orders of the BDF method on a smooth constrained problem: a soft flexible pendulum on a ball
+// joint. The reference is classical Runge–Kutta on the index-1 equations (accelerations and
+// multipliers by one elimination with M for J).
 
 #include <gtest/gtest.h>
 
@@ -18,7 +19,9 @@ using namespace SimTK;
 class SoftPendulum : public ::testing::Test {
 protected:
     SoftPendulum()
-        : m_matter(m_system), m_forces(m_system), m_gravity(m_forces, m_matter, -YAxis, 9.81),
+        : m_matter(m_system),
+          m_forces(m_system),
+          m_gravity(m_forces, m_matter, -YAxis, 9.81),
           m_flexible(m_system, m_matter) {
         test::PointMassPartOptions options;
         options.numModes = 4;
@@ -33,12 +36,14 @@ protected:
         m_start = integrator.getState();
     }
 
-    /** States every `spacing` from 0 to `count·spacing` by Runge–Kutta with steps of about 1e-4 s. **/
+    /** States every `spacing` from 0 to `count·spacing` by Runge–Kutta with steps of about 1e-4 s.
+     * **/
     Array_<State> integrateReference(Real spacing, int count) {
         MultibodyEquations equations(m_system, m_start);
         IntegratorStatistics statistics;
         ImplicitStep step(equations, statistics);
-        std::vector<double> q(equations.numQ()), u(equations.numU()), lambda(equations.numMultipliers());
+        std::vector<double> q(equations.numQ()), u(equations.numU()),
+            lambda(equations.numMultipliers());
         m_system.realize(m_start, Stage::Velocity);
         equations.getFromState(m_start, q.data(), u.data());
         const int substeps = int(std::ceil(spacing / 2e-4));
@@ -52,18 +57,21 @@ protected:
             states.push_back(state);
         };
         // Speeds and quasi-displacements are combined; q moves once a stage from the step's start.
-        const auto combine = [](const std::vector<double>& a, double factor, const std::vector<double>& b) {
+        const auto combine = [](const std::vector<double>& a, double factor,
+                                const std::vector<double>& b) {
             std::vector<double> sum = a;
             for (size_t i = 0; i < a.size(); ++i) sum[i] += factor * b[i];
             return sum;
         };
         const auto qDotOf = [&](const std::vector<double>& at, const std::vector<double>& speeds) {
-            // q̇ = N(q)u, column by column exact: (q_hist + γNu − q_hist)/γ of the linear map q ↦ q + N(q)u.
+            // q̇ = N(q)u, column by column exact: (q_hist + γNu − q_hist)/γ of the linear map q ↦ q
+            // + N(q)u.
             std::vector<double> qDot(at.size());
             qDot.assign(at.size(), 0);
             const Eigen::Vector4d quaternion = Eigen::Map<const Eigen::Vector4d>(at.data());
             Eigen::Map<Eigen::Vector4d>(qDot.data()) =
-                0.5 * multiplyQuaternion(quaternion, Eigen::Map<const Eigen::Vector3d>(speeds.data()), true);
+                0.5 * multiplyQuaternion(quaternion,
+                                         Eigen::Map<const Eigen::Vector3d>(speeds.data()), true);
             for (size_t i = 4; i < at.size(); ++i) qDot[i] = speeds[i - 1];
             return qDot;
         };
@@ -107,8 +115,8 @@ protected:
     }
 
     void expectOrder(int order, BdfIntegrator::Formulation formulation) {
-        // Steps are small enough for the asymptotic range (ωh ≤ 0.13, order 5: 0.06) and large enough to stay above
-        // round-off.
+        // Steps are small enough for the asymptotic range (ωh ≤ 0.13, order 5: 0.06) and large
+        // enough to stay above round-off.
         const Real coarsest = order >= 5 ? 2e-3 : 4e-3;
         const Real span = 0.32;
         const int levels = order >= 5 ? 2 : 3;
@@ -153,7 +161,9 @@ TEST_P(BdfOrder, ErrorFallsWithTheOrderInStabilizedIndex2) {
     expectOrder(GetParam(), BdfIntegrator::Formulation::StabilizedIndex2);
 }
 
-TEST_P(BdfOrder, ErrorFallsWithTheOrderInIndex3) { expectOrder(GetParam(), BdfIntegrator::Formulation::Index3); }
+TEST_P(BdfOrder, ErrorFallsWithTheOrderInIndex3) {
+    expectOrder(GetParam(), BdfIntegrator::Formulation::Index3);
+}
 
 INSTANTIATE_TEST_SUITE_P(Orders, BdfOrder, ::testing::Values(1, 2, 3, 4, 5));
 

@@ -27,7 +27,8 @@ VectorXd solveByElimination(const NewtonSystem& system, int threads = 1, int* re
             Eigen::Map<const VectorXd>(solver.getDeltaU(int(b)), system.blocks[b].size);
         first += system.blocks[b].size;
     }
-    x.tail(system.numMultipliers()) = Eigen::Map<const VectorXd>(solver.getDeltaLambda(), system.numMultipliers());
+    x.tail(system.numMultipliers()) =
+        Eigen::Map<const VectorXd>(solver.getDeltaLambda(), system.numMultipliers());
     return x;
 }
 
@@ -47,7 +48,8 @@ std::vector<NewtonSystem> dumpSliderCrank(BdfIntegrator::BlockForm form) {
 }
 
 /** Relative difference of the speeds and of the multipliers, each in its own scale. **/
-void expectEqualSolutions(const NewtonSystem& system, const VectorXd& x, const VectorXd& reference, double tolerance) {
+void expectEqualSolutions(const NewtonSystem& system, const VectorXd& x, const VectorXd& reference,
+                          double tolerance) {
     const int n = system.numSpeeds(), m = system.numMultipliers();
     EXPECT_LT((x - reference).head(n).norm(), tolerance * reference.head(n).norm());
     EXPECT_LT((x - reference).tail(m).norm(), tolerance * reference.tail(m).norm());
@@ -58,7 +60,8 @@ TEST(BlockElimination, AgreesWithDensePivotingOnTheSliderCrank) {
         const std::vector<NewtonSystem> systems = dumpSliderCrank(form);
         ASSERT_GT(systems.size(), 5u);
         for (const NewtonSystem& system : systems)
-            expectEqualSolutions(system, solveByElimination(system), test::solveDense(system), 1e-10);
+            expectEqualSolutions(system, solveByElimination(system), test::solveDense(system),
+                                 1e-10);
     }
 }
 
@@ -81,7 +84,9 @@ long rankOf(const Eigen::MatrixXd& A) {
 /** A random system: blocks with and without modes, joints between random pairs or to Ground. **/
 NewtonSystem makeRandomSystem(std::mt19937& random, bool makeRedundant) {
     std::uniform_real_distribution<double> uniform(-1, 1);
-    const auto pick = [&](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
+    const auto pick = [&](int low, int high) {
+        return std::uniform_int_distribution<int>(low, high)(random);
+    };
     NewtonSystem system;
     const int blocks = pick(1, 6), joints = pick(1, 2 * blocks);
     std::vector<std::vector<int>> rows(blocks);
@@ -111,7 +116,8 @@ NewtonSystem makeRandomSystem(std::mt19937& random, bool makeRedundant) {
         const int n = sizes[b];
         if (n > 6) {
             block.form = NewtonSystem::Block::Form::Arrow;
-            Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(6, 6, [&] { return uniform(random); });
+            Eigen::MatrixXd root =
+                Eigen::MatrixXd::NullaryExpr(6, 6, [&] { return uniform(random); });
             Eigen::Map<Eigen::MatrixXd>(block.head.data(), 6, 6) =
                 root * root.transpose() + 5 * Eigen::MatrixXd::Identity(6, 6);
             for (double& value : block.coupling) value = 0.2 * uniform(random);
@@ -136,7 +142,8 @@ NewtonSystem makeRandomSystem(std::mt19937& random, bool makeRedundant) {
                 list.push_back(multipliers - 1);
                 block.Gt.resize(block.Gt.size() + block.size);
             }
-            std::copy(first.begin(), first.end(), block.Gt.begin() + position(multipliers - 1) * block.size);
+            std::copy(first.begin(), first.end(),
+                      block.Gt.begin() + position(multipliers - 1) * block.size);
         }
         system.c.back() = system.c.front();
     }
@@ -153,7 +160,8 @@ TEST(BlockElimination, AgreesWithDensePivotingOnRandomSystems) {
         if (rankOf(A) < A.rows()) continue;
         ++regular;
         const VectorXd x = solveByElimination(system);
-        EXPECT_LT((A * x - b).norm(), 1e-10 * (A.norm() * x.norm() + b.norm())) << "trial " << trial;
+        EXPECT_LT((A * x - b).norm(), 1e-10 * (A.norm() * x.norm() + b.norm()))
+            << "trial " << trial;
     }
     EXPECT_GT(regular, 100);
 }

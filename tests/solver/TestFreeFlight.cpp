@@ -1,4 +1,5 @@
-// A spinning, vibrating body in free flight keeps momentum and energy, to the integrator's tolerance and falling with it.
+// A spinning, vibrating body in free flight keeps momentum and energy, to the integrator's
+// tolerance and falling with it.
 
 #include <gtest/gtest.h>
 
@@ -51,8 +52,10 @@ Drift calcDrift(Real accuracy, int maximumOrder, BdfIntegrator::BlockForm form) 
         const State& now = integrator.getState();
         system.realize(now, Stage::Dynamics);
         const SpatialVec change = body.calcMomentum(now) - momentum;
-        drift.angularMomentum = std::max(drift.angularMomentum, change[0].norm() / momentum[0].norm());
-        drift.linearMomentum = std::max(drift.linearMomentum, change[1].norm() / momentum[1].norm());
+        drift.angularMomentum =
+            std::max(drift.angularMomentum, change[0].norm() / momentum[0].norm());
+        drift.linearMomentum =
+            std::max(drift.linearMomentum, change[1].norm() / momentum[1].norm());
         drift.energy = std::max(drift.energy, std::abs(flexible.calcEnergy(now) - energy) / energy);
     }
     drift.steps = integrator.getStatistics().stepsTaken;

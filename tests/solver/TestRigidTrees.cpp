@@ -12,49 +12,66 @@ namespace {
 using namespace SimTK;
 
 Body::Rigid makeBrick(Real mass) {
-    return Body::Rigid(MassProperties(mass, Vec3(0.05, -0.02, 0.03),
-                                      Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4))));
+    return Body::Rigid(
+        MassProperties(mass, Vec3(0.05, -0.02, 0.03),
+                       Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4))));
 }
 
 /** Fills the tree under test; `matter` stands in a system with gravity. **/
 using Build = void (*)(SimbodyMatterSubsystem&, GeneralForceSubsystem&);
 
 void buildSimpleMobilizers(SimbodyMatterSubsystem& matter, GeneralForceSubsystem&) {
-    MobilizedBody::Pin pin(matter.Ground(), Transform(Rotation(0.3, XAxis), Vec3(0.1, 0, 0)), makeBrick(1),
-                           Transform(Vec3(0, 0.3, 0)));
-    MobilizedBody::Slider slider(pin, Transform(Rotation(0.4, YAxis), Vec3(0, -0.3, 0)), makeBrick(0.5), Transform());
-    MobilizedBody::Ball ball(slider, Transform(Vec3(0.1, 0, 0)), makeBrick(0.7), Transform(Vec3(0, 0.2, 0)));
-    MobilizedBody::Cylinder cylinder(ball, Transform(Vec3(0, -0.2, 0)), makeBrick(0.4), Transform(Vec3(0, 0.1, 0)));
-    MobilizedBody::Weld weld(pin, Transform(Rotation(0.5, ZAxis), Vec3(0.2, 0, 0)), makeBrick(0.3), Transform());
-    MobilizedBody::Translation translation(weld, Transform(Rotation(1, XAxis)), makeBrick(0.2), Transform());
-    MobilizedBody::Free free(matter.Ground(), Transform(Rotation(0.2, YAxis)), makeBrick(1.5), Transform(Vec3(0.1, 0, 0)));
+    MobilizedBody::Pin pin(matter.Ground(), Transform(Rotation(0.3, XAxis), Vec3(0.1, 0, 0)),
+                           makeBrick(1), Transform(Vec3(0, 0.3, 0)));
+    MobilizedBody::Slider slider(pin, Transform(Rotation(0.4, YAxis), Vec3(0, -0.3, 0)),
+                                 makeBrick(0.5), Transform());
+    MobilizedBody::Ball ball(slider, Transform(Vec3(0.1, 0, 0)), makeBrick(0.7),
+                             Transform(Vec3(0, 0.2, 0)));
+    MobilizedBody::Cylinder cylinder(ball, Transform(Vec3(0, -0.2, 0)), makeBrick(0.4),
+                                     Transform(Vec3(0, 0.1, 0)));
+    MobilizedBody::Weld weld(pin, Transform(Rotation(0.5, ZAxis), Vec3(0.2, 0, 0)), makeBrick(0.3),
+                             Transform());
+    MobilizedBody::Translation translation(weld, Transform(Rotation(1, XAxis)), makeBrick(0.2),
+                                           Transform());
+    MobilizedBody::Free free(matter.Ground(), Transform(Rotation(0.2, YAxis)), makeBrick(1.5),
+                             Transform(Vec3(0.1, 0, 0)));
 }
 
 void buildOtherMobilizers(SimbodyMatterSubsystem& matter, GeneralForceSubsystem&) {
     MobilizedBody::Universal universal(matter.Ground(), Transform(Vec3(0.1, 0, 0)), makeBrick(1),
                                        Transform(Vec3(0, 0.3, 0)));
-    MobilizedBody::Gimbal gimbal(universal, Transform(Vec3(0, -0.3, 0)), makeBrick(0.8), Transform(Vec3(0, 0.2, 0)));
-    MobilizedBody::Planar planar(gimbal, Transform(Rotation(0.3, YAxis)), makeBrick(0.6), Transform());
-    MobilizedBody::Screw screw(matter.Ground(), Transform(Rotation(1, XAxis)), makeBrick(0.5), Transform(), 0.05);
-    MobilizedBody::Pin reversed(screw, Transform(Vec3(0, 0.1, 0)), makeBrick(0.4), Transform(Vec3(0.3, 0, 0)),
-                                MobilizedBody::Reverse);
+    MobilizedBody::Gimbal gimbal(universal, Transform(Vec3(0, -0.3, 0)), makeBrick(0.8),
+                                 Transform(Vec3(0, 0.2, 0)));
+    MobilizedBody::Planar planar(gimbal, Transform(Rotation(0.3, YAxis)), makeBrick(0.6),
+                                 Transform());
+    MobilizedBody::Screw screw(matter.Ground(), Transform(Rotation(1, XAxis)), makeBrick(0.5),
+                               Transform(), 0.05);
+    MobilizedBody::LineOrientation line(matter.Ground(), Transform(Vec3(0, 0.2, 0)), makeBrick(0.5),
+                                        Transform());
+    MobilizedBody::Pin reversed(screw, Transform(Vec3(0, 0.1, 0)), makeBrick(0.4),
+                                Transform(Vec3(0.3, 0, 0)), MobilizedBody::Reverse);
 }
 
 void buildWithSprings(SimbodyMatterSubsystem& matter, GeneralForceSubsystem& forces) {
     MobilizedBody::Pin pin(matter.Ground(), Transform(), makeBrick(1), Transform(Vec3(0, 0.3, 0)));
-    MobilizedBody::Ball ball(pin, Transform(Vec3(0, -0.3, 0)), makeBrick(0.7), Transform(Vec3(0, 0.2, 0)));
+    MobilizedBody::Ball ball(pin, Transform(Vec3(0, -0.3, 0)), makeBrick(0.7),
+                             Transform(Vec3(0, 0.2, 0)));
     Force::TwoPointLinearSpring(forces, matter.Ground(), Vec3(0.5, 0, 0), ball, Vec3(0), 30, 0.3);
     Force::MobilityLinearDamper(forces, pin, MobilizerUIndex(0), 0.2);
     Force::MobilityLinearSpring(forces, pin, MobilizerQIndex(0), 4, 0.1);
 }
 
-void expectSameMotion(Build build) {
+enum class Rotations { Quaternions, EulerAngles };
+
+void expectSameMotion(Build build, Rotations rotations = Rotations::Quaternions) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     GeneralForceSubsystem forces(system);
     Force::Gravity gravity(forces, matter, Vec3(1, -9.81, 2));
     build(matter, forces);
     State state = system.realizeTopology();
+    matter.setUseEulerAngles(state, rotations == Rotations::EulerAngles);
+    system.realizeModel(state);
     for (int i = 0; i < state.getNU(); ++i) state.updU()[i] = 0.4 * std::cos(1.7 * i);
     system.realize(state, Stage::Velocity);
 
@@ -88,9 +105,18 @@ void expectSameMotion(Build build) {
     }
 }
 
-TEST(RigidTrees, SimpleMobilizersMoveAsInSimbody) { expectSameMotion(buildSimpleMobilizers); }
-TEST(RigidTrees, OtherAndReversedMobilizersMoveAsInSimbody) { expectSameMotion(buildOtherMobilizers); }
-TEST(RigidTrees, ForeignForceElementsActAsInSimbody) { expectSameMotion(buildWithSprings); }
+TEST(RigidTrees, SimpleMobilizersMoveAsInSimbody) {
+    expectSameMotion(buildSimpleMobilizers);
+}
+TEST(RigidTrees, EulerAnglesMoveAsInSimbody) {
+    expectSameMotion(buildSimpleMobilizers, Rotations::EulerAngles);
+}
+TEST(RigidTrees, OtherAndReversedMobilizersMoveAsInSimbody) {
+    expectSameMotion(buildOtherMobilizers);
+}
+TEST(RigidTrees, ForeignForceElementsActAsInSimbody) {
+    expectSameMotion(buildWithSprings);
+}
 
 TEST(RigidTrees, FreeRigidPendulumOnABallJointMovesAsABallMobilizer) {
     const Vec3 hook(0, 0.4, 0.1);
@@ -125,12 +151,16 @@ TEST(RigidTrees, FreeRigidPendulumOnABallJointMovesAsABallMobilizer) {
 
     State end = stepper.getState();
     plain.realize(end, Stage::Acceleration);
-    EXPECT_LT((free.getBodyOriginLocation(integrator.getState()) - ball.getBodyOriginLocation(end)).norm(), 2e-6);
+    EXPECT_LT((free.getBodyOriginLocation(integrator.getState()) - ball.getBodyOriginLocation(end))
+                  .norm(),
+              2e-6);
     // The joint's force on the body is the mobilizer's reaction.
     Vector_<SpatialVec> reactions;
     plainMatter.calcMobilizerReactionForces(end, reactions);
-    const SpatialVec force = joint.calcForceOnM(integrator.getState(), integrator.getMultipliers(joint));
-    EXPECT_LT((force[1] - reactions[ball.getMobilizedBodyIndex()][1]).norm(), 1e-3 * reactions[ball.getMobilizedBodyIndex()][1].norm());
+    const SpatialVec force =
+        joint.calcForceOnM(integrator.getState(), integrator.getMultipliers(joint));
+    EXPECT_LT((force[1] - reactions[ball.getMobilizedBodyIndex()][1]).norm(),
+              1e-3 * reactions[ball.getMobilizedBodyIndex()][1].norm());
 }
 
 }  // namespace

@@ -15,8 +15,9 @@ using test::RigidSliderCrank;
 using test::SliderCrankOptions;
 
 /** |kinetic + potential − work| at the end, relative to the work done. **/
-Real calcEnergyError(const SliderCrankOptions& options, Real accuracy, Real time,
-                     BdfIntegrator::Formulation formulation = BdfIntegrator::Formulation::StabilizedIndex2) {
+Real calcEnergyError(
+    const SliderCrankOptions& options, Real accuracy, Real time,
+    BdfIntegrator::Formulation formulation = BdfIntegrator::Formulation::StabilizedIndex2) {
     FlexibleSliderCrank model(options);
     BdfIntegrator integrator(model.system);
     integrator.setAccuracy(accuracy);
@@ -26,14 +27,17 @@ Real calcEnergyError(const SliderCrankOptions& options, Real accuracy, Real time
     const Real start = model.flexible.calcEnergy(integrator.getState());
     integrator.stepTo(time);
     model.system.realize(integrator.getState(), Stage::Dynamics);
-    return std::abs(model.flexible.calcEnergy(integrator.getState()) - start - integrator.getWork()) /
+    return std::abs(model.flexible.calcEnergy(integrator.getState()) - start -
+                    integrator.getWork()) /
            std::abs(integrator.getWork());
 }
 
 TEST(SliderCrank, EnergyMinusWorkOfLoadsVanishesWithAccuracy) {
     std::vector<Real> errors;
-    for (Real accuracy : {1e-5, 1e-6, 1e-7, 1e-8}) errors.push_back(calcEnergyError({}, accuracy, 0.08));
-    for (size_t i = 1; i < errors.size(); ++i) EXPECT_LT(errors[i], errors[i - 1] / 2.5) << "at level " << i;
+    for (Real accuracy : {1e-5, 1e-6, 1e-7, 1e-8})
+        errors.push_back(calcEnergyError({}, accuracy, 0.08));
+    for (size_t i = 1; i < errors.size(); ++i)
+        EXPECT_LT(errors[i], errors[i - 1] / 2.5) << "at level " << i;
     EXPECT_LT(errors.back(), 1e-3);
 }
 
@@ -49,10 +53,12 @@ TEST(SliderCrank, WorkOfAPrescribedRotationBalancesEnergy) {
     options.angle = [start = options.startAngle](Real t) {
         const Real T = 0.05, w = 60, x = std::min(t / T, Real(1)), past = std::max(t - T, Real(0));
         const Real angle = w * T * (x * x * x - 0.5 * x * x * x * x) + w * past;
-        const Real rate = w * (3 * x * x - 2 * x * x * x), acceleration = w / T * (6 * x - 6 * x * x);
+        const Real rate = w * (3 * x * x - 2 * x * x * x),
+                   acceleration = w / T * (6 * x - 6 * x * x);
         return Vec3(start + angle, rate, acceleration);
     };
-    const Real coarse = calcEnergyError(options, 1e-6, 0.08), fine = calcEnergyError(options, 1e-8, 0.08);
+    const Real coarse = calcEnergyError(options, 1e-6, 0.08),
+               fine = calcEnergyError(options, 1e-8, 0.08);
     EXPECT_LT(fine, coarse / 6);
     EXPECT_LT(fine, 2e-3);
 
@@ -67,7 +73,8 @@ TEST(SliderCrank, WorkOfAPrescribedRotationBalancesEnergy) {
 TEST(SliderCrank, StiffPartsMoveAsRigidOnesInSimbody) {
     const Real time = 0.1;
     SliderCrankOptions options;
-    // Damping does not touch the rigid limit; this much keeps BDF5 (stable within 51.8° of the negative axis) stable.
+    // Damping does not touch the rigid limit; this much keeps BDF5 (stable within 51.8° of the
+    // negative axis) stable.
     options.dampingRatio = 0.7;
     RigidSliderCrank rigid(options);
     const State end = rigid.integrate(time);
@@ -86,15 +93,20 @@ TEST(SliderCrank, StiffPartsMoveAsRigidOnesInSimbody) {
         const State& state = integrator.getState();
         differences.push_back(std::abs(model.getSliderPosition(state) - rigidPosition) / travel);
 
-        // In-plane forces of the main bearing; out of the plane the rigid mechanism has none to compare with.
+        // In-plane forces of the main bearing; out of the plane the rigid mechanism has none to
+        // compare with.
         Vector_<SpatialVec> reactions;
         rigid.matter.calcMobilizerReactionForces(end, reactions);
         const Vec3 bearing =
             model.mainBearing.calcForceOnM(state, integrator.getMultipliers(model.mainBearing))[1];
         const Real scale = reactions[rigid.crank.getMobilizedBodyIndex()][1].norm();
         const Real allowed = 1e-2 / factor;
-        EXPECT_NEAR(bearing[0], reactions[rigid.crank.getMobilizedBodyIndex()][1][0], allowed * scale) << factor;
-        EXPECT_NEAR(bearing[1], reactions[rigid.crank.getMobilizedBodyIndex()][1][1], allowed * scale) << factor;
+        EXPECT_NEAR(bearing[0], reactions[rigid.crank.getMobilizedBodyIndex()][1][0],
+                    allowed * scale)
+            << factor;
+        EXPECT_NEAR(bearing[1], reactions[rigid.crank.getMobilizedBodyIndex()][1][1],
+                    allowed * scale)
+            << factor;
     }
     EXPECT_NEAR(differences[0] / differences[1], 10, 1);
     EXPECT_NEAR(differences[1] / differences[2], 10, 1);
@@ -113,7 +125,8 @@ TEST(SliderCrank, ResultsAreTheSameToTheBitForAnyNumberOfThreads) {
         Vector all(state.getNQ() + state.getNU() + integrator.getMultipliers().size());
         all(0, state.getNQ()) = state.getQ();
         all(state.getNQ(), state.getNU()) = state.getU();
-        all(state.getNQ() + state.getNU(), integrator.getMultipliers().size()) = integrator.getMultipliers();
+        all(state.getNQ() + state.getNU(), integrator.getMultipliers().size()) =
+            integrator.getMultipliers();
         ends.push_back(all);
     }
     for (int i = 0; i < ends[0].size(); ++i) {
