@@ -174,7 +174,7 @@ Array_<FrameMotion> FlexibleBodySubsystem::Guts::calcMotions(
 }
 
 void FlexibleBodySubsystem::Guts::setNativeForcesEnabled(State& state, bool enabled) const {
-    Value<bool>::updDowncast(updDiscreteVariable(state, m_enabled)) = enabled;
+    Value<int>::updDowncast(updDiscreteVariable(state, m_enabled)) = enabled;
 }
 
 Real FlexibleBodySubsystem::Guts::calcPotentialEnergy(const State& state) const {
@@ -190,12 +190,12 @@ Real FlexibleBodySubsystem::Guts::calcPotentialEnergy(const State& state) const 
 }
 
 int FlexibleBodySubsystem::Guts::realizeSubsystemTopologyImpl(State& state) const {
-    m_enabled = allocateDiscreteVariable(state, Stage::Instance, new Value<bool>(true));
+    m_enabled = allocateDiscreteVariable(state, Stage::Instance, new Value<int>(1));
     return 0;
 }
 
 int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state) const {
-    if (!Value<bool>::downcast(getDiscreteVariable(state, m_enabled)).get()) return 0;
+    if (!Value<int>::downcast(getDiscreteVariable(state, m_enabled)).get()) return 0;
     const MultibodySystem& system = getMultibodySystem();
     Vector_<SpatialVec>& bodyForces = system.updRigidBodyForces(state, Stage::Dynamics);
     Vector& mobilityForces = system.updMobilityForces(state, Stage::Dynamics);
@@ -215,7 +215,7 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state
 
 int FlexibleBodySubsystem::Guts::realizeSubsystemAccelerationImpl(const State& state) const {
     if (m_hasWarned || m_bodies.empty() ||
-        !Value<bool>::downcast(getDiscreteVariable(state, m_enabled)).get())
+        !Value<int>::downcast(getDiscreteVariable(state, m_enabled)).get())
         return 0;
     m_hasWarned = true;
     std::cerr << "simflex: Simbody's own accelerations leave out the inertia coupling (Delta M) of "

@@ -118,6 +118,8 @@ struct BadInput {
     const char* message;
 };
 
+void PrintTo(const BadInput& input, std::ostream* stream) { *stream << input.name; }
+
 class CliFailure : public CliTest, public ::testing::WithParamInterface<BadInput> {};
 
 TEST_P(CliFailure, ExitsWithOneAndLeavesNoFile) {
