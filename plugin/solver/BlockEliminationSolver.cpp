@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 using Clock = std::chrono::steady_clock;
 using Block = NewtonSystem::Block;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+using MatrixX3d = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
@@ -25,16 +25,16 @@ double secondsSince(Clock::time_point start) {
 /** Factors of one arrow matrix [H, E; Eᵀ, diag(d)]: T = E diag(d)⁻¹ and LU of H − T Eᵀ. **/
 struct ArrowFactors {
     VectorXd inverseDiagonal;
-    Matrix6Xd T;
+    MatrixX3d T;
     Eigen::PartialPivLU<Matrix6d> head;
 
-    void factor(const Block& block) {
+    void factor(const NewtonSystem::Part& part, const Block& block) {
         const int tail = block.size - 6;
-        const Map<const Matrix6Xd> coupling(block.coupling.data(), 6, tail);
-        inverseDiagonal = Map<const VectorXd>(block.diagonal.data(), tail).cwiseInverse();
-        T.noalias() = coupling * inverseDiagonal.asDiagonal();
+        const Map<const MatrixX3d> coupling(block.coupling.data(), tail, 3);
+        inverseDiagonal = Map<const VectorXd>(part.diagonal.data(), tail).cwiseInverse();
+        T.noalias() = inverseDiagonal.asDiagonal() * coupling;
         Matrix6d reduced = Map<const Matrix6d>(block.head.data());
-        reduced.noalias() -= T.lazyProduct(coupling.transpose());
+        reduced.topLeftCorner<3, 3>() -= coupling.transpose() * T;
         head.compute(reduced);
     }
 
@@ -45,11 +45,11 @@ struct ArrowFactors {
         for (Eigen::Index k = 0; k < X.cols(); ++k) {
             auto column = X.col(k);
             Eigen::Matrix<double, 6, 1> top = column.template head<6>();
-            top.noalias() -= T.lazyProduct(column.tail(tail));
+            top.template head<3>() -= T.transpose() * column.tail(tail);
             const Eigen::Matrix<double, 6, 1> solved = head.solve(top);
             column.template head<6>() = solved;
             column.tail(tail).array() *= inverseDiagonal.array();
-            column.tail(tail).noalias() -= T.transpose().lazyProduct(solved);
+            column.tail(tail) -= T * solved.template head<3>();
         }
     }
 };
@@ -59,6 +59,7 @@ struct BlockData {
     bool isArrow = false;
     ArrowFactors arrow;
     Eigen::PartialPivLU<MatrixXd> dense;
+    MatrixXd Gt;      ///< n×m
     MatrixXd W;       ///< n×m
     MatrixXd S;       ///< m×m contribution G_b W_b
     VectorXd z;       ///< n
@@ -83,16 +84,12 @@ public:
         : m_blocks(system.blocks.size()),
           m_rows(system.blocks.size()),
           m_numMultipliers(system.numMultipliers()) {
+        system.checkSizes();
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             const Block& block = system.blocks[b];
             const auto n = block.size, m = int(block.rows.size());
-            for (int row : block.rows)
-                if (row < 0 || row >= m_numMultipliers)
-                    throw std::invalid_argument("BlockEliminationSolver: block " +
-                                                std::to_string(b) + " names constraint row " +
-                                                std::to_string(row) + " of " +
-                                                std::to_string(m_numMultipliers));
             m_rows[b] = block.rows;
+            m_blocks[b].Gt.setZero(n, m);
             m_blocks[b].W.setZero(n, m);
             m_blocks[b].S.setZero(m, m);
             m_blocks[b].z.setZero(n);
@@ -113,7 +110,7 @@ public:
         int culprit = 0;
 #pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
         for (int b = 0; b < count; ++b) {
-            if (factorBlock(system.blocks[b], m_blocks[b])) continue;
+            if (factorBlock(system, system.blocks[b], m_blocks[b])) continue;
 #pragma omp critical
             {
                 culprit = isSingular ? std::min(culprit, b) : b;
@@ -142,9 +139,7 @@ public:
             data.z = Map<const VectorXd>(block.r.data(), block.size);
             // G_b z_b = W̃ᵀ r needs J symmetric; the plain product serves every form.
             data.solveInPlace(data.z);
-            data.Gz.noalias() =
-                Map<const MatrixXd>(block.Gt.data(), block.size, data.Gz.size()).transpose() *
-                data.z;
+            data.Gz.noalias() = data.Gt.transpose() * data.z;
         }
         m_timing.backSubstitution += secondsSince(start);
 
@@ -178,25 +173,25 @@ public:
 
 private:
     /** @returns false if the block's matrix is singular or not finite. **/
-    static bool factorBlock(const Block& block, BlockData& data) {
+    static bool factorBlock(const NewtonSystem& system, const Block& block, BlockData& data) {
         const int n = block.size, m = int(block.rows.size());
         if (n == 0) return true;
         data.isArrow = block.form == Block::Form::Arrow;
         double smallestPivot = 0;
         if (data.isArrow) {
-            data.arrow.factor(block);
+            data.arrow.factor(system.parts[size_t(block.part)], block);
             smallestPivot = data.arrow.head.matrixLU().diagonal().cwiseAbs().minCoeff();
             if (!data.arrow.T.allFinite()) return false;
         } else {
-            data.dense.compute(Map<const MatrixXd>(block.dense.data(), n, n));
+            data.dense.compute(Map<const MatrixXd>(block.matrix.data(), n, n));
             smallestPivot = data.dense.matrixLU().diagonal().cwiseAbs().minCoeff();
         }
         if (!(smallestPivot > 0)) return false;
         if (m == 0) return true;
-        const Map<const MatrixXd> Gt(block.Gt.data(), n, m);
-        data.W = Gt;
+        system.expandGt(block, data.Gt.data());
+        data.W = data.Gt;
         data.solveInPlace(data.W);
-        data.S.noalias() = Gt.transpose() * data.W;
+        data.S.noalias() = data.Gt.transpose() * data.W;
         return data.S.allFinite();
     }
 
