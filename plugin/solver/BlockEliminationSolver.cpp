@@ -66,7 +66,7 @@ public:
             throw std::logic_error("BlockEliminationSolver::solve() before factor()");
         const auto start = Clock::now();
         const int count = int(m_blocks.size());
-#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1)
+#pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
         for (int b = 0; b < count; ++b)
             if (!m_isHub[size_t(b)])
                 m_blocks[size_t(b)].eliminate(system.blocks[size_t(b)],
@@ -85,10 +85,10 @@ public:
             const std::vector<double>& r = system.blocks[size_t(hub.block)].r;
             std::copy(r.begin(), r.end(), m_x.begin() + hub.firstUnknown);
         }
-        if (!m_x.empty()) m_fronts->solve(m_x.data(), threads);
+        if (!m_x.empty()) m_fronts->solve(m_x.data(), m_threads);
         const auto substitutionStart = Clock::now();
 
-#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1)
+#pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
         for (int b = 0; b < count; ++b) {
             if (m_isHub[size_t(b)]) continue;
             const Block& block = system.blocks[size_t(b)];
@@ -116,7 +116,11 @@ public:
         return *m_fronts;
     }
 
-    int threads = 1;
+    /** A parallel loop must outlast its barrier: small systems are left to one thread. **/
+    void setNumThreads(int most) {
+        constexpr double WorkPerThread = 1e5;  // multiplications in one factor()
+        m_threads = std::max(1, std::min(most, int(m_work / WorkPerThread)));
+    }
     const Timing& getTiming() const {
         return m_timing;
     }
@@ -137,6 +141,7 @@ private:
 
     /** Lays out the unknowns and cliques of step 3. **/
     void analyse(const NewtonSystem& system, bool keepHubs) {
+        m_work = 0;
         CliquePattern pattern;
         pattern.numUnknowns = m_numMultipliers;
         m_hubs.clear();
@@ -145,6 +150,7 @@ private:
         std::vector<std::vector<int>> blocksOfRow(static_cast<size_t>(m_numMultipliers));
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             const Block& block = system.blocks[b];
+            m_work += double(block.size) * block.size + 20.0 * block.size * block.numColumns();
             m_isHub[b] = keepHubs && isHub(block);
             pattern.cliques.push_back(m_isHub[b] ? std::vector<int>() : block.rows);
             for (int row : block.rows) blocksOfRow[size_t(row)].push_back(int(b));
@@ -190,6 +196,7 @@ private:
         m_hubMatrices.resize(pattern.cliques.size());
         m_x.assign(size_t(pattern.numUnknowns), 0);
         m_fronts = std::make_unique<FrontSolver>(pattern);
+        m_work += m_fronts->getTree().work();
     }
 
     void factorBlocks(const NewtonSystem& system) {
@@ -199,8 +206,8 @@ private:
                                          std::to_string(p) + " is singular or not finite");
         const int count = int(m_blocks.size());
         int culprit = count;
-#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1) \
-    reduction(min                                                               \
+#pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1) \
+    reduction(min                                                                   \
               : culprit)
         for (int b = 0; b < count; ++b)
             if (!m_isHub[size_t(b)] &&
@@ -220,7 +227,7 @@ private:
         for (Hub& hub : m_hubs) fillHub(system, hub);
         if (m_x.empty()) return;
         m_fronts->setSymmetric(isSymmetric);
-        m_fronts->factor(m_cliqueValues, threads);
+        m_fronts->factor(m_cliqueValues, m_threads);
     }
 
     void fillHub(const NewtonSystem& system, Hub& hub) {
@@ -260,6 +267,8 @@ private:
     std::vector<int> m_firstColumn, m_rows;    ///< all blocks' columns, one after another
     std::vector<double> m_Gz, m_columnLambda;  ///< by column
     std::vector<double> m_x;                   ///< Δλ, then hubs' Δu
+    double m_work = 0;                         ///< of one factor() with arrows
+    int m_threads = 1;
     bool m_isFactored = false;
     Timing m_timing;
 };
@@ -274,7 +283,7 @@ BlockEliminationSolver& BlockEliminationSolver::operator=(BlockEliminationSolver
 void BlockEliminationSolver::setNumThreads(int threads) {
     if (threads < 1)
         throw std::invalid_argument("BlockEliminationSolver::setNumThreads: at least 1");
-    m_impl->threads = threads;
+    m_impl->setNumThreads(threads);
 }
 void BlockEliminationSolver::factor(const NewtonSystem& system) {
     m_impl->factor(system);

@@ -45,7 +45,7 @@ public:
     BlockEliminationSolver(BlockEliminationSolver&&) noexcept;
     BlockEliminationSolver& operator=(BlockEliminationSolver&&) noexcept;
 
-    /** Threads to use; at least 1. **/
+    /** Threads to use at most; small systems get fewer. **/
     void setNumThreads(int threads);
 
     /** Factors every J_b and S. @pre same topology as in the constructor.
