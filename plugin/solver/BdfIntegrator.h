@@ -132,8 +132,11 @@ public:
     /** u̇ in Simbody's numbering: BDF's derivative of u at the last step, or exact accelerations
      * after initialize(). **/
     SimTK::Vector getUDot() const;
-    SimTK::Vector getMultipliers() const;                    ///< all joints, in order
+    SimTK::Vector getMultipliers() const;  ///< all joints, in order, then Simbody's constraints
     SimTK::Vector getMultipliers(const Joint& joint) const;  ///< λ of one joint: [N, N m]
+    /** λ of one of Simbody's own constraints, in its order: holonomic, nonholonomic, acceleration
+    rows; empty if it is disabled. **/
+    SimTK::Vector getMultipliers(const SimTK::Constraint& constraint) const;
     SimTK::Real getLastStepSize() const;
     int getLastOrder() const;
     /** Work since initialize() of AttachmentForces, modal damping and prescribed motions [J].

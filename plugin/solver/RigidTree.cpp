@@ -157,6 +157,12 @@ bool RigidTree::contains(MobilizedBodyIndex index) const {
                        [&](const RigidBody& body) { return body.index == index; });
 }
 
+RigidTree::Slots RigidTree::findSlots(MobilizedBodyIndex index) const {
+    for (const RigidBody& body : m_bodies)
+        if (body.index == index) return {body.q0, body.nq, body.u0, body.nu};
+    throw std::out_of_range(name + " has no body " + std::to_string(int(index)));
+}
+
 void RigidTree::putCoordinates(const double* q, const double* u, Vector& stateQ,
                                Vector& stateU) const {
     for (const RigidBody& body : m_bodies) {

@@ -26,6 +26,12 @@ public:
 
     bool contains(SimTK::MobilizedBodyIndex body) const;
 
+    /** Where a body's coordinates and speeds stand in the block. **/
+    struct Slots {
+        int q0, nq, u0, nu;
+    };
+    Slots findSlots(SimTK::MobilizedBodyIndex body) const;
+
     /** True if poses and Jacobians come from Simbody, so that realize() needs
      * EvaluationContext::state. **/
     bool needsSimbody() const { return m_needsSimbody; }
