@@ -38,6 +38,7 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
     for (RigidBody& body : m_bodies) body.J.setZero(6, numU);
     classifyTurning(matter, state);
     m_needsSimbody = m_hasUnknownTurning || !agreesWithSimbody(matter, state);
+    if (m_needsSimbody) checkVelocities(matter, state);
 
     // A speed's weight: the worst displacement it causes at a body's centre of mass or radius of
     // gyration.
@@ -84,6 +85,38 @@ void RigidTree::multiplyByN(const RigidBody& body, const double* q, const double
         for (int k = 0; k < 3; ++k) qDot[k] = rates[k];
     }
     for (int k = nq; k < body.nq; ++k) qDot[k] = u[nu + (k - nq)];
+}
+
+void RigidTree::checkVelocities(const SimbodyMatterSubsystem& matter, const State& state) const {
+    constexpr Real Step = 1e-6, Allowed = 1e-4;
+    State now = state;
+    for (int i = 0; i < now.getNU(); ++i) now.updU()[i] = 0;
+    for (const RigidBody& body : m_bodies)
+        for (int k = 0; k < body.nu; ++k)
+            now.updU()[body.stateU0 + k] = std::cos(0.3 + 1.1 * (body.u0 + k));
+    const System& system = matter.getSystem();
+    system.realize(now, Stage::Velocity);
+    State before = now, after = now;
+    before.updQ() -= Step * now.getQDot();
+    after.updQ() += Step * now.getQDot();
+    system.realize(before, Stage::Position);
+    system.realize(after, Stage::Position);
+    for (const RigidBody& body : m_bodies) {
+        const MobilizedBody& mobod = matter.getMobilizedBody(body.index);
+        const Transform &a = mobod.getBodyTransform(before), &b = mobod.getBodyTransform(after);
+        const SpatialVec& V = mobod.getBodyVelocity(now);
+        const Mat33 turned = (b.R().asMat33() - a.R().asMat33()) / (2 * Step);
+        const Mat33 spin = crossMat(V[0]) * mobod.getBodyTransform(now).R().asMat33();
+        const Real linear = ((b.p() - a.p()) / (2 * Step) - V[1]).norm();
+        const Real difference = std::max(linear, (turned - spin).norm());
+        // Not a number or large: a singular position, about which nothing can be said.
+        if (!(difference > Allowed * (1 + V.norm()) && V.norm() < 1e3)) continue;
+        throw std::invalid_argument(
+            "BdfIntegrator: the velocities of mobilized body " + std::to_string(int(body.index)) +
+            " are not the rates of its positions (they differ by " + std::to_string(difference) +
+            "); Simbody's reversed LineOrientation and FreeLine are so with quaternions: call "
+            "setUseEulerAngles(), or mend a custom mobilizer's H and N matrices");
+    }
 }
 
 void RigidTree::classifyTurning(const SimbodyMatterSubsystem& matter, const State& state) {

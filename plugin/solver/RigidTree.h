@@ -18,7 +18,8 @@ namespace simflex {
 class RigidTree : public Block {
 public:
     /** Takes over base body `root` (a child of Ground) and everything outboard of it.
-    @param state  realized to Stage::Velocity **/
+    @param state  realized to Stage::Velocity
+    @throws std::invalid_argument if a mobilizer's velocities are not the rates of its positions **/
     RigidTree(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex root,
               const SimTK::State& state);
 
@@ -110,6 +111,9 @@ private:
     }
     /** N(q) of a body from what its turning is supposed to be. **/
     static void multiplyByN(const RigidBody& body, const double* q, const double* u, double* qDot);
+    /** @throws std::invalid_argument if a mobilizer's velocities are not the rates of its positions.
+     * **/
+    void checkVelocities(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state) const;
     /** Finds out what each body's q and u are, against Simbody's N at an arbitrary state. **/
     void classifyTurning(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
     void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index,

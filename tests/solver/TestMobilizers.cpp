@@ -224,12 +224,19 @@ struct Case {
     bool useEulerAngles;
 };
 
+/** Reversed and with quaternions, Simbody 3.7's own q̇ of these does not fit its velocities: its
+integrators lose energy. They are refused. **/
+bool isLine(const Kind& kind) {
+    return std::string(kind.name).find("Line") != std::string::npos;
+}
+
 std::vector<Case> makeCases() {
     std::vector<Case> cases;
     for (const Kind& kind : makeKinds())
         for (Direction direction : {MobilizedBody::Forward, MobilizedBody::Reverse})
             for (bool useEulerAngles : {false, true})
-                cases.push_back({kind, direction, useEulerAngles});
+                if (useEulerAngles || direction == MobilizedBody::Forward || !isLine(kind))
+                    cases.push_back({kind, direction, useEulerAngles});
     return cases;
 }
 
@@ -292,6 +299,24 @@ INSTANTIATE_TEST_SUITE_P(All, Mobilizers, testing::ValuesIn(makeCases()),
                          });
 
 //---------------------------------------------------------------------------------------------------------
+
+TEST(MobilizerErrors, VelocitiesThatAreNotRatesOfPositionsAreRefusedByName) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    MobilizedBody::LineOrientation line(matter.Ground(), Transform(Rotation(0.3, XAxis)),
+                                        makeBrick(1), Transform(Vec3(0, 0.3, 0)),
+                                        MobilizedBody::Reverse);
+    State state = system.realizeTopology();
+    line.setOneQ(state, 1, 0.3);
+    BdfIntegrator integrator(system);
+    try {
+        integrator.initialize(state);
+        FAIL();
+    } catch (const std::invalid_argument& error) {
+        for (const char* word : {"mobilized body 1", "LineOrientation", "setUseEulerAngles"})
+            EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+}
 
 /** Counts how often the system is realized to Stage::Position. **/
 class Counter : public Subsystem::Guts {
