@@ -72,6 +72,11 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
             if (joint.constraint == constraint) return joint.name;
         return std::string();
     };
+    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i)
+        if (PrescribedMotion::isUnsupported(matter.getMobilizedBody(i), state))
+            throw std::invalid_argument("BdfIntegrator: " + describe(m_guts, i) +
+                                        " has a Motion of method Fast, which is not supported; "
+                                        "use a Prescribed one, or disable it");
     std::set<ConstraintIndex> own;
     if (m_guts)
         for (const JointRecord& joint : m_guts->joints()) own.insert(joint.constraint);
@@ -156,8 +161,8 @@ void MultibodyEquations::makeBlocks(const State& state) {
         if (taken.count(parent))
             throw std::invalid_argument(
                 "BdfIntegrator: mobilized body " + std::to_string(int(i)) +
-                " is mobilized on the frame of a flexible body; put it on Ground and hold it "
-                "with a Joint to an interface instead");
+                " is mobilized on " + describe(m_guts, parent) +
+                "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
         auto tree = std::make_unique<RigidTree>(matter, i, state);
         m_needsSimbody = m_needsSimbody || tree->needsSimbody();

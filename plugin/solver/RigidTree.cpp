@@ -14,6 +14,8 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr int LargestNumQ = 7;  ///< of one mobilizer
+
 Vector3d toEigen(const Vec3& v) {
     return {v[0], v[1], v[2]};
 }
@@ -142,10 +144,10 @@ void RigidTree::classifyTurning(const SimbodyMatterSubsystem& matter, const Stat
             const int turningU = numTurningU(body);
             if (numTurningQ(body) > body.nq || turningU < 0 || turningU > std::min(3, body.nu))
                 return false;
-            std::vector<double> qDot(size_t(body.nq));
-            multiplyByN(body, q.data() + body.q0, u.data() + body.u0, qDot.data());
+            double qDot[LargestNumQ];
+            multiplyByN(body, q.data() + body.q0, u.data() + body.u0, qDot);
             for (int k = 0; k < body.nq; ++k)
-                if (!(std::abs(qDot[size_t(k)] - expected[body.stateQ0 + k]) < 1e-10)) return false;
+                if (!(std::abs(qDot[k] - expected[body.stateQ0 + k]) < 1e-10)) return false;
             return true;
         };
         const bool isPlain = body.nq == body.nu && agrees(Turning::None);
@@ -486,12 +488,12 @@ void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist
             constexpr double Smallest = 1e-15;
             std::copy_n(history, 3, coordinates);
             double change = 1;
-            std::vector<double> qDot(size_t(body.nq));
+            double qDot[LargestNumQ];
             for (int pass = 0; pass < MaxPasses && change > Smallest; ++pass) {
-                multiplyByN(body, coordinates, speeds, qDot.data());
+                multiplyByN(body, coordinates, speeds, qDot);
                 change = 0;
                 for (int k = 0; k < 3; ++k) {
-                    const double next = history[k] + gamma * qDot[size_t(k)];
+                    const double next = history[k] + gamma * qDot[k];
                     change = std::max(change, std::abs(next - coordinates[k]));
                     coordinates[k] = next;
                 }
@@ -508,12 +510,11 @@ void RigidTree::displaceQ(const EvaluationContext& context, const double* delta,
         normalizeQ(q);
         return;
     }
-    std::vector<double> change;
     for (const RigidBody& body : m_bodies) {
         double* coordinates = q + body.q0;
         const double* own = delta + body.u0;
-        change.resize(size_t(body.nq));
-        multiplyByN(body, coordinates, own, change.data());
+        double change[LargestNumQ];
+        multiplyByN(body, coordinates, own, change);
         if (hasQuaternion(body)) {
             const int nu = numTurningU(body);
             Map<Vector4d> quaternion(coordinates);
@@ -521,7 +522,7 @@ void RigidTree::displaceQ(const EvaluationContext& context, const double* delta,
                 displaceQuaternion(quaternion, Vector3d(own[0], own[1], nu > 2 ? own[2] : 0),
                                    body.turning == Turning::LineQuaternion);
         }
-        for (int k = hasQuaternion(body) ? 4 : 0; k < body.nq; ++k) coordinates[k] += change[size_t(k)];
+        for (int k = hasQuaternion(body) ? 4 : 0; k < body.nq; ++k) coordinates[k] += change[k];
     }
 }
 

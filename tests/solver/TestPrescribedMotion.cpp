@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 
 #include "simflex/body/FlexibleBody.h"
@@ -186,6 +187,101 @@ INSTANTIATE_TEST_SUITE_P(All, Prescribed, testing::ValuesIn(makeCases()),
                          [](const testing::TestParamInfo<Case>& test) {
                              return std::string(test.param.name);
                          });
+
+class Unlock : public ScheduledEventHandler {
+public:
+    Unlock(const MobilizedBody& locked, const MobilizedBody& free, Real time)
+        : m_locked(locked), m_free(free), m_time(time) {}
+    Real getNextEventTime(const State& state, bool includeCurrent) const override {
+        return state.getTime() < m_time || (includeCurrent && state.getTime() == m_time) ? m_time
+                                                                                         : Infinity;
+    }
+    void handleEvent(State& state, Real, bool&) const override {
+        m_locked.unlock(state);
+        m_free.lock(state, Motion::Velocity);
+    }
+
+private:
+    const MobilizedBody &m_locked, &m_free;
+    Real m_time;
+};
+
+TEST(PrescribedMotion, HandlersMayLockAndUnlock) {
+    Rigid rigid;
+    rigid.system.addEventHandler(new Unlock(rigid.arm, rigid.fore, 0.1));
+    State state = rigid.makeState();
+    rigid.arm.lock(state);
+    rigid.system.project(state, 1e-13);
+    RungeKuttaMersonIntegrator reference(rigid.system);
+    reference.setAccuracy(1e-9);
+    reference.setConstraintTolerance(1e-11);
+    TimeStepper stepper(rigid.system, reference);
+    stepper.initialize(state);
+    stepper.stepTo(0.25);
+    BdfIntegrator integrator(rigid.system);
+    integrator.setAccuracy(1e-8);
+    integrator.setMaximumOrder(4);
+    integrator.initialize(state);
+    integrator.stepTo(0.25);
+    const State& ours = integrator.getState();
+    State theirs = stepper.getState();
+    rigid.system.realize(theirs, Stage::Velocity);
+    EXPECT_GT(std::abs(rigid.arm.getAngle(ours) - rigid.arm.getAngle(state)), 0.01);
+    for (MobilizedBodyIndex i(1); i < rigid.matter.getNumBodies(); ++i) {
+        const MobilizedBody& body = rigid.matter.getMobilizedBody(i);
+        EXPECT_LT((body.getBodyOriginLocation(ours) - body.getBodyOriginLocation(theirs)).norm(),
+                  3e-6)
+            << "body " << int(i);
+    }
+}
+
+TEST(PrescribedMotion, PositionsCanBeSolvedInTheNewtonSystemToo) {
+    for (const char* name : {"SinusoidalPosition", "CustomSpeed", "LockedAcceleration"}) {
+        const std::vector<Case> cases = makeCases();
+        const Case& which = *std::find_if(cases.begin(), cases.end(), [&](const Case& candidate) {
+            return std::string(candidate.name) == name;
+        });
+        std::vector<Vec3> places;
+        for (auto formulation :
+             {BdfIntegrator::Formulation::StabilizedIndex2, BdfIntegrator::Formulation::Index3}) {
+            Rigid rigid;
+            which.addMotion(rigid);
+            // Nonholonomic and acceleration-only rows beside the holonomic rod.
+            Constraint::ConstantSpeed(rigid.box, MobilizerUIndex(0), 0.4);
+            Constraint::ConstantAcceleration(rigid.box, MobilizerUIndex(4), -2);
+            State state = rigid.makeState();
+            which.lock(rigid, state);
+            rigid.system.project(state, 1e-13);
+            BdfIntegrator integrator(rigid.system);
+            integrator.setAccuracy(1e-8);
+            integrator.setMaximumOrder(3);
+            integrator.setFormulation(formulation);
+            integrator.initialize(state);
+            integrator.stepTo(0.2);
+            places.push_back(rigid.box.getBodyOriginLocation(integrator.getState()));
+        }
+        EXPECT_LT((places[0] - places[1]).norm(), 5e-6) << name;
+    }
+}
+
+TEST(PrescribedMotion, LocksThatContradictAConstraintNameIt) {
+    Rigid rigid;
+    State state = rigid.makeState();
+    for (const MobilizedBody* body :
+         {static_cast<const MobilizedBody*>(&rigid.arm),
+          static_cast<const MobilizedBody*>(&rigid.fore),
+          static_cast<const MobilizedBody*>(&rigid.hand),
+          static_cast<const MobilizedBody*>(&rigid.box)})
+        body->lock(state);
+    BdfIntegrator integrator(rigid.system);
+    try {
+        integrator.initialize(state);
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        for (const char* word : {"cannot be assembled", "(Rod) on bodies (3, 4)"})
+            EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+}
 
 //---------------------------------------------------------------------------------------------------------
 // flexible bodies

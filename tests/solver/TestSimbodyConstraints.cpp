@@ -375,6 +375,62 @@ INSTANTIATE_TEST_SUITE_P(All, FlexibleWithConstraint, testing::ValuesIn(makeFlex
                              return std::string(test.param.name);
                          });
 
+TEST(ForeignForces, ActOnFramesModesAndRigidBodiesAsInSimbody) {
+    // Undeformed, where Simbody's own accelerations are exact.
+    Flexible model;
+    Force::TwoPointLinearSpring(model.forces, model.matter.Ground(), Vec3(0.5, 0.2, 0),
+                                model.frame(), Vec3(0.1, 0.05, 0), 80, 0.3);
+    Force::LinearBushing(model.forces, model.wheel, Transform(Vec3(0.1, 0, 0)), model.frame(),
+                         Transform(Rotation(0.2, XAxis)), Vec6(1, 2, 3, 40, 50, 60),
+                         Vec6(0.1, 0.2, 0.3, 4, 5, 6));
+    Force::MobilityLinearSpring(model.forces, model.modes(1), MobilizerQIndex(1), 5, 0.2);
+    Force::MobilityLinearDamper(model.forces, model.modes(0), MobilizerUIndex(3), 2);
+    Force::MobilityConstantForce(model.forces, model.frame(), MobilizerUIndex(1), 0.7);
+    Force::GlobalDamper(model.forces, model.matter, 0.1);
+    const State state = model.makeState();
+    BdfIntegrator integrator(model.system);
+    integrator.initialize(state);
+    State start = integrator.getState();
+    model.system.realize(start, Stage::Acceleration);
+    EXPECT_LT((integrator.getUDot() - start.getUDot()).normInf(),
+              1e-10 * (1 + start.getUDot().normInf()));
+}
+
+TEST(ForeignForces, CompliantContactActsAsInSimbody) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    ContactTrackerSubsystem tracker(system);
+    CompliantContactSubsystem contact(system, tracker);
+    const ContactMaterial material(2e4, 0.1, 0.5, 0.4, 0.1);
+    matter.Ground().updBody().addContactSurface(Transform(Rotation(-Pi / 2, ZAxis)),
+                                                ContactSurface(ContactGeometry::HalfSpace(),
+                                                               material));
+    Body::Rigid ball = makeBrick(1);
+    ball.addContactSurface(Transform(), ContactSurface(ContactGeometry::Sphere(0.1), material));
+    MobilizedBody::Free body(matter.Ground(), ball);
+    State state = system.realizeTopology();
+    body.setQToFitTranslation(state, Vec3(0, 0.12, 0));
+    body.setUToFitLinearVelocity(state, Vec3(0.5, -0.4, 0));
+    RungeKuttaMersonIntegrator reference(system);
+    reference.setAccuracy(1e-9);
+    TimeStepper stepper(system, reference);
+    stepper.initialize(state);
+    stepper.stepTo(0.2);
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-8);
+    integrator.initialize(state);
+    integrator.stepTo(0.2);
+    State theirs = stepper.getState();
+    system.realize(theirs, Stage::Velocity);
+    EXPECT_GT(body.getBodyOriginVelocity(theirs)[1], 0);  // it bounced
+    EXPECT_LT((body.getBodyOriginLocation(integrator.getState()) -
+               body.getBodyOriginLocation(theirs))
+                  .norm(),
+              1e-4);
+}
+
 TEST(SimbodyConstraint, AConstraintOnACarriersBodyIsRefusedByName) {
     Flexible model;
     Constraint::Rod(model.matter.Ground(), model.modes(0), 1);
