@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "simflex/solver/FlexibleBlock.h"
@@ -47,6 +48,7 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     refuseUnsupported(m_private);
     collectGravityAndForces(m_private);
     makeBlocks(m_private);
+    makeBatches();
     makeJoints();
     makeSimbodyConstraints();
     makePrescribedMotion();
@@ -95,11 +97,11 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
             const MobilizedBodyIndex body =
                 constraint.getMobilizedBodyFromConstrainedBody(b).getMobilizedBodyIndex();
             if (isCarrier(m_guts, body))
-                throw std::invalid_argument("BdfIntegrator: " +
-                                            SimbodyConstraints::describe(constraint) +
-                                            " holds " + describe(m_guts, body) +
-                                            ", which has no place in space; constrain its "
-                                            "coordinates, or use a Joint to an interface");
+                throw std::invalid_argument(
+                    "BdfIntegrator: " + SimbodyConstraints::describe(constraint) + " holds " +
+                    describe(m_guts, body) +
+                    ", which has no place in space; constrain its "
+                    "coordinates, or use a Joint to an interface");
         }
     }
     if (state.getNZ() > 0)
@@ -160,8 +162,8 @@ void MultibodyEquations::makeBlocks(const State& state) {
             matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex();
         if (taken.count(parent))
             throw std::invalid_argument(
-                "BdfIntegrator: mobilized body " + std::to_string(int(i)) +
-                " is mobilized on " + describe(m_guts, parent) +
+                "BdfIntegrator: mobilized body " + std::to_string(int(i)) + " is mobilized on " +
+                describe(m_guts, parent) +
                 "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
         auto tree = std::make_unique<RigidTree>(matter, i, state);
@@ -209,8 +211,8 @@ void MultibodyEquations::makeSimbodyConstraints() {
     const std::vector<ConstraintIndex> constraints = findSimbodyConstraints(m_private);
     if (constraints.empty()) return;
     m_needsSimbody = true;
-    m_constraints = std::make_unique<SimbodyConstraints>(m_system.getMatterSubsystem(), constraints,
-                                                         m_private);
+    m_constraints =
+        std::make_unique<SimbodyConstraints>(m_system.getMatterSubsystem(), constraints, m_private);
     m_numMultipliers += m_constraints->numRows();
     for (int row = 0; row < m_constraints->numRows(); ++row) {
         std::set<int> blocks;
@@ -312,6 +314,22 @@ bool MultibodyEquations::sharesPart(int block, int other) const {
     return &a.getModel() == &b.getModel() && a.getDamping() == b.getDamping();
 }
 
+void MultibodyEquations::makeBatches() {
+    std::map<const FlexibleBodyModel*, size_t> open;  // the batch that a part still fills
+    const size_t flexible = m_flexible.size();
+    for (size_t b = 0; b < m_blocks.size(); ++b) {
+        const FlexibleBodyModel* model = b < flexible ? &m_flexible[b]->getModel() : nullptr;
+        const auto [found, isNew] = open.emplace(model, m_batches.size());
+        if (isNew || int(m_batches[found->second].blocks.size()) == FlexibleBlock::LargestBatch) {
+            found->second = m_batches.size();
+            m_batches.emplace_back();
+        }
+        Batch& batch = m_batches[found->second];
+        batch.blocks.push_back(int(b));
+        if (model) batch.flexible.push_back(m_flexible[b]);
+    }
+}
+
 void MultibodyEquations::makeParts() {
     m_partOfBlock.assign(m_blocks.size(), -1);
     for (int b = 0; b < int(m_flexible.size()); ++b) {
@@ -339,9 +357,7 @@ void MultibodyEquations::makeParts() {
         auto shapes = std::make_shared<std::vector<double>>(6 * n * part.frames.size());
         double* column = shapes->data();
         for (const FrameShapes* frame : part.frames)
-            for (const std::vector<double>* source : {&frame->Phi, &frame->Psi})
-                for (size_t a = 0; a < 3; ++a)
-                    for (size_t i = 0; i < n; ++i) *column++ = (*source)[3 * i + a];
+            column = std::copy(frame->columns.begin(), frame->columns.end(), column);
         part.shapes = shapes;
     }
 }
@@ -448,10 +464,13 @@ void MultibodyEquations::realizeSimbody(double time, const double* q, const doub
 void MultibodyEquations::realize(double time, const double* q, const double* u) {
     m_time = time;
     if (m_needsSimbody) realizeSimbody(time, q, u);
-    const int count = numBlocks();
+    const int count = int(m_batches.size());
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int b = 0; b < count; ++b)
-        m_blocks[b]->realize(m_context, q + m_blocks[b]->firstQ, u + m_blocks[b]->firstU);
+    for (int k = 0; k < count; ++k) {
+        FlexibleBlock::calcShapeProducts(m_batches[size_t(k)].flexible, q, u);
+        for (int b : m_batches[size_t(k)].blocks)
+            m_blocks[b]->realize(m_context, q + m_blocks[b]->firstQ, u + m_blocks[b]->firstU);
+    }
 
     for (JointRef& joint : m_joints)
         joint.record->equations->calcJacobian(motionOf(joint.sides[0]).X,
@@ -546,20 +565,18 @@ void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u,
     if (m_constraints)
         m_constraints->addInForces(m_private, lambda + m_firstSimbodyRow, m_bodyForces,
                                    m_mobilityForces);
-    const int count = numBlocks();
+    const int count = int(m_batches.size());
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int b = 0; b < count; ++b) {
-        Block& block = *m_blocks[b];
-        double* rb = r + block.firstU;
-        block.calcResidual(m_context, q + block.firstQ, u + block.firstU, uDot + block.firstU, rb);
-        for (const BlockSide& blockSide : m_blockSides[b]) {
-            const JointRef& joint = m_joints[blockSide.joint];
-            SpatialVec force(Vec3(0), Vec3(0));
-            for (int k = 0; k < joint.record->equations->getNumEquations(); ++k)
-                force -= lambda[joint.firstRow + k] * joint.D[blockSide.side][k];
-            block.subtractForce(joint.sides[blockSide.side].frame, force, rb);
+    for (int k = 0; k < count; ++k) {
+        FlexibleBlock::calcInertiaProducts(m_batches[size_t(k)].flexible, q, u);
+        for (int b : m_batches[size_t(k)].blocks) {
+            Block& block = *m_blocks[b];
+            double* rb = r + block.firstU;
+            block.calcResidual(m_context, q + block.firstQ, u + block.firstU, uDot + block.firstU,
+                               rb);
+            subtractJointForces(b, lambda, rb);
+            if (hasSimbodyForces) block.subtractSimbodyForces(m_bodyForces, m_mobilityForces, rb);
         }
-        if (hasSimbodyForces) block.subtractSimbodyForces(m_bodyForces, m_mobilityForces, rb);
     }
     for (const ElementRef& element : m_elements)
         for (size_t k = 0; k < element.frames.size(); ++k) {
@@ -568,6 +585,16 @@ void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u,
                 m_blocks[ref.block]->subtractForce(ref.frame, element.forces[unsigned(k)],
                                                    r + m_blocks[ref.block]->firstU);
         }
+}
+
+void MultibodyEquations::subtractJointForces(int b, const double* lambda, double* r) const {
+    for (const BlockSide& blockSide : m_blockSides[b]) {
+        const JointRef& joint = m_joints[blockSide.joint];
+        SpatialVec force(Vec3(0), Vec3(0));
+        for (int k = 0; k < joint.record->equations->getNumEquations(); ++k)
+            force -= lambda[joint.firstRow + k] * joint.D[blockSide.side][k];
+        m_blocks[b]->subtractForce(joint.sides[blockSide.side].frame, force, r);
+    }
 }
 
 double MultibodyEquations::calcPower(const double* q, const double* u, const double* uDot,
