@@ -70,6 +70,7 @@ StatorModel::StatorModel(const StatorOptions& options,
         AttachmentForce(flexible, getBearing(bearing), [this, bearing](Real t) {
             return SpatialVec(Vec3(0), calcUnbalanceForce(bearing, t));
         });
+    addStand();
 }
 
 Attachment StatorModel::getBearing(Bearing bearing) const {
@@ -168,6 +169,61 @@ Vector StatorModel::calcPictureCoordinates(const FlexibleBody& body, const State
         coordinates[n + 3 + axis] = turn[0] * turn[1 + axis];
     }
     return coordinates;
+}
+
+void StatorModel::addStand() {
+    matter.setShowDefaultGeometry(false);
+    const Vec3 iron(0.44, 0.48, 0.54), bronze(0.72, 0.55, 0.36);
+    auto& ground = matter.updGround();
+    const double floor = -0.72;
+    const auto add = [&](const Vec3& lower, const Vec3& upper) {
+        DecorativeBrick shape((upper - lower) / 2);
+        shape.setTransform((upper + lower) / 2).setColor(iron);
+        ground.addBodyDecoration(Transform(), shape);
+    };
+    add(Vec3(-0.08, floor - 0.04, -0.56), Vec3(2.28, floor, 0.56));
+
+    // Each lug stands in a fork with a pin.
+    const auto addFork = [&](const Vec3& eye, double halfWidth) {
+        for (double side : {-1.0, 1.0}) {
+            const double inner = eye[0] + side * 0.020, outer = eye[0] + side * 0.038;
+            add(Vec3(std::min(inner, outer), floor, eye[2] - halfWidth),
+                Vec3(std::max(inner, outer), eye[1] + 0.045, eye[2] + halfWidth));
+        }
+        add(Vec3(eye[0] - 0.06, floor, eye[2] - halfWidth - 0.03),
+            Vec3(eye[0] + 0.06, floor + 0.03, eye[2] + halfWidth + 0.03));
+        DecorativeCylinder pin(0.0215, 0.048);
+        pin.setTransform(Transform(Rotation(Pi / 2, ZAxis), eye)).setColor(bronze);
+        ground.addBodyDecoration(Transform(), pin);
+    };
+    addFork(placeOf(connector.getPart(), "left"), 0.045);
+    addFork(placeOf(connector.getPart(), "right"), 0.045);
+    addFork(placeOf(nozzle.getPart(), "mount"), 0.06);
+}
+
+void StatorModel::addRotorDecorations(double angle, Array_<DecorativeGeometry>& geometry) const {
+    const Vec3 steel(0.62, 0.65, 0.70), red(0.80, 0.18, 0.12);
+    const double front = placeOf(compressor.getPart(), "bearing")[0];
+    const double rear = placeOf(turbine.getPart(), "bearing")[0];
+    const auto add = [&](DecorativeGeometry shape, const Transform& X_GS, const Vec3& color) {
+        geometry.push_back(shape.setTransform(X_GS).setColor(color));
+    };
+    const Rotation alongX(Pi / 2, ZAxis);
+    add(DecorativeCylinder(0.065, (rear - front) / 2 + 0.06),
+        Transform(alongX, Vec3((front + rear) / 2, 0, 0)), steel);
+    const double hub = front - 0.14;  // of the fan
+    add(DecorativeCylinder(0.075, 0.05), Transform(alongX, Vec3(hub + 0.02, 0, 0)), steel);
+    add(DecorativeEllipsoid(Vec3(0.13, 0.075, 0.075)), Vec3(hub - 0.03, 0, 0), steel);
+    const int numBlades = 10;
+    for (int k = 0; k < numBlades; ++k) {
+        const bool isBroken = k == numBlades / 2;  // opposite to e_r
+        const double length = isBroken ? 0.15 : 0.25;
+        const Rotation turn = Rotation(angle + 2 * Pi * k / numBlades, XAxis) *
+                              Rotation(0.6, YAxis);
+        add(DecorativeBrick(Vec3(0.038, length / 2, 0.0035)),
+            Transform(turn, Vec3(hub, 0, 0) + turn * Vec3(0, 0.065 + length / 2, 0)),
+            isBroken ? red : steel);
+    }
 }
 
 }  // namespace simflex::examples

@@ -27,11 +27,11 @@ namespace simflex::examples {
 
 struct StatorOptions {
     double speed = 250;             ///< of the rotor after the run-up [Hz]
-    double runUp = 1;               ///< duration [s]
+    double runUp = 1.5;             ///< duration [s]
     double frontUnbalance = 0.004;  ///< m e at the compressor casing's bearing [kg m]
     double rearUnbalance = 0.004;   ///< at the turbine casing's bearing, a quarter turn behind [kg m]
     double gravity = 9.81;          ///< [m/s²]
-    double damping = 0.01;          ///< of each mode, as a part of critical
+    double damping = 0.05;          ///< of each part's modes, as a part of critical
 
     /** Rotor angle, rate and acceleration [rad, rad/s, rad/s²]; acceleration is continuous. **/
     SimTK::Vec3 calcAngle(double time) const;
@@ -71,6 +71,9 @@ public:
 
     /** @name Pictures **/
     /**@{**/
+    /** The rotor, with a blade that has lost its tip opposite to the unbalance. **/
+    void addRotorDecorations(double angle,
+                             SimTK::Array_<SimTK::DecorativeGeometry>& geometry) const;
     /** A part whose displacements include the small motion of its frame, which stays where it is
     undeformed: what is exaggerated then still fits together. Six rigid modes follow its own. **/
     std::shared_ptr<const ReducedBody> makePicturePart(const FlexibleBody& body) const;
@@ -81,6 +84,8 @@ public:
     const StatorOptions& getOptions() const { return m_options; }
 
 private:
+    void addStand();
+
     StatorOptions m_options;
 
 public:
