@@ -43,7 +43,7 @@ constexpr double windowWidth = 0.12;  // of the spectra [s]
 
 struct Arguments {
     StatorOptions model;
-    double accuracy = 1e-6, time = 1.6;
+    double accuracy = 1e-8, time = 1.6;
     std::string parts = "build/release/parts", out = "build/output/stator";
     bool noFrames = false;
     int frames = 240, threads = 0;
@@ -152,7 +152,8 @@ Probes runUp(const Arguments& arguments, const StatorModel& model, BdfIntegrator
         const double kinetic = model.flexible.calcKineticEnergy(state);
         double strain = 0;
         for (const FlexibleBody& body : model.getBodies()) strain += body.calcStrainEnergy(state);
-        const double energy = model.flexible.calcEnergy(state), work = integrator.getWork();
+        const double energy = kinetic + model.system.calcPotentialEnergy(state);
+        const double work = integrator.getWork();
         if (i == 0) initialEnergy = energy;
         probes.energyError.push_back(energy - initialEnergy - work);
         probes.largestKinetic = std::max(probes.largestKinetic, kinetic);
@@ -281,7 +282,7 @@ bool plotResponse(const Arguments& arguments, const StatorModel& model, const Li
     for (double speed = lowestSpeed; speed <= arguments.model.speed; speed += 0.25)
         speeds.push_back(speed);
     const std::array<const char*, 2> colors{Plot::Blue, Plot::Orange};
-    const std::array<const char*, 2> names{"front bearing", "rear bearing"};
+    const std::array<const char*, 2> names{"front", "rear"};
     std::array<Plot::Panel, 2> panels;
     panels[0].title = "Vertical";
     panels[1].title = "Lateral";
@@ -320,8 +321,8 @@ bool plotSpectrum(const Arguments& arguments, const LinearModel& linear, const P
                 {},
                 {},
                 {},
-                0.1,
-                100,
+                0,
+                0,
                 {}};
     const double highest = 1.4 * arguments.model.speed;
     for (double f = 0; f <= highest; f += 1) map.y.push_back(f);
@@ -334,8 +335,11 @@ bool plotSpectrum(const Arguments& arguments, const LinearModel& linear, const P
         map.x.push_back(speed);
         map.values.push_back(calcAmplitudeSpectrum(lateral, arguments.sampleInterval(),
                                                    probes.time[sample], windowWidth, map.y));
+        map.high = std::max(map.high, largest(map.values.back()));
     }
     if (map.x.size() < 2) return true;
+    map.high = std::pow(10, std::ceil(2 * std::log10(map.high)) / 2);
+    map.low = map.high / 3000;
     for (int k = 0; k < linear.getNumModes() && linear.getFrequency(k) < highest; ++k) {
         char label[40];
         std::snprintf(label, sizeof label, "%.1f Hz", linear.getFrequency(k));
@@ -343,7 +347,7 @@ bool plotSpectrum(const Arguments& arguments, const LinearModel& linear, const P
                              {map.x.front(), map.x.back()},
                              {linear.getFrequency(k), linear.getFrequency(k)}});
     }
-    map.lines.push_back({"speed", {0, map.x.back()}, {0, map.x.back()}});
+    map.lines.push_back({"1 × speed", {0, map.x.back()}, {0, map.x.back()}});
     return writeHeatMap(map, arguments.out + "/spectrum.png");
 }
 
@@ -455,7 +459,7 @@ int run(const Arguments& arguments) {
     else
         std::printf("no plots: gnuplot is not installed\n");
     if (!arguments.noFrames && !wasInterrupted()) {
-        render(arguments, model, probes, initial);
+        render(arguments, model, probes, integrator.getState());
         if (wasInterrupted()) std::printf("stopped while drawing; what is finished is kept\n");
     }
     return wasInterrupted() ? 130 : failure.empty() ? 0 : 1;

@@ -53,13 +53,12 @@ bool writeHeatMap(const HeatMap& map, const std::string& pngFile) {
         << "set logscale cb\nset format cb '%g'\nset cbrange [" << map.low << ':' << map.high
         << "]\n"
         << "set xrange [" << map.x.front() << ':' << map.x.back() << "]\nset yrange ["
-        << map.y.front() << ':' << map.y.back() << "]\nunset key\nset view map\n"
-        << "set pm3d interpolate 2,2\n";
+        << map.y.front() << ':' << map.y.back() << "]\nunset key\n";
     for (size_t i = 0; i < map.lines.size(); ++i)
         script << "set label " << i + 2 << ' ' << quoteForGnuplot(map.lines[i].label)
                << " at first " << map.x.back() << ", first " << map.lines[i].y.back()
                << " left offset 0.7,0 textcolor rgb '#303030' font ',11'\n";
-    script << "plot $map using 1:2:3 with image pixels";
+    script << "plot $map using 1:2:3 with image";
     for (size_t i = 0; i < map.lines.size(); ++i)
         script << ", $line_" << i << " using 1:2 with lines lw 1 dt (3,5) lc rgb '#ffffff'";
     script << '\n';

@@ -159,6 +159,7 @@ std::shared_ptr<const ReducedBody> StatorModel::makePicturePart(const FlexibleBo
 
 Vector StatorModel::calcPictureCoordinates(const FlexibleBody& body, const State& state) const {
     const int n = body.getNumModes();
+    system.realize(state, Stage::Position);
     const Transform X_GB = body.getFramePose(state);
     const Vec3 shift = X_GB.p() - getUndeformedPose(body).p();
     const Vec4 turn = X_GB.R().convertRotationToAngleAxis();
