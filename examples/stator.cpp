@@ -37,7 +37,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double framesPerSecond = 30;
 constexpr int samplesPerTurn = 32;   // at full speed
-constexpr int framesPerCycle = 20;   // of the slow motion that the frames show
+constexpr int framesPerCycle = 24;   // of the slow motion that the frames show
 constexpr double lowestSpeed = 20;   // plotted [Hz]
 constexpr double windowWidth = 0.12;  // of the spectra [s]
 
@@ -46,7 +46,7 @@ struct Arguments {
     double accuracy = 1e-8, time = 1.6;
     std::string parts = "build/release/parts", out = "build/output/stator";
     bool noFrames = false;
-    int frames = 240, threads = 0;
+    int frames = 180, threads = 0;
 
     double sampleInterval() const { return 1 / (samplesPerTurn * model.speed); }
 };
@@ -364,25 +364,53 @@ private:
     const StatorModel& m_model;
 };
 
-/** States as a stroboscope shows them: each a whole number of turns and a bit after the one before,
- * so that the frames show the vibration in slow motion. **/
+/** States as a stroboscope shows them, evenly over the speed: each a whole number of turns and a bit
+ * after the one before, so that the frames show the vibration in slow motion. **/
 std::vector<State> makeStrobedStates(const Arguments& arguments, const Probes& probes,
                                      const State& like) {
-    const double turns = probes.angle.back() / (2 * Pi);
-    const double turnsPerFrame =
-        std::max(1.0, std::ceil(turns / arguments.frames)) + 1.0 / framesPerCycle;
     std::vector<State> states;
     size_t k = 0;
-    for (double angle = 0; angle <= probes.angle.back(); angle += 2 * Pi * turnsPerFrame) {
+    const double highest = probes.speed.back();
+    for (int frame = 0; frame < arguments.frames; ++frame) {
+        const double speed = lowestSpeed + (highest - lowestSpeed) * frame / arguments.frames;
+        while (k + 2 < probes.speed.size() && probes.speed[k + 1] < speed) ++k;
+        const double turns = double(frame) / framesPerCycle;
+        const double angle =
+            2 * Pi * (turns + std::ceil(probes.angle[k] / (2 * Pi) - turns));
         while (k + 2 < probes.angle.size() && probes.angle[k + 1] < angle) ++k;
-        const double gap = probes.angle[k + 1] - probes.angle[k];
-        const double part = gap > 0 ? (angle - probes.angle[k]) / gap : 0;
+        if (probes.angle[k + 1] < angle) break;
+        const double part = (angle - probes.angle[k]) / (probes.angle[k + 1] - probes.angle[k]);
         State state = like;
         state.setTime(probes.time[k] + part * (probes.time[k + 1] - probes.time[k]));
         state.updQ() = (1 - part) * probes.q[k] + part * probes.q[k + 1];
         states.push_back(state);
     }
     return states;
+}
+
+/** Six frames: those of most motion in the six parts of the run-up's last two thirds. **/
+std::vector<int> findStrongFrames(const StatorModel& model, const std::vector<State>& states,
+                                  int numFrames) {
+    std::vector<int> frames;
+    const int first = numFrames / 3;
+    for (int part = 0; part < 6; ++part) {
+        int strongest = -1;
+        double most = -1;
+        const int begin = first + (numFrames - first) * part / 6;
+        const int end = first + (numFrames - first) * (part + 1) / 6;
+        for (int i = begin; i < end; ++i) {
+            double motion = 0;
+            model.system.realize(states[i], Stage::Velocity);
+            for (auto bearing : {StatorModel::FrontBearing, StatorModel::RearBearing})
+                motion += model.calcBearingDisplacement(states[i], bearing).norm();
+            if (motion > most) {
+                most = motion;
+                strongest = i;
+            }
+        }
+        if (strongest >= 0) frames.push_back(strongest);
+    }
+    return frames;
 }
 
 /** Frames of the run as if deformations were larger; a video and a contact sheet of them. **/
@@ -400,23 +428,29 @@ void render(const Arguments& arguments, const StatorModel& model, const Probes& 
     }
     viz.addDecorationGenerator(new RotorDecoration(model));
     viz.setOutputFolder(arguments.out + "/frames");
-    viz.setWindowTitle("Aeroengine stator: run-up with an unbalanced rotor");
-    viz.setCameraView(-0.75, 0.25).setShowUndeformed(false);
+    viz.setCameraView(-0.8, 0.22).setShowUndeformed(false);
+    double range = 0;  // what the bearings do; the inlet's rim does more at times
+    for (int b = 0; b < 2; ++b)
+        range = std::max({range, largest(probes.vertical[b]), largest(probes.lateral[b])});
     viz.setAutomaticDeformationFactor().fitToMotion(states);
+    viz.setContourRange(0, std::ceil(1e4 * range) * 1e-4);
     {
         Progress progress("frames");
         for (size_t i = 0; i < states.size() && !wasInterrupted(); ++i) {
-            viz.report(states[i]);
+            char title[80];
+            std::snprintf(title, sizeof title, "Aeroengine stator: rotor at %.0f Hz",
+                          arguments.model.calcAngle(states[i].getTime())[1] / (2 * Pi));
+            viz.setWindowTitle(title).report(states[i]);
             progress.show(double(i + 1) / double(states.size()));
         }
     }
     std::printf("wrote %d frames to %s\n", viz.getNumFrames(), viz.getOutputFolder().c_str());
-    if (viz.getNumFrames() == 0) return;
+    if (viz.getNumFrames() < 6) return;
 
     std::vector<std::string> files;
-    for (int k = 0; k < 6; ++k) {
+    for (const int frame : findStrongFrames(model, states, viz.getNumFrames())) {
         char name[40];
-        std::snprintf(name, sizeof name, "/frame_%05d.png", (viz.getNumFrames() - 1) * (k + 1) / 6);
+        std::snprintf(name, sizeof name, "/frame_%05d.png", frame);
         files.push_back(viz.getOutputFolder() + name);
     }
     makeContactSheet(files, 2, 640).writePng(arguments.out + "/contact_sheet.png");
@@ -488,7 +522,7 @@ int main(int argc, char** argv) {
     app.add_option("--time", arguments.time, "to simulate [s]")->check(CLI::PositiveNumber);
     app.add_option("--parts", arguments.parts, "folder of the reduced parts");
     app.add_option("--out", arguments.out, "folder for what is written");
-    app.add_option("--frames", arguments.frames, "at most this many")->check(CLI::PositiveNumber);
+    app.add_option("--frames", arguments.frames, "about this many")->check(CLI::PositiveNumber);
     app.add_flag("--no-frames", arguments.noFrames, "no pictures but the plots");
     app.add_option("--threads", arguments.threads, "of the solver; 0 leaves it to the library")
         ->check(CLI::NonNegativeNumber);

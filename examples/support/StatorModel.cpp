@@ -176,7 +176,7 @@ void StatorModel::addStand() {
     matter.setShowDefaultGeometry(false);
     const Vec3 iron(0.44, 0.48, 0.54), bronze(0.72, 0.55, 0.36);
     auto& ground = matter.updGround();
-    const double floor = -0.72;
+    const double floor = -0.60;
     const auto add = [&](const Vec3& lower, const Vec3& upper) {
         DecorativeBrick shape((upper - lower) / 2);
         shape.setTransform((upper + lower) / 2).setColor(iron);
@@ -215,13 +215,13 @@ void StatorModel::addRotorDecorations(double angle, Array_<DecorativeGeometry>& 
     const double hub = front - 0.14;  // of the fan
     add(DecorativeCylinder(0.075, 0.05), Transform(alongX, Vec3(hub + 0.02, 0, 0)), steel);
     add(DecorativeEllipsoid(Vec3(0.13, 0.075, 0.075)), Vec3(hub - 0.03, 0, 0), steel);
-    const int numBlades = 10;
+    const int numBlades = 9;
     for (int k = 0; k < numBlades; ++k) {
-        const bool isBroken = k == numBlades / 2;  // opposite to e_r
+        const bool isBroken = k == 0;  // opposite to e_r
         const double length = isBroken ? 0.15 : 0.25;
-        const Rotation turn = Rotation(angle + 2 * Pi * k / numBlades, XAxis) *
+        const Rotation turn = Rotation(angle + Pi + 2 * Pi * k / numBlades, XAxis) *
                               Rotation(0.6, YAxis);
-        add(DecorativeBrick(Vec3(0.038, length / 2, 0.0035)),
+        add(DecorativeBrick(Vec3(0.05, length / 2, 0.004)),
             Transform(turn, Vec3(hub, 0, 0) + turn * Vec3(0, 0.065 + length / 2, 0)),
             isBroken ? red : steel);
     }
