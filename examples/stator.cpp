@@ -37,7 +37,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double framesPerSecond = 30;
 constexpr int samplesPerTurn = 32;   // at full speed
-constexpr int framesPerCycle = 24;   // of the slow motion that the frames show
+constexpr int framesPerCycle = 16;   // of the slow motion that the frames show
 constexpr double lowestSpeed = 20;   // plotted [Hz]
 constexpr double windowWidth = 0.12;  // of the spectra [s]
 
@@ -46,7 +46,7 @@ struct Arguments {
     double accuracy = 1e-8, time = 1.6;
     std::string parts = "build/release/parts", out = "build/output/stator";
     bool noFrames = false;
-    int frames = 180, threads = 0;
+    int frames = 240, threads = 0;
 
     double sampleInterval() const { return 1 / (samplesPerTurn * model.speed); }
 };

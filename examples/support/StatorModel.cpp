@@ -215,7 +215,7 @@ void StatorModel::addRotorDecorations(double angle, Array_<DecorativeGeometry>& 
     const double hub = front - 0.14;  // of the fan
     add(DecorativeCylinder(0.075, 0.05), Transform(alongX, Vec3(hub + 0.02, 0, 0)), steel);
     add(DecorativeEllipsoid(Vec3(0.13, 0.075, 0.075)), Vec3(hub - 0.03, 0, 0), steel);
-    const int numBlades = 9;
+    const int numBlades = 7;
     for (int k = 0; k < numBlades; ++k) {
         const bool isBroken = k == 0;  // opposite to e_r
         const double length = isBroken ? 0.15 : 0.25;
