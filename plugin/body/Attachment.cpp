@@ -67,11 +67,8 @@ Attachment::Attachment(const MobilizedBody& body, const Transform& X_BA)
 
 Attachment Attachment::onInterface(const FlexibleBody& body, const std::string& name,
                                    const Transform& X_IA) {
-    const ReducedBody::Interface& interface = body.getPart().getInterface(name);
     auto frame = std::make_shared<FlexibleFrame>();
-    frame->s = Vec3(interface.position[0], interface.position[1], interface.position[2]);
-    frame->Phi = interface.Phi;
-    frame->Psi = interface.Psi;
+    frame->shapes = body.guts().body(body.getIndex()).model->getInterfaceShapes(name);
     frame->X_IA = X_IA;
 
     Attachment attachment;
@@ -87,14 +84,16 @@ Attachment Attachment::onNode(const FlexibleBody& body, int nodeNumber, const Tr
     const ReducedBody& part = body.getPart();
     const int node = part.mesh.indexOf(nodeNumber);
     const Eigen::MatrixXd Psi = calcNodeRotations(part, node);
-    auto frame = std::make_shared<FlexibleFrame>();
+    auto shapes = std::make_shared<FrameShapes>();
     const auto s = part.mesh.position(node);
-    frame->s = Vec3(s[0], s[1], s[2]);
+    shapes->s = Vec3(s[0], s[1], s[2]);
     for (int i = 0; i < part.numModes; ++i) {
         const double* phi = part.Phi.data() + size_t(i) * 3 * part.mesh.numNodes() + 3 * node;
-        frame->Phi.insert(frame->Phi.end(), phi, phi + 3);
+        shapes->Phi.insert(shapes->Phi.end(), phi, phi + 3);
     }
-    frame->Psi.assign(Psi.data(), Psi.data() + Psi.size());
+    shapes->Psi.assign(Psi.data(), Psi.data() + Psi.size());
+    auto frame = std::make_shared<FlexibleFrame>();
+    frame->shapes = shapes;
     frame->X_IA = X_NA;
 
     Attachment attachment;

@@ -59,6 +59,16 @@ FlexibleBodyModel::FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedP
     omegaSquared = Map<const VectorXd>(part->omegaSquared.data(), n);
     const std::vector<double> largest = part->calcLargestModeDisplacements();
     displacementPerMode = Map<const VectorXd>(largest.data(), n);
+    for (const ReducedBody::Interface& interface : part->interfaces) {
+        const auto& s = interface.position;
+        interfaceShapes.push_back(std::make_shared<const FrameShapes>(
+            FrameShapes{SimTK::Vec3(s[0], s[1], s[2]), interface.Phi, interface.Psi}));
+    }
+}
+
+const std::shared_ptr<const FrameShapes>& FlexibleBodyModel::getInterfaceShapes(
+    const std::string& name) const {
+    return interfaceShapes[size_t(&part->getInterface(name) - part->interfaces.data())];
 }
 
 void FlexibleBodyData::resize(int n) {

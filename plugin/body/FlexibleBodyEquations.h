@@ -12,6 +12,7 @@ workspace. **/
 #include <Eigen/Dense>
 #include <memory>
 
+#include "simflex/body/InterfaceKinematics.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
@@ -30,6 +31,11 @@ struct FlexibleBodyModel {
     Eigen::VectorXd omegaSquared;
     Eigen::VectorXd displacementPerMode;  ///< largest node displacement for ξ_i = 1 [m]
     double radius = 0;                    ///< of the part about its centre of mass [m]
+    std::vector<std::shared_ptr<const FrameShapes>> interfaceShapes;  ///< as part->interfaces
+
+    /** @throws std::out_of_range that names the part, the interface asked for and those that exist.
+     * **/
+    const std::shared_ptr<const FrameShapes>& getInterfaceShapes(const std::string& name) const;
 };
 
 /** What an evaluation writes. Allocated once by resize(). **/

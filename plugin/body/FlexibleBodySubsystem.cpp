@@ -11,7 +11,7 @@ namespace simflex {
 using namespace SimTK;
 
 //-------------------------------------------------------------------------------------------------------------
-//handle
+// handle
 
 FlexibleBodySubsystem::FlexibleBodySubsystem(MultibodySystem& system,
                                              SimbodyMatterSubsystem& matter) {
@@ -86,7 +86,7 @@ Real FlexibleBodySubsystem::calcEnergy(const State& state) const {
 }
 
 //---------------------------------------------------------------------------------------------------------------
-//guts
+// guts
 
 FlexibleBodyIndex FlexibleBodySubsystem::Guts::addBody(FlexibleBodyRecord record) {
     m_bodies.push_back(std::move(record));

@@ -83,19 +83,19 @@ Vec3 multiplyShapes(const std::vector<double>& shapes, const double* coordinates
 
 FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const double* xi) {
     FlexibleFramePose pose;
-    pose.theta = multiplyShapes(frame.Psi, xi);
+    pose.theta = multiplyShapes(frame.shapes->Psi, xi);
     pose.E = calcLeftJacobian(pose.theta);
     const Rotation R_BI = calcExponential(pose.theta);
     pose.rho = R_BI * frame.X_IA.p();
     pose.R_BA = R_BI * frame.X_IA.R();
-    pose.r = frame.s + multiplyShapes(frame.Phi, xi) + pose.rho;
+    pose.r = frame.shapes->s + multiplyShapes(frame.shapes->Phi, xi) + pose.rho;
     return pose;
 }
 
 FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                             const BodyFrame& body, const double* xiDot) {
-    const Vec3 omegaRel = pose.E * multiplyShapes(frame.Psi, xiDot);
-    const Vec3 vRel = multiplyShapes(frame.Phi, xiDot) + omegaRel % pose.rho;
+    const Vec3 omegaRel = pose.E * multiplyShapes(frame.shapes->Psi, xiDot);
+    const Vec3 vRel = multiplyShapes(frame.shapes->Phi, xiDot) + omegaRel % pose.rho;
     FrameMotion motion;
     motion.X = SimTK::Transform(body.R_GB * pose.R_BA, body.p_GB + body.R_GB * pose.r);
     motion.V = {body.R_GB * (body.omega_B + omegaRel),
@@ -106,12 +106,12 @@ FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose&
 SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                                  const BodyFrame& body, const double* xiDot, const Vec3& omegaDot_B,
                                  const Vec3& vDot_G, const double* xiDotDot) {
-    const Vec3 thetaDot = multiplyShapes(frame.Psi, xiDot);
+    const Vec3 thetaDot = multiplyShapes(frame.shapes->Psi, xiDot);
     const Vec3 omegaRel = pose.E * thetaDot;
-    const Vec3 vRel = multiplyShapes(frame.Phi, xiDot) + omegaRel % pose.rho;
-    const Vec3 alphaRel = pose.E * multiplyShapes(frame.Psi, xiDotDot) +
+    const Vec3 vRel = multiplyShapes(frame.shapes->Phi, xiDot) + omegaRel % pose.rho;
+    const Vec3 alphaRel = pose.E * multiplyShapes(frame.shapes->Psi, xiDotDot) +
                           calcLeftJacobianDotTimes(pose.theta, thetaDot);
-    const Vec3 aRel = multiplyShapes(frame.Phi, xiDotDot) + alphaRel % pose.rho +
+    const Vec3 aRel = multiplyShapes(frame.shapes->Phi, xiDotDot) + alphaRel % pose.rho +
                       omegaRel % (omegaRel % pose.rho);
     const Vec3& omega = body.omega_B;
     const Vec3 alpha_B = omegaDot_B + omega % omegaRel + alphaRel;
@@ -119,14 +119,23 @@ SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const FlexibleFrame
     return {body.R_GB * alpha_B, vDot_G + body.R_GB * a_B};
 }
 
+void calcFrameForce(const FlexibleFramePose& pose, const Rotation& R_GB, const SpatialVec& F_G,
+                    Vec3& torque_B, Vec3& force_G, Vec3& translation, Vec3& rotation) {
+    const Vec3 torque = ~R_GB * F_G[0];
+    translation = ~R_GB * F_G[1];
+    torque_B = torque + pose.r % translation;
+    force_G = F_G[1];
+    rotation = ~pose.E * (torque + pose.rho % translation);
+}
+
 void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                      const Rotation& R_GB, const SpatialVec& F_G, Vec3& torque_B, Vec3& force_G,
                      double* modal) {
-    const Vec3 torque = ~R_GB * F_G[0], force = ~R_GB * F_G[1];
-    torque_B += torque + pose.r % force;
-    force_G += F_G[1];
-    const Vec3 moment = ~pose.E * (torque + pose.rho % force);
-    const double *phi = frame.Phi.data(), *psi = frame.Psi.data();
+    Vec3 torque, linear, force, moment;
+    calcFrameForce(pose, R_GB, F_G, torque, linear, force, moment);
+    torque_B += torque;
+    force_G += linear;
+    const double *phi = frame.shapes->Phi.data(), *psi = frame.shapes->Psi.data();
     for (int i = 0; i < frame.numModes(); ++i, phi += 3, psi += 3)
         modal[i] += phi[0] * force[0] + phi[1] * force[1] + phi[2] * force[2] + psi[0] * moment[0] +
                     psi[1] * moment[1] + psi[2] * moment[2];

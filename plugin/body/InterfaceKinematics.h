@@ -9,20 +9,25 @@ coordinates ξ:
 with E the left Jacobian of the exponential, `d/dt exp(θ) = [Eθ̇]× exp(θ)`. ω is expressed in B, v in
 Ground. A `FlexibleFrame` is constant; `FlexibleFramePose` is what one evaluation writes. **/
 
+#include <memory>
 #include <vector>
 
 #include "simflex/body/FrameMotion.h"
 
 namespace simflex {
 
-/** Constant data of a frame on a flexible part. **/
-struct FlexibleFrame {
-    SimTK::Vec3 s{
-        0};  ///< undeformed position of the interface or node, from the centre of mass, in B [m]
+/** Shapes of an interface or a node of a part; shared by all frames on it. **/
+struct FrameShapes {
+    SimTK::Vec3 s{0};         ///< undeformed position, from the centre of mass, in B [m]
     std::vector<double> Phi;  ///< 3×n_f translation shapes, column-major
     std::vector<double> Psi;  ///< 3×n_f rotation shapes, column-major
-    SimTK::Transform X_IA;    ///< frame A on the interface's own axes
-    int numModes() const { return int(Phi.size() / 3); }
+};
+
+/** Constant data of a frame on a flexible part. **/
+struct FlexibleFrame {
+    std::shared_ptr<const FrameShapes> shapes;
+    SimTK::Transform X_IA;  ///< frame A on the interface's own axes
+    int numModes() const { return int(shapes->Phi.size() / 3); }
 };
 
 /** Pose of B in Ground and its speeds (the solver's own: ω in B). **/
@@ -72,6 +77,13 @@ SimTK::SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const Flexib
 void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                      const SimTK::Rotation& R_GB, const SimTK::SpatialVec& F_G,
                      SimTK::Vec3& torque_B, SimTK::Vec3& force_G, double* modal);
+
+/** The same force as coefficients of the frame's shapes: modal forces are Φᵀtranslation +
+Ψᵀrotation.
+@param[out] torque_B, force_G, translation, rotation  written **/
+void calcFrameForce(const FlexibleFramePose& pose, const SimTK::Rotation& R_GB,
+                    const SimTK::SpatialVec& F_G, SimTK::Vec3& torque_B, SimTK::Vec3& force_G,
+                    SimTK::Vec3& translation, SimTK::Vec3& rotation);
 
 /** Writes `Dᵀ` through the frame: row k of the constraint Jacobian for a constraint row that reads
 `d_ω·ω_A + d_v·v_A`, in the order [ω_B (3), v_G (3), ξ̇ (n_f)], added to `row`. **/

@@ -21,7 +21,6 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
     const Array_<Real> damping = guts.calcModalDamping(index);
     m_damping = ConstModes(damping.cbegin(), m_n);
     m_inverseOmega = m_model.omegaSquared.cwiseSqrt().cwiseInverse();
-    m_diagonal.setZero(m_n);
     m_data.resize(m_n);
 
     const SimbodyMatterSubsystem& matter = guts.getMatter();
@@ -36,7 +35,7 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
 }
 
 int FlexibleBlock::addFrame(const FlexibleFrame& frame) {
-    m_frames.push_back(std::make_shared<const FlexibleFrame>(frame));
+    m_frames.push_back(frame);
     m_poses.emplace_back();
     frames.emplace_back();
     return int(frames.size()) - 1;
@@ -48,8 +47,8 @@ void FlexibleBlock::realize(const EvaluationContext&, const double* q, const dou
     m_body.omega_B = Vec3(u[0], u[1], u[2]);
     m_body.v_G = Vec3(u[3], u[4], u[5]);
     for (size_t k = 0; k < m_frames.size(); ++k) {
-        m_poses[k] = calcFramePose(*m_frames[k], q + 7);
-        frames[k] = calcFrameMotion(*m_frames[k], m_poses[k], m_body, u + 6);
+        m_poses[k] = calcFramePose(m_frames[k], q + 7);
+        frames[k] = calcFrameMotion(m_frames[k], m_poses[k], m_body, u + 6);
     }
 }
 
@@ -91,46 +90,53 @@ void FlexibleBlock::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces,
 }
 
 void FlexibleBlock::addInRow(int frame, const SpatialVec& d, double* row) const {
-    addInConstraintRow(*m_frames[frame], m_poses[frame], m_body.R_GB, d, row);
+    addInConstraintRow(m_frames[frame], m_poses[frame], m_body.R_GB, d, row);
 }
 
 SpatialVec FlexibleBlock::calcFrameAcceleration(int frame, const double* u,
                                                 const double* uDot) const {
-    return simflex::calcFrameAcceleration(*m_frames[frame], m_poses[frame], m_body, u + 6,
+    return simflex::calcFrameAcceleration(m_frames[frame], m_poses[frame], m_body, u + 6,
                                           Vec3(uDot[0], uDot[1], uDot[2]),
                                           Vec3(uDot[3], uDot[4], uDot[5]), uDot + 6);
 }
 
-void FlexibleBlock::formArrow(double gamma, const VectorXd& diagonal,
-                              NewtonSystem::Block& block) const {
+void FlexibleBlock::calcColumn(int frame, const SpatialVec& d, double* rigid,
+                               double* coefficients) const {
+    calcFrameForce(m_poses[frame], m_body.R_GB, d, Vec3::updAs(rigid), Vec3::updAs(rigid + 3),
+                   Vec3::updAs(coefficients), Vec3::updAs(coefficients + 3));
+}
+
+void FlexibleBlock::calcDiagonal(double gamma, double* diagonal) const {
+    Map<VectorXd> d(diagonal, m_n);
+    d = m_damping + gamma * m_model.omegaSquared;
+    d.array() += 1 / gamma;
+}
+
+void FlexibleBlock::formArrow(double gamma, NewtonSystem::Block& block) const {
     block.form = NewtonSystem::Block::Form::Arrow;
     Map<Eigen::Matrix<double, 6, 6>> head(block.head.data());
     head.setZero();
     head.topLeftCorner<3, 3>() = m_data.I / gamma;
     head.diagonal().tail<3>().setConstant(m_model.mass / gamma);
-    Map<Eigen::Matrix<double, 6, Eigen::Dynamic>> coupling(block.coupling.data(), 6, m_n);
-    coupling.topRows<3>() = m_data.C / gamma;
-    coupling.bottomRows<3>().setZero();
-    Map<VectorXd>(block.diagonal.data(), m_n) = diagonal;
+    Map<Eigen::Matrix<double, Eigen::Dynamic, 3>>(block.coupling.data(), m_n, 3) =
+        m_data.C.transpose() / gamma;
 }
 
 void FlexibleBlock::formNewtonBlock(double gamma, bool dense, const double*, const double* uDot,
                                     NewtonSystem::Block& block) const {
     if (dense) {
-        block.form = NewtonSystem::Block::Form::Dense;
+        block.form = NewtonSystem::Block::Form::General;
+        block.matrix.resize(size_t(numU) * size_t(numU));
         calcNewtonMatrix(m_model, m_data, gamma, toEigen(m_body.omega_B), Map<const Vector3d>(uDot),
                          ConstModes(uDot + 6, m_n), m_damping,
-                         Map<MatrixXd>(block.dense.data(), numU, numU));
+                         Map<MatrixXd>(block.matrix.data(), numU, numU));
         return;
     }
-    m_diagonal = m_damping + gamma * m_model.omegaSquared;
-    m_diagonal.array() += 1 / gamma;
-    formArrow(gamma, m_diagonal, block);
+    formArrow(gamma, block);
 }
 
 void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) const {
-    m_diagonal.setOnes();
-    formArrow(1, m_diagonal, block);
+    formArrow(1, block);
 }
 
 void FlexibleBlock::integrateQ(const EvaluationContext&, const double* qHist, double gamma,

@@ -15,6 +15,13 @@ public:
     FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index,
                   const SimTK::State& state);
 
+    const FlexibleBodyModel& getModel() const { return m_model; }
+    const Eigen::VectorXd& getDamping() const { return m_damping; }
+    const FrameShapes* getShapes(int frame) const { return m_frames[size_t(frame)].shapes.get(); }
+
+    /** The mode–mode diagonal of the arrow, the same for all bodies of one part and damping. **/
+    void calcDiagonal(double gamma, double* diagonal) const;
+
     /** Adds a frame of this body; returns its index in `frames`. **/
     int addFrame(const FlexibleFrame& frame);
 
@@ -25,6 +32,9 @@ public:
     void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                                const SimTK::Vector& mobilityForces, double* r) const override;
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
+    /** The same row through the frame's shapes: 6 rigid entries and 6 coefficients, written. **/
+    void calcColumn(int frame, const SimTK::SpatialVec& d, double* rigid,
+                    double* coefficients) const;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
     void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
@@ -46,8 +56,8 @@ public:
 private:
     using ConstModes = Eigen::Map<const Eigen::VectorXd>;
 
-    /** Arrow form with the given diagonal and mass entries divided by γ. **/
-    void formArrow(double gamma, const Eigen::VectorXd& diagonal, NewtonSystem::Block& block) const;
+    /** Head and coupling of the arrow, mass entries divided by γ. **/
+    void formArrow(double gamma, NewtonSystem::Block& block) const;
     double calcModalDisplacement(const double* modes) const;
 
     const FlexibleBodySubsystem::Guts& m_guts;
@@ -59,11 +69,10 @@ private:
     std::vector<int> m_stateQ, m_stateU;  ///< indices of ξ and ξ̇ in Simbody's vectors
     int m_stateFrameU = 0;
 
-    std::vector<std::shared_ptr<const FlexibleFrame>> m_frames;
+    std::vector<FlexibleFrame> m_frames;
     std::vector<FlexibleFramePose> m_poses;
     BodyFrame m_body;
     FlexibleBodyData m_data;
-    mutable Eigen::VectorXd m_diagonal;
 };
 
 }  // namespace simflex

@@ -29,7 +29,7 @@ std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex
 }  // namespace
 
 //-------------------------------------------------------------------------------------------------------
-//construction
+// construction
 
 MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const State& state)
     : m_system(system), m_private(state) {
@@ -40,6 +40,7 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     collectGravityAndForces(m_private);
     makeBlocks(m_private);
     makeJoints();
+    makeParts();
     makeForceElements();
     m_context.gravity = &m_gravity;
     m_context.state = m_needsSimbody ? &m_private : nullptr;
@@ -209,17 +210,44 @@ void MultibodyEquations::makeJoints() {
         for (int side = 0; side < 2; ++side) {
             const int b = joint.sides[side].block;
             if (b < 0) continue;
-            std::vector<int>& blockRows = m_blockRows[b];
-            BlockSide blockSide{self, side, {}};
-            for (int k = 0; k < rows; ++k) {
-                // Both sides of a joint may act on one block: its rows then stand there once.
-                auto found = std::find(blockRows.begin(), blockRows.end(), joint.firstRow + k);
-                blockSide.columns.push_back(int(found - blockRows.begin()));
-                if (found == blockRows.end()) blockRows.push_back(joint.firstRow + k);
-            }
-            m_blockSides[b].push_back(blockSide);
+            m_blockSides[b].push_back({self, side, int(m_blockRows[b].size())});
+            for (int k = 0; k < rows; ++k) m_blockRows[b].push_back(joint.firstRow + k);
         }
         m_joints.push_back(joint);
+    }
+}
+
+bool MultibodyEquations::sharesPart(int block, int other) const {
+    const FlexibleBlock &a = *m_flexible[size_t(block)], &b = *m_flexible[size_t(other)];
+    return &a.getModel() == &b.getModel() && a.getDamping() == b.getDamping();
+}
+
+void MultibodyEquations::makeParts() {
+    m_partOfBlock.assign(m_blocks.size(), -1);
+    for (int b = 0; b < int(m_flexible.size()); ++b) {
+        const auto found = std::find_if(m_parts.begin(), m_parts.end(), [&](const PartGroup& part) {
+            return sharesPart(b, part.firstBlock);
+        });
+        m_partOfBlock[size_t(b)] = int(found - m_parts.begin());
+        if (found == m_parts.end()) m_parts.push_back({b, {}, nullptr});
+        std::vector<const FrameShapes*>& frames = m_parts[size_t(m_partOfBlock[size_t(b)])].frames;
+        for (BlockSide& side : m_blockSides[size_t(b)]) {
+            const FrameShapes* shapes = m_flexible[size_t(b)]->getShapes(
+                m_joints[size_t(side.joint)].sides[side.side].frame);
+            const auto frame = std::find(frames.begin(), frames.end(), shapes);
+            side.partFrame = int(frame - frames.begin());
+            if (frame == frames.end()) frames.push_back(shapes);
+        }
+    }
+    for (PartGroup& part : m_parts) {
+        const size_t n = size_t(m_flexible[size_t(part.firstBlock)]->getModel().n);
+        auto shapes = std::make_shared<std::vector<double>>(6 * n * part.frames.size());
+        double* column = shapes->data();
+        for (const FrameShapes* frame : part.frames)
+            for (const std::vector<double>* source : {&frame->Phi, &frame->Psi})
+                for (size_t a = 0; a < 3; ++a)
+                    for (size_t i = 0; i < n; ++i) *column++ = (*source)[3 * i + a];
+        part.shapes = shapes;
     }
 }
 
@@ -239,9 +267,24 @@ void MultibodyEquations::makeForceElements() {
 
 NewtonSystem MultibodyEquations::makeNewtonSystem() const {
     NewtonSystem system;
+    for (const PartGroup& part : m_parts) {
+        const int n = m_flexible[size_t(part.firstBlock)]->getModel().n;
+        system.parts.push_back({n, int(part.frames.size()), {}, part.shapes});
+        system.parts.back().diagonal.assign(size_t(n), 0);
+    }
     system.blocks.resize(m_blocks.size());
-    for (size_t b = 0; b < m_blocks.size(); ++b)
-        system.blocks[b].resize(m_blocks[b]->numU, m_blockRows[b]);
+    for (size_t b = 0; b < m_blocks.size(); ++b) {
+        if (m_partOfBlock[b] < 0) {
+            system.blocks[b].resize(m_blocks[b]->numU, m_blockRows[b]);
+            continue;
+        }
+        std::vector<NewtonSystem::Side> sides;
+        for (const BlockSide& side : m_blockSides[b])
+            sides.push_back({side.partFrame,
+                             m_joints[size_t(side.joint)].record->equations->getNumEquations()});
+        system.blocks[b].resize(m_partOfBlock[b], m_blocks[b]->numU - 6, std::move(sides),
+                                m_blockRows[b]);
+    }
     system.c.assign(m_numMultipliers, 0);
     return system;
 }
@@ -254,7 +297,7 @@ const std::string& MultibodyEquations::getJointName(int row) const {
 }
 
 //---------------------------------------------------------------------------------------------------------
-//evaluation
+// evaluation
 
 const FrameMotion& MultibodyEquations::motionOf(const FrameRef& frame) const {
     return frame.block < 0 ? frame.fixed : m_blocks[frame.block]->frames[frame.frame];
@@ -372,17 +415,27 @@ const std::string* MultibodyEquations::findFlippedJoint() const {
 }
 
 void MultibodyEquations::formConstraintBlock(int b, NewtonSystem::Block& block) const {
-    std::fill(block.Gt.begin(), block.Gt.end(), 0.0);
+    if (block.part < 0) std::fill(block.Gt.begin(), block.Gt.end(), 0.0);
     for (const BlockSide& blockSide : m_blockSides[b]) {
         const JointRef& joint = m_joints[blockSide.joint];
-        for (size_t k = 0; k < blockSide.columns.size(); ++k)
-            m_blocks[b]->addInRow(joint.sides[blockSide.side].frame, joint.D[blockSide.side][k],
-                                  block.Gt.data() + size_t(blockSide.columns[k]) * block.size);
+        const int frame = joint.sides[blockSide.side].frame;
+        for (int k = 0; k < joint.record->equations->getNumEquations(); ++k) {
+            const SpatialVec& d = joint.D[blockSide.side][k];
+            const size_t column = size_t(blockSide.firstColumn + k);
+            if (block.part < 0)
+                m_blocks[b]->addInRow(frame, d, block.Gt.data() + column * size_t(block.size));
+            else
+                m_flexible[size_t(b)]->calcColumn(frame, d, block.Gt.data() + 6 * column,
+                                                  block.coefficients.data() + 6 * column);
+        }
     }
 }
 
 void MultibodyEquations::formNewtonSystem(double gamma, bool dense, const double* u,
                                           const double* uDot, NewtonSystem& system) const {
+    for (size_t p = 0; p < m_parts.size(); ++p)
+        m_flexible[size_t(m_parts[p].firstBlock)]->calcDiagonal(gamma,
+                                                                system.parts[p].diagonal.data());
     const int count = numBlocks();
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
     for (int b = 0; b < count; ++b) {
@@ -393,6 +446,8 @@ void MultibodyEquations::formNewtonSystem(double gamma, bool dense, const double
 }
 
 void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
+    for (NewtonSystem::Part& part : system.parts)
+        std::fill(part.diagonal.begin(), part.diagonal.end(), 1.0);
     for (int b = 0; b < numBlocks(); ++b) {
         m_blocks[b]->formMassBlock(system.blocks[b]);
         formConstraintBlock(b, system.blocks[b]);
@@ -405,7 +460,7 @@ void MultibodyEquations::setResidual(const double* r, NewtonSystem& system) cons
 }
 
 //---------------------------------------------------------------------------------------------------------
-//coordinates
+// coordinates
 
 void MultibodyEquations::integrateQ(const double* qHist, double gamma, const double* u,
                                     double* q) const {

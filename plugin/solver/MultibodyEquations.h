@@ -108,10 +108,17 @@ private:
         SimTK::Array_<FrameMotion> motions;
         SimTK::Array_<SimTK::SpatialVec> forces;
     };
-    /** A joint side that acts on a block, and where its rows stand among the block's. **/
+    /** A joint side that acts on a block, and its columns of the block's Gᵀ. **/
     struct BlockSide {
         int joint, side;
-        std::vector<int> columns;
+        int firstColumn;
+        int partFrame = 0;  ///< of the block's part, if it has one
+    };
+    /** Flexible blocks of one part and damping, and the shapes that their joints act through. **/
+    struct PartGroup {
+        int firstBlock;
+        std::vector<const FrameShapes*> frames;
+        std::shared_ptr<const std::vector<double>> shapes;
     };
 
     void collectGravityAndForces(const SimTK::State& state);
@@ -121,6 +128,8 @@ private:
     void makeForceElements();
     FrameRef makeFrame(const Attachment& attachment);
     const FrameMotion& motionOf(const FrameRef& frame) const;
+    void makeParts();
+    bool sharesPart(int block, int other) const;
     void formConstraintBlock(int b, NewtonSystem::Block& block) const;
     void realizeSimbody(double time, const double* q, const double* u);
 
@@ -137,7 +146,9 @@ private:
     std::vector<RigidTree*> m_rigid;
     std::vector<JointRef> m_joints;
     std::vector<ElementRef> m_elements;
-    std::vector<std::vector<int>> m_blockRows;  ///< constraint rows of each block
+    std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
+    std::vector<PartGroup> m_parts;
+    std::vector<int> m_partOfBlock;  ///< −1: none
     std::vector<std::vector<BlockSide>> m_blockSides;
     int m_numQ = 0, m_numU = 0, m_numMultipliers = 0, m_numThreads = 1;
     double m_time = 0;

@@ -1,5 +1,6 @@
 #include "simflex/solver/NewtonSystem.h"
 
+#include <algorithm>
 #include <istream>
 #include <limits>
 #include <ostream>
@@ -10,20 +11,94 @@ namespace simflex {
 
 void NewtonSystem::Block::resize(int numSpeeds, std::vector<int> constraintRows) {
     size = numSpeeds;
-    const size_t n = size_t(numSpeeds), tail = n > 6 ? n - 6 : 0;
-    head.assign(36, 0);
-    coupling.assign(6 * tail, 0);
-    diagonal.assign(tail, 0);
-    dense.assign(n * n, 0);
+    part = -1;
+    form = Form::General;
+    const size_t n = size_t(numSpeeds);
+    matrix.assign(n * n, 0);
     rows = std::move(constraintRows);
     Gt.assign(n * rows.size(), 0);
     r.assign(n, 0);
+}
+
+void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<Side> columnSides,
+                                 std::vector<int> constraintRows) {
+    size = 6 + numModes;
+    part = partIndex;
+    form = Form::Arrow;
+    head.assign(36, 0);
+    coupling.assign(3 * size_t(numModes), 0);
+    rows = std::move(constraintRows);
+    sides = std::move(columnSides);
+    Gt.assign(6 * rows.size(), 0);
+    coefficients.assign(6 * rows.size(), 0);
+    r.assign(size_t(size), 0);
 }
 
 int NewtonSystem::numSpeeds() const {
     int total = 0;
     for (const Block& block : blocks) total += block.size;
     return total;
+}
+
+void NewtonSystem::expandGt(const Block& block, double* Gt) const {
+    if (block.part < 0) {
+        std::copy(block.Gt.begin(), block.Gt.end(), Gt);
+        return;
+    }
+    const Part& part = parts[size_t(block.part)];
+    const size_t n = size_t(part.numModes);
+    const double *rigid = block.Gt.data(), *coefficients = block.coefficients.data();
+    for (const Side& side : block.sides) {
+        const double* shapes = part.shapes->data() + 6 * n * size_t(side.frame);
+        for (int k = 0; k < side.numColumns; ++k, rigid += 6, coefficients += 6, Gt += 6 + n) {
+            std::copy_n(rigid, 6, Gt);
+            for (size_t i = 0; i < n; ++i) {
+                Gt[6 + i] = 0;
+                for (size_t a = 0; a < 6; ++a) Gt[6 + i] += shapes[i + n * a] * coefficients[a];
+            }
+        }
+    }
+}
+
+void NewtonSystem::checkSizes() const {
+    const auto refuse = [](const std::string& what) {
+        throw std::invalid_argument("NewtonSystem: " + what);
+    };
+    for (size_t p = 0; p < parts.size(); ++p) {
+        const Part& part = parts[p];
+        if (part.numModes < 1 || part.diagonal.size() != size_t(part.numModes) || !part.shapes ||
+            part.shapes->size() != 6 * part.diagonal.size() * size_t(part.numFrames))
+            refuse("the sizes of part " + std::to_string(p) + " do not fit together");
+    }
+    for (size_t b = 0; b < blocks.size(); ++b) {
+        const Block& block = blocks[b];
+        const std::string name = "block " + std::to_string(b);
+        const size_t n = size_t(block.size), m = block.rows.size();
+        bool fits = block.size >= 0 && block.r.size() == n;
+        if (block.part < 0) {
+            fits = fits && block.form != Block::Form::Arrow && block.matrix.size() == n * n &&
+                   block.Gt.size() == n * m;
+        } else {
+            if (block.part >= int(parts.size())) refuse(name + " names a part that is not there");
+            const Part& part = parts[size_t(block.part)];
+            int columns = 0;
+            for (const Side& side : block.sides) {
+                if (side.frame < 0 || side.frame >= part.numFrames)
+                    refuse(name + " names frame " + std::to_string(side.frame) + " of " +
+                           std::to_string(part.numFrames));
+                columns += side.numColumns;
+            }
+            fits = fits && block.size == 6 + part.numModes && columns == int(m) &&
+                   block.head.size() == 36 && block.coupling.size() == 3 * (n - 6) &&
+                   block.Gt.size() == 6 * m && block.coefficients.size() == 6 * m &&
+                   (block.form == Block::Form::Arrow || block.matrix.size() == n * n);
+        }
+        if (!fits) refuse("the sizes of " + name + " do not fit together");
+        for (int row : block.rows)
+            if (row < 0 || row >= numMultipliers())
+                refuse(name + " names constraint row " + std::to_string(row) + " of " +
+                       std::to_string(numMultipliers()));
+    }
 }
 
 namespace {
@@ -37,34 +112,45 @@ void writeArray(std::ostream& stream, const std::vector<T>& values) {
     stream << '\n';
 }
 
-int readCount(std::istream& stream) {
-    int count = -1;
-    stream >> count;
-    if (!stream || count < 0 || count > LargestCount)
-        throw std::runtime_error("NewtonSystem::read: damaged or truncated stream");
-    return count;
+[[noreturn]] void refuseStream() {
+    throw std::runtime_error("NewtonSystem::read: damaged or truncated stream");
+}
+
+int readInteger(std::istream& stream, int lowest) {
+    int value = lowest - 1;
+    stream >> value;
+    if (!stream || value < lowest || value > LargestCount) refuseStream();
+    return value;
 }
 
 template <class T>
 void readArray(std::istream& stream, std::vector<T>& values) {
-    values.assign(readCount(stream), T());
+    values.assign(size_t(readInteger(stream, 0)), T());
     for (T& value : values) stream >> value;
-    if (!stream) throw std::runtime_error("NewtonSystem::read: damaged or truncated stream");
+    if (!stream) refuseStream();
 }
 
 }  // namespace
 
 void NewtonSystem::write(std::ostream& stream) const {
     const std::streamsize precision = stream.precision(std::numeric_limits<double>::max_digits10);
-    stream << "simflex-newton-system 1\n" << blocks.size() << '\n';
+    stream << "simflex-newton-system 2\n" << parts.size() << ' ' << blocks.size() << '\n';
+    for (const Part& part : parts) {
+        stream << part.numModes << ' ' << part.numFrames << '\n';
+        writeArray(stream, part.diagonal);
+        writeArray(stream, *part.shapes);
+    }
     for (const Block& block : blocks) {
-        stream << block.size << ' ' << (block.form == Block::Form::Arrow ? 1 : 0) << '\n';
+        stream << block.size << ' ' << block.part << ' ' << int(block.form) << '\n';
+        stream << block.sides.size();
+        for (const Side& side : block.sides) stream << ' ' << side.frame << ' ' << side.numColumns;
+        stream << '\n';
         writeArray(stream, block.head);
         writeArray(stream, block.coupling);
-        writeArray(stream, block.diagonal);
-        writeArray(stream, block.dense);
+        writeArray(stream, block.matrix);
         writeArray(stream, block.rows);
         writeArray(stream, block.Gt);
+        writeArray(stream, block.coefficients);
         writeArray(stream, block.r);
     }
     writeArray(stream, c);
@@ -75,32 +161,42 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
     std::string magic;
     int version = 0;
     stream >> magic >> version;
-    if (magic != "simflex-newton-system" || version != 1)
-        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 1");
+    if (magic != "simflex-newton-system" || version != 2)
+        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 2");
     NewtonSystem system;
-    system.blocks.resize(readCount(stream));
+    const int numParts = readInteger(stream, 0), numBlocks = readInteger(stream, 0);
+    system.parts.resize(size_t(numParts));
+    system.blocks.resize(size_t(numBlocks));
+    for (Part& part : system.parts) {
+        part.numModes = readInteger(stream, 0);
+        part.numFrames = readInteger(stream, 0);
+        readArray(stream, part.diagonal);
+        auto shapes = std::make_shared<std::vector<double>>();
+        readArray(stream, *shapes);
+        part.shapes = shapes;
+    }
     for (Block& block : system.blocks) {
-        block.size = readCount(stream);
-        block.form = readCount(stream) ? Block::Form::Arrow : Block::Form::Dense;
+        block.size = readInteger(stream, 0);
+        block.part = readInteger(stream, -1);
+        block.form = Block::Form(std::min(readInteger(stream, 0), int(Block::Form::General)));
+        block.sides.resize(size_t(readInteger(stream, 0)));
+        for (Side& side : block.sides) {
+            side.frame = readInteger(stream, 0);
+            side.numColumns = readInteger(stream, 0);
+        }
         readArray(stream, block.head);
         readArray(stream, block.coupling);
-        readArray(stream, block.diagonal);
-        readArray(stream, block.dense);
+        readArray(stream, block.matrix);
         readArray(stream, block.rows);
         readArray(stream, block.Gt);
+        readArray(stream, block.coefficients);
         readArray(stream, block.r);
     }
     readArray(stream, system.c);
-    for (const Block& block : system.blocks) {
-        const size_t n = size_t(block.size), tail = n > 6 ? n - 6 : 0;
-        bool isWhole = block.head.size() == 36 && block.coupling.size() == 6 * tail &&
-                       block.diagonal.size() == tail && block.dense.size() == n * n &&
-                       block.Gt.size() == n * block.rows.size() && block.r.size() == n &&
-                       (block.form == Block::Form::Dense || n > 6);
-        for (int row : block.rows) isWhole = isWhole && row >= 0 && row < system.numMultipliers();
-        if (!isWhole)
-            throw std::runtime_error(
-                "NewtonSystem::read: the sizes of a block do not fit together");
+    try {
+        system.checkSizes();
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(std::string("NewtonSystem::read: ") + error.what());
     }
     return system;
 }

@@ -7,38 +7,78 @@ One linear system of the Newton iteration, in blocks:
     [        ⋱     ⋮  ] [ ⋮ ]     [⋮ ]
     [ G₁ G₂  ⋯    0  ] [Δλ ]     [c ]
 
-A block is a flexible body or a tree of rigid bodies. Its J is either a dense matrix or an *arrow*:
-6 rigid rows, a diagonal tail. Standard types only; matrices are column-major. **/
+A block is a flexible body or a tree of rigid bodies. A flexible body's J is an *arrow*,
+
+    [ H   E ]    H: 6×6 (rotation, translation),  E: only the 3 rotation rows are filled,
+    [ Eᵀ  d ]    d: a diagonal, the same for all bodies of one part,
+
+or dense when gyroscopic terms are wanted. Its constraints act through frames: the modal part of a
+column of Gᵀ is (shapes of the frame)·(6 coefficients), so that only 12 numbers a column are stored
+and a part's shapes once. Standard types only; matrices are column-major. **/
 
 #include <iosfwd>
+#include <memory>
 #include <vector>
 
 namespace simflex {
 
 struct NewtonSystem {
-    struct Block {
-        enum class Form { Arrow, Dense };
-
-        int size = 0;  ///< n: speeds of the block
-        Form form = Form::Dense;
-        std::vector<double> head;  ///< Arrow: 6×6, symmetric
-        std::vector<double>
-            coupling;  ///< Arrow: 6×(n−6) upper right part; the lower left is its transpose
-        std::vector<double> diagonal;  ///< Arrow: n−6
-        std::vector<double> dense;     ///< Dense: n×n
-        std::vector<int> rows;         ///< rows of Δλ that act on this block, in increasing order
-        std::vector<double> Gt;        ///< n×rows.size(): G_bᵀ restricted to those rows
-        std::vector<double> r;         ///< n: residual
-
-        /** Sizes every array. **/
-        void resize(int numSpeeds, std::vector<int> constraintRows);
+    /** What the flexible bodies of one part share. **/
+    struct Part {
+        int numModes = 0;              ///< n_f
+        int numFrames = 0;             ///< frames that constraints act through
+        std::vector<double> diagonal;  ///< n_f: d
+        /** n_f×6·numFrames: for each frame its 3 translation and 3 rotation shapes; constant. **/
+        std::shared_ptr<const std::vector<double>> shapes;
     };
 
+    /** Consecutive columns of a block's Gᵀ that act through one frame. **/
+    struct Side {
+        int frame = 0;  ///< of the part
+        int numColumns = 0;
+    };
+
+    struct Block {
+        enum class Form {
+            Arrow,      ///< head, coupling, and the part's diagonal
+            Symmetric,  ///< matrix, symmetric and positive definite
+            General     ///< matrix
+        };
+
+        int size = 0;   ///< n: speeds of the block; 6 + n_f if it has a part
+        int part = -1;  ///< index of its part; −1: none, Gt then has all n rows
+        Form form = Form::General;
+        std::vector<double> head;          ///< 6×6, if there is a part
+        std::vector<double> coupling;      ///< n_f×3, if there is a part: Eᵀ
+        std::vector<double> matrix;        ///< n×n; empty as long as the form is Arrow
+        std::vector<int> rows;             ///< the row of Δλ that each column of Gt belongs to
+        std::vector<Side> sides;           ///< in the order of the columns, if there is a part
+        std::vector<double> Gt;            ///< with a part: 6×m, rigid rows of Gᵀ; else n×m
+        std::vector<double> coefficients;  ///< with a part: 6×m
+        std::vector<double> r;             ///< n: residual
+
+        int numColumns() const { return int(rows.size()); }
+
+        /** Sizes a block without part. **/
+        void resize(int numSpeeds, std::vector<int> constraintRows);
+        /** Sizes a block of system.parts[partIndex]. **/
+        void resize(int partIndex, int numModes, std::vector<Side> columnSides,
+                    std::vector<int> constraintRows);
+    };
+
+    std::vector<Part> parts;
     std::vector<Block> blocks;
     std::vector<double> c;  ///< constraint residual
 
     int numMultipliers() const { return int(c.size()); }
     int numSpeeds() const;
+
+    /** Writes the whole n×m matrix Gᵀ of a block. **/
+    void expandGt(const Block& block, double* Gt) const;
+
+    /** @throws std::invalid_argument that names the block whose sizes, frames or rows do not fit.
+     * **/
+    void checkSizes() const;
 
     /** Writes the whole system as text, full precision; read() takes it back exactly.
     @throws std::runtime_error from read() on a damaged stream. **/

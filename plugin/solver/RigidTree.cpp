@@ -346,13 +346,13 @@ MatrixXd RigidTree::calcMassMatrix() const {
 
 void RigidTree::formNewtonBlock(double gamma, bool, const double*, const double*,
                                 NewtonSystem::Block& block) const {
-    block.form = NewtonSystem::Block::Form::Dense;
-    Map<MatrixXd>(block.dense.data(), numU, numU) = calcMassMatrix() / gamma;
+    block.form = NewtonSystem::Block::Form::Symmetric;
+    Map<MatrixXd>(block.matrix.data(), numU, numU) = calcMassMatrix() / gamma;
 }
 
 void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
-    block.form = NewtonSystem::Block::Form::Dense;
-    Map<MatrixXd>(block.dense.data(), numU, numU) = calcMassMatrix();
+    block.form = NewtonSystem::Block::Form::Symmetric;
+    Map<MatrixXd>(block.matrix.data(), numU, numU) = calcMassMatrix();
 }
 
 void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma,

@@ -17,68 +17,73 @@ Map<const VectorXd> vector(const std::vector<double>& entries) {
     return {entries.data(), Eigen::Index(entries.size())};
 }
 
-/** Calls visit(row, column, value) for every entry that the system stores. **/
-template <class Visit>
-void visitEntries(const NewtonSystem& system, Visit visit) {
-    int first = 0;
-    for (const NewtonSystem::Block& block : system.blocks) {
-        const int n = block.size;
-        if (block.form == NewtonSystem::Block::Form::Dense) {
-            for (int j = 0; j < n; ++j)
-                for (int i = 0; i < n; ++i) visit(first + i, first + j, block.dense[i + n * j]);
-        } else {
-            for (int j = 0; j < 6; ++j)
-                for (int i = 0; i < 6; ++i) visit(first + i, first + j, block.head[i + 6 * j]);
-            for (int k = 0; k < n - 6; ++k) {
-                for (int i = 0; i < 6; ++i) {
-                    visit(first + i, first + 6 + k, block.coupling[i + 6 * k]);
-                    visit(first + 6 + k, first + i, block.coupling[i + 6 * k]);
-                }
-                visit(first + 6 + k, first + 6 + k, block.diagonal[k]);
-            }
-        }
-        first += n;
-    }
-    const int lambda = first;
-    first = 0;
-    for (const NewtonSystem::Block& block : system.blocks) {
-        for (int column = 0; column < int(block.rows.size()); ++column)
-            for (int i = 0; i < block.size; ++i) {
-                const double value = block.Gt[i + block.size * column];
-                visit(first + i, lambda + block.rows[column], value);
-                visit(lambda + block.rows[column], first + i, value);
-            }
-        first += block.size;
-    }
-}
-
 }  // namespace
 
-MatrixXd assembleBlock(const NewtonSystem::Block& block) {
+MatrixXd assembleBlock(const NewtonSystem& system, const NewtonSystem::Block& block) {
     const int n = block.size;
-    if (block.form == NewtonSystem::Block::Form::Dense) return matrix(block.dense, n, n);
+    if (block.form != NewtonSystem::Block::Form::Arrow) return matrix(block.matrix, n, n);
     MatrixXd J = MatrixXd::Zero(n, n);
     J.topLeftCorner(6, 6) = matrix(block.head, 6, 6);
-    J.topRightCorner(6, n - 6) = matrix(block.coupling, 6, n - 6);
-    J.bottomLeftCorner(n - 6, 6) = J.topRightCorner(6, n - 6).transpose();
-    J.bottomRightCorner(n - 6, n - 6).diagonal() = vector(block.diagonal);
+    J.block(6, 0, n - 6, 3) = matrix(block.coupling, n - 6, 3);
+    J.block(0, 6, 3, n - 6) = J.block(6, 0, n - 6, 3).transpose();
+    J.bottomRightCorner(n - 6, n - 6).diagonal() =
+        vector(system.parts[size_t(block.part)].diagonal);
     return J;
 }
 
+MatrixXd assembleGt(const NewtonSystem& system, const NewtonSystem::Block& block) {
+    if (block.part < 0) return matrix(block.Gt, block.size, block.numColumns());
+    const NewtonSystem::Part& part = system.parts[size_t(block.part)];
+    const auto shapes = matrix(*part.shapes, part.numModes, 6 * part.numFrames);
+    const auto coefficients = matrix(block.coefficients, 6, block.numColumns());
+    MatrixXd Gt(block.size, block.numColumns());
+    Gt.topRows(6) = matrix(block.Gt, 6, block.numColumns());
+    int first = 0;
+    for (const NewtonSystem::Side& side : block.sides) {
+        Gt.block(6, first, part.numModes, side.numColumns) =
+            shapes.middleCols(6 * side.frame, 6) * coefficients.middleCols(first, side.numColumns);
+        first += side.numColumns;
+    }
+    return Gt;
+}
+
 MatrixXd assembleDense(const NewtonSystem& system) {
-    const int size = system.numSpeeds() + system.numMultipliers();
+    const int speeds = system.numSpeeds(), size = speeds + system.numMultipliers();
     MatrixXd A = MatrixXd::Zero(size, size);
-    visitEntries(system, [&](int i, int j, double value) { A(i, j) = value; });
+    int first = 0;
+    for (const NewtonSystem::Block& block : system.blocks) {
+        A.block(first, first, block.size, block.size) = assembleBlock(system, block);
+        const MatrixXd Gt = assembleGt(system, block);
+        for (int k = 0; k < block.numColumns(); ++k) {
+            const int row = speeds + block.rows[size_t(k)];
+            A.block(first, row, block.size, 1) += Gt.col(k);
+            A.block(row, first, 1, block.size) += Gt.col(k).transpose();
+        }
+        first += block.size;
+    }
     return A;
 }
 
 Eigen::SparseMatrix<double> assembleSparse(const NewtonSystem& system) {
-    const int size = system.numSpeeds() + system.numMultipliers();
-    std::vector<Eigen::Triplet<double>> entries;
-    visitEntries(system, [&](int i, int j, double value) { entries.emplace_back(i, j, value); });
-    Eigen::SparseMatrix<double> A(size, size);
-    A.setFromTriplets(entries.begin(), entries.end());
-    return A;
+    return assembleDense(system).sparseView();
+}
+
+VectorXd multiply(const NewtonSystem& system, const VectorXd& x) {
+    const int speeds = system.numSpeeds();
+    VectorXd product = VectorXd::Zero(x.size());
+    int first = 0;
+    for (const NewtonSystem::Block& block : system.blocks) {
+        const VectorXd u = x.segment(first, block.size);
+        const MatrixXd Gt = assembleGt(system, block);
+        product.segment(first, block.size) = assembleBlock(system, block) * u;
+        for (int k = 0; k < block.numColumns(); ++k) {
+            const int row = speeds + block.rows[size_t(k)];
+            product.segment(first, block.size) += Gt.col(k) * x[row];
+            product[row] += Gt.col(k).dot(u);
+        }
+        first += block.size;
+    }
+    return product;
 }
 
 VectorXd assembleRightHandSide(const NewtonSystem& system) {

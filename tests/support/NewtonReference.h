@@ -17,14 +17,19 @@ namespace simflex::test {
 
 /** J_b of one block, dense: an arrow's head, coupling, its transpose and the diagonal written out.
  * **/
-Eigen::MatrixXd assembleBlock(const NewtonSystem::Block& block);
+Eigen::MatrixXd assembleBlock(const NewtonSystem& system, const NewtonSystem::Block& block);
+
+/** G_bᵀ of one block, n×m. **/
+Eigen::MatrixXd assembleGt(const NewtonSystem& system, const NewtonSystem::Block& block);
 
 /** The whole matrix A. **/
 Eigen::MatrixXd assembleDense(const NewtonSystem& system);
 
-/** The whole matrix A, compressed: every entry that the blocks store, zeros among them, so that
-systems of one topology and form have one pattern. **/
+/** The whole matrix A, compressed, zeros left out. **/
 Eigen::SparseMatrix<double> assembleSparse(const NewtonSystem& system);
+
+/** A x, block by block: for systems too large to write out. **/
+Eigen::VectorXd multiply(const NewtonSystem& system, const Eigen::VectorXd& x);
 
 /** b = −[r; c]. **/
 Eigen::VectorXd assembleRightHandSide(const NewtonSystem& system);

@@ -1,0 +1,38 @@
+#pragma once
+/** @file
+Newton systems of random multibody graphs: the solver's matrices without the mechanics.
+
+    std::mt19937 random(7);
+    const NewtonSystem system = makeRandomNewtonSystem(random, {Graph::Grid, 25});
+**/
+
+#include <random>
+
+#include "simflex/solver/NewtonSystem.h"
+
+namespace simflex::test {
+
+/** Which bodies joints connect. **/
+enum class Graph {
+    Chain,   ///< one after another, the first to Ground
+    Tree,    ///< each to a random earlier one
+    Star,    ///< all to the first
+    Ring,    ///< a chain closed on itself
+    Grid,    ///< a square lattice, two joints a body
+    Random,  ///< pairs at random, Ground among them
+};
+
+struct RandomSystemOptions {
+    Graph graph = Graph::Random;
+    int numBodies = 5;
+    int mostModes = 60;
+    bool hasGeneralBlocks = true;  ///< some J_b not symmetric, as with gyroscopic terms
+    int numCopiedRows = 0;  ///< rows that repeat an earlier one: redundant, not contradictory
+};
+
+/** Bodies are flexible (arrow, of a few shared parts), flexible with a general J_b, rigid or hubs;
+joints have 1 to 6 rows. Without copied rows G has full rank wherever a joint's bodies have speeds
+enough. **/
+NewtonSystem makeRandomNewtonSystem(std::mt19937& random, const RandomSystemOptions& options);
+
+}  // namespace simflex::test
