@@ -36,9 +36,9 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double framesPerSecond = 30;
-constexpr int samplesPerTurn = 32;   // at full speed
-constexpr int framesPerCycle = 16;   // of the slow motion that the frames show
-constexpr double lowestSpeed = 20;   // plotted [Hz]
+constexpr int samplesPerTurn = 32;    // at full speed
+constexpr int framesPerCycle = 16;    // of the slow motion that the frames show
+constexpr double lowestSpeed = 20;    // plotted [Hz]
 constexpr double windowWidth = 0.12;  // of the spectra [s]
 
 struct Arguments {
@@ -109,10 +109,11 @@ void printModel(const Arguments& arguments, const LinearModel& linear) {
 Probes runUp(const Arguments& arguments, const StatorModel& model, BdfIntegrator& integrator,
              std::string& failure) {
     Csv csv(arguments.out + "/response.csv",
-            {"time_s", "speed_Hz", "front_y_m", "front_z_m", "rear_y_m", "rear_z_m",
-             "left_hinge_x_N", "left_hinge_y_N", "left_hinge_z_N", "right_hinge_x_N",
-             "right_hinge_y_N", "right_hinge_z_N", "rear_hinge_x_N", "rear_hinge_y_N",
-             "rear_hinge_z_N", "kinetic_J", "strain_J", "energy_J", "work_J", "energy_error_J"});
+            {"time_s",         "speed_Hz",        "front_y_m",       "front_z_m",
+             "rear_y_m",       "rear_z_m",        "left_hinge_x_N",  "left_hinge_y_N",
+             "left_hinge_z_N", "right_hinge_x_N", "right_hinge_y_N", "right_hinge_z_N",
+             "rear_hinge_x_N", "rear_hinge_y_N",  "rear_hinge_z_N",  "kinetic_J",
+             "strain_J",       "energy_J",        "work_J",          "energy_error_J"});
     Probes probes;
     Progress progress("run-up, simflex");
     const int numSamples = int(std::ceil(arguments.time / arguments.sampleInterval()));
@@ -141,8 +142,8 @@ Probes runUp(const Arguments& arguments, const StatorModel& model, BdfIntegrator
             row.insert(row.end(), {displacement[1], displacement[2]});
         }
         double carried = 0;
-        for (const Joint& hinge : {Joint(model.leftHinge), Joint(model.rightHinge),
-                                   Joint(model.rearHinge)}) {
+        for (const Joint& hinge :
+             {Joint(model.leftHinge), Joint(model.rightHinge), Joint(model.rearHinge)}) {
             const Vec3 force = hinge.calcForceOnM(state, integrator.getMultipliers(hinge))[1];
             row.insert(row.end(), {force[0], force[1], force[2]});
             probes.largestHingeForce = std::max(probes.largestHingeForce, force.norm());
@@ -216,8 +217,8 @@ void printTable(const Arguments& arguments, const Probes& probes, const Parts& p
     Table table;
     table.addHeading("Model");
     table.add("degrees of freedom of the meshes", long(numDofs));
-    table.add("modes, speeds", std::to_string(numModes) + ", " +
-                                   std::to_string(numModes + 6 * parts.size()));
+    table.add("modes, speeds",
+              std::to_string(numModes) + ", " + std::to_string(numModes + 6 * parts.size()));
     table.add("mass", mass, "kg");
     table.addHeading("Integration");
     table.add("steps", s.stepsTaken);
@@ -252,8 +253,8 @@ void printTable(const Arguments& arguments, const Probes& probes, const Parts& p
             if (envelope.speed.empty()) continue;
             const auto peak =
                 std::max_element(envelope.amplitude.begin(), envelope.amplitude.end());
-            const std::string label = std::string(names[bearing]) + " bearing, " +
-                                      (isVertical ? "vertical" : "lateral");
+            const std::string label =
+                std::string(names[bearing]) + " bearing, " + (isVertical ? "vertical" : "lateral");
             table.add("largest amplitude of the " + label, 1e6 * *peak, "µm");
             table.add("  at", envelope.speed[peak - envelope.amplitude.begin()], "Hz");
         }
@@ -364,8 +365,8 @@ private:
     const StatorModel& m_model;
 };
 
-/** States as a stroboscope shows them, evenly over the speed: each a whole number of turns and a bit
- * after the one before, so that the frames show the vibration in slow motion. **/
+/** States as a stroboscope shows them, evenly over the speed: each a whole number of turns and a
+ * bit after the one before, so that the frames show the vibration in slow motion. **/
 std::vector<State> makeStrobedStates(const Arguments& arguments, const Probes& probes,
                                      const State& like) {
     std::vector<State> states;
@@ -375,8 +376,7 @@ std::vector<State> makeStrobedStates(const Arguments& arguments, const Probes& p
         const double speed = lowestSpeed + (highest - lowestSpeed) * frame / arguments.frames;
         while (k + 2 < probes.speed.size() && probes.speed[k + 1] < speed) ++k;
         const double turns = double(frame) / framesPerCycle;
-        const double angle =
-            2 * Pi * (turns + std::ceil(probes.angle[k] / (2 * Pi) - turns));
+        const double angle = 2 * Pi * (turns + std::ceil(probes.angle[k] / (2 * Pi) - turns));
         while (k + 2 < probes.angle.size() && probes.angle[k + 1] < angle) ++k;
         if (probes.angle[k + 1] < angle) break;
         const double part = (angle - probes.angle[k]) / (probes.angle[k + 1] - probes.angle[k]);
@@ -420,11 +420,11 @@ void render(const Arguments& arguments, const StatorModel& model, const Probes& 
     OffscreenVisualizer viz(model.system, 1280, 720);
     for (const FlexibleBody& body : model.getBodies()) {
         const Transform pose = model.getUndeformedPose(body);
-        viz.addDeformableMesh(
-            {model.makePicturePart(body), body.getName(), [pose](const State&) { return pose; },
-             [&model, body](const State& state) {
-                 return model.calcPictureCoordinates(body, state);
-             }});
+        viz.addDeformableMesh({model.makePicturePart(body), body.getName(),
+                               [pose](const State&) { return pose; },
+                               [&model, body](const State& state) {
+                                   return model.calcPictureCoordinates(body, state);
+                               }});
     }
     viz.addDecorationGenerator(new RotorDecoration(model));
     viz.setOutputFolder(arguments.out + "/frames");

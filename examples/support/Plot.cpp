@@ -41,8 +41,9 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
         const Plot::Mark& mark = plot.marks[i];
         script << "set arrow " << i + 1 << " from first " << mark.x << ", graph 0 to first "
                << mark.x << ", graph 1 nohead lc rgb '#707070' lw 1 dt (4,4) back\n";
-        script << "set label " << i + 3 << " " << quoteForGnuplot(mark.label) << " at first " << mark.x
-               << ", graph 0.03 left rotate by 90 offset -0.6,0 textcolor rgb '#606060' font ',11'\n";
+        script
+            << "set label " << i + 3 << " " << quoteForGnuplot(mark.label) << " at first " << mark.x
+            << ", graph 0.03 left rotate by 90 offset -0.6,0 textcolor rgb '#606060' font ',11'\n";
     }
     if (isLast)
         script << "set format x '%g'\nset xlabel " << quoteForGnuplot(plot.xLabel) << "\n";
@@ -53,8 +54,9 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
         const Plot::Series& series = panel.series[i];
         script << (i ? ", " : "") << "$data_" << index << "_" << i << " using 1:2 axes "
                << (series.onRightAxis ? "x1y2" : "x1y1") << " with lines lw " << series.width
-               << " lc rgb " << quoteForGnuplot(series.color) << (series.isDashed ? " dt (12,6)" : " dt 1")
-               << " title " << quoteForGnuplot(series.label);
+               << " lc rgb " << quoteForGnuplot(series.color)
+               << (series.isDashed ? " dt (12,6)" : " dt 1") << " title "
+               << quoteForGnuplot(series.label);
     }
     script << '\n';
 }
