@@ -36,7 +36,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double framesPerSecond = 30;
-constexpr int samplesPerTurn = 32;    // at full speed
+constexpr int samplesPerTurn = 24;    // at full speed
 constexpr int framesPerCycle = 16;    // of the slow motion that the frames show
 constexpr double lowestSpeed = 20;    // plotted [Hz]
 constexpr double windowWidth = 0.12;  // of the spectra [s]
@@ -388,16 +388,15 @@ std::vector<State> makeStrobedStates(const Arguments& arguments, const Probes& p
     return states;
 }
 
-/** Six frames: those of most motion in the six parts of the run-up's last two thirds. **/
+/** Six frames: those of most motion in the six parts of the run-up. **/
 std::vector<int> findStrongFrames(const StatorModel& model, const std::vector<State>& states,
                                   int numFrames) {
     std::vector<int> frames;
-    const int first = numFrames / 3;
     for (int part = 0; part < 6; ++part) {
         int strongest = -1;
         double most = -1;
-        const int begin = first + (numFrames - first) * part / 6;
-        const int end = first + (numFrames - first) * (part + 1) / 6;
+        const int begin = numFrames * part / 6;
+        const int end = numFrames * (part + 1) / 6;
         for (int i = begin; i < end; ++i) {
             double motion = 0;
             model.system.realize(states[i], Stage::Velocity);
@@ -433,7 +432,7 @@ void render(const Arguments& arguments, const StatorModel& model, const Probes& 
     for (int b = 0; b < 2; ++b)
         range = std::max({range, largest(probes.vertical[b]), largest(probes.lateral[b])});
     viz.setAutomaticDeformationFactor().fitToMotion(states);
-    viz.setContourRange(0, std::ceil(1e4 * range) * 1e-4);
+    viz.setContourRange(0, std::ceil(1.2e4 * range) * 1e-4);
     {
         Progress progress("frames");
         for (size_t i = 0; i < states.size() && !wasInterrupted(); ++i) {
