@@ -17,6 +17,10 @@ workspace. **/
 
 namespace simflex {
 
+// SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
+// meant.
+namespace Eigen = ::Eigen;
+
 /** A part's invariants laid out for evaluation: [I₂ (6 components); N (3 components)] stacked as
  * 9n_f×n_f. **/
 struct FlexibleBodyModel {
