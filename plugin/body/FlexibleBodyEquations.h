@@ -18,6 +18,10 @@ workspace. **/
 
 namespace simflex {
 
+// SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
+// meant.
+namespace Eigen = ::Eigen;
+
 /** A part's invariants laid out for evaluation. **/
 struct FlexibleBodyModel {
     explicit FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedPart);
