@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <set>
+#include <typeinfo>
 
 #include "simflex/solver/FlexibleBlock.h"
 #include "simflex/solver/RigidTree.h"
@@ -24,6 +25,16 @@ std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex
                 return "a modal mobilizer of flexible body '" + body.name + "'";
         }
     return "mobilized body " + std::to_string(int(index));
+}
+
+bool isGeneralForceSubsystem(const Subsystem& subsystem) {
+    // Simbody 3.7's isInstanceOf() takes any force subsystem for one.
+    try {
+        GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem)).getNumForces();
+        return true;
+    } catch (const std::bad_cast&) {
+        return false;
+    }
 }
 
 bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index) {
@@ -95,11 +106,11 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
             const MobilizedBodyIndex body =
                 constraint.getMobilizedBodyFromConstrainedBody(b).getMobilizedBodyIndex();
             if (isCarrier(m_guts, body))
-                throw std::invalid_argument("BdfIntegrator: " +
-                                            SimbodyConstraints::describe(constraint) +
-                                            " holds " + describe(m_guts, body) +
-                                            ", which has no place in space; constrain its "
-                                            "coordinates, or use a Joint to an interface");
+                throw std::invalid_argument(
+                    "BdfIntegrator: " + SimbodyConstraints::describe(constraint) + " holds " +
+                    describe(m_guts, body) +
+                    ", which has no place in space; constrain its "
+                    "coordinates, or use a Joint to an interface");
         }
     }
     if (state.getNZ() > 0)
@@ -116,7 +127,7 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
         const Subsystem& subsystem = m_system.getSubsystem(s);
         if (!dynamic_cast<const ForceSubsystem::Guts*>(&subsystem.getSubsystemGuts())) continue;
         if (m_guts && &subsystem.getSubsystemGuts() == m_guts) continue;
-        if (!GeneralForceSubsystem::isInstanceOf(ForceSubsystem::downcast(subsystem))) {
+        if (!isGeneralForceSubsystem(subsystem)) {
             m_hasForeignForces = true;
             continue;
         }
@@ -160,8 +171,8 @@ void MultibodyEquations::makeBlocks(const State& state) {
             matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex();
         if (taken.count(parent))
             throw std::invalid_argument(
-                "BdfIntegrator: mobilized body " + std::to_string(int(i)) +
-                " is mobilized on " + describe(m_guts, parent) +
+                "BdfIntegrator: mobilized body " + std::to_string(int(i)) + " is mobilized on " +
+                describe(m_guts, parent) +
                 "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
         auto tree = std::make_unique<RigidTree>(matter, i, state);
@@ -209,8 +220,8 @@ void MultibodyEquations::makeSimbodyConstraints() {
     const std::vector<ConstraintIndex> constraints = findSimbodyConstraints(m_private);
     if (constraints.empty()) return;
     m_needsSimbody = true;
-    m_constraints = std::make_unique<SimbodyConstraints>(m_system.getMatterSubsystem(), constraints,
-                                                         m_private);
+    m_constraints =
+        std::make_unique<SimbodyConstraints>(m_system.getMatterSubsystem(), constraints, m_private);
     m_numMultipliers += m_constraints->numRows();
     for (int row = 0; row < m_constraints->numRows(); ++row) {
         std::set<int> blocks;
@@ -414,7 +425,6 @@ void MultibodyEquations::prescribe(double time, double gamma, const double* uHis
         const auto start = Clock::now();
         putIntoState(time, q, u, m_private);
         m_prescribed->updateFromSimbody(m_private);
-        m_system.realize(m_private, Stage::Velocity);
         m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
     }
     m_prescribed->apply(gamma, uHist, q, u);

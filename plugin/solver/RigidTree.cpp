@@ -152,9 +152,9 @@ void RigidTree::classifyTurning(const SimbodyMatterSubsystem& matter, const Stat
         };
         const bool isPlain = body.nq == body.nu && agrees(Turning::None);
         if (isPlain) continue;
-        const bool isKnown =
-            usesAngles ? agrees(Turning::BodyXYZ) || agrees(Turning::LineBodyXYZ)
-                       : agrees(Turning::Quaternion) || agrees(Turning::LineQuaternion);
+        const bool isKnown = usesAngles
+                                 ? agrees(Turning::BodyXYZ) || agrees(Turning::LineBodyXYZ)
+                                 : agrees(Turning::Quaternion) || agrees(Turning::LineQuaternion);
         if (isKnown) continue;
         body.turning = Turning::KnownToSimbodyOnly;
         m_hasUnknownTurning = true;

@@ -111,9 +111,11 @@ private:
     }
     /** N(q) of a body from what its turning is supposed to be. **/
     static void multiplyByN(const RigidBody& body, const double* q, const double* u, double* qDot);
-    /** @throws std::invalid_argument if a mobilizer's velocities are not the rates of its positions.
+    /** @throws std::invalid_argument if a mobilizer's velocities are not the rates of its
+     * positions.
      * **/
-    void checkVelocities(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state) const;
+    void checkVelocities(const SimTK::SimbodyMatterSubsystem& matter,
+                         const SimTK::State& state) const;
     /** Finds out what each body's q and u are, against Simbody's N at an arbitrary state. **/
     void classifyTurning(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
     void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index,

@@ -16,9 +16,8 @@ namespace {
 using namespace SimTK;
 
 MassProperties makeMass(Real mass) {
-    return MassProperties(
-        mass, Vec3(0.05, -0.02, 0.03),
-        Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4)));
+    return MassProperties(mass, Vec3(0.05, -0.02, 0.03),
+                          Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4)));
 }
 
 /** A tree of arm, ball and universal joint, and a free box held to it by a rod. **/
@@ -99,8 +98,8 @@ std::vector<Case> makeCases() {
     return {
         {"SinusoidalPosition",
          [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Position, 0.3, 6, 0.2); }, noLock},
-        {"SinusoidalSpeed", [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Velocity, 0.8, 6, 0.2); },
-         noLock},
+        {"SinusoidalSpeed",
+         [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Velocity, 0.8, 6, 0.2); }, noLock},
         {"SinusoidalAcceleration",
          [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Acceleration, 5, 6, 0.2); }, noLock},
         {"SteadyBall", [](Rigid& r) { Motion::Steady(r.fore, Vec3(1, -0.5, 2)); }, noLock},
@@ -152,7 +151,8 @@ TEST_P(Prescribed, AccelerationsMultipliersAndMotionAreSimbodysAndWorkIsCounted)
     EXPECT_LT((integrator.getUDot() - ours.getUDot()).normInf(),
               1e-10 * (1 + ours.getUDot().normInf()));
     const Real expected = rigid.rod.getMultipliersAsVector(ours)[0];
-    EXPECT_NEAR(integrator.getMultipliers(rigid.rod)[0], expected, 1e-10 * (1 + std::abs(expected)));
+    EXPECT_NEAR(integrator.getMultipliers(rigid.rod)[0], expected,
+                1e-10 * (1 + std::abs(expected)));
     const Real energy = rigid.system.calcEnergy(ours);
     const Real kineticEnergy = rigid.system.calcKineticEnergy(ours);
 
@@ -267,11 +267,10 @@ TEST(PrescribedMotion, PositionsCanBeSolvedInTheNewtonSystemToo) {
 TEST(PrescribedMotion, LocksThatContradictAConstraintNameIt) {
     Rigid rigid;
     State state = rigid.makeState();
-    for (const MobilizedBody* body :
-         {static_cast<const MobilizedBody*>(&rigid.arm),
-          static_cast<const MobilizedBody*>(&rigid.fore),
-          static_cast<const MobilizedBody*>(&rigid.hand),
-          static_cast<const MobilizedBody*>(&rigid.box)})
+    for (const MobilizedBody* body : {static_cast<const MobilizedBody*>(&rigid.arm),
+                                      static_cast<const MobilizedBody*>(&rigid.fore),
+                                      static_cast<const MobilizedBody*>(&rigid.hand),
+                                      static_cast<const MobilizedBody*>(&rigid.box)})
         body->lock(state);
     BdfIntegrator integrator(rigid.system);
     try {
@@ -349,7 +348,8 @@ TEST(PrescribedMotion, ABodyWithItsModesLockedIsRigid) {
     stepper.stepTo(0.4);
     const State& end = stepper.getState();
     plain.realize(end, Stage::Velocity);
-    const Transform a = model.boom.getFramePose(integrator.getState()), b = ball.getBodyTransform(end);
+    const Transform a = model.boom.getFramePose(integrator.getState()),
+                    b = ball.getBodyTransform(end);
     EXPECT_LT((a.p() - b.p()).norm(), 1e-6);
     EXPECT_LT((a.R().asMat33() - b.R().asMat33()).norm(), 1e-5);
     EXPECT_NEAR(integrator.getWork(), 0, 1e-12);
@@ -371,9 +371,9 @@ TEST(PrescribedMotion, LockedFrameLeavesUncoupledOscillators) {
     integrator.stepTo(0.05);
     const Vector found = model.boom.getModalCoordinates(integrator.getState());
     for (int i = 0; i < 8; ++i)
-        EXPECT_NEAR(found[i],
-                    xi[i] * std::cos(std::sqrt(model.boom.getPart().omegaSquared[size_t(i)]) * 0.05),
-                    1e-8)
+        EXPECT_NEAR(
+            found[i],
+            xi[i] * std::cos(std::sqrt(model.boom.getPart().omegaSquared[size_t(i)]) * 0.05), 1e-8)
             << "mode " << i;
     EXPECT_LT((model.boom.getFramePose(integrator.getState()).p() - Vec3(0.1, 0.2, 0.3)).norm(),
               1e-14);

@@ -1,4 +1,5 @@
-// Simbody's own constraints inside BdfIntegrator: accelerations, multipliers and motion are Simbody's.
+// Simbody's own constraints inside BdfIntegrator: accelerations, multipliers and motion are
+// Simbody's.
 
 #include <gtest/gtest.h>
 
@@ -55,43 +56,61 @@ struct Case {
 
 std::vector<Case> makeCases() {
     return {
-        {"Rod", [](Rigid& r) { return Constraint::Rod(r.fore, Vec3(0, -0.1, 0), r.box,
-                                                      Vec3(-0.1, 0, 0.1), 0.5); }},
-        {"RodWithinATree", [](Rigid& r) { return Constraint::Rod(r.fore, Vec3(0, -0.1, 0), r.other,
-                                                                 Vec3(-0.1, 0, 0.1), 0.35); }},
-        {"Ball", [](Rigid& r) { return Constraint::Ball(r.fore, Vec3(0, -0.2, 0), r.box,
-                                                        Vec3(-0.2, 0, 0)); }},
-        {"BallToGround", [](Rigid& r) { return Constraint::Ball(r.matter.Ground(),
-                                                                Vec3(0.5, 0.1, 0), r.box,
-                                                                Vec3(-0.2, 0, 0.1)); }},
-        {"Weld", [](Rigid& r) { return Constraint::Weld(r.cart, Transform(Vec3(0.3, 0.1, 0)), r.box,
-                                                        Transform(Vec3(-0.2, 0, 0.1))); }},
-        {"PointInPlane", [](Rigid& r) { return Constraint::PointInPlane(r.fore,
-                                                                        UnitVec3(1, 2, 0.3), 0.2,
-                                                                        r.box, Vec3(-0.2, 0, 0)); }},
-        {"PointOnLine", [](Rigid& r) { return Constraint::PointOnLine(r.cart, UnitVec3(1, 2, 0.3),
-                                                                      Vec3(0.1, 0, 0), r.box,
-                                                                      Vec3(-0.2, 0, 0)); }},
-        {"ConstantAngle", [](Rigid& r) { return Constraint::ConstantAngle(r.fore,
-                                                                          UnitVec3(1, 0.2, 0),
-                                                                          r.box,
-                                                                          UnitVec3(0, 1, 0.4),
-                                                                          1.2); }},
-        {"ConstantOrientation", [](Rigid& r) { return Constraint::ConstantOrientation(
-                                                   r.wheel, Rotation(), r.box,
-                                                   Rotation(0.1, XAxis)); }},
+        {"Rod",
+         [](Rigid& r) {
+             return Constraint::Rod(r.fore, Vec3(0, -0.1, 0), r.box, Vec3(-0.1, 0, 0.1), 0.5);
+         }},
+        {"RodWithinATree",
+         [](Rigid& r) {
+             return Constraint::Rod(r.fore, Vec3(0, -0.1, 0), r.other, Vec3(-0.1, 0, 0.1), 0.35);
+         }},
+        {"Ball",
+         [](Rigid& r) {
+             return Constraint::Ball(r.fore, Vec3(0, -0.2, 0), r.box, Vec3(-0.2, 0, 0));
+         }},
+        {"BallToGround",
+         [](Rigid& r) {
+             return Constraint::Ball(r.matter.Ground(), Vec3(0.5, 0.1, 0), r.box,
+                                     Vec3(-0.2, 0, 0.1));
+         }},
+        {"Weld",
+         [](Rigid& r) {
+             return Constraint::Weld(r.cart, Transform(Vec3(0.3, 0.1, 0)), r.box,
+                                     Transform(Vec3(-0.2, 0, 0.1)));
+         }},
+        {"PointInPlane",
+         [](Rigid& r) {
+             return Constraint::PointInPlane(r.fore, UnitVec3(1, 2, 0.3), 0.2, r.box,
+                                             Vec3(-0.2, 0, 0));
+         }},
+        {"PointOnLine",
+         [](Rigid& r) {
+             return Constraint::PointOnLine(r.cart, UnitVec3(1, 2, 0.3), Vec3(0.1, 0, 0), r.box,
+                                            Vec3(-0.2, 0, 0));
+         }},
+        {"ConstantAngle",
+         [](Rigid& r) {
+             return Constraint::ConstantAngle(r.fore, UnitVec3(1, 0.2, 0), r.box,
+                                              UnitVec3(0, 1, 0.4), 1.2);
+         }},
+        {"ConstantOrientation",
+         [](Rigid& r) {
+             return Constraint::ConstantOrientation(r.wheel, Rotation(), r.box,
+                                                    Rotation(0.1, XAxis));
+         }},
         // Rack and pinion: Simbody's ȧ is the derivative of its v only if the contact point stands
         // still on the bodies' line of centres.
-        {"NoSlip1D", [](Rigid& r) { return Constraint::NoSlip1D(r.matter.Ground(),
-                                                                Vec3(-0.5, -0.1, 0),
-                                                                UnitVec3(1, 0, 0), r.cart,
-                                                                r.wheel); }},
-        {"ConstantCoordinate", [](Rigid& r) { return Constraint::ConstantCoordinate(
-                                                  r.other, MobilizerQIndex(1), 0.1); }},
-        {"ConstantSpeed", [](Rigid& r) { return Constraint::ConstantSpeed(r.fore,
-                                                                          MobilizerUIndex(2), 2); }},
-        {"ConstantAcceleration", [](Rigid& r) { return Constraint::ConstantAcceleration(
-                                                    r.arm, MobilizerUIndex(0), 3); }},
+        {"NoSlip1D",
+         [](Rigid& r) {
+             return Constraint::NoSlip1D(r.matter.Ground(), Vec3(-0.5, -0.1, 0), UnitVec3(1, 0, 0),
+                                         r.cart, r.wheel);
+         }},
+        {"ConstantCoordinate",
+         [](Rigid& r) { return Constraint::ConstantCoordinate(r.other, MobilizerQIndex(1), 0.1); }},
+        {"ConstantSpeed",
+         [](Rigid& r) { return Constraint::ConstantSpeed(r.fore, MobilizerUIndex(2), 2); }},
+        {"ConstantAcceleration",
+         [](Rigid& r) { return Constraint::ConstantAcceleration(r.arm, MobilizerUIndex(0), 3); }},
         {"CoordinateCoupler",
          [](Rigid& r) {
              return Constraint::CoordinateCoupler(
@@ -299,9 +318,7 @@ std::vector<FlexibleCase> makeFlexibleCases() {
                  Array_<MobilizerQIndex>{MobilizerQIndex(5), MobilizerQIndex(0)});
          }},
         {"FrameTurningSpeed",
-         [](Flexible& f) {
-             return Constraint::ConstantSpeed(f.frame(), MobilizerUIndex(1), 0.7);
-         }},
+         [](Flexible& f) { return Constraint::ConstantSpeed(f.frame(), MobilizerUIndex(1), 0.7); }},
         {"ModalSpeed",
          [](Flexible& f) {
              return Constraint::ConstantSpeed(f.modes(1), MobilizerUIndex(1), 0.02);
@@ -364,7 +381,8 @@ Real calcEnergyDrift(const FlexibleCase& which, Real accuracy) {
 }
 
 TEST_P(FlexibleWithConstraint, ConstraintHoldsAndEnergyLessWorkDriftsLessWithAccuracy) {
-    const Real coarse = calcEnergyDrift(GetParam(), 1e-8), fine = calcEnergyDrift(GetParam(), 1e-10);
+    const Real coarse = calcEnergyDrift(GetParam(), 1e-8),
+               fine = calcEnergyDrift(GetParam(), 1e-10);
     EXPECT_LT(coarse, 2e-3);
     // accuracy^(p/(p+1)) with p = 3: a factor 30; 8 leaves room for the step size's granularity.
     EXPECT_LT(fine, coarse / 8);
@@ -375,14 +393,33 @@ INSTANTIATE_TEST_SUITE_P(All, FlexibleWithConstraint, testing::ValuesIn(makeFlex
                              return std::string(test.param.name);
                          });
 
+TEST(SimbodyConstraint, MotionIsTheSameForAnyNumberOfThreads) {
+    std::vector<Vector> results;
+    for (int threads : {1, 2, 3}) {
+        Flexible model;
+        const FlexibleBody other(model.flexible, test::makePointMassPart(Flexible::options()).body,
+                                 "other");
+        const Joint::Ball joint(model.flexible, model.boom.interface("B"), other.interface("A"));
+        Constraint::Rod(model.wheel, Vec3(0.1, 0, 0), model.frame(), Vec3(0.1, 0.05, 0), 0.6);
+        Constraint::ConstantSpeed(model.modes(1), MobilizerUIndex(1), 0.02);
+        Motion::Sinusoid(model.wheel, Motion::Position, 0.1, 20, 0);
+        State state = model.makeState();
+        other.setFramePose(state, Transform(Vec3(0.4, 0, 0)));
+        BdfIntegrator integrator(model.system);
+        integrator.setNumThreads(threads);
+        integrator.initialize(state);
+        integrator.stepTo(0.02);
+        results.push_back(integrator.getState().getY());
+    }
+    EXPECT_EQ((results[1] - results[0]).normInf(), 0);
+    EXPECT_EQ((results[2] - results[0]).normInf(), 0);
+}
+
 TEST(ForeignForces, ActOnFramesModesAndRigidBodiesAsInSimbody) {
     // Undeformed, where Simbody's own accelerations are exact.
     Flexible model;
     Force::TwoPointLinearSpring(model.forces, model.matter.Ground(), Vec3(0.5, 0.2, 0),
                                 model.frame(), Vec3(0.1, 0.05, 0), 80, 0.3);
-    Force::LinearBushing(model.forces, model.wheel, Transform(Vec3(0.1, 0, 0)), model.frame(),
-                         Transform(Rotation(0.2, XAxis)), Vec6(1, 2, 3, 40, 50, 60),
-                         Vec6(0.1, 0.2, 0.3, 4, 5, 6));
     Force::MobilityLinearSpring(model.forces, model.modes(1), MobilizerQIndex(1), 5, 0.2);
     Force::MobilityLinearDamper(model.forces, model.modes(0), MobilizerUIndex(3), 2);
     Force::MobilityConstantForce(model.forces, model.frame(), MobilizerUIndex(1), 0.7);
@@ -404,9 +441,9 @@ TEST(ForeignForces, CompliantContactActsAsInSimbody) {
     ContactTrackerSubsystem tracker(system);
     CompliantContactSubsystem contact(system, tracker);
     const ContactMaterial material(2e4, 0.1, 0.5, 0.4, 0.1);
-    matter.Ground().updBody().addContactSurface(Transform(Rotation(-Pi / 2, ZAxis)),
-                                                ContactSurface(ContactGeometry::HalfSpace(),
-                                                               material));
+    matter.Ground().updBody().addContactSurface(
+        Transform(Rotation(-Pi / 2, ZAxis)),
+        ContactSurface(ContactGeometry::HalfSpace(), material));
     Body::Rigid ball = makeBrick(1);
     ball.addContactSurface(Transform(), ContactSurface(ContactGeometry::Sphere(0.1), material));
     MobilizedBody::Free body(matter.Ground(), ball);
@@ -425,10 +462,10 @@ TEST(ForeignForces, CompliantContactActsAsInSimbody) {
     State theirs = stepper.getState();
     system.realize(theirs, Stage::Velocity);
     EXPECT_GT(body.getBodyOriginVelocity(theirs)[1], 0);  // it bounced
-    EXPECT_LT((body.getBodyOriginLocation(integrator.getState()) -
-               body.getBodyOriginLocation(theirs))
-                  .norm(),
-              1e-4);
+    EXPECT_LT(
+        (body.getBodyOriginLocation(integrator.getState()) - body.getBodyOriginLocation(theirs))
+            .norm(),
+        1e-4);
 }
 
 TEST(SimbodyConstraint, AConstraintOnACarriersBodyIsRefusedByName) {
