@@ -401,6 +401,62 @@ TEST(PrescribedMotion, ADrivenModeAndFrameConserveEnergyLessWork) {
     EXPECT_LT((V[0] - Vec3(2, -1, 3)).norm() + (V[1] - Vec3(0.1, 0.2, -0.3)).norm(), 1e-12);
 }
 
+/** Frame on a circle in the xy-plane, turning with it: angle 0.5 sin 4t. **/
+class Swing : public Motion::Custom::Implementation {
+public:
+    Implementation* clone() const override { return new Swing(*this); }
+    Motion::Level getLevel(const State&) const override { return Motion::Position; }
+    void calcPrescribedPosition(const State& state, int, Real* q) const override {
+        const Real a = calcAngle(state.getTime(), 0);
+        put(Vec7(std::cos(a / 2), 0, 0, std::sin(a / 2), std::cos(a), std::sin(a), 0.1), q);
+    }
+    void calcPrescribedPositionDot(const State& state, int, Real* qDot) const override {
+        put(calcRate(state.getTime()), qDot);
+    }
+    void calcPrescribedPositionDotDot(const State& state, int, Real* qDotDot) const override {
+        constexpr Real Step = 1e-5;
+        const Real t = state.getTime();
+        put((calcRate(t + Step) - calcRate(t - Step)) / (2 * Step), qDotDot);
+    }
+    static Real calcAngle(Real t, int derivative) {
+        return derivative == 0 ? 0.5 * std::sin(4 * t) : 2 * std::cos(4 * t);
+    }
+
+private:
+    using Vec7 = Vec<7>;
+    static Vec7 calcRate(Real t) {
+        const Real a = calcAngle(t, 0), rate = calcAngle(t, 1);
+        return rate *
+               Vec7(-std::sin(a / 2) / 2, 0, 0, std::cos(a / 2) / 2, -std::sin(a), std::cos(a), 0);
+    }
+    static void put(const Vec7& values, Real* q) {
+        for (int k = 0; k < 7; ++k) q[k] = values[k];
+    }
+};
+
+TEST(PrescribedMotion, AFrameMovesThroughPosesAndDrivesItsModes) {
+    Flexible model;
+    Motion::Custom(model.frame(), new Swing);
+    const State state = model.system.realizeTopology();
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracy(1e-9);
+    integrator.setMaximumOrder(4);
+    integrator.initialize(state);
+    model.system.realize(integrator.getState(), Stage::Dynamics);
+    const Real energy = model.flexible.calcEnergy(integrator.getState());
+    integrator.stepTo(0.1);
+    const State& now = integrator.getState();
+    model.system.realize(now, Stage::Dynamics);
+    const Real angle = Swing::calcAngle(0.1, 0), rate = Swing::calcAngle(0.1, 1);
+    const Transform X = model.boom.getFramePose(now);
+    EXPECT_LT((X.p() - Vec3(std::cos(angle), std::sin(angle), 0.1)).norm(), 1e-13);
+    EXPECT_LT((X.R().asMat33() - Rotation(angle, ZAxis).asMat33()).norm(), 1e-13);
+    EXPECT_LT((model.boom.getFrameVelocity(now)[0] - Vec3(0, 0, rate)).norm(), 1e-12);
+    EXPECT_GT(model.boom.getModalCoordinates(now).normInf(), 1e-6);
+    const Real work = integrator.getWork();
+    EXPECT_NEAR(model.flexible.calcEnergy(now) - work, energy, 1e-5 * std::abs(work));
+}
+
 TEST(PrescribedMotion, ALockedFrameSpeedTurnsAboutAFixedAxis) {
     Flexible model;
     State state = model.system.realizeTopology();

@@ -393,28 +393,6 @@ INSTANTIATE_TEST_SUITE_P(All, FlexibleWithConstraint, testing::ValuesIn(makeFlex
                              return std::string(test.param.name);
                          });
 
-TEST(SimbodyConstraint, MotionIsTheSameForAnyNumberOfThreads) {
-    std::vector<Vector> results;
-    for (int threads : {1, 2, 3}) {
-        Flexible model;
-        const FlexibleBody other(model.flexible, test::makePointMassPart(Flexible::options()).body,
-                                 "other");
-        const Joint::Ball joint(model.flexible, model.boom.interface("B"), other.interface("A"));
-        Constraint::Rod(model.wheel, Vec3(0.1, 0, 0), model.frame(), Vec3(0.1, 0.05, 0), 0.6);
-        Constraint::ConstantSpeed(model.modes(1), MobilizerUIndex(1), 0.02);
-        Motion::Sinusoid(model.wheel, Motion::Position, 0.1, 20, 0);
-        State state = model.makeState();
-        other.setFramePose(state, Transform(Vec3(0.4, 0, 0)));
-        BdfIntegrator integrator(model.system);
-        integrator.setNumThreads(threads);
-        integrator.initialize(state);
-        integrator.stepTo(0.02);
-        results.push_back(integrator.getState().getY());
-    }
-    EXPECT_EQ((results[1] - results[0]).normInf(), 0);
-    EXPECT_EQ((results[2] - results[0]).normInf(), 0);
-}
-
 TEST(ForeignForces, ActOnFramesModesAndRigidBodiesAsInSimbody) {
     // Undeformed, where Simbody's own accelerations are exact.
     Flexible model;
