@@ -250,6 +250,44 @@ TEST(SimbodyConstraint, ABoxOnARodSwingsAsAPendulum) {
     EXPECT_NEAR(integrator.getWork(), 0, 1e-9);
 }
 
+TEST(SimbodyConstraint, APlanarFourBarLoopClosedByAWeldIsSolvedInTheLeastSquaresSense) {
+    // Three pins and a Weld: a planar loop of one freedom with 6 rows, 3 of them redundant.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    const Body::Rigid link(MassProperties(1, Vec3(0), Inertia(0.02, 0.001, 0.02)));
+    MobilizedBody::Pin crank(matter.Ground(), Transform(), link, Transform(Vec3(0, -0.2, 0)));
+    MobilizedBody::Pin coupler(crank, Transform(Vec3(0, 0.2, 0)), link,
+                               Transform(Vec3(0, -0.3, 0)));
+    MobilizedBody::Pin rocker(matter.Ground(), Transform(Vec3(0.5, 0, 0)), link,
+                              Transform(Vec3(0, -0.25, 0)));
+    MobilizedBody::Pin end(rocker, Transform(Vec3(0, 0.25, 0)),
+                           Body::Rigid(MassProperties(0.1, Vec3(0), Inertia(1e-3))), Transform());
+    const Constraint::Weld weld(coupler, Transform(Vec3(0, 0.3, 0)), end, Transform());
+    State state = system.realizeTopology();
+    crank.setOneQ(state, 0, 0.1);
+    coupler.setOneQ(state, 0, -1.4);
+    end.setOneQ(state, 0, -1.3);
+    crank.setOneU(state, 0, 2);
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-9);
+    integrator.setMaximumOrder(4);
+    integrator.initialize(state);
+    EXPECT_EQ(integrator.getStatistics().redundantConstraints, 3);
+    State start = integrator.getState();
+    system.realize(start, Stage::Acceleration);
+    EXPECT_LT((integrator.getUDot() - start.getUDot()).normInf(),
+              1e-7 * (1 + start.getUDot().normInf()));
+    const Real energy = system.calcEnergy(start);
+    integrator.stepTo(0.5);
+    const State& now = integrator.getState();
+    system.realize(now, Stage::Dynamics);
+    EXPECT_LT(weld.getPositionErrorsAsVector(now).normInf(), 1e-9);
+    EXPECT_NEAR(system.calcEnergy(now), energy, 1e-5 * std::abs(energy));
+    EXPECT_GT(std::abs(crank.getOneQ(now, 0) - crank.getOneQ(start, 0)), 0.3);
+}
+
 //---------------------------------------------------------------------------------------------------------
 // with flexible bodies
 
