@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <typeinfo>
 
 #include "simflex/solver/FlexibleBlock.h"
 #include "simflex/solver/RigidTree.h"
@@ -25,6 +26,16 @@ std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex
                 return "a modal mobilizer of flexible body '" + body.name + "'";
         }
     return "mobilized body " + std::to_string(int(index));
+}
+
+bool isGeneralForceSubsystem(const Subsystem& subsystem) {
+    // Simbody 3.7's isInstanceOf() takes any force subsystem for one.
+    try {
+        GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem)).getNumForces();
+        return true;
+    } catch (const std::bad_cast&) {
+        return false;
+    }
 }
 
 bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index) {
@@ -118,7 +129,7 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
         const Subsystem& subsystem = m_system.getSubsystem(s);
         if (!dynamic_cast<const ForceSubsystem::Guts*>(&subsystem.getSubsystemGuts())) continue;
         if (m_guts && &subsystem.getSubsystemGuts() == m_guts) continue;
-        if (!GeneralForceSubsystem::isInstanceOf(ForceSubsystem::downcast(subsystem))) {
+        if (!isGeneralForceSubsystem(subsystem)) {
             m_hasForeignForces = true;
             continue;
         }
@@ -430,7 +441,6 @@ void MultibodyEquations::prescribe(double time, double gamma, const double* uHis
         const auto start = Clock::now();
         putIntoState(time, q, u, m_private);
         m_prescribed->updateFromSimbody(m_private);
-        m_system.realize(m_private, Stage::Velocity);
         m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
     }
     m_prescribed->apply(gamma, uHist, q, u);

@@ -51,8 +51,8 @@ public:
     /** A Newton system of this topology, zero. **/
     NewtonSystem makeNewtonSystem() const;
 
-    /** Writes the q and u that locks and Motions prescribe at this time; to be called before
-    realize(). With `uHist`, prescribed accelerations make u = u_hist + γu̇. **/
+    /** Writes the q and u that locks and Motions prescribe at this time; realize() must follow.
+     * With `uHist`, prescribed accelerations make u = u_hist + γu̇. **/
     void prescribe(double time, double gamma, const double* uHist, double* q, double* u);
     /** Zeroes what is prescribed in errors of q and u. **/
     void clearPrescribedErrors(double* errorQ, double* errorU) const;
