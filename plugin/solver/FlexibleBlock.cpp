@@ -131,11 +131,27 @@ void FlexibleBlock::formNewtonBlock(double gamma, bool dense, const double*, con
                          Map<MatrixXd>(block.matrix.data(), numU, numU));
         return;
     }
-    formArrow(gamma, block);
+    if (block.part >= 0) return formArrow(gamma, block);
+    VectorXd diagonal(m_n);
+    calcDiagonal(gamma, diagonal.data());
+    formFullArrow(gamma, diagonal, block);
 }
 
 void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) const {
-    formArrow(1, block);
+    if (block.part >= 0) return formArrow(1, block);
+    formFullArrow(1, VectorXd::Ones(m_n), block);
+}
+
+void FlexibleBlock::formFullArrow(double gamma, const VectorXd& diagonal,
+                                  NewtonSystem::Block& block) const {
+    block.form = NewtonSystem::Block::Form::Symmetric;
+    block.matrix.assign(size_t(numU) * size_t(numU), 0);
+    Map<MatrixXd> J(block.matrix.data(), numU, numU);
+    J.topLeftCorner<3, 3>() = m_data.I / gamma;
+    J.diagonal().segment<3>(3).setConstant(m_model.mass / gamma);
+    J.topRightCorner(3, m_n) = m_data.C / gamma;
+    J.bottomLeftCorner(m_n, 3) = m_data.C.transpose() / gamma;
+    J.diagonal().tail(m_n) = diagonal;
 }
 
 void FlexibleBlock::integrateQ(const EvaluationContext&, const double* qHist, double gamma,

@@ -58,6 +58,9 @@ private:
 
     /** Head and coupling of the arrow, mass entries divided by γ. **/
     void formArrow(double gamma, NewtonSystem::Block& block) const;
+    /** The arrow as a full matrix, for a block without part. **/
+    void formFullArrow(double gamma, const Eigen::VectorXd& diagonal,
+                       NewtonSystem::Block& block) const;
     double calcModalDisplacement(const double* modes) const;
 
     const FlexibleBodySubsystem::Guts& m_guts;
