@@ -19,7 +19,6 @@ FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem,
                            std::shared_ptr<const ReducedBody> part, const std::string& name)
     : m_system(&subsystem.getMultibodySystem()), m_subsystem(subsystem.getMySubsystemIndex()) {
     if (!part) throw std::invalid_argument("FlexibleBody '" + name + "': no part given");
-    part->validate();
     FlexibleBodySubsystem::Guts& guts = subsystem.updGuts();
     SimbodyMatterSubsystem& matter = guts.updMatter();
 

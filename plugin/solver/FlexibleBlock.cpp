@@ -18,8 +18,7 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
     name = m_record.name;
     numQ = 7 + m_n;
     numU = 6 + m_n;
-    const Array_<Real> damping = guts.calcModalDamping(index);
-    m_damping = ConstModes(damping.cbegin(), m_n);
+    m_damping = m_record.damping;
     m_inverseOmega = m_model.omegaSquared.cwiseSqrt().cwiseInverse();
     m_data.resize(m_model);
     m_shapesXi.setZero(m_model.shapeTiles.paddedRows());
