@@ -350,10 +350,10 @@ MatrixXd RigidTree::calcMassMatrix() const {
     return M;
 }
 
-void RigidTree::formNewtonBlock(double gamma, bool, const double*, const double*,
+void RigidTree::formNewtonBlock(const NewtonFactors& factors, bool, const double*, const double*,
                                 NewtonSystem::Block& block) const {
     block.form = NewtonSystem::Block::Form::Symmetric;
-    Map<MatrixXd>(block.matrix.data(), numU, numU) = calcMassMatrix() / gamma;
+    Map<MatrixXd>(block.matrix.data(), numU, numU) = calcMassMatrix() / factors.mass;
 }
 
 void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
@@ -383,6 +383,25 @@ void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist
             uk += 3;
         }
         for (; qk < body.q0 + body.nq; ++qk, ++uk) q[qk] = qHist[qk] + gamma * u[uk];
+    }
+}
+
+void RigidTree::calcQDot(const EvaluationContext& context, const double* q, const double* u,
+                         double* qDot) const {
+    if (m_needsSimbody) {
+        const std::vector<double> zero(size_t(numQ), 0.0);
+        return integrateQ(context, zero.data(), 1, u, qDot);
+    }
+    for (const RigidBody& body : m_bodies) {
+        int qk = body.q0, uk = body.u0;
+        if (hasQuaternion(body.mobilizer)) {
+            Map<Vector4d>(qDot + qk, 4) =
+                0.5 *
+                multiplyQuaternion(Map<const Vector4d>(q + qk), Map<const Vector3d>(u + uk), false);
+            qk += 4;
+            uk += 3;
+        }
+        for (; qk < body.q0 + body.nq; ++qk, ++uk) qDot[qk] = u[uk];
     }
 }
 
