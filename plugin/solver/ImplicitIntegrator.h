@@ -51,7 +51,7 @@ public:
     /** Thresholds of the Newton iteration; converged when changes of displacements *and*
     multipliers, or residuals of bodies *and* constraints, are below them. **/
     struct NewtonTolerances {
-        SimTK::Real displacement = 1e-3;   ///< largest change γΔu, as a fraction of the accuracy
+        SimTK::Real displacement = 3e-4;   ///< largest change γΔu, as a fraction of the accuracy
         SimTK::Real multiplier = 1e-5;     ///< change of λ relative to the largest λ
         SimTK::Real bodyResidual = 1e-11;  ///< relative to the largest force
         SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]

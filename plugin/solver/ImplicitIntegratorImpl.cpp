@@ -337,14 +337,14 @@ void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, 
         m_order = std::min(std::max(order + 1, lowest), highest);
         return;
     }
-    // Candidate orders k−1, k, k+1; the one that allows the longest step wins, the present one by
-    // preference.
-    constexpr double Preference = 1.15;
+    // Candidate orders k−1, k, k+1; the one that allows the longest step wins. A higher one has to
+    // promise more: where error terms do not fall with the order, the method is near instability.
+    constexpr double Preference = 1.2;
     const auto growth = [](double err, int k) {
         return std::pow(StepController::Target / std::max(err, 1e-10), 1.0 / (k + 1));
     };
     ++m_stepsAtOrder;
-    double best = Preference * growth(error, order);
+    double best = growth(error, order);
     int bestOrder = order;
     if (order > lowest && m_stepsAtOrder > 1) {
         const double lower = growth(calcError(order - 1), order - 1);
@@ -353,7 +353,7 @@ void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, 
     if (order < highest && (order < lowest || m_stepsAtOrder > order) &&
         m_history.numNodes() > order + 1) {
         const double higher = growth(calcError(order + 1), order + 1);
-        if (higher > best || order < lowest) best = higher, bestOrder = order + 1;
+        if (higher > Preference * best || order < lowest) best = higher, bestOrder = order + 1;
     }
     // Ratios to which the formulas are zero-stable with some room.
     const double largest = bestOrder <= 2 ? 2.0 : 1.5;
