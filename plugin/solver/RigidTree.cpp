@@ -491,9 +491,9 @@ void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) const 
     }
 }
 
-void RigidTree::formNewtonBlock(double gamma, bool, const double*, const double*,
+void RigidTree::formNewtonBlock(const NewtonFactors& factors, bool, const double*, const double*,
                                 NewtonSystem::Block& block) const {
-    formMassMatrix(1 / gamma, block);
+    formMassMatrix(1 / factors.mass, block);
 }
 
 void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
@@ -543,6 +543,35 @@ void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist
         }
         for (int k = nq; k < body.nq; ++k)
             coordinates[k] = history[k] + gamma * speeds[nu + (k - nq)];
+    }
+}
+
+void RigidTree::calcQDot(const EvaluationContext& context, const double* q, const double* u,
+                         double* qDot) const {
+    Vector simbodyQDot;
+    if (m_hasUnknownTurning) {
+        Vector simbodyU(context.state->getNU(), Real(0));
+        for (const RigidBody& body : m_bodies)
+            for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
+        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot);
+    }
+    for (const RigidBody& body : m_bodies) {
+        const double *coordinates = q + body.q0, *speeds = u + body.u0;
+        double* rates = qDot + body.q0;
+        if (body.turning == Turning::KnownToSimbodyOnly) {
+            for (int k = 0; k < body.nq; ++k) rates[k] = simbodyQDot[body.stateQ0 + k];
+            continue;
+        }
+        const int nq = numTurningQ(body), nu = numTurningU(body);
+        if (hasQuaternion(body)) {
+            const Vector3d omega(speeds[0], speeds[1], nu > 2 ? speeds[2] : 0);
+            const bool inBody = body.turning == Turning::LineQuaternion;
+            Map<Vector4d>(rates, 4) =
+                0.5 * multiplyQuaternion(Map<const Vector4d>(coordinates), omega, inBody);
+        } else if (nq == 3) {
+            multiplyByN(body, coordinates, speeds, rates);
+        }
+        for (int k = nq; k < body.nq; ++k) rates[k] = speeds[nu + (k - nq)];
     }
 }
 

@@ -54,11 +54,13 @@ public:
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
-    void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
-                         NewtonSystem::Block& block) const override;
+    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
+                         const double* uDot, NewtonSystem::Block& block) const override;
     void formMassBlock(NewtonSystem::Block& block) const override;
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                     const double* u, double* q) const override;
+    void calcQDot(const EvaluationContext& context, const double* q, const double* u,
+                  double* qDot) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
