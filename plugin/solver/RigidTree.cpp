@@ -14,6 +14,8 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr int LargestNumQ = 7;  ///< of one mobilizer
+
 Vector3d toEigen(const Vec3& v) {
     return {v[0], v[1], v[2]};
 }
@@ -36,7 +38,9 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
     name = "rigid tree at body " + std::to_string(int(root));
     addBody(matter, root, -1, state);
     for (RigidBody& body : m_bodies) body.J.setZero(6, numU);
-    m_needsSimbody = !agreesWithSimbody(matter, state);
+    classifyTurning(matter, state);
+    m_needsSimbody = m_hasUnknownTurning || !agreesWithSimbody(matter, state);
+    if (m_needsSimbody) checkVelocities(matter, state);
 
     // A speed's weight: the worst displacement it causes at a body's centre of mass or radius of
     // gyration.
@@ -55,12 +59,105 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
     }
     m_qWeights.setZero(numQ);
     for (const RigidBody& body : m_bodies) {
-        const bool hasFour =
-            body.nq > body.nu;  // a quaternion: dθ = 2 dq; the rest of q goes with the last of u
+        if (body.nu == 0) continue;
+        const bool isUnknown = body.turning == Turning::KnownToSimbodyOnly;
+        const int nq = isUnknown ? body.nq : numTurningQ(body);
+        const int nu = isUnknown ? body.nu : numTurningU(body);
         for (int k = 0; k < body.nq; ++k)
             m_qWeights[body.q0 + k] =
-                hasFour && k < 4 ? 2 * m_uWeights.segment(body.u0, std::min(3, body.nu)).maxCoeff()
-                                 : m_uWeights[body.u0 + body.nu - (body.nq - k)];
+                k < nq ? (hasQuaternion(body) ? 2 : 1) * m_uWeights.segment(body.u0, nu).maxCoeff()
+                       : m_uWeights[body.u0 + nu + (k - nq)];
+    }
+}
+
+void RigidTree::multiplyByN(const RigidBody& body, const double* q, const double* u, double* qDot) {
+    const int nq = numTurningQ(body), nu = numTurningU(body);
+    Vec3 omega(0);
+    for (int k = 0; k < nu; ++k) omega[k] = u[k];
+    const bool inBody =
+        body.turning == Turning::LineQuaternion || body.turning == Turning::LineBodyXYZ;
+    if (hasQuaternion(body)) {
+        Map<Vector4d>(qDot, 4) =
+            0.5 * multiplyQuaternion(Map<const Vector4d>(q), toEigen(omega), inBody);
+    } else if (nq == 3) {
+        const Vec3 angles(q[0], q[1], q[2]);
+        const Vec3 rates = (inBody ? Rotation::calcNForBodyXYZInBodyFrame(angles)
+                                   : Rotation::calcNForBodyXYZInParentFrame(angles)) *
+                           omega;
+        for (int k = 0; k < 3; ++k) qDot[k] = rates[k];
+    }
+    for (int k = nq; k < body.nq; ++k) qDot[k] = u[nu + (k - nq)];
+}
+
+void RigidTree::checkVelocities(const SimbodyMatterSubsystem& matter, const State& state) const {
+    constexpr Real Step = 1e-6, Allowed = 1e-4;
+    State now = state;
+    for (int i = 0; i < now.getNU(); ++i) now.updU()[i] = 0;
+    for (const RigidBody& body : m_bodies)
+        for (int k = 0; k < body.nu; ++k)
+            now.updU()[body.stateU0 + k] = std::cos(0.3 + 1.1 * (body.u0 + k));
+    const System& system = matter.getSystem();
+    system.realize(now, Stage::Velocity);
+    State before = now, after = now;
+    before.updQ() -= Step * now.getQDot();
+    after.updQ() += Step * now.getQDot();
+    system.realize(before, Stage::Position);
+    system.realize(after, Stage::Position);
+    for (const RigidBody& body : m_bodies) {
+        const MobilizedBody& mobod = matter.getMobilizedBody(body.index);
+        const Transform &a = mobod.getBodyTransform(before), &b = mobod.getBodyTransform(after);
+        const SpatialVec& V = mobod.getBodyVelocity(now);
+        const Mat33 turned = (b.R().asMat33() - a.R().asMat33()) / (2 * Step);
+        const Mat33 spin = crossMat(V[0]) * mobod.getBodyTransform(now).R().asMat33();
+        const Real linear = ((b.p() - a.p()) / (2 * Step) - V[1]).norm();
+        const Real difference = std::max(linear, (turned - spin).norm());
+        // Not a number or large: a singular position, about which nothing can be said.
+        if (!(difference > Allowed * (1 + V.norm()) && V.norm() < 1e3)) continue;
+        throw std::invalid_argument(
+            "BdfIntegrator: the velocities of mobilized body " + std::to_string(int(body.index)) +
+            " are not the rates of its positions (they differ by " + std::to_string(difference) +
+            "); Simbody's reversed LineOrientation and FreeLine are so with quaternions: call "
+            "setUseEulerAngles(), or mend a custom mobilizer's H and N matrices");
+    }
+}
+
+void RigidTree::classifyTurning(const SimbodyMatterSubsystem& matter, const State& state) {
+    State trial = state;
+    std::vector<double> q(size_t(numQ), 0), u(size_t(numU), 0);
+    for (int i = 0; i < numU; ++i) u[size_t(i)] = 0.3 + 0.1 * i;
+    getFromState(state, q.data(), u.data());
+    for (int i = 0; i < numU; ++i) u[size_t(i)] = std::cos(0.3 + 1.1 * i);
+    // Off any symmetric position, and quaternions of length 1.
+    for (int i = 0; i < numQ; ++i) q[size_t(i)] += 0.1 + 0.02 * std::sin(i);
+    for (const RigidBody& body : m_bodies)
+        if (body.nq > body.nu && body.nq >= 4) Map<Vector4d>(q.data() + body.q0).normalize();
+    Vector stateQ = trial.getQ(), stateU = trial.getU(), expected(trial.getNQ());
+    putCoordinates(q.data(), u.data(), stateQ, stateU);
+    trial.updQ() = stateQ;
+    matter.getSystem().realize(trial, Stage::Position);
+    matter.multiplyByN(trial, false, stateU, expected);
+
+    const bool usesAngles = matter.getUseEulerAngles(state);
+    for (RigidBody& body : m_bodies) {
+        const auto agrees = [&](Turning turning) {
+            body.turning = turning;
+            const int turningU = numTurningU(body);
+            if (numTurningQ(body) > body.nq || turningU < 0 || turningU > std::min(3, body.nu))
+                return false;
+            double qDot[LargestNumQ];
+            multiplyByN(body, q.data() + body.q0, u.data() + body.u0, qDot);
+            for (int k = 0; k < body.nq; ++k)
+                if (!(std::abs(qDot[k] - expected[body.stateQ0 + k]) < 1e-10)) return false;
+            return true;
+        };
+        const bool isPlain = body.nq == body.nu && agrees(Turning::None);
+        if (isPlain) continue;
+        const bool isKnown =
+            usesAngles ? agrees(Turning::BodyXYZ) || agrees(Turning::LineBodyXYZ)
+                       : agrees(Turning::Quaternion) || agrees(Turning::LineQuaternion);
+        if (isKnown) continue;
+        body.turning = Turning::KnownToSimbodyOnly;
+        m_hasUnknownTurning = true;
     }
 }
 
@@ -112,7 +209,7 @@ bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const St
     for (int i = 0; i < numU; ++i) u[i] = 0.3 + 0.1 * i;
     for (const RigidBody& body : m_bodies)
         for (int k = 0; k < body.nq; ++k)
-            q[body.q0 + k] = body.nq > body.nu && k < 4 ? 0.5 : 0.2 + 0.05 * k;
+            q[body.q0 + k] = hasQuaternion(body) && k < 4 ? 0.5 : 0.2 + 0.05 * k;
     bool agrees = isOwn;
     if (isOwn) {
         Vector stateQ = trial.getQ(), stateU = trial.getU();
@@ -121,7 +218,7 @@ bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const St
         trial.updU() = stateU;
         matter.getSystem().realize(trial, Stage::Velocity);
         for (RigidBody& body : m_bodies) {
-            if (hasQuaternion(body.mobilizer) && body.nq == body.nu) {  // Euler angles
+            if (body.turning == Turning::BodyXYZ) {
                 agrees = false;
                 break;
             }
@@ -155,6 +252,12 @@ int RigidTree::addFrame(MobilizedBodyIndex index, const Transform& X_BF) {
 bool RigidTree::contains(MobilizedBodyIndex index) const {
     return std::any_of(m_bodies.begin(), m_bodies.end(),
                        [&](const RigidBody& body) { return body.index == index; });
+}
+
+RigidTree::Slots RigidTree::findSlots(MobilizedBodyIndex index) const {
+    for (const RigidBody& body : m_bodies)
+        if (body.index == index) return {body.q0, body.nq, body.u0, body.nu};
+    throw std::out_of_range(name + " has no body " + std::to_string(int(index)));
 }
 
 void RigidTree::putCoordinates(const double* q, const double* u, Vector& stateQ,
@@ -357,55 +460,80 @@ void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
 
 void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                            const double* u, double* q) const {
-    if (m_needsSimbody) {
+    Vector simbodyQDot;
+    if (m_hasUnknownTurning) {
         // q̇ = N(q)u with N at the q of the State; Newton's iteration brings q and N together.
-        Vector simbodyU(context.state->getNU(), Real(0)), simbodyQDot(context.state->getNQ());
+        Vector simbodyU(context.state->getNU(), Real(0));
         for (const RigidBody& body : m_bodies)
             for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
         m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot);
-        for (const RigidBody& body : m_bodies)
-            for (int k = 0; k < body.nq; ++k)
-                q[body.q0 + k] = qHist[body.q0 + k] + gamma * simbodyQDot[body.stateQ0 + k];
-        return;
     }
     for (const RigidBody& body : m_bodies) {
-        int qk = body.q0, uk = body.u0;
-        if (hasQuaternion(body.mobilizer)) {
-            Map<Vector4d>(q + qk, 4) = integrateQuaternion(Map<const Vector4d>(qHist + qk), gamma,
-                                                           Map<const Vector3d>(u + uk), false);
-            qk += 4;
-            uk += 3;
+        const double *history = qHist + body.q0, *speeds = u + body.u0;
+        double* coordinates = q + body.q0;
+        if (body.turning == Turning::KnownToSimbodyOnly) {
+            for (int k = 0; k < body.nq; ++k)
+                coordinates[k] = history[k] + gamma * simbodyQDot[body.stateQ0 + k];
+            continue;
         }
-        for (; qk < body.q0 + body.nq; ++qk, ++uk) q[qk] = qHist[qk] + gamma * u[uk];
+        const int nq = numTurningQ(body), nu = numTurningU(body);
+        if (hasQuaternion(body)) {
+            const Vector3d omega(speeds[0], speeds[1], nu > 2 ? speeds[2] : 0);
+            const bool inBody = body.turning == Turning::LineQuaternion;
+            Map<Vector4d>(coordinates, 4) =
+                integrateQuaternion(Map<const Vector4d>(history), gamma, omega, inBody);
+        } else if (nq == 3) {
+            // Contracts by γ|ω| a pass.
+            constexpr int MaxPasses = 50;
+            constexpr double Smallest = 1e-15;
+            std::copy_n(history, 3, coordinates);
+            double change = 1;
+            double qDot[LargestNumQ];
+            for (int pass = 0; pass < MaxPasses && change > Smallest; ++pass) {
+                multiplyByN(body, coordinates, speeds, qDot);
+                change = 0;
+                for (int k = 0; k < 3; ++k) {
+                    const double next = history[k] + gamma * qDot[k];
+                    change = std::max(change, std::abs(next - coordinates[k]));
+                    coordinates[k] = next;
+                }
+            }
+        }
+        for (int k = nq; k < body.nq; ++k)
+            coordinates[k] = history[k] + gamma * speeds[nu + (k - nq)];
     }
 }
 
 void RigidTree::displaceQ(const EvaluationContext& context, const double* delta, double* q) const {
-    if (m_needsSimbody) {
+    if (m_hasUnknownTurning) {
         integrateQ(context, q, 1, delta, q);
         normalizeQ(q);
         return;
     }
     for (const RigidBody& body : m_bodies) {
-        int qk = body.q0, uk = body.u0;
-        if (hasQuaternion(body.mobilizer)) {
-            Map<Vector4d> quaternion(q + qk);
-            quaternion = displaceQuaternion(quaternion, Map<const Vector3d>(delta + uk), false);
-            qk += 4;
-            uk += 3;
+        double* coordinates = q + body.q0;
+        const double* own = delta + body.u0;
+        double change[LargestNumQ];
+        multiplyByN(body, coordinates, own, change);
+        if (hasQuaternion(body)) {
+            const int nu = numTurningU(body);
+            Map<Vector4d> quaternion(coordinates);
+            quaternion =
+                displaceQuaternion(quaternion, Vector3d(own[0], own[1], nu > 2 ? own[2] : 0),
+                                   body.turning == Turning::LineQuaternion);
         }
-        for (; qk < body.q0 + body.nq; ++qk, ++uk) q[qk] += delta[uk];
+        for (int k = hasQuaternion(body) ? 4 : 0; k < body.nq; ++k) coordinates[k] += change[k];
     }
 }
 
 void RigidTree::normalizeQ(double* q) const {
     for (const RigidBody& body : m_bodies)
-        if (body.nq > body.nu) Map<Vector4d>(q + body.q0, 4).normalize();
+        if (hasQuaternion(body)) Map<Vector4d>(q + body.q0, 4).normalize();
 }
 
 void RigidTree::alignQ(const double* reference, double* q) const {
     for (const RigidBody& body : m_bodies)
-        if (body.nq > body.nu) alignQuaternion(reference + body.q0, q + body.q0);
+        if (hasQuaternion(body)) alignQuaternion(reference + body.q0, q + body.q0);
 }
 
 double RigidTree::calcDisplacement(const double* delta) const {
