@@ -36,7 +36,8 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
     script << "set ylabel " << quoteForGnuplot(panel.yLabel) << " offset 0.5,0\n";
     script << (hasRightAxis ? "set y2tics\n" : "unset y2tics\n");
     script << "set y2label " << quoteForGnuplot(panel.rightLabel) << " offset -0.5,0\n";
-    script << (panel.isLogarithmic ? "set logscale y\n" : "unset logscale y\n");
+    script << (panel.isLogarithmic ? "set logscale y\n" : "unset logscale y\n")
+           << (plot.hasLogarithmicX ? "set logscale x\n" : "unset logscale x\n");
     for (size_t i = 0; i < plot.marks.size(); ++i) {
         const Plot::Mark& mark = plot.marks[i];
         script << "set arrow " << i + 1 << " from first " << mark.x << ", graph 0 to first "
@@ -46,15 +47,17 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
             << ", graph 0.03 left rotate by 90 offset -0.8,0 textcolor rgb '#606060' font ',11'\n";
     }
     if (isLast)
-        script << "set format x '%g'\nset xlabel " << quoteForGnuplot(plot.xLabel) << "\n";
+        script << "set format x " << (plot.hasLogarithmicX ? "'10^{%T}'" : "'%g'")
+               << "\nset xlabel " << quoteForGnuplot(plot.xLabel) << "\n";
     else
         script << "set format x ''\nunset xlabel\n";
     script << "plot ";
     for (size_t i = 0; i < panel.series.size(); ++i) {
         const Plot::Series& series = panel.series[i];
         script << (i ? ", " : "") << "$data_" << index << "_" << i << " using 1:2 axes "
-               << (series.onRightAxis ? "x1y2" : "x1y1") << " with lines lw " << series.width
-               << " lc rgb " << quoteForGnuplot(series.color)
+               << (series.onRightAxis ? "x1y2" : "x1y1")
+               << (series.hasPoints ? " with linespoints pt 7 ps 1.3 lw " : " with lines lw ")
+               << series.width << " lc rgb " << quoteForGnuplot(series.color)
                << (series.isDashed ? " dt (12,6)" : " dt 1") << " title "
                << quoteForGnuplot(series.label);
     }

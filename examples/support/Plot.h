@@ -26,6 +26,7 @@ struct Plot {
         double width = 2;
         bool isDashed = false;
         bool onRightAxis = false;
+        bool hasPoints = false;  ///< a dot at each value
     };
     struct Panel {
         std::string title, yLabel;
@@ -41,6 +42,7 @@ struct Plot {
     std::string title, xLabel;
     std::vector<Panel> panels;
     std::vector<Mark> marks = {};
+    bool hasLogarithmicX = false;
 };
 
 /** @return false, with nothing written, when there is no gnuplot on this machine.

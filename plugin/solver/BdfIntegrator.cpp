@@ -133,6 +133,11 @@ SimTK::Vector BdfIntegrator::getMultipliers() const {
     return m_impl->calcMultipliers(nullptr);
 }
 
+SimTK::Vector BdfIntegrator::getMultipliers(const SimTK::Constraint& constraint) const {
+    m_impl->requireInitialized("getMultipliers");
+    return m_impl->calcMultipliers(constraint);
+}
+
 SimTK::Vector BdfIntegrator::getMultipliers(const Joint& joint) const {
     m_impl->requireInitialized("getMultipliers");
     return m_impl->calcMultipliers(&joint);

@@ -21,6 +21,20 @@ a step (triggers located by root finding). Handlers may change q, u and instance
 Initialization and time-advanced events, auto-update variables (some Measures) and auxiliary
 variables z are not part of this integrator; z is refused by name.
 
+What else of Simbody may stand in the system:
+ - rigid bodies on any mobilizer, forward or reversed, with quaternions or Euler angles;
+ - force elements and contact subsystems of any kind;
+ - constraints of any kind, built-in or custom, holonomic, nonholonomic or on accelerations, on
+   rigid bodies, on the frame of a flexible body and on its modal coordinates;
+ - lock() and lockAt() at any level and Motions on any mobilizer; with its modal mobilizers locked
+   a flexible body is rigid.
+Refused by name at initialize(): bodies mobilized on the frame or on a modal mobilizer of a flexible
+body (put them on Ground and hold them with a Joint), constraints on the *body* of a modal mobilizer
+(its coordinates can be constrained), Motions of method Fast, mobilizers whose velocities are not
+the rates of their positions (Simbody 3.7's LineOrientation and FreeLine, reversed and with
+quaternions), joints disabled in the State, auxiliary variables z. Forces on the body of a modal
+mobilizer have no effect; forces on its mobilities are modal forces.
+
 The Newton matrix holds elasticity, modal damping and inertia. Simbody's own force elements and
 AttachmentForces act in the residual only: very stiff ones among them slow Newton's iteration down
 and shorten the step. Source: C. Yang et al., Appl. Sci. 2025, 15(8), 4541; E. Hairer, G. Wanner,
@@ -101,8 +115,8 @@ public:
 
     /** Takes the State over: assembles the joints by least deformation, makes speeds, accelerations
     and multipliers consistent.
-    @throws std::invalid_argument that names what cannot be supported (a stock constraint, a Motion,
-    a lock, …)
+    Locked and prescribed coordinates are set first and stay. @throws std::invalid_argument that
+    names what cannot be supported
     @throws std::runtime_error if the joints cannot be assembled, naming the worst joint and its
     error. **/
     void initialize(const SimTK::State& state);
@@ -132,11 +146,15 @@ public:
     /** u̇ in Simbody's numbering: BDF's derivative of u at the last step, or exact accelerations
      * after initialize(). **/
     SimTK::Vector getUDot() const;
-    SimTK::Vector getMultipliers() const;                    ///< all joints, in order
+    SimTK::Vector getMultipliers() const;  ///< all joints, in order, then Simbody's constraints
     SimTK::Vector getMultipliers(const Joint& joint) const;  ///< λ of one joint: [N, N m]
+    /** λ of one of Simbody's own constraints, in its order: holonomic, nonholonomic, acceleration
+    rows; empty if it is disabled. **/
+    SimTK::Vector getMultipliers(const SimTK::Constraint& constraint) const;
     SimTK::Real getLastStepSize() const;
     int getLastOrder() const;
-    /** Work since initialize() of AttachmentForces, modal damping and prescribed motions [J].
+    /** Work since initialize() of AttachmentForces, modal damping, prescribed motions of joints,
+    Motions, locked speeds and Simbody's working constraints [J].
     Gravity and elasticity are potential energy; Simbody's other force elements are not counted.
     Integrated with the step's own BDF formula. **/
     SimTK::Real getWork() const;

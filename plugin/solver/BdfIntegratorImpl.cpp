@@ -116,6 +116,7 @@ void BdfIntegrator::Implementation::initialize(const State& state) {
 
 void BdfIntegrator::Implementation::restart(bool project) {
     m_equations->getFromState(m_state, m_q.data(), m_u.data());
+    m_equations->prescribe(visibleTime, 0, nullptr, m_q.data(), m_u.data());
     if (project && m_equations->numMultipliers() > 0)
         m_step->assemble(visibleTime, constraintTolerance, m_q, m_u);
     m_equations->normalizeQ(m_q.data());
@@ -133,7 +134,9 @@ void BdfIntegrator::Implementation::restart(bool project) {
     m_equations->displaceQ(delta.data(), qBack.data());
     m_history.clear();
     pushPoint(visibleTime - h,
-              visibleWork - h * m_equations->calcPower(m_u.data(), m_lambda.data()), error, qBack,
+              visibleWork - h * m_equations->calcPower(m_q.data(), m_u.data(), m_uDot.data(),
+                                                       m_lambda.data()),
+              error, qBack,
               uBack, m_lambda, m_uDot);
     pushPoint(visibleTime, visibleWork, error, m_q, m_u, m_lambda, m_uDot);
     m_realPoints = 1;
@@ -181,7 +184,7 @@ void BdfIntegrator::Implementation::initialize(const Array_<State>& history) {
         }
         m_step->calcAccelerations(past.getTime(), m_q, m_u, m_uDot, m_lambda);
         const double error = m_step->calcPositionError(past.getTime(), m_q, m_u);
-        const double power = m_equations->calcPower(m_u.data(), m_lambda.data());
+        const double power = m_equations->calcPower(m_q.data(), m_u.data(), m_uDot.data(), m_lambda.data());
         if (m_realPoints > 0) work += 0.5 * fixedStep * (lastPower + power);
         lastPower = power;
         pushPoint(past.getTime(), work, error, m_q, m_u, m_lambda, m_uDot);
@@ -241,7 +244,7 @@ bool BdfIntegrator::Implementation::attemptStep(double h, int order, double* err
     m_outcome = m_step->solve(m_newTime, m_qHist, m_uHist, gamma, form, m_q, m_u, m_lambda);
     if (!m_outcome.converged) return false;
 
-    for (size_t i = 0; i < m_u.size(); ++i) m_uDot[i] = (m_u[i] - m_uHist[i]) / gamma;
+    m_equations->calcStepUDot(m_q.data(), m_u.data(), m_uHist.data(), gamma, m_uDot.data());
     if (form == Formulation::StabilizedIndex2) {
         m_newConstraintError = m_step->projectPositions(m_newTime, constraintTolerance, m_q, m_u,
                                                         &m_worstProjectedRow);
@@ -249,7 +252,7 @@ bool BdfIntegrator::Implementation::attemptStep(double h, int order, double* err
     } else {
         m_newConstraintError = m_step->calcPositionError(m_newTime, m_q, m_u);
     }
-    m_newWork = workHist + gamma * m_equations->calcPower(m_u.data(), m_lambda.data());
+    m_newWork = workHist + gamma * m_equations->calcPower(m_q.data(), m_u.data(), m_uDot.data(), m_lambda.data());
     m_equations->normalizeQ(m_q.data());
     *error = fixedStep > 0 ? 0 : calcError(order);
     return true;
@@ -262,6 +265,7 @@ double BdfIntegrator::Implementation::calcError(int order) const {
     m_history.extrapolateU(order + 1, m_newTime, m_errorU);
     for (size_t i = 0; i < m_q.size(); ++i) m_errorQ[i] = factor * (m_q[i] - m_errorQ[i]);
     for (size_t i = 0; i < m_u.size(); ++i) m_errorU[i] = factor * (m_u[i] - m_errorU[i]);
+    m_equations->clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
     return m_equations->calcErrorDisplacement(m_errorQ.data(), m_errorU.data(),
                                               m_newTime - m_history[0].t) /
            accuracy;
@@ -403,6 +407,7 @@ void BdfIntegrator::Implementation::showPoint(double t) {
     m_history.extrapolateLambda(points, t, m_visibleLambda);
     visibleWork = m_history.extrapolateWork(points, t);
     m_equations->normalizeQ(m_visibleQ.data());
+    m_equations->prescribe(t, 0, nullptr, m_visibleQ.data(), m_visibleU.data());
     if (m_equations->numMultipliers() > 0 && m_step->canProject()) {
         constraintError = m_step->projectPositions(t, constraintTolerance, m_visibleQ, m_visibleU);
         m_step->projectSpeeds(t, m_visibleQ, m_visibleU);
@@ -425,6 +430,11 @@ const State& BdfIntegrator::Implementation::getState() const {
 
 Vector BdfIntegrator::Implementation::calcUDot() const {
     return m_equations->calcSimbodyUDot(m_visibleQ.data(), m_visibleUDot.data());
+}
+
+Vector BdfIntegrator::Implementation::calcMultipliers(const SimTK::Constraint& constraint) const {
+    const std::pair<int, int> rows = m_equations->findRows(constraint.getConstraintIndex());
+    return Vector(rows.second, m_visibleLambda.data() + rows.first);
 }
 
 Vector BdfIntegrator::Implementation::calcMultipliers(const Joint* joint) const {

@@ -21,6 +21,7 @@ public:
     const SimTK::State& getState() const;
     SimTK::Vector calcUDot() const;
     SimTK::Vector calcMultipliers(const Joint* joint) const;
+    SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint) const;
     void requireInitialized(const char* method) const;
 
     /** @name Settings **/

@@ -47,9 +47,9 @@ bool ImplicitStep::useDense() const {
 }
 
 void ImplicitStep::formAndFactor(double gamma, const std::vector<double>& u,
-                                 const std::vector<double>& uDot) {
+                                 const std::vector<double>& uDot, MotionLevel level) {
     const auto start = Clock::now();
-    m_equations.formNewtonSystem(gamma, useDense(), u.data(), uDot.data(), m_system);
+    m_equations.formNewtonSystem(gamma, useDense(), u.data(), uDot.data(), m_system, level);
     m_statistics.evaluationSeconds += secondsSince(start);
     factor();
     if (useDense()) ++m_statistics.denseFactorizations;
@@ -109,15 +109,14 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
     for (int iteration = 0; iteration < tolerances.maxIterations; ++iteration) {
         const auto start = Clock::now();
         m_equations.integrateQ(qHist.data(), gamma, u.data(), q.data());
+        m_equations.prescribe(t, gamma, uHist.data(), q.data(), u.data());
         m_equations.realize(t, q.data(), u.data());
-        for (size_t i = 0; i < u.size(); ++i) m_uDot[i] = (u[i] - uHist[i]) / gamma;
+        m_equations.calcStepUDot(q.data(), u.data(), uHist.data(), gamma, m_uDot.data());
         m_equations.calcResidual(q.data(), u.data(), m_uDot.data(), lambda.data(), m_r.data());
-        if (formulation == Formulation::StabilizedIndex2) {
-            m_equations.calcVelocityErrors(m_system.c.data());
-        } else {
-            m_equations.calcPositionErrors(m_system.c.data());
-            for (double& value : m_system.c) value /= gamma;
-        }
+        m_equations.calcStepErrors(formulation == Formulation::StabilizedIndex2
+                                       ? MotionLevel::Velocity
+                                       : MotionLevel::Position,
+                                   gamma, m_uDot.data(), q.data(), m_system.c.data());
         m_statistics.evaluationSeconds += secondsSince(start);
 
         const double bodyResidual = largestAbs(m_r);
@@ -181,6 +180,7 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
     if (outcome.converged) {
         const auto start = Clock::now();
         m_equations.integrateQ(qHist.data(), gamma, u.data(), q.data());
+        m_equations.prescribe(t, gamma, uHist.data(), q.data(), u.data());
         m_statistics.evaluationSeconds += secondsSince(start);
         m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * largestAbs(lambda));
         if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) invalidateMatrix();
@@ -253,6 +253,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
     std::vector<double> trial(q.size()), uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
     double error = 0;
     int worst = -1;
+    m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
     for (int iteration = 0;; ++iteration) {
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcPositionErrors(m_system.c.data());
@@ -261,7 +262,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) break;
         const BlockForm form = blockForm;
         blockForm = BlockForm::Arrow;
-        formAndFactor(1, u, uDot);
+        formAndFactor(1, u, uDot, MotionLevel::Position);
         blockForm = form;
         for (NewtonSystem::Block& block : m_system.blocks)
             std::fill(block.r.begin(), block.r.end(), 0.0);
@@ -295,9 +296,12 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         throw std::runtime_error("the joints were assembled with the axes of joint '" + *flipped +
                                  "' opposed; start closer to the wanted position");
     if (m_system.numMultipliers() > 0) {
+        m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
+        m_equations.realize(t, q.data(), u.data());
+        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
         const BlockForm form = blockForm;
         blockForm = BlockForm::Arrow;
-        formAndFactor(1, u, uDot);
+        formAndFactor(1, u, uDot, MotionLevel::Velocity);
         blockForm = form;
         const double speedError = projectSpeeds(t, q, u, &worst);
         if (!(speedError <= 1e-8 * (1 + largestAbs(u)))) {
@@ -314,11 +318,11 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
 void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
                                      const std::vector<double>& u, std::vector<double>& uDot,
                                      std::vector<double>& lambda) {
-    std::fill(uDot.begin(), uDot.end(), 0.0);
     std::fill(lambda.begin(), lambda.end(), 0.0);
     m_equations.realize(t, q.data(), u.data());
+    m_equations.calcPrescribedUDot(q.data(), uDot.data());
     m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
-    m_equations.calcAccelerationErrors(u.data(), uDot.data(), m_system.c.data());
+    m_equations.calcAccelerationErrors(q.data(), u.data(), uDot.data(), m_system.c.data());
     if (!std::isfinite(largestAbs(m_r)))
         throw std::runtime_error("the forces on '" +
                                  m_equations.getBlock(findNonFiniteBlock()).name +
@@ -329,7 +333,8 @@ void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
     m_equations.setResidual(m_r.data(), m_system);
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;
-    gatherDelta(uDot);
+    gatherDelta(m_delta);
+    for (size_t i = 0; i < uDot.size(); ++i) uDot[i] += m_delta[i];
     std::copy_n(m_solver.getDeltaLambda(), lambda.size(), lambda.begin());
     invalidateMatrix();
 }

@@ -77,7 +77,8 @@ public:
 
 private:
     void factor();
-    void formAndFactor(double gamma, const std::vector<double>& u, const std::vector<double>& uDot);
+    void formAndFactor(double gamma, const std::vector<double>& u, const std::vector<double>& uDot,
+                       MotionLevel level = MotionLevel::Acceleration);
     void solveLinear();
     void gatherDelta(std::vector<double>& delta) const;
     bool useDense() const;

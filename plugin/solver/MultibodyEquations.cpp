@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <set>
+#include <typeinfo>
 
 #include "simflex/solver/FlexibleBlock.h"
 #include "simflex/solver/RigidTree.h"
@@ -26,6 +28,24 @@ std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex
     return "mobilized body " + std::to_string(int(index));
 }
 
+bool isGeneralForceSubsystem(const Subsystem& subsystem) {
+    // Simbody 3.7's isInstanceOf() takes any force subsystem for one.
+    try {
+        GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem)).getNumForces();
+        return true;
+    } catch (const std::bad_cast&) {
+        return false;
+    }
+}
+
+bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index) {
+    if (!guts) return false;
+    return std::any_of(guts->bodies().begin(), guts->bodies().end(),
+                       [&](const FlexibleBodyRecord& body) {
+                           return std::count(body.carriers.begin(), body.carriers.end(), index) > 0;
+                       });
+}
+
 }  // namespace
 
 //-------------------------------------------------------------------------------------------------------
@@ -39,7 +59,10 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     refuseUnsupported(m_private);
     collectGravityAndForces(m_private);
     makeBlocks(m_private);
+    makeBatches();
     makeJoints();
+    makeSimbodyConstraints();
+    makePrescribedMotion();
     makeParts();
     makeForceElements();
     m_context.gravity = &m_gravity;
@@ -57,21 +80,16 @@ MultibodyEquations::~MultibodyEquations() = default;
 
 void MultibodyEquations::refuseUnsupported(const State& state) const {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
-    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
-        const MobilizedBody& mobod = matter.getMobilizedBody(i);
-        if (mobod.isLocked(state))
-            throw std::invalid_argument("BdfIntegrator: " + describe(m_guts, i) +
-                                        " is locked; unlock it before initialize()");
-        if (mobod.hasMotion() && !mobod.getMotion().isDisabled(state))
-            throw std::invalid_argument(
-                "BdfIntegrator: " + describe(m_guts, i) +
-                " has a prescribed Motion; use Joint::PrescribedRotation, or disable it");
-    }
     const auto nameOfJoint = [&](ConstraintIndex constraint) {
         for (const JointRecord& joint : m_guts->joints())
             if (joint.constraint == constraint) return joint.name;
         return std::string();
     };
+    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i)
+        if (PrescribedMotion::isUnsupported(matter.getMobilizedBody(i), state))
+            throw std::invalid_argument("BdfIntegrator: " + describe(m_guts, i) +
+                                        " has a Motion of method Fast, which is not supported; "
+                                        "use a Prescribed one, or disable it");
     std::set<ConstraintIndex> own;
     if (m_guts)
         for (const JointRecord& joint : m_guts->joints()) own.insert(joint.constraint);
@@ -85,15 +103,17 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
             continue;
         }
         if (own.count(i)) continue;
-        std::string bodies;
-        for (ConstrainedBodyIndex b(0); b < constraint.getNumConstrainedBodies(); ++b)
-            bodies +=
-                (b > 0 ? ", " : "") +
-                std::to_string(
-                    int(constraint.getMobilizedBodyFromConstrainedBody(b).getMobilizedBodyIndex()));
-        throw std::invalid_argument(
-            "BdfIntegrator: Simbody constraint " + std::to_string(int(i)) + " on bodies (" +
-            bodies + ") is not supported; use the joints of simflex/body/Joint.h, or disable it");
+        // A carrier's body stands still in Ground: only its coordinates can be constrained.
+        for (ConstrainedBodyIndex b(0); b < constraint.getNumConstrainedBodies(); ++b) {
+            const MobilizedBodyIndex body =
+                constraint.getMobilizedBodyFromConstrainedBody(b).getMobilizedBodyIndex();
+            if (isCarrier(m_guts, body))
+                throw std::invalid_argument(
+                    "BdfIntegrator: " + SimbodyConstraints::describe(constraint) + " holds " +
+                    describe(m_guts, body) +
+                    ", which has no place in space; constrain its "
+                    "coordinates, or use a Joint to an interface");
+        }
     }
     if (state.getNZ() > 0)
         throw std::invalid_argument(
@@ -109,7 +129,7 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
         const Subsystem& subsystem = m_system.getSubsystem(s);
         if (!dynamic_cast<const ForceSubsystem::Guts*>(&subsystem.getSubsystemGuts())) continue;
         if (m_guts && &subsystem.getSubsystemGuts() == m_guts) continue;
-        if (!GeneralForceSubsystem::isInstanceOf(ForceSubsystem::downcast(subsystem))) {
+        if (!isGeneralForceSubsystem(subsystem)) {
             m_hasForeignForces = true;
             continue;
         }
@@ -153,9 +173,9 @@ void MultibodyEquations::makeBlocks(const State& state) {
             matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex();
         if (taken.count(parent))
             throw std::invalid_argument(
-                "BdfIntegrator: mobilized body " + std::to_string(int(i)) +
-                " is mobilized on the frame of a flexible body; put it on Ground and hold it "
-                "with a Joint to an interface instead");
+                "BdfIntegrator: mobilized body " + std::to_string(int(i)) + " is mobilized on " +
+                describe(m_guts, parent) +
+                "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
         auto tree = std::make_unique<RigidTree>(matter, i, state);
         m_needsSimbody = m_needsSimbody || tree->needsSimbody();
@@ -171,6 +191,89 @@ void MultibodyEquations::makeBlocks(const State& state) {
     m_needsSimbody = m_needsSimbody || m_hasForeignForces;
     m_blockRows.resize(m_blocks.size());
     m_blockSides.resize(m_blocks.size());
+    m_simbodyColumns.resize(m_blocks.size());
+}
+
+int MultibodyEquations::findBlock(MobilizedBodyIndex mobod) const {
+    for (size_t k = 0; k < m_rigid.size(); ++k)
+        if (m_rigid[k]->contains(mobod)) return int(m_flexible.size() + k);
+    for (size_t b = 0; b < m_flexible.size(); ++b) {
+        const FlexibleBodyRecord& record = m_guts->body(FlexibleBodyIndex(int(b)));
+        if (record.frame == mobod ||
+            std::count(record.carriers.begin(), record.carriers.end(), mobod))
+            return int(b);
+    }
+    return -1;
+}
+
+std::vector<ConstraintIndex> MultibodyEquations::findSimbodyConstraints(const State& state) const {
+    std::set<ConstraintIndex> own;
+    if (m_guts)
+        for (const JointRecord& joint : m_guts->joints()) own.insert(joint.constraint);
+    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    std::vector<ConstraintIndex> constraints;
+    for (ConstraintIndex i(0); i < matter.getNumConstraints(); ++i)
+        if (!own.count(i) && !matter.getConstraint(i).isDisabled(state)) constraints.push_back(i);
+    return constraints;
+}
+
+void MultibodyEquations::makeSimbodyConstraints() {
+    m_firstSimbodyRow = m_numMultipliers;
+    const std::vector<ConstraintIndex> constraints = findSimbodyConstraints(m_private);
+    if (constraints.empty()) return;
+    m_needsSimbody = true;
+    m_constraints =
+        std::make_unique<SimbodyConstraints>(m_system.getMatterSubsystem(), constraints, m_private);
+    m_numMultipliers += m_constraints->numRows();
+    for (int row = 0; row < m_constraints->numRows(); ++row) {
+        std::set<int> blocks;
+        for (MobilizedBodyIndex mobod : m_constraints->getBodies(row))
+            blocks.insert(findBlock(mobod));
+        for (int b : blocks) {
+            m_simbodyColumns[size_t(b)].emplace_back(row, int(m_blockRows[size_t(b)].size()));
+            m_blockRows[size_t(b)].push_back(m_firstSimbodyRow + row);
+        }
+    }
+}
+
+void MultibodyEquations::makePrescribedMotion() {
+    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    std::vector<PrescribedMotion::Mobilizer> mobilizers;
+    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
+        const MobilizedBody& mobod = matter.getMobilizedBody(i);
+        if (!PrescribedMotion::isPrescribed(mobod, m_private)) continue;
+        PrescribedMotion::Mobilizer mobilizer;
+        mobilizer.body = i;
+        const int b = findBlock(i);
+        const Block& block = *m_blocks[size_t(b)];
+        if (b >= int(m_flexible.size())) {
+            const RigidTree::Slots slots = m_rigid[size_t(b) - m_flexible.size()]->findSlots(i);
+            mobilizer.q0 = slots.q0, mobilizer.nq = slots.nq;
+            mobilizer.u0 = slots.u0, mobilizer.nu = slots.nu;
+        } else {
+            const FlexibleBodyRecord& record = m_guts->body(FlexibleBodyIndex(b));
+            mobilizer.isFlexibleFrame = record.frame == i;
+            mobilizer.nq = mobilizer.isFlexibleFrame ? 7 : mobod.getNumQ(m_private);
+            mobilizer.nu = mobod.getNumU(m_private);
+            if (!mobilizer.isFlexibleFrame) {
+                mobilizer.q0 = 7, mobilizer.u0 = 6;
+                for (MobilizedBodyIndex carrier : record.carriers) {
+                    if (carrier == i) break;
+                    const int modes = matter.getMobilizedBody(carrier).getNumU(m_private);
+                    mobilizer.q0 += modes, mobilizer.u0 += modes;
+                }
+            }
+        }
+        mobilizer.q0 += block.firstQ;
+        mobilizer.u0 += block.firstU;
+        mobilizers.push_back(mobilizer);
+    }
+    if (mobilizers.empty()) return;
+    m_system.prescribe(m_private);
+    m_system.realize(m_private, Stage::Velocity);
+    m_prescribed =
+        std::make_unique<PrescribedMotion>(matter, mobilizers, m_numQ, m_numU, m_private);
+    m_needsSimbody = m_needsSimbody || m_prescribed->hasMotions();
 }
 
 MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& attachment) {
@@ -222,9 +325,30 @@ bool MultibodyEquations::sharesPart(int block, int other) const {
     return &a.getModel() == &b.getModel() && a.getDamping() == b.getDamping();
 }
 
+void MultibodyEquations::makeBatches() {
+    std::map<const FlexibleBodyModel*, size_t> open;  // the batch that a part still fills
+    const size_t flexible = m_flexible.size();
+    for (size_t b = 0; b < m_blocks.size(); ++b) {
+        const FlexibleBodyModel* model = b < flexible ? &m_flexible[b]->getModel() : nullptr;
+        const auto [found, isNew] = open.emplace(model, m_batches.size());
+        if (isNew || int(m_batches[found->second].blocks.size()) == FlexibleBlock::LargestBatch) {
+            found->second = m_batches.size();
+            m_batches.emplace_back();
+        }
+        Batch& batch = m_batches[found->second];
+        batch.blocks.push_back(int(b));
+        if (model) batch.flexible.push_back(m_flexible[b]);
+    }
+}
+
 void MultibodyEquations::makeParts() {
     m_partOfBlock.assign(m_blocks.size(), -1);
     for (int b = 0; b < int(m_flexible.size()); ++b) {
+        // Constrained or prescribed modes have no place in an arrow.
+        const Block& block = *m_blocks[size_t(b)];
+        if (!m_simbodyColumns[size_t(b)].empty() ||
+            (m_prescribed && m_prescribed->touches(block.firstU, block.numU)))
+            continue;
         const auto found = std::find_if(m_parts.begin(), m_parts.end(), [&](const PartGroup& part) {
             return sharesPart(b, part.firstBlock);
         });
@@ -244,9 +368,7 @@ void MultibodyEquations::makeParts() {
         auto shapes = std::make_shared<std::vector<double>>(6 * n * part.frames.size());
         double* column = shapes->data();
         for (const FrameShapes* frame : part.frames)
-            for (const std::vector<double>* source : {&frame->Phi, &frame->Psi})
-                for (size_t a = 0; a < 3; ++a)
-                    for (size_t i = 0; i < n; ++i) *column++ = (*source)[3 * i + a];
+            column = std::copy(frame->columns.begin(), frame->columns.end(), column);
         part.shapes = shapes;
     }
 }
@@ -293,6 +415,8 @@ const std::string& MultibodyEquations::getJointName(int row) const {
     for (const JointRef& joint : m_joints)
         if (row < joint.firstRow + joint.record->equations->getNumEquations())
             return joint.record->name;
+    if (m_constraints && row < m_numMultipliers)
+        return m_constraints->getName(row - m_firstSimbodyRow);
     throw std::out_of_range("no joint has multiplier " + std::to_string(row));
 }
 
@@ -303,20 +427,60 @@ const FrameMotion& MultibodyEquations::motionOf(const FrameRef& frame) const {
     return frame.block < 0 ? frame.fixed : m_blocks[frame.block]->frames[frame.frame];
 }
 
+std::pair<int, int> MultibodyEquations::findRows(ConstraintIndex constraint) const {
+    std::pair<int, int> rows{0, 0};
+    if (m_constraints) rows = m_constraints->findRows(constraint);
+    rows.first += m_firstSimbodyRow;
+    return rows;
+}
+
+void MultibodyEquations::prescribe(double time, double gamma, const double* uHist, double* q,
+                                   double* u) {
+    if (!m_prescribed) return;
+    if (m_prescribed->hasMotions()) {
+        const auto start = Clock::now();
+        putIntoState(time, q, u, m_private);
+        m_prescribed->updateFromSimbody(m_private);
+        m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
+    }
+    m_prescribed->apply(gamma, uHist, q, u);
+}
+
+void MultibodyEquations::clearPrescribedErrors(double* errorQ, double* errorU) const {
+    if (m_prescribed) m_prescribed->clearErrors(errorQ, errorU);
+}
+
+void MultibodyEquations::calcStepUDot(const double* q, const double* u, const double* uHist,
+                                      double gamma, double* uDot) const {
+    for (int i = 0; i < m_numU; ++i) uDot[i] = (u[i] - uHist[i]) / gamma;
+    if (m_prescribed) m_prescribed->applyAccelerations(q, uDot);
+}
+
+void MultibodyEquations::calcPrescribedUDot(const double* q, double* uDot) const {
+    std::fill_n(uDot, m_numU, 0.0);
+    if (m_prescribed) m_prescribed->applyAccelerations(q, uDot);
+}
+
 void MultibodyEquations::realizeSimbody(double time, const double* q, const double* u) {
     const auto start = Clock::now();
     putIntoState(time, q, u, m_private);
-    m_system.realize(m_private, m_hasForeignForces ? Stage::Dynamics : Stage::Velocity);
+    const bool hasMotions = m_prescribed && m_prescribed->hasMotions();
+    m_system.realize(m_private,
+                     m_hasForeignForces || hasMotions ? Stage::Dynamics : Stage::Velocity);
+    if (hasMotions) m_prescribed->updateAccelerations(m_private);
     m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
 }
 
 void MultibodyEquations::realize(double time, const double* q, const double* u) {
     m_time = time;
     if (m_needsSimbody) realizeSimbody(time, q, u);
-    const int count = numBlocks();
+    const int count = int(m_batches.size());
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int b = 0; b < count; ++b)
-        m_blocks[b]->realize(m_context, q + m_blocks[b]->firstQ, u + m_blocks[b]->firstU);
+    for (int k = 0; k < count; ++k) {
+        FlexibleBlock::calcShapeProducts(m_batches[size_t(k)].flexible, q, u);
+        for (int b : m_batches[size_t(k)].blocks)
+            m_blocks[b]->realize(m_context, q + m_blocks[b]->firstQ, u + m_blocks[b]->firstU);
+    }
 
     for (JointRef& joint : m_joints)
         joint.record->equations->calcJacobian(motionOf(joint.sides[0]).X,
@@ -334,16 +498,47 @@ void MultibodyEquations::calcPositionErrors(double* g) const {
     for (const JointRef& joint : m_joints)
         joint.record->equations->calcErrors(m_time, motionOf(joint.sides[0]).X,
                                             motionOf(joint.sides[1]).X, g + joint.firstRow);
+    if (m_constraints) m_constraints->calcPositionErrors(m_private, g + m_firstSimbodyRow);
 }
 
 void MultibodyEquations::calcVelocityErrors(double* gDot) const {
     for (const JointRef& joint : m_joints)
         joint.record->equations->calcErrorDots(m_time, motionOf(joint.sides[0]),
                                                motionOf(joint.sides[1]), gDot + joint.firstRow);
+    if (m_constraints) m_constraints->calcVelocityErrors(m_private, gDot + m_firstSimbodyRow);
 }
 
-void MultibodyEquations::calcAccelerationErrors(const double* u, const double* uDot,
-                                                double* gDotDot) const {
+void MultibodyEquations::calcStepErrors(MotionLevel level, double gamma, const double* uDot,
+                                        const double* q, double* c) const {
+    if (level == MotionLevel::Velocity)
+        calcVelocityErrors(c);
+    else
+        calcPositionErrors(c);
+    if (level == MotionLevel::Position)
+        for (int k = 0; k < m_numMultipliers; ++k) c[k] /= gamma;
+    if (!m_constraints) return;
+    // Rows that are not holonomic stand at their own level, in terms of Δu.
+    double* rows = c + m_firstSimbodyRow;
+    std::vector<double> errors(size_t(m_constraints->numRows()));
+    const auto takeRows = [&](MotionLevel which, double factor) {
+        for (int k = 0; k < m_constraints->numRows(); ++k)
+            if (m_constraints->getLevel(k) == which) rows[k] = factor * errors[size_t(k)];
+    };
+    if (level == MotionLevel::Position) {
+        m_constraints->calcVelocityErrors(m_private, errors.data());
+        takeRows(MotionLevel::Velocity, 1);
+    }
+    if (m_constraints->hasAccelerationRows()) {
+        m_constraints->calcAccelerationErrors(m_private, calcSimbodyUDot(q, uDot), errors.data());
+        takeRows(MotionLevel::Acceleration, gamma);
+    }
+}
+
+void MultibodyEquations::calcAccelerationErrors(const double* q, const double* u,
+                                                const double* uDot, double* gDotDot) const {
+    if (m_constraints)
+        m_constraints->calcAccelerationErrors(m_private, calcSimbodyUDot(q, uDot),
+                                              gDotDot + m_firstSimbodyRow);
     for (const JointRef& joint : m_joints) {
         FrameMotion motions[2];
         for (int side = 0; side < 2; ++side) {
@@ -361,22 +556,37 @@ void MultibodyEquations::calcAccelerationErrors(const double* u, const double* u
 
 void MultibodyEquations::calcResidual(const double* q, const double* u, const double* uDot,
                                       const double* lambda, double* r) {
-    const int count = numBlocks();
+    calcUnclearedResidual(q, u, uDot, lambda, r);
+    if (m_prescribed) m_prescribed->clearResidual(r);
+}
+
+void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u, const double* uDot,
+                                               const double* lambda, double* r) {
+    const bool hasSimbodyForces = m_hasForeignForces || m_constraints;
+    if (m_hasForeignForces) {
+        m_bodyForces = m_system.getRigidBodyForces(m_private, Stage::Dynamics);
+        m_mobilityForces = m_system.getMobilityForces(m_private, Stage::Dynamics);
+    } else if (m_constraints) {
+        m_bodyForces.resize(m_system.getMatterSubsystem().getNumBodies());
+        m_bodyForces = SpatialVec(Vec3(0), Vec3(0));
+        m_mobilityForces.resize(m_private.getNU());
+        m_mobilityForces = Real(0);
+    }
+    if (m_constraints)
+        m_constraints->addInForces(m_private, lambda + m_firstSimbodyRow, m_bodyForces,
+                                   m_mobilityForces);
+    const int count = int(m_batches.size());
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int b = 0; b < count; ++b) {
-        Block& block = *m_blocks[b];
-        double* rb = r + block.firstU;
-        block.calcResidual(m_context, q + block.firstQ, u + block.firstU, uDot + block.firstU, rb);
-        for (const BlockSide& blockSide : m_blockSides[b]) {
-            const JointRef& joint = m_joints[blockSide.joint];
-            SpatialVec force(Vec3(0), Vec3(0));
-            for (int k = 0; k < joint.record->equations->getNumEquations(); ++k)
-                force -= lambda[joint.firstRow + k] * joint.D[blockSide.side][k];
-            block.subtractForce(joint.sides[blockSide.side].frame, force, rb);
+    for (int k = 0; k < count; ++k) {
+        FlexibleBlock::calcInertiaProducts(m_batches[size_t(k)].flexible, q, u);
+        for (int b : m_batches[size_t(k)].blocks) {
+            Block& block = *m_blocks[b];
+            double* rb = r + block.firstU;
+            block.calcResidual(m_context, q + block.firstQ, u + block.firstU, uDot + block.firstU,
+                               rb);
+            subtractJointForces(b, lambda, rb);
+            if (hasSimbodyForces) block.subtractSimbodyForces(m_bodyForces, m_mobilityForces, rb);
         }
-        if (m_hasForeignForces)
-            block.subtractSimbodyForces(m_system.getRigidBodyForces(m_private, Stage::Dynamics),
-                                        m_system.getMobilityForces(m_private, Stage::Dynamics), rb);
     }
     for (const ElementRef& element : m_elements)
         for (size_t k = 0; k < element.frames.size(); ++k) {
@@ -387,8 +597,25 @@ void MultibodyEquations::calcResidual(const double* q, const double* u, const do
         }
 }
 
-double MultibodyEquations::calcPower(const double* u, const double* lambda) const {
+void MultibodyEquations::subtractJointForces(int b, const double* lambda, double* r) const {
+    for (const BlockSide& blockSide : m_blockSides[b]) {
+        const JointRef& joint = m_joints[blockSide.joint];
+        SpatialVec force(Vec3(0), Vec3(0));
+        for (int k = 0; k < joint.record->equations->getNumEquations(); ++k)
+            force -= lambda[joint.firstRow + k] * joint.D[blockSide.side][k];
+        m_blocks[b]->subtractForce(joint.sides[blockSide.side].frame, force, r);
+    }
+}
+
+double MultibodyEquations::calcPower(const double* q, const double* u, const double* uDot,
+                                     const double* lambda) {
     Real power = 0;
+    if (m_prescribed && m_prescribed->canWork()) {
+        m_scratch.resize(size_t(m_numU));
+        calcUnclearedResidual(q, u, uDot, lambda, m_scratch.data());
+        power += m_prescribed->calcPower(m_scratch.data(), u);
+    }
+    if (m_constraints) power += m_constraints->calcPower(m_private, lambda + m_firstSimbodyRow);
     for (const ElementRef& element : m_elements)
         for (unsigned k = 0; k < element.forces.size(); ++k)
             power += ~element.forces[k][0] * element.motions[k].V[0] +
@@ -431,8 +658,41 @@ void MultibodyEquations::formConstraintBlock(int b, NewtonSystem::Block& block) 
     }
 }
 
+void MultibodyEquations::formSimbodyColumns(MotionLevel level, NewtonSystem& system) const {
+    if (m_constraints) {
+        std::vector<SimbodyConstraints::RowForces> rows;
+        m_constraints->calcRowForces(m_private, rows);
+        Vector_<SpatialVec> bodyForces(m_system.getMatterSubsystem().getNumBodies(),
+                                       SpatialVec(Vec3(0), Vec3(0)));
+        Vector mobilityForces(m_private.getNU(), Real(0));
+        for (int b = 0; b < numBlocks(); ++b)
+            for (const auto& [row, column] : m_simbodyColumns[size_t(b)]) {
+                NewtonSystem::Block& block = system.blocks[size_t(b)];
+                double* Gt = block.Gt.data() + size_t(column) * size_t(block.size);
+                std::fill_n(Gt, block.size, 0.0);
+                const MotionLevel own = m_constraints->getLevel(row);
+                const bool takesPart = own == MotionLevel::Position ||
+                                       level == MotionLevel::Acceleration || own == level;
+                if (!takesPart) continue;
+                // Constraint forces stand left of the equations' sign.
+                const SimbodyConstraints::RowForces& forces = rows[size_t(row)];
+                for (const auto& [body, force] : forces.bodies) bodyForces[body] -= force;
+                for (const auto& [speed, force] : forces.speeds) mobilityForces[speed] -= force;
+                m_blocks[size_t(b)]->subtractSimbodyForces(bodyForces, mobilityForces, Gt);
+                for (const auto& [body, force] : forces.bodies)
+                    bodyForces[body] = SpatialVec(Vec3(0), Vec3(0));
+                for (const auto& [speed, force] : forces.speeds) mobilityForces[speed] = 0;
+            }
+    }
+    if (m_prescribed)
+        for (int b = 0; b < numBlocks(); ++b)
+            if (m_prescribed->touches(m_blocks[size_t(b)]->firstU, m_blocks[size_t(b)]->numU))
+                m_prescribed->mask(level, m_blocks[size_t(b)]->firstU, system.blocks[size_t(b)]);
+}
+
 void MultibodyEquations::formNewtonSystem(double gamma, bool dense, const double* u,
-                                          const double* uDot, NewtonSystem& system) const {
+                                          const double* uDot, NewtonSystem& system,
+                                          MotionLevel level) const {
     for (size_t p = 0; p < m_parts.size(); ++p)
         m_flexible[size_t(m_parts[p].firstBlock)]->calcDiagonal(gamma,
                                                                 system.parts[p].diagonal.data());
@@ -443,6 +703,7 @@ void MultibodyEquations::formNewtonSystem(double gamma, bool dense, const double
         m_blocks[b]->formNewtonBlock(gamma, dense, u + first, uDot + first, system.blocks[b]);
         formConstraintBlock(b, system.blocks[b]);
     }
+    formSimbodyColumns(level, system);
 }
 
 void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
@@ -452,6 +713,7 @@ void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
         m_blocks[b]->formMassBlock(system.blocks[b]);
         formConstraintBlock(b, system.blocks[b]);
     }
+    formSimbodyColumns(MotionLevel::Acceleration, system);
 }
 
 void MultibodyEquations::setResidual(const double* r, NewtonSystem& system) const {

@@ -16,6 +16,8 @@ on a private State. **/
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/Block.h"
 #include "simflex/solver/NewtonSystem.h"
+#include "simflex/solver/PrescribedMotion.h"
+#include "simflex/solver/SimbodyConstraints.h"
 
 namespace simflex {
 
@@ -38,7 +40,10 @@ public:
 
     /** First multiplier of a joint. **/
     int getFirstRow(JointIndex joint) const { return m_joints[joint].firstRow; }
-    /** Name of the joint that owns a multiplier. **/
+    /** First multiplier of a Simbody constraint, after those of all joints, and their number;
+    none if it is disabled or a joint's own. **/
+    std::pair<int, int> findRows(SimTK::ConstraintIndex constraint) const;
+    /** Name of the joint or Simbody constraint that owns a multiplier. **/
     const std::string& getJointName(int row) const;
 
     void setNumThreads(int threads) { m_numThreads = threads; }
@@ -46,27 +51,50 @@ public:
     /** A Newton system of this topology, zero. **/
     NewtonSystem makeNewtonSystem() const;
 
+    /** Writes the q and u that locks and Motions prescribe at this time; realize() must follow.
+     * With `uHist`, prescribed accelerations make u = u_hist + γu̇. **/
+    void prescribe(double time, double gamma, const double* uHist, double* q, double* u);
+    /** Zeroes what is prescribed in errors of q and u. **/
+    void clearPrescribedErrors(double* errorQ, double* errorU) const;
+
     /** Positions, velocities, joint frames; first call of every evaluation. **/
     void realize(double time, const double* q, const double* u);
 
     /** @name After realize() **/
     /**@{**/
+    /** (u − u_hist)/γ, or what is prescribed. **/
+    void calcStepUDot(const double* q, const double* u, const double* uHist, double gamma,
+                      double* uDot) const;
+    /** u̇ = 0 where it is free. **/
+    void calcPrescribedUDot(const double* q, double* uDot) const;
+
+    /** Zero in rows that are not holonomic. **/
     void calcPositionErrors(double* g) const;
+    /** Zero in rows of acceleration-only constraints. **/
     void calcVelocityErrors(double* gDot) const;
+    /** Constraint residual of a step: velocity errors, or position errors divided by γ; rows that
+    are not so deep at their own level. **/
+    void calcStepErrors(MotionLevel level, double gamma, const double* uDot, const double* q,
+                        double* c) const;
     /** g̈ for the given accelerations. **/
-    void calcAccelerationErrors(const double* u, const double* uDot, double* gDotDot) const;
+    void calcAccelerationErrors(const double* q, const double* u, const double* uDot,
+                                double* gDotDot) const;
+    /** Zero in rows of prescribed speeds. **/
     void calcResidual(const double* q, const double* u, const double* uDot, const double* lambda,
                       double* r);
-    /** Power of applied loads, damping and prescribed motions [W]. **/
-    double calcPower(const double* u, const double* lambda) const;
+    /** Power of applied loads, damping, working constraints and prescribed motions [W]. **/
+    double calcPower(const double* q, const double* u, const double* uDot, const double* lambda);
     /** Name of a joint that is assembled on the wrong branch, or null. **/
     const std::string* findFlippedJoint() const;
     /**@}**/
 
     /** @name After calcResidual() **/
     /**@{**/
+    /** @param level  Position: only rows of holonomic constraints and only coordinates whose q is
+    prescribed take part; Velocity: all but what is prescribed of accelerations only. **/
     void formNewtonSystem(double gamma, bool dense, const double* u, const double* uDot,
-                          NewtonSystem& system) const;
+                          NewtonSystem& system,
+                          MotionLevel level = MotionLevel::Acceleration) const;
     /** J = M. **/
     void formMassSystem(NewtonSystem& system) const;
     /**@}**/
@@ -114,6 +142,11 @@ private:
         int firstColumn;
         int partFrame = 0;  ///< of the block's part, if it has one
     };
+    /** Blocks evaluated together: flexible ones of one part, or rigid trees. **/
+    struct Batch {
+        std::vector<int> blocks;
+        std::vector<FlexibleBlock*> flexible;
+    };
     /** Flexible blocks of one part and damping, and the shapes that their joints act through. **/
     struct PartGroup {
         int firstBlock;
@@ -123,7 +156,10 @@ private:
 
     void collectGravityAndForces(const SimTK::State& state);
     void refuseUnsupported(const SimTK::State& state) const;
+    /** The system's enabled constraints that are not joints. **/
+    std::vector<SimTK::ConstraintIndex> findSimbodyConstraints(const SimTK::State& state) const;
     void makeBlocks(const SimTK::State& state);
+    void makeBatches();
     void makeJoints();
     void makeForceElements();
     FrameRef makeFrame(const Attachment& attachment);
@@ -131,6 +167,14 @@ private:
     void makeParts();
     bool sharesPart(int block, int other) const;
     void formConstraintBlock(int b, NewtonSystem::Block& block) const;
+    void makeSimbodyConstraints();
+    void makePrescribedMotion();
+    int findBlock(SimTK::MobilizedBodyIndex mobod) const;
+    void subtractJointForces(int b, const double* lambda, double* r) const;
+    void calcUnclearedResidual(const double* q, const double* u, const double* uDot,
+                               const double* lambda, double* r);
+    /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
+    void formSimbodyColumns(MotionLevel level, NewtonSystem& system) const;
     void realizeSimbody(double time, const double* q, const double* u);
 
     const SimTK::MultibodySystem& m_system;
@@ -144,12 +188,21 @@ private:
     std::vector<std::unique_ptr<Block>> m_blocks;
     std::vector<FlexibleBlock*> m_flexible;  ///< by FlexibleBodyIndex
     std::vector<RigidTree*> m_rigid;
+    std::vector<Batch> m_batches;
     std::vector<JointRef> m_joints;
     std::vector<ElementRef> m_elements;
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;
     std::vector<int> m_partOfBlock;  ///< −1: none
     std::vector<std::vector<BlockSide>> m_blockSides;
+    /** Columns of Gᵀ that Simbody's constraints have in each block: constraint row, column. **/
+    std::vector<std::vector<std::pair<int, int>>> m_simbodyColumns;
+    std::unique_ptr<SimbodyConstraints> m_constraints;
+    std::unique_ptr<PrescribedMotion> m_prescribed;
+    int m_firstSimbodyRow = 0;
+    SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;  ///< of Simbody's elements and constraints
+    SimTK::Vector m_mobilityForces;
+    std::vector<double> m_scratch;
     int m_numQ = 0, m_numU = 0, m_numMultipliers = 0, m_numThreads = 1;
     double m_time = 0;
     double m_simbodySeconds = 0;
