@@ -268,7 +268,7 @@ void MultibodyEquations::makePrescribedMotion() {
     m_system.realize(m_private, Stage::Velocity);
     m_prescribed =
         std::make_unique<PrescribedMotion>(matter, mobilizers, m_numQ, m_numU, m_private);
-    m_needsSimbody = m_needsSimbody || m_prescribed->hasMotions();
+    m_needsSimbody = m_needsSimbody || m_prescribed->dependsOnState();
 }
 
 MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& attachment) {
@@ -429,15 +429,24 @@ std::pair<int, int> MultibodyEquations::findRows(ConstraintIndex constraint) con
     return rows;
 }
 
+void MultibodyEquations::updatePrescribed(double time, const double* q, const double* u) {
+    const bool isKnown = m_prescribedTime == time && !m_prescribed->dependsOnState();
+    if (!m_prescribed->hasMotions() || isKnown) return;
+    const auto start = Clock::now();
+    putIntoState(time, q, u, m_private);
+    m_prescribed->updateFromSimbody(m_private);
+    if (!m_prescribed->dependsOnState()) {
+        m_system.realize(m_private, Stage::Dynamics);
+        m_prescribed->updateAccelerations(m_private);
+    }
+    m_prescribedTime = time;
+    m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 void MultibodyEquations::prescribe(double time, double gamma, const double* uHist, double* q,
                                    double* u) {
     if (!m_prescribed) return;
-    if (m_prescribed->hasMotions()) {
-        const auto start = Clock::now();
-        putIntoState(time, q, u, m_private);
-        m_prescribed->updateFromSimbody(m_private);
-        m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
-    }
+    updatePrescribed(time, q, u);
     m_prescribed->apply(gamma, uHist, q, u);
 }
 
@@ -459,7 +468,7 @@ void MultibodyEquations::calcPrescribedUDot(const double* q, double* uDot) const
 void MultibodyEquations::realizeSimbody(double time, const double* q, const double* u) {
     const auto start = Clock::now();
     putIntoState(time, q, u, m_private);
-    const bool hasMotions = m_prescribed && m_prescribed->hasMotions();
+    const bool hasMotions = m_prescribed && m_prescribed->dependsOnState();
     m_system.realize(m_private,
                      m_hasForeignForces || hasMotions ? Stage::Dynamics : Stage::Velocity);
     if (hasMotions) m_prescribed->updateAccelerations(m_private);
@@ -468,6 +477,7 @@ void MultibodyEquations::realizeSimbody(double time, const double* q, const doub
 
 void MultibodyEquations::realize(double time, const double* q, const double* u) {
     m_time = time;
+    if (m_prescribed && !m_prescribed->dependsOnState()) updatePrescribed(time, q, u);
     if (m_needsSimbody) realizeSimbody(time, q, u);
     const int count = int(m_batches.size());
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)

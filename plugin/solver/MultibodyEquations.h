@@ -194,6 +194,8 @@ private:
                                const double* lambda, double* r);
     /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
     void formSimbodyColumns(MotionLevel level, NewtonSystem& system) const;
+    /** Asks Simbody for what Motions prescribe at this time, unless it is known. **/
+    void updatePrescribed(double time, const double* q, const double* u);
     void realizeSimbody(double time, const double* q, const double* u);
 
     const SimTK::MultibodySystem& m_system;
@@ -218,6 +220,7 @@ private:
     std::vector<std::vector<std::pair<int, int>>> m_simbodyColumns;
     std::unique_ptr<SimbodyConstraints> m_constraints;
     std::unique_ptr<PrescribedMotion> m_prescribed;
+    double m_prescribedTime = SimTK::NaN;  ///< at which Motions were asked of Simbody last
     int m_firstSimbodyRow = 0;
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;  ///< of Simbody's elements and constraints
     SimTK::Vector m_mobilityForces;
