@@ -203,13 +203,13 @@ std::vector<std::vector<double>> calcDeflections(const ChainModel& model,
     return deflections;
 }
 
-/** The link that bends most, frame by frame, as a number that changes smoothly. **/
+/** The link that deforms most, frame by frame, as a number that changes smoothly. **/
 std::vector<double> findBend(const std::vector<std::vector<double>>& deflections) {
     std::vector<double> bend;
     for (const std::vector<double>& ofFrame : deflections) {
         double sum = 1e-300, weighted = 0;
         for (size_t k = 0; k < ofFrame.size(); ++k) {
-            const double weight = std::pow(1e6 * ofFrame[k], 4);
+            const double weight = std::pow(1e6 * ofFrame[k], 8);
             sum += weight;
             weighted += weight * double(k);
         }
@@ -251,7 +251,7 @@ Image drawStroboscope(OffscreenVisualizer viz, const std::vector<State>& states,
     return sum;
 }
 
-/** Frames: the whole chain on the left, where it bends most on the right; a stroboscopic picture,
+/** Frames: the whole chain on the left, where it deforms most on the right; a stroboscopic picture,
  * a contact sheet and a video. **/
 void render(const Arguments& arguments, const ChainModel& model, const std::vector<State>& states) {
     constexpr int height = 720, leftWidth = 800, rightWidth = 640, legendWidth = 170;
@@ -280,7 +280,7 @@ void render(const Arguments& arguments, const ChainModel& model, const std::vect
     const std::string links = std::to_string(model.links.size()) + " flexible links";
     whole.setWindowTitle(links);
     strobe.setWindowTitle(links + ", released from the horizontal");
-    closeUp.setWindowTitle("Where it bends");
+    closeUp.setWindowTitle("Where it deforms most");
 
     const std::string folder = arguments.out + "/frames";
     fs::remove_all(folder);

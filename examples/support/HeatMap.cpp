@@ -45,7 +45,8 @@ bool writeHeatMap(const HeatMap& map, const std::string& pngFile) {
         << "set label 1 " << quoteForGnuplot("{/:Bold*1.25 " + map.title + "}")
         << " at screen 0.075,0.955 left textcolor rgb '#202020'\n"
         << "set xlabel " << quoteForGnuplot(map.xLabel) << "\nset ylabel "
-        << quoteForGnuplot(map.yLabel) << "\nset cblabel " << quoteForGnuplot(map.colorLabel) << '\n'
+        << quoteForGnuplot(map.yLabel) << "\nset cblabel " << quoteForGnuplot(map.colorLabel)
+        << '\n'
         << "set colorbox user origin screen 0.915,0.085 size screen 0.018,0.825\n"
         // viridis
         << "set palette defined (0 '#440154', 1 '#472c7a', 2 '#3b518b', 3 '#2c718e', 4 '#21908d', "

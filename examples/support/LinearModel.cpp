@@ -66,7 +66,8 @@ LinearModel::LinearModel(const MultibodySystem& system, const SimbodyMatterSubsy
         for (int j = 0; j < n; ++j) weighted(i, j) *= K[i];
     Matrix S = ~basis * weighted;
     S = 0.5 * (S + Matrix(~S));
-    // Of a symmetric matrix without negative eigenvalues, the singular vectors are the eigenvectors.
+    // Of a symmetric matrix without negative eigenvalues, the singular vectors are the
+    // eigenvectors.
     FactorSVD eigen(S);
     Vector values;
     Matrix left, right;
@@ -152,9 +153,8 @@ Vector_<std::complex<double>> LinearModel::calcResponse(const Vector_<std::compl
     for (int k = 0; k < getNumModes(); ++k) {
         Complex modalForce = 0;
         for (int i = 0; i < f.size(); ++i) modalForce += m_modes(i, k) * f[i];
-        const Complex stiffness(
-            m_omegaSquared[k] - omega * omega,
-            2 * m_dampingRatios[k] * std::sqrt(m_omegaSquared[k]) * omega);
+        const Complex stiffness(m_omegaSquared[k] - omega * omega,
+                                2 * m_dampingRatios[k] * std::sqrt(m_omegaSquared[k]) * omega);
         const Complex amplitude = modalForce / stiffness;
         for (int i = 0; i < v.size(); ++i) v[i] += m_modes(i, k) * amplitude;
     }

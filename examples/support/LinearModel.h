@@ -1,7 +1,8 @@
 #pragma once
 /** @file
 Small motions of flexible bodies and their joints about an assembly at rest: natural modes, static
-equilibrium, steady answer to a rotating force. Dense and direct: for models of a few hundred speeds.
+equilibrium, steady answer to a rotating force. Dense and direct: for models of a few hundred
+speeds.
 
     M v̈ + D v̇ + K v + Gᵀλ = f,   G v = 0
 
@@ -47,8 +48,8 @@ public:
 
     /** Complex amplitude of v under f e^{iωt} by modal superposition; couplings of the modes by D
     are left out. @param omega  [rad/s] **/
-    SimTK::Vector_<std::complex<double>> calcResponse(
-        const SimTK::Vector_<std::complex<double>>& f, double omega) const;
+    SimTK::Vector_<std::complex<double>> calcResponse(const SimTK::Vector_<std::complex<double>>& f,
+                                                      double omega) const;
 
 private:
     std::vector<FlexibleBody> m_bodies;

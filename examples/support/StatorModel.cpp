@@ -219,8 +219,8 @@ void StatorModel::addRotorDecorations(double angle, Array_<DecorativeGeometry>& 
     for (int k = 0; k < numBlades; ++k) {
         const bool isBroken = k == 0;  // opposite to e_r
         const double length = isBroken ? 0.15 : 0.25;
-        const Rotation turn = Rotation(angle + Pi + 2 * Pi * k / numBlades, XAxis) *
-                              Rotation(0.6, YAxis);
+        const Rotation turn =
+            Rotation(angle + Pi + 2 * Pi * k / numBlades, XAxis) * Rotation(0.6, YAxis);
         add(DecorativeBrick(Vec3(0.05, length / 2, 0.004)),
             Transform(turn, Vec3(hub, 0, 0) + turn * Vec3(0, 0.065 + length / 2, 0)),
             isBroken ? red : steel);

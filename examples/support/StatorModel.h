@@ -7,9 +7,10 @@ the engine axis, bolted flange to flange.
                                                                         nozzle ──╯
     Ground ══ ball ══ nozzle
 
-x is the engine axis from front to rear, y is up. The connector hangs in two hinges at its sides, the
-nozzle stands on one below. Compressor and turbine casing carry a bearing of the rotor. The rotor
-itself is not modelled, only what its unbalance does to the bearings while it is run up from rest:
+x is the engine axis from front to rear, y is up. The connector hangs in two hinges at its sides,
+the nozzle stands on one below. Compressor and turbine casing carry a bearing of the rotor. The
+rotor itself is not modelled, only what its unbalance does to the bearings while it is run up from
+rest:
 
     F = m e (ω² e_r − ω̇ e_t)   in each bearing, e_r turning with the rotor
 
@@ -29,9 +30,10 @@ struct StatorOptions {
     double speed = 250;             ///< of the rotor after the run-up [Hz]
     double runUp = 1.5;             ///< duration [s]
     double frontUnbalance = 0.004;  ///< m e at the compressor casing's bearing [kg m]
-    double rearUnbalance = 0.004;   ///< at the turbine casing's bearing, a quarter turn behind [kg m]
-    double gravity = 9.81;          ///< [m/s²]
-    double damping = 0.05;          ///< of each part's modes, as a part of critical
+    double rearUnbalance =
+        0.004;              ///< at the turbine casing's bearing, a quarter turn behind [kg m]
+    double gravity = 9.81;  ///< [m/s²]
+    double damping = 0.05;  ///< of each part's modes, as a part of critical
 
     /** Rotor angle, rate and acceleration [rad, rad/s, rad/s²]; acceleration is continuous. **/
     SimTK::Vec3 calcAngle(double time) const;

@@ -119,7 +119,7 @@ Real FlexibleBody::calcKineticEnergy(const State& state) const {
     const Eigen::VectorXd xi = guts().getXi(state, record), xiDot = guts().getXiDot(state, record);
     const BodyFrame frame = guts().getBodyFrame(state, record);
     FlexibleBodyData data;
-    data.resize(record.numModes());
+    data.resize(*record.model);
     calcInertia(*record.model, xi, xiDot, data);
     return simflex::calcKineticEnergy(*record.model, data, toEigen(frame.omega_B),
                                       toEigen(frame.v_G), xiDot);
@@ -136,7 +136,7 @@ SpatialVec FlexibleBody::calcMomentum(const State& state) const {
     const Eigen::VectorXd xi = guts().getXi(state, record), xiDot = guts().getXiDot(state, record);
     const BodyFrame frame = guts().getBodyFrame(state, record);
     FlexibleBodyData data;
-    data.resize(record.numModes());
+    data.resize(*record.model);
     calcInertia(*record.model, xi, xiDot, data);
     const Vec3 linear = record.model->mass * frame.v_G;
     const Vec3 spin = frame.R_GB * toSimTK(data.I * toEigen(frame.omega_B) + data.CXiDot);

@@ -240,7 +240,7 @@ void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBo
     const Eigen::Vector3d omega = toEigen(frame.omega_B);
 
     FlexibleBodyData data;
-    data.resize(model.n);
+    data.resize(model);
     calcInertia(model, xi, xiDot, data);
     Eigen::Vector3d rotation;
     Eigen::VectorXd modes(model.n);

@@ -30,10 +30,10 @@ What else of Simbody may stand in the system:
    a flexible body is rigid.
 Refused by name at initialize(): bodies mobilized on the frame or on a modal mobilizer of a flexible
 body (put them on Ground and hold them with a Joint), constraints on the *body* of a modal mobilizer
-(its coordinates can be constrained), Motions of method Fast, mobilizers whose velocities are not the
-rates of their positions (Simbody 3.7's LineOrientation and FreeLine, reversed and with quaternions),
-joints disabled in the State, auxiliary variables z. Forces on the body of a modal mobilizer have no
-effect; forces on its mobilities are modal forces.
+(its coordinates can be constrained), Motions of method Fast, mobilizers whose velocities are not
+the rates of their positions (Simbody 3.7's LineOrientation and FreeLine, reversed and with
+quaternions), joints disabled in the State, auxiliary variables z. Forces on the body of a modal
+mobilizer have no effect; forces on its mobilities are modal forces.
 
 The Newton matrix holds elasticity, modal damping and inertia. Simbody's own force elements and
 AttachmentForces act in the residual only: very stiff ones among them slow Newton's iteration down

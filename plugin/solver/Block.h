@@ -15,6 +15,10 @@ realize(), then anything else. **/
 
 namespace simflex {
 
+// SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
+// meant.
+namespace Eigen = ::Eigen;
+
 /** Gravity as Simbody's Force::Gravity elements give it, summed for each mobilized body [m/s²]. **/
 struct GravityField {
     std::vector<SimTK::Vec3> atBody;  ///< by MobilizedBodyIndex

@@ -68,8 +68,7 @@ PrescribedMotion::PrescribedMotion(const SimbodyMatterSubsystem& matter,
             for (int k = 0; k < mobilizer.nq; ++k)
                 entry.q[size_t(k)] = state.getQ()[entry.stateQ0 + k];
         }
-        for (int k = 0; k < mobilizer.nu; ++k)
-            entry.u[size_t(k)] = state.getU()[entry.stateU0 + k];
+        for (int k = 0; k < mobilizer.nu; ++k) entry.u[size_t(k)] = state.getU()[entry.stateU0 + k];
         if (!entry.isMotion && mobod.getLockLevel(state) == Motion::Acceleration) {
             const Vector value = mobod.getLockValueAsVector(state);
             for (int k = 0; k < mobilizer.nu; ++k) entry.uDot[size_t(k)] = value[k];
@@ -79,9 +78,8 @@ PrescribedMotion::PrescribedMotion(const SimbodyMatterSubsystem& matter,
         for (int k = 0; k < mobilizer.nu; ++k)
             m_levelOfU[size_t(mobilizer.u0 + k)] = char(rankOf(entry.level));
         m_hasMotions = m_hasMotions || entry.isMotion;
-        m_hasAccelerationMotions =
-            m_hasAccelerationMotions ||
-            (entry.isMotion && entry.level == MotionLevel::Acceleration);
+        m_hasAccelerationMotions = m_hasAccelerationMotions ||
+                                   (entry.isMotion && entry.level == MotionLevel::Acceleration);
         m_canWork = m_canWork || entry.isMotion || entry.level != MotionLevel::Position;
         m_entries.push_back(std::move(entry));
     }

@@ -37,7 +37,9 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
     : m_matter(matter) {
     name = "rigid tree at body " + std::to_string(int(root));
     addBody(matter, root, -1, state);
-    for (RigidBody& body : m_bodies) body.J.setZero(6, numU);
+    m_forces.resize(m_bodies.size());
+    m_motions.resize(m_bodies.size());
+    m_composites.resize(m_bodies.size());
     classifyTurning(matter, state);
     m_needsSimbody = m_hasUnknownTurning || !agreesWithSimbody(matter, state);
     if (m_needsSimbody) checkVelocities(matter, state);
@@ -50,12 +52,15 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
         if (!(m > 0)) continue;
         const Real gyration =
             std::sqrt(std::max(Real(0), body.mass.calcCentralInertia().trace()) / m);
-        const Vector3d c = toEigen(body.X_GB.R() * body.mass.getMassCenter());
-        for (int j = 0; j < numU; ++j) {
-            const Vector3d omega = body.J.col(j).head<3>(), v = body.J.col(j).tail<3>();
-            m_uWeights[j] = std::max(
-                m_uWeights[j], std::hypot(gyration * omega.norm(), (v + omega.cross(c)).norm()));
-        }
+        const Vec3 c = body.X_GB * body.mass.getMassCenter();
+        for (const RigidBody* ancestor = &body; ancestor;
+             ancestor = ancestor->parent < 0 ? nullptr : &m_bodies[size_t(ancestor->parent)])
+            for (int k = 0; k < ancestor->nu; ++k) {
+                const SpatialVec& H = ancestor->H[k];
+                const Vec3 v = H[1] + H[0] % (c - ancestor->X_GB.p());
+                double& weight = m_uWeights[ancestor->u0 + k];
+                weight = std::max(weight, std::hypot(gyration * H[0].norm(), v.norm()));
+            }
     }
     m_qWeights.setZero(numQ);
     for (const RigidBody& body : m_bodies) {
@@ -152,9 +157,9 @@ void RigidTree::classifyTurning(const SimbodyMatterSubsystem& matter, const Stat
         };
         const bool isPlain = body.nq == body.nu && agrees(Turning::None);
         if (isPlain) continue;
-        const bool isKnown =
-            usesAngles ? agrees(Turning::BodyXYZ) || agrees(Turning::LineBodyXYZ)
-                       : agrees(Turning::Quaternion) || agrees(Turning::LineQuaternion);
+        const bool isKnown = usesAngles
+                                 ? agrees(Turning::BodyXYZ) || agrees(Turning::LineBodyXYZ)
+                                 : agrees(Turning::Quaternion) || agrees(Turning::LineQuaternion);
         if (isKnown) continue;
         body.turning = Turning::KnownToSimbodyOnly;
         m_hasUnknownTurning = true;
@@ -311,9 +316,6 @@ void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) c
         X_GP = parent.X_GB;
         V_P = parent.V;
         A_P = parent.biasA;
-        body.J = parent.J;
-    } else {
-        body.J.setZero();
     }
     const Transform X_GF = X_GP * body.X_PF, X_GM = X_GF * X_FM;
     body.X_GB = X_GM * body.X_MB;
@@ -325,16 +327,7 @@ void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) c
         const Vec3 hV = X_GF.R() * Vec3(H(3, k), H(4, k), H(5, k));
         omegaRel += hOmega * ub[k];
         vRel += hV * ub[k];
-        body.J.col(body.u0 + k).head<3>() = toEigen(hOmega);
-        body.J.col(body.u0 + k).tail<3>() = toEigen(hV + hOmega % s);
-    }
-    if (body.parent >= 0) {
-        // The parent's speeds carry B's origin along rigidly.
-        const Vector3d shift = toEigen(r + s);
-        for (int j = 0; j < body.u0; ++j) {
-            const Vector3d omega = body.J.col(j).head<3>();
-            body.J.col(j).tail<3>() += omega.cross(shift);
-        }
+        body.H[k] = SpatialVec(hOmega, hV + hOmega % s);
     }
 
     const Vec3 omega = V_P[0] + omegaRel, vM = V_P[1] + V_P[0] % r + vRel;
@@ -349,21 +342,7 @@ void RigidTree::realizeBodyFromSimbody(RigidBody& body, const State& state) cons
     body.X_GB = mobod.getBodyTransform(state);
     body.V = mobod.getBodyVelocity(state);
     body.biasA = m_matter.getTotalCoriolisAcceleration(state, body.index);
-    body.J.setZero();
-    if (body.parent >= 0) {
-        const RigidBody& parent = m_bodies[body.parent];
-        body.J = parent.J;
-        const Vector3d shift = toEigen(body.X_GB.p() - parent.X_GB.p());
-        for (int j = 0; j < numU; ++j) {
-            const Vector3d omega = body.J.col(j).head<3>();
-            body.J.col(j).tail<3>() += omega.cross(shift);
-        }
-    }
-    for (int k = 0; k < body.nu; ++k) {
-        const SpatialVec column = mobod.getHCol(state, MobilizerUIndex(k));
-        body.J.col(body.u0 + k).head<3>() = toEigen(column[0]);
-        body.J.col(body.u0 + k).tail<3>() = toEigen(column[1]);
-    }
+    for (int k = 0; k < body.nu; ++k) body.H[k] = mobod.getHCol(state, MobilizerUIndex(k));
 }
 
 void RigidTree::realize(const EvaluationContext& context, const double* q, const double* u) {
@@ -382,28 +361,62 @@ void RigidTree::realize(const EvaluationContext& context, const double* q, const
     }
 }
 
-SpatialVec RigidTree::calcAcceleration(const RigidBody& body, const double* uDot) const {
-    const Eigen::Matrix<double, 6, 1> A = body.J * Map<const VectorXd>(uDot, numU);
-    return body.biasA + SpatialVec(Vec3(A[0], A[1], A[2]), Vec3(A[3], A[4], A[5]));
+SpatialVec RigidTree::calcAcceleration(int index, const double* uDot) const {
+    const RigidBody& body = m_bodies[size_t(index)];
+    SpatialVec A = body.biasA;
+    for (const RigidBody* ancestor = &body; ancestor;
+         ancestor = ancestor->parent < 0 ? nullptr : &m_bodies[size_t(ancestor->parent)]) {
+        const Vec3 shift = body.X_GB.p() - ancestor->X_GB.p();
+        for (int k = 0; k < ancestor->nu; ++k) {
+            const SpatialVec& H = ancestor->H[k];
+            A += uDot[ancestor->u0 + k] * SpatialVec(H[0], H[1] + H[0] % shift);
+        }
+    }
+    return A;
 }
 
-void RigidTree::addInTransposed(const RigidBody& body, const SpatialVec& F, double sign,
-                                double* r) const {
-    Eigen::Matrix<double, 6, 1> force;
-    force << F[0][0], F[0][1], F[0][2], F[1][0], F[1][1], F[1][2];
-    Map<VectorXd>(r, numU).noalias() += sign * (body.J.transpose() * force);
+void RigidTree::addInTransposed(int index, const SpatialVec& F_G, double* r) const {
+    const Vec3& origin = m_bodies[size_t(index)].X_GB.p();
+    for (int b = index; b >= 0; b = m_bodies[size_t(b)].parent) {
+        const RigidBody& body = m_bodies[size_t(b)];
+        const Vec3 moment = F_G[0] + (origin - body.X_GB.p()) % F_G[1];
+        for (int k = 0; k < body.nu; ++k)
+            r[body.u0 + k] += dot(body.H[k][0], moment) + dot(body.H[k][1], F_G[1]);
+    }
+}
+
+void RigidTree::addInForces(double* r) const {
+    // Every body stands after its parent.
+    for (size_t b = m_bodies.size(); b-- > 0;) {
+        const RigidBody& body = m_bodies[b];
+        const SpatialVec& F = m_forces[b];
+        for (int k = 0; k < body.nu; ++k)
+            r[body.u0 + k] += dot(body.H[k][0], F[0]) + dot(body.H[k][1], F[1]);
+        if (body.parent < 0) continue;
+        const RigidBody& parent = m_bodies[size_t(body.parent)];
+        m_forces[size_t(body.parent)] +=
+            SpatialVec(F[0] + (body.X_GB.p() - parent.X_GB.p()) % F[1], F[1]);
+    }
 }
 
 void RigidTree::calcResidual(const EvaluationContext& context, const double*, const double*,
                              const double* uDot, double* r) {
-    std::fill(r, r + numU, 0.0);
-    for (const RigidBody& body : m_bodies) {
-        SpatialVec force =
-            calcInertialForce(body.mass, body.X_GB, body.V[0], calcAcceleration(body, uDot));
+    for (size_t b = 0; b < m_bodies.size(); ++b) {
+        const RigidBody& body = m_bodies[b];
+        SpatialVec& A = m_motions[b];
+        A = SpatialVec(Vec3(0), Vec3(0));
+        if (body.parent >= 0) {
+            const SpatialVec& A_P = m_motions[size_t(body.parent)];
+            const Vec3 shift = body.X_GB.p() - m_bodies[size_t(body.parent)].X_GB.p();
+            A = SpatialVec(A_P[0], A_P[1] + A_P[0] % shift);
+        }
+        for (int k = 0; k < body.nu; ++k) A += uDot[body.u0 + k] * body.H[k];
         const Vec3 weight = body.mass.getMass() * context.gravity->atBody[body.index];
-        force -= SpatialVec((body.X_GB.R() * body.mass.getMassCenter()) % weight, weight);
-        addInTransposed(body, force, 1, r);
+        m_forces[b] = calcInertialForce(body.mass, body.X_GB, body.V[0], body.biasA + A) -
+                      SpatialVec((body.X_GB.R() * body.mass.getMassCenter()) % weight, weight);
     }
+    std::fill(r, r + numU, 0.0);
+    addInForces(r);
 }
 
 void RigidTree::subtractForce(int frame, const SpatialVec& F_G, double* r) const {
@@ -412,16 +425,18 @@ void RigidTree::subtractForce(int frame, const SpatialVec& F_G, double* r) const
 
 void RigidTree::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces,
                                       const Vector& mobilityForces, double* r) const {
-    for (const RigidBody& body : m_bodies) {
-        addInTransposed(body, bodyForces[body.index], -1, r);
+    for (size_t b = 0; b < m_bodies.size(); ++b) {
+        const RigidBody& body = m_bodies[b];
+        m_forces[b] = -bodyForces[body.index];
         for (int k = 0; k < body.nu; ++k) r[body.u0 + k] -= mobilityForces[body.stateU0 + k];
     }
+    addInForces(r);
 }
 
 void RigidTree::addInRow(int frame, const SpatialVec& d, double* row) const {
-    const RigidBody& body = m_bodies[m_frameData[frame].body];
-    const Vec3 shift = frames[frame].X.p() - body.X_GB.p();
-    addInTransposed(body, SpatialVec(d[0] + shift % d[1], d[1]), 1, row);
+    const int body = m_frameData[frame].body;
+    const Vec3 shift = frames[frame].X.p() - m_bodies[size_t(body)].X_GB.p();
+    addInTransposed(body, SpatialVec(d[0] + shift % d[1], d[1]), row);
 }
 
 SpatialVec RigidTree::calcFrameAcceleration(int frame, const double*, const double* uDot) const {
@@ -429,33 +444,60 @@ SpatialVec RigidTree::calcFrameAcceleration(int frame, const double*, const doub
     FrameMotion motion;
     motion.X = body.X_GB;
     motion.V = body.V;
-    motion.A = calcAcceleration(body, uDot);
+    motion.A = calcAcceleration(m_frameData[frame].body, uDot);
     return shiftMotion(motion, m_frameData[frame].X_BF).A;
 }
 
-MatrixXd RigidTree::calcMassMatrix() const {
-    MatrixXd M = MatrixXd::Zero(numU, numU);
-    for (const RigidBody& body : m_bodies) {
-        for (int j = 0; j < numU; ++j) {
-            const auto column = body.J.col(j);
-            const SpatialVec A(Vec3(column[0], column[1], column[2]),
-                               Vec3(column[3], column[4], column[5]));
-            addInTransposed(body, calcInertialForce(body.mass, body.X_GB, Vec3(0), A), 1,
-                            M.col(j).data());
-        }
+void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) const {
+    block.form = NewtonSystem::Block::Form::Symmetric;
+    Map<MatrixXd> M(block.matrix.data(), numU, numU);
+    M.setZero();
+    for (size_t b = 0; b < m_bodies.size(); ++b) {
+        Composite& composite = m_composites[b];
+        const RigidBody& body = m_bodies[b];
+        composite.mass = body.mass.getMass();
+        composite.moment = composite.mass * (body.X_GB.R() * body.mass.getMassCenter());
+        composite.inertia =
+            body.X_GB.R() * body.mass.getInertia().toMat33() * ~body.X_GB.R().asMat33();
     }
-    return M;
+    for (size_t b = m_bodies.size(); b-- > 0;) {
+        const RigidBody& body = m_bodies[b];
+        const Composite& own = m_composites[b];
+        for (int k = 0; k < body.nu; ++k) {
+            // Force that accelerates the composite body along speed k, carried towards the root.
+            const SpatialVec& H = body.H[k];
+            SpatialVec F(own.inertia * H[0] + own.moment % H[1],
+                         own.mass * H[1] - own.moment % H[0]);
+            F *= factor;
+            const int column = body.u0 + k;
+            const Vec3* origin = &body.X_GB.p();
+            for (const RigidBody* outer = &body; outer;
+                 outer = outer->parent < 0 ? nullptr : &m_bodies[size_t(outer->parent)]) {
+                F[0] += (*origin - outer->X_GB.p()) % F[1];
+                origin = &outer->X_GB.p();
+                for (int l = 0; l < outer->nu; ++l)
+                    M(outer->u0 + l, column) = M(column, outer->u0 + l) =
+                        dot(outer->H[l][0], F[0]) + dot(outer->H[l][1], F[1]);
+            }
+        }
+        if (body.parent < 0) continue;
+        Composite& parent = m_composites[size_t(body.parent)];
+        const Vec3 d = body.X_GB.p() - m_bodies[size_t(body.parent)].X_GB.p();
+        const Vec3& h = own.moment;
+        parent.inertia += own.inertia + 2 * dot(d, h) * Mat33(1) - (d * ~h + h * ~d) +
+                          own.mass * (dot(d, d) * Mat33(1) - d * ~d);
+        parent.moment += h + own.mass * d;
+        parent.mass += own.mass;
+    }
 }
 
 void RigidTree::formNewtonBlock(double gamma, bool, const double*, const double*,
                                 NewtonSystem::Block& block) const {
-    block.form = NewtonSystem::Block::Form::Symmetric;
-    Map<MatrixXd>(block.matrix.data(), numU, numU) = calcMassMatrix() / gamma;
+    formMassMatrix(1 / gamma, block);
 }
 
 void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
-    block.form = NewtonSystem::Block::Form::Symmetric;
-    Map<MatrixXd>(block.matrix.data(), numU, numU) = calcMassMatrix();
+    formMassMatrix(1, block);
 }
 
 void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma,

@@ -8,7 +8,10 @@ Free mobilizers are evaluated by our own recursion; a tree with any other mobili
 Euler angles, custom, …) takes poses and Jacobians from Simbody. q̇ = N(q)u is our own for all of
 Simbody's mobilizers; a custom one with an N of its own asks Simbody.
 
-    J_B = shift(J_P) + H,   M = Σ_B J_Bᵀ M_B J_B,   b = Σ_B J_Bᵀ F_inertial(A_bias) **/
+    A_B = shift(A_P) + H_B u̇_B + bias,   r = Σ_B J_Bᵀ F_inertial(A_B),   M = Σ_B J_Bᵀ M_B J_B
+
+J_B, the columns H of B and its ancestors shifted to B's origin, is never formed: accelerations
+pass outwards and forces inwards in O(n), M by composite bodies in O(n·depth). **/
 
 #include "Simbody.h"
 #include "simflex/solver/Block.h"
@@ -91,7 +94,14 @@ private:
 
         SimTK::Transform X_GB;
         SimTK::SpatialVec V, biasA;
-        Eigen::Matrix<double, 6, Eigen::Dynamic> J;  ///< (ω, v) of B's origin per speed of the tree
+        SimTK::SpatialVec H[6];  ///< (ω, v) of B's origin in Ground per speed of its mobilizer
+    };
+
+    /** A body with everything outboard of it frozen to it, about its origin in Ground. **/
+    struct Composite {
+        SimTK::Real mass = 0;
+        SimTK::Vec3 moment{0};  ///< mass times centre of mass
+        SimTK::Mat33 inertia{0};
     };
 
     struct Frame {
@@ -111,9 +121,11 @@ private:
     }
     /** N(q) of a body from what its turning is supposed to be. **/
     static void multiplyByN(const RigidBody& body, const double* q, const double* u, double* qDot);
-    /** @throws std::invalid_argument if a mobilizer's velocities are not the rates of its positions.
+    /** @throws std::invalid_argument if a mobilizer's velocities are not the rates of its
+     * positions.
      * **/
-    void checkVelocities(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state) const;
+    void checkVelocities(const SimTK::SimbodyMatterSubsystem& matter,
+                         const SimTK::State& state) const;
     /** Finds out what each body's q and u are, against Simbody's N at an arbitrary state. **/
     void classifyTurning(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
     void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index,
@@ -121,14 +133,20 @@ private:
     bool agreesWithSimbody(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
     void realizeBody(RigidBody& body, const double* q, const double* u) const;
     void realizeBodyFromSimbody(RigidBody& body, const SimTK::State& state) const;
-    SimTK::SpatialVec calcAcceleration(const RigidBody& body, const double* uDot) const;
-    Eigen::MatrixXd calcMassMatrix() const;
-    void addInTransposed(const RigidBody& body, const SimTK::SpatialVec& F_G, double sign,
-                         double* r) const;
+    /** (ω̇, v̇) of one body's origin, without those of the others. **/
+    SimTK::SpatialVec calcAcceleration(int body, const double* uDot) const;
+    /** Writes factor·M. **/
+    void formMassMatrix(double factor, NewtonSystem::Block& block) const;
+    /** r += Jᵀ F for a force at one body's origin. **/
+    void addInTransposed(int body, const SimTK::SpatialVec& F_G, double* r) const;
+    /** The same for forces at all bodies' origins, m_forces; uses them up. **/
+    void addInForces(double* r) const;
 
     const SimTK::SimbodyMatterSubsystem& m_matter;
     std::vector<RigidBody> m_bodies;
     std::vector<Frame> m_frameData;
+    mutable std::vector<Composite> m_composites;
+    mutable std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass
     bool m_needsSimbody = false;
     bool m_hasUnknownTurning = false;
     Eigen::VectorXd

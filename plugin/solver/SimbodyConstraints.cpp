@@ -67,8 +67,9 @@ SimbodyConstraints::SimbodyConstraints(const SimbodyMatterSubsystem& matter,
             insertOnce(entry.mobods, entry.bodies.back());
         }
         for (ConstrainedMobilizerIndex m(0); m < constraint.getNumConstrainedMobilizers(); ++m)
-            insertOnce(entry.mobods, constraint.getMobilizedBodyFromConstrainedMobilizer(m)
-                                         .getMobilizedBodyIndex());
+            insertOnce(
+                entry.mobods,
+                constraint.getMobilizedBodyFromConstrainedMobilizer(m).getMobilizedBodyIndex());
         for (ConstrainedUIndex u(0); u < constraint.getNumConstrainedU(state); ++u)
             entry.speeds.push_back(int(constraint.getUIndexOfConstrainedU(state, u)));
         if (!entry.bodies.empty())

@@ -31,8 +31,7 @@ public:
     };
 
     SimbodyConstraints(const SimTK::SimbodyMatterSubsystem& matter,
-                       std::vector<SimTK::ConstraintIndex> constraints,
-                       const SimTK::State& state);
+                       std::vector<SimTK::ConstraintIndex> constraints, const SimTK::State& state);
 
     int numRows() const { return int(m_levels.size()); }
     MotionLevel getLevel(int row) const { return m_levels[size_t(row)]; }

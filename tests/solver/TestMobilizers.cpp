@@ -62,7 +62,8 @@ private:
     }
 };
 
-/** A ball joint made by hand: angular coordinates that Simbody turns into quaternions or angles. **/
+/** A ball joint made by hand: angular coordinates that Simbody turns into quaternions or angles.
+ * **/
 class HandMadeBall : public MobilizedBody::Custom::Implementation {
 public:
     explicit HandMadeBall(SimbodyMatterSubsystem& matter) : Implementation(matter, 3, 4, 4) {}
@@ -102,8 +103,8 @@ public:
                         Real* out) const override {
         const Vector q = getQ(state);
         if (q.size() == 4)
-            multiply(Rotation::calcUnnormalizedNInvForQuaternion(Vec4::getAs(&q[0])), transpose,
-                     in, nOut, out);
+            multiply(Rotation::calcUnnormalizedNInvForQuaternion(Vec4::getAs(&q[0])), transpose, in,
+                     nOut, out);
         else
             multiply(Rotation::calcNInvForBodyXYZInParentFrame(Vec3::getAs(&q[0])), transpose, in,
                      nOut, out);
@@ -145,8 +146,9 @@ using Direction = MobilizedBody::Direction;
 
 struct Kind {
     const char* name;
-    std::function<MobilizedBody(SimbodyMatterSubsystem&, MobilizedBody& parent, const Transform& X_PF,
-                                const Body& body, const Transform& X_BM, Direction)>
+    std::function<MobilizedBody(SimbodyMatterSubsystem&, MobilizedBody& parent,
+                                const Transform& X_PF, const Body& body, const Transform& X_BM,
+                                Direction)>
         make;
 };
 
@@ -174,11 +176,9 @@ std::vector<Kind> makeKinds() {
         plain<MobilizedBody::Free>("Free"),
         plain<MobilizedBody::LineOrientation>("LineOrientation"),
         plain<MobilizedBody::FreeLine>("FreeLine"),
-        {"Weld",
-         [](SimbodyMatterSubsystem&, MobilizedBody& parent, const Transform& X_PF, const Body& body,
-            const Transform& X_BM, Direction) {
-             return MobilizedBody::Weld(parent, X_PF, body, X_BM);
-         }},
+        {"Weld", [](SimbodyMatterSubsystem&, MobilizedBody& parent, const Transform& X_PF,
+                    const Body& body, const Transform& X_BM,
+                    Direction) { return MobilizedBody::Weld(parent, X_PF, body, X_BM); }},
         {"Screw",
          [](SimbodyMatterSubsystem&, MobilizedBody& parent, const Transform& X_PF, const Body& body,
             const Transform& X_BM, Direction direction) {
@@ -194,15 +194,17 @@ std::vector<Kind> makeKinds() {
          [](SimbodyMatterSubsystem&, MobilizedBody& parent, const Transform& X_PF, const Body& body,
             const Transform& X_BM, Direction direction) {
              // Two coordinates: a turn about x and y with a coupled shift along z.
-             const Array_<const Function*> functions{
-                 new Function::Linear(Vector(Vec2(1, 0.1))), new Function::Linear(Vector(Vec2(1, 0))),
-                 new Function::Constant(0.2, 0),             new Function::Constant(0.1, 0),
-                 new Function::Constant(0, 0),               new Function::Sinusoid(0.3, 1.5, 0.2)};
+             const Array_<const Function*> functions{new Function::Linear(Vector(Vec2(1, 0.1))),
+                                                     new Function::Linear(Vector(Vec2(1, 0))),
+                                                     new Function::Constant(0.2, 0),
+                                                     new Function::Constant(0.1, 0),
+                                                     new Function::Constant(0, 0),
+                                                     new Function::Sinusoid(0.3, 1.5, 0.2)};
              const Array_<Array_<int>> coordinates{Array_<int>(1, 0), Array_<int>(1, 1),
                                                    Array_<int>(),     Array_<int>(),
                                                    Array_<int>(),     Array_<int>(1, 0)};
-             return MobilizedBody::FunctionBased(parent, X_PF, body, X_BM, 2, functions, coordinates,
-                                                 direction);
+             return MobilizedBody::FunctionBased(parent, X_PF, body, X_BM, 2, functions,
+                                                 coordinates, direction);
          }},
         {"CustomCircle",
          [](SimbodyMatterSubsystem& matter, MobilizedBody& parent, const Transform& X_PF,

@@ -16,9 +16,8 @@ namespace {
 using namespace SimTK;
 
 MassProperties makeMass(Real mass) {
-    return MassProperties(
-        mass, Vec3(0.05, -0.02, 0.03),
-        Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4)));
+    return MassProperties(mass, Vec3(0.05, -0.02, 0.03),
+                          Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4)));
 }
 
 /** A tree of arm, ball and universal joint, and a free box held to it by a rod. **/
@@ -99,8 +98,8 @@ std::vector<Case> makeCases() {
     return {
         {"SinusoidalPosition",
          [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Position, 0.3, 6, 0.2); }, noLock},
-        {"SinusoidalSpeed", [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Velocity, 0.8, 6, 0.2); },
-         noLock},
+        {"SinusoidalSpeed",
+         [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Velocity, 0.8, 6, 0.2); }, noLock},
         {"SinusoidalAcceleration",
          [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Acceleration, 5, 6, 0.2); }, noLock},
         {"SteadyBall", [](Rigid& r) { Motion::Steady(r.fore, Vec3(1, -0.5, 2)); }, noLock},
@@ -152,7 +151,8 @@ TEST_P(Prescribed, AccelerationsMultipliersAndMotionAreSimbodysAndWorkIsCounted)
     EXPECT_LT((integrator.getUDot() - ours.getUDot()).normInf(),
               1e-10 * (1 + ours.getUDot().normInf()));
     const Real expected = rigid.rod.getMultipliersAsVector(ours)[0];
-    EXPECT_NEAR(integrator.getMultipliers(rigid.rod)[0], expected, 1e-10 * (1 + std::abs(expected)));
+    EXPECT_NEAR(integrator.getMultipliers(rigid.rod)[0], expected,
+                1e-10 * (1 + std::abs(expected)));
     const Real energy = rigid.system.calcEnergy(ours);
     const Real kineticEnergy = rigid.system.calcKineticEnergy(ours);
 
@@ -267,11 +267,10 @@ TEST(PrescribedMotion, PositionsCanBeSolvedInTheNewtonSystemToo) {
 TEST(PrescribedMotion, LocksThatContradictAConstraintNameIt) {
     Rigid rigid;
     State state = rigid.makeState();
-    for (const MobilizedBody* body :
-         {static_cast<const MobilizedBody*>(&rigid.arm),
-          static_cast<const MobilizedBody*>(&rigid.fore),
-          static_cast<const MobilizedBody*>(&rigid.hand),
-          static_cast<const MobilizedBody*>(&rigid.box)})
+    for (const MobilizedBody* body : {static_cast<const MobilizedBody*>(&rigid.arm),
+                                      static_cast<const MobilizedBody*>(&rigid.fore),
+                                      static_cast<const MobilizedBody*>(&rigid.hand),
+                                      static_cast<const MobilizedBody*>(&rigid.box)})
         body->lock(state);
     BdfIntegrator integrator(rigid.system);
     try {
@@ -349,7 +348,8 @@ TEST(PrescribedMotion, ABodyWithItsModesLockedIsRigid) {
     stepper.stepTo(0.4);
     const State& end = stepper.getState();
     plain.realize(end, Stage::Velocity);
-    const Transform a = model.boom.getFramePose(integrator.getState()), b = ball.getBodyTransform(end);
+    const Transform a = model.boom.getFramePose(integrator.getState()),
+                    b = ball.getBodyTransform(end);
     EXPECT_LT((a.p() - b.p()).norm(), 1e-6);
     EXPECT_LT((a.R().asMat33() - b.R().asMat33()).norm(), 1e-5);
     EXPECT_NEAR(integrator.getWork(), 0, 1e-12);
@@ -371,9 +371,9 @@ TEST(PrescribedMotion, LockedFrameLeavesUncoupledOscillators) {
     integrator.stepTo(0.05);
     const Vector found = model.boom.getModalCoordinates(integrator.getState());
     for (int i = 0; i < 8; ++i)
-        EXPECT_NEAR(found[i],
-                    xi[i] * std::cos(std::sqrt(model.boom.getPart().omegaSquared[size_t(i)]) * 0.05),
-                    1e-8)
+        EXPECT_NEAR(
+            found[i],
+            xi[i] * std::cos(std::sqrt(model.boom.getPart().omegaSquared[size_t(i)]) * 0.05), 1e-8)
             << "mode " << i;
     EXPECT_LT((model.boom.getFramePose(integrator.getState()).p() - Vec3(0.1, 0.2, 0.3)).norm(),
               1e-14);
@@ -399,6 +399,62 @@ TEST(PrescribedMotion, ADrivenModeAndFrameConserveEnergyLessWork) {
     EXPECT_NEAR(model.boom.getModalCoordinates(now)[6], 2e-3 * std::sin(40 * 0.1 + 0.3), 1e-15);
     const SpatialVec V = model.boom.getFrameVelocity(now);
     EXPECT_LT((V[0] - Vec3(2, -1, 3)).norm() + (V[1] - Vec3(0.1, 0.2, -0.3)).norm(), 1e-12);
+}
+
+/** Frame on a circle in the xy-plane, turning with it: angle 0.5 sin 4t. **/
+class Swing : public Motion::Custom::Implementation {
+public:
+    Implementation* clone() const override { return new Swing(*this); }
+    Motion::Level getLevel(const State&) const override { return Motion::Position; }
+    void calcPrescribedPosition(const State& state, int, Real* q) const override {
+        const Real a = calcAngle(state.getTime(), 0);
+        put(Vec7(std::cos(a / 2), 0, 0, std::sin(a / 2), std::cos(a), std::sin(a), 0.1), q);
+    }
+    void calcPrescribedPositionDot(const State& state, int, Real* qDot) const override {
+        put(calcRate(state.getTime()), qDot);
+    }
+    void calcPrescribedPositionDotDot(const State& state, int, Real* qDotDot) const override {
+        constexpr Real Step = 1e-5;
+        const Real t = state.getTime();
+        put((calcRate(t + Step) - calcRate(t - Step)) / (2 * Step), qDotDot);
+    }
+    static Real calcAngle(Real t, int derivative) {
+        return derivative == 0 ? 0.5 * std::sin(4 * t) : 2 * std::cos(4 * t);
+    }
+
+private:
+    using Vec7 = Vec<7>;
+    static Vec7 calcRate(Real t) {
+        const Real a = calcAngle(t, 0), rate = calcAngle(t, 1);
+        return rate *
+               Vec7(-std::sin(a / 2) / 2, 0, 0, std::cos(a / 2) / 2, -std::sin(a), std::cos(a), 0);
+    }
+    static void put(const Vec7& values, Real* q) {
+        for (int k = 0; k < 7; ++k) q[k] = values[k];
+    }
+};
+
+TEST(PrescribedMotion, AFrameMovesThroughPosesAndDrivesItsModes) {
+    Flexible model;
+    Motion::Custom(model.frame(), new Swing);
+    const State state = model.system.realizeTopology();
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracy(1e-9);
+    integrator.setMaximumOrder(4);
+    integrator.initialize(state);
+    model.system.realize(integrator.getState(), Stage::Dynamics);
+    const Real energy = model.flexible.calcEnergy(integrator.getState());
+    integrator.stepTo(0.1);
+    const State& now = integrator.getState();
+    model.system.realize(now, Stage::Dynamics);
+    const Real angle = Swing::calcAngle(0.1, 0), rate = Swing::calcAngle(0.1, 1);
+    const Transform X = model.boom.getFramePose(now);
+    EXPECT_LT((X.p() - Vec3(std::cos(angle), std::sin(angle), 0.1)).norm(), 1e-13);
+    EXPECT_LT((X.R().asMat33() - Rotation(angle, ZAxis).asMat33()).norm(), 1e-13);
+    EXPECT_LT((model.boom.getFrameVelocity(now)[0] - Vec3(0, 0, rate)).norm(), 1e-12);
+    EXPECT_GT(model.boom.getModalCoordinates(now).normInf(), 1e-6);
+    const Real work = integrator.getWork();
+    EXPECT_NEAR(model.flexible.calcEnergy(now) - work, energy, 1e-5 * std::abs(work));
 }
 
 TEST(PrescribedMotion, ALockedFrameSpeedTurnsAboutAFixedAxis) {
