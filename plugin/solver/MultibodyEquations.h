@@ -200,7 +200,8 @@ private:
 
     const SimTK::MultibodySystem& m_system;
     const FlexibleBodySubsystem::Guts* m_guts = nullptr;
-    SimTK::State m_private;
+    SimTK::State m_private;  ///< empty if Simbody is never asked
+    int m_numSimbodyU = 0;
     GravityField m_gravity;
     bool m_hasForeignForces = false;
     bool m_needsSimbody = false;
@@ -214,6 +215,7 @@ private:
     std::vector<ElementRef> m_elements;
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;
+    std::vector<int> m_blockOfBody;  ///< by MobilizedBodyIndex; −1: Ground
     std::vector<int> m_partOfBlock;  ///< −1: none
     std::vector<std::vector<BlockSide>> m_blockSides;
     /** Columns of Gᵀ that Simbody's constraints have in each block: constraint row, column. **/
