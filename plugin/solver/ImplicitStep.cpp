@@ -125,7 +125,7 @@ double ImplicitStep::updateZ(const StepFormula& formula, const std::vector<doubl
 
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
                                           SolutionPoint& point) {
-    constexpr double LargestFactorChange = 0.25, SlowRate = 0.5;
+    constexpr double LargestFactorChange = 0.1, SlowRate = 0.5;
     constexpr int LongestReuse = 50;
     const double t = formula.t, mass = formula.factors.mass, stiffness = formula.factors.stiffness;
     const double* uHist = formula.uHist.data();
