@@ -1,12 +1,15 @@
 # Shared by examples/run, tests/run and .ci/run; sourced by them, not run.
-#   install_packages          installs what is missing from .ci/apt-packages.txt
-#   build_targets TARGET...   configures and builds in build/release; seconds when nothing changed
+#   use_preset NAME           builds by this one of CMakePresets.json from here on; release otherwise
+#   install_packages          installs what is missing from .ci/apt-packages.txt, and for a preset that
+#                             has a list of its own from .ci/apt-packages-PRESET.txt
+#   build_targets TARGET...   configures and builds in build/PRESET; seconds when nothing changed
 # Works from any folder and leaves the caller in it.
 # shellcheck shell=bash
 
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-build=$root/build/release
+preset=release
+build=$root/build/$preset
 
 say() { printf '==> %s\n' "$*" >&2; }
 fail() {
@@ -14,10 +17,20 @@ fail() {
     exit 1
 }
 
-# The names in .ci/apt-packages.txt that are not installed, one a line.
+use_preset() {
+    local names
+    names=$(sed -n '/"configurePresets"/,/^    \]/s/.*"name": "\([^"]*\)".*/\1/p' "$root/CMakePresets.json")
+    grep -qxF -- "$1" <<<"$names" || fail "there is no preset '$1'; there are: $(xargs <<<"$names")"
+    preset=$1
+    build=$root/build/$preset
+}
+
+# The names in the lists of packages that are not installed, one a line.
 missing_packages() {
     local wanted installed
-    wanted=$(sed 's/#.*//' "$root/.ci/apt-packages.txt" | xargs -n1 | sort -u)
+    local -a lists=("$root/.ci/apt-packages.txt")
+    [ ! -f "$root/.ci/apt-packages-$preset.txt" ] || lists+=("$root/.ci/apt-packages-$preset.txt")
+    wanted=$(sed 's/#.*//' "${lists[@]}" | xargs -n1 | sort -u)
     # dpkg-query fails for a name it has never heard of, and lists the others.
     # shellcheck disable=SC2086
     installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n' $wanted 2>/dev/null |
@@ -62,9 +75,9 @@ compile_jobs() {
 build_targets() {
     # Always configured: a pull may have brought targets that the old makefiles do not know.
     [ -f "$build/Makefile" ] || say "configuring $build"
-    (cd "$root" && cmake --preset release -G "Unix Makefiles" >/dev/null)
+    (cd "$root" && cmake --preset "$preset" -G "Unix Makefiles" >/dev/null)
     say "building: $*"
     # Only lines that say something: what is compiled, made or wrong.
-    cmake --build "$build" --parallel "$(compile_jobs)" --target "$@" |
+    (cd "$root" && cmake --build --preset "$preset" --parallel "$(compile_jobs)" --target "$@") |
         { grep --line-buffered -vE 'Built target|^Consolidate|^Scanning|^\[ *[0-9]+%\] Linking|^-- ' || true; } >&2
 }

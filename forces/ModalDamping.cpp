@@ -2,30 +2,11 @@
 
 #include <cmath>
 
-#include "simflex/body/ForceElement.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
 
 namespace simflex {
 
 using namespace SimTK;
-
-namespace {
-
-class Element : public ForceElement {
-public:
-    Element(FlexibleBodyIndex body, Array_<Real> coefficients)
-        : m_body(body), m_coefficients(std::move(coefficients)) {}
-
-    void addInModalDamping(FlexibleBodyIndex body, Array_<Real>& damping) const override {
-        if (body != m_body) return;
-        for (unsigned i = 0; i < damping.size(); ++i) damping[i] += m_coefficients[i];
-    }
-
-private:
-    FlexibleBodyIndex m_body;
-    Array_<Real> m_coefficients;
-};
-
-}  // namespace
 
 ModalDamping::ModalDamping(FlexibleBodySubsystem& subsystem, const FlexibleBody& body, Real ratio)
     : ModalDamping(subsystem, body, Vector(body.getNumModes(), ratio)) {}
@@ -45,8 +26,7 @@ ModalDamping::ModalDamping(FlexibleBodySubsystem& subsystem, const FlexibleBody&
                                         std::to_string(ratios[i]) + ", must be 0 or more");
         coefficients.push_back(2 * ratios[i] * std::sqrt(part.omegaSquared[i]));
     }
-    subsystem.adoptForceElement(
-        std::make_unique<Element>(body.getIndex(), std::move(coefficients)));
+    subsystem.updGuts().addModalDamping(body.getIndex(), coefficients);
 }
 
 }  // namespace simflex

@@ -26,14 +26,23 @@ struct Plot {
         double width = 2;
         bool isDashed = false;
         bool onRightAxis = false;
+        bool hasPoints = false;  ///< a dot at each value
     };
     struct Panel {
         std::string title, yLabel;
         std::vector<Series> series;
-        std::string rightLabel;  ///< of the right axis, if a series wants one
+        std::string rightLabel;      ///< of the right axis, if a series wants one
+        bool isLogarithmic = false;  ///< left axis
+    };
+    /** A vertical line through all panels, with a word above. **/
+    struct Mark {
+        double x;
+        std::string label;
     };
     std::string title, xLabel;
     std::vector<Panel> panels;
+    std::vector<Mark> marks = {};
+    bool hasLogarithmicX = false;
 };
 
 /** @return false, with nothing written, when there is no gnuplot on this machine.

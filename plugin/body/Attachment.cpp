@@ -84,16 +84,15 @@ Attachment Attachment::onNode(const FlexibleBody& body, int nodeNumber, const Tr
     const ReducedBody& part = body.getPart();
     const int node = part.mesh.indexOf(nodeNumber);
     const Eigen::MatrixXd Psi = calcNodeRotations(part, node);
-    auto shapes = std::make_shared<FrameShapes>();
     const auto s = part.mesh.position(node);
-    shapes->s = Vec3(s[0], s[1], s[2]);
+    std::vector<double> Phi;
     for (int i = 0; i < part.numModes; ++i) {
         const double* phi = part.Phi.data() + size_t(i) * 3 * part.mesh.numNodes() + 3 * node;
-        shapes->Phi.insert(shapes->Phi.end(), phi, phi + 3);
+        Phi.insert(Phi.end(), phi, phi + 3);
     }
-    shapes->Psi.assign(Psi.data(), Psi.data() + Psi.size());
     auto frame = std::make_shared<FlexibleFrame>();
-    frame->shapes = shapes;
+    frame->shapes = FrameShapes::make(Vec3(s[0], s[1], s[2]), Phi,
+                                      std::vector<double>(Psi.data(), Psi.data() + Psi.size()));
     frame->X_IA = X_NA;
 
     Attachment attachment;

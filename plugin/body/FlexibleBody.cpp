@@ -19,7 +19,6 @@ FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem,
                            std::shared_ptr<const ReducedBody> part, const std::string& name)
     : m_system(&subsystem.getMultibodySystem()), m_subsystem(subsystem.getMySubsystemIndex()) {
     if (!part) throw std::invalid_argument("FlexibleBody '" + name + "': no part given");
-    part->validate();
     FlexibleBodySubsystem::Guts& guts = subsystem.updGuts();
     SimbodyMatterSubsystem& matter = guts.updMatter();
 
@@ -120,7 +119,7 @@ Real FlexibleBody::calcKineticEnergy(const State& state) const {
     const Eigen::VectorXd xi = guts().getXi(state, record), xiDot = guts().getXiDot(state, record);
     const BodyFrame frame = guts().getBodyFrame(state, record);
     FlexibleBodyData data;
-    data.resize(record.numModes());
+    data.resize(*record.model);
     calcInertia(*record.model, xi, xiDot, data);
     return simflex::calcKineticEnergy(*record.model, data, toEigen(frame.omega_B),
                                       toEigen(frame.v_G), xiDot);
@@ -137,7 +136,7 @@ SpatialVec FlexibleBody::calcMomentum(const State& state) const {
     const Eigen::VectorXd xi = guts().getXi(state, record), xiDot = guts().getXiDot(state, record);
     const BodyFrame frame = guts().getBodyFrame(state, record);
     FlexibleBodyData data;
-    data.resize(record.numModes());
+    data.resize(*record.model);
     calcInertia(*record.model, xi, xiDot, data);
     const Vec3 linear = record.model->mass * frame.v_G;
     const Vec3 spin = frame.R_GB * toSimTK(data.I * toEigen(frame.omega_B) + data.CXiDot);

@@ -1,5 +1,7 @@
 #include "simflex/body/FlexibleBodyEquations.h"
 
+#include <algorithm>
+
 namespace simflex {
 
 using Eigen::Map;
@@ -17,29 +19,15 @@ Matrix3d crossMatrix(const Vector3d& x) {
     return matrix;
 }
 
-/** Writes A·x and A·y while reading A once, four columns at a time: the product is bound by memory,
- * not arithmetic. **/
-void multiplyTwo(const MatrixXd& A, const Ref<const VectorXd>& x, const Ref<const VectorXd>& y,
-                 VectorXd& Ax, VectorXd& Ay) {
-    const Eigen::Index rows = A.rows(), columns = A.cols();
-    Ax.setZero();
-    Ay.setZero();
-    double *ax = Ax.data(), *ay = Ay.data();
-    Eigen::Index j = 0;
-    for (; j + 4 <= columns; j += 4) {
-        const double *a0 = A.data() + j * rows, *a1 = a0 + rows, *a2 = a1 + rows, *a3 = a2 + rows;
-        const double x0 = x[j], x1 = x[j + 1], x2 = x[j + 2], x3 = x[j + 3];
-        const double y0 = y[j], y1 = y[j + 1], y2 = y[j + 2], y3 = y[j + 3];
-#pragma GCC ivdep
-        for (Eigen::Index i = 0; i < rows; ++i) {
-            ax[i] += a0[i] * x0 + a1[i] * x1 + a2[i] * x2 + a3[i] * x3;
-            ay[i] += a0[i] * y0 + a1[i] * y1 + a2[i] * y2 + a3[i] * y3;
-        }
-    }
-    for (; j < columns; ++j) {
-        Ax += A.col(j) * x[j];
-        Ay += A.col(j) * y[j];
-    }
+/** aᵀb in eight interleaved sums: the same at any address. **/
+double dot(const double* a, const double* b, int size) {
+    double sums[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    int i = 0;
+    for (; i + 8 <= size; i += 8)
+        for (int k = 0; k < 8; ++k) sums[k] += a[i + k] * b[i + k];
+    for (; i < size; ++i) sums[0] += a[i] * b[i];
+    return ((sums[0] + sums[1]) + (sums[2] + sums[3])) +
+           ((sums[4] + sums[5]) + (sums[6] + sums[7]));
 }
 
 }  // namespace
@@ -51,19 +39,29 @@ FlexibleBodyModel::FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedP
       radius(part->calcRadius()) {
     inertia = symmetricMatrix(Map<const Eigen::Matrix<double, 6, 1>>(part->inertia.data()));
     I1 = Map<const MatrixXd>(part->I1.data(), 6, n).transpose();
-    stacked.resize(9 * n, n);
-    for (int c = 0; c < 9; ++c) {
-        const auto& component = c < 6 ? part->I2[c] : part->N[c - 6];
-        stacked.middleRows(c * n, n) = Map<const MatrixXd>(component.data(), n, n);
-    }
+    I2.resize(6 * n, n);
+    N.resize(3 * n, n);
+    for (int c = 0; c < 6; ++c)
+        I2.middleRows(c * n, n) = Map<const MatrixXd>(part->I2[size_t(c)].data(), n, n);
+    for (int a = 0; a < 3; ++a)
+        N.middleRows(a * n, n) = Map<const MatrixXd>(part->N[size_t(a)].data(), n, n);
+    I2Tiles = TiledMatrix(I2);
+    NTiles = TiledMatrix(N);
     omegaSquared = Map<const VectorXd>(part->omegaSquared.data(), n);
     const std::vector<double> largest = part->calcLargestModeDisplacements();
     displacementPerMode = Map<const VectorXd>(largest.data(), n);
     for (const ReducedBody::Interface& interface : part->interfaces) {
         const auto& s = interface.position;
-        interfaceShapes.push_back(std::make_shared<const FrameShapes>(
-            FrameShapes{SimTK::Vec3(s[0], s[1], s[2]), interface.Phi, interface.Psi}));
+        interfaceShapes.push_back(
+            FrameShapes::make(SimTK::Vec3(s[0], s[1], s[2]), interface.Phi, interface.Psi));
     }
+    MatrixXd shapes(6 * int(part->interfaces.size()), n);
+    for (int k = 0; k < int(part->interfaces.size()); ++k) {
+        const ReducedBody::Interface& interface = part->interfaces[size_t(k)];
+        shapes.middleRows(6 * k, 3) = Map<const MatrixXd>(interface.Phi.data(), 3, n);
+        shapes.middleRows(6 * k + 3, 3) = Map<const MatrixXd>(interface.Psi.data(), 3, n);
+    }
+    shapeTiles = TiledMatrix(shapes);
 }
 
 const std::shared_ptr<const FrameShapes>& FlexibleBodyModel::getInterfaceShapes(
@@ -71,11 +69,12 @@ const std::shared_ptr<const FrameShapes>& FlexibleBodyModel::getInterfaceShapes(
     return interfaceShapes[size_t(&part->getInterface(name) - part->interfaces.data())];
 }
 
-void FlexibleBodyData::resize(int n) {
-    atXi.setZero(9 * n);
-    atXiDot.setZero(9 * n);
-    B.setZero(n, 6);
-    C.setZero(3, n);
+void FlexibleBodyData::resize(const FlexibleBodyModel& model) {
+    I2Xi.setZero(model.I2Tiles.paddedRows());
+    NXi.setZero(model.NTiles.paddedRows());
+    NXiDot.setZero(model.NTiles.paddedRows());
+    B.setZero(model.n, 6);
+    CTransposed.setZero(model.n, 3);
     I.setZero();
     IDot.setZero();
     CXiDot.setZero();
@@ -87,21 +86,81 @@ Matrix3d symmetricMatrix(const Eigen::Matrix<double, 6, 1>& c) {
     return matrix;
 }
 
+void calcProducts(const FlexibleBodyModel& model, int count, const double* const* xi,
+                  const double* const* xiDot, FlexibleBodyData* const* data) {
+    constexpr int Most = 8;
+    for (int first = 0; first < count; first += Most) {
+        const int size = std::min(Most, count - first);
+        const double* factors[2 * Most];
+        double *I2Xi[Most], *products[2 * Most];
+        for (int k = 0; k < size; ++k) {
+            factors[k] = xi[first + k];
+            factors[size + k] = xiDot[first + k];
+            I2Xi[k] = data[first + k]->I2Xi.data();
+            products[k] = data[first + k]->NXi.data();
+            products[size + k] = data[first + k]->NXiDot.data();
+        }
+        model.I2Tiles.multiply(size, factors, I2Xi);
+        model.NTiles.multiply(2 * size, factors, products);
+    }
+}
+
+void calcInertiaFromProducts(const FlexibleBodyModel& model, const double* xi, const double* xiDot,
+                             FlexibleBodyData& data) {
+    // I = I₀ + Σ_j ξ_j (I₁ⱼ + I₂ⱼᵢξᵢ), ∂I/∂ξ_j = B_j = I₁ⱼ + 2 I₂ⱼᵢξᵢ, İ = Σ_j ξ̇_j B_j.
+    const int n = model.n;
+    Eigen::Matrix<double, 6, 1> inertia, rate;
+    for (int c = 0; c < 6; ++c) {
+        const double *I1 = model.I1.col(c).data(), *I2Xi = data.I2Xi.data() + c * n;
+        double* B = data.B.col(c).data();
+        for (int i = 0; i < n; ++i) B[i] = I1[i] + 2 * I2Xi[i];
+        inertia[c] = 0.5 * (dot(I1, xi, n) + dot(B, xi, n));
+        rate[c] = dot(B, xiDot, n);
+    }
+    data.I = model.inertia + symmetricMatrix(inertia);
+    data.IDot = symmetricMatrix(rate);
+    // C_a = ξᵀN_a = −(N_a ξ)ᵀ.
+    for (int a = 0; a < 3; ++a) {
+        const double* NXi = data.NXi.data() + a * n;
+        double* C = data.CTransposed.col(a).data();
+        for (int i = 0; i < n; ++i) C[i] = -NXi[i];
+        data.CXiDot[a] = dot(C, xiDot, n);
+    }
+}
+
 void calcInertia(const FlexibleBodyModel& model, const Ref<const VectorXd>& xi,
                  const Ref<const VectorXd>& xiDot, FlexibleBodyData& data) {
+    const double *xiData = xi.data(), *xiDotData = xiDot.data();
+    FlexibleBodyData* only = &data;
+    calcProducts(model, 1, &xiData, &xiDotData, &only);
+    calcInertiaFromProducts(model, xiData, xiDotData, data);
+}
+
+void calcBodyResidual(const FlexibleBodyModel& model, const FlexibleBodyData& data,
+                      const Vector3d& omega, const Vector3d& omegaDot, const double* xi,
+                      const double* xiDot, const double* xiDotDot, const VectorXd& damping,
+                      Vector3d& rotation, double* modes) {
     const int n = model.n;
-    multiplyTwo(model.stacked, xi, xiDot, data.atXi, data.atXiDot);
+    rotation = data.IDot * omega + omega.cross(data.I * omega + data.CXiDot) + data.I * omegaDot;
+    for (int a = 0; a < 3; ++a) rotation[a] += dot(data.CTransposed.col(a).data(), xiDotDot, n);
 
-    // I = I₀ + Σ_j ξ_j (I₁ⱼ + I₂ⱼᵢξᵢ), İ = Σ_j ξ̇_j ∂I/∂ξ_j.
-    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>> I2Xi(data.atXi.data(), n, 6);
-    data.B = model.I1 + 2 * I2Xi;
-    data.I = model.inertia + symmetricMatrix(model.I1.transpose() * xi + I2Xi.transpose() * xi);
-    data.IDot = symmetricMatrix(data.B.transpose() * xiDot);
-
-    // C_a = ξᵀN_a = −(N_a ξ)ᵀ.
-    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXi(data.atXi.data() + 6 * n, n, 3);
-    data.C = -NXi.transpose();
-    data.CXiDot = data.C * xiDot;
+    const double products[6] = {0.5 * omega[0] * omega[0], 0.5 * omega[1] * omega[1],
+                                0.5 * omega[2] * omega[2], omega[0] * omega[1],
+                                omega[0] * omega[2],       omega[1] * omega[2]};
+    const double *B = data.B.data(), *C = data.CTransposed.data(), *NXiDot = data.NXiDot.data();
+    const double *d = damping.data(), *omegaSquared = model.omegaSquared.data();
+#pragma GCC ivdep
+    for (int i = 0; i < n; ++i) {
+        const double inertial =
+            xiDotDot[i] + C[i] * omegaDot[0] + C[i + n] * omegaDot[1] + C[i + 2 * n] * omegaDot[2];
+        const double coriolis =
+            NXiDot[i] * omega[0] + NXiDot[i + n] * omega[1] + NXiDot[i + 2 * n] * omega[2];
+        const double centrifugal = B[i] * products[0] + B[i + n] * products[1] +
+                                   B[i + 2 * n] * products[2] + B[i + 3 * n] * products[3] +
+                                   B[i + 4 * n] * products[4] + B[i + 5 * n] * products[5];
+        modes[i] =
+            inertial - 2 * coriolis - centrifugal + d[i] * xiDot[i] + omegaSquared[i] * xi[i];
+    }
 }
 
 void calcVelocityTerms(const FlexibleBodyModel& model, const FlexibleBodyData& data,
@@ -109,8 +168,7 @@ void calcVelocityTerms(const FlexibleBodyModel& model, const FlexibleBodyData& d
     const int n = model.n;
     rotation = data.IDot * omega + omega.cross(data.I * omega + data.CXiDot);
 
-    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.atXiDot.data() + 6 * n, n,
-                                                                     3);
+    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.NXiDot.data(), n, 3);
     Eigen::Matrix<double, 6, 1> omegaProducts;  // ½ωᵀBω by components
     omegaProducts << 0.5 * omega[0] * omega[0], 0.5 * omega[1] * omega[1],
         0.5 * omega[2] * omega[2], omega[0] * omega[1], omega[0] * omega[2], omega[1] * omega[2];
@@ -121,15 +179,15 @@ void calcVelocityTerms(const FlexibleBodyModel& model, const FlexibleBodyData& d
 void addInInertiaTerms(const FlexibleBodyData& data, const Vector3d& omegaDot,
                        const Ref<const VectorXd>& xiDotDot, Vector3d& rotation,
                        Ref<VectorXd> modes) {
-    rotation.noalias() += data.I * omegaDot + data.C * xiDotDot;
-    modes.noalias() += data.C.transpose() * omegaDot;
+    rotation.noalias() += data.I * omegaDot + data.CTransposed.transpose() * xiDotDot;
+    modes.noalias() += data.CTransposed * omegaDot;
     modes += xiDotDot;
 }
 
 void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data,
                       const NewtonFactors& factors, const Vector3d& omega, const Vector3d& omegaDot,
-                      const Ref<const VectorXd>& xiDotDot, const Ref<const VectorXd>& damping,
-                      Ref<MatrixXd> J) {
+                      const Ref<const VectorXd>& xiDot, const Ref<const VectorXd>& xiDotDot,
+                      const Ref<const VectorXd>& damping, Ref<MatrixXd> J) {
     const int n = model.n;
     const double mass = factors.mass, stiffness = factors.stiffness;
     J.setZero();
@@ -139,22 +197,23 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
     J.block<3, 3>(3, 3).diagonal().setConstant(model.mass / mass);
 
     // ω rows against ξ̇, column j: C/γ + B_jω + ω×C_j + γ[B_jω̇ + N_jξ̈ + Ḃ_jω + ω×(B_jω) + ω×(N_jξ̇)].
-    const auto N = [&](int a) { return model.stacked.middleRows((6 + a) * n, n); };
-    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>> I2XiDot(data.atXiDot.data(), n, 6);
-    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.atXiDot.data() + 6 * n, n,
-                                                                     3);
+    const auto N = [&](int a) { return model.N.middleRows(a * n, n); };
+    Eigen::Matrix<double, Eigen::Dynamic, 6> I2XiDot(n, 6);
+    for (int c = 0; c < 6; ++c) I2XiDot.col(c).noalias() = model.I2.middleRows(c * n, n) * xiDot;
+    const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.NXiDot.data(), n, 3);
     Eigen::Matrix<double, Eigen::Dynamic, 3> NXiDotDot(n, 3);
     for (int a = 0; a < 3; ++a) NXiDotDot.col(a).noalias() = N(a) * xiDotDot;
     for (int j = 0; j < n; ++j) {
         const Matrix3d Bj = symmetricMatrix(data.B.row(j).transpose());
         const Matrix3d BjDot = 2 * symmetricMatrix(I2XiDot.row(j).transpose());
         const Vector3d Bomega = Bj * omega, Nj = NXiDot.row(j).transpose();
-        const Vector3d atRate = data.C.col(j) / mass + Bomega + omega.cross(data.C.col(j));
+        const Vector3d C = data.CTransposed.row(j).transpose();
+        const Vector3d atRate = C / mass + Bomega + omega.cross(C);
         const Vector3d atPosition =
             Bj * omegaDot + NXiDotDot.row(j).transpose() + BjDot * omega + omega.cross(Bomega + Nj);
         J.block<3, 1>(0, 6 + j) = atRate + stiffness * atPosition;
         // ξ rows against ω: Cᵀ/γ − 2N_aξ̇ − B_jω.
-        J.block<1, 3>(6 + j, 0) = (data.C.col(j) / mass - 2 * Nj - Bomega).transpose();
+        J.block<1, 3>(6 + j, 0) = (C / mass - 2 * Nj - Bomega).transpose();
     }
 
     // ξ rows against ξ̇: 1/γ + d + γΩ² − 2Σω_aN_a + γ(Σω̇_aN_aᵀ − ωωᵀ:I₂).
@@ -165,7 +224,7 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
                                 omega[2] * omega[2],     2 * omega[0] * omega[1],
                                 2 * omega[0] * omega[2], 2 * omega[1] * omega[2]};
     for (int c = 0; c < 6; ++c)
-        modal.noalias() -= stiffness * products[c] * model.stacked.middleRows(c * n, n);
+        modal.noalias() -= stiffness * products[c] * model.I2.middleRows(c * n, n);
     modal.diagonal() += damping + stiffness * model.omegaSquared;
     modal.diagonal().array() += 1 / mass;
 }

@@ -14,12 +14,16 @@ workspace. **/
 
 #include "simflex/body/InterfaceKinematics.h"
 #include "simflex/body/NewtonFactors.h"
+#include "simflex/body/TiledMatrix.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
 
-/** A part's invariants laid out for evaluation: [I₂ (6 components); N (3 components)] stacked as
- * 9n_f×n_f. **/
+// SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
+// meant.
+namespace Eigen = ::Eigen;
+
+/** A part's invariants laid out for evaluation. **/
 struct FlexibleBodyModel {
     explicit FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedPart);
 
@@ -28,7 +32,10 @@ struct FlexibleBodyModel {
     double mass = 0;
     Eigen::Matrix3d inertia;  ///< I₀
     Eigen::Matrix<double, Eigen::Dynamic, 6> I1;
-    Eigen::MatrixXd stacked;  ///< 9n×n: rows c·n … of component c (xx yy zz xy xz yz, N_x N_y N_z)
+    Eigen::MatrixXd I2;           ///< 6n×n: rows c·n … of component c (xx yy zz xy xz yz)
+    Eigen::MatrixXd N;            ///< 3n×n: N_x, N_y, N_z
+    TiledMatrix I2Tiles, NTiles;  ///< the same, for products
+    TiledMatrix shapeTiles;       ///< Φ (3) and Ψ (3) of each interface, 6·interfaces×n
     Eigen::VectorXd omegaSquared;
     Eigen::VectorXd displacementPerMode;  ///< largest node displacement for ξ_i = 1 [m]
     double radius = 0;                    ///< of the part about its centre of mass [m]
@@ -41,20 +48,29 @@ struct FlexibleBodyModel {
 
 /** What an evaluation writes. Allocated once by resize(). **/
 struct FlexibleBodyData {
-    void resize(int n);
+    void resize(const FlexibleBodyModel& model);
 
-    Eigen::VectorXd atXi, atXiDot;               ///< stacked·ξ and stacked·ξ̇, 9n
+    Eigen::VectorXd I2Xi, NXi, NXiDot;  ///< products with ξ and ξ̇, 6n, 3n, 3n, padded to tiles
     Eigen::Matrix<double, Eigen::Dynamic, 6> B;  ///< ∂I/∂ξ_j = I₁ⱼ + 2 I₂ⱼᵢ ξᵢ, by component
     Eigen::Matrix3d I, IDot;
-    Eigen::Matrix<double, 3, Eigen::Dynamic> C;
-    Eigen::Vector3d CXiDot;  ///< C ξ̇
+    Eigen::Matrix<double, Eigen::Dynamic, 3> CTransposed;  ///< n×3
+    Eigen::Vector3d CXiDot;                                ///< C ξ̇
 };
 
 /** Symmetric matrix of components xx yy zz xy xz yz. **/
 Eigen::Matrix3d symmetricMatrix(const Eigen::Matrix<double, 6, 1>& components);
 
-/** Writes I, B, C at ξ, and İ, Cξ̇ and the products with ξ̇. One pass over the invariants: 36 n_f²
- * flops. **/
+/** Writes the products of the invariants with ξ and ξ̇ for several bodies of one part: 24 n_f² flops
+a body, the invariants are read once for all.
+@param xi, xiDot  `count` pointers to n_f entries **/
+void calcProducts(const FlexibleBodyModel& model, int count, const double* const* xi,
+                  const double* const* xiDot, FlexibleBodyData* const* data);
+
+/** Writes I, B, C at ξ, and İ, Cξ̇. O(n_f). @pre calcProducts(). **/
+void calcInertiaFromProducts(const FlexibleBodyModel& model, const double* xi, const double* xiDot,
+                             FlexibleBodyData& data);
+
+/** Both of the above, for one body. **/
 void calcInertia(const FlexibleBodyModel& model, const Eigen::Ref<const Eigen::VectorXd>& xi,
                  const Eigen::Ref<const Eigen::VectorXd>& xiDot, FlexibleBodyData& data);
 
@@ -79,9 +95,18 @@ O(n_f²).
 void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data,
                       const NewtonFactors& factors, const Eigen::Vector3d& omega,
                       const Eigen::Vector3d& omegaDot,
+                      const Eigen::Ref<const Eigen::VectorXd>& xiDot,
                       const Eigen::Ref<const Eigen::VectorXd>& xiDotDot,
                       const Eigen::Ref<const Eigen::VectorXd>& damping,
                       Eigen::Ref<Eigen::MatrixXd> J);
+
+/** The whole left-hand side of the equations above but for the torque and modal forces that act on
+the body: inertia, velocity terms, damping and elasticity. O(n_f). @pre calcInertiaFromProducts().
+@param[out] rotation, modes  written **/
+void calcBodyResidual(const FlexibleBodyModel& model, const FlexibleBodyData& data,
+                      const Eigen::Vector3d& omega, const Eigen::Vector3d& omegaDot,
+                      const double* xi, const double* xiDot, const double* xiDotDot,
+                      const Eigen::VectorXd& damping, Eigen::Vector3d& rotation, double* modes);
 
 /** T = ½ m|v|² + ½ ωᵀIω + ωᵀCξ̇ + ½|ξ̇|². @pre calcInertia(). **/
 double calcKineticEnergy(const FlexibleBodyModel& model, const FlexibleBodyData& data,

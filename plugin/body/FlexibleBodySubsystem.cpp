@@ -89,6 +89,7 @@ Real FlexibleBodySubsystem::calcEnergy(const State& state) const {
 // guts
 
 FlexibleBodyIndex FlexibleBodySubsystem::Guts::addBody(FlexibleBodyRecord record) {
+    record.damping.setZero(record.numModes());
     m_bodies.push_back(std::move(record));
     invalidateSubsystemTopologyCache();
     return FlexibleBodyIndex(int(m_bodies.size()) - 1);
@@ -108,14 +109,18 @@ void FlexibleBodySubsystem::Guts::addForceElement(std::unique_ptr<ForceElement> 
 std::shared_ptr<const FlexibleBodyModel> FlexibleBodySubsystem::Guts::obtainModel(
     const std::shared_ptr<const ReducedBody>& part) {
     auto& model = m_models[part.get()];
-    if (!model) model = std::make_shared<const FlexibleBodyModel>(part);
+    if (!model) {
+        part->validate();
+        model = std::make_shared<const FlexibleBodyModel>(part);
+    }
     return model;
 }
 
-Array_<Real> FlexibleBodySubsystem::Guts::calcModalDamping(FlexibleBodyIndex index) const {
-    Array_<Real> damping(body(index).numModes(), Real(0));
-    for (const auto& element : m_forceElements) element->addInModalDamping(index, damping);
-    return damping;
+void FlexibleBodySubsystem::Guts::addModalDamping(FlexibleBodyIndex index,
+                                                  const Array_<Real>& coefficients) {
+    m_bodies.at(index).damping +=
+        Eigen::Map<const Eigen::VectorXd>(coefficients.cbegin(), body(index).numModes());
+    invalidateSubsystemTopologyCache();
 }
 
 Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state,
@@ -235,7 +240,7 @@ void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBo
     const Eigen::Vector3d omega = toEigen(frame.omega_B);
 
     FlexibleBodyData data;
-    data.resize(model.n);
+    data.resize(model);
     calcInertia(model, xi, xiDot, data);
     Eigen::Vector3d rotation;
     Eigen::VectorXd modes(model.n);
@@ -244,9 +249,7 @@ void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBo
     // Simbody has ω×I₀ω of the frame body itself.
     rotation -= omega.cross(model.inertia * omega);
     bodyForces[record.frame][0] -= frame.R_GB * toSimTK(rotation);
-    const Array_<Real> damping = calcModalDamping(index);
-    modes += model.omegaSquared.cwiseProduct(xi) +
-             Eigen::Map<const Eigen::VectorXd>(damping.cbegin(), model.n).cwiseProduct(xiDot);
+    modes += model.omegaSquared.cwiseProduct(xi) + record.damping.cwiseProduct(xiDot);
     addInModalForces(state, record, -modes, mobilityForces);
 }
 

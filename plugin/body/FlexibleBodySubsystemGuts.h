@@ -19,6 +19,7 @@ struct FlexibleBodyRecord {
     std::shared_ptr<const FlexibleBodyModel> model;
     SimTK::MobilizedBodyIndex frame;
     std::vector<SimTK::MobilizedBodyIndex> carriers;
+    Eigen::VectorXd damping;  ///< n_f modal damping coefficients d_i [1/s]: force −d_i ξ̇_i
 
     int numModes() const { return model->n; }
 };
@@ -47,8 +48,12 @@ public:
     FlexibleBodyIndex addBody(FlexibleBodyRecord record);
     JointIndex addJoint(JointRecord record);
     void addForceElement(std::unique_ptr<ForceElement> element);
+    /** Adds to the damping coefficients of a body, n_f [1/s]. **/
+    void addModalDamping(FlexibleBodyIndex index,
+                         const SimTK::Array_<SimTK::Real>& coefficients);
 
-    /** The shared evaluation model of a part; built once however many bodies are made of it. **/
+    /** The shared evaluation model of a part; checked and built once however many bodies are made
+    of it. @throws std::invalid_argument if the part is not valid. **/
     std::shared_ptr<const FlexibleBodyModel> obtainModel(
         const std::shared_ptr<const ReducedBody>& part);
 
@@ -60,8 +65,6 @@ public:
     const FlexibleBodyRecord& body(FlexibleBodyIndex index) const { return m_bodies.at(index); }
     const JointRecord& joint(JointIndex index) const { return m_joints.at(index); }
 
-    /** Sum of every element's modal damping coefficients of a body, n_f [1/s]. **/
-    SimTK::Array_<SimTK::Real> calcModalDamping(FlexibleBodyIndex index) const;
 
     Eigen::VectorXd getXi(const SimTK::State& state, const FlexibleBodyRecord& body) const;
     Eigen::VectorXd getXiDot(const SimTK::State& state, const FlexibleBodyRecord& body) const;

@@ -1,7 +1,6 @@
 #pragma once
 /** @file
-Base of the force elements in simflex/forces: spatial forces at attachments, and diagonal modal
-damping. **/
+Base of the force elements in simflex/forces: spatial forces at attachments. **/
 
 #include "simflex/body/Attachment.h"
 
@@ -25,10 +24,6 @@ public:
                                             const SimTK::Array_<FrameMotion>& /*frames*/) const {
         return 0;
     }
-
-    /** Adds modal damping coefficients d_i [1/s] (force −d_i ξ̇_i) of one flexible body. **/
-    virtual void addInModalDamping(FlexibleBodyIndex /*body*/,
-                                   SimTK::Array_<SimTK::Real>& /*damping*/) const {}
 
 protected:
     SimTK::Array_<Attachment> m_attachments;

@@ -23,13 +23,19 @@ struct Coefficients {
 };
 
 Coefficients calcCoefficients(Real squared) {
-    // Below t = 1 the closed forms lose digits to cancellation: series in x = t², as many terms as
-    // round-off asks.
+    // Near zero the closed forms lose digits to cancellation: series, as long as round-off asks.
+    if (squared < 1e-4) {
+        const Real x = squared;
+        return {1 - x / 6 * (1 - x / 20 * (1 - x / 42)),
+                Real(1) / 2 - x / 24 * (1 - x / 30 * (1 - x / 56)),
+                Real(1) / 6 - x / 120 * (1 - x / 42 * (1 - x / 72)),
+                -Real(1) / 12 + x / 180 * (1 - x / 37.333333333333336),
+                -Real(1) / 60 + x / 1260 * (1 - x / 48)};
+    }
     if (squared < 1) {
-        const int terms = squared < 1e-4 ? 4 : 10;
         Coefficients k{0, 0, 0, 0, 0};
         Real power = 1, previousPower = 0, factorial = 1;  // ±x^n, ±x^(n−1), (2n+1)!
-        for (int n = 0; n < terms; ++n) {
+        for (int n = 0; n < 10; ++n) {
             const Real inB = 1 / (factorial * (2 * n + 2)), inC = inB / (2 * n + 3);
             k.a += power / factorial;
             k.b += power * inB;
@@ -69,33 +75,47 @@ Rotation calcExponential(const Vec3& theta) {
     return Rotation(Mat33(1) + k.a * skew + k.b * skew * skew, true);
 }
 
-Vec3 multiplyShapes(const std::vector<double>& shapes, const double* coordinates) {
-    const double* column = shapes.data();
-    const int n = int(shapes.size() / 3);
-    Real x = 0, y = 0, z = 0;
-    for (int i = 0; i < n; ++i, column += 3) {
-        x += column[0] * coordinates[i];
-        y += column[1] * coordinates[i];
-        z += column[2] * coordinates[i];
-    }
-    return {x, y, z};
+std::shared_ptr<const FrameShapes> FrameShapes::make(const Vec3& s, const std::vector<double>& Phi,
+                                                     const std::vector<double>& Psi) {
+    auto shapes = std::make_shared<FrameShapes>();
+    shapes->s = s;
+    for (const std::vector<double>* source : {&Phi, &Psi})
+        for (size_t a = 0; a < 3; ++a)
+            for (size_t i = a; i < source->size(); i += 3) shapes->columns.push_back((*source)[i]);
+    return shapes;
 }
 
-FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const double* xi) {
+FrameSums multiplyShapes(const FrameShapes& shapes, const double* coordinates) {
+    const int n = shapes.numModes();
+    const double* column = shapes.columns.data();
+    FrameSums sums;
+    for (Vec3* sum : {&sums.translation, &sums.rotation})
+        for (int a = 0; a < 3; ++a, column += n)
+            for (int i = 0; i < n; ++i) (*sum)[a] += column[i] * coordinates[i];
+    return sums;
+}
+
+FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const FrameSums& atXi) {
     FlexibleFramePose pose;
-    pose.theta = multiplyShapes(frame.shapes->Psi, xi);
-    pose.E = calcLeftJacobian(pose.theta);
-    const Rotation R_BI = calcExponential(pose.theta);
+    pose.theta = atXi.rotation;
+    const Coefficients k = calcCoefficients(pose.theta.normSqr());
+    const Mat33 skew = SimTK::crossMat(pose.theta), square = skew * skew;
+    pose.E = Mat33(1) + k.b * skew + k.c * square;
+    const Mat33 R_BI = Mat33(1) + k.a * skew + k.b * square;
     pose.rho = R_BI * frame.X_IA.p();
-    pose.R_BA = R_BI * frame.X_IA.R();
-    pose.r = frame.shapes->s + multiplyShapes(frame.shapes->Phi, xi) + pose.rho;
+    pose.R_BA = Rotation(R_BI * frame.X_IA.R().asMat33(), true);
+    pose.r = frame.shapes->s + atXi.translation + pose.rho;
     return pose;
 }
 
-FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose& pose,
-                            const BodyFrame& body, const double* xiDot) {
-    const Vec3 omegaRel = pose.E * multiplyShapes(frame.shapes->Psi, xiDot);
-    const Vec3 vRel = multiplyShapes(frame.shapes->Phi, xiDot) + omegaRel % pose.rho;
+FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const double* xi) {
+    return calcFramePose(frame, multiplyShapes(*frame.shapes, xi));
+}
+
+FrameMotion calcFrameMotion(const FlexibleFramePose& pose, const BodyFrame& body,
+                            const FrameSums& atXiDot) {
+    const Vec3 omegaRel = pose.E * atXiDot.rotation;
+    const Vec3 vRel = atXiDot.translation + omegaRel % pose.rho;
     FrameMotion motion;
     motion.X = SimTK::Transform(body.R_GB * pose.R_BA, body.p_GB + body.R_GB * pose.r);
     motion.V = {body.R_GB * (body.omega_B + omegaRel),
@@ -103,16 +123,22 @@ FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose&
     return motion;
 }
 
+FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose& pose,
+                            const BodyFrame& body, const double* xiDot) {
+    return calcFrameMotion(pose, body, multiplyShapes(*frame.shapes, xiDot));
+}
+
 SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                                  const BodyFrame& body, const double* xiDot, const Vec3& omegaDot_B,
                                  const Vec3& vDot_G, const double* xiDotDot) {
-    const Vec3 thetaDot = multiplyShapes(frame.shapes->Psi, xiDot);
-    const Vec3 omegaRel = pose.E * thetaDot;
-    const Vec3 vRel = multiplyShapes(frame.shapes->Phi, xiDot) + omegaRel % pose.rho;
-    const Vec3 alphaRel = pose.E * multiplyShapes(frame.shapes->Psi, xiDotDot) +
-                          calcLeftJacobianDotTimes(pose.theta, thetaDot);
-    const Vec3 aRel = multiplyShapes(frame.shapes->Phi, xiDotDot) + alphaRel % pose.rho +
-                      omegaRel % (omegaRel % pose.rho);
+    const FrameSums atXiDot = multiplyShapes(*frame.shapes, xiDot);
+    const FrameSums atXiDotDot = multiplyShapes(*frame.shapes, xiDotDot);
+    const Vec3 omegaRel = pose.E * atXiDot.rotation;
+    const Vec3 vRel = atXiDot.translation + omegaRel % pose.rho;
+    const Vec3 alphaRel =
+        pose.E * atXiDotDot.rotation + calcLeftJacobianDotTimes(pose.theta, atXiDot.rotation);
+    const Vec3 aRel =
+        atXiDotDot.translation + alphaRel % pose.rho + omegaRel % (omegaRel % pose.rho);
     const Vec3& omega = body.omega_B;
     const Vec3 alpha_B = omegaDot_B + omega % omegaRel + alphaRel;
     const Vec3 a_B = omegaDot_B % pose.r + omega % (omega % pose.r) + 2 * (omega % vRel) + aRel;
@@ -135,10 +161,12 @@ void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose,
     calcFrameForce(pose, R_GB, F_G, torque, linear, force, moment);
     torque_B += torque;
     force_G += linear;
-    const double *phi = frame.shapes->Phi.data(), *psi = frame.shapes->Psi.data();
-    for (int i = 0; i < frame.numModes(); ++i, phi += 3, psi += 3)
-        modal[i] += phi[0] * force[0] + phi[1] * force[1] + phi[2] * force[2] + psi[0] * moment[0] +
-                    psi[1] * moment[1] + psi[2] * moment[2];
+    const int n = frame.numModes();
+    const double* A = frame.shapes->columns.data();
+#pragma GCC ivdep
+    for (int i = 0; i < n; ++i)
+        modal[i] += A[i] * force[0] + A[i + n] * force[1] + A[i + 2 * n] * force[2] +
+                    A[i + 3 * n] * moment[0] + A[i + 4 * n] * moment[1] + A[i + 5 * n] * moment[2];
 }
 
 void addInConstraintRow(const FlexibleFrame& frame, const FlexibleFramePose& pose,

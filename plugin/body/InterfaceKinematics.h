@@ -18,16 +18,26 @@ namespace simflex {
 
 /** Shapes of an interface or a node of a part; shared by all frames on it. **/
 struct FrameShapes {
-    SimTK::Vec3 s{0};         ///< undeformed position, from the centre of mass, in B [m]
-    std::vector<double> Phi;  ///< 3×n_f translation shapes, column-major
-    std::vector<double> Psi;  ///< 3×n_f rotation shapes, column-major
+    SimTK::Vec3 s{0};             ///< undeformed position, from the centre of mass, in B [m]
+    std::vector<double> columns;  ///< n_f×6: translations x, y, z, then rotations, by mode
+
+    /** @param Phi, Psi  3×n_f translation and rotation shapes, column-major **/
+    static std::shared_ptr<const FrameShapes> make(const SimTK::Vec3& s,
+                                                   const std::vector<double>& Phi,
+                                                   const std::vector<double>& Psi);
+    int numModes() const { return int(columns.size() / 6); }
+};
+
+/** What modal coordinates (or their rates) move a frame's seat by: Φξ and Ψξ. **/
+struct FrameSums {
+    SimTK::Vec3 translation{0}, rotation{0};
 };
 
 /** Constant data of a frame on a flexible part. **/
 struct FlexibleFrame {
     std::shared_ptr<const FrameShapes> shapes;
     SimTK::Transform X_IA;  ///< frame A on the interface's own axes
-    int numModes() const { return int(shapes->Phi.size() / 3); }
+    int numModes() const { return shapes->numModes(); }
 };
 
 /** Pose of B in Ground and its speeds (the solver's own: ω in B). **/
@@ -54,12 +64,17 @@ SimTK::Vec3 calcLeftJacobianDotTimes(const SimTK::Vec3& theta, const SimTK::Vec3
 /** The rotation exp([θ]×). **/
 SimTK::Rotation calcExponential(const SimTK::Vec3& theta);
 
-/** Modal sum `shapes·coordinates`; shapes are 3×n column-major. **/
-SimTK::Vec3 multiplyShapes(const std::vector<double>& shapes, const double* coordinates);
+/** Φ·coordinates and Ψ·coordinates. **/
+FrameSums multiplyShapes(const FrameShapes& shapes, const double* coordinates);
 
+/** @param atXi  Φξ and Ψξ of the frame **/
+FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const FrameSums& atXi);
 FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const double* xi);
 
-/** Pose and velocity of A in Ground; A (acceleration) is left zero. **/
+/** Pose and velocity of A in Ground; A (acceleration) is left zero.
+@param atXiDot  Φξ̇ and Ψξ̇ of the frame **/
+FrameMotion calcFrameMotion(const FlexibleFramePose& pose, const BodyFrame& body,
+                            const FrameSums& atXiDot);
 FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                             const BodyFrame& body, const double* xiDot);
 

@@ -16,6 +16,10 @@ realize(), then anything else. **/
 
 namespace simflex {
 
+// SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
+// meant.
+namespace Eigen = ::Eigen;
+
 /** Gravity as Simbody's Force::Gravity elements give it, summed for each mobilized body [m/s²]. **/
 struct GravityField {
     std::vector<SimTK::Vec3> atBody;  ///< by MobilizedBodyIndex
@@ -79,6 +83,12 @@ public:
     /** q ← q moved by the quasi-displacement δ = N⁻¹ Δq; quaternions stay normalised. **/
     virtual void displaceQ(const EvaluationContext& context, const double* delta,
                            double* q) const = 0;
+
+    /** The same for a finite δ, exact to second order in it: exp for quaternions, N(q) half-way for
+     * angles. **/
+    virtual void moveQ(const EvaluationContext& context, const double* delta, double* q) const {
+        displaceQ(context, delta, q);
+    }
 
     /** Scales quaternions to length 1. **/
     virtual void normalizeQ(double* q) const = 0;

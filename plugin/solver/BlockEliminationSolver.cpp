@@ -1,11 +1,12 @@
 #include "simflex/solver/BlockEliminationSolver.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <stdexcept>
 #include <string>
+
+#include "simflex/solver/BlockFactors.h"
+#include "simflex/solver/FrontSolver.h"
 
 namespace simflex {
 namespace {
@@ -15,114 +16,47 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Clock = std::chrono::steady_clock;
 using Block = NewtonSystem::Block;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using MatrixX3d = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/** Factors of one arrow matrix [H, E; Eᵀ, diag(d)]: T = E diag(d)⁻¹ and LU of H − T Eᵀ. **/
-struct ArrowFactors {
-    VectorXd inverseDiagonal;
-    MatrixX3d T;
-    Eigen::PartialPivLU<Matrix6d> head;
-
-    void factor(const NewtonSystem::Part& part, const Block& block) {
-        const int tail = block.size - 6;
-        const Map<const MatrixX3d> coupling(block.coupling.data(), tail, 3);
-        inverseDiagonal = Map<const VectorXd>(part.diagonal.data(), tail).cwiseInverse();
-        T.noalias() = inverseDiagonal.asDiagonal() * coupling;
-        Matrix6d reduced = Map<const Matrix6d>(block.head.data());
-        reduced.topLeftCorner<3, 3>() -= coupling.transpose() * T;
-        head.compute(reduced);
-    }
-
-    /** X ← A⁻¹ X for n×m X. **/
-    template <class Matrix>
-    void solveInPlace(Matrix&& X) const {
-        const auto tail = X.rows() - 6;
-        for (Eigen::Index k = 0; k < X.cols(); ++k) {
-            auto column = X.col(k);
-            Eigen::Matrix<double, 6, 1> top = column.template head<6>();
-            top.template head<3>() -= T.transpose() * column.tail(tail);
-            const Eigen::Matrix<double, 6, 1> solved = head.solve(top);
-            column.template head<6>() = solved;
-            column.tail(tail).array() *= inverseDiagonal.array();
-            column.tail(tail) -= T * solved.template head<3>();
-        }
-    }
-};
-
-/** What factor() and solve() write for one block. **/
-struct BlockData {
-    bool isArrow = false;
-    ArrowFactors arrow;
-    Eigen::PartialPivLU<MatrixXd> dense;
-    MatrixXd Gt;      ///< n×m
-    MatrixXd W;       ///< n×m
-    MatrixXd S;       ///< m×m contribution G_b W_b
-    VectorXd z;       ///< n
-    VectorXd Gz;      ///< m
-    VectorXd lambda;  ///< m multipliers gathered
-    VectorXd deltaU;  ///< n
-
-    template <class Matrix>
-    void solveInPlace(Matrix&& X) const {
-        if (isArrow)
-            arrow.solveInPlace(X);
-        else
-            X = dense.solve(X);
-    }
-};
+/** A block with so many columns that its speeds stay unknowns of step 3. **/
+bool isHub(const Block& block) {
+    return block.numColumns() > 4 * block.size + 64;
+}
 
 }  // namespace
 
 class BlockEliminationSolver::Implementation {
 public:
     explicit Implementation(const NewtonSystem& system)
-        : m_blocks(system.blocks.size()),
-          m_rows(system.blocks.size()),
-          m_numMultipliers(system.numMultipliers()) {
+        : m_numMultipliers(system.numMultipliers()) {
         system.checkSizes();
-        for (size_t b = 0; b < m_blocks.size(); ++b) {
-            const Block& block = system.blocks[b];
-            const auto n = block.size, m = int(block.rows.size());
-            m_rows[b] = block.rows;
-            m_blocks[b].Gt.setZero(n, m);
-            m_blocks[b].W.setZero(n, m);
-            m_blocks[b].S.setZero(m, m);
-            m_blocks[b].z.setZero(n);
-            m_blocks[b].Gz.setZero(m);
-            m_blocks[b].lambda.setZero(m);
-            m_blocks[b].deltaU.setZero(n);
+        for (const NewtonSystem::Part& part : system.parts) m_parts.emplace_back(part);
+        for (const Block& block : system.blocks) {
+            m_blocks.emplace_back(block, m_parts);
+            m_firstColumn.push_back(int(m_Gz.size()));
+            m_Gz.resize(m_Gz.size() + block.rows.size());
+            m_rows.insert(m_rows.end(), block.rows.begin(), block.rows.end());
         }
-        m_S.setZero(m_numMultipliers, m_numMultipliers);
-        m_scale.setOnes(m_numMultipliers);
-        m_lambda.setZero(m_numMultipliers);
+        m_columnLambda.resize(m_Gz.size());
+        analyse(system, true);
     }
 
     void factor(const NewtonSystem& system) {
         m_isFactored = false;
         const auto start = Clock::now();
-        const int count = int(m_blocks.size());
-        bool isSingular = false;
-        int culprit = 0;
-#pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
-        for (int b = 0; b < count; ++b) {
-            if (factorBlock(system, system.blocks[b], m_blocks[b])) continue;
-#pragma omp critical
-            {
-                culprit = isSingular ? std::min(culprit, b) : b;
-                isSingular = true;
-            }
-        }
-        m_timing.factor += secondsSince(start);
-        if (isSingular)
-            throw std::runtime_error("BlockEliminationSolver: the matrix of block " +
-                                     std::to_string(culprit) + " is singular or not finite");
+        factorBlocks(system);
         const auto schurStart = Clock::now();
-        factorSchurComplement();
+        m_timing.factor += std::chrono::duration<double>(schurStart - start).count();
+        factorSchurComplement(system);
+        if (!m_hubs.empty() && !m_fronts->getRedundantUnknowns().empty()) {
+            // Beside a hub a pivot may vanish that the hub itself would fill: look again without.
+            analyse(system, false);
+            factorBlocks(system);
+            factorSchurComplement(system);
+        }
         m_timing.schur += secondsSince(schurStart);
         m_isFactored = true;
     }
@@ -130,114 +64,213 @@ public:
     void solve(const NewtonSystem& system) {
         if (!m_isFactored)
             throw std::logic_error("BlockEliminationSolver::solve() before factor()");
-        auto start = Clock::now();
+        const auto start = Clock::now();
         const int count = int(m_blocks.size());
 #pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
-        for (int b = 0; b < count; ++b) {
-            const Block& block = system.blocks[b];
-            BlockData& data = m_blocks[b];
-            data.z = Map<const VectorXd>(block.r.data(), block.size);
-            // G_b z_b = W̃ᵀ r needs J symmetric; the plain product serves every form.
-            data.solveInPlace(data.z);
-            data.Gz.noalias() = data.Gt.transpose() * data.z;
-        }
-        m_timing.backSubstitution += secondsSince(start);
-
-        start = Clock::now();
-        m_lambda = Map<const VectorXd>(system.c.data(), m_numMultipliers);
         for (int b = 0; b < count; ++b)
-            for (size_t i = 0; i < m_rows[b].size(); ++i)
-                m_lambda[m_rows[b][i]] -= m_blocks[b].Gz[i];
-        solveSchurComplement();
-        m_timing.schur += secondsSince(start);
+            if (!m_isHub[size_t(b)])
+                m_blocks[size_t(b)].eliminate(system.blocks[size_t(b)],
+                                              m_Gz.data() + m_firstColumn[size_t(b)]);
+        const auto schurStart = Clock::now();
 
-        start = Clock::now();
+        std::copy(system.c.begin(), system.c.end(), m_x.begin());
+        for (int b = 0; b < count; ++b) {
+            if (m_isHub[size_t(b)]) continue;
+            const int first = m_firstColumn[size_t(b)];
+            const int columns = system.blocks[size_t(b)].numColumns();
+            for (int k = first; k < first + columns; ++k)
+                m_x[size_t(m_rows[size_t(k)])] -= m_Gz[size_t(k)];
+        }
+        for (const Hub& hub : m_hubs) {
+            const std::vector<double>& r = system.blocks[size_t(hub.block)].r;
+            std::copy(r.begin(), r.end(), m_x.begin() + hub.firstUnknown);
+        }
+        if (!m_x.empty()) m_fronts->solve(m_x.data(), m_threads);
+        const auto substitutionStart = Clock::now();
+
 #pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
         for (int b = 0; b < count; ++b) {
-            BlockData& data = m_blocks[b];
-            for (size_t i = 0; i < m_rows[b].size(); ++i) data.lambda[i] = m_lambda[m_rows[b][i]];
-            data.deltaU = -data.z;
-            data.deltaU.noalias() -= data.W * data.lambda;
+            if (m_isHub[size_t(b)]) continue;
+            const Block& block = system.blocks[size_t(b)];
+            double* lambda = m_columnLambda.data() + m_firstColumn[size_t(b)];
+            for (int k = 0; k < block.numColumns(); ++k)
+                lambda[k] = m_x[size_t(block.rows[size_t(k)])];
+            m_blocks[size_t(b)].substitute(block, lambda);
         }
-        m_timing.backSubstitution += secondsSince(start);
+        m_timing.schur += std::chrono::duration<double>(substitutionStart - schurStart).count();
+        m_timing.backSubstitution += std::chrono::duration<double>(schurStart - start).count() +
+                                     secondsSince(substitutionStart);
     }
 
-    std::vector<BlockData> m_blocks;
-    std::vector<std::vector<int>> m_rows;
-    int m_numMultipliers;
-    int m_threads = 1;
-    int m_numRedundant = 0;
-    bool m_isFactored = false;
-    VectorXd m_lambda;
-    Timing m_timing;
+    const double* getDeltaU(int block) const {
+        const auto hub = std::find_if(m_hubs.begin(), m_hubs.end(),
+                                      [&](const Hub& h) { return h.block == block; });
+        if (hub != m_hubs.end()) return m_x.data() + hub->firstUnknown;
+        return m_blocks.at(size_t(block)).getDeltaU().data();
+    }
+
+    const double* getDeltaLambda() const {
+        return m_x.data();
+    }
+    const FrontSolver& getFronts() const {
+        return *m_fronts;
+    }
+
+    /** A parallel loop must outlast its barrier: small systems are left to one thread. **/
+    void setNumThreads(int most) {
+        constexpr double WorkPerThread = 1e5;  // multiplications in one factor()
+        m_threads = std::max(1, std::min(most, int(m_work / WorkPerThread)));
+    }
+    const Timing& getTiming() const {
+        return m_timing;
+    }
 
 private:
-    /** @returns false if the block's matrix is singular or not finite. **/
-    static bool factorBlock(const NewtonSystem& system, const Block& block, BlockData& data) {
-        const int n = block.size, m = int(block.rows.size());
-        if (n == 0) return true;
-        data.isArrow = block.form == Block::Form::Arrow;
-        double smallestPivot = 0;
-        if (data.isArrow) {
-            data.arrow.factor(system.parts[size_t(block.part)], block);
-            smallestPivot = data.arrow.head.matrixLU().diagonal().cwiseAbs().minCoeff();
-            if (!data.arrow.T.allFinite()) return false;
-        } else {
-            data.dense.compute(Map<const MatrixXd>(block.matrix.data(), n, n));
-            smallestPivot = data.dense.matrixLU().diagonal().cwiseAbs().minCoeff();
-        }
-        if (!(smallestPivot > 0)) return false;
-        if (m == 0) return true;
-        system.expandGt(block, data.Gt.data());
-        data.W = data.Gt;
-        data.solveInPlace(data.W);
-        data.S.noalias() = data.Gt.transpose() * data.W;
-        return data.S.allFinite();
-    }
+    /** A block whose speeds are unknowns of step 3: rows −J Δu − Gᵀ Δλ = r. **/
+    struct Hub {
+        int block;
+        int firstUnknown;
+        int selfClique;  ///< −J
+        struct Coupling {
+            int clique;  ///< [0, −Gᵀ; −G, 0] for some columns of Gᵀ
+            int firstColumn, numColumns;
+        };
+        std::vector<Coupling> couplings;
+        MatrixXd minusJ, Gt;
+    };
 
-    void factorSchurComplement() {
-        m_numRedundant = 0;
-        if (m_numMultipliers == 0) return;
-        m_S.setZero();
+    /** Lays out the unknowns and cliques of step 3. **/
+    void analyse(const NewtonSystem& system, bool keepHubs) {
+        m_work = 0;
+        CliquePattern pattern;
+        pattern.numUnknowns = m_numMultipliers;
+        m_hubs.clear();
+        m_isHub.assign(m_blocks.size(), 0);
+        m_hubMatrices.clear();
+        std::vector<std::vector<int>> blocksOfRow(static_cast<size_t>(m_numMultipliers));
         for (size_t b = 0; b < m_blocks.size(); ++b) {
-            const std::vector<int>& rows = m_rows[b];
-            for (size_t j = 0; j < rows.size(); ++j)
-                for (size_t i = 0; i < rows.size(); ++i)
-                    m_S(rows[i], rows[j]) += m_blocks[b].S(i, j);
+            const Block& block = system.blocks[b];
+            m_work += double(block.size) * block.size + 20.0 * block.size * block.numColumns();
+            m_isHub[b] = keepHubs && isHub(block);
+            pattern.cliques.push_back(m_isHub[b] ? std::vector<int>() : block.rows);
+            for (int row : block.rows) blocksOfRow[size_t(row)].push_back(int(b));
         }
-        // Rows of metres and radians on light and heavy bodies: scale S to a unit diagonal.
-        for (int i = 0; i < m_numMultipliers; ++i) {
-            const double diagonal = std::abs(m_S(i, i));
-            m_scale[i] = diagonal > 0 ? 1 / std::sqrt(diagonal) : 1;
+        for (size_t b = 0; b < m_blocks.size(); ++b) {
+            if (!m_isHub[b]) continue;
+            const Block& block = system.blocks[b];
+            Hub hub;
+            hub.block = int(b);
+            hub.firstUnknown = pattern.numUnknowns;
+            pattern.numUnknowns += block.size;
+            std::vector<int> speeds;
+            for (int i = 0; i < block.size; ++i) speeds.push_back(hub.firstUnknown + i);
+            pattern.lastUnknowns.insert(pattern.lastUnknowns.end(), speeds.begin(), speeds.end());
+            hub.selfClique = int(pattern.cliques.size());
+            pattern.cliques.push_back(speeds);
+            // Columns of one joint together: those that act on the same blocks.
+            for (int first = 0; first < block.numColumns();) {
+                const auto blocksOf = [&](int column) -> const std::vector<int>& {
+                    return blocksOfRow[size_t(block.rows[size_t(column)])];
+                };
+                int columns = 1;
+                while (first + columns < block.numColumns() &&
+                       blocksOf(first + columns) == blocksOf(first))
+                    ++columns;
+                hub.couplings.push_back({int(pattern.cliques.size()), first, columns});
+                std::vector<int> clique = speeds;
+                clique.insert(clique.end(), block.rows.begin() + first,
+                              block.rows.begin() + first + columns);
+                pattern.cliques.push_back(clique);
+                first += columns;
+            }
+            hub.minusJ.setZero(block.size, block.size);
+            hub.Gt.setZero(block.size, block.numColumns());
+            m_hubs.push_back(std::move(hub));
         }
-        m_S = m_scale.asDiagonal() * m_S * m_scale.asDiagonal();
-        m_lu.compute(m_S);
-        // The estimate of rcond() is no guide when a pivot vanishes: look at the pivots first.
-        const auto pivots = m_lu.matrixLU().diagonal().cwiseAbs();
-        const bool isRegular = pivots.minCoeff() > RankThreshold * pivots.maxCoeff();
-        if (isRegular && m_lu.rcond() > SmallestReciprocalCondition) return;
-        m_orthogonal.setThreshold(RankThreshold);
-        m_orthogonal.compute(m_S);
-        m_numRedundant = m_numMultipliers - int(m_orthogonal.rank());
+        // Rows that act on hubs alone have no diagonal until the hubs are eliminated.
+        for (int row = 0; row < m_numMultipliers && !m_hubs.empty(); ++row)
+            if (std::all_of(blocksOfRow[size_t(row)].begin(), blocksOfRow[size_t(row)].end(),
+                            [&](int b) { return m_isHub[size_t(b)]; }))
+                pattern.lastUnknowns.push_back(row);
+        m_cliqueValues.assign(pattern.cliques.size(), nullptr);
+        m_hubMatrices.resize(pattern.cliques.size());
+        m_x.assign(size_t(pattern.numUnknowns), 0);
+        m_fronts = std::make_unique<FrontSolver>(pattern);
+        m_work += m_fronts->getTree().work();
     }
 
-    void solveSchurComplement() {
-        if (m_numMultipliers == 0) return;
-        m_lambda.array() *= m_scale.array();
-        if (m_numRedundant == 0)
-            m_lambda = m_lu.solve(m_lambda);
-        else
-            m_lambda = m_orthogonal.solve(m_lambda);
-        m_lambda.array() *= m_scale.array();
+    void factorBlocks(const NewtonSystem& system) {
+        for (size_t p = 0; p < m_parts.size(); ++p)
+            if (!m_parts[p].factor(system.parts[p]))
+                throw std::runtime_error("BlockEliminationSolver: the diagonal of part " +
+                                         std::to_string(p) + " is singular or not finite");
+        const int count = int(m_blocks.size());
+        int culprit = count;
+#pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1) \
+    reduction(min                                                                   \
+              : culprit)
+        for (int b = 0; b < count; ++b)
+            if (!m_isHub[size_t(b)] &&
+                !m_blocks[size_t(b)].factor(system, system.blocks[size_t(b)]))
+                culprit = std::min(culprit, b);
+        if (culprit < count)
+            throw std::runtime_error("BlockEliminationSolver: the matrix of block " +
+                                     std::to_string(culprit) + " is singular or not finite");
     }
 
-    static constexpr double SmallestReciprocalCondition = 1e-13;
-    static constexpr double RankThreshold = 1e-11;
+    void factorSchurComplement(const NewtonSystem& system) {
+        bool isSymmetric = true;
+        for (size_t b = 0; b < m_blocks.size(); ++b) {
+            m_cliqueValues[b] = m_isHub[b] ? nullptr : m_blocks[b].getSchur();
+            isSymmetric = isSymmetric && system.blocks[b].form != Block::Form::General;
+        }
+        for (Hub& hub : m_hubs) fillHub(system, hub);
+        if (m_x.empty()) return;
+        m_fronts->setSymmetric(isSymmetric);
+        m_fronts->factor(m_cliqueValues, m_threads);
+    }
 
-    MatrixXd m_S;
-    VectorXd m_scale;
-    Eigen::PartialPivLU<MatrixXd> m_lu;
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> m_orthogonal;
+    void fillHub(const NewtonSystem& system, Hub& hub) {
+        const Block& block = system.blocks[size_t(hub.block)];
+        const int n = block.size;
+        if (block.form == Block::Form::Arrow) {
+            const NewtonSystem::Part& part = system.parts[size_t(block.part)];
+            hub.minusJ.topLeftCorner<6, 6>() = -Map<const MatrixXd>(block.head.data(), 6, 6);
+            hub.minusJ.bottomLeftCorner(n - 6, 3) =
+                -Map<const MatrixXd>(block.coupling.data(), n - 6, 3);
+            hub.minusJ.topRightCorner(3, n - 6) = hub.minusJ.bottomLeftCorner(n - 6, 3).transpose();
+            hub.minusJ.diagonal().tail(n - 6) = -Map<const VectorXd>(part.diagonal.data(), n - 6);
+        } else {
+            hub.minusJ = -Map<const MatrixXd>(block.matrix.data(), n, n);
+        }
+        system.expandGt(block, hub.Gt.data());
+        m_cliqueValues[size_t(hub.selfClique)] = hub.minusJ.data();
+        for (const Hub::Coupling& coupling : hub.couplings) {
+            MatrixXd& values = m_hubMatrices[size_t(coupling.clique)];
+            const int k = coupling.numColumns;
+            values.setZero(n + k, n + k);
+            values.topRightCorner(n, k) = -hub.Gt.middleCols(coupling.firstColumn, k);
+            values.bottomLeftCorner(k, n) = values.topRightCorner(n, k).transpose();
+            m_cliqueValues[size_t(coupling.clique)] = values.data();
+        }
+    }
+
+    int m_numMultipliers;
+    std::vector<PartFactors> m_parts;
+    std::vector<BlockFactors> m_blocks;
+    std::vector<char> m_isHub;
+    std::vector<Hub> m_hubs;
+    std::vector<MatrixXd> m_hubMatrices;  ///< by clique
+    std::vector<const double*> m_cliqueValues;
+    std::unique_ptr<FrontSolver> m_fronts;
+
+    std::vector<int> m_firstColumn, m_rows;    ///< all blocks' columns, one after another
+    std::vector<double> m_Gz, m_columnLambda;  ///< by column
+    std::vector<double> m_x;                   ///< Δλ, then hubs' Δu
+    double m_work = 0;                         ///< of one factor() with arrows
+    int m_threads = 1;
+    bool m_isFactored = false;
+    Timing m_timing;
 };
 
 BlockEliminationSolver::BlockEliminationSolver(const NewtonSystem& system)
@@ -250,7 +283,7 @@ BlockEliminationSolver& BlockEliminationSolver::operator=(BlockEliminationSolver
 void BlockEliminationSolver::setNumThreads(int threads) {
     if (threads < 1)
         throw std::invalid_argument("BlockEliminationSolver::setNumThreads: at least 1");
-    m_impl->m_threads = threads;
+    m_impl->setNumThreads(threads);
 }
 void BlockEliminationSolver::factor(const NewtonSystem& system) {
     m_impl->factor(system);
@@ -259,16 +292,22 @@ void BlockEliminationSolver::solve(const NewtonSystem& system) {
     m_impl->solve(system);
 }
 const double* BlockEliminationSolver::getDeltaU(int block) const {
-    return m_impl->m_blocks.at(block).deltaU.data();
+    return m_impl->getDeltaU(block);
 }
 const double* BlockEliminationSolver::getDeltaLambda() const {
-    return m_impl->m_lambda.data();
+    return m_impl->getDeltaLambda();
 }
 int BlockEliminationSolver::getNumRedundant() const {
-    return m_impl->m_numRedundant;
+    return int(getRedundantRows().size());
+}
+const std::vector<int>& BlockEliminationSolver::getRedundantRows() const {
+    return m_impl->getFronts().getRedundantUnknowns();
+}
+std::vector<int> BlockEliminationSolver::findInvolvedRows(int k) const {
+    return m_impl->getFronts().findInvolvedUnknowns(k);
 }
 const BlockEliminationSolver::Timing& BlockEliminationSolver::getTiming() const {
-    return m_impl->m_timing;
+    return m_impl->getTiming();
 }
 
 }  // namespace simflex

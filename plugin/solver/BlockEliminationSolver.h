@@ -2,14 +2,18 @@
 /** @file
 Solves a NewtonSystem by block Gaussian elimination over bodies, then over multipliers:
 
-    1. per block, in parallel:  factor J_b,  W_b = J_b⁻¹ G_bᵀ
-    2. Schur complement:        S = Σ_b G_b W_b
+    1. per block, in parallel:  factor J_b,  S_b = G_b J_b⁻¹ G_bᵀ
+    2. Schur complement:        S = Σ_b S_b, sparse: its graph is that of joints sharing a body
     3.                          S Δλ = c − Σ_b G_b z_b,   z_b = J_b⁻¹ r_b
-    4. per block, in parallel:  Δu_b = −z_b − W_b Δλ
+    4. per block, in parallel:  Δu_b = −z_b − J_b⁻¹ G_bᵀ Δλ
 
-An arrow block costs O(36 n). Redundant constraints leave S singular: then Δλ is the least-squares
-solution of minimum norm (in rows scaled by diag S), and getNumRedundant() says how many. Sums over
-blocks have a fixed order, so results are the same to the bit for any number of threads.
+An arrow block costs O(36 n). S is factored by fronts in a nested-dissection order found once, or as
+one dense matrix if it is small; LDLᵀ if every block is symmetric, else LU. A body with very many
+joints (a hub) would couple them all: its speeds stay in step 3 as unknowns instead.
+
+Redundant constraints leave S singular: then Δλ is the least-squares solution of least norm, and
+getRedundantRows() names them. Sums over blocks have a fixed order, so results are the same to the
+bit for any number of threads.
 
     BlockEliminationSolver solver(system);   // symbolic: sizes and rows
     solver.factor(system);
@@ -17,9 +21,10 @@ blocks have a fixed order, so results are the same to the bit for any number of 
     const double* du = solver.getDeltaU(block);  const double* dlambda = solver.getDeltaLambda();
 
 States: symbolic (after construction) → factored (after factor()); solve() may follow any number of
-times. **/
+times. After the first of each, neither allocates memory (redundant constraints excepted). **/
 
 #include <memory>
+#include <vector>
 
 #include "simflex/solver/NewtonSystem.h"
 
@@ -40,7 +45,7 @@ public:
     BlockEliminationSolver(BlockEliminationSolver&&) noexcept;
     BlockEliminationSolver& operator=(BlockEliminationSolver&&) noexcept;
 
-    /** Threads used in steps 1 and 4; at least 1. **/
+    /** Threads to use at most; small systems get fewer. **/
     void setNumThreads(int threads);
 
     /** Factors every J_b and S. @pre same topology as in the constructor.
@@ -54,6 +59,10 @@ public:
     const double* getDeltaU(int block) const;
     const double* getDeltaLambda() const;
     int getNumRedundant() const;
+    /** Rows of Δλ that follow from others, one for each redundancy; of the last factor(). **/
+    const std::vector<int>& getRedundantRows() const;
+    /** All rows that take part in the k-th redundancy, ascending, its own row among them. **/
+    std::vector<int> findInvolvedRows(int k) const;
     const Timing& getTiming() const;
 
 private:

@@ -18,10 +18,11 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
     name = m_record.name;
     numQ = 7 + m_n;
     numU = 6 + m_n;
-    const Array_<Real> damping = guts.calcModalDamping(index);
-    m_damping = ConstModes(damping.cbegin(), m_n);
+    m_damping = m_record.damping;
     m_inverseOmega = m_model.omegaSquared.cwiseSqrt().cwiseInverse();
-    m_data.resize(m_n);
+    m_data.resize(m_model);
+    m_shapesXi.setZero(m_model.shapeTiles.paddedRows());
+    m_shapesXiDot.setZero(m_model.shapeTiles.paddedRows());
 
     const SimbodyMatterSubsystem& matter = guts.getMatter();
     m_stateFrameU = int(matter.getMobilizedBody(m_record.frame).getFirstUIndex(state));
@@ -35,7 +36,10 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
 }
 
 int FlexibleBlock::addFrame(const FlexibleFrame& frame) {
+    const auto& known = m_model.interfaceShapes;
+    const auto found = std::find(known.begin(), known.end(), frame.shapes);
     m_frames.push_back(frame);
+    m_interfaces.push_back(found == known.end() ? -1 : int(found - known.begin()));
     m_poses.emplace_back();
     frames.emplace_back();
     return int(frames.size()) - 1;
@@ -47,22 +51,51 @@ void FlexibleBlock::realize(const EvaluationContext&, const double* q, const dou
     m_body.omega_B = Vec3(u[0], u[1], u[2]);
     m_body.v_G = Vec3(u[3], u[4], u[5]);
     for (size_t k = 0; k < m_frames.size(); ++k) {
-        m_poses[k] = calcFramePose(m_frames[k], q + 7);
-        frames[k] = calcFrameMotion(m_frames[k], m_poses[k], m_body, u + 6);
+        const auto sumsOf = [&](const VectorXd& products, const double* coordinates) {
+            if (m_interfaces[k] < 0) return multiplyShapes(*m_frames[k].shapes, coordinates);
+            const double* sums = products.data() + 6 * m_interfaces[k];
+            return FrameSums{Vec3(sums[0], sums[1], sums[2]), Vec3(sums[3], sums[4], sums[5])};
+        };
+        m_poses[k] = calcFramePose(m_frames[k], sumsOf(m_shapesXi, q + 7));
+        frames[k] = calcFrameMotion(m_poses[k], m_body, sumsOf(m_shapesXiDot, u + 6));
     }
+}
+
+void FlexibleBlock::calcShapeProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
+                                      const double* u) {
+    if (blocks.empty()) return;
+    const double* factors[2 * LargestBatch];
+    double* products[2 * LargestBatch];
+    const int count = int(blocks.size());
+    for (int k = 0; k < count; ++k) {
+        FlexibleBlock& block = *blocks[size_t(k)];
+        factors[k] = q + block.firstQ + 7;
+        factors[count + k] = u + block.firstU + 6;
+        products[k] = block.m_shapesXi.data();
+        products[count + k] = block.m_shapesXiDot.data();
+    }
+    blocks.front()->m_model.shapeTiles.multiply(2 * count, factors, products);
+}
+
+void FlexibleBlock::calcInertiaProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
+                                        const double* u) {
+    if (blocks.empty()) return;
+    const double *xi[LargestBatch], *xiDot[LargestBatch];
+    FlexibleBodyData* data[LargestBatch];
+    for (size_t k = 0; k < blocks.size(); ++k) {
+        xi[k] = q + blocks[k]->firstQ + 7;
+        xiDot[k] = u + blocks[k]->firstU + 6;
+        data[k] = &blocks[k]->m_data;
+    }
+    calcProducts(blocks.front()->m_model, int(blocks.size()), xi, xiDot, data);
 }
 
 void FlexibleBlock::calcResidual(const EvaluationContext& context, const double* q, const double* u,
                                  const double* uDot, double* r) {
-    const ConstModes xi(q + 7, m_n), xiDot(u + 6, m_n), xiDotDot(uDot + 6, m_n);
-    calcInertia(m_model, xi, xiDot, m_data);
-
-    Map<VectorXd> modes(r + 6, m_n);
+    calcInertiaFromProducts(m_model, q + 7, u + 6, m_data);
     Vector3d rotation;
-    calcVelocityTerms(m_model, m_data, toEigen(m_body.omega_B), rotation, modes);
-    addInInertiaTerms(m_data, Map<const Vector3d>(uDot), xiDotDot, rotation, modes);
-    modes += m_damping.cwiseProduct(xiDot) + m_model.omegaSquared.cwiseProduct(xi);
-
+    calcBodyResidual(m_model, m_data, toEigen(m_body.omega_B), Map<const Vector3d>(uDot), q + 7,
+                     u + 6, uDot + 6, m_damping, rotation, r + 6);
     Map<Vector3d>(r, 3) = rotation;
     // ∑mφ = 0: uniform gravity acts at the frame's origin and on no mode.
     const Vec3& gravity = context.gravity->atBody[m_record.frame];
@@ -119,16 +152,17 @@ void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) const {
     head.topLeftCorner<3, 3>() = m_data.I / mass;
     head.diagonal().tail<3>().setConstant(m_model.mass / mass);
     Map<Eigen::Matrix<double, Eigen::Dynamic, 3>>(block.coupling.data(), m_n, 3) =
-        m_data.C.transpose() / mass;
+        m_data.CTransposed / mass;
 }
 
-void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, const double*,
+void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
                                     const double* uDot, NewtonSystem::Block& block) const {
     if (dense) {
         block.form = NewtonSystem::Block::Form::General;
         block.matrix.resize(size_t(numU) * size_t(numU));
         calcNewtonMatrix(m_model, m_data, factors, toEigen(m_body.omega_B),
-                         Map<const Vector3d>(uDot), ConstModes(uDot + 6, m_n), m_damping,
+                         Map<const Vector3d>(uDot), ConstModes(u + 6, m_n),
+                         ConstModes(uDot + 6, m_n), m_damping,
                          Map<MatrixXd>(block.matrix.data(), numU, numU));
         return;
     }
@@ -150,8 +184,8 @@ void FlexibleBlock::formFullArrow(double mass, const VectorXd& diagonal,
     Map<MatrixXd> J(block.matrix.data(), numU, numU);
     J.topLeftCorner<3, 3>() = m_data.I / mass;
     J.diagonal().segment<3>(3).setConstant(m_model.mass / mass);
-    J.topRightCorner(3, m_n) = m_data.C / mass;
-    J.bottomLeftCorner(m_n, 3) = m_data.C.transpose() / mass;
+    J.topRightCorner(3, m_n) = m_data.CTransposed.transpose() / mass;
+    J.bottomLeftCorner(m_n, 3) = m_data.CTransposed / mass;
     J.diagonal().tail(m_n) = diagonal;
 }
 

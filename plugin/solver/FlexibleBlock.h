@@ -25,6 +25,17 @@ public:
     /** Adds a frame of this body; returns its index in `frames`. **/
     int addFrame(const FlexibleFrame& frame);
 
+    /** Most blocks in one call of the products below. **/
+    static constexpr int LargestBatch = 8;
+
+    /** Products of the part's matrices with q and u of several blocks of one part: of its interface
+    shapes, before realize(); of its invariants, before calcResidual().
+    @param q, u  of the whole system **/
+    static void calcShapeProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
+                                  const double* u);
+    static void calcInertiaProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
+                                    const double* u);
+
     void realize(const EvaluationContext& context, const double* q, const double* u) override;
     void calcResidual(const EvaluationContext& context, const double* q, const double* u,
                       const double* uDot, double* r) override;
@@ -75,6 +86,8 @@ private:
     int m_stateFrameU = 0;
 
     std::vector<FlexibleFrame> m_frames;
+    std::vector<int> m_interfaces;              ///< of the part, for each frame; −1: a node
+    Eigen::VectorXd m_shapesXi, m_shapesXiDot;  ///< Φξ, Ψξ of all interfaces, and their rates
     std::vector<FlexibleFramePose> m_poses;
     BodyFrame m_body;
     FlexibleBodyData m_data;

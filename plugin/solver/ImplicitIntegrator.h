@@ -24,6 +24,20 @@ Delay) are updated after every step, with the State realized to Stage::Accelerat
 costs time; auxiliary variables z (Measure::Integrate) are integrated along, ż taken from Simbody
 with accelerations as they are without joints. Triggers that need Stage::Acceleration are refused.
 
+What else of Simbody may stand in the system:
+ - rigid bodies on any mobilizer, forward or reversed, with quaternions or Euler angles;
+ - force elements and contact subsystems of any kind;
+ - constraints of any kind, built-in or custom, holonomic, nonholonomic or on accelerations, on
+   rigid bodies, on the frame of a flexible body and on its modal coordinates;
+ - lock() and lockAt() at any level and Motions on any mobilizer; with its modal mobilizers locked
+   a flexible body is rigid.
+Refused by name at initialize(): bodies mobilized on the frame or on a modal mobilizer of a flexible
+body (put them on Ground and hold them with a Joint), constraints on the *body* of a modal mobilizer
+(its coordinates can be constrained), Motions of method Fast, mobilizers whose velocities are not
+the rates of their positions (Simbody 3.7's LineOrientation and FreeLine, reversed and with
+quaternions), joints disabled in the State. Forces on the body of a modal mobilizer have no effect;
+forces on its mobilities are modal forces.
+
 The Newton matrix holds elasticity, modal damping and inertia. Simbody's own force elements and
 AttachmentForces act in the residual only: very stiff ones among them slow Newton's iteration down
 and shorten the step. **/
@@ -94,9 +108,9 @@ public:
     /**@}**/
 
     /** Takes the State over: handles the Initialization event, assembles the joints by least
-    deformation, makes speeds, accelerations and multipliers consistent.
-    @throws std::invalid_argument that names what cannot be supported (a stock constraint, a Motion,
-    a lock, …)
+    deformation, makes speeds, accelerations and multipliers consistent. Locked and prescribed
+    coordinates are set first and stay.
+    @throws std::invalid_argument that names what cannot be supported
     @throws std::runtime_error if the joints cannot be assembled, naming the worst joint and its
     error. **/
     void initialize(const SimTK::State& state);
@@ -127,7 +141,8 @@ public:
     SimTK::Vector getMultipliers(const SimTK::Constraint& constraint) const;
     SimTK::Real getLastStepSize() const;
     int getLastOrder() const;
-    /** Work since initialize() of AttachmentForces, modal damping and prescribed motions [J].
+    /** Work since initialize() of AttachmentForces, modal damping, prescribed motions of joints,
+    Motions, locked speeds and Simbody's working constraints [J].
     Gravity and elasticity are potential energy; Simbody's other force elements are not counted.
     Integrated along with the scheme's own order. **/
     SimTK::Real getWork() const;

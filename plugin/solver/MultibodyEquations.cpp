@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <set>
+#include <typeinfo>
 
 #include "simflex/solver/FlexibleBlock.h"
 #include "simflex/solver/RigidTree.h"
@@ -24,6 +26,16 @@ std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex
                 return "a modal mobilizer of flexible body '" + body.name + "'";
         }
     return "mobilized body " + std::to_string(int(index));
+}
+
+bool isGeneralForceSubsystem(const Subsystem& subsystem) {
+    // Simbody 3.7's isInstanceOf() takes any force subsystem for one.
+    try {
+        GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem)).getNumForces();
+        return true;
+    } catch (const std::bad_cast&) {
+        return false;
+    }
 }
 
 bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index) {
@@ -47,6 +59,7 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     refuseUnsupported(m_private);
     collectGravityAndForces(m_private);
     makeBlocks(m_private);
+    makeBatches();
     makeJoints();
     makeSimbodyConstraints();
     makePrescribedMotion();
@@ -72,6 +85,11 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
             if (joint.constraint == constraint) return joint.name;
         return std::string();
     };
+    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i)
+        if (PrescribedMotion::isUnsupported(matter.getMobilizedBody(i), state))
+            throw std::invalid_argument("BdfIntegrator: " + describe(m_guts, i) +
+                                        " has a Motion of method Fast, which is not supported; "
+                                        "use a Prescribed one, or disable it");
     std::set<ConstraintIndex> own;
     if (m_guts)
         for (const JointRecord& joint : m_guts->joints()) own.insert(joint.constraint);
@@ -106,7 +124,7 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
         const Subsystem& subsystem = m_system.getSubsystem(s);
         if (!dynamic_cast<const ForceSubsystem::Guts*>(&subsystem.getSubsystemGuts())) continue;
         if (m_guts && &subsystem.getSubsystemGuts() == m_guts) continue;
-        if (!GeneralForceSubsystem::isInstanceOf(ForceSubsystem::downcast(subsystem))) {
+        if (!isGeneralForceSubsystem(subsystem)) {
             m_hasForeignForces = true;
             continue;
         }
@@ -150,9 +168,9 @@ void MultibodyEquations::makeBlocks(const State& state) {
             matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex();
         if (taken.count(parent))
             throw std::invalid_argument(
-                "BdfIntegrator: mobilized body " + std::to_string(int(i)) +
-                " is mobilized on the frame of a flexible body; put it on Ground and hold it "
-                "with a Joint to an interface instead");
+                "BdfIntegrator: mobilized body " + std::to_string(int(i)) + " is mobilized on " +
+                describe(m_guts, parent) +
+                "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
         auto tree = std::make_unique<RigidTree>(matter, i, state);
         m_needsSimbody = m_needsSimbody || tree->needsSimbody();
@@ -302,6 +320,22 @@ bool MultibodyEquations::sharesPart(int block, int other) const {
     return &a.getModel() == &b.getModel() && a.getDamping() == b.getDamping();
 }
 
+void MultibodyEquations::makeBatches() {
+    std::map<const FlexibleBodyModel*, size_t> open;  // the batch that a part still fills
+    const size_t flexible = m_flexible.size();
+    for (size_t b = 0; b < m_blocks.size(); ++b) {
+        const FlexibleBodyModel* model = b < flexible ? &m_flexible[b]->getModel() : nullptr;
+        const auto [found, isNew] = open.emplace(model, m_batches.size());
+        if (isNew || int(m_batches[found->second].blocks.size()) == FlexibleBlock::LargestBatch) {
+            found->second = m_batches.size();
+            m_batches.emplace_back();
+        }
+        Batch& batch = m_batches[found->second];
+        batch.blocks.push_back(int(b));
+        if (model) batch.flexible.push_back(m_flexible[b]);
+    }
+}
+
 void MultibodyEquations::makeParts() {
     m_partOfBlock.assign(m_blocks.size(), -1);
     for (int b = 0; b < int(m_flexible.size()); ++b) {
@@ -329,9 +363,7 @@ void MultibodyEquations::makeParts() {
         auto shapes = std::make_shared<std::vector<double>>(6 * n * part.frames.size());
         double* column = shapes->data();
         for (const FrameShapes* frame : part.frames)
-            for (const std::vector<double>* source : {&frame->Phi, &frame->Psi})
-                for (size_t a = 0; a < 3; ++a)
-                    for (size_t i = 0; i < n; ++i) *column++ = (*source)[3 * i + a];
+            column = std::copy(frame->columns.begin(), frame->columns.end(), column);
         part.shapes = shapes;
     }
 }
@@ -404,7 +436,6 @@ void MultibodyEquations::prescribe(double time, double gamma, const double* uHis
         const auto start = Clock::now();
         putIntoState(time, q, u, m_private);
         m_prescribed->updateFromSimbody(m_private);
-        m_system.realize(m_private, Stage::Velocity);
         m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
     }
     m_prescribed->apply(gamma, uHist, q, u);
@@ -438,10 +469,13 @@ void MultibodyEquations::realizeSimbody(double time, const double* q, const doub
 void MultibodyEquations::realize(double time, const double* q, const double* u) {
     m_time = time;
     if (m_needsSimbody) realizeSimbody(time, q, u);
-    const int count = numBlocks();
+    const int count = int(m_batches.size());
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int b = 0; b < count; ++b)
-        m_blocks[b]->realize(m_context, q + m_blocks[b]->firstQ, u + m_blocks[b]->firstU);
+    for (int k = 0; k < count; ++k) {
+        FlexibleBlock::calcShapeProducts(m_batches[size_t(k)].flexible, q, u);
+        for (int b : m_batches[size_t(k)].blocks)
+            m_blocks[b]->realize(m_context, q + m_blocks[b]->firstQ, u + m_blocks[b]->firstU);
+    }
 
     for (JointRef& joint : m_joints)
         joint.record->equations->calcJacobian(motionOf(joint.sides[0]).X,
@@ -536,20 +570,18 @@ void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u,
     if (m_constraints)
         m_constraints->addInForces(m_private, lambda + m_firstSimbodyRow, m_bodyForces,
                                    m_mobilityForces);
-    const int count = numBlocks();
+    const int count = int(m_batches.size());
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int b = 0; b < count; ++b) {
-        Block& block = *m_blocks[b];
-        double* rb = r + block.firstU;
-        block.calcResidual(m_context, q + block.firstQ, u + block.firstU, uDot + block.firstU, rb);
-        for (const BlockSide& blockSide : m_blockSides[b]) {
-            const JointRef& joint = m_joints[blockSide.joint];
-            SpatialVec force(Vec3(0), Vec3(0));
-            for (int k = 0; k < joint.record->equations->getNumEquations(); ++k)
-                force -= lambda[joint.firstRow + k] * joint.D[blockSide.side][k];
-            block.subtractForce(joint.sides[blockSide.side].frame, force, rb);
+    for (int k = 0; k < count; ++k) {
+        FlexibleBlock::calcInertiaProducts(m_batches[size_t(k)].flexible, q, u);
+        for (int b : m_batches[size_t(k)].blocks) {
+            Block& block = *m_blocks[b];
+            double* rb = r + block.firstU;
+            block.calcResidual(m_context, q + block.firstQ, u + block.firstU, uDot + block.firstU,
+                               rb);
+            subtractJointForces(b, lambda, rb);
+            if (hasSimbodyForces) block.subtractSimbodyForces(m_bodyForces, m_mobilityForces, rb);
         }
-        if (hasSimbodyForces) block.subtractSimbodyForces(m_bodyForces, m_mobilityForces, rb);
     }
     for (const ElementRef& element : m_elements)
         for (size_t k = 0; k < element.frames.size(); ++k) {
@@ -558,6 +590,16 @@ void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u,
                 m_blocks[ref.block]->subtractForce(ref.frame, element.forces[unsigned(k)],
                                                    r + m_blocks[ref.block]->firstU);
         }
+}
+
+void MultibodyEquations::subtractJointForces(int b, const double* lambda, double* r) const {
+    for (const BlockSide& blockSide : m_blockSides[b]) {
+        const JointRef& joint = m_joints[blockSide.joint];
+        SpatialVec force(Vec3(0), Vec3(0));
+        for (int k = 0; k < joint.record->equations->getNumEquations(); ++k)
+            force -= lambda[joint.firstRow + k] * joint.D[blockSide.side][k];
+        m_blocks[b]->subtractForce(joint.sides[blockSide.side].frame, force, r);
+    }
 }
 
 double MultibodyEquations::calcPower(const double* q, const double* u, const double* uDot,
@@ -692,6 +734,11 @@ void MultibodyEquations::calcQDot(const double* q, const double* u, double* qDot
 void MultibodyEquations::displaceQ(const double* delta, double* q) const {
     for (const auto& block : m_blocks)
         block->displaceQ(m_context, delta + block->firstU, q + block->firstQ);
+}
+
+void MultibodyEquations::moveQ(const double* delta, double* q) const {
+    for (const auto& block : m_blocks)
+        block->moveQ(m_context, delta + block->firstU, q + block->firstQ);
 }
 
 void MultibodyEquations::normalizeQ(double* q) const {

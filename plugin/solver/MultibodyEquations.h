@@ -51,8 +51,8 @@ public:
     /** A Newton system of this topology, zero. **/
     NewtonSystem makeNewtonSystem() const;
 
-    /** Writes the q and u that locks and Motions prescribe at this time; to be called before
-    realize(). With `uHist`, prescribed accelerations make u = u_hist + γu̇. **/
+    /** Writes the q and u that locks and Motions prescribe at this time; realize() must follow.
+     * With `uHist`, prescribed accelerations make u = u_hist + γu̇. **/
     void prescribe(double time, double gamma, const double* uHist, double* q, double* u);
     /** Zeroes what is prescribed in errors of q and u. **/
     void clearPrescribedErrors(double* errorQ, double* errorU) const;
@@ -108,6 +108,8 @@ public:
     void calcQDot(const double* q, const double* u, double* qDot) const;
     /** N(q) is that of the last realize(). **/
     void displaceQ(const double* delta, double* q) const;
+    /** The same for a finite δ, exact to second order. **/
+    void moveQ(const double* delta, double* q) const;
     void normalizeQ(double* q) const;
 
     /** Largest displacement over the blocks [m]; `worst` receives the block. **/
@@ -161,6 +163,11 @@ private:
         int firstColumn;
         int partFrame = 0;  ///< of the block's part, if it has one
     };
+    /** Blocks evaluated together: flexible ones of one part, or rigid trees. **/
+    struct Batch {
+        std::vector<int> blocks;
+        std::vector<FlexibleBlock*> flexible;
+    };
     /** Flexible blocks of one part and damping, and the shapes that their joints act through. **/
     struct PartGroup {
         int firstBlock;
@@ -173,6 +180,7 @@ private:
     /** The system's enabled constraints that are not joints. **/
     std::vector<SimTK::ConstraintIndex> findSimbodyConstraints(const SimTK::State& state) const;
     void makeBlocks(const SimTK::State& state);
+    void makeBatches();
     void makeJoints();
     void makeForceElements();
     FrameRef makeFrame(const Attachment& attachment);
@@ -183,6 +191,7 @@ private:
     void makeSimbodyConstraints();
     void makePrescribedMotion();
     int findBlock(SimTK::MobilizedBodyIndex mobod) const;
+    void subtractJointForces(int b, const double* lambda, double* r) const;
     void calcUnclearedResidual(const double* q, const double* u, const double* uDot,
                                const double* lambda, double* r);
     /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
@@ -200,6 +209,7 @@ private:
     std::vector<std::unique_ptr<Block>> m_blocks;
     std::vector<FlexibleBlock*> m_flexible;  ///< by FlexibleBodyIndex
     std::vector<RigidTree*> m_rigid;
+    std::vector<Batch> m_batches;
     std::vector<JointRef> m_joints;
     std::vector<ElementRef> m_elements;
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns

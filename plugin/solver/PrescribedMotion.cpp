@@ -32,6 +32,12 @@ bool PrescribedMotion::isPrescribed(const MobilizedBody& mobod, const State& sta
     return mobod.getNumU(state) > 0 && isKnown(mobod.getUDotMotionMethod(state));
 }
 
+bool PrescribedMotion::isUnsupported(const MobilizedBody& mobod, const State& state) {
+    return mobod.getNumU(state) > 0 && (mobod.getQMotionMethod(state) == Motion::Fast ||
+                                        mobod.getUMotionMethod(state) == Motion::Fast ||
+                                        mobod.getUDotMotionMethod(state) == Motion::Fast);
+}
+
 bool PrescribedMotion::hasActiveMotion(const MobilizedBody& mobod, const State& state) {
     return isPrescribed(mobod, state) && !mobod.isLocked(state);
 }
@@ -137,9 +143,13 @@ void PrescribedMotion::apply(double gamma, const double* uHist, double* q, doubl
     for (const Entry& entry : m_entries) {
         const Mobilizer& mobilizer = entry.mobilizer;
         if (entry.level == MotionLevel::Position) {
-            std::vector<double> known = entry.q;
-            if (mobilizer.nq > mobilizer.nu) alignQuaternion(q + mobilizer.q0, known.data());
-            std::copy(known.begin(), known.end(), q + mobilizer.q0);
+            // A quaternion keeps its sign: q and −q are one rotation.
+            double* own = q + mobilizer.q0;
+            const bool hasQuaternion = mobilizer.nq > mobilizer.nu && mobilizer.nq >= 4;
+            double product = 0;
+            for (int k = 0; k < 4 && hasQuaternion; ++k) product += own[k] * entry.q[size_t(k)];
+            std::copy(entry.q.begin(), entry.q.end(), own);
+            for (int k = 0; k < 4 && product < 0; ++k) own[k] = -own[k];
         }
         if (entry.level != MotionLevel::Acceleration) {
             putSpeeds(entry, entry.u, q, u);

@@ -27,6 +27,8 @@ public:
 
     /** True if the mobilizer is locked or moved by a Motion in this State, at whatever level. **/
     static bool isPrescribed(const SimTK::MobilizedBody& mobod, const SimTK::State& state);
+    /** True if it is to be moved by Motion::Fast. **/
+    static bool isUnsupported(const SimTK::MobilizedBody& mobod, const SimTK::State& state);
     /** True if a Motion moves it, whose values only Simbody knows. **/
     static bool hasActiveMotion(const SimTK::MobilizedBody& mobod, const SimTK::State& state);
 

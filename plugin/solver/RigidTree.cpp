@@ -14,6 +14,8 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr int LargestNumQ = 7;  ///< of one mobilizer
+
 Vector3d toEigen(const Vec3& v) {
     return {v[0], v[1], v[2]};
 }
@@ -35,8 +37,12 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
     : m_matter(matter) {
     name = "rigid tree at body " + std::to_string(int(root));
     addBody(matter, root, -1, state);
-    for (RigidBody& body : m_bodies) body.J.setZero(6, numU);
-    m_needsSimbody = !agreesWithSimbody(matter, state);
+    m_forces.resize(m_bodies.size());
+    m_motions.resize(m_bodies.size());
+    m_composites.resize(m_bodies.size());
+    classifyTurning(matter, state);
+    m_needsSimbody = m_hasUnknownTurning || !agreesWithSimbody(matter, state);
+    if (m_needsSimbody) checkVelocities(matter, state);
 
     // A speed's weight: the worst displacement it causes at a body's centre of mass or radius of
     // gyration.
@@ -46,21 +52,118 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
         if (!(m > 0)) continue;
         const Real gyration =
             std::sqrt(std::max(Real(0), body.mass.calcCentralInertia().trace()) / m);
-        const Vector3d c = toEigen(body.X_GB.R() * body.mass.getMassCenter());
-        for (int j = 0; j < numU; ++j) {
-            const Vector3d omega = body.J.col(j).head<3>(), v = body.J.col(j).tail<3>();
-            m_uWeights[j] = std::max(
-                m_uWeights[j], std::hypot(gyration * omega.norm(), (v + omega.cross(c)).norm()));
-        }
+        const Vec3 c = body.X_GB * body.mass.getMassCenter();
+        for (const RigidBody* ancestor = &body; ancestor;
+             ancestor = ancestor->parent < 0 ? nullptr : &m_bodies[size_t(ancestor->parent)])
+            for (int k = 0; k < ancestor->nu; ++k) {
+                const SpatialVec& H = ancestor->H[k];
+                const Vec3 v = H[1] + H[0] % (c - ancestor->X_GB.p());
+                double& weight = m_uWeights[ancestor->u0 + k];
+                weight = std::max(weight, std::hypot(gyration * H[0].norm(), v.norm()));
+            }
     }
     m_qWeights.setZero(numQ);
+    m_moved.assign(size_t(numQ), 0);
     for (const RigidBody& body : m_bodies) {
-        const bool hasFour =
-            body.nq > body.nu;  // a quaternion: dθ = 2 dq; the rest of q goes with the last of u
+        if (body.nu == 0) continue;
+        const bool isUnknown = body.turning == Turning::KnownToSimbodyOnly;
+        const int nq = isUnknown ? body.nq : numTurningQ(body);
+        const int nu = isUnknown ? body.nu : numTurningU(body);
         for (int k = 0; k < body.nq; ++k)
             m_qWeights[body.q0 + k] =
-                hasFour && k < 4 ? 2 * m_uWeights.segment(body.u0, std::min(3, body.nu)).maxCoeff()
-                                 : m_uWeights[body.u0 + body.nu - (body.nq - k)];
+                k < nq ? (hasQuaternion(body) ? 2 : 1) * m_uWeights.segment(body.u0, nu).maxCoeff()
+                       : m_uWeights[body.u0 + nu + (k - nq)];
+    }
+}
+
+void RigidTree::multiplyByN(const RigidBody& body, const double* q, const double* u, double* qDot) {
+    const int nq = numTurningQ(body), nu = numTurningU(body);
+    Vec3 omega(0);
+    for (int k = 0; k < nu; ++k) omega[k] = u[k];
+    const bool inBody =
+        body.turning == Turning::LineQuaternion || body.turning == Turning::LineBodyXYZ;
+    if (hasQuaternion(body)) {
+        Map<Vector4d>(qDot, 4) =
+            0.5 * multiplyQuaternion(Map<const Vector4d>(q), toEigen(omega), inBody);
+    } else if (nq == 3) {
+        const Vec3 angles(q[0], q[1], q[2]);
+        const Vec3 rates = (inBody ? Rotation::calcNForBodyXYZInBodyFrame(angles)
+                                   : Rotation::calcNForBodyXYZInParentFrame(angles)) *
+                           omega;
+        for (int k = 0; k < 3; ++k) qDot[k] = rates[k];
+    }
+    for (int k = nq; k < body.nq; ++k) qDot[k] = u[nu + (k - nq)];
+}
+
+void RigidTree::checkVelocities(const SimbodyMatterSubsystem& matter, const State& state) const {
+    constexpr Real Step = 1e-6, Allowed = 1e-4;
+    State now = state;
+    for (int i = 0; i < now.getNU(); ++i) now.updU()[i] = 0;
+    for (const RigidBody& body : m_bodies)
+        for (int k = 0; k < body.nu; ++k)
+            now.updU()[body.stateU0 + k] = std::cos(0.3 + 1.1 * (body.u0 + k));
+    const System& system = matter.getSystem();
+    system.realize(now, Stage::Velocity);
+    State before = now, after = now;
+    before.updQ() -= Step * now.getQDot();
+    after.updQ() += Step * now.getQDot();
+    system.realize(before, Stage::Position);
+    system.realize(after, Stage::Position);
+    for (const RigidBody& body : m_bodies) {
+        const MobilizedBody& mobod = matter.getMobilizedBody(body.index);
+        const Transform &a = mobod.getBodyTransform(before), &b = mobod.getBodyTransform(after);
+        const SpatialVec& V = mobod.getBodyVelocity(now);
+        const Mat33 turned = (b.R().asMat33() - a.R().asMat33()) / (2 * Step);
+        const Mat33 spin = crossMat(V[0]) * mobod.getBodyTransform(now).R().asMat33();
+        const Real linear = ((b.p() - a.p()) / (2 * Step) - V[1]).norm();
+        const Real difference = std::max(linear, (turned - spin).norm());
+        // Not a number or large: a singular position, about which nothing can be said.
+        if (!(difference > Allowed * (1 + V.norm()) && V.norm() < 1e3)) continue;
+        throw std::invalid_argument(
+            "BdfIntegrator: the velocities of mobilized body " + std::to_string(int(body.index)) +
+            " are not the rates of its positions (they differ by " + std::to_string(difference) +
+            "); Simbody's reversed LineOrientation and FreeLine are so with quaternions: call "
+            "setUseEulerAngles(), or mend a custom mobilizer's H and N matrices");
+    }
+}
+
+void RigidTree::classifyTurning(const SimbodyMatterSubsystem& matter, const State& state) {
+    State trial = state;
+    std::vector<double> q(size_t(numQ), 0), u(size_t(numU), 0);
+    for (int i = 0; i < numU; ++i) u[size_t(i)] = 0.3 + 0.1 * i;
+    getFromState(state, q.data(), u.data());
+    for (int i = 0; i < numU; ++i) u[size_t(i)] = std::cos(0.3 + 1.1 * i);
+    // Off any symmetric position, and quaternions of length 1.
+    for (int i = 0; i < numQ; ++i) q[size_t(i)] += 0.1 + 0.02 * std::sin(i);
+    for (const RigidBody& body : m_bodies)
+        if (body.nq > body.nu && body.nq >= 4) Map<Vector4d>(q.data() + body.q0).normalize();
+    Vector stateQ = trial.getQ(), stateU = trial.getU(), expected(trial.getNQ());
+    putCoordinates(q.data(), u.data(), stateQ, stateU);
+    trial.updQ() = stateQ;
+    matter.getSystem().realize(trial, Stage::Position);
+    matter.multiplyByN(trial, false, stateU, expected);
+
+    const bool usesAngles = matter.getUseEulerAngles(state);
+    for (RigidBody& body : m_bodies) {
+        const auto agrees = [&](Turning turning) {
+            body.turning = turning;
+            const int turningU = numTurningU(body);
+            if (numTurningQ(body) > body.nq || turningU < 0 || turningU > std::min(3, body.nu))
+                return false;
+            double qDot[LargestNumQ];
+            multiplyByN(body, q.data() + body.q0, u.data() + body.u0, qDot);
+            for (int k = 0; k < body.nq; ++k)
+                if (!(std::abs(qDot[k] - expected[body.stateQ0 + k]) < 1e-10)) return false;
+            return true;
+        };
+        const bool isPlain = body.nq == body.nu && agrees(Turning::None);
+        if (isPlain) continue;
+        const bool isKnown = usesAngles
+                                 ? agrees(Turning::BodyXYZ) || agrees(Turning::LineBodyXYZ)
+                                 : agrees(Turning::Quaternion) || agrees(Turning::LineQuaternion);
+        if (isKnown) continue;
+        body.turning = Turning::KnownToSimbodyOnly;
+        m_hasUnknownTurning = true;
     }
 }
 
@@ -112,7 +215,7 @@ bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const St
     for (int i = 0; i < numU; ++i) u[i] = 0.3 + 0.1 * i;
     for (const RigidBody& body : m_bodies)
         for (int k = 0; k < body.nq; ++k)
-            q[body.q0 + k] = body.nq > body.nu && k < 4 ? 0.5 : 0.2 + 0.05 * k;
+            q[body.q0 + k] = hasQuaternion(body) && k < 4 ? 0.5 : 0.2 + 0.05 * k;
     bool agrees = isOwn;
     if (isOwn) {
         Vector stateQ = trial.getQ(), stateU = trial.getU();
@@ -121,7 +224,7 @@ bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const St
         trial.updU() = stateU;
         matter.getSystem().realize(trial, Stage::Velocity);
         for (RigidBody& body : m_bodies) {
-            if (hasQuaternion(body.mobilizer) && body.nq == body.nu) {  // Euler angles
+            if (body.turning == Turning::BodyXYZ) {
                 agrees = false;
                 break;
             }
@@ -214,9 +317,6 @@ void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) c
         X_GP = parent.X_GB;
         V_P = parent.V;
         A_P = parent.biasA;
-        body.J = parent.J;
-    } else {
-        body.J.setZero();
     }
     const Transform X_GF = X_GP * body.X_PF, X_GM = X_GF * X_FM;
     body.X_GB = X_GM * body.X_MB;
@@ -228,16 +328,7 @@ void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) c
         const Vec3 hV = X_GF.R() * Vec3(H(3, k), H(4, k), H(5, k));
         omegaRel += hOmega * ub[k];
         vRel += hV * ub[k];
-        body.J.col(body.u0 + k).head<3>() = toEigen(hOmega);
-        body.J.col(body.u0 + k).tail<3>() = toEigen(hV + hOmega % s);
-    }
-    if (body.parent >= 0) {
-        // The parent's speeds carry B's origin along rigidly.
-        const Vector3d shift = toEigen(r + s);
-        for (int j = 0; j < body.u0; ++j) {
-            const Vector3d omega = body.J.col(j).head<3>();
-            body.J.col(j).tail<3>() += omega.cross(shift);
-        }
+        body.H[k] = SpatialVec(hOmega, hV + hOmega % s);
     }
 
     const Vec3 omega = V_P[0] + omegaRel, vM = V_P[1] + V_P[0] % r + vRel;
@@ -252,21 +343,7 @@ void RigidTree::realizeBodyFromSimbody(RigidBody& body, const State& state) cons
     body.X_GB = mobod.getBodyTransform(state);
     body.V = mobod.getBodyVelocity(state);
     body.biasA = m_matter.getTotalCoriolisAcceleration(state, body.index);
-    body.J.setZero();
-    if (body.parent >= 0) {
-        const RigidBody& parent = m_bodies[body.parent];
-        body.J = parent.J;
-        const Vector3d shift = toEigen(body.X_GB.p() - parent.X_GB.p());
-        for (int j = 0; j < numU; ++j) {
-            const Vector3d omega = body.J.col(j).head<3>();
-            body.J.col(j).tail<3>() += omega.cross(shift);
-        }
-    }
-    for (int k = 0; k < body.nu; ++k) {
-        const SpatialVec column = mobod.getHCol(state, MobilizerUIndex(k));
-        body.J.col(body.u0 + k).head<3>() = toEigen(column[0]);
-        body.J.col(body.u0 + k).tail<3>() = toEigen(column[1]);
-    }
+    for (int k = 0; k < body.nu; ++k) body.H[k] = mobod.getHCol(state, MobilizerUIndex(k));
 }
 
 void RigidTree::realize(const EvaluationContext& context, const double* q, const double* u) {
@@ -285,28 +362,62 @@ void RigidTree::realize(const EvaluationContext& context, const double* q, const
     }
 }
 
-SpatialVec RigidTree::calcAcceleration(const RigidBody& body, const double* uDot) const {
-    const Eigen::Matrix<double, 6, 1> A = body.J * Map<const VectorXd>(uDot, numU);
-    return body.biasA + SpatialVec(Vec3(A[0], A[1], A[2]), Vec3(A[3], A[4], A[5]));
+SpatialVec RigidTree::calcAcceleration(int index, const double* uDot) const {
+    const RigidBody& body = m_bodies[size_t(index)];
+    SpatialVec A = body.biasA;
+    for (const RigidBody* ancestor = &body; ancestor;
+         ancestor = ancestor->parent < 0 ? nullptr : &m_bodies[size_t(ancestor->parent)]) {
+        const Vec3 shift = body.X_GB.p() - ancestor->X_GB.p();
+        for (int k = 0; k < ancestor->nu; ++k) {
+            const SpatialVec& H = ancestor->H[k];
+            A += uDot[ancestor->u0 + k] * SpatialVec(H[0], H[1] + H[0] % shift);
+        }
+    }
+    return A;
 }
 
-void RigidTree::addInTransposed(const RigidBody& body, const SpatialVec& F, double sign,
-                                double* r) const {
-    Eigen::Matrix<double, 6, 1> force;
-    force << F[0][0], F[0][1], F[0][2], F[1][0], F[1][1], F[1][2];
-    Map<VectorXd>(r, numU).noalias() += sign * (body.J.transpose() * force);
+void RigidTree::addInTransposed(int index, const SpatialVec& F_G, double* r) const {
+    const Vec3& origin = m_bodies[size_t(index)].X_GB.p();
+    for (int b = index; b >= 0; b = m_bodies[size_t(b)].parent) {
+        const RigidBody& body = m_bodies[size_t(b)];
+        const Vec3 moment = F_G[0] + (origin - body.X_GB.p()) % F_G[1];
+        for (int k = 0; k < body.nu; ++k)
+            r[body.u0 + k] += dot(body.H[k][0], moment) + dot(body.H[k][1], F_G[1]);
+    }
+}
+
+void RigidTree::addInForces(double* r) const {
+    // Every body stands after its parent.
+    for (size_t b = m_bodies.size(); b-- > 0;) {
+        const RigidBody& body = m_bodies[b];
+        const SpatialVec& F = m_forces[b];
+        for (int k = 0; k < body.nu; ++k)
+            r[body.u0 + k] += dot(body.H[k][0], F[0]) + dot(body.H[k][1], F[1]);
+        if (body.parent < 0) continue;
+        const RigidBody& parent = m_bodies[size_t(body.parent)];
+        m_forces[size_t(body.parent)] +=
+            SpatialVec(F[0] + (body.X_GB.p() - parent.X_GB.p()) % F[1], F[1]);
+    }
 }
 
 void RigidTree::calcResidual(const EvaluationContext& context, const double*, const double*,
                              const double* uDot, double* r) {
-    std::fill(r, r + numU, 0.0);
-    for (const RigidBody& body : m_bodies) {
-        SpatialVec force =
-            calcInertialForce(body.mass, body.X_GB, body.V[0], calcAcceleration(body, uDot));
+    for (size_t b = 0; b < m_bodies.size(); ++b) {
+        const RigidBody& body = m_bodies[b];
+        SpatialVec& A = m_motions[b];
+        A = SpatialVec(Vec3(0), Vec3(0));
+        if (body.parent >= 0) {
+            const SpatialVec& A_P = m_motions[size_t(body.parent)];
+            const Vec3 shift = body.X_GB.p() - m_bodies[size_t(body.parent)].X_GB.p();
+            A = SpatialVec(A_P[0], A_P[1] + A_P[0] % shift);
+        }
+        for (int k = 0; k < body.nu; ++k) A += uDot[body.u0 + k] * body.H[k];
         const Vec3 weight = body.mass.getMass() * context.gravity->atBody[body.index];
-        force -= SpatialVec((body.X_GB.R() * body.mass.getMassCenter()) % weight, weight);
-        addInTransposed(body, force, 1, r);
+        m_forces[b] = calcInertialForce(body.mass, body.X_GB, body.V[0], body.biasA + A) -
+                      SpatialVec((body.X_GB.R() * body.mass.getMassCenter()) % weight, weight);
     }
+    std::fill(r, r + numU, 0.0);
+    addInForces(r);
 }
 
 void RigidTree::subtractForce(int frame, const SpatialVec& F_G, double* r) const {
@@ -315,16 +426,18 @@ void RigidTree::subtractForce(int frame, const SpatialVec& F_G, double* r) const
 
 void RigidTree::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces,
                                       const Vector& mobilityForces, double* r) const {
-    for (const RigidBody& body : m_bodies) {
-        addInTransposed(body, bodyForces[body.index], -1, r);
+    for (size_t b = 0; b < m_bodies.size(); ++b) {
+        const RigidBody& body = m_bodies[b];
+        m_forces[b] = -bodyForces[body.index];
         for (int k = 0; k < body.nu; ++k) r[body.u0 + k] -= mobilityForces[body.stateU0 + k];
     }
+    addInForces(r);
 }
 
 void RigidTree::addInRow(int frame, const SpatialVec& d, double* row) const {
-    const RigidBody& body = m_bodies[m_frameData[frame].body];
-    const Vec3 shift = frames[frame].X.p() - body.X_GB.p();
-    addInTransposed(body, SpatialVec(d[0] + shift % d[1], d[1]), 1, row);
+    const int body = m_frameData[frame].body;
+    const Vec3 shift = frames[frame].X.p() - m_bodies[size_t(body)].X_GB.p();
+    addInTransposed(body, SpatialVec(d[0] + shift % d[1], d[1]), row);
 }
 
 SpatialVec RigidTree::calcFrameAcceleration(int frame, const double*, const double* uDot) const {
@@ -332,105 +445,186 @@ SpatialVec RigidTree::calcFrameAcceleration(int frame, const double*, const doub
     FrameMotion motion;
     motion.X = body.X_GB;
     motion.V = body.V;
-    motion.A = calcAcceleration(body, uDot);
+    motion.A = calcAcceleration(m_frameData[frame].body, uDot);
     return shiftMotion(motion, m_frameData[frame].X_BF).A;
 }
 
-MatrixXd RigidTree::calcMassMatrix() const {
-    MatrixXd M = MatrixXd::Zero(numU, numU);
-    for (const RigidBody& body : m_bodies) {
-        for (int j = 0; j < numU; ++j) {
-            const auto column = body.J.col(j);
-            const SpatialVec A(Vec3(column[0], column[1], column[2]),
-                               Vec3(column[3], column[4], column[5]));
-            addInTransposed(body, calcInertialForce(body.mass, body.X_GB, Vec3(0), A), 1,
-                            M.col(j).data());
-        }
+void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) const {
+    block.form = NewtonSystem::Block::Form::Symmetric;
+    Map<MatrixXd> M(block.matrix.data(), numU, numU);
+    M.setZero();
+    for (size_t b = 0; b < m_bodies.size(); ++b) {
+        Composite& composite = m_composites[b];
+        const RigidBody& body = m_bodies[b];
+        composite.mass = body.mass.getMass();
+        composite.moment = composite.mass * (body.X_GB.R() * body.mass.getMassCenter());
+        composite.inertia =
+            body.X_GB.R() * body.mass.getInertia().toMat33() * ~body.X_GB.R().asMat33();
     }
-    return M;
+    for (size_t b = m_bodies.size(); b-- > 0;) {
+        const RigidBody& body = m_bodies[b];
+        const Composite& own = m_composites[b];
+        for (int k = 0; k < body.nu; ++k) {
+            // Force that accelerates the composite body along speed k, carried towards the root.
+            const SpatialVec& H = body.H[k];
+            SpatialVec F(own.inertia * H[0] + own.moment % H[1],
+                         own.mass * H[1] - own.moment % H[0]);
+            F *= factor;
+            const int column = body.u0 + k;
+            const Vec3* origin = &body.X_GB.p();
+            for (const RigidBody* outer = &body; outer;
+                 outer = outer->parent < 0 ? nullptr : &m_bodies[size_t(outer->parent)]) {
+                F[0] += (*origin - outer->X_GB.p()) % F[1];
+                origin = &outer->X_GB.p();
+                for (int l = 0; l < outer->nu; ++l)
+                    M(outer->u0 + l, column) = M(column, outer->u0 + l) =
+                        dot(outer->H[l][0], F[0]) + dot(outer->H[l][1], F[1]);
+            }
+        }
+        if (body.parent < 0) continue;
+        Composite& parent = m_composites[size_t(body.parent)];
+        const Vec3 d = body.X_GB.p() - m_bodies[size_t(body.parent)].X_GB.p();
+        const Vec3& h = own.moment;
+        parent.inertia += own.inertia + 2 * dot(d, h) * Mat33(1) - (d * ~h + h * ~d) +
+                          own.mass * (dot(d, d) * Mat33(1) - d * ~d);
+        parent.moment += h + own.mass * d;
+        parent.mass += own.mass;
+    }
 }
 
 void RigidTree::formNewtonBlock(const NewtonFactors& factors, bool, const double*, const double*,
                                 NewtonSystem::Block& block) const {
-    block.form = NewtonSystem::Block::Form::Symmetric;
-    Map<MatrixXd>(block.matrix.data(), numU, numU) = calcMassMatrix() / factors.mass;
+    formMassMatrix(1 / factors.mass, block);
 }
 
 void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
-    block.form = NewtonSystem::Block::Form::Symmetric;
-    Map<MatrixXd>(block.matrix.data(), numU, numU) = calcMassMatrix();
+    formMassMatrix(1, block);
 }
 
 void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                            const double* u, double* q) const {
-    if (m_needsSimbody) {
+    Vector simbodyQDot;
+    if (m_hasUnknownTurning) {
         // q̇ = N(q)u with N at the q of the State; Newton's iteration brings q and N together.
-        Vector simbodyU(context.state->getNU(), Real(0)), simbodyQDot(context.state->getNQ());
+        Vector simbodyU(context.state->getNU(), Real(0));
         for (const RigidBody& body : m_bodies)
             for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
         m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot);
-        for (const RigidBody& body : m_bodies)
-            for (int k = 0; k < body.nq; ++k)
-                q[body.q0 + k] = qHist[body.q0 + k] + gamma * simbodyQDot[body.stateQ0 + k];
-        return;
     }
     for (const RigidBody& body : m_bodies) {
-        int qk = body.q0, uk = body.u0;
-        if (hasQuaternion(body.mobilizer)) {
-            Map<Vector4d>(q + qk, 4) = integrateQuaternion(Map<const Vector4d>(qHist + qk), gamma,
-                                                           Map<const Vector3d>(u + uk), false);
-            qk += 4;
-            uk += 3;
+        const double *history = qHist + body.q0, *speeds = u + body.u0;
+        double* coordinates = q + body.q0;
+        if (body.turning == Turning::KnownToSimbodyOnly) {
+            for (int k = 0; k < body.nq; ++k)
+                coordinates[k] = history[k] + gamma * simbodyQDot[body.stateQ0 + k];
+            continue;
         }
-        for (; qk < body.q0 + body.nq; ++qk, ++uk) q[qk] = qHist[qk] + gamma * u[uk];
+        const int nq = numTurningQ(body), nu = numTurningU(body);
+        if (hasQuaternion(body)) {
+            const Vector3d omega(speeds[0], speeds[1], nu > 2 ? speeds[2] : 0);
+            const bool inBody = body.turning == Turning::LineQuaternion;
+            Map<Vector4d>(coordinates, 4) =
+                integrateQuaternion(Map<const Vector4d>(history), gamma, omega, inBody);
+        } else if (nq == 3) {
+            // Contracts by γ|ω| a pass.
+            constexpr int MaxPasses = 50;
+            constexpr double Smallest = 1e-15;
+            std::copy_n(history, 3, coordinates);
+            double change = 1;
+            double qDot[LargestNumQ];
+            for (int pass = 0; pass < MaxPasses && change > Smallest; ++pass) {
+                multiplyByN(body, coordinates, speeds, qDot);
+                change = 0;
+                for (int k = 0; k < 3; ++k) {
+                    const double next = history[k] + gamma * qDot[k];
+                    change = std::max(change, std::abs(next - coordinates[k]));
+                    coordinates[k] = next;
+                }
+            }
+        }
+        for (int k = nq; k < body.nq; ++k)
+            coordinates[k] = history[k] + gamma * speeds[nu + (k - nq)];
     }
 }
 
 void RigidTree::calcQDot(const EvaluationContext& context, const double* q, const double* u,
                          double* qDot) const {
-    if (m_needsSimbody) {
-        const std::vector<double> zero(size_t(numQ), 0.0);
-        return integrateQ(context, zero.data(), 1, u, qDot);
+    Vector simbodyQDot;
+    if (m_hasUnknownTurning) {
+        Vector simbodyU(context.state->getNU(), Real(0));
+        for (const RigidBody& body : m_bodies)
+            for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
+        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot);
     }
     for (const RigidBody& body : m_bodies) {
-        int qk = body.q0, uk = body.u0;
-        if (hasQuaternion(body.mobilizer)) {
-            Map<Vector4d>(qDot + qk, 4) =
-                0.5 *
-                multiplyQuaternion(Map<const Vector4d>(q + qk), Map<const Vector3d>(u + uk), false);
-            qk += 4;
-            uk += 3;
-        }
-        for (; qk < body.q0 + body.nq; ++qk, ++uk) qDot[qk] = u[uk];
+        if (body.turning != Turning::KnownToSimbodyOnly)
+            multiplyByN(body, q + body.q0, u + body.u0, qDot + body.q0);
+        else
+            for (int k = 0; k < body.nq; ++k) qDot[body.q0 + k] = simbodyQDot[body.stateQ0 + k];
     }
 }
 
 void RigidTree::displaceQ(const EvaluationContext& context, const double* delta, double* q) const {
-    if (m_needsSimbody) {
+    if (m_hasUnknownTurning) {
         integrateQ(context, q, 1, delta, q);
         normalizeQ(q);
         return;
     }
     for (const RigidBody& body : m_bodies) {
-        int qk = body.q0, uk = body.u0;
-        if (hasQuaternion(body.mobilizer)) {
-            Map<Vector4d> quaternion(q + qk);
-            quaternion = displaceQuaternion(quaternion, Map<const Vector3d>(delta + uk), false);
-            qk += 4;
-            uk += 3;
+        double* coordinates = q + body.q0;
+        const double* own = delta + body.u0;
+        double change[LargestNumQ];
+        multiplyByN(body, coordinates, own, change);
+        if (hasQuaternion(body)) {
+            const int nu = numTurningU(body);
+            Map<Vector4d> quaternion(coordinates);
+            quaternion =
+                displaceQuaternion(quaternion, Vector3d(own[0], own[1], nu > 2 ? own[2] : 0),
+                                   body.turning == Turning::LineQuaternion);
         }
-        for (; qk < body.q0 + body.nq; ++qk, ++uk) q[qk] += delta[uk];
+        for (int k = hasQuaternion(body) ? 4 : 0; k < body.nq; ++k) coordinates[k] += change[k];
     }
+}
+
+void RigidTree::moveQ(const EvaluationContext& context, const double* delta, double* q) const {
+    if (m_hasUnknownTurning) return displaceQ(context, delta, q);
+    for (const RigidBody& body : m_bodies) {
+        if (hasQuaternion(body) || numTurningQ(body) != 3) continue;
+        // q += N(half-way) δ, found by iteration; what displaceQ() adds is a part of it.
+        constexpr int MaxPasses = 50;
+        constexpr double Smallest = 1e-15;
+        double* angles = q + body.q0;
+        const double start[3] = {angles[0], angles[1], angles[2]};
+        double middle[LargestNumQ], change[LargestNumQ];
+        std::copy_n(angles, body.nq, middle);
+        for (int pass = 0; pass < MaxPasses; ++pass) {
+            multiplyByN(body, middle, delta + body.u0, change);
+            double moved = 0;
+            for (int k = 0; k < 3; ++k) {
+                const double next = start[k] + 0.5 * change[k];
+                moved = std::max(moved, std::abs(next - middle[k]));
+                middle[k] = next;
+            }
+            if (moved <= Smallest) break;
+        }
+        double added[LargestNumQ];
+        multiplyByN(body, start, delta + body.u0, added);
+        for (int k = 0; k < 3; ++k) m_moved[size_t(body.q0 + k)] = change[k] - added[k];
+    }
+    displaceQ(context, delta, q);
+    for (const RigidBody& body : m_bodies)
+        if (!hasQuaternion(body) && numTurningQ(body) == 3)
+            for (int k = 0; k < 3; ++k) q[body.q0 + k] += m_moved[size_t(body.q0 + k)];
 }
 
 void RigidTree::normalizeQ(double* q) const {
     for (const RigidBody& body : m_bodies)
-        if (body.nq > body.nu) Map<Vector4d>(q + body.q0, 4).normalize();
+        if (hasQuaternion(body)) Map<Vector4d>(q + body.q0, 4).normalize();
 }
 
 void RigidTree::alignQ(const double* reference, double* q) const {
     for (const RigidBody& body : m_bodies)
-        if (body.nq > body.nu) alignQuaternion(reference + body.q0, q + body.q0);
+        if (hasQuaternion(body)) alignQuaternion(reference + body.q0, q + body.q0);
 }
 
 double RigidTree::calcDisplacement(const double* delta) const {

@@ -4,10 +4,14 @@ A tree of ordinary Simbody bodies rooted at Ground, as one block of the Newton s
 header).
 
 q and u are Simbody's own. Pin, Slider, Translation, Cylinder, Weld and (in quaternions) Ball and
-Free mobilizers are evaluated by our own recursion; a tree with any other mobilizer takes poses and
-Jacobians from Simbody.
+Free mobilizers are evaluated by our own recursion; a tree with any other mobilizer (reversed, in
+Euler angles, custom, …) takes poses and Jacobians from Simbody. q̇ = N(q)u is our own for all of
+Simbody's mobilizers; a custom one with an N of its own asks Simbody.
 
-    J_B = shift(J_P) + H,   M = Σ_B J_Bᵀ M_B J_B,   b = Σ_B J_Bᵀ F_inertial(A_bias) **/
+    A_B = shift(A_P) + H_B u̇_B + bias,   r = Σ_B J_Bᵀ F_inertial(A_B),   M = Σ_B J_Bᵀ M_B J_B
+
+J_B, the columns H of B and its ancestors shifted to B's origin, is never formed: accelerations
+pass outwards and forces inwards in O(n), M by composite bodies in O(n·depth). **/
 
 #include "Simbody.h"
 #include "simflex/solver/Block.h"
@@ -17,7 +21,8 @@ namespace simflex {
 class RigidTree : public Block {
 public:
     /** Takes over base body `root` (a child of Ground) and everything outboard of it.
-    @param state  realized to Stage::Velocity **/
+    @param state  realized to Stage::Velocity
+    @throws std::invalid_argument if a mobilizer's velocities are not the rates of its positions **/
     RigidTree(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex root,
               const SimTK::State& state);
 
@@ -57,6 +62,7 @@ public:
     void calcQDot(const EvaluationContext& context, const double* q, const double* u,
                   double* qDot) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    void moveQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;
@@ -69,11 +75,21 @@ public:
 
 private:
     enum class Mobilizer { Weld, Pin, Slider, Translation, Cylinder, Ball, Free, Other };
+    /** What the first coordinates of a mobilizer are; the others have q̇ = u. **/
+    enum class Turning {
+        None,               ///< q̇ = u throughout
+        Quaternion,         ///< 4 q; 3 u: ω of M in F, expressed in F
+        LineQuaternion,     ///< 4 q; 2 u: ω_x, ω_y expressed in M
+        BodyXYZ,            ///< 3 q, body-fixed angles; u as for Quaternion
+        LineBodyXYZ,        ///< 3 q; u as for LineQuaternion
+        KnownToSimbodyOnly  ///< N(q) is asked of Simbody
+    };
 
     struct RigidBody {
         SimTK::MobilizedBodyIndex index;
         int parent = -1;  ///< position in m_bodies; −1: Ground
         Mobilizer mobilizer = Mobilizer::Other;
+        Turning turning = Turning::None;
         SimTK::Transform X_PF, X_MB;
         SimTK::MassProperties mass;
         int q0 = 0, nq = 0, u0 = 0, nu = 0;  ///< in the block
@@ -81,7 +97,14 @@ private:
 
         SimTK::Transform X_GB;
         SimTK::SpatialVec V, biasA;
-        Eigen::Matrix<double, 6, Eigen::Dynamic> J;  ///< (ω, v) of B's origin per speed of the tree
+        SimTK::SpatialVec H[6];  ///< (ω, v) of B's origin in Ground per speed of its mobilizer
+    };
+
+    /** A body with everything outboard of it frozen to it, about its origin in Ground. **/
+    struct Composite {
+        SimTK::Real mass = 0;
+        SimTK::Vec3 moment{0};  ///< mass times centre of mass
+        SimTK::Mat33 inertia{0};
     };
 
     struct Frame {
@@ -90,23 +113,46 @@ private:
     };
 
     static Mobilizer classify(const SimTK::MobilizedBody& mobod);
-    static bool hasQuaternion(Mobilizer mobilizer) {
-        return mobilizer == Mobilizer::Ball || mobilizer == Mobilizer::Free;
+    static bool hasQuaternion(const RigidBody& body) {
+        return body.turning == Turning::Quaternion || body.turning == Turning::LineQuaternion;
     }
+    static int numTurningQ(const RigidBody& body) {
+        return hasQuaternion(body) ? 4 : body.turning == Turning::None ? 0 : 3;
+    }
+    static int numTurningU(const RigidBody& body) {
+        return numTurningQ(body) - (body.nq - body.nu);
+    }
+    /** N(q) of a body from what its turning is supposed to be. **/
+    static void multiplyByN(const RigidBody& body, const double* q, const double* u, double* qDot);
+    /** @throws std::invalid_argument if a mobilizer's velocities are not the rates of its
+     * positions.
+     * **/
+    void checkVelocities(const SimTK::SimbodyMatterSubsystem& matter,
+                         const SimTK::State& state) const;
+    /** Finds out what each body's q and u are, against Simbody's N at an arbitrary state. **/
+    void classifyTurning(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
     void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index,
                  int parent, const SimTK::State& state);
     bool agreesWithSimbody(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
     void realizeBody(RigidBody& body, const double* q, const double* u) const;
     void realizeBodyFromSimbody(RigidBody& body, const SimTK::State& state) const;
-    SimTK::SpatialVec calcAcceleration(const RigidBody& body, const double* uDot) const;
-    Eigen::MatrixXd calcMassMatrix() const;
-    void addInTransposed(const RigidBody& body, const SimTK::SpatialVec& F_G, double sign,
-                         double* r) const;
+    /** (ω̇, v̇) of one body's origin, without those of the others. **/
+    SimTK::SpatialVec calcAcceleration(int body, const double* uDot) const;
+    /** Writes factor·M. **/
+    void formMassMatrix(double factor, NewtonSystem::Block& block) const;
+    /** r += Jᵀ F for a force at one body's origin. **/
+    void addInTransposed(int body, const SimTK::SpatialVec& F_G, double* r) const;
+    /** The same for forces at all bodies' origins, m_forces; uses them up. **/
+    void addInForces(double* r) const;
 
     const SimTK::SimbodyMatterSubsystem& m_matter;
     std::vector<RigidBody> m_bodies;
     std::vector<Frame> m_frameData;
+    mutable std::vector<Composite> m_composites;
+    mutable std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass
     bool m_needsSimbody = false;
+    bool m_hasUnknownTurning = false;
+    mutable std::vector<double> m_moved;  ///< numQ, used within moveQ()
     Eigen::VectorXd
         m_uWeights;  ///< metres of displacement per unit of each speed's quasi-coordinate
     Eigen::VectorXd m_qWeights;

@@ -1,7 +1,7 @@
-// What a Newton iteration of the slider-crank costs: its linear solve by block elimination and by
-// solvers that see one matrix, all on the same systems, dumped from the example's own run; then the
-// whole run and its phases, the reduction of the crank and a frame. The last line is a JSON object
-// with the main figures in microseconds.
+// What a Newton iteration of the slider-crank and of the stator costs: its linear solve by block
+// elimination and by solvers that see one matrix, all on the same systems, dumped from the
+// examples' own runs; then the whole runs and their phases, the reduction of the crank and a frame.
+// The last line is a JSON object with the main figures in microseconds.
 
 #include <benchmark/benchmark.h>
 #include <klu.h>
@@ -19,6 +19,7 @@
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "support/NewtonReference.h"
 #include "support/SliderCrankModel.h"
+#include "support/StatorModel.h"
 
 namespace simflex {
 namespace {
@@ -26,10 +27,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using SparseMatrix = Eigen::SparseMatrix<double>;
-
-constexpr double runTime = 0.1;     // simulated [s]
-constexpr double accuracy = 1e-6;   // the example's own
-constexpr int systemInterval = 25;  // every 25th Newton system is kept
 
 std::shared_ptr<const ReducedBody> readPart(const std::string& name) {
     return std::make_shared<const ReducedBody>(
@@ -46,6 +43,34 @@ const std::shared_ptr<const ReducedBody>& getRodPart() {
     return part;
 }
 
+/** An example's model and how the benchmark runs it. **/
+struct SliderCrank : examples::SliderCrankModel {
+    static constexpr const char* name = "slider_crank";
+    static constexpr double runTime = 0.1;     ///< simulated [s]
+    static constexpr double accuracy = 1e-6;   ///< the example's own
+    static constexpr int systemInterval = 25;  ///< every 25th Newton system is kept
+
+    SliderCrank() : SliderCrankModel({}, getCrankPart(), getRodPart()) {}
+};
+
+struct Stator : examples::StatorModel {
+    static constexpr const char* name = "stator";
+    static constexpr double runTime = 0.8;  ///< through the first critical speed
+    static constexpr double accuracy = 1e-8;
+    static constexpr int systemInterval = 250;
+
+    Stator() : StatorModel({}, getParts()) {}
+
+    static const std::vector<std::shared_ptr<const ReducedBody>>& getParts() {
+        static const auto parts = [] {
+            std::vector<std::shared_ptr<const ReducedBody>> result;
+            for (const char* part : getPartNames()) result.push_back(readPart(part));
+            return result;
+        }();
+        return parts;
+    }
+};
+
 /** The systems of one run, in every form that a solver wants. **/
 struct DumpedSystems {
     std::vector<NewtonSystem> systems;
@@ -53,21 +78,26 @@ struct DumpedSystems {
     std::vector<SparseMatrix> sparse;  ///< one pattern: whatever is not zero in any of them
     std::vector<VectorXd> rightHandSides, solutions;
 
-    DumpedSystems();
+    /** Runs the model up to `runTime`. **/
+    template <class Model>
+    void dump(Model& model) {
+        BdfIntegrator integrator(model.system);
+        integrator.setAccuracy(Model::accuracy);
+        int count = 0;
+        integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
+            // A refreshed Newton matrix may have another form; one pattern is wanted.
+            if (count++ % Model::systemInterval == 0) systems.push_back(system);
+        });
+        integrator.initialize(model.makeInitialState());
+        integrator.stepTo(Model::runTime);
+        assemble();
+    }
+
+private:
+    void assemble();
 };
 
-DumpedSystems::DumpedSystems() {
-    examples::SliderCrankModel model({}, getCrankPart(), getRodPart());
-    BdfIntegrator integrator(model.system);
-    integrator.setAccuracy(accuracy);
-    int count = 0;
-    integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
-        // A refreshed Newton matrix may have another form; one pattern is wanted.
-        if (count++ % systemInterval == 0) systems.push_back(system);
-    });
-    integrator.initialize(model.makeInitialState());
-    integrator.stepTo(runTime);
-
+void DumpedSystems::assemble() {
     MatrixXd pattern;
     for (const NewtonSystem& system : systems) {
         dense.push_back(test::assembleDense(system));
@@ -86,16 +116,21 @@ DumpedSystems::DumpedSystems() {
     }
 }
 
+template <class Model>
 const DumpedSystems& getDumpedSystems() {
-    static const DumpedSystems dumped;
+    static const DumpedSystems dumped = [] {
+        Model model;
+        DumpedSystems result;
+        result.dump(model);
+        return result;
+    }();
     return dumped;
 }
 
 /** Runs `solve(index, x)` over the systems in turn; reports the largest relative difference from
  * dense pivoting. **/
 template <class Solve>
-void runSolves(benchmark::State& state, Solve solve) {
-    const DumpedSystems& dumped = getDumpedSystems();
+void runSolves(benchmark::State& state, const DumpedSystems& dumped, Solve solve) {
     VectorXd x(dumped.rightHandSides[0].size());
     double difference = 0;
     for (size_t i = 0; i < dumped.systems.size(); ++i) {
@@ -114,11 +149,12 @@ void runSolves(benchmark::State& state, Solve solve) {
     state.counters["difference"] = difference;
 }
 
+template <class Model>
 void solveByBlockElimination(benchmark::State& state) {
-    const DumpedSystems& dumped = getDumpedSystems();
+    const DumpedSystems& dumped = getDumpedSystems<Model>();
     BlockEliminationSolver solver(dumped.systems[0]);
     solver.setNumThreads(int(state.range(0)));
-    runSolves(state, [&](size_t i, VectorXd& x) {
+    runSolves(state, dumped, [&](size_t i, VectorXd& x) {
         const NewtonSystem& system = dumped.systems[i];
         solver.factor(system);
         solver.solve(system);
@@ -133,21 +169,22 @@ void solveByBlockElimination(benchmark::State& state) {
     });
 }
 
+template <class Model>
 void solveDense(benchmark::State& state) {
-    const DumpedSystems& dumped = getDumpedSystems();
+    const DumpedSystems& dumped = getDumpedSystems<Model>();
     Eigen::PartialPivLU<MatrixXd> lu(dumped.dense[0].rows());
-    runSolves(state, [&](size_t i, VectorXd& x) {
+    runSolves(state, dumped, [&](size_t i, VectorXd& x) {
         lu.compute(dumped.dense[i]);
         x = lu.solve(dumped.rightHandSides[i]);
     });
 }
 
-template <class Ordering>
+template <class Model, class Ordering>
 void solveBySparseLU(benchmark::State& state) {
-    const DumpedSystems& dumped = getDumpedSystems();
+    const DumpedSystems& dumped = getDumpedSystems<Model>();
     Eigen::SparseLU<SparseMatrix, Ordering> lu;
     lu.analyzePattern(dumped.sparse[0]);
-    runSolves(state, [&](size_t i, VectorXd& x) {
+    runSolves(state, dumped, [&](size_t i, VectorXd& x) {
         lu.factorize(dumped.sparse[i]);
         x = lu.solve(dumped.rightHandSides[i]);
     });
@@ -155,9 +192,9 @@ void solveBySparseLU(benchmark::State& state) {
 }
 
 /** KLU with its analysis reused; `Refactor` keeps the pivots of the first system, too. **/
-template <bool Refactor>
+template <class Model, bool Refactor>
 void solveByKlu(benchmark::State& state) {
-    const DumpedSystems& dumped = getDumpedSystems();
+    const DumpedSystems& dumped = getDumpedSystems<Model>();
     klu_common common;
     klu_defaults(&common);
     SparseMatrix first = dumped.sparse[0];
@@ -166,7 +203,7 @@ void solveByKlu(benchmark::State& state) {
     klu_numeric* numeric = klu_factor(first.outerIndexPtr(), first.innerIndexPtr(),
                                       first.valuePtr(), symbolic, &common);
     std::vector<SparseMatrix> matrices = dumped.sparse;  // KLU takes no const pointers
-    runSolves(state, [&](size_t i, VectorXd& x) {
+    runSolves(state, dumped, [&](size_t i, VectorXd& x) {
         SparseMatrix& A = matrices[i];
         if (Refactor) {
             klu_refactor(A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr(), symbolic, numeric,
@@ -184,16 +221,17 @@ void solveByKlu(benchmark::State& state) {
 }
 
 /** The example's run without output; time per run, phases in milliseconds. **/
-void runSliderCrank(benchmark::State& state) {
+template <class Model>
+void runExample(benchmark::State& state) {
     IntegratorStatistics sum;
     for (auto _ : state) {
         state.PauseTiming();
-        examples::SliderCrankModel model({}, getCrankPart(), getRodPart());
+        Model model;
         BdfIntegrator integrator(model.system);
-        integrator.setAccuracy(accuracy);
+        integrator.setAccuracy(Model::accuracy);
         integrator.initialize(model.makeInitialState());
         state.ResumeTiming();
-        integrator.stepTo(runTime);
+        integrator.stepTo(Model::runTime);
         const IntegratorStatistics& s = integrator.getStatistics();
         sum.stepsTaken += s.stepsTaken;
         sum.newtonIterations += s.newtonIterations;
@@ -242,9 +280,9 @@ void reduceCrank(benchmark::State& state) {
 
 /** One 1280×720 frame of the mechanism in motion, to memory. **/
 void drawFrame(benchmark::State& state) {
-    examples::SliderCrankModel model({}, getCrankPart(), getRodPart());
+    SliderCrank model;
     BdfIntegrator integrator(model.system);
-    integrator.setAccuracy(accuracy);
+    integrator.setAccuracy(SliderCrank::accuracy);
     integrator.initialize(model.makeInitialState());
     std::vector<SimTK::State> states;
     for (int i = 1; i <= 8; ++i) {
@@ -301,34 +339,63 @@ public:
     }
 };
 
-void registerBenchmarks() {
-    const auto median = [](benchmark::internal::Benchmark* b) {
-        b->Unit(benchmark::kMicrosecond)
+benchmark::internal::Benchmark* addLong(const std::string& name,
+                                        void (*function)(benchmark::State&)) {
+    return benchmark::RegisterBenchmark(name.c_str(), function)
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime();
+}
+
+/** What is measured of an example; names begin with the model's. **/
+template <class Model>
+void registerModel(int runs) {
+    const std::string prefix = std::string(Model::name) + "_";
+    const auto addSolve = [&](const std::string& name, void (*function)(benchmark::State&)) {
+        return benchmark::RegisterBenchmark((prefix + name).c_str(), function)
+            ->Unit(benchmark::kMicrosecond)
             ->UseRealTime()
             ->MinTime(0.2)
             ->Repetitions(7)
             ->DisplayAggregatesOnly();
     };
-    const auto addSolve = [&](const char* name, void (*function)(benchmark::State&)) {
-        median(benchmark::RegisterBenchmark(name, function));
-    };
-    median(benchmark::RegisterBenchmark("block_elimination", solveByBlockElimination)
-               ->ArgName("threads")
-               ->Arg(1)
-               ->Arg(2));
-    addSolve("dense_lu", solveDense);
-    addSolve("sparse_lu_colamd", solveBySparseLU<Eigen::COLAMDOrdering<int>>);
-    addSolve("sparse_lu_amd", solveBySparseLU<Eigen::AMDOrdering<int>>);
-    addSolve("klu_factor", solveByKlu<false>);
-    addSolve("klu_refactor", solveByKlu<true>);
-    const auto addLong = [](const char* name, void (*function)(benchmark::State&)) {
-        return benchmark::RegisterBenchmark(name, function)
-            ->Unit(benchmark::kMillisecond)
-            ->UseRealTime();
-    };
-    addLong("slider_crank_run", runSliderCrank)->Iterations(5);
+    addSolve("block_elimination", solveByBlockElimination<Model>)
+        ->ArgName("threads")
+        ->Arg(1)
+        ->Arg(2);
+    addSolve("dense_lu", solveDense<Model>);
+    addSolve("sparse_lu_colamd", solveBySparseLU<Model, Eigen::COLAMDOrdering<int>>);
+    addSolve("sparse_lu_amd", solveBySparseLU<Model, Eigen::AMDOrdering<int>>);
+    addSolve("klu_factor", solveByKlu<Model, false>);
+    addSolve("klu_refactor", solveByKlu<Model, true>);
+    addLong(prefix + "run", runExample<Model>)->Iterations(runs);
+}
+
+void registerBenchmarks() {
+    registerModel<SliderCrank>(5);
+    registerModel<Stator>(2);
     addLong("reduce_crank", reduceCrank)->Iterations(1);
     addLong("frame_1280x720", drawFrame);
+}
+
+/** The main figures of a model as a JSON object; zero for what a filter has left out. **/
+std::string summarize(const Reporter& reporter, const std::string& model) {
+    const auto get = [&](const std::map<std::string, double>& figures, const std::string& name) {
+        const auto found = figures.find(model + "_" + name);
+        return found == figures.end() ? 0.0 : found->second;
+    };
+    double sparse = 0;
+    for (const char* name : {"sparse_lu_colamd", "sparse_lu_amd", "klu_factor", "klu_refactor"}) {
+        const double time = get(reporter.times, name);
+        if (time > 0 && (sparse == 0 || time < sparse)) sparse = time;
+    }
+    char text[300];
+    std::snprintf(text, sizeof text,
+                  "\"%s\": {\"bge1_us\": %.2f, \"bge2_us\": %.2f, \"dense_us\": %.2f, "
+                  "\"best_sparse_us\": %.2f, \"newton_iteration_us\": %.2f}",
+                  model.c_str(), get(reporter.times, "block_elimination/threads:1"),
+                  get(reporter.times, "block_elimination/threads:2"),
+                  get(reporter.times, "dense_lu"), sparse, get(reporter.iteration, "run"));
+    return text;
 }
 
 }  // namespace
@@ -342,21 +409,7 @@ int main(int argc, char** argv) {
     benchmark::RunSpecifiedBenchmarks(&reporter);
     benchmark::Shutdown();
 
-    // A filter may have left some out.
-    const auto get = [](const std::map<std::string, double>& figures, const std::string& name) {
-        const auto found = figures.find(name);
-        return found == figures.end() ? 0.0 : found->second;
-    };
-    const auto& times = reporter.times;
-    double sparse = 0;
-    for (const char* name : {"sparse_lu_colamd", "sparse_lu_amd", "klu_factor", "klu_refactor"})
-        if (times.count(name) && (sparse == 0 || times.at(name) < sparse)) sparse = times.at(name);
-    std::printf("\n");
-    std::printf(
-        "{\"slider_crank\": {\"bge1_us\": %.2f, \"bge2_us\": %.2f, \"dense_us\": %.2f, "
-        "\"best_sparse_us\": %.2f, "
-        "\"newton_iteration_us\": %.2f}}\n",
-        get(times, "block_elimination/threads:1"), get(times, "block_elimination/threads:2"),
-        get(times, "dense_lu"), sparse, get(reporter.iteration, "slider_crank_run"));
+    std::printf("\n{%s, %s}\n", simflex::summarize(reporter, "slider_crank").c_str(),
+                simflex::summarize(reporter, "stator").c_str());
     return 0;
 }

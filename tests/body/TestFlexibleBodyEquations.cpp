@@ -22,7 +22,7 @@ protected:
           part(makePart(n)),
           model(part.body),
           motion(PointMassMotion::makeRandom(n, 100 + unsigned(n))) {
-        data.resize(n);
+        data.resize(model);
         calcInertia(model, motion.xi, motion.xiDot, data);
     }
 
@@ -84,7 +84,7 @@ TEST_P(FlexibleBodyEquationsTest, InertiaPartOfNewtonMatrixIsSecondDerivativeOfK
     calcInertia(model, motion.xi, VectorXd::Zero(n), data);
     MatrixXd J(6 + n, 6 + n);
     calcNewtonMatrix(model, data, gamma, Vector3d::Zero(), Vector3d::Zero(), VectorXd::Zero(n),
-                     VectorXd::Zero(n), J);
+                     VectorXd::Zero(n), VectorXd::Zero(n), J);
     J.diagonal().tail(n) -= gamma * model.omegaSquared;
     EXPECT_LT((gamma * J - differentiateKineticEnergyTwice()).cwiseAbs().maxCoeff(),
               1e-14 * part.body->mass);
@@ -157,7 +157,7 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixIsDerivativeOfFullResidual) {
             const VectorXd xiDotDot = motion.xiDotDot + delta.tail(n) / gamma;
             const Vector3d omega = motion.omega_B + delta.head<3>();
             FlexibleBodyData moved;
-            moved.resize(n);
+            moved.resize(model);
             calcInertia(model, xi, xiDot, moved);
             Vector3d rotation;
             VectorXd modes(n), residual(6 + n);
@@ -176,8 +176,8 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixIsDerivativeOfFullResidual) {
                                (residualAt(2 * step) - residualAt(-2 * step))) /
                               1.2;
         }
-        calcNewtonMatrix(model, data, gamma, motion.omega_B, motion.omegaDot_B, motion.xiDotDot,
-                         damping, actual);
+        calcNewtonMatrix(model, data, gamma, motion.omega_B, motion.omegaDot_B, motion.xiDot,
+                         motion.xiDotDot, damping, actual);
         // Each row against its own largest entry, so that small terms are not hidden by stiff ones.
         for (int i = 0; i < 6 + n; ++i) {
             const double roundOff =
@@ -195,7 +195,7 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixHasEveryGyroscopicTermAtHighSpeed)
     const Vector3d omega = 50 * motion.omega_B;
     const auto velocityTermsAt = [&](const VectorXd& delta) {
         FlexibleBodyData moved;
-        moved.resize(n);
+        moved.resize(model);
         calcInertia(model, motion.xi + gamma * delta.tail(n), motion.xiDot + delta.tail(n), moved);
         Vector3d rotation;
         VectorXd modes(n), terms(6 + n);
@@ -204,8 +204,8 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixHasEveryGyroscopicTermAtHighSpeed)
         return terms;
     };
     MatrixXd J(6 + n, 6 + n);
-    calcNewtonMatrix(model, data, gamma, omega, Vector3d::Zero(), VectorXd::Zero(n),
-                     VectorXd::Zero(n), J);
+    calcNewtonMatrix(model, data, gamma, omega, Vector3d::Zero(), motion.xiDot,
+                     VectorXd::Zero(n), VectorXd::Zero(n), J);
     J.diagonal().tail(n) -= gamma * model.omegaSquared;
     for (int j = 0; j < 6 + n; ++j) {
         const VectorXd step = VectorXd::Unit(6 + n, j);

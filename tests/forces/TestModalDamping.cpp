@@ -31,11 +31,10 @@ TEST_F(ModalDampingTest, CoefficientsAreTwiceRatioTimesFrequencyAndAddUp) {
     for (int i = 0; i < ratios.size(); ++i) ratios[i] = 0.01 * i;
     const ModalDamping perMode(flexible, body, ratios), uniform(flexible, body, 0.05);
     const FlexibleBody other(flexible, part, "other");
-    const Array_<Real> damping = flexible.getGuts().calcModalDamping(body.getIndex());
+    const Eigen::VectorXd& damping = flexible.getGuts().body(body.getIndex()).damping;
     for (int i = 0; i < part->numModes; ++i)
         EXPECT_DOUBLE_EQ(damping[i], 2 * (0.01 * i + 0.05) * std::sqrt(part->omegaSquared[i]));
-    for (const Real value : flexible.getGuts().calcModalDamping(other.getIndex()))
-        EXPECT_EQ(value, 0);
+    EXPECT_TRUE(flexible.getGuts().body(other.getIndex()).damping.isZero(0));
 }
 
 /** One mode vibrates alone on a body whose frame is held: ξ = e^(−ζΩt)(cos Ω_d t + ζΩ/Ω_d sin Ω_d

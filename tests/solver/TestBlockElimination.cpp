@@ -138,6 +138,49 @@ TEST(BlockElimination, RedundantConstraintsAreCountedAndStillSolved) {
     EXPECT_GT(found, 20);
 }
 
+class LargeGraph : public testing::TestWithParam<test::Graph> {};
+
+TEST_P(LargeGraph, IsSolvedToRoundOffWithTheSameBitsForAnyNumberOfThreads) {
+    std::mt19937 random(5);
+    for (bool hasGeneralBlocks : {false, true}) {
+        const NewtonSystem system =
+            test::makeRandomNewtonSystem(random, {GetParam(), 300, 12, hasGeneralBlocks, 0});
+        int redundant = -1;
+        const VectorXd x = solveByElimination(system, 1, &redundant);
+        const VectorXd b = test::assembleRightHandSide(system);
+        EXPECT_LT((test::multiply(system, x) - b).norm(), 1e-9 * (x.norm() + b.norm()));
+        EXPECT_EQ(redundant, 0);
+        for (int threads : {2, 4}) EXPECT_EQ(solveByElimination(system, threads), x) << threads;
+    }
+}
+
+TEST_P(LargeGraph, HasMultipliersOfLeastNormWhereRowsAreRepeated) {
+    std::mt19937 random(6);
+    test::RandomSystemOptions options{GetParam(), 60, 4, false, 12};
+    const NewtonSystem system = test::makeRandomNewtonSystem(random, options);
+    int redundant = -1;
+    const VectorXd x = solveByElimination(system, 1, &redundant);
+    const VectorXd b = test::assembleRightHandSide(system);
+    EXPECT_LT((test::multiply(system, x) - b).norm(), 1e-9 * (x.norm() + b.norm()));
+    EXPECT_EQ(redundant, 12);
+    const int n = system.numSpeeds(), m = system.numMultipliers();
+    // Least norm: no part along the null space of Gᵀ, which A has on its last rows.
+    const Eigen::MatrixXd Gt = test::assembleDense(system).topRightCorner(n, m);
+    const Eigen::MatrixXd null = Eigen::FullPivLU<Eigen::MatrixXd>(Gt).setThreshold(1e-10).kernel();
+    ASSERT_EQ(null.cols(), 12);
+    EXPECT_LT((null.transpose() * x.tail(m)).norm(), 1e-9 * null.norm() * x.tail(m).norm());
+}
+
+std::string nameOf(const testing::TestParamInfo<test::Graph>& graph) {
+    const char* names[] = {"Chain", "Tree", "Star", "Ring", "Grid", "Random"};
+    return names[int(graph.param)];
+}
+
+INSTANTIATE_TEST_SUITE_P(Graphs, LargeGraph,
+                         testing::Values(test::Graph::Chain, test::Graph::Tree, test::Graph::Star,
+                                         test::Graph::Ring, test::Graph::Grid, test::Graph::Random),
+                         nameOf);
+
 TEST(BlockElimination, ASingularBlockIsNamed) {
     NewtonSystem system;
     system.blocks.resize(2);

@@ -70,7 +70,7 @@ TEST(IntegratorErrors, UnsupportedParts) {
         const State state = model.system.realizeTopology();
         BdfIntegrator integrator(model.system);
         expectContains(messageOf([&] { integrator.initialize(state); }),
-                       {"frame of a flexible body"});
+                       {"mobilized body", "frame of flexible body 'boom'"});
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 
 #include "simflex/body/FlexibleBody.h"
@@ -15,9 +16,8 @@ namespace {
 using namespace SimTK;
 
 MassProperties makeMass(Real mass) {
-    return MassProperties(
-        mass, Vec3(0.05, -0.02, 0.03),
-        Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4)));
+    return MassProperties(mass, Vec3(0.05, -0.02, 0.03),
+                          Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4)));
 }
 
 /** A tree of arm, ball and universal joint, and a free box held to it by a rod. **/
@@ -98,8 +98,8 @@ std::vector<Case> makeCases() {
     return {
         {"SinusoidalPosition",
          [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Position, 0.3, 6, 0.2); }, noLock},
-        {"SinusoidalSpeed", [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Velocity, 0.8, 6, 0.2); },
-         noLock},
+        {"SinusoidalSpeed",
+         [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Velocity, 0.8, 6, 0.2); }, noLock},
         {"SinusoidalAcceleration",
          [](Rigid& r) { Motion::Sinusoid(r.arm, Motion::Acceleration, 5, 6, 0.2); }, noLock},
         {"SteadyBall", [](Rigid& r) { Motion::Steady(r.fore, Vec3(1, -0.5, 2)); }, noLock},
@@ -151,7 +151,8 @@ TEST_P(Prescribed, AccelerationsMultipliersAndMotionAreSimbodysAndWorkIsCounted)
     EXPECT_LT((integrator.getUDot() - ours.getUDot()).normInf(),
               1e-10 * (1 + ours.getUDot().normInf()));
     const Real expected = rigid.rod.getMultipliersAsVector(ours)[0];
-    EXPECT_NEAR(integrator.getMultipliers(rigid.rod)[0], expected, 1e-10 * (1 + std::abs(expected)));
+    EXPECT_NEAR(integrator.getMultipliers(rigid.rod)[0], expected,
+                1e-10 * (1 + std::abs(expected)));
     const Real energy = rigid.system.calcEnergy(ours);
     const Real kineticEnergy = rigid.system.calcKineticEnergy(ours);
 
@@ -186,6 +187,100 @@ INSTANTIATE_TEST_SUITE_P(All, Prescribed, testing::ValuesIn(makeCases()),
                          [](const testing::TestParamInfo<Case>& test) {
                              return std::string(test.param.name);
                          });
+
+class Unlock : public ScheduledEventHandler {
+public:
+    Unlock(const MobilizedBody& locked, const MobilizedBody& free, Real time)
+        : m_locked(locked), m_free(free), m_time(time) {}
+    Real getNextEventTime(const State& state, bool includeCurrent) const override {
+        return state.getTime() < m_time || (includeCurrent && state.getTime() == m_time) ? m_time
+                                                                                         : Infinity;
+    }
+    void handleEvent(State& state, Real, bool&) const override {
+        m_locked.unlock(state);
+        m_free.lock(state, Motion::Velocity);
+    }
+
+private:
+    const MobilizedBody &m_locked, &m_free;
+    Real m_time;
+};
+
+TEST(PrescribedMotion, HandlersMayLockAndUnlock) {
+    Rigid rigid;
+    rigid.system.addEventHandler(new Unlock(rigid.arm, rigid.fore, 0.1));
+    State state = rigid.makeState();
+    rigid.arm.lock(state);
+    rigid.system.project(state, 1e-13);
+    RungeKuttaMersonIntegrator reference(rigid.system);
+    reference.setAccuracy(1e-9);
+    reference.setConstraintTolerance(1e-11);
+    TimeStepper stepper(rigid.system, reference);
+    stepper.initialize(state);
+    stepper.stepTo(0.25);
+    BdfIntegrator integrator(rigid.system);
+    integrator.setAccuracy(1e-8);
+    integrator.setMaximumOrder(4);
+    integrator.initialize(state);
+    integrator.stepTo(0.25);
+    const State& ours = integrator.getState();
+    State theirs = stepper.getState();
+    rigid.system.realize(theirs, Stage::Velocity);
+    EXPECT_GT(std::abs(rigid.arm.getAngle(ours) - rigid.arm.getAngle(state)), 0.01);
+    for (MobilizedBodyIndex i(1); i < rigid.matter.getNumBodies(); ++i) {
+        const MobilizedBody& body = rigid.matter.getMobilizedBody(i);
+        EXPECT_LT((body.getBodyOriginLocation(ours) - body.getBodyOriginLocation(theirs)).norm(),
+                  3e-6)
+            << "body " << int(i);
+    }
+}
+
+TEST(PrescribedMotion, PositionsCanBeSolvedInTheNewtonSystemToo) {
+    for (const char* name : {"SinusoidalPosition", "CustomSpeed", "LockedAcceleration"}) {
+        const std::vector<Case> cases = makeCases();
+        const Case& which = *std::find_if(cases.begin(), cases.end(), [&](const Case& candidate) {
+            return std::string(candidate.name) == name;
+        });
+        std::vector<Vec3> places;
+        for (auto formulation :
+             {BdfIntegrator::Formulation::StabilizedIndex2, BdfIntegrator::Formulation::Index3}) {
+            Rigid rigid;
+            which.addMotion(rigid);
+            // Nonholonomic and acceleration-only rows beside the holonomic rod.
+            Constraint::ConstantSpeed(rigid.box, MobilizerUIndex(0), 0.4);
+            Constraint::ConstantAcceleration(rigid.box, MobilizerUIndex(4), -2);
+            State state = rigid.makeState();
+            which.lock(rigid, state);
+            rigid.system.project(state, 1e-13);
+            BdfIntegrator integrator(rigid.system);
+            integrator.setAccuracy(1e-8);
+            integrator.setMaximumOrder(3);
+            integrator.setFormulation(formulation);
+            integrator.initialize(state);
+            integrator.stepTo(0.2);
+            places.push_back(rigid.box.getBodyOriginLocation(integrator.getState()));
+        }
+        EXPECT_LT((places[0] - places[1]).norm(), 5e-6) << name;
+    }
+}
+
+TEST(PrescribedMotion, LocksThatContradictAConstraintNameIt) {
+    Rigid rigid;
+    State state = rigid.makeState();
+    for (const MobilizedBody* body : {static_cast<const MobilizedBody*>(&rigid.arm),
+                                      static_cast<const MobilizedBody*>(&rigid.fore),
+                                      static_cast<const MobilizedBody*>(&rigid.hand),
+                                      static_cast<const MobilizedBody*>(&rigid.box)})
+        body->lock(state);
+    BdfIntegrator integrator(rigid.system);
+    try {
+        integrator.initialize(state);
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        for (const char* word : {"cannot be assembled", "(Rod) on bodies (3, 4)"})
+            EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+}
 
 //---------------------------------------------------------------------------------------------------------
 // flexible bodies
@@ -253,7 +348,8 @@ TEST(PrescribedMotion, ABodyWithItsModesLockedIsRigid) {
     stepper.stepTo(0.4);
     const State& end = stepper.getState();
     plain.realize(end, Stage::Velocity);
-    const Transform a = model.boom.getFramePose(integrator.getState()), b = ball.getBodyTransform(end);
+    const Transform a = model.boom.getFramePose(integrator.getState()),
+                    b = ball.getBodyTransform(end);
     EXPECT_LT((a.p() - b.p()).norm(), 1e-6);
     EXPECT_LT((a.R().asMat33() - b.R().asMat33()).norm(), 1e-5);
     EXPECT_NEAR(integrator.getWork(), 0, 1e-12);
@@ -275,9 +371,9 @@ TEST(PrescribedMotion, LockedFrameLeavesUncoupledOscillators) {
     integrator.stepTo(0.05);
     const Vector found = model.boom.getModalCoordinates(integrator.getState());
     for (int i = 0; i < 8; ++i)
-        EXPECT_NEAR(found[i],
-                    xi[i] * std::cos(std::sqrt(model.boom.getPart().omegaSquared[size_t(i)]) * 0.05),
-                    1e-8)
+        EXPECT_NEAR(
+            found[i],
+            xi[i] * std::cos(std::sqrt(model.boom.getPart().omegaSquared[size_t(i)]) * 0.05), 1e-8)
             << "mode " << i;
     EXPECT_LT((model.boom.getFramePose(integrator.getState()).p() - Vec3(0.1, 0.2, 0.3)).norm(),
               1e-14);
@@ -303,6 +399,62 @@ TEST(PrescribedMotion, ADrivenModeAndFrameConserveEnergyLessWork) {
     EXPECT_NEAR(model.boom.getModalCoordinates(now)[6], 2e-3 * std::sin(40 * 0.1 + 0.3), 1e-15);
     const SpatialVec V = model.boom.getFrameVelocity(now);
     EXPECT_LT((V[0] - Vec3(2, -1, 3)).norm() + (V[1] - Vec3(0.1, 0.2, -0.3)).norm(), 1e-12);
+}
+
+/** Frame on a circle in the xy-plane, turning with it: angle 0.5 sin 4t. **/
+class Swing : public Motion::Custom::Implementation {
+public:
+    Implementation* clone() const override { return new Swing(*this); }
+    Motion::Level getLevel(const State&) const override { return Motion::Position; }
+    void calcPrescribedPosition(const State& state, int, Real* q) const override {
+        const Real a = calcAngle(state.getTime(), 0);
+        put(Vec7(std::cos(a / 2), 0, 0, std::sin(a / 2), std::cos(a), std::sin(a), 0.1), q);
+    }
+    void calcPrescribedPositionDot(const State& state, int, Real* qDot) const override {
+        put(calcRate(state.getTime()), qDot);
+    }
+    void calcPrescribedPositionDotDot(const State& state, int, Real* qDotDot) const override {
+        constexpr Real Step = 1e-5;
+        const Real t = state.getTime();
+        put((calcRate(t + Step) - calcRate(t - Step)) / (2 * Step), qDotDot);
+    }
+    static Real calcAngle(Real t, int derivative) {
+        return derivative == 0 ? 0.5 * std::sin(4 * t) : 2 * std::cos(4 * t);
+    }
+
+private:
+    using Vec7 = Vec<7>;
+    static Vec7 calcRate(Real t) {
+        const Real a = calcAngle(t, 0), rate = calcAngle(t, 1);
+        return rate *
+               Vec7(-std::sin(a / 2) / 2, 0, 0, std::cos(a / 2) / 2, -std::sin(a), std::cos(a), 0);
+    }
+    static void put(const Vec7& values, Real* q) {
+        for (int k = 0; k < 7; ++k) q[k] = values[k];
+    }
+};
+
+TEST(PrescribedMotion, AFrameMovesThroughPosesAndDrivesItsModes) {
+    Flexible model;
+    Motion::Custom(model.frame(), new Swing);
+    const State state = model.system.realizeTopology();
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracy(1e-9);
+    integrator.setMaximumOrder(4);
+    integrator.initialize(state);
+    model.system.realize(integrator.getState(), Stage::Dynamics);
+    const Real energy = model.flexible.calcEnergy(integrator.getState());
+    integrator.stepTo(0.1);
+    const State& now = integrator.getState();
+    model.system.realize(now, Stage::Dynamics);
+    const Real angle = Swing::calcAngle(0.1, 0), rate = Swing::calcAngle(0.1, 1);
+    const Transform X = model.boom.getFramePose(now);
+    EXPECT_LT((X.p() - Vec3(std::cos(angle), std::sin(angle), 0.1)).norm(), 1e-13);
+    EXPECT_LT((X.R().asMat33() - Rotation(angle, ZAxis).asMat33()).norm(), 1e-13);
+    EXPECT_LT((model.boom.getFrameVelocity(now)[0] - Vec3(0, 0, rate)).norm(), 1e-12);
+    EXPECT_GT(model.boom.getModalCoordinates(now).normInf(), 1e-6);
+    const Real work = integrator.getWork();
+    EXPECT_NEAR(model.flexible.calcEnergy(now) - work, energy, 1e-5 * std::abs(work));
 }
 
 TEST(PrescribedMotion, ALockedFrameSpeedTurnsAboutAFixedAxis) {

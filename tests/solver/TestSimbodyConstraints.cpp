@@ -1,4 +1,5 @@
-// Simbody's own constraints inside BdfIntegrator: accelerations, multipliers and motion are Simbody's.
+// Simbody's own constraints inside BdfIntegrator: accelerations, multipliers and motion are
+// Simbody's.
 
 #include <gtest/gtest.h>
 
@@ -55,43 +56,61 @@ struct Case {
 
 std::vector<Case> makeCases() {
     return {
-        {"Rod", [](Rigid& r) { return Constraint::Rod(r.fore, Vec3(0, -0.1, 0), r.box,
-                                                      Vec3(-0.1, 0, 0.1), 0.5); }},
-        {"RodWithinATree", [](Rigid& r) { return Constraint::Rod(r.fore, Vec3(0, -0.1, 0), r.other,
-                                                                 Vec3(-0.1, 0, 0.1), 0.35); }},
-        {"Ball", [](Rigid& r) { return Constraint::Ball(r.fore, Vec3(0, -0.2, 0), r.box,
-                                                        Vec3(-0.2, 0, 0)); }},
-        {"BallToGround", [](Rigid& r) { return Constraint::Ball(r.matter.Ground(),
-                                                                Vec3(0.5, 0.1, 0), r.box,
-                                                                Vec3(-0.2, 0, 0.1)); }},
-        {"Weld", [](Rigid& r) { return Constraint::Weld(r.cart, Transform(Vec3(0.3, 0.1, 0)), r.box,
-                                                        Transform(Vec3(-0.2, 0, 0.1))); }},
-        {"PointInPlane", [](Rigid& r) { return Constraint::PointInPlane(r.fore,
-                                                                        UnitVec3(1, 2, 0.3), 0.2,
-                                                                        r.box, Vec3(-0.2, 0, 0)); }},
-        {"PointOnLine", [](Rigid& r) { return Constraint::PointOnLine(r.cart, UnitVec3(1, 2, 0.3),
-                                                                      Vec3(0.1, 0, 0), r.box,
-                                                                      Vec3(-0.2, 0, 0)); }},
-        {"ConstantAngle", [](Rigid& r) { return Constraint::ConstantAngle(r.fore,
-                                                                          UnitVec3(1, 0.2, 0),
-                                                                          r.box,
-                                                                          UnitVec3(0, 1, 0.4),
-                                                                          1.2); }},
-        {"ConstantOrientation", [](Rigid& r) { return Constraint::ConstantOrientation(
-                                                   r.wheel, Rotation(), r.box,
-                                                   Rotation(0.1, XAxis)); }},
+        {"Rod",
+         [](Rigid& r) {
+             return Constraint::Rod(r.fore, Vec3(0, -0.1, 0), r.box, Vec3(-0.1, 0, 0.1), 0.5);
+         }},
+        {"RodWithinATree",
+         [](Rigid& r) {
+             return Constraint::Rod(r.fore, Vec3(0, -0.1, 0), r.other, Vec3(-0.1, 0, 0.1), 0.35);
+         }},
+        {"Ball",
+         [](Rigid& r) {
+             return Constraint::Ball(r.fore, Vec3(0, -0.2, 0), r.box, Vec3(-0.2, 0, 0));
+         }},
+        {"BallToGround",
+         [](Rigid& r) {
+             return Constraint::Ball(r.matter.Ground(), Vec3(0.5, 0.1, 0), r.box,
+                                     Vec3(-0.2, 0, 0.1));
+         }},
+        {"Weld",
+         [](Rigid& r) {
+             return Constraint::Weld(r.cart, Transform(Vec3(0.3, 0.1, 0)), r.box,
+                                     Transform(Vec3(-0.2, 0, 0.1)));
+         }},
+        {"PointInPlane",
+         [](Rigid& r) {
+             return Constraint::PointInPlane(r.fore, UnitVec3(1, 2, 0.3), 0.2, r.box,
+                                             Vec3(-0.2, 0, 0));
+         }},
+        {"PointOnLine",
+         [](Rigid& r) {
+             return Constraint::PointOnLine(r.cart, UnitVec3(1, 2, 0.3), Vec3(0.1, 0, 0), r.box,
+                                            Vec3(-0.2, 0, 0));
+         }},
+        {"ConstantAngle",
+         [](Rigid& r) {
+             return Constraint::ConstantAngle(r.fore, UnitVec3(1, 0.2, 0), r.box,
+                                              UnitVec3(0, 1, 0.4), 1.2);
+         }},
+        {"ConstantOrientation",
+         [](Rigid& r) {
+             return Constraint::ConstantOrientation(r.wheel, Rotation(), r.box,
+                                                    Rotation(0.1, XAxis));
+         }},
         // Rack and pinion: Simbody's ȧ is the derivative of its v only if the contact point stands
         // still on the bodies' line of centres.
-        {"NoSlip1D", [](Rigid& r) { return Constraint::NoSlip1D(r.matter.Ground(),
-                                                                Vec3(-0.5, -0.1, 0),
-                                                                UnitVec3(1, 0, 0), r.cart,
-                                                                r.wheel); }},
-        {"ConstantCoordinate", [](Rigid& r) { return Constraint::ConstantCoordinate(
-                                                  r.other, MobilizerQIndex(1), 0.1); }},
-        {"ConstantSpeed", [](Rigid& r) { return Constraint::ConstantSpeed(r.fore,
-                                                                          MobilizerUIndex(2), 2); }},
-        {"ConstantAcceleration", [](Rigid& r) { return Constraint::ConstantAcceleration(
-                                                    r.arm, MobilizerUIndex(0), 3); }},
+        {"NoSlip1D",
+         [](Rigid& r) {
+             return Constraint::NoSlip1D(r.matter.Ground(), Vec3(-0.5, -0.1, 0), UnitVec3(1, 0, 0),
+                                         r.cart, r.wheel);
+         }},
+        {"ConstantCoordinate",
+         [](Rigid& r) { return Constraint::ConstantCoordinate(r.other, MobilizerQIndex(1), 0.1); }},
+        {"ConstantSpeed",
+         [](Rigid& r) { return Constraint::ConstantSpeed(r.fore, MobilizerUIndex(2), 2); }},
+        {"ConstantAcceleration",
+         [](Rigid& r) { return Constraint::ConstantAcceleration(r.arm, MobilizerUIndex(0), 3); }},
         {"CoordinateCoupler",
          [](Rigid& r) {
              return Constraint::CoordinateCoupler(
@@ -231,6 +250,44 @@ TEST(SimbodyConstraint, ABoxOnARodSwingsAsAPendulum) {
     EXPECT_NEAR(integrator.getWork(), 0, 1e-9);
 }
 
+TEST(SimbodyConstraint, APlanarFourBarLoopClosedByAWeldIsSolvedInTheLeastSquaresSense) {
+    // Three pins and a Weld: a planar loop of one freedom with 6 rows, 3 of them redundant.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    const Body::Rigid link(MassProperties(1, Vec3(0), Inertia(0.02, 0.001, 0.02)));
+    MobilizedBody::Pin crank(matter.Ground(), Transform(), link, Transform(Vec3(0, -0.2, 0)));
+    MobilizedBody::Pin coupler(crank, Transform(Vec3(0, 0.2, 0)), link,
+                               Transform(Vec3(0, -0.3, 0)));
+    MobilizedBody::Pin rocker(matter.Ground(), Transform(Vec3(0.5, 0, 0)), link,
+                              Transform(Vec3(0, -0.25, 0)));
+    MobilizedBody::Pin end(rocker, Transform(Vec3(0, 0.25, 0)),
+                           Body::Rigid(MassProperties(0.1, Vec3(0), Inertia(1e-3))), Transform());
+    const Constraint::Weld weld(coupler, Transform(Vec3(0, 0.3, 0)), end, Transform());
+    State state = system.realizeTopology();
+    crank.setOneQ(state, 0, 0.1);
+    coupler.setOneQ(state, 0, -1.4);
+    end.setOneQ(state, 0, -1.3);
+    crank.setOneU(state, 0, 2);
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-9);
+    integrator.setMaximumOrder(4);
+    integrator.initialize(state);
+    EXPECT_EQ(integrator.getStatistics().redundantConstraints, 3);
+    State start = integrator.getState();
+    system.realize(start, Stage::Acceleration);
+    EXPECT_LT((integrator.getUDot() - start.getUDot()).normInf(),
+              1e-7 * (1 + start.getUDot().normInf()));
+    const Real energy = system.calcEnergy(start);
+    integrator.stepTo(0.5);
+    const State& now = integrator.getState();
+    system.realize(now, Stage::Dynamics);
+    EXPECT_LT(weld.getPositionErrorsAsVector(now).normInf(), 1e-9);
+    EXPECT_NEAR(system.calcEnergy(now), energy, 1e-5 * std::abs(energy));
+    EXPECT_GT(std::abs(crank.getOneQ(now, 0) - crank.getOneQ(start, 0)), 0.3);
+}
+
 //---------------------------------------------------------------------------------------------------------
 // with flexible bodies
 
@@ -299,9 +356,7 @@ std::vector<FlexibleCase> makeFlexibleCases() {
                  Array_<MobilizerQIndex>{MobilizerQIndex(5), MobilizerQIndex(0)});
          }},
         {"FrameTurningSpeed",
-         [](Flexible& f) {
-             return Constraint::ConstantSpeed(f.frame(), MobilizerUIndex(1), 0.7);
-         }},
+         [](Flexible& f) { return Constraint::ConstantSpeed(f.frame(), MobilizerUIndex(1), 0.7); }},
         {"ModalSpeed",
          [](Flexible& f) {
              return Constraint::ConstantSpeed(f.modes(1), MobilizerUIndex(1), 0.02);
@@ -364,7 +419,8 @@ Real calcEnergyDrift(const FlexibleCase& which, Real accuracy) {
 }
 
 TEST_P(FlexibleWithConstraint, ConstraintHoldsAndEnergyLessWorkDriftsLessWithAccuracy) {
-    const Real coarse = calcEnergyDrift(GetParam(), 1e-8), fine = calcEnergyDrift(GetParam(), 1e-10);
+    const Real coarse = calcEnergyDrift(GetParam(), 1e-8),
+               fine = calcEnergyDrift(GetParam(), 1e-10);
     EXPECT_LT(coarse, 2e-3);
     // accuracy^(p/(p+1)) with p = 3: a factor 30; 8 leaves room for the step size's granularity.
     EXPECT_LT(fine, coarse / 8);
@@ -374,6 +430,59 @@ INSTANTIATE_TEST_SUITE_P(All, FlexibleWithConstraint, testing::ValuesIn(makeFlex
                          [](const testing::TestParamInfo<FlexibleCase>& test) {
                              return std::string(test.param.name);
                          });
+
+TEST(ForeignForces, ActOnFramesModesAndRigidBodiesAsInSimbody) {
+    // Undeformed, where Simbody's own accelerations are exact.
+    Flexible model;
+    Force::TwoPointLinearSpring(model.forces, model.matter.Ground(), Vec3(0.5, 0.2, 0),
+                                model.frame(), Vec3(0.1, 0.05, 0), 80, 0.3);
+    Force::MobilityLinearSpring(model.forces, model.modes(1), MobilizerQIndex(1), 5, 0.2);
+    Force::MobilityLinearDamper(model.forces, model.modes(0), MobilizerUIndex(3), 2);
+    Force::MobilityConstantForce(model.forces, model.frame(), MobilizerUIndex(1), 0.7);
+    Force::GlobalDamper(model.forces, model.matter, 0.1);
+    const State state = model.makeState();
+    BdfIntegrator integrator(model.system);
+    integrator.initialize(state);
+    State start = integrator.getState();
+    model.system.realize(start, Stage::Acceleration);
+    EXPECT_LT((integrator.getUDot() - start.getUDot()).normInf(),
+              1e-10 * (1 + start.getUDot().normInf()));
+}
+
+TEST(ForeignForces, CompliantContactActsAsInSimbody) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    ContactTrackerSubsystem tracker(system);
+    CompliantContactSubsystem contact(system, tracker);
+    const ContactMaterial material(2e4, 0.1, 0.5, 0.4, 0.1);
+    matter.Ground().updBody().addContactSurface(
+        Transform(Rotation(-Pi / 2, ZAxis)),
+        ContactSurface(ContactGeometry::HalfSpace(), material));
+    Body::Rigid ball = makeBrick(1);
+    ball.addContactSurface(Transform(), ContactSurface(ContactGeometry::Sphere(0.1), material));
+    MobilizedBody::Free body(matter.Ground(), ball);
+    State state = system.realizeTopology();
+    body.setQToFitTranslation(state, Vec3(0, 0.12, 0));
+    body.setUToFitLinearVelocity(state, Vec3(0.5, -0.4, 0));
+    RungeKuttaMersonIntegrator reference(system);
+    reference.setAccuracy(1e-9);
+    TimeStepper stepper(system, reference);
+    stepper.initialize(state);
+    stepper.stepTo(0.2);
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-8);
+    integrator.initialize(state);
+    integrator.stepTo(0.2);
+    State theirs = stepper.getState();
+    system.realize(theirs, Stage::Velocity);
+    EXPECT_GT(body.getBodyOriginVelocity(theirs)[1], 0);  // it bounced
+    EXPECT_LT(
+        (body.getBodyOriginLocation(integrator.getState()) - body.getBodyOriginLocation(theirs))
+            .norm(),
+        1e-4);
+}
 
 TEST(SimbodyConstraint, AConstraintOnACarriersBodyIsRefusedByName) {
     Flexible model;

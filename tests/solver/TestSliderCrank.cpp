@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "simflex/forces/AttachmentForce.h"
 #include "solver/SliderCrankModel.h"
 
 namespace simflex {
@@ -111,6 +112,70 @@ TEST(SliderCrank, StiffPartsMoveAsRigidOnesInSimbody) {
     EXPECT_NEAR(differences[0] / differences[1], 10, 1);
     EXPECT_NEAR(differences[1] / differences[2], 10, 1);
     EXPECT_LT(differences[2], 1e-5);
+}
+
+// Three pins and a slide close a planar loop in space: of their 15 equations on 13 speeds,
+// 12 are independent.
+TEST(SliderCrank, RigidPartsWithThreeRedundantEquationsMoveAsInSimbody) {
+    const Real time = 0.1;
+    const SliderCrankOptions options;
+    RigidSliderCrank rigid(options);
+    const State end = rigid.integrate(time);
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    FlexibleBodySubsystem flexible(system, matter);
+    const auto properties = [&](const MobilizedBody& body) {
+        return Body::Rigid(body.getBodyMassProperties(rigid.state));
+    };
+    MobilizedBody::Free crank(matter.Ground(), properties(rigid.crank)),
+        rod(matter.Ground(), properties(rigid.rod));
+    MobilizedBody::Slider slider(matter.Ground(), Transform(), properties(rigid.slider),
+                                 Transform());
+    const Joint::Pin mainBearing(flexible, matter.Ground(), crank, "main bearing");
+    const Joint::Pin crankPin(flexible, Attachment(crank, Transform(Vec3(test::CrankLength, 0, 0))),
+                              rod, "crank pin");
+    const Joint::Pin gudgeonPin(flexible, Attachment(rod, Transform(Vec3(test::RodLength, 0, 0))),
+                                slider, "gudgeon pin");
+    AttachmentForce(flexible, crank,
+                    [&](Real t) { return SpatialVec(Vec3(0, 0, options.torque(t)), Vec3(0)); });
+    State state = system.realizeTopology();
+    rigid.system.realize(rigid.state, Stage::Position);
+    crank.setQToFitTransform(state, rigid.crank.getBodyTransform(rigid.state));
+    rod.setQToFitTransform(state, rigid.rod.getBodyTransform(rigid.state));
+    slider.setOneQ(state, 0, rigid.slider.getOneQ(rigid.state, 0));
+
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-11);
+    integrator.setMaximumOrder(5);
+    integrator.initialize(state);
+    EXPECT_EQ(integrator.getStatistics().redundantConstraints, 3);
+    integrator.stepTo(time);
+    EXPECT_EQ(integrator.getStatistics().redundantConstraints, 3);
+    const State& ours = integrator.getState();
+    EXPECT_NEAR(slider.getOneQ(ours, 0), rigid.slider.getOneQ(end, 0), 1e-6 * test::CrankLength);
+
+    // Forces in the plane are unique, redundant equations or not.
+    Vector_<SpatialVec> reactions;
+    rigid.matter.calcMobilizerReactionForces(end, reactions);
+    const auto expectSameForce = [&](const Joint& joint, const MobilizedBody& body) {
+        const Vec3 found = joint.calcForceOnM(ours, integrator.getMultipliers(joint))[1];
+        const Vec3 expected = reactions[body.getMobilizedBodyIndex()][1];
+        for (int axis : {0, 1})
+            EXPECT_NEAR(found[axis], expected[axis], 1e-4 * expected.norm()) << joint.getName();
+    };
+    expectSameForce(mainBearing, rigid.crank);
+    expectSameForce(crankPin, rigid.rod);
+
+    // Of all multipliers that would do, the smallest: those of Simbody's own solve.
+    State native = ours;
+    system.realize(native, Stage::Acceleration);
+    BdfIntegrator again(system);
+    again.initialize(ours);
+    const Vector found = again.getMultipliers(), theirs = native.getMultipliers();
+    EXPECT_LT((found - theirs).norm(), 1e-6 * theirs.norm());
 }
 
 TEST(SliderCrank, ResultsAreTheSameToTheBitForAnyNumberOfThreads) {

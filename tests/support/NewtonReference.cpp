@@ -68,6 +68,24 @@ Eigen::SparseMatrix<double> assembleSparse(const NewtonSystem& system) {
     return assembleDense(system).sparseView();
 }
 
+VectorXd multiply(const NewtonSystem& system, const VectorXd& x) {
+    const int speeds = system.numSpeeds();
+    VectorXd product = VectorXd::Zero(x.size());
+    int first = 0;
+    for (const NewtonSystem::Block& block : system.blocks) {
+        const VectorXd u = x.segment(first, block.size);
+        const MatrixXd Gt = assembleGt(system, block);
+        product.segment(first, block.size) = assembleBlock(system, block) * u;
+        for (int k = 0; k < block.numColumns(); ++k) {
+            const int row = speeds + block.rows[size_t(k)];
+            product.segment(first, block.size) += Gt.col(k) * x[row];
+            product[row] += Gt.col(k).dot(u);
+        }
+        first += block.size;
+    }
+    return product;
+}
+
 VectorXd assembleRightHandSide(const NewtonSystem& system) {
     VectorXd b(system.numSpeeds() + system.numMultipliers());
     int first = 0;

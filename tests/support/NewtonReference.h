@@ -28,6 +28,9 @@ Eigen::MatrixXd assembleDense(const NewtonSystem& system);
 /** The whole matrix A, compressed, zeros left out. **/
 Eigen::SparseMatrix<double> assembleSparse(const NewtonSystem& system);
 
+/** A x, block by block: for systems too large to write out. **/
+Eigen::VectorXd multiply(const NewtonSystem& system, const Eigen::VectorXd& x);
+
 /** b = −[r; c]. **/
 Eigen::VectorXd assembleRightHandSide(const NewtonSystem& system);
 

@@ -1,0 +1,321 @@
+// Chain of flexible links: what it costs from 1 to 10 000 links, and 40 of them falling.
+//
+// Integrates a straight chain that is let go, for more and more links, and writes a table of cost
+// per Newton iteration, set-up and memory (CSV, logarithmic plot); then lets one chain fall from
+// the horizontal and draws frames, a video and a contact sheet.
+// The model itself: support/ChainModel.
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "simflex/part/ReducedBodyFile.h"
+#include "simflex/render/ContactSheet.h"
+#include "simflex/render/OffscreenVisualizer.h"
+#include "simflex/render/Video.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "support/ChainCost.h"
+#include "support/Csv.h"
+#include "support/Plot.h"
+#include "support/Progress.h"
+#include "support/Table.h"
+
+using namespace SimTK;
+using namespace simflex;
+using namespace simflex::examples;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double framesPerSecond = 30;
+constexpr int pictureHeight = 720;
+
+struct Arguments {
+    ChainOptions model;
+    double accuracy = 1e-5, time = 1.6;
+    std::string parts = "build/release/parts", out = "build/output/chain";
+    bool noFrames = false, noStudy = false;
+    int largest = 10000, frames = 96, threads = 0;
+};
+
+/** One falling chain, frame by frame. **/
+struct Fall {
+    std::vector<State> frames;
+    std::vector<double> time, tipSpeed, energyError;
+    double largestTipSpeed = 0, timeOfLargest = 0;
+};
+
+std::shared_ptr<const ReducedBody> readLink(const Arguments& arguments) {
+    const std::string path = arguments.parts + "/link.h5";
+    if (!fs::exists(path))
+        throw std::runtime_error("there is no part " + path +
+                                 ": name the folder with --parts; examples/run makes it");
+    auto part = std::make_shared<const ReducedBody>(readReducedBody(path));
+    std::printf("link         %6d nodes -> %d modes, %.4g g, first frequencies",
+                part->mesh.numNodes(), part->numModes, 1e3 * part->mass);
+    for (int i = 0; i < 4; ++i)
+        std::printf("%s %.0f", i ? "," : "", std::sqrt(part->omegaSquared[size_t(i)]) / (2 * Pi));
+    std::printf(" Hz\n\n");
+    return part;
+}
+
+//------------------------------------------------------------------------------------------------
+// scaling study
+
+std::vector<int> chooseSizes(int largest) {
+    std::vector<int> sizes;
+    for (int decade = 1; decade <= largest; decade *= 10)
+        for (int factor : {1, 3})
+            if (factor * decade <= largest) sizes.push_back(factor * decade);
+    if (sizes.back() != largest) sizes.push_back(largest);
+    return sizes;
+}
+
+std::vector<ChainCost> runStudy(const Arguments& arguments,
+                                const std::shared_ptr<const ReducedBody>& part) {
+    Csv csv(arguments.out + "/scaling.csv",
+            {"links", "speeds", "newton_iteration_s", "model_s", "topology_s", "initialize_s",
+             "state_s", "bytes", "steps", "newton_iterations", "factorizations"});
+    std::printf("%8s %9s %16s %14s %10s %12s %14s\n", "links", "speeds", "ms/iteration",
+                "us/it./link", "set-up s", "memory MB", "kB per link");
+    std::vector<ChainCost> costs;
+    ChainOptions options = arguments.model;
+    // What is paid once - caches, threads, pages - is paid by a chain that does not count.
+    options.numLinks = 10;
+    measureChain(options, part, arguments.threads);
+    for (int numLinks : chooseSizes(arguments.largest)) {
+        if (wasInterrupted()) break;
+        options.numLinks = numLinks;
+        const ChainCost cost = measureChain(options, part, arguments.threads);
+        const double speeds = double(numLinks) * (6 + part->numModes);
+        std::printf("%8d %9.0f %16.4g %14.4g %10.3g %12.4g %14.4g\n", numLinks, speeds,
+                    1e3 * cost.iterationSeconds, 1e6 * cost.iterationSeconds / numLinks,
+                    cost.setUpSeconds(), 1e-6 * cost.bytes, 1e-3 * cost.bytes / numLinks);
+        csv.write({double(numLinks), speeds, cost.iterationSeconds, cost.modelSeconds,
+                   cost.topologySeconds, cost.initializeSeconds, cost.stateSeconds, cost.bytes,
+                   double(cost.statistics.stepsTaken), double(cost.statistics.newtonIterations),
+                   double(cost.statistics.factorizations)});
+        costs.push_back(cost);
+    }
+    std::printf("\nwrote %s/scaling.csv\n", arguments.out.c_str());
+    return costs;
+}
+
+void plotStudy(const Arguments& arguments, const std::vector<ChainCost>& costs) {
+    if (costs.size() < 2) return;
+    std::vector<double> links, iteration, setUp, memory, linearIteration, linearMemory;
+    for (const ChainCost& cost : costs) {
+        links.push_back(cost.numLinks);
+        iteration.push_back(1e3 * cost.iterationSeconds);
+        setUp.push_back(1e3 * cost.setUpSeconds());
+        memory.push_back(1e-6 * cost.bytes);
+    }
+    for (double N : links) {
+        linearIteration.push_back(iteration.back() * N / links.back());
+        linearMemory.push_back(memory.back() * N / links.back());
+    }
+    Plot figure{"Chain of flexible links, 54 modes each: cost over number of links", "links", {}};
+    figure.hasLogarithmicX = true;
+    Plot::Panel time{"Wall time", "time [ms]", {}, "", true};
+    time.series = {{"proportional to links", links, linearIteration, Plot::Gray, 3, true},
+                   {"set-up", links, setUp, Plot::Orange, 2, false, false, true},
+                   {"Newton iteration", links, iteration, Plot::Blue, 2.5, false, false, true}};
+    Plot::Panel space{"Memory: model, States, integrator", "memory [MB]", {}, "", true};
+    space.series = {{"proportional to links", links, linearMemory, Plot::Gray, 3, true},
+                    {"in use", links, memory, Plot::Green, 2.5, false, false, true}};
+    figure.panels = {time, space};
+    if (writePlot(figure, arguments.out + "/scaling.png"))
+        std::printf("wrote %s/scaling.png\n", arguments.out.c_str());
+    else
+        std::printf("no plot: gnuplot is not installed\n");
+}
+
+//------------------------------------------------------------------------------------------------
+// falling chain
+
+Fall runFall(const Arguments& arguments, ChainModel& model, BdfIntegrator& integrator,
+             std::string& failure) {
+    Fall fall;
+    Csv csv(arguments.out + "/fall.csv",
+            {"time_s", "tip_x_m", "tip_y_m", "tip_speed_m_s", "energy_J", "energy_error_J"});
+    Progress progress(std::to_string(arguments.model.numLinks) + " links falling");
+    constexpr int samplesPerFrame = 8;
+    const int numSamples = arguments.frames * samplesPerFrame;
+    double initialEnergy = 0;
+    Vec3 lastTip(0);
+    for (int i = 0; i <= numSamples && !wasInterrupted(); ++i) {
+        const double time = arguments.time * i / numSamples;
+        try {
+            if (i > 0) integrator.stepTo(time);
+        } catch (const std::runtime_error& error) {
+            failure = error.what();
+            break;
+        }
+        const State& state = integrator.getState();
+        model.system.realize(state, Stage::Dynamics);
+        const Vec3 tip = model.calcTip(state);
+        const double speed = i == 0 ? 0 : (tip - lastTip).norm() / (arguments.time / numSamples);
+        const double energy = model.flexible.calcEnergy(state);
+        if (i == 0) initialEnergy = energy;
+        lastTip = tip;
+        const double error = energy - initialEnergy - integrator.getWork();
+        csv.write({time, tip[0], tip[1], speed, energy, error});
+        fall.time.push_back(time);
+        fall.tipSpeed.push_back(speed);
+        fall.energyError.push_back(error);
+        if (speed > fall.largestTipSpeed) {
+            fall.largestTipSpeed = speed;
+            fall.timeOfLargest = time;
+        }
+        if (i % samplesPerFrame == 0 && !arguments.noFrames) fall.frames.push_back(state);
+        progress.show(double(i) / numSamples);
+    }
+    return fall;
+}
+
+void printFall(const ChainModel& model, const Fall& fall, const IntegratorStatistics& s) {
+    double energyError = 0, kinetic = 0;
+    for (double error : fall.energyError) energyError = std::max(energyError, std::abs(error));
+    kinetic = model.links.size() * model.links[0].getPart().mass * 9.81 * model.getLength();
+    Table table;
+    table.addHeading("Falling chain");
+    table.add("links", long(model.links.size()));
+    table.add("length", model.getLength(), "m");
+    table.add("steps", s.stepsTaken);
+    table.add("Newton iterations", s.newtonIterations);
+    table.add("factorizations", s.factorizations);
+    table.add("wall time", s.totalSeconds, "s", 3);
+    table.add("largest speed of the free end", fall.largestTipSpeed, "m/s");
+    table.add("at", fall.timeOfLargest, "s");
+    table.add("largest |energy - initial - work|", energyError, "J", 3);
+    table.add("weight times length, for comparison", kinetic, "J", 3);
+    std::printf("\n%s\n", table.toString().c_str());
+}
+
+/** Where the camera of the close-up looks: the middle of the last links. **/
+Vec3 calcCloseUpCenter(const ChainModel& model, const State& state) {
+    Vec3 sum(0);
+    const size_t first = model.links.size() > 3 ? model.links.size() - 3 : 0;
+    for (size_t k = first; k < model.links.size(); ++k)
+        sum += model.links[k].getFramePose(state).p();
+    return sum / double(model.links.size() - first);
+}
+
+/** Frames: the whole chain on the left, its free end on the right. **/
+void render(const Arguments& arguments, const ChainModel& model, const std::vector<State>& states) {
+    OffscreenVisualizer whole(model.system, 960, pictureHeight);
+    OffscreenVisualizer closeUp(model.system, 480, pictureHeight);
+    for (OffscreenVisualizer* viz : {&whole, &closeUp}) {
+        for (const FlexibleBody& link : model.links) viz->addFlexibleBody(link);
+        viz->setShowUndeformed(false).setCameraView(0.3, 0.12);
+    }
+    // Deformations as large as a sixth of a link.
+    double largest = 0;
+    for (const State& state : states)
+        for (const FlexibleBody& link : model.links)
+            largest = std::max(largest, link.calcLargestDisplacement(state));
+    const double exact = largest > 0 ? model.getPitch() / 6 / largest : 1;
+    const double power = std::pow(10, std::floor(std::log10(exact)));
+    const double factor = std::max(1.0, std::floor(exact / power) * power);
+
+    std::vector<State> exaggerated;
+    for (const State& state : states)
+        exaggerated.push_back(model.calcExaggeratedState(state, factor));
+    whole.setWindowTitle(std::to_string(model.links.size()) + " flexible links");
+    whole.setDeformationFactor(factor).fitToMotion(exaggerated);
+    closeUp.setWindowTitle("Free end");
+    closeUp.setDeformationFactor(factor).fitToMotion(exaggerated);
+
+    const std::string folder = arguments.out + "/frames";
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    std::vector<std::string> files;
+    {
+        Progress progress("frames");
+        for (size_t i = 0; i < exaggerated.size() && !wasInterrupted(); ++i) {
+            const State& state = exaggerated[i];
+            const Vec3 center = calcCloseUpCenter(model, state);
+            const Rotation view = Rotation(SpaceRotationSequence, -0.12, XAxis, 0.3, YAxis);
+            closeUp.setCameraTransform(
+                Transform(view, center + view * Vec3(0, 0, 9 * model.getPitch())));
+            Image frame(960 + 480, pictureHeight);
+            frame.paste(whole.drawFrame(state), 0, 0);
+            frame.paste(closeUp.drawFrame(state), 960, 0);
+            char name[40];
+            std::snprintf(name, sizeof name, "/frame_%05d.png", int(i));
+            files.push_back(folder + name);
+            frame.writePng(files.back());
+            progress.show(double(i + 1) / double(exaggerated.size()));
+        }
+    }
+    std::printf("wrote %zu frames to %s\n", files.size(), folder.c_str());
+    if (files.empty()) return;
+    std::vector<std::string> chosen;
+    for (size_t k = 0; k < 6; ++k) chosen.push_back(files[(files.size() - 1) * (k + 1) / 6]);
+    makeContactSheet(chosen, 2, 720).writePng(arguments.out + "/contact_sheet.png");
+    std::printf("wrote %s/contact_sheet.png\n", arguments.out.c_str());
+    const std::string video = arguments.out + "/chain.mp4";
+    if (writeVideo(folder, video, framesPerSecond))
+        std::printf("wrote %s (%.3g times slower than life)\n", video.c_str(),
+                    double(states.size() - 1) / framesPerSecond / arguments.time);
+    else
+        std::printf("no video: ffmpeg is not installed\n");
+}
+
+int run(const Arguments& arguments) {
+    const auto part = readLink(arguments);
+    fs::create_directories(arguments.out);
+    if (!arguments.noStudy) plotStudy(arguments, runStudy(arguments, part));
+    if (arguments.model.numLinks == 0 || wasInterrupted()) return wasInterrupted() ? 130 : 0;
+
+    ChainModel model(arguments.model, part);
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracy(arguments.accuracy);
+    if (arguments.threads > 0) integrator.setNumThreads(arguments.threads);
+    integrator.initialize(model.makeInitialState());
+    std::string failure;
+    const Fall fall = runFall(arguments, model, integrator, failure);
+    if (!failure.empty()) std::fprintf(stderr, "chain: %s\n", failure.c_str());
+    if (fall.time.empty()) return 130;
+    printFall(model, fall, integrator.getStatistics());
+    if (!fall.frames.empty() && !wasInterrupted()) render(arguments, model, fall.frames);
+    return wasInterrupted() ? 130 : failure.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Arguments arguments;
+    CLI::App app("Chain of flexible links: a scaling study, and one chain falling.");
+    app.option_defaults()->take_last()->always_capture_default();
+    const std::map<std::string, ChainOptions::Joints> joints{{"ball", ChainOptions::Joints::Ball},
+                                                             {"pin", ChainOptions::Joints::Pin}};
+    app.add_option("--largest", arguments.largest, "number of links of the study's last chain")
+        ->check(CLI::Range(1, 1000000));
+    app.add_option("--links", arguments.model.numLinks, "of the falling chain; 0 leaves it out")
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--joints", arguments.model.joints, "ball or pin")
+        ->transform(CLI::CheckedTransformer(joints));
+    app.add_option("--damping", arguments.model.damping, "of each mode, as a part of critical")
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--gravity", arguments.model.gravity, "[m/s2]")->check(CLI::NonNegativeNumber);
+    app.add_option("--accuracy", arguments.accuracy, "of the fall: local error of a step [m]")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--time", arguments.time, "of the fall [s]")->check(CLI::PositiveNumber);
+    app.add_option("--parts", arguments.parts, "folder of the reduced parts");
+    app.add_option("--out", arguments.out, "folder for what is written");
+    app.add_option("--frames", arguments.frames, "this many")->check(CLI::Range(1, 10000));
+    app.add_flag("--no-frames", arguments.noFrames, "no pictures but the plot");
+    app.add_flag("--no-study", arguments.noStudy, "the falling chain only");
+    app.add_option("--threads", arguments.threads, "of the solver; 0 leaves it to the library")
+        ->check(CLI::NonNegativeNumber);
+    CLI11_PARSE(app, argc, argv);
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // in step with the progress on standard error
+    catchInterrupts();
+    try {
+        return run(arguments);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "chain: %s\n", error.what());
+        return 1;
+    }
+}

@@ -1,0 +1,125 @@
+#include "support/ChainModel.h"
+
+#include "simflex/forces/ModalDamping.h"
+
+namespace simflex::examples {
+
+using namespace SimTK;
+
+namespace {
+
+Vec3 positionOf(const ReducedBody& part, const std::string& interface) {
+    const auto& s = part.getInterface(interface).position;
+    return {s[0], s[1], s[2]};
+}
+
+int checkNumLinks(int numLinks) {
+    if (numLinks < 1)
+        throw std::invalid_argument("a chain has at least 1 link, not " + std::to_string(numLinks));
+    return numLinks;
+}
+
+/** Half the extent along z of the nodes about an interface's master point [m]. **/
+double halfWidth(const ReducedBody& part, const std::string& interface) {
+    double half = 0;
+    for (int node : part.getInterface(interface).nodes)
+        half = std::max(half, std::abs(part.mesh.position(node)[2]));
+    return half;
+}
+
+}  // namespace
+
+ChainModel::ChainModel(const ChainOptions& options, std::shared_ptr<const ReducedBody> part)
+    : m_options(options),
+      m_pitch((positionOf(*part, "eye") - positionOf(*part, "fork")).norm()),
+      matter(system),
+      forces(system),
+      gravity(forces, matter, -YAxis, options.gravity),
+      flexible(system, matter) {
+    links.reserve(size_t(checkNumLinks(options.numLinks)));
+    for (int k = 0; k < options.numLinks; ++k)
+        links.emplace_back(flexible, part, "link " + std::to_string(k + 1));
+    if (options.damping > 0)
+        for (const FlexibleBody& link : links) ModalDamping(flexible, link, options.damping);
+    addJoints(*part);
+    addDecorations(*part);
+}
+
+void ChainModel::addJoints(const ReducedBody& part) {
+    if (m_options.joints == ChainOptions::Joints::FrameBall) {
+        const Vec3 fork = positionOf(part, "fork"), eye = positionOf(part, "eye");
+        Constraint::Ball(matter.Ground(), Vec3(0), matter.updMobilizedBody(links[0].getFrame()),
+                         fork);
+        for (size_t k = 1; k < links.size(); ++k)
+            Constraint::Ball(matter.updMobilizedBody(links[k - 1].getFrame()), eye,
+                             matter.updMobilizedBody(links[k].getFrame()), fork);
+        return;
+    }
+    joints.reserve(links.size());
+    for (size_t k = 0; k < links.size(); ++k) {
+        const Attachment before =
+            k == 0 ? Attachment(matter.Ground()) : links[k - 1].interface("eye");
+        const Attachment fork = links[k].interface("fork");
+        const std::string name = "joint " + std::to_string(k + 1);
+        if (m_options.joints == ChainOptions::Joints::Pin)
+            joints.push_back(Joint::Pin(flexible, before, fork, name));
+        else
+            joints.push_back(Joint::Ball(flexible, before, fork, name));
+    }
+}
+
+State ChainModel::makeInitialState() {
+    State state = system.realizeTopology();
+    system.realizeModel(state);
+    for (size_t k = 0; k < links.size(); ++k)
+        links[k].setPoseByInterface(state, "fork", Vec3(double(k) * m_pitch, 0, 0));
+    return state;
+}
+
+Vec3 ChainModel::calcPoint(const FlexibleBody& link, const State& state,
+                           const std::string& interface, double factor) const {
+    const ReducedBody::Interface& seat = link.getPart().getInterface(interface);
+    const Vector xi = link.getModalCoordinates(state);
+    Vec3 point(seat.position[0], seat.position[1], seat.position[2]);
+    for (int i = 0; i < link.getNumModes(); ++i)
+        for (int axis = 0; axis < 3; ++axis)
+            point[axis] += factor * seat.Phi[size_t(3 * i + axis)] * xi[i];
+    return point;
+}
+
+Vec3 ChainModel::calcTip(const State& state) const {
+    const FlexibleBody& last = links.back();
+    return last.getFramePose(state) * calcPoint(last, state, "eye", 1);
+}
+
+State ChainModel::calcExaggeratedState(const State& original, double factor) const {
+    system.realize(original, Stage::Position);  // copies of States are not
+    State state = original;
+    Vec3 end(0);
+    for (const FlexibleBody& link : links) {
+        const Rotation R = link.getFramePose(original).R();
+        const Vec3 p = end - R * calcPoint(link, original, "fork", factor);
+        link.setFramePose(state, Transform(R, p));
+        end = p + R * calcPoint(link, original, "eye", factor);
+    }
+    system.realize(state, Stage::Position);
+    return state;
+}
+
+void ChainModel::addDecorations(const ReducedBody& part) {
+    matter.setShowDefaultGeometry(false);
+    const Vec3 steel(0.66, 0.69, 0.74), iron(0.44, 0.48, 0.54);
+    // The lug that the first fork hangs on, and its wall.
+    const double eyeRadius = 0.1125 * m_pitch, half = halfWidth(part, "eye");
+    DecorativeCylinder lug(eyeRadius, half);
+    lug.setTransform(Rotation(Pi / 2, XAxis)).setColor(iron).setResolution(3);
+    DecorativeBrick arm(Vec3(0.15 * m_pitch, 0.8 * eyeRadius, half));
+    arm.setTransform(Vec3(-0.15 * m_pitch, 0, 0)).setColor(iron);
+    DecorativeBrick wall(Vec3(0.12 * m_pitch, 0.6 * m_pitch, 0.5 * m_pitch));
+    wall.setTransform(Vec3(-0.42 * m_pitch, 0, 0)).setColor(iron);
+    matter.updGround().addBodyDecoration(Transform(), lug);
+    matter.updGround().addBodyDecoration(Transform(), arm);
+    matter.updGround().addBodyDecoration(Transform(), wall);
+}
+
+}  // namespace simflex::examples

@@ -1,0 +1,231 @@
+#include "simflex/solver/BlockFactors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace simflex {
+
+using Eigen::Map;
+using Eigen::Matrix;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Matrix6d = Matrix<double, 6, 6>;
+using Vector6d = Matrix<double, 6, 1>;
+using MatrixX6d = Matrix<double, Eigen::Dynamic, 6>;
+
+//--------------------------------------------------------------------------------------------------
+// parts
+
+PartFactors::PartFactors(const NewtonSystem::Part& part)
+    : inverseDiagonal(VectorXd::Zero(part.numModes)),
+      m_numFrames(part.numFrames),
+      m_shapes(Map<const MatrixXd>(part.shapes->data(), part.numModes, 6 * part.numFrames)),
+      m_flexibility(part.numModes, 6 * part.numFrames),
+      m_pairIndex(size_t(part.numFrames) * size_t(part.numFrames), -1) {}
+
+void PartFactors::requestPair(int frame, int other) {
+    for (const auto& [a, b] : {std::make_pair(frame, other), std::make_pair(other, frame)}) {
+        int& index = m_pairIndex[size_t(a * m_numFrames + b)];
+        if (index >= 0) continue;
+        index = int(m_pairs.size());
+        m_pairs.emplace_back(a, b);
+    }
+    m_compliances.setZero(36, Eigen::Index(m_pairs.size()));
+}
+
+bool PartFactors::factor(const NewtonSystem::Part& part) {
+    inverseDiagonal = Map<const VectorXd>(part.diagonal.data(), numModes()).cwiseInverse();
+    for (int k = 0; k < 6 * m_numFrames; ++k)
+        m_flexibility.col(k) = inverseDiagonal.cwiseProduct(m_shapes.col(k));
+    for (size_t k = 0; k < m_pairs.size(); ++k) {
+        const auto [frame, other] = m_pairs[k];
+        if (frame > other) continue;
+        Map<Matrix6d> compliance(m_compliances.col(Eigen::Index(k)).data());
+        for (int j = 0; j < 6; ++j)
+            for (int i = 0; i < 6; ++i)
+                compliance(i, j) =
+                    m_shapes.col(6 * frame + i).dot(m_flexibility.col(6 * other + j));
+        const int mirrored = m_pairIndex[size_t(other * m_numFrames + frame)];
+        if (frame != other)
+            Map<Matrix6d>(m_compliances.col(mirrored).data()) = compliance.transpose();
+    }
+    return inverseDiagonal.allFinite();
+}
+
+//--------------------------------------------------------------------------------------------------
+// blocks
+
+BlockFactors::BlockFactors(const NewtonSystem::Block& block, std::vector<PartFactors>& parts) {
+    const int n = block.size, m = block.numColumns();
+    m_schur.setZero(m, m);
+    m_Gz.setZero(m);
+    m_lambda.setZero(m);
+    m_deltaU.setZero(n);
+    m_z.setZero(n);
+    if (block.part < 0) {
+        m_W.setZero(n, m);
+        return;
+    }
+    PartFactors& part = parts[size_t(block.part)];
+    m_part = &part;
+    m_z.setZero(n - 6);
+    m_E.setZero(n - 6, 3);
+    m_dE.setZero(n - 6, 3);
+    m_K.setZero(6, m);
+    m_Y.setZero(6, m);
+    m_LY.setZero(6, m);
+    for (const NewtonSystem::Side& side : block.sides) {
+        m_frames.push_back(side.frame);
+        for (const NewtonSystem::Side& other : block.sides)
+            part.requestPair(side.frame, other.frame);
+    }
+    std::sort(m_frames.begin(), m_frames.end());
+    m_frames.erase(std::unique(m_frames.begin(), m_frames.end()), m_frames.end());
+    m_frameForce.setZero(6, Eigen::Index(m_frames.size()));
+}
+
+bool BlockFactors::factor(const NewtonSystem& system, const NewtonSystem::Block& block) {
+    m_form = block.form;
+    if (block.size == 0) return true;
+    return m_form == Form::Arrow ? factorArrow(block) : factorMatrix(system, block);
+}
+
+bool BlockFactors::factorArrow(const NewtonSystem::Block& block) {
+    const int tail = block.size - 6, m = block.numColumns();
+    m_E = Map<const MatrixX3d>(block.coupling.data(), tail, 3);
+    Matrix6d head = Map<const Matrix6d>(block.head.data());
+    for (int a = 0; a < 3; ++a) m_dE.col(a) = m_part->inverseDiagonal.cwiseProduct(m_E.col(a));
+    for (int a = 0; a < 3; ++a)
+        for (int b = 0; b <= a; ++b) head(a, b) -= m_E.col(a).dot(m_dE.col(b));
+    m_head.compute(head);  // reads the lower triangle
+    if (m_head.info() != Eigen::Success || !std::isfinite(m_head.matrixLLT().sum())) return false;
+    if (m == 0) return true;
+
+    m_K = Map<const Matrix6Xd>(block.coefficients.data(), 6, m);
+    m_Y = Map<const Matrix6Xd>(block.Gt.data(), 6, m);
+    int first = 0;
+    for (const NewtonSystem::Side& side : block.sides) {
+        const Map<const MatrixX6d> flexibility = m_part->getFlexibility(side.frame);
+        Matrix<double, 3, 6> Q;
+        for (int a = 0; a < 6; ++a)
+            for (int b = 0; b < 3; ++b) Q(b, a) = m_E.col(b).dot(flexibility.col(a));
+        for (int k = first; k < first + side.numColumns; ++k)
+            m_Y.col(k).head<3>().noalias() -= Q * m_K.col(k);
+        first += side.numColumns;
+    }
+    m_LY = m_Y;
+    m_head.matrixL().solveInPlace(m_LY);  // S_b = … + (L⁻¹Y)ᵀ(L⁻¹Y)
+
+    MatrixXd& S = m_schur;
+    int column = 0;
+    for (const NewtonSystem::Side& side : block.sides) {
+        for (int k = column; k < column + side.numColumns; ++k) {
+            const Vector6d y = m_LY.col(k), x = m_K.col(k);
+            int row = 0;
+            for (const NewtonSystem::Side& other : block.sides) {
+                if (row > k) break;
+                const Vector6d force = m_part->getCompliance(other.frame, side.frame) * x;
+                for (int i = row; i < row + other.numColumns; ++i)
+                    S(i, k) = m_K.col(i).dot(force) + m_LY.col(i).dot(y);
+                row += other.numColumns;
+            }
+        }
+        column += side.numColumns;
+    }
+    for (int k = 0; k < m; ++k)
+        for (int i = k + 1; i < m; ++i) S(i, k) = S(k, i);
+    return S.allFinite();
+}
+
+bool BlockFactors::factorMatrix(const NewtonSystem& system, const NewtonSystem::Block& block) {
+    const int n = block.size, m = block.numColumns();
+    const Map<const MatrixXd> J(block.matrix.data(), n, n);
+    m_Gt.resize(n, m);
+    m_W.resize(n, m);
+    system.expandGt(block, m_Gt.data());
+    MatrixXd& S = m_schur;
+    if (m_form == Form::Symmetric) {
+        m_symmetric.compute(J);
+        if (m_symmetric.info() != Eigen::Success ||
+            !std::isfinite(m_symmetric.matrixLLT().diagonal().sum()))
+            return false;
+        if (m == 0) return true;
+        m_W = m_Gt;
+        m_symmetric.matrixL().solveInPlace(m_W);
+        S.noalias() = m_W.transpose() * m_W;
+    } else {
+        m_general.compute(J);
+        if (!(m_general.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
+        if (m == 0) return true;
+        m_W = m_general.solve(m_Gt);
+        S.noalias() = m_Gt.transpose() * m_W;
+    }
+    return S.allFinite();
+}
+
+void BlockFactors::eliminate(const NewtonSystem::Block& block, double* Gz) {
+    const int n = block.size, m = block.numColumns();
+    if (m_form != Form::Arrow) {
+        m_z = Map<const VectorXd>(block.r.data(), n);
+        if (m_form == Form::Symmetric) {
+            m_symmetric.matrixL().solveInPlace(m_z);
+            m_Gz.noalias() = m_W.transpose() * m_z;
+        } else {
+            m_deltaU = m_z;
+            m_z = m_general.solve(m_deltaU);
+            m_Gz.noalias() = m_Gt.transpose() * m_z;
+        }
+        std::copy_n(m_Gz.data(), m, Gz);
+        return;
+    }
+    m_top = Map<const Vector6d>(block.r.data());
+    m_z = Map<const VectorXd>(block.r.data() + 6, n - 6);
+    for (int a = 0; a < 3; ++a) m_top[a] -= m_dE.col(a).dot(m_z);
+    if (m == 0) return;
+    for (size_t f = 0; f < m_frames.size(); ++f) {
+        const auto flexibility = m_part->getFlexibility(m_frames[f]);
+        for (int a = 0; a < 6; ++a) m_frameForce(a, Eigen::Index(f)) = flexibility.col(a).dot(m_z);
+    }
+    const Vector6d solved = m_head.matrixL().solve(m_top);
+    int k = 0;
+    for (const NewtonSystem::Side& side : block.sides) {
+        const Eigen::Index f = findFrame(side.frame);
+        for (int end = k + side.numColumns; k < end; ++k)
+            Gz[k] = m_LY.col(k).dot(solved) + m_K.col(k).dot(m_frameForce.col(f));
+    }
+}
+
+void BlockFactors::substitute(const NewtonSystem::Block& block, const double* lambda) {
+    const int n = block.size, m = block.numColumns();
+    m_lambda = Map<const VectorXd>(lambda, m);
+    if (m_form != Form::Arrow) {
+        m_deltaU = -m_z;
+        m_deltaU.noalias() -= m_W * m_lambda;
+        if (m_form == Form::Symmetric) m_symmetric.matrixU().solveInPlace(m_deltaU);
+        return;
+    }
+    Vector6d top = m_top;
+    for (int k = 0; k < m; ++k) top += m_Y.col(k) * m_lambda[k];
+    const Vector6d solved = m_head.solve(top);
+    m_deltaU.head<6>() = -solved;
+    m_z = m_part->inverseDiagonal.cwiseProduct(m_z);
+    for (int a = 0; a < 3; ++a) m_z -= m_dE.col(a) * solved[a];
+    m_frameForce.setZero();
+    int k = 0;
+    for (const NewtonSystem::Side& side : block.sides) {
+        const Eigen::Index f = findFrame(side.frame);
+        for (int end = k + side.numColumns; k < end; ++k)
+            m_frameForce.col(f) += m_K.col(k) * m_lambda[k];
+    }
+    for (size_t f = 0; f < m_frames.size(); ++f) {
+        const auto flexibility = m_part->getFlexibility(m_frames[f]);
+        for (int a = 0; a < 6; ++a) m_z += flexibility.col(a) * m_frameForce(a, Eigen::Index(f));
+    }
+    m_deltaU.tail(n - 6) = -m_z;
+}
+
+Eigen::Index BlockFactors::findFrame(int frame) const {
+    return std::lower_bound(m_frames.begin(), m_frames.end(), frame) - m_frames.begin();
+}
+
+}  // namespace simflex
