@@ -84,6 +84,12 @@ public:
     virtual void displaceQ(const EvaluationContext& context, const double* delta,
                            double* q) const = 0;
 
+    /** The same for a finite δ, exact to second order in it: exp for quaternions, N(q) half-way for
+     * angles. **/
+    virtual void moveQ(const EvaluationContext& context, const double* delta, double* q) const {
+        displaceQ(context, delta, q);
+    }
+
     /** Scales quaternions to length 1. **/
     virtual void normalizeQ(double* q) const = 0;
 

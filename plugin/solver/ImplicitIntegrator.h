@@ -108,9 +108,9 @@ public:
     /**@}**/
 
     /** Takes the State over: handles the Initialization event, assembles the joints by least
-    deformation, makes speeds, accelerations and multipliers consistent.
-    @throws std::invalid_argument that names what cannot be supported (a stock constraint, a Motion,
-    a lock, …)
+    deformation, makes speeds, accelerations and multipliers consistent. Locked and prescribed
+    coordinates are set first and stay.
+    @throws std::invalid_argument that names what cannot be supported
     @throws std::runtime_error if the joints cannot be assembled, naming the worst joint and its
     error. **/
     void initialize(const SimTK::State& state);

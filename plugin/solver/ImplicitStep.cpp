@@ -36,6 +36,7 @@ ImplicitStep::ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& 
       m_solver(m_system),
       m_r(equations.numU()),
       m_delta(equations.numU()),
+      m_lastUDot(equations.numU()),
       m_deltaZ(equations.numZ()) {}
 
 void ImplicitStep::setNumThreads(int threads) {
@@ -111,7 +112,7 @@ void ImplicitStep::calcQ(const StepFormula& formula, const std::vector<double>& 
     }
     for (size_t i = 0; i < u.size(); ++i) m_delta[i] = formula.deltaHist[i] + stiffness * u[i];
     std::copy(formula.qHist.begin(), formula.qHist.end(), q.begin());
-    m_equations.displaceQ(m_delta.data(), q.data());
+    m_equations.moveQ(m_delta.data(), q.data());
 }
 
 double ImplicitStep::updateZ(const StepFormula& formula, const std::vector<double>& q,
@@ -129,7 +130,7 @@ double ImplicitStep::updateZ(const StepFormula& formula, const std::vector<doubl
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
                                           SolutionPoint& point) {
     const FlushDenormals flush(m_numThreads);
-    constexpr double LargestFactorChange = 0.25, SlowRate = 0.5;
+    constexpr double LargestFactorChange = 0.1, SlowRate = 0.5;
     constexpr int LongestReuse = 50;
     const double t = formula.t, mass = formula.factors.mass, stiffness = formula.factors.stiffness;
     const double* uHist = formula.uHist.data();
@@ -141,7 +142,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     ++m_stepsSinceFactor;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
 
-    for (int iteration = 0; iteration < tolerances.maxIterations; ++iteration) {
+    int allowed = tolerances.maxIterations;
+    for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
         calcQ(formula, u, q);
         m_equations.prescribe(t, mass, uHist, q.data(), u.data());
@@ -175,6 +177,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             formAndFactor(formula.factors, u, uDot);
             m_rate = 0.5;
             refresh = false;
+            allowed = iteration + tolerances.maxIterations;
         }
         m_equations.setResidual(m_r.data(), m_system);
         solveLinear();
@@ -221,6 +224,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         m_equations.prescribe(t, mass, uHist, q.data(), u.data());
         m_equations.calcStepUDot(q.data(), u.data(), uHist, mass, uDot.data());
         m_statistics.evaluationSeconds += secondsSince(start);
+        std::copy(uDot.begin(), uDot.end(), m_lastUDot.begin());
         m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * largestAbs(lambda));
         if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) invalidateMatrix();
         if (m_rate > SlowRate) m_stepsSinceFactor += 5;
@@ -243,7 +247,9 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
                                       const std::vector<double>& u, int* worstRow) {
     const FlushDenormals flush(m_numThreads);
     constexpr int MaxIterations = 10;
-    double error = 0;
+    constexpr double SlowRate = 0.1;
+    double error = 0, previous = 0;
+    bool isFresh = m_factored.mass == 0;
     for (int iteration = 0;; ++iteration) {
         const auto start = Clock::now();
         m_equations.realize(t, q.data(), u.data());
@@ -251,6 +257,12 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         m_statistics.evaluationSeconds += secondsSince(start);
         error = largestAbs(m_system.c, worstRow);
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
+        if (iteration > 0 && !isFresh && error > SlowRate * previous) {
+            // G has turned away since the matrix was factored.
+            formAndFactor(m_factored, u, m_lastUDot);
+            isFresh = true;
+        }
+        previous = error;
         for (NewtonSystem::Block& block : m_system.blocks)
             std::fill(block.r.begin(), block.r.end(), 0.0);
         m_solver.solve(m_system);

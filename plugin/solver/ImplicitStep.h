@@ -96,7 +96,7 @@ private:
     NewtonSystem m_system;
     BlockEliminationSolver m_solver;
     BlockEliminationSolver::Timing m_timed;
-    std::vector<double> m_r, m_delta, m_deltaZ;
+    std::vector<double> m_r, m_delta, m_lastUDot, m_deltaZ;
     NewtonFactors m_factored;      ///< zero: none
     int m_numThreads = 1;
     double m_rate = 1;             ///< convergence rate seen in the last iterations

@@ -743,6 +743,11 @@ void MultibodyEquations::displaceQ(const double* delta, double* q) const {
         block->displaceQ(m_context, delta + block->firstU, q + block->firstQ);
 }
 
+void MultibodyEquations::moveQ(const double* delta, double* q) const {
+    for (const auto& block : m_blocks)
+        block->moveQ(m_context, delta + block->firstU, q + block->firstQ);
+}
+
 void MultibodyEquations::normalizeQ(double* q) const {
     for (const auto& block : m_blocks) block->normalizeQ(q + block->firstQ);
 }

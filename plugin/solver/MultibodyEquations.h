@@ -108,6 +108,8 @@ public:
     void calcQDot(const double* q, const double* u, double* qDot) const;
     /** N(q) is that of the last realize(). **/
     void displaceQ(const double* delta, double* q) const;
+    /** The same for a finite δ, exact to second order. **/
+    void moveQ(const double* delta, double* q) const;
     void normalizeQ(double* q) const;
 
     /** Largest displacement over the blocks [m]; `worst` receives the block. **/

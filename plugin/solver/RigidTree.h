@@ -63,6 +63,7 @@ public:
     void calcQDot(const EvaluationContext& context, const double* q, const double* u,
                   double* qDot) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    void moveQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;
@@ -168,6 +169,7 @@ private:
     mutable std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass
     bool m_needsSimbody = false;
     bool m_hasUnknownTurning = false;
+    mutable std::vector<double> m_moved;  ///< numQ, used within moveQ()
     Eigen::VectorXd
         m_uWeights;  ///< metres of displacement per unit of each speed's quasi-coordinate
     Eigen::VectorXd m_qWeights;

@@ -1,5 +1,6 @@
-// Work-precision diagrams: global error against wall time for BDF of orders 1 to 5, generalized-alpha
-// and, where Simbody's own equations are exact, Simbody's integrators, over accuracies 1e-2 to 1e-8.
+// Work-precision diagrams: global error against wall time for BDF of orders 1 to 5,
+// generalized-alpha and, where Simbody's own equations are exact, Simbody's integrators, over
+// accuracies 1e-2 to 1e-8.
 //
 //   bench_precision [--out DIR] [MODEL...]     default: all models, build/output/precision
 
@@ -83,7 +84,8 @@ Problem makeStator() {
     problem.system = &model->system;
     problem.probe = [m = model.get()](const State& state) {
         Probe probe;
-        for (auto bearing : {examples::StatorModel::FrontBearing, examples::StatorModel::RearBearing})
+        for (auto bearing :
+             {examples::StatorModel::FrontBearing, examples::StatorModel::RearBearing})
             for (int a = 0; a < 3; ++a)
                 probe.push_back(m->calcBearingDisplacement(state, bearing)[a]);
         return probe;
@@ -132,8 +134,8 @@ Problem makeSpinningBody() {
     return problem;
 }
 
-/** A bob on a rod that is a stiff spring (100 rad/s) of 1 m, let go at 60 degrees. Rigid bodies only:
-Simbody's own integrators run the same model. **/
+/** A bob on a rod that is a stiff spring (100 rad/s) of 1 m, let go at 60 degrees. Rigid bodies
+only: Simbody's own integrators run the same model. **/
 Problem makeStiffPendulum() {
     auto model = std::make_shared<Multibody>();
     Force::UniformGravity(model->forces, model->matter, Vec3(0, -9.81, 0));
@@ -280,8 +282,8 @@ void study(const Problem& problem, const std::string& folder, std::string& json)
             std::printf("%-18s %9.0e %12.3e %10.2f %10ld\n", methods[m].name.c_str(), accuracy,
                         error, 1e3 * solution.seconds, solution.steps);
             std::fflush(stdout);
-            rows.push_back({double(m), accuracy, error, 1e3 * solution.seconds,
-                            double(solution.steps)});
+            rows.push_back(
+                {double(m), accuracy, error, 1e3 * solution.seconds, double(solution.steps)});
         }
         plot.panels[0].series.push_back({methods[m].name, errors, times, methods[m].color});
         plot.panels[0].series.back().hasPoints = true;
@@ -332,8 +334,7 @@ int main(int argc, char** argv) {
             names.push_back(argument);
         } else {
             std::fprintf(stderr, "bench_precision [--out DIR] [MODEL...]; models:");
-            for (const auto& problem : problems)
-                std::fprintf(stderr, " %s", problem.first.c_str());
+            for (const auto& problem : problems) std::fprintf(stderr, " %s", problem.first.c_str());
             std::fprintf(stderr, "\n");
             return 2;
         }
