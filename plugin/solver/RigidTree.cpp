@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace simflex {
 
@@ -560,20 +561,20 @@ void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
 
 void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                            const double* u, double* q) const {
-    Vector simbodyQDot;
+    std::optional<Vector> simbodyQDot;  // a Vector takes memory even when empty
     if (m_hasUnknownTurning) {
         // q̇ = N(q)u with N at the q of the State; Newton's iteration brings q and N together.
         Vector simbodyU(context.state->getNU(), Real(0));
         for (const RigidBody& body : m_bodies)
             for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
-        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot);
+        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot.emplace());
     }
     for (const RigidBody& body : m_bodies) {
         const double *history = qHist + body.q0, *speeds = u + body.u0;
         double* coordinates = q + body.q0;
         if (body.turning == Turning::KnownToSimbodyOnly) {
             for (int k = 0; k < body.nq; ++k)
-                coordinates[k] = history[k] + gamma * simbodyQDot[body.stateQ0 + k];
+                coordinates[k] = history[k] + gamma * (*simbodyQDot)[body.stateQ0 + k];
             continue;
         }
         const int nq = numTurningQ(body), nu = numTurningU(body);
@@ -606,18 +607,18 @@ void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist
 
 void RigidTree::calcQDot(const EvaluationContext& context, const double* q, const double* u,
                          double* qDot) const {
-    Vector simbodyQDot;
+    std::optional<Vector> simbodyQDot;  // a Vector takes memory even when empty
     if (m_hasUnknownTurning) {
         Vector simbodyU(context.state->getNU(), Real(0));
         for (const RigidBody& body : m_bodies)
             for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
-        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot);
+        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot.emplace());
     }
     for (const RigidBody& body : m_bodies) {
         if (body.turning != Turning::KnownToSimbodyOnly)
             multiplyByN(body, q + body.q0, u + body.u0, qDot + body.q0);
         else
-            for (int k = 0; k < body.nq; ++k) qDot[body.q0 + k] = simbodyQDot[body.stateQ0 + k];
+            for (int k = 0; k < body.nq; ++k) qDot[body.q0 + k] = (*simbodyQDot)[body.stateQ0 + k];
     }
 }
 
