@@ -74,6 +74,9 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
         matter.getConstraint(joint.record->constraint).disable(m_private);
     if (m_guts) m_guts->setNativeForcesEnabled(m_private, false);
     system.realize(m_private, Stage::Instance);
+    m_numSimbodyU = m_private.getNU();
+    // What nobody will look at need not be kept: a flexible body takes some 60 kB of a State.
+    if (!m_needsSimbody && !m_constraints && !m_prescribed) m_private.clear();
 }
 
 MultibodyEquations::~MultibodyEquations() = default;
@@ -115,11 +118,6 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
                     "coordinates, or use a Joint to an interface");
         }
     }
-    if (state.getNZ() > 0)
-        throw std::invalid_argument(
-            "BdfIntegrator: the system has " + std::to_string(state.getNZ()) +
-            " auxiliary state variables z (a Measure or force element with its own "
-            "differential equation), which are not supported");
 }
 
 void MultibodyEquations::collectGravityAndForces(const State& state) {
@@ -156,27 +154,30 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
 
 void MultibodyEquations::makeBlocks(const State& state) {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
-    std::set<MobilizedBodyIndex> taken;
+    m_blockOfBody.assign(size_t(matter.getNumBodies()), -1);
     if (m_guts) {
         for (int b = 0; b < int(m_guts->bodies().size()); ++b) {
             const FlexibleBodyRecord& record = m_guts->body(FlexibleBodyIndex(b));
-            taken.insert(record.frame);
-            taken.insert(record.carriers.begin(), record.carriers.end());
+            m_blockOfBody[size_t(record.frame)] = b;
+            for (MobilizedBodyIndex carrier : record.carriers) m_blockOfBody[size_t(carrier)] = b;
             auto block = std::make_unique<FlexibleBlock>(*m_guts, FlexibleBodyIndex(b), state);
             m_flexible.push_back(block.get());
             m_blocks.push_back(std::move(block));
         }
     }
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
-        if (taken.count(i)) continue;
+        int& blockOfBody = m_blockOfBody[size_t(i)];
+        if (blockOfBody >= 0) continue;  // a flexible body's
         const MobilizedBodyIndex parent =
             matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex();
-        if (taken.count(parent))
+        blockOfBody = m_blockOfBody[size_t(parent)];
+        if (blockOfBody >= 0 && blockOfBody < int(m_flexible.size()))
             throw std::invalid_argument(
                 "BdfIntegrator: mobilized body " + std::to_string(int(i)) + " is mobilized on " +
                 describe(m_guts, parent) +
                 "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
+        blockOfBody = int(m_blocks.size());
         auto tree = std::make_unique<RigidTree>(matter, i, state);
         m_needsSimbody = m_needsSimbody || tree->needsSimbody();
         m_rigid.push_back(tree.get());
@@ -195,15 +196,7 @@ void MultibodyEquations::makeBlocks(const State& state) {
 }
 
 int MultibodyEquations::findBlock(MobilizedBodyIndex mobod) const {
-    for (size_t k = 0; k < m_rigid.size(); ++k)
-        if (m_rigid[k]->contains(mobod)) return int(m_flexible.size() + k);
-    for (size_t b = 0; b < m_flexible.size(); ++b) {
-        const FlexibleBodyRecord& record = m_guts->body(FlexibleBodyIndex(int(b)));
-        if (record.frame == mobod ||
-            std::count(record.carriers.begin(), record.carriers.end(), mobod))
-            return int(b);
-    }
-    return -1;
+    return m_blockOfBody[size_t(mobod)];
 }
 
 std::vector<ConstraintIndex> MultibodyEquations::findSimbodyConstraints(const State& state) const {
@@ -287,15 +280,14 @@ MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& att
         ref.fixed.X = attachment.getFrame();
         return ref;
     }
-    for (size_t k = 0; k < m_rigid.size(); ++k) {
-        if (!m_rigid[k]->contains(index)) continue;
-        ref.block = int(m_flexible.size() + k);
-        ref.frame = m_rigid[k]->addFrame(index, attachment.getFrame());
-        return ref;
-    }
-    throw std::invalid_argument(
-        "BdfIntegrator: " + attachment.getName() +
-        " is the frame or a modal mobilizer of a flexible body; attach to an interface or node");
+    ref.block = findBlock(index);
+    const int tree = ref.block - int(m_flexible.size());
+    if (tree < 0)
+        throw std::invalid_argument("BdfIntegrator: " + attachment.getName() +
+                                    " is the frame or a modal mobilizer of a flexible body; "
+                                    "attach to an interface or node");
+    ref.frame = m_rigid[size_t(tree)]->addFrame(index, attachment.getFrame());
+    return ref;
 }
 
 void MultibodyEquations::makeJoints() {
@@ -517,14 +509,14 @@ void MultibodyEquations::calcVelocityErrors(double* gDot) const {
     if (m_constraints) m_constraints->calcVelocityErrors(m_private, gDot + m_firstSimbodyRow);
 }
 
-void MultibodyEquations::calcStepErrors(MotionLevel level, double gamma, const double* uDot,
-                                        const double* q, double* c) const {
+void MultibodyEquations::calcStepErrors(MotionLevel level, const NewtonFactors& factors,
+                                        const double* uDot, const double* q, double* c) const {
     if (level == MotionLevel::Velocity)
         calcVelocityErrors(c);
     else
         calcPositionErrors(c);
     if (level == MotionLevel::Position)
-        for (int k = 0; k < m_numMultipliers; ++k) c[k] /= gamma;
+        for (int k = 0; k < m_numMultipliers; ++k) c[k] /= factors.stiffness;
     if (!m_constraints) return;
     // Rows that are not holonomic stand at their own level, in terms of Δu.
     double* rows = c + m_firstSimbodyRow;
@@ -539,7 +531,7 @@ void MultibodyEquations::calcStepErrors(MotionLevel level, double gamma, const d
     }
     if (m_constraints->hasAccelerationRows()) {
         m_constraints->calcAccelerationErrors(m_private, calcSimbodyUDot(q, uDot), errors.data());
-        takeRows(MotionLevel::Acceleration, gamma);
+        takeRows(MotionLevel::Acceleration, factors.mass);
     }
 }
 
@@ -699,17 +691,17 @@ void MultibodyEquations::formSimbodyColumns(MotionLevel level, NewtonSystem& sys
                 m_prescribed->mask(level, m_blocks[size_t(b)]->firstU, system.blocks[size_t(b)]);
 }
 
-void MultibodyEquations::formNewtonSystem(double gamma, bool dense, const double* u,
+void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool dense, const double* u,
                                           const double* uDot, NewtonSystem& system,
                                           MotionLevel level) const {
     for (size_t p = 0; p < m_parts.size(); ++p)
-        m_flexible[size_t(m_parts[p].firstBlock)]->calcDiagonal(gamma,
+        m_flexible[size_t(m_parts[p].firstBlock)]->calcDiagonal(factors,
                                                                 system.parts[p].diagonal.data());
     const int count = numBlocks();
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
     for (int b = 0; b < count; ++b) {
         const int first = m_blocks[b]->firstU;
-        m_blocks[b]->formNewtonBlock(gamma, dense, u + first, uDot + first, system.blocks[b]);
+        m_blocks[b]->formNewtonBlock(factors, dense, u + first, uDot + first, system.blocks[b]);
         formConstraintBlock(b, system.blocks[b]);
     }
     formSimbodyColumns(level, system);
@@ -740,9 +732,19 @@ void MultibodyEquations::integrateQ(const double* qHist, double gamma, const dou
                           q + block->firstQ);
 }
 
+void MultibodyEquations::calcQDot(const double* q, const double* u, double* qDot) const {
+    for (const auto& block : m_blocks)
+        block->calcQDot(m_context, q + block->firstQ, u + block->firstU, qDot + block->firstQ);
+}
+
 void MultibodyEquations::displaceQ(const double* delta, double* q) const {
     for (const auto& block : m_blocks)
         block->displaceQ(m_context, delta + block->firstU, q + block->firstQ);
+}
+
+void MultibodyEquations::moveQ(const double* delta, double* q) const {
+    for (const auto& block : m_blocks)
+        block->moveQ(m_context, delta + block->firstU, q + block->firstQ);
 }
 
 void MultibodyEquations::normalizeQ(double* q) const {
@@ -789,10 +791,37 @@ void MultibodyEquations::putIntoState(double time, const double* q, const double
 }
 
 Vector MultibodyEquations::calcSimbodyUDot(const double* q, const double* uDot) const {
-    Vector simbodyUDot(m_private.getNU(), Real(0));
+    Vector simbodyUDot(m_numSimbodyU, Real(0));
     for (const auto& block : m_blocks)
         block->putUDot(q + block->firstQ, uDot + block->firstU, simbodyUDot);
     return simbodyUDot;
+}
+
+//---------------------------------------------------------------------------------------------------------
+// auxiliary variables
+
+void MultibodyEquations::setZ(const double* z) {
+    if (numZ() == 0) return;
+    Vector& stateZ = m_private.updZ();
+    std::copy_n(z, numZ(), &stateZ[0]);
+}
+
+void MultibodyEquations::calcZDot(const double* q, const double* u, const double* z, double* zDot) {
+    if (numZ() == 0) return;
+    const auto start = Clock::now();
+    if (!m_needsSimbody) putIntoState(m_time, q, u, m_private);
+    setZ(z);
+    m_system.realize(m_private, Stage::Acceleration);
+    const Vector& stateZDot = m_private.getZDot();
+    for (int i = 0; i < numZ(); ++i) zDot[i] = stateZDot[i];
+    m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double MultibodyEquations::calcZError(const double* deltaZ) const {
+    double largest = 0;
+    for (int i = 0; i < numZ(); ++i)
+        largest = std::max(largest, std::abs(m_private.getZWeights()[i] * deltaZ[i]));
+    return largest;
 }
 
 }  // namespace simflex

@@ -72,10 +72,11 @@ public:
     void calcPositionErrors(double* g) const;
     /** Zero in rows of acceleration-only constraints. **/
     void calcVelocityErrors(double* gDot) const;
-    /** Constraint residual of a step: velocity errors, or position errors divided by γ; rows that
+    /** Constraint residual of a step: velocity errors, or position errors divided by the
+    stiffness factor; rows that
     are not so deep at their own level. **/
-    void calcStepErrors(MotionLevel level, double gamma, const double* uDot, const double* q,
-                        double* c) const;
+    void calcStepErrors(MotionLevel level, const NewtonFactors& factors, const double* uDot,
+                        const double* q, double* c) const;
     /** g̈ for the given accelerations. **/
     void calcAccelerationErrors(const double* q, const double* u, const double* uDot,
                                 double* gDotDot) const;
@@ -92,8 +93,8 @@ public:
     /**@{**/
     /** @param level  Position: only rows of holonomic constraints and only coordinates whose q is
     prescribed take part; Velocity: all but what is prescribed of accelerations only. **/
-    void formNewtonSystem(double gamma, bool dense, const double* u, const double* uDot,
-                          NewtonSystem& system,
+    void formNewtonSystem(const NewtonFactors& factors, bool dense, const double* u,
+                          const double* uDot, NewtonSystem& system,
                           MotionLevel level = MotionLevel::Acceleration) const;
     /** J = M. **/
     void formMassSystem(NewtonSystem& system) const;
@@ -103,7 +104,12 @@ public:
     void setResidual(const double* r, NewtonSystem& system) const;
 
     void integrateQ(const double* qHist, double gamma, const double* u, double* q) const;
+    /** q̇ = N(q) u. @pre realize() at this q. **/
+    void calcQDot(const double* q, const double* u, double* qDot) const;
+    /** N(q) is that of the last realize(). **/
     void displaceQ(const double* delta, double* q) const;
+    /** The same for a finite δ, exact to second order. **/
+    void moveQ(const double* delta, double* q) const;
     void normalizeQ(double* q) const;
 
     /** Largest displacement over the blocks [m]; `worst` receives the block. **/
@@ -114,6 +120,21 @@ public:
     void getFromState(const SimTK::State& state, double* q, double* u) const;
     void putIntoState(double time, const double* q, const double* u, SimTK::State& state) const;
     SimTK::Vector calcSimbodyUDot(const double* q, const double* uDot) const;
+
+    /** @name Auxiliary variables z, which belong to Simbody's elements and Measures **/
+    /**@{**/
+    int numZ() const { return m_private.getNZ(); }
+    /** Elements see these z from the next realize() on. **/
+    void setZ(const double* z);
+    /** ż at the time, q and u of the last realize(); those that depend on accelerations see the
+    ones without joints. **/
+    void calcZDot(const double* q, const double* u, const double* z, double* zDot);
+    /** Largest w_i|δz_i| with the State's weights. **/
+    double calcZError(const double* deltaZ) const;
+    /**@}**/
+
+    /** True if N(q) or forces are asked of Simbody. **/
+    bool needsSimbody() const { return m_needsSimbody; }
 
     /** Wall time spent in Simbody since the last call. **/
     double takeSimbodySeconds() { return std::exchange(m_simbodySeconds, 0); }
@@ -181,7 +202,8 @@ private:
 
     const SimTK::MultibodySystem& m_system;
     const FlexibleBodySubsystem::Guts* m_guts = nullptr;
-    SimTK::State m_private;
+    SimTK::State m_private;  ///< empty if Simbody is never asked
+    int m_numSimbodyU = 0;
     GravityField m_gravity;
     bool m_hasForeignForces = false;
     bool m_needsSimbody = false;
@@ -195,6 +217,7 @@ private:
     std::vector<ElementRef> m_elements;
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;
+    std::vector<int> m_blockOfBody;  ///< by MobilizedBodyIndex; −1: Ground
     std::vector<int> m_partOfBlock;  ///< −1: none
     std::vector<std::vector<BlockSide>> m_blockSides;
     /** Columns of Gᵀ that Simbody's constraints have in each block: constraint row, column. **/

@@ -63,6 +63,7 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
             }
     }
     m_qWeights.setZero(numQ);
+    m_moved.assign(size_t(numQ), 0);
     for (const RigidBody& body : m_bodies) {
         if (body.nu == 0) continue;
         const bool isUnknown = body.turning == Turning::KnownToSimbodyOnly;
@@ -548,9 +549,9 @@ void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) const 
     }
 }
 
-void RigidTree::formNewtonBlock(double gamma, bool, const double*, const double*,
+void RigidTree::formNewtonBlock(const NewtonFactors& factors, bool, const double*, const double*,
                                 NewtonSystem::Block& block) const {
-    formMassMatrix(1 / gamma, block);
+    formMassMatrix(1 / factors.mass, block);
 }
 
 void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
@@ -603,6 +604,23 @@ void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist
     }
 }
 
+void RigidTree::calcQDot(const EvaluationContext& context, const double* q, const double* u,
+                         double* qDot) const {
+    Vector simbodyQDot;
+    if (m_hasUnknownTurning) {
+        Vector simbodyU(context.state->getNU(), Real(0));
+        for (const RigidBody& body : m_bodies)
+            for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
+        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot);
+    }
+    for (const RigidBody& body : m_bodies) {
+        if (body.turning != Turning::KnownToSimbodyOnly)
+            multiplyByN(body, q + body.q0, u + body.u0, qDot + body.q0);
+        else
+            for (int k = 0; k < body.nq; ++k) qDot[body.q0 + k] = simbodyQDot[body.stateQ0 + k];
+    }
+}
+
 void RigidTree::displaceQ(const EvaluationContext& context, const double* delta, double* q) const {
     if (m_hasUnknownTurning) {
         integrateQ(context, q, 1, delta, q);
@@ -623,6 +641,37 @@ void RigidTree::displaceQ(const EvaluationContext& context, const double* delta,
         }
         for (int k = hasQuaternion(body) ? 4 : 0; k < body.nq; ++k) coordinates[k] += change[k];
     }
+}
+
+void RigidTree::moveQ(const EvaluationContext& context, const double* delta, double* q) const {
+    if (m_hasUnknownTurning) return displaceQ(context, delta, q);
+    for (const RigidBody& body : m_bodies) {
+        if (hasQuaternion(body) || numTurningQ(body) != 3) continue;
+        // q += N(half-way) δ, found by iteration; what displaceQ() adds is a part of it.
+        constexpr int MaxPasses = 50;
+        constexpr double Smallest = 1e-15;
+        double* angles = q + body.q0;
+        const double start[3] = {angles[0], angles[1], angles[2]};
+        double middle[LargestNumQ], change[LargestNumQ];
+        std::copy_n(angles, body.nq, middle);
+        for (int pass = 0; pass < MaxPasses; ++pass) {
+            multiplyByN(body, middle, delta + body.u0, change);
+            double moved = 0;
+            for (int k = 0; k < 3; ++k) {
+                const double next = start[k] + 0.5 * change[k];
+                moved = std::max(moved, std::abs(next - middle[k]));
+                middle[k] = next;
+            }
+            if (moved <= Smallest) break;
+        }
+        double added[LargestNumQ];
+        multiplyByN(body, start, delta + body.u0, added);
+        for (int k = 0; k < 3; ++k) m_moved[size_t(body.q0 + k)] = change[k] - added[k];
+    }
+    displaceQ(context, delta, q);
+    for (const RigidBody& body : m_bodies)
+        if (!hasQuaternion(body) && numTurningQ(body) == 3)
+            for (int k = 0; k < 3; ++k) q[body.q0 + k] += m_moved[size_t(body.q0 + k)];
 }
 
 void RigidTree::normalizeQ(double* q) const {

@@ -55,12 +55,15 @@ public:
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
-    void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
-                         NewtonSystem::Block& block) const override;
+    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
+                         const double* uDot, NewtonSystem::Block& block) const override;
     void formMassBlock(NewtonSystem::Block& block) const override;
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                     const double* u, double* q) const override;
+    void calcQDot(const EvaluationContext& context, const double* q, const double* u,
+                  double* qDot) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    void moveQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;
@@ -166,6 +169,7 @@ private:
     mutable std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass
     bool m_needsSimbody = false;
     bool m_hasUnknownTurning = false;
+    mutable std::vector<double> m_moved;  ///< numQ, used within moveQ()
     Eigen::VectorXd
         m_uWeights;  ///< metres of displacement per unit of each speed's quasi-coordinate
     Eigen::VectorXd m_qWeights;
