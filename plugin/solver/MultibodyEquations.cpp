@@ -265,8 +265,7 @@ void MultibodyEquations::makePrescribedMotion() {
     if (mobilizers.empty()) return;
     m_system.prescribe(m_private);
     m_system.realize(m_private, Stage::Velocity);
-    m_prescribed =
-        std::make_unique<PrescribedMotion>(matter, mobilizers, m_numQ, m_numU, m_private);
+    m_prescribed = std::make_unique<PrescribedMotion>(matter, mobilizers, m_numU, m_private);
     m_needsSimbody = m_needsSimbody || m_prescribed->dependsOnState();
 }
 

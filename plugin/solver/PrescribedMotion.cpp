@@ -43,9 +43,9 @@ bool PrescribedMotion::hasActiveMotion(const MobilizedBody& mobod, const State& 
 }
 
 PrescribedMotion::PrescribedMotion(const SimbodyMatterSubsystem& matter,
-                                   const std::vector<Mobilizer>& mobilizers, int numQ, int numU,
+                                   const std::vector<Mobilizer>& mobilizers, int numU,
                                    const State& state)
-    : m_matter(matter), m_isKnownQ(size_t(numQ), 0), m_levelOfU(size_t(numU), 0) {
+    : m_matter(matter), m_levelOfU(size_t(numU), 0) {
     for (const Mobilizer& mobilizer : mobilizers) {
         const MobilizedBody& mobod = matter.getMobilizedBody(mobilizer.body);
         Entry entry;
@@ -53,7 +53,9 @@ PrescribedMotion::PrescribedMotion(const SimbodyMatterSubsystem& matter,
         entry.level = isKnown(mobod.getQMotionMethod(state))   ? MotionLevel::Position
                       : isKnown(mobod.getUMotionMethod(state)) ? MotionLevel::Velocity
                                                                : MotionLevel::Acceleration;
-        entry.isMotion = hasActiveMotion(mobod, state);
+        // A steady speed is as constant as a locked one.
+        entry.isMotion =
+            hasActiveMotion(mobod, state) && !Motion::Steady::isInstanceOf(mobod.getMotion());
         entry.stateQ0 = int(mobod.getFirstQIndex(state));
         entry.stateU0 = int(mobod.getFirstUIndex(state));
         entry.q.resize(size_t(mobilizer.nq));
@@ -73,8 +75,6 @@ PrescribedMotion::PrescribedMotion(const SimbodyMatterSubsystem& matter,
             const Vector value = mobod.getLockValueAsVector(state);
             for (int k = 0; k < mobilizer.nu; ++k) entry.uDot[size_t(k)] = value[k];
         }
-        for (int k = 0; k < mobilizer.nq; ++k)
-            m_isKnownQ[size_t(mobilizer.q0 + k)] = entry.level == MotionLevel::Position;
         for (int k = 0; k < mobilizer.nu; ++k)
             m_levelOfU[size_t(mobilizer.u0 + k)] = char(rankOf(entry.level));
         m_hasMotions = m_hasMotions || entry.isMotion;
@@ -83,7 +83,6 @@ PrescribedMotion::PrescribedMotion(const SimbodyMatterSubsystem& matter,
         if (entry.isMotion) {
             const Motion& motion = mobod.getMotion();
             m_dependsOnState = m_dependsOnState || !(entry.level == MotionLevel::Position ||
-                                                     Motion::Steady::isInstanceOf(motion) ||
                                                      Motion::Sinusoid::isInstanceOf(motion));
         }
         m_canWork = m_canWork || entry.isMotion || entry.level != MotionLevel::Position;

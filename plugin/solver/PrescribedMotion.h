@@ -4,10 +4,10 @@ Locked mobilizers and Simbody's Motions in the equations of motion (private head
 
 A prescribed speed is known, not an unknown: u_i and u̇_i are set before Newton's iteration, row and
 column i of J become the identity's, row i of Gᵀ and r_i become zero. A prescribed coordinate q_i
-is set after q is integrated. What Simbody's `lock()` holds is constant and kept here; a Motion's
-values are asked of Simbody: once for every time if they depend on nothing else (all position-level,
-Steady and Sinusoid ones), else at every evaluation. The generalized force that moves the coordinate
-is the residual of its row. **/
+is set after q is integrated. What `lock()` or Motion::Steady hold is constant and kept here; other
+Motions' values are asked of Simbody: once for every time if they depend on nothing else (all
+position-level and Sinusoid ones), else at every evaluation. The generalized force that moves the
+coordinate is the residual of its row. **/
 
 #include <vector>
 
@@ -30,14 +30,13 @@ public:
     static bool isPrescribed(const SimTK::MobilizedBody& mobod, const SimTK::State& state);
     /** True if it is to be moved by Motion::Fast. **/
     static bool isUnsupported(const SimTK::MobilizedBody& mobod, const SimTK::State& state);
-    /** True if a Motion moves it, whose values only Simbody knows. **/
+    /** True if a Motion moves it and no lock overrides it. **/
     static bool hasActiveMotion(const SimTK::MobilizedBody& mobod, const SimTK::State& state);
 
     /** @param mobilizers  prescribed ones
     @param state  realized to Stage::Velocity; locked values are taken from it **/
     PrescribedMotion(const SimTK::SimbodyMatterSubsystem& matter,
-                     const std::vector<Mobilizer>& mobilizers, int numQ, int numU,
-                     const SimTK::State& state);
+                     const std::vector<Mobilizer>& mobilizers, int numU, const SimTK::State& state);
 
     bool isEmpty() const { return m_entries.empty(); }
     bool hasMotions() const { return m_hasMotions; }
@@ -86,7 +85,6 @@ private:
 
     const SimTK::SimbodyMatterSubsystem& m_matter;
     std::vector<Entry> m_entries;
-    std::vector<char> m_isKnownQ;
     std::vector<char> m_levelOfU;  ///< 0: free; 1 acceleration, 2 velocity, 3 position
     bool m_hasMotions = false, m_hasAccelerationMotions = false, m_canWork = false;
     bool m_dependsOnState = false;

@@ -436,6 +436,9 @@ TEST(ForeignForces, ActOnFramesModesAndRigidBodiesAsInSimbody) {
     Flexible model;
     Force::TwoPointLinearSpring(model.forces, model.matter.Ground(), Vec3(0.5, 0.2, 0),
                                 model.frame(), Vec3(0.1, 0.05, 0), 80, 0.3);
+    Force::LinearBushing(model.forces, model.wheel, Transform(Vec3(0.1, 0, 0)), model.frame(),
+                         Transform(Rotation(0.2, XAxis)), Vec6(1, 2, 3, 40, 50, 60),
+                         Vec6(0.1, 0.2, 0.3, 4, 5, 6));
     Force::MobilityLinearSpring(model.forces, model.modes(1), MobilizerQIndex(1), 5, 0.2);
     Force::MobilityLinearDamper(model.forces, model.modes(0), MobilizerUIndex(3), 2);
     Force::MobilityConstantForce(model.forces, model.frame(), MobilizerUIndex(1), 0.7);
