@@ -184,16 +184,17 @@ void addInInertiaTerms(const FlexibleBodyData& data, const Vector3d& omegaDot,
     modes += xiDotDot;
 }
 
-void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data, double gamma,
-                      const Vector3d& omega, const Vector3d& omegaDot,
+void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data,
+                      const NewtonFactors& factors, const Vector3d& omega, const Vector3d& omegaDot,
                       const Ref<const VectorXd>& xiDot, const Ref<const VectorXd>& xiDotDot,
                       const Ref<const VectorXd>& damping, Ref<MatrixXd> J) {
     const int n = model.n;
+    const double mass = factors.mass, stiffness = factors.stiffness;
     J.setZero();
     const Vector3d h = data.I * omega + data.CXiDot;
     J.topLeftCorner<3, 3>() =
-        data.I / gamma + data.IDot + crossMatrix(omega) * data.I - crossMatrix(h);
-    J.block<3, 3>(3, 3).diagonal().setConstant(model.mass / gamma);
+        data.I / mass + data.IDot + crossMatrix(omega) * data.I - crossMatrix(h);
+    J.block<3, 3>(3, 3).diagonal().setConstant(model.mass / mass);
 
     // ω rows against ξ̇, column j: C/γ + B_jω + ω×C_j + γ[B_jω̇ + N_jξ̈ + Ḃ_jω + ω×(B_jω) + ω×(N_jξ̇)].
     const auto N = [&](int a) { return model.N.middleRows(a * n, n); };
@@ -207,25 +208,25 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
         const Matrix3d BjDot = 2 * symmetricMatrix(I2XiDot.row(j).transpose());
         const Vector3d Bomega = Bj * omega, Nj = NXiDot.row(j).transpose();
         const Vector3d C = data.CTransposed.row(j).transpose();
-        const Vector3d atRate = C / gamma + Bomega + omega.cross(C);
+        const Vector3d atRate = C / mass + Bomega + omega.cross(C);
         const Vector3d atPosition =
             Bj * omegaDot + NXiDotDot.row(j).transpose() + BjDot * omega + omega.cross(Bomega + Nj);
-        J.block<3, 1>(0, 6 + j) = atRate + gamma * atPosition;
+        J.block<3, 1>(0, 6 + j) = atRate + stiffness * atPosition;
         // ξ rows against ω: Cᵀ/γ − 2N_aξ̇ − B_jω.
-        J.block<1, 3>(6 + j, 0) = (C / gamma - 2 * Nj - Bomega).transpose();
+        J.block<1, 3>(6 + j, 0) = (C / mass - 2 * Nj - Bomega).transpose();
     }
 
     // ξ rows against ξ̇: 1/γ + d + γΩ² − 2Σω_aN_a + γ(Σω̇_aN_aᵀ − ωωᵀ:I₂).
     auto modal = J.bottomRightCorner(n, n);
     for (int a = 0; a < 3; ++a)
-        modal.noalias() -= (2 * omega[a] + gamma * omegaDot[a]) * N(a);  // N_aᵀ = −N_a
+        modal.noalias() -= (2 * omega[a] + stiffness * omegaDot[a]) * N(a);  // N_aᵀ = −N_a
     const double products[6] = {omega[0] * omega[0],     omega[1] * omega[1],
                                 omega[2] * omega[2],     2 * omega[0] * omega[1],
                                 2 * omega[0] * omega[2], 2 * omega[1] * omega[2]};
     for (int c = 0; c < 6; ++c)
-        modal.noalias() -= gamma * products[c] * model.I2.middleRows(c * n, n);
-    modal.diagonal() += damping + gamma * model.omegaSquared;
-    modal.diagonal().array() += 1 / gamma;
+        modal.noalias() -= stiffness * products[c] * model.I2.middleRows(c * n, n);
+    modal.diagonal() += damping + stiffness * model.omegaSquared;
+    modal.diagonal().array() += 1 / mass;
 }
 
 double calcKineticEnergy(const FlexibleBodyModel& model, const FlexibleBodyData& data,

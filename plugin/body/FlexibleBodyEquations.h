@@ -13,6 +13,7 @@ workspace. **/
 #include <memory>
 
 #include "simflex/body/InterfaceKinematics.h"
+#include "simflex/body/NewtonFactors.h"
 #include "simflex/body/TiledMatrix.h"
 #include "simflex/part/ReducedBody.h"
 
@@ -91,8 +92,9 @@ O(n_f²).
 @param[in] damping  n_f modal damping coefficients d [1/s]
 @param[out] J       (6+n_f)×(6+n_f)
 @pre calcInertia(). **/
-void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data, double gamma,
-                      const Eigen::Vector3d& omega, const Eigen::Vector3d& omegaDot,
+void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data,
+                      const NewtonFactors& factors, const Eigen::Vector3d& omega,
+                      const Eigen::Vector3d& omegaDot,
                       const Eigen::Ref<const Eigen::VectorXd>& xiDot,
                       const Eigen::Ref<const Eigen::VectorXd>& xiDotDot,
                       const Eigen::Ref<const Eigen::VectorXd>& damping,

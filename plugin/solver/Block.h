@@ -11,6 +11,7 @@ realize(), then anything else. **/
 #include <vector>
 
 #include "simflex/body/FrameMotion.h"
+#include "simflex/body/NewtonFactors.h"
 #include "simflex/solver/NewtonSystem.h"
 
 namespace simflex {
@@ -64,9 +65,9 @@ public:
     virtual SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                                     const double* uDot) const = 0;
 
-    /** J = M/γ − ∂f/∂u − γ ∂f/∂q N; flexible bodies honour `dense`, rigid trees are M/γ. **/
-    virtual void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
-                                 NewtonSystem::Block& block) const = 0;
+    /** J of NewtonFactors.h; flexible bodies honour `dense`, rigid trees are M/mass. **/
+    virtual void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
+                                 const double* uDot, NewtonSystem::Block& block) const = 0;
 
     /** J = M. **/
     virtual void formMassBlock(NewtonSystem::Block& block) const = 0;
@@ -75,9 +76,19 @@ public:
     virtual void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                             const double* u, double* q) const = 0;
 
+    /** q̇ = N(q) u. **/
+    virtual void calcQDot(const EvaluationContext& context, const double* q, const double* u,
+                          double* qDot) const = 0;
+
     /** q ← q moved by the quasi-displacement δ = N⁻¹ Δq; quaternions stay normalised. **/
     virtual void displaceQ(const EvaluationContext& context, const double* delta,
                            double* q) const = 0;
+
+    /** The same for a finite δ, exact to second order in it: exp for quaternions, N(q) half-way for
+     * angles. **/
+    virtual void moveQ(const EvaluationContext& context, const double* delta, double* q) const {
+        displaceQ(context, delta, q);
+    }
 
     /** Scales quaternions to length 1. **/
     virtual void normalizeQ(double* q) const = 0;

@@ -6,7 +6,15 @@ namespace simflex {
 
 using namespace SimTK;
 
-void EventDriver::initialize(const State& state) {
+EventDriver::Outcome EventDriver::handleInitialization(State& state, Real accuracy) {
+    const Outcome outcome = handle(state, Event::Cause::Initialization, {}, accuracy);
+    if (outcome.shouldTerminate)
+        throw std::runtime_error("an Initialization event handler asked for termination at t = " +
+                                 std::to_string(state.getTime()) + " s");
+    return outcome;
+}
+
+void EventDriver::initialize(const State& state, const std::string& owner) {
     m_lastReport = m_lastEvent = NaN;
     m_system.realize(state, Stage::Instance);
     m_system.calcEventTriggerInfo(state, m_triggers);
@@ -15,10 +23,30 @@ void EventDriver::initialize(const State& state) {
         if (state.getNEventTriggersByStage(stage) == 0) continue;
         if (stage > Stage::Dynamics)
             throw std::invalid_argument(
-                "BdfIntegrator: an event trigger needs Stage::Acceleration, which is not "
-                "supported; let it depend on positions, speeds or forces");
+                owner + ": " + std::to_string(state.getNEventTriggersByStage(stage)) +
+                " event trigger(s) need Stage::Acceleration, which is not supported; let them "
+                "depend on positions, speeds or forces");
         m_triggerStage = stage;
     }
+    m_hasAutoUpdates = findAutoUpdates(state);
+}
+
+bool EventDriver::findAutoUpdates(const State& state) const {
+    // A State does not say how many discrete variables it has: a new one's index does. (Measures
+    // allocate theirs with the topology.)
+    State copy = state;
+    copy.invalidateAll(Stage::Model);
+    for (SubsystemIndex s(0); s < copy.getNumSubsystems(); ++s) {
+        const int count = int(copy.allocateDiscreteVariable(s, Stage::Report, new Value<int>(0)));
+        for (int i = 0; i < count; ++i)
+            if (copy.getDiscreteVarUpdateIndex(s, DiscreteVariableIndex(i)).isValid()) return true;
+    }
+    return false;
+}
+
+void EventDriver::updateDiscreteVariables(State& state) const {
+    m_system.realize(state, Stage::Acceleration);
+    state.autoUpdateDiscreteVariables();
 }
 
 Real EventDriver::calcNextReportTime(const State& state) {
@@ -47,6 +75,14 @@ EventDriver::Outcome EventDriver::handleScheduled(State& state, Real accuracy) {
     return handle(state, Event::Cause::Scheduled, m_events, accuracy);
 }
 
+EventDriver::Outcome EventDriver::handleTimeAdvanced(State& state, Real accuracy) {
+    return handle(state, Event::Cause::TimeAdvanced, {}, accuracy);
+}
+
+void EventDriver::handleTermination(State& state, Real accuracy) {
+    handle(state, Event::Cause::Termination, {}, accuracy);
+}
+
 EventDriver::Outcome EventDriver::handle(State& state, Event::Cause cause,
                                          const Array_<EventId>& ids, Real accuracy) const {
     HandleEventsResults results;
@@ -58,9 +94,10 @@ EventDriver::Outcome EventDriver::handle(State& state, Event::Cause cause,
             results.getAnyChangeMade()};
 }
 
-Vector EventDriver::calcTriggers(const State& state) const {
+void EventDriver::calcTriggers(const State& state, Vector& values) const {
     m_system.realize(state, m_triggerStage);
-    Vector values(int(m_triggers.size()), Real(0));
+    values.resize(int(m_triggers.size()));
+    values = 0;
     for (Stage stage = Stage::Time; stage <= m_triggerStage; ++stage) {
         const int count = state.getNEventTriggersByStage(stage);
         if (count == 0) continue;
@@ -68,19 +105,18 @@ Vector EventDriver::calcTriggers(const State& state) const {
         const int start = int(state.getEventTriggerStartByStage(stage));
         for (int k = 0; k < count; ++k) values[start + k] = ofStage[k];
     }
-    return values;
 }
 
-Event::Trigger EventDriver::transitionOf(int trigger, const Vector& before,
-                                         const Vector& after) const {
-    return Event::maskTransition(
-        Event::classifyTransition(sign(before[trigger]), sign(after[trigger])),
-        m_triggers[unsigned(trigger)].calcTransitionMask());
+bool EventDriver::isTriggered(int trigger, const Vector& before, const Vector& after) const {
+    const Event::Trigger transition =
+        Event::classifyTransition(sign(before[trigger]), sign(after[trigger]));
+    return Event::maskTransition(transition, m_triggers[unsigned(trigger)].calcTransitionMask()) !=
+           Event::NoEventTrigger;
 }
 
 bool EventDriver::isTriggered(const Vector& before, const Vector& after) const {
     for (int k = 0; k < before.size(); ++k)
-        if (transitionOf(k, before, after) != Event::NoEventTrigger) return true;
+        if (isTriggered(k, before, after)) return true;
     return false;
 }
 
@@ -88,8 +124,7 @@ EventDriver::Outcome EventDriver::handleTriggered(State& state, const Vector& be
                                                   const Vector& after, Real accuracy) {
     Array_<EventId> ids;
     for (int k = 0; k < before.size(); ++k)
-        if (transitionOf(k, before, after) != Event::NoEventTrigger)
-            ids.push_back(m_triggers[unsigned(k)].getEventId());
+        if (isTriggered(k, before, after)) ids.push_back(m_triggers[unsigned(k)].getEventId());
     return handle(state, Event::Cause::Triggered, ids, accuracy);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Calls the system's event reporters and handlers as SimTK::TimeStepper does (private header). **/
+Calls the system's event reporters and handlers as SimTK::TimeStepper and SimTK::Integrator do, and
+moves its auto-update variables on (private header). **/
 
 #include "Simbody.h"
 
@@ -8,11 +9,22 @@ namespace simflex {
 
 class EventDriver {
 public:
+    /** What the handlers of one event did. **/
+    struct Outcome {
+        bool shouldTerminate = false;
+        bool hasChangedState = false;
+    };
+
     explicit EventDriver(const SimTK::MultibodySystem& system) : m_system(system) {}
 
-    /** Reads trigger information; forgets past events.
+    /** Handles the Initialization event (Measures and subsystems set their own variables).
+    @throws std::runtime_error if a handler asks for termination. **/
+    Outcome handleInitialization(SimTK::State& state, SimTK::Real accuracy);
+
+    /** Reads trigger information, finds auto-update variables; forgets past events.
+    @param owner  names the integrator in messages
     @throws std::invalid_argument if a trigger needs Stage::Acceleration. **/
-    void initialize(const SimTK::State& state);
+    void initialize(const SimTK::State& state, const std::string& owner);
 
     /** Next scheduled times at or after the State's time, events already handled at this time left
      * out. **/
@@ -22,38 +34,49 @@ public:
     /** Calls the reporters found by the last calcNextReportTime(). **/
     void report(const SimTK::State& state);
 
-    /** What the handlers of one event did. **/
-    struct Outcome {
-        bool shouldTerminate = false;
-        bool hasChangedState = false;
-    };
-
     /** Calls the handlers found by the last calcNextEventTime(). **/
     Outcome handleScheduled(SimTK::State& state, SimTK::Real accuracy);
+
+    bool hasTimeAdvancedEvents() const { return m_system.hasTimeAdvancedEvents(); }
+    Outcome handleTimeAdvanced(SimTK::State& state, SimTK::Real accuracy);
+    void handleTermination(SimTK::State& state, SimTK::Real accuracy);
 
     bool hasTriggers() const { return m_triggers.size() > 0; }
 
     /** Values of the trigger functions; realizes the State as far as they need. **/
-    SimTK::Vector calcTriggers(const SimTK::State& state) const;
+    void calcTriggers(const SimTK::State& state, SimTK::Vector& values) const;
 
     /** True if a trigger's sign changes between the two sets of values in a way it asks for. **/
     bool isTriggered(const SimTK::Vector& before, const SimTK::Vector& after) const;
+    bool isTriggered(int trigger, const SimTK::Vector& before, const SimTK::Vector& after) const;
+
+    /** Required localization window of a trigger, a multiple of accuracy·timescale. **/
+    SimTK::Real getWindow(int trigger) const {
+        return m_triggers[unsigned(trigger)].getRequiredLocalizationTimeWindow();
+    }
 
     /** Calls the handlers triggered between the two sets of values. **/
     Outcome handleTriggered(SimTK::State& state, const SimTK::Vector& before,
                             const SimTK::Vector& after, SimTK::Real accuracy);
 
+    /** True if some variable is to be updated at the end of every step, as Measures have it. **/
+    bool hasAutoUpdates() const { return m_hasAutoUpdates; }
+
+    /** Swaps the auto-update variables' new values in; realizes the State to Stage::Acceleration
+     * first. **/
+    void updateDiscreteVariables(SimTK::State& state) const;
+
 private:
     Outcome handle(SimTK::State& state, SimTK::Event::Cause cause,
                    const SimTK::Array_<SimTK::EventId>& ids, SimTK::Real accuracy) const;
-    SimTK::Event::Trigger transitionOf(int trigger, const SimTK::Vector& before,
-                                       const SimTK::Vector& after) const;
+    bool findAutoUpdates(const SimTK::State& state) const;
 
     const SimTK::MultibodySystem& m_system;
     SimTK::Array_<SimTK::EventTriggerInfo> m_triggers;
     SimTK::Stage m_triggerStage = SimTK::Stage::Time;
     SimTK::Array_<SimTK::EventId> m_reports, m_events;
     SimTK::Real m_lastReport = SimTK::NaN, m_lastEvent = SimTK::NaN;
+    bool m_hasAutoUpdates = false;
 };
 
 }  // namespace simflex

@@ -139,36 +139,37 @@ void FlexibleBlock::calcColumn(int frame, const SpatialVec& d, double* rigid,
                    Vec3::updAs(coefficients), Vec3::updAs(coefficients + 3));
 }
 
-void FlexibleBlock::calcDiagonal(double gamma, double* diagonal) const {
+void FlexibleBlock::calcDiagonal(const NewtonFactors& factors, double* diagonal) const {
     Map<VectorXd> d(diagonal, m_n);
-    d = m_damping + gamma * m_model.omegaSquared;
-    d.array() += 1 / gamma;
+    d = m_damping + factors.stiffness * m_model.omegaSquared;
+    d.array() += 1 / factors.mass;
 }
 
-void FlexibleBlock::formArrow(double gamma, NewtonSystem::Block& block) const {
+void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) const {
     block.form = NewtonSystem::Block::Form::Arrow;
     Map<Eigen::Matrix<double, 6, 6>> head(block.head.data());
     head.setZero();
-    head.topLeftCorner<3, 3>() = m_data.I / gamma;
-    head.diagonal().tail<3>().setConstant(m_model.mass / gamma);
+    head.topLeftCorner<3, 3>() = m_data.I / mass;
+    head.diagonal().tail<3>().setConstant(m_model.mass / mass);
     Map<Eigen::Matrix<double, Eigen::Dynamic, 3>>(block.coupling.data(), m_n, 3) =
-        m_data.CTransposed / gamma;
+        m_data.CTransposed / mass;
 }
 
-void FlexibleBlock::formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
-                                    NewtonSystem::Block& block) const {
+void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
+                                    const double* uDot, NewtonSystem::Block& block) const {
     if (dense) {
         block.form = NewtonSystem::Block::Form::General;
         block.matrix.resize(size_t(numU) * size_t(numU));
-        calcNewtonMatrix(m_model, m_data, gamma, toEigen(m_body.omega_B), Map<const Vector3d>(uDot),
-                         ConstModes(u + 6, m_n), ConstModes(uDot + 6, m_n), m_damping,
+        calcNewtonMatrix(m_model, m_data, factors, toEigen(m_body.omega_B),
+                         Map<const Vector3d>(uDot), ConstModes(u + 6, m_n),
+                         ConstModes(uDot + 6, m_n), m_damping,
                          Map<MatrixXd>(block.matrix.data(), numU, numU));
         return;
     }
-    if (block.part >= 0) return formArrow(gamma, block);
+    if (block.part >= 0) return formArrow(factors.mass, block);
     VectorXd diagonal(m_n);
-    calcDiagonal(gamma, diagonal.data());
-    formFullArrow(gamma, diagonal, block);
+    calcDiagonal(factors, diagonal.data());
+    formFullArrow(factors.mass, diagonal, block);
 }
 
 void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) const {
@@ -176,15 +177,15 @@ void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) const {
     formFullArrow(1, VectorXd::Ones(m_n), block);
 }
 
-void FlexibleBlock::formFullArrow(double gamma, const VectorXd& diagonal,
+void FlexibleBlock::formFullArrow(double mass, const VectorXd& diagonal,
                                   NewtonSystem::Block& block) const {
     block.form = NewtonSystem::Block::Form::Symmetric;
     block.matrix.assign(size_t(numU) * size_t(numU), 0);
     Map<MatrixXd> J(block.matrix.data(), numU, numU);
-    J.topLeftCorner<3, 3>() = m_data.I / gamma;
-    J.diagonal().segment<3>(3).setConstant(m_model.mass / gamma);
-    J.topRightCorner(3, m_n) = m_data.CTransposed.transpose() / gamma;
-    J.bottomLeftCorner(m_n, 3) = m_data.CTransposed / gamma;
+    J.topLeftCorner<3, 3>() = m_data.I / mass;
+    J.diagonal().segment<3>(3).setConstant(m_model.mass / mass);
+    J.topRightCorner(3, m_n) = m_data.CTransposed.transpose() / mass;
+    J.bottomLeftCorner(m_n, 3) = m_data.CTransposed / mass;
     J.diagonal().tail(m_n) = diagonal;
 }
 
@@ -194,6 +195,13 @@ void FlexibleBlock::integrateQ(const EvaluationContext&, const double* qHist, do
         integrateQuaternion(Map<const Vector4d>(qHist), gamma, Map<const Vector3d>(u), true);
     Map<VectorXd>(q + 4, 3 + m_n) =
         ConstModes(qHist + 4, 3 + m_n) + gamma * ConstModes(u + 3, 3 + m_n);
+}
+
+void FlexibleBlock::calcQDot(const EvaluationContext&, const double* q, const double* u,
+                             double* qDot) const {
+    Map<Vector4d>(qDot, 4) =
+        0.5 * multiplyQuaternion(Map<const Vector4d>(q), Map<const Vector3d>(u), true);
+    std::copy_n(u + 3, 3 + m_n, qDot + 4);
 }
 
 void FlexibleBlock::displaceQ(const EvaluationContext&, const double* delta, double* q) const {

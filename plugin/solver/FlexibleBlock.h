@@ -20,7 +20,7 @@ public:
     const FrameShapes* getShapes(int frame) const { return m_frames[size_t(frame)].shapes.get(); }
 
     /** The mode–mode diagonal of the arrow, the same for all bodies of one part and damping. **/
-    void calcDiagonal(double gamma, double* diagonal) const;
+    void calcDiagonal(const NewtonFactors& factors, double* diagonal) const;
 
     /** Adds a frame of this body; returns its index in `frames`. **/
     int addFrame(const FlexibleFrame& frame);
@@ -48,11 +48,13 @@ public:
                     double* coefficients) const;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
-    void formNewtonBlock(double gamma, bool dense, const double* u, const double* uDot,
-                         NewtonSystem::Block& block) const override;
+    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
+                         const double* uDot, NewtonSystem::Block& block) const override;
     void formMassBlock(NewtonSystem::Block& block) const override;
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                     const double* u, double* q) const override;
+    void calcQDot(const EvaluationContext& context, const double* q, const double* u,
+                  double* qDot) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
@@ -67,10 +69,10 @@ public:
 private:
     using ConstModes = Eigen::Map<const Eigen::VectorXd>;
 
-    /** Head and coupling of the arrow, mass entries divided by γ. **/
-    void formArrow(double gamma, NewtonSystem::Block& block) const;
+    /** Head and coupling of the arrow, mass entries divided by the mass factor. **/
+    void formArrow(double mass, NewtonSystem::Block& block) const;
     /** The arrow as a full matrix, for a block without part. **/
-    void formFullArrow(double gamma, const Eigen::VectorXd& diagonal,
+    void formFullArrow(double mass, const Eigen::VectorXd& diagonal,
                        NewtonSystem::Block& block) const;
     double calcModalDisplacement(const double* modes) const;
 

@@ -34,9 +34,10 @@ ImplicitStep::ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& 
       m_statistics(statistics),
       m_system(equations.makeNewtonSystem()),
       m_solver(m_system),
-      m_uDot(equations.numU()),
       m_r(equations.numU()),
-      m_delta(equations.numU()) {}
+      m_delta(equations.numU()),
+      m_lastUDot(equations.numU()),
+      m_deltaZ(equations.numZ()) {}
 
 void ImplicitStep::setNumThreads(int threads) {
     m_numThreads = threads;
@@ -49,14 +50,14 @@ bool ImplicitStep::useDense() const {
            (blockForm == BlockForm::Automatic && m_denseStepsLeft > 0);
 }
 
-void ImplicitStep::formAndFactor(double gamma, const std::vector<double>& u,
+void ImplicitStep::formAndFactor(const NewtonFactors& factors, const std::vector<double>& u,
                                  const std::vector<double>& uDot, MotionLevel level) {
     const auto start = Clock::now();
-    m_equations.formNewtonSystem(gamma, useDense(), u.data(), uDot.data(), m_system, level);
+    m_equations.formNewtonSystem(factors, useDense(), u.data(), uDot.data(), m_system, level);
     m_statistics.evaluationSeconds += secondsSince(start);
     factor();
     if (useDense()) ++m_statistics.denseFactorizations;
-    m_factoredGamma = gamma;
+    m_factored = factors;
     m_stepsSinceFactor = 0;
     m_canProject = true;
 }
@@ -96,31 +97,66 @@ void ImplicitStep::gatherDelta(std::vector<double>& delta) const {
                     delta.begin() + m_equations.getBlock(b).firstU);
 }
 
-ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& qHist,
-                                          const std::vector<double>& uHist, double gamma,
-                                          Formulation formulation, std::vector<double>& q,
-                                          std::vector<double>& u, std::vector<double>& lambda) {
+void ImplicitStep::calcQ(const StepFormula& formula, const std::vector<double>& u,
+                         std::vector<double>& q) {
+    const double stiffness = formula.factors.stiffness;
+    if (formula.rule == StepFormula::QRule::Linear) {
+        m_equations.integrateQ(formula.qHist.data(), stiffness, u.data(), q.data());
+        return;
+    }
+    if (m_equations.needsSimbody()) {
+        // Simbody's N(q) is that of the last realize(): take it half-way, or order 2 is lost.
+        for (size_t i = 0; i < q.size(); ++i) q[i] = 0.5 * (q[i] + formula.qHist[i]);
+        m_equations.normalizeQ(q.data());
+        m_equations.realize(formula.t, q.data(), u.data());
+    }
+    for (size_t i = 0; i < u.size(); ++i) m_delta[i] = formula.deltaHist[i] + stiffness * u[i];
+    std::copy(formula.qHist.begin(), formula.qHist.end(), q.begin());
+    m_equations.moveQ(m_delta.data(), q.data());
+}
+
+double ImplicitStep::updateZ(const StepFormula& formula, const std::vector<double>& q,
+                             const std::vector<double>& u, std::vector<double>& z,
+                             std::vector<double>& zDot) {
+    m_equations.calcZDot(q.data(), u.data(), z.data(), zDot.data());
+    for (size_t i = 0; i < z.size(); ++i) {
+        const double value = formula.zHist[i] + formula.quadrature * zDot[i];
+        m_deltaZ[i] = value - z[i];
+        z[i] = value;
+    }
+    return m_equations.calcZError(m_deltaZ.data());
+}
+
+ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
+                                          SolutionPoint& point) {
     const FlushDenormals flush(m_numThreads);
-    constexpr double LargestGammaChange = 0.1, SlowRate = 0.5;
-    constexpr int LongestReuse = 20;
+    constexpr double LargestFactorChange = 0.1, SlowRate = 0.5;
+    constexpr int LongestReuse = 50;
+    const double t = formula.t, mass = formula.factors.mass, stiffness = formula.factors.stiffness;
+    const double* uHist = formula.uHist.data();
+    std::vector<double>&q = point.q, &u = point.u, &lambda = point.lambda, &uDot = point.uDot;
     Outcome outcome;
-    bool refresh = m_factoredGamma == 0 ||
-                   std::abs(gamma / m_factoredGamma - 1) > LargestGammaChange ||
+    bool refresh = m_factored.mass == 0 ||
+                   std::abs(stiffness / m_factored.stiffness - 1) > LargestFactorChange ||
                    m_stepsSinceFactor >= LongestReuse || blockForm == BlockForm::Dense;
     ++m_stepsSinceFactor;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
 
-    for (int iteration = 0; iteration < tolerances.maxIterations; ++iteration) {
+    int allowed = tolerances.maxIterations;
+    for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
-        m_equations.integrateQ(qHist.data(), gamma, u.data(), q.data());
-        m_equations.prescribe(t, gamma, uHist.data(), q.data(), u.data());
+        calcQ(formula, u, q);
+        m_equations.prescribe(t, mass, uHist, q.data(), u.data());
+        m_equations.setZ(point.z.data());
         m_equations.realize(t, q.data(), u.data());
-        m_equations.calcStepUDot(q.data(), u.data(), uHist.data(), gamma, m_uDot.data());
-        m_equations.calcResidual(q.data(), u.data(), m_uDot.data(), lambda.data(), m_r.data());
+        m_equations.calcStepUDot(q.data(), u.data(), uHist, mass, uDot.data());
+        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
         m_equations.calcStepErrors(formulation == Formulation::StabilizedIndex2
                                        ? MotionLevel::Velocity
                                        : MotionLevel::Position,
-                                   gamma, m_uDot.data(), q.data(), m_system.c.data());
+                                   formula.factors, uDot.data(), q.data(), m_system.c.data());
+        const double zChange = point.z.empty() ? 0 : updateZ(formula, q, u, point.z, point.zDot);
+        const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
         m_statistics.evaluationSeconds += secondsSince(start);
 
         const double bodyResidual = largestAbs(m_r);
@@ -132,15 +168,16 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
             break;
         }
         if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
-            outcome.constraintResidual <= tolerances.constraintResidual) {
+            outcome.constraintResidual <= tolerances.constraintResidual && hasZConverged) {
             outcome.converged = true;
             break;
         }
 
         if (refresh) {
-            formAndFactor(gamma, u, m_uDot);
+            formAndFactor(formula.factors, u, uDot);
             m_rate = 0.5;
             refresh = false;
+            allowed = iteration + tolerances.maxIterations;
         }
         m_equations.setResidual(m_r.data(), m_system);
         solveLinear();
@@ -154,7 +191,7 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
             multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
         }
         const double change =
-            gamma * m_equations.calcDisplacement(m_delta.data(), &outcome.worstBlock);
+            stiffness * m_equations.calcDisplacement(m_delta.data(), &outcome.worstBlock);
         outcome.displacementChange = change;
         if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
         if (iteration > 0) {
@@ -173,7 +210,7 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
         // Remaining error after this iteration: rate/(1 − rate) of the last change.
         const double remaining = m_rate < 0.9 ? m_rate / (1 - m_rate) : 10;
         const double multiplierScale = std::max(largestAbs(lambda), m_multiplierFloor);
-        if (remaining * change <= tolerances.displacement * accuracy &&
+        if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
             remaining * multiplierChange <= tolerances.multiplier * multiplierScale) {
             outcome.converged = true;
             break;
@@ -183,9 +220,11 @@ ImplicitStep::Outcome ImplicitStep::solve(double t, const std::vector<double>& q
 
     if (outcome.converged) {
         const auto start = Clock::now();
-        m_equations.integrateQ(qHist.data(), gamma, u.data(), q.data());
-        m_equations.prescribe(t, gamma, uHist.data(), q.data(), u.data());
+        calcQ(formula, u, q);
+        m_equations.prescribe(t, mass, uHist, q.data(), u.data());
+        m_equations.calcStepUDot(q.data(), u.data(), uHist, mass, uDot.data());
         m_statistics.evaluationSeconds += secondsSince(start);
+        std::copy(uDot.begin(), uDot.end(), m_lastUDot.begin());
         m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * largestAbs(lambda));
         if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) invalidateMatrix();
         if (m_rate > SlowRate) m_stepsSinceFactor += 5;
@@ -208,7 +247,9 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
                                       const std::vector<double>& u, int* worstRow) {
     const FlushDenormals flush(m_numThreads);
     constexpr int MaxIterations = 10;
-    double error = 0;
+    constexpr double SlowRate = 0.1;
+    double error = 0, previous = 0;
+    bool isFresh = m_factored.mass == 0;
     for (int iteration = 0;; ++iteration) {
         const auto start = Clock::now();
         m_equations.realize(t, q.data(), u.data());
@@ -216,6 +257,12 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         m_statistics.evaluationSeconds += secondsSince(start);
         error = largestAbs(m_system.c, worstRow);
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
+        if (iteration > 0 && !isFresh && error > SlowRate * previous) {
+            // G has turned away since the matrix was factored.
+            formAndFactor(m_factored, u, m_lastUDot);
+            isFresh = true;
+        }
+        previous = error;
         for (NewtonSystem::Block& block : m_system.blocks)
             std::fill(block.r.begin(), block.r.end(), 0.0);
         m_solver.solve(m_system);

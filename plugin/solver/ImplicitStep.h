@@ -5,16 +5,18 @@ implicit steps, projection of positions and speeds onto the joints, consistent a
 
 #include <functional>
 
-#include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/BlockEliminationSolver.h"
+#include "simflex/solver/ImplicitIntegrator.h"
 #include "simflex/solver/MultibodyEquations.h"
+#include "simflex/solver/SolutionHistory.h"
+#include "simflex/solver/StepFormula.h"
 
 namespace simflex {
 
 class ImplicitStep {
 public:
-    using Formulation = BdfIntegrator::Formulation;
-    using BlockForm = BdfIntegrator::BlockForm;
+    using Formulation = ImplicitIntegrator::Formulation;
+    using BlockForm = ImplicitIntegrator::BlockForm;
 
     /** What one Newton iteration came to. **/
     struct Outcome {
@@ -31,27 +33,27 @@ public:
 
     ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& statistics);
 
-    BdfIntegrator::NewtonTolerances tolerances;
+    ImplicitIntegrator::NewtonTolerances tolerances;
     BlockForm blockForm = BlockForm::Automatic;
     double accuracy = 1e-6;
     std::function<void(const NewtonSystem&)> observer;
 
     void setNumThreads(int threads);
 
-    /** Solves the step equations at t for u and λ (in: predictions), and q = q_hist + γN(q)u. **/
-    Outcome solve(double t, const std::vector<double>& qHist, const std::vector<double>& uHist,
-                  double gamma, Formulation formulation, std::vector<double>& q,
-                  std::vector<double>& u, std::vector<double>& lambda);
+    /** Solves the equations of a step for u, λ and z (in `point`: predictions), and with them q, u̇
+    and ż. **/
+    Outcome solve(const StepFormula& formula, Formulation formulation, SolutionPoint& point);
 
     /** Next solve() forms and factors its matrix anew. **/
-    void invalidateMatrix() { m_factoredGamma = 0; }
+    void invalidateMatrix() { m_factored = {}; }
 
-    /** True once a matrix of the form M + γ²K was factored, on which projections can rest. **/
+    /** True once a matrix of the form M + mass·stiffness·K was factored, on which projections can
+     * rest. **/
     bool canProject() const { return m_canProject; }
 
-    /** Moves q onto the joints in the norm of the factored matrix, M + γ²K, until errors are below
-    the tolerance. Leaves the equations realized at the projected q. @returns largest error left;
-    its row goes to `worstRow`. **/
+    /** Moves q onto the joints in the norm of the factored matrix, M + mass·stiffness·K, until
+    errors are below the tolerance. Leaves the equations realized at the projected q. @returns
+    largest error left; its row goes to `worstRow`. **/
     double projectPositions(double t, double tolerance, std::vector<double>& q,
                             const std::vector<double>& u, int* worstRow = nullptr);
 
@@ -76,8 +78,13 @@ public:
     void addInTiming();
 
 private:
+    void calcQ(const StepFormula& formula, const std::vector<double>& u, std::vector<double>& q);
+    /** One functional iteration on z; returns the largest weighted change. **/
+    double updateZ(const StepFormula& formula, const std::vector<double>& q,
+                   const std::vector<double>& u, std::vector<double>& z, std::vector<double>& zDot);
     void factor();
-    void formAndFactor(double gamma, const std::vector<double>& u, const std::vector<double>& uDot,
+    void formAndFactor(const NewtonFactors& factors, const std::vector<double>& u,
+                       const std::vector<double>& uDot,
                        MotionLevel level = MotionLevel::Acceleration);
     void solveLinear();
     void gatherDelta(std::vector<double>& delta) const;
@@ -89,9 +96,9 @@ private:
     NewtonSystem m_system;
     BlockEliminationSolver m_solver;
     BlockEliminationSolver::Timing m_timed;
-    std::vector<double> m_uDot, m_r, m_delta;
+    std::vector<double> m_r, m_delta, m_lastUDot, m_deltaZ;
+    NewtonFactors m_factored;      ///< zero: none
     int m_numThreads = 1;
-    double m_factoredGamma = 0;
     double m_rate = 1;             ///< convergence rate seen in the last iterations
     double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step
     bool m_canProject = false;

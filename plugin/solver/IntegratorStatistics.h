@@ -1,23 +1,50 @@
 #pragma once
 /** @file
-What an integration cost: counts, and wall time by phase in seconds. **/
+What an integration cost and how it went: counts since initialize(), and wall time by phase in
+seconds. **/
 
+#include <array>
 #include <string>
 
 namespace simflex {
 
 struct IntegratorStatistics {
+    /** @name Steps **/
+    /**@{**/
     long stepsTaken = 0;
     long stepsAttempted = 0;
-    long errorTestFailures = 0;
-    long convergenceFailures = 0;
+    long errorTestFailures = 0;    ///< tries rejected because the local error was too large
+    long convergenceFailures = 0;  ///< because Newton's iteration did not converge
+    long projectionFailures = 0;   ///< because the positions could not be brought onto the joints
+    long nonFiniteFailures = 0;    ///< because forces or positions were not numbers
+    std::array<long, 6> stepsAtOrder{};        ///< by order, 1 to 5
+    double smallestStep = 0, largestStep = 0;  ///< [s]
+    double timeCovered = 0;                    ///< sum of steps [s]
+    double sumOfSquaredLogRatios = 0;          ///< Σ ln²(h_{n+1}/h_n), over stepRatios of them
+    long stepRatios = 0;
+    /**@}**/
+
+    /** @name Linear algebra **/
+    /**@{**/
     long newtonIterations = 0;
     long linearSolves = 0;         ///< right-hand sides, projections included
     long factorizations = 0;       ///< Newton matrices formed and factored
     long denseFactorizations = 0;  ///< those with the dense block form
     long projections = 0;
     int redundantConstraints = 0;  ///< found in the last factorization
+    /**@}**/
 
+    /** @name Events **/
+    /**@{**/
+    long starts = 0;  ///< histories begun: initialize(), handlers that changed the State, failures
+    long reports = 0;
+    long scheduledEvents = 0;
+    long triggeredEvents = 0;
+    long timeAdvancedEvents = 0;
+    /**@}**/
+
+    /** @name Wall time [s] **/
+    /**@{**/
     double evaluationSeconds = 0;        ///< kinematics, residuals, joints
     double factorSeconds = 0;            ///< blocks: J_b, W_b = J_b⁻¹G_bᵀ
     double schurSeconds = 0;             ///< S formed, factored, solved
@@ -25,6 +52,12 @@ struct IntegratorStatistics {
     double simbodySeconds = 0;           ///< asking Simbody for what it alone knows, and events
     double outputSeconds = 0;            ///< reporters
     double totalSeconds = 0;
+    /**@}**/
+
+    double calcMeanStep() const;          ///< [s]
+    double calcRejectedFraction() const;  ///< of all tries
+    /** Standard deviation of ln(h_{n+1}/h_n): 0 for constant steps. **/
+    double calcStepRatioDeviation() const;
 
     /** A table for people, one line per figure. **/
     std::string toString() const;

@@ -118,11 +118,6 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
                     "coordinates, or use a Joint to an interface");
         }
     }
-    if (state.getNZ() > 0)
-        throw std::invalid_argument(
-            "BdfIntegrator: the system has " + std::to_string(state.getNZ()) +
-            " auxiliary state variables z (a Measure or force element with its own "
-            "differential equation), which are not supported");
 }
 
 void MultibodyEquations::collectGravityAndForces(const State& state) {
@@ -271,7 +266,7 @@ void MultibodyEquations::makePrescribedMotion() {
     m_system.realize(m_private, Stage::Velocity);
     m_prescribed =
         std::make_unique<PrescribedMotion>(matter, mobilizers, m_numQ, m_numU, m_private);
-    m_needsSimbody = m_needsSimbody || m_prescribed->hasMotions();
+    m_needsSimbody = m_needsSimbody || m_prescribed->dependsOnState();
 }
 
 MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& attachment) {
@@ -431,15 +426,24 @@ std::pair<int, int> MultibodyEquations::findRows(ConstraintIndex constraint) con
     return rows;
 }
 
+void MultibodyEquations::updatePrescribed(double time, const double* q, const double* u) {
+    const bool isKnown = m_prescribedTime == time && !m_prescribed->dependsOnState();
+    if (!m_prescribed->hasMotions() || isKnown) return;
+    const auto start = Clock::now();
+    putIntoState(time, q, u, m_private);
+    m_prescribed->updateFromSimbody(m_private);
+    if (!m_prescribed->dependsOnState()) {
+        m_system.realize(m_private, Stage::Dynamics);
+        m_prescribed->updateAccelerations(m_private);
+    }
+    m_prescribedTime = time;
+    m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 void MultibodyEquations::prescribe(double time, double gamma, const double* uHist, double* q,
                                    double* u) {
     if (!m_prescribed) return;
-    if (m_prescribed->hasMotions()) {
-        const auto start = Clock::now();
-        putIntoState(time, q, u, m_private);
-        m_prescribed->updateFromSimbody(m_private);
-        m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
-    }
+    updatePrescribed(time, q, u);
     m_prescribed->apply(gamma, uHist, q, u);
 }
 
@@ -461,7 +465,7 @@ void MultibodyEquations::calcPrescribedUDot(const double* q, double* uDot) const
 void MultibodyEquations::realizeSimbody(double time, const double* q, const double* u) {
     const auto start = Clock::now();
     putIntoState(time, q, u, m_private);
-    const bool hasMotions = m_prescribed && m_prescribed->hasMotions();
+    const bool hasMotions = m_prescribed && m_prescribed->dependsOnState();
     m_system.realize(m_private,
                      m_hasForeignForces || hasMotions ? Stage::Dynamics : Stage::Velocity);
     if (hasMotions) m_prescribed->updateAccelerations(m_private);
@@ -470,6 +474,7 @@ void MultibodyEquations::realizeSimbody(double time, const double* q, const doub
 
 void MultibodyEquations::realize(double time, const double* q, const double* u) {
     m_time = time;
+    if (m_prescribed && !m_prescribed->dependsOnState()) updatePrescribed(time, q, u);
     if (m_needsSimbody) realizeSimbody(time, q, u);
     const int count = int(m_batches.size());
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
@@ -505,14 +510,14 @@ void MultibodyEquations::calcVelocityErrors(double* gDot) const {
     if (m_constraints) m_constraints->calcVelocityErrors(m_private, gDot + m_firstSimbodyRow);
 }
 
-void MultibodyEquations::calcStepErrors(MotionLevel level, double gamma, const double* uDot,
-                                        const double* q, double* c) const {
+void MultibodyEquations::calcStepErrors(MotionLevel level, const NewtonFactors& factors,
+                                        const double* uDot, const double* q, double* c) const {
     if (level == MotionLevel::Velocity)
         calcVelocityErrors(c);
     else
         calcPositionErrors(c);
     if (level == MotionLevel::Position)
-        for (int k = 0; k < m_numMultipliers; ++k) c[k] /= gamma;
+        for (int k = 0; k < m_numMultipliers; ++k) c[k] /= factors.stiffness;
     if (!m_constraints) return;
     // Rows that are not holonomic stand at their own level, in terms of Δu.
     double* rows = c + m_firstSimbodyRow;
@@ -527,7 +532,7 @@ void MultibodyEquations::calcStepErrors(MotionLevel level, double gamma, const d
     }
     if (m_constraints->hasAccelerationRows()) {
         m_constraints->calcAccelerationErrors(m_private, calcSimbodyUDot(q, uDot), errors.data());
-        takeRows(MotionLevel::Acceleration, gamma);
+        takeRows(MotionLevel::Acceleration, factors.mass);
     }
 }
 
@@ -687,17 +692,17 @@ void MultibodyEquations::formSimbodyColumns(MotionLevel level, NewtonSystem& sys
                 m_prescribed->mask(level, m_blocks[size_t(b)]->firstU, system.blocks[size_t(b)]);
 }
 
-void MultibodyEquations::formNewtonSystem(double gamma, bool dense, const double* u,
+void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool dense, const double* u,
                                           const double* uDot, NewtonSystem& system,
                                           MotionLevel level) const {
     for (size_t p = 0; p < m_parts.size(); ++p)
-        m_flexible[size_t(m_parts[p].firstBlock)]->calcDiagonal(gamma,
+        m_flexible[size_t(m_parts[p].firstBlock)]->calcDiagonal(factors,
                                                                 system.parts[p].diagonal.data());
     const int count = numBlocks();
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
     for (int b = 0; b < count; ++b) {
         const int first = m_blocks[b]->firstU;
-        m_blocks[b]->formNewtonBlock(gamma, dense, u + first, uDot + first, system.blocks[b]);
+        m_blocks[b]->formNewtonBlock(factors, dense, u + first, uDot + first, system.blocks[b]);
         formConstraintBlock(b, system.blocks[b]);
     }
     formSimbodyColumns(level, system);
@@ -728,9 +733,19 @@ void MultibodyEquations::integrateQ(const double* qHist, double gamma, const dou
                           q + block->firstQ);
 }
 
+void MultibodyEquations::calcQDot(const double* q, const double* u, double* qDot) const {
+    for (const auto& block : m_blocks)
+        block->calcQDot(m_context, q + block->firstQ, u + block->firstU, qDot + block->firstQ);
+}
+
 void MultibodyEquations::displaceQ(const double* delta, double* q) const {
     for (const auto& block : m_blocks)
         block->displaceQ(m_context, delta + block->firstU, q + block->firstQ);
+}
+
+void MultibodyEquations::moveQ(const double* delta, double* q) const {
+    for (const auto& block : m_blocks)
+        block->moveQ(m_context, delta + block->firstU, q + block->firstQ);
 }
 
 void MultibodyEquations::normalizeQ(double* q) const {
@@ -781,6 +796,33 @@ Vector MultibodyEquations::calcSimbodyUDot(const double* q, const double* uDot) 
     for (const auto& block : m_blocks)
         block->putUDot(q + block->firstQ, uDot + block->firstU, simbodyUDot);
     return simbodyUDot;
+}
+
+//---------------------------------------------------------------------------------------------------------
+// auxiliary variables
+
+void MultibodyEquations::setZ(const double* z) {
+    if (numZ() == 0) return;
+    Vector& stateZ = m_private.updZ();
+    std::copy_n(z, numZ(), &stateZ[0]);
+}
+
+void MultibodyEquations::calcZDot(const double* q, const double* u, const double* z, double* zDot) {
+    if (numZ() == 0) return;
+    const auto start = Clock::now();
+    if (!m_needsSimbody) putIntoState(m_time, q, u, m_private);
+    setZ(z);
+    m_system.realize(m_private, Stage::Acceleration);
+    const Vector& stateZDot = m_private.getZDot();
+    for (int i = 0; i < numZ(); ++i) zDot[i] = stateZDot[i];
+    m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double MultibodyEquations::calcZError(const double* deltaZ) const {
+    double largest = 0;
+    for (int i = 0; i < numZ(); ++i)
+        largest = std::max(largest, std::abs(m_private.getZWeights()[i] * deltaZ[i]));
+    return largest;
 }
 
 }  // namespace simflex

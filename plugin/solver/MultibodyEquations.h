@@ -72,10 +72,11 @@ public:
     void calcPositionErrors(double* g) const;
     /** Zero in rows of acceleration-only constraints. **/
     void calcVelocityErrors(double* gDot) const;
-    /** Constraint residual of a step: velocity errors, or position errors divided by γ; rows that
+    /** Constraint residual of a step: velocity errors, or position errors divided by the
+    stiffness factor; rows that
     are not so deep at their own level. **/
-    void calcStepErrors(MotionLevel level, double gamma, const double* uDot, const double* q,
-                        double* c) const;
+    void calcStepErrors(MotionLevel level, const NewtonFactors& factors, const double* uDot,
+                        const double* q, double* c) const;
     /** g̈ for the given accelerations. **/
     void calcAccelerationErrors(const double* q, const double* u, const double* uDot,
                                 double* gDotDot) const;
@@ -92,8 +93,8 @@ public:
     /**@{**/
     /** @param level  Position: only rows of holonomic constraints and only coordinates whose q is
     prescribed take part; Velocity: all but what is prescribed of accelerations only. **/
-    void formNewtonSystem(double gamma, bool dense, const double* u, const double* uDot,
-                          NewtonSystem& system,
+    void formNewtonSystem(const NewtonFactors& factors, bool dense, const double* u,
+                          const double* uDot, NewtonSystem& system,
                           MotionLevel level = MotionLevel::Acceleration) const;
     /** J = M. **/
     void formMassSystem(NewtonSystem& system) const;
@@ -103,7 +104,12 @@ public:
     void setResidual(const double* r, NewtonSystem& system) const;
 
     void integrateQ(const double* qHist, double gamma, const double* u, double* q) const;
+    /** q̇ = N(q) u. @pre realize() at this q. **/
+    void calcQDot(const double* q, const double* u, double* qDot) const;
+    /** N(q) is that of the last realize(). **/
     void displaceQ(const double* delta, double* q) const;
+    /** The same for a finite δ, exact to second order. **/
+    void moveQ(const double* delta, double* q) const;
     void normalizeQ(double* q) const;
 
     /** Largest displacement over the blocks [m]; `worst` receives the block. **/
@@ -114,6 +120,21 @@ public:
     void getFromState(const SimTK::State& state, double* q, double* u) const;
     void putIntoState(double time, const double* q, const double* u, SimTK::State& state) const;
     SimTK::Vector calcSimbodyUDot(const double* q, const double* uDot) const;
+
+    /** @name Auxiliary variables z, which belong to Simbody's elements and Measures **/
+    /**@{**/
+    int numZ() const { return m_private.getNZ(); }
+    /** Elements see these z from the next realize() on. **/
+    void setZ(const double* z);
+    /** ż at the time, q and u of the last realize(); those that depend on accelerations see the
+    ones without joints. **/
+    void calcZDot(const double* q, const double* u, const double* z, double* zDot);
+    /** Largest w_i|δz_i| with the State's weights. **/
+    double calcZError(const double* deltaZ) const;
+    /**@}**/
+
+    /** True if N(q) or forces are asked of Simbody. **/
+    bool needsSimbody() const { return m_needsSimbody; }
 
     /** Wall time spent in Simbody since the last call. **/
     double takeSimbodySeconds() { return std::exchange(m_simbodySeconds, 0); }
@@ -175,6 +196,8 @@ private:
                                const double* lambda, double* r);
     /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
     void formSimbodyColumns(MotionLevel level, NewtonSystem& system) const;
+    /** Asks Simbody for what Motions prescribe at this time, unless it is known. **/
+    void updatePrescribed(double time, const double* q, const double* u);
     void realizeSimbody(double time, const double* q, const double* u);
 
     const SimTK::MultibodySystem& m_system;
@@ -201,6 +224,7 @@ private:
     std::vector<std::vector<std::pair<int, int>>> m_simbodyColumns;
     std::unique_ptr<SimbodyConstraints> m_constraints;
     std::unique_ptr<PrescribedMotion> m_prescribed;
+    double m_prescribedTime = SimTK::NaN;  ///< at which Motions were asked of Simbody last
     int m_firstSimbodyRow = 0;
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;  ///< of Simbody's elements and constraints
     SimTK::Vector m_mobilityForces;

@@ -8,6 +8,7 @@
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/ImplicitStep.h"
 #include "support/PointMassPart.h"
 

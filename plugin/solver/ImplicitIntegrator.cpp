@@ -1,0 +1,147 @@
+#include "simflex/solver/ImplicitIntegrator.h"
+
+#include <stdexcept>
+
+#include "simflex/solver/ImplicitIntegratorImpl.h"
+
+namespace simflex {
+
+using SimTK::Real;
+
+namespace {
+
+void requirePositive(Real value, const char* method) {
+    if (!(value > 0))
+        throw std::invalid_argument(std::string("ImplicitIntegrator::") + method +
+                                    "(): " + std::to_string(value) + " given, must be positive");
+}
+
+}  // namespace
+
+ImplicitIntegrator::ImplicitIntegrator(std::unique_ptr<Implementation> implementation)
+    : m_impl(std::move(implementation)) {}
+ImplicitIntegrator::~ImplicitIntegrator() = default;
+ImplicitIntegrator::ImplicitIntegrator(ImplicitIntegrator&&) noexcept = default;
+ImplicitIntegrator& ImplicitIntegrator::operator=(ImplicitIntegrator&&) noexcept = default;
+
+void ImplicitIntegrator::setAccuracy(Real accuracy) {
+    requirePositive(accuracy, "setAccuracy");
+    m_impl->accuracy = accuracy;
+}
+
+void ImplicitIntegrator::setConstraintTolerance(Real tolerance) {
+    requirePositive(tolerance, "setConstraintTolerance");
+    m_impl->constraintTolerance = tolerance;
+}
+
+void ImplicitIntegrator::setFormulation(Formulation formulation) {
+    m_impl->formulation = formulation;
+}
+void ImplicitIntegrator::setBlockForm(BlockForm form) {
+    m_impl->blockForm = form;
+}
+
+void ImplicitIntegrator::setInitialStepSize(Real h) {
+    requirePositive(h, "setInitialStepSize");
+    m_impl->initialStep = h;
+}
+
+void ImplicitIntegrator::setMaximumStepSize(Real h) {
+    requirePositive(h, "setMaximumStepSize");
+    m_impl->maximumStep = h;
+}
+
+void ImplicitIntegrator::setMinimumStepSize(Real h) {
+    requirePositive(h, "setMinimumStepSize");
+    m_impl->minimumStep = h;
+}
+
+void ImplicitIntegrator::setFixedStep(Real h) {
+    requirePositive(h, "setFixedStep");
+    m_impl->fixedStep = h;
+}
+
+void ImplicitIntegrator::setNewtonTolerances(const NewtonTolerances& tolerances) {
+    requirePositive(tolerances.displacement, "setNewtonTolerances: displacement");
+    requirePositive(tolerances.multiplier, "setNewtonTolerances: multiplier");
+    requirePositive(tolerances.maxIterations, "setNewtonTolerances: maxIterations");
+    m_impl->newtonTolerances = tolerances;
+}
+
+void ImplicitIntegrator::setFinalTime(Real time) {
+    m_impl->finalTime = time;
+}
+
+void ImplicitIntegrator::setNumThreads(int threads) {
+    requirePositive(threads, "setNumThreads");
+    m_impl->numThreads = threads;
+}
+
+void ImplicitIntegrator::setProjectInitialState(bool project) {
+    m_impl->projectInitialState = project;
+}
+
+void ImplicitIntegrator::setNewtonSystemObserver(
+    std::function<void(const NewtonSystem&)> observer) {
+    m_impl->observer = std::move(observer);
+}
+
+void ImplicitIntegrator::initialize(const SimTK::State& state) {
+    m_impl->initialize(state);
+}
+ImplicitIntegrator::StepStatus ImplicitIntegrator::stepTo(Real time) {
+    m_impl->requireInitialized("stepTo");
+    return m_impl->stepTo(time);
+}
+
+ImplicitIntegrator::StepStatus ImplicitIntegrator::stepOnce() {
+    m_impl->requireInitialized("stepOnce");
+    return m_impl->stepOnce();
+}
+
+const SimTK::State& ImplicitIntegrator::getState() const {
+    m_impl->requireInitialized("getState");
+    return m_impl->getState();
+}
+
+Real ImplicitIntegrator::getTime() const {
+    return m_impl->getTime();
+}
+
+SimTK::Vector ImplicitIntegrator::getUDot() const {
+    m_impl->requireInitialized("getUDot");
+    return m_impl->calcUDot();
+}
+
+SimTK::Vector ImplicitIntegrator::getMultipliers() const {
+    m_impl->requireInitialized("getMultipliers");
+    return m_impl->calcMultipliers(nullptr);
+}
+
+SimTK::Vector ImplicitIntegrator::getMultipliers(const SimTK::Constraint& constraint) const {
+    m_impl->requireInitialized("getMultipliers");
+    return m_impl->calcMultipliers(constraint);
+}
+
+SimTK::Vector ImplicitIntegrator::getMultipliers(const Joint& joint) const {
+    m_impl->requireInitialized("getMultipliers");
+    return m_impl->calcMultipliers(&joint);
+}
+
+Real ImplicitIntegrator::getLastStepSize() const {
+    return m_impl->lastStep;
+}
+int ImplicitIntegrator::getLastOrder() const {
+    return m_impl->lastOrder;
+}
+Real ImplicitIntegrator::getWork() const {
+    return m_impl->getWork();
+}
+Real ImplicitIntegrator::getLargestConstraintError() const {
+    return m_impl->getConstraintError();
+}
+const IntegratorStatistics& ImplicitIntegrator::getStatistics() const {
+    return m_impl->statistics;
+}
+
+}  // namespace simflex

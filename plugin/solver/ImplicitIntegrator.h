@@ -1,0 +1,163 @@
+#pragma once
+/** @file
+Implicit integration of a SimTK::MultibodySystem with flexible bodies: what BdfIntegrator and
+GeneralizedAlphaIntegrator have in common. Every step solves
+
+    M(q) u̇ + b(q, u) − f(q, u, t) + G(q)ᵀλ = 0
+
+at its end, by Newton's iteration with block Gaussian elimination, together with `G u = 0`
+(StabilizedIndex2; q is then projected onto the joints in the norm of the Newton matrix) or with
+the position errors themselves (Index3).
+
+    BdfIntegrator integrator(system);      // or GeneralizedAlphaIntegrator
+    integrator.setAccuracy(1e-6);
+    integrator.initialize(state);   // assembles, finds consistent speeds and accelerations
+    integrator.stepTo(0.1);
+    const State& now = integrator.getState();
+
+Names follow SimTK::Integrator and SimTK::TimeStepper, and so do events: Initialization handlers
+and Measures are called by initialize(), reporters on interpolated states, scheduled and triggered
+handlers (triggers located by root finding within their required window), TimeAdvanced and
+Termination handlers at the ends of steps. Handlers may change anything in the State; the step
+after them starts at order 2 from new accelerations. Auto-update variables (Measure::Extreme,
+Delay) are updated after every step, with the State realized to Stage::Acceleration then, which
+costs time; auxiliary variables z (Measure::Integrate) are integrated along, ż taken from Simbody
+with accelerations as they are without joints. Triggers that need Stage::Acceleration are refused.
+
+What else of Simbody may stand in the system:
+- rigid bodies on any mobilizer, forward or reversed, with quaternions or Euler angles;
+- force elements and contact subsystems of any kind;
+- constraints of any kind, built-in or custom, holonomic, nonholonomic or on accelerations, on
+  rigid bodies, on the frame of a flexible body and on its modal coordinates;
+- lock() and lockAt() at any level and Motions on any mobilizer; with its modal mobilizers locked
+  a flexible body is rigid.
+Refused by name at initialize(): bodies mobilized on the frame or on a modal mobilizer of a flexible
+body (put them on Ground and hold them with a Joint), constraints on the *body* of a modal mobilizer
+(its coordinates can be constrained), Motions of method Fast, mobilizers whose velocities are not
+the rates of their positions (Simbody 3.7's LineOrientation and FreeLine, reversed and with
+quaternions), joints disabled in the State. Forces on the body of a modal mobilizer have no effect;
+forces on its mobilities are modal forces.
+
+The Newton matrix holds elasticity, modal damping and inertia. Simbody's own force elements and
+AttachmentForces act in the residual only: very stiff ones among them slow Newton's iteration down
+and shorten the step. **/
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "simflex/body/Joint.h"
+#include "simflex/solver/IntegratorStatistics.h"
+
+namespace simflex {
+
+struct NewtonSystem;
+
+class ImplicitIntegrator {
+public:
+    enum class Formulation { StabilizedIndex2, Index3 };
+
+    /** Inside a flexible body's block: `Arrow` leaves gyroscopic and centrifugal terms out of the
+    Newton matrix, `Dense` has all; `Automatic` starts with Arrow and changes when it stops
+    converging. The solution is the same. **/
+    enum class BlockForm { Automatic, Arrow, Dense };
+
+    /** Thresholds of the Newton iteration; converged when changes of displacements *and*
+    multipliers, or residuals of bodies *and* constraints, are below them. **/
+    struct NewtonTolerances {
+        SimTK::Real displacement = 3e-4;   ///< largest change γΔu, as a fraction of the accuracy
+        SimTK::Real multiplier = 1e-5;     ///< change of λ relative to the largest λ
+        SimTK::Real bodyResidual = 1e-11;  ///< relative to the largest force
+        SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]
+        int maxIterations = 8;
+    };
+
+    enum class StepStatus { ReachedTime, ReachedFinalTime, Terminated };
+
+    virtual ~ImplicitIntegrator();
+    ImplicitIntegrator(ImplicitIntegrator&&) noexcept;
+    ImplicitIntegrator& operator=(ImplicitIntegrator&&) noexcept;
+
+    /** @name Settings; set before initialize(). **/
+    /**@{**/
+    /** Local error allowed per step, in metres of displacement anywhere on a body; default 1e-6.
+    With order p the global error falls as accuracy^(p/(p+1)). **/
+    void setAccuracy(SimTK::Real accuracy);
+    /** Largest joint position error left by a step [m, rad]; default 1e-10. Index3 solves the
+    position equations themselves and is not projected: its errors follow from the Newton
+    tolerances. **/
+    void setConstraintTolerance(SimTK::Real tolerance);
+    void setFormulation(Formulation formulation);
+    void setBlockForm(BlockForm form);
+    void setInitialStepSize(SimTK::Real h);
+    void setMaximumStepSize(SimTK::Real h);
+    void setMinimumStepSize(SimTK::Real h);
+    /** Steps of exactly h with no error control, for convergence studies. **/
+    void setFixedStep(SimTK::Real h);
+    void setNewtonTolerances(const NewtonTolerances& tolerances);
+    /** No step goes beyond this time; default infinity. **/
+    void setFinalTime(SimTK::Real time);
+    /** Threads for the bodies; default: as many as OpenMP offers (OMP_NUM_THREADS) and the bodies'
+    size can feed. Results do not depend on it. **/
+    void setNumThreads(int threads);
+    /** Skips the initial projection of positions and speeds: the State is taken as consistent
+     * already. **/
+    void setProjectInitialState(bool project);
+    /** Called with every Newton system just before it is solved; for tests and benchmarks. **/
+    void setNewtonSystemObserver(std::function<void(const NewtonSystem&)> observer);
+    /**@}**/
+
+    /** Takes the State over: handles the Initialization event, assembles the joints by least
+    deformation, makes speeds, accelerations and multipliers consistent. Locked and prescribed
+    coordinates are set first and stay.
+    @throws std::invalid_argument that names what cannot be supported
+    @throws std::runtime_error if the joints cannot be assembled, naming the worst joint and its
+    error. **/
+    void initialize(const SimTK::State& state);
+
+    /** Advances to `time`, calling reporters and handlers on the way.
+    @throws std::invalid_argument if `time` is not a number or already passed.
+    @throws std::runtime_error if a step cannot be taken: body or joint, time and residual; the last
+    good State stays. **/
+    StepStatus stepTo(SimTK::Real time);
+
+    /** Takes one internal step, of whatever size the error control chooses (a few with event
+    triggers about), and calls the reporters and handlers it passes. **/
+    StepStatus stepOnce();
+
+    /** The State reached; realized to Stage::Velocity. **/
+    const SimTK::State& getState() const;
+    SimTK::Real getTime() const;
+
+    /** @name What the last step found. **/
+    /**@{**/
+    /** u̇ in Simbody's numbering: the scheme's u̇ at the last step, which satisfies the equations of
+    motion, or exact accelerations after initialize(). **/
+    SimTK::Vector getUDot() const;
+    SimTK::Vector getMultipliers() const;  ///< all joints, in order, then Simbody's constraints
+    SimTK::Vector getMultipliers(const Joint& joint) const;  ///< λ of one joint: [N, N m]
+    /** λ of one of Simbody's own constraints, in its order: holonomic, nonholonomic, acceleration
+    rows; empty if it is disabled. **/
+    SimTK::Vector getMultipliers(const SimTK::Constraint& constraint) const;
+    SimTK::Real getLastStepSize() const;
+    int getLastOrder() const;
+    /** Work since initialize() of AttachmentForces, modal damping, prescribed motions of joints,
+    Motions, locked speeds and Simbody's working constraints [J].
+    Gravity and elasticity are potential energy; Simbody's other force elements are not counted.
+    Integrated along with the scheme's own order. **/
+    SimTK::Real getWork() const;
+    /** Largest position error of any joint at getState() [m, rad]. **/
+    SimTK::Real getLargestConstraintError() const;
+    const IntegratorStatistics& getStatistics() const;
+    /**@}**/
+
+protected:
+    class Implementation;
+    explicit ImplicitIntegrator(std::unique_ptr<Implementation> implementation);
+    Implementation& updImpl() { return *m_impl; }
+
+private:
+    std::unique_ptr<Implementation> m_impl;
+};
+
+}  // namespace simflex

@@ -1,0 +1,702 @@
+#include "simflex/solver/ImplicitIntegratorImpl.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <sstream>
+
+#include "simflex/solver/TriggerSearch.h"
+
+namespace simflex {
+
+using SimTK::Array_;
+using SimTK::Real;
+using SimTK::Stage;
+using SimTK::State;
+using SimTK::Vector;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/** As many threads as OpenMP offers and the bodies can feed: a parallel loop must outlast its
+ * barrier. **/
+int chooseNumThreads(const MultibodyEquations& equations) {
+    constexpr double FlopsPerThread = 2e5;
+    double flops = 0;  // two passes over the invariants, 36 n_f²
+    for (int b = 0; b < equations.numBlocks(); ++b)
+        flops += 36.0 * std::pow(equations.getBlock(b).numU, 2);
+    return std::clamp(int(flops / FlopsPerThread), 1, omp_get_max_threads());
+}
+
+/** True if b is a later time than a by more than round-off. **/
+bool isLater(double a, double b) {
+    return b - a > 1e-13 * std::max(1.0, std::abs(a));
+}
+
+}  // namespace
+
+ImplicitIntegrator::Implementation::Implementation(
+    std::string integratorName, const SimTK::MultibodySystem& system,
+    std::unique_ptr<IntegrationScheme> integrationScheme)
+    : name(std::move(integratorName)),
+      m_system(system),
+      m_scheme(std::move(integrationScheme)),
+      m_events(system) {}
+
+void ImplicitIntegrator::Implementation::requireInitialized(const char* method) const {
+    if (!m_isInitialized) throw std::logic_error(name + "::" + method + "() before initialize()");
+}
+
+//-------------------------------------------------------------------------------------------------
+// start
+
+void ImplicitIntegrator::Implementation::setUp(const State& state) {
+    m_isInitialized = m_isTerminated = m_isFinished = false;
+    if (!m_system.systemTopologyHasBeenRealized())
+        throw std::invalid_argument(name +
+                                    "::initialize(): call realizeTopology() on the system first");
+    if (state.getSystemStage() < Stage::Topology)
+        throw std::invalid_argument(
+            name + "::initialize(): an empty State; take one from realizeTopology()");
+    checkSettings(state.getTime());
+    m_state = state;
+    m_system.realize(m_state, Stage::Velocity);
+    m_step.reset();
+    m_equations.reset();
+    statistics = IntegratorStatistics();
+    m_hasTriggered = m_isTimeAdvancePending = false;
+    m_stepsAtOrder = lastOrder = 0;
+    lastStep = 0;
+    buildEquations();
+    m_visible.work = 0;
+    m_events.initialize(m_state, name);
+}
+
+void ImplicitIntegrator::Implementation::checkSettings(Real startTime) const {
+    const auto refuse = [&](const std::string& what) {
+        throw std::invalid_argument(name + ": " + what);
+    };
+    if (fixedStep > 0 && fixedStep > maximumStep)
+        refuse("setMaximumStepSize() is below setFixedStep()");
+    if (minimumStep > maximumStep) refuse("setMaximumStepSize() is below setMinimumStepSize()");
+    if (finalTime < startTime)
+        refuse("setFinalTime() " + std::to_string(finalTime) + " s is before the State's time " +
+               std::to_string(startTime) + " s");
+}
+
+void ImplicitIntegrator::Implementation::buildEquations() {
+    m_scratch = m_state;
+    if (m_equations) bookPhases();
+    m_step.reset();
+    m_equations = std::make_unique<MultibodyEquations>(m_system, m_state);
+    m_step = std::make_unique<ImplicitStep>(*m_equations, statistics);
+    m_step->tolerances = newtonTolerances;
+    m_step->blockForm = blockForm;
+    m_step->accuracy = accuracy;
+    m_step->observer = observer;
+    m_step->setNumThreads(numThreads > 0 ? numThreads : chooseNumThreads(*m_equations));
+
+    const int nq = m_equations->numQ(), nu = m_equations->numU(), m = m_equations->numMultipliers(),
+              nz = m_equations->numZ();
+    m_history.resize(nq, nu, m, nz);
+    m_new.resize(nq, nu, m, nz);
+    m_visible.resize(nq, nu, m, nz);
+    m_formula.resize(nq, nu, nz);
+    m_errorQ.assign(size_t(nq), 0);
+    m_errorU.assign(size_t(nu), 0);
+    m_errorZ.assign(size_t(nz), 0);
+}
+
+void ImplicitIntegrator::Implementation::initialize(const State& state) {
+    setUp(state);
+    const auto start_ = Clock::now();
+    takeState(projectInitialState);
+    initializeSystem();
+    start();
+    updateDiscreteVariablesAtStart();
+    m_isInitialized = true;
+    statistics.totalSeconds += secondsSince(start_);
+}
+
+void ImplicitIntegrator::Implementation::initializeSystem() {
+    writeState(m_visible, m_state);
+    const EventDriver::Outcome outcome = m_events.handleInitialization(m_state, accuracy);
+    m_system.realize(m_state, Stage::Velocity);
+    if (outcome.hasChangedState) {
+        buildEquations();
+        takeState(projectInitialState);
+    } else {
+        for (size_t i = 0; i < m_visible.z.size(); ++i) m_visible.z[i] = m_state.getZ()[int(i)];
+    }
+}
+
+void ImplicitIntegrator::Implementation::takeState(bool project) {
+    SolutionPoint& point = m_visible;
+    point.t = m_state.getTime();
+    m_equations->getFromState(m_state, point.q.data(), point.u.data());
+    for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = m_state.getZ()[int(i)];
+    m_equations->setZ(point.z.data());
+    m_equations->prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
+    if (project && m_equations->numMultipliers() > 0)
+        m_step->assemble(point.t, constraintTolerance, point.q, point.u);
+    m_equations->normalizeQ(point.q.data());
+}
+
+void ImplicitIntegrator::Implementation::completeStart(SolutionPoint& point) {
+    m_equations->setZ(point.z.data());
+    m_step->calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
+    point.constraintError = m_step->calcPositionError(point.t, point.q, point.u);
+    m_equations->calcQDot(point.q.data(), point.u.data(), point.qDot.data());
+    m_equations->calcZDot(point.q.data(), point.u.data(), point.z.data(), point.zDot.data());
+    point.power = m_equations->calcPower(point.q.data(), point.u.data(), point.uDot.data(),
+                                         point.lambda.data());
+    point.a = point.uDot;
+}
+
+void ImplicitIntegrator::Implementation::start() {
+    completeStart(m_visible);
+    m_history.clear();
+    m_history.push() = m_visible;
+    m_history.startAtNewest();
+    ++statistics.starts;
+    m_controller.restart();
+    m_nextStep = chooseInitialStep(m_visible);
+    m_order = std::min(m_scheme->getLowestOrder(), m_scheme->getHighestOrder(m_history));
+    m_stepsAtOrder = 0;
+    m_stateIsCurrent = false;
+    m_hasTriggered = m_isTimeAdvancePending = false;
+    if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
+}
+
+void ImplicitIntegrator::Implementation::restartAtNewest() {
+    completeStart(m_history.newest());
+    m_history.startAtNewest();
+    ++statistics.starts;
+    m_controller.restart();
+    m_order = std::min(m_scheme->getLowestOrder(), m_scheme->getHighestOrder(m_history));
+    m_stepsAtOrder = 0;
+}
+
+void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history, int wantedOrder) {
+    const auto refuse = [&](const std::string& what) {
+        throw std::invalid_argument(name + "::initialize(): " + what);
+    };
+    if (history.empty()) refuse("empty history");
+    if (!(fixedStep > 0)) refuse("a starting history needs setFixedStep()");
+    if (history.size() > unsigned(SolutionHistory::Capacity))
+        refuse("a history holds at most 7 states");
+    if (int(history.size()) < wantedOrder)
+        refuse("order " + std::to_string(wantedOrder) + " needs as many past states, not " +
+               std::to_string(history.size()));
+    for (unsigned i = 1; i < history.size(); ++i)
+        if (std::abs(history[i].getTime() - history[i - 1].getTime() - fixedStep) >
+            1e-9 * fixedStep)
+            refuse("states of the history must be " + std::to_string(fixedStep) +
+                   " s apart, oldest first");
+    setUp(history.back());
+    SolutionPoint& point = m_visible;
+    for (unsigned i = 0; i < history.size(); ++i) {
+        State past = history[i];
+        m_system.realize(past, Stage::Velocity);
+        const double lastPower = point.power;
+        point.t = past.getTime();
+        m_equations->getFromState(past, point.q.data(), point.u.data());
+        for (size_t k = 0; k < point.z.size(); ++k) point.z[k] = past.getZ()[int(k)];
+        m_equations->normalizeQ(point.q.data());
+        // Quaternions of opposite sign are the same rotation; the polynomial needs one branch.
+        for (int b = 0; i > 0 && b < m_equations->numBlocks(); ++b) {
+            const Block& block = m_equations->getBlock(b);
+            block.alignQ(m_history[0].q.data() + block.firstQ, point.q.data() + block.firstQ);
+        }
+        completeStart(point);
+        point.work = i > 0 ? point.work + 0.5 * fixedStep * (lastPower + point.power) : 0;
+        m_history.push() = point;
+    }
+    ++statistics.starts;
+    m_nextStep = fixedStep;
+    m_order = wantedOrder;
+    m_stateIsCurrent = false;
+    if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
+    m_isInitialized = true;
+}
+
+Real ImplicitIntegrator::Implementation::chooseInitialStep(const SolutionPoint& point) {
+    constexpr Real LongestFraction = 1e-2;  // of the system's time scale
+    if (fixedStep > 0) return fixedStep;
+    if (initialStep > 0) return std::min(initialStep, maximumStep);
+    const Real longest = LongestFraction * m_system.getDefaultTimeScale();
+    // How fast u̇ changes, from accelerations a short way along the Taylor series.
+    const double acceleration = m_equations->calcDisplacement(point.uDot.data());
+    double delta = 1e-2 * longest;
+    if (acceleration > 0) delta = std::min(delta, 0.1 * std::sqrt(accuracy / acceleration));
+    double h = longest;
+    try {
+        m_new = point;
+        m_new.t = point.t + delta;
+        for (size_t i = 0; i < point.u.size(); ++i) {
+            m_errorU[i] = delta * point.u[i] + 0.5 * delta * delta * point.uDot[i];
+            m_new.u[i] = point.u[i] + delta * point.uDot[i];
+        }
+        m_step->calcPositionError(point.t, point.q, point.u);
+        m_equations->displaceQ(m_errorU.data(), m_new.q.data());
+        m_step->calcAccelerations(m_new.t, m_new.q, m_new.u, m_new.uDot, m_new.lambda);
+        for (size_t i = 0; i < point.u.size(); ++i)
+            m_errorU[i] = (m_new.uDot[i] - point.uDot[i]) / delta;
+        const double jerk = m_equations->calcDisplacement(m_errorU.data());
+        const double allowed =
+            StepController::Target * accuracy / std::max(m_scheme->getFirstErrorConstant(), 1e-2);
+        if (jerk > 0) h = std::cbrt(allowed / jerk);
+    } catch (const std::runtime_error&) {
+        h = delta;  // the first step will say what is wrong
+    }
+    return std::min(std::max(std::min(h, longest), 10 * minimumStep), maximumStep);
+}
+
+//-------------------------------------------------------------------------------------------------
+// single step
+
+bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double* error) {
+    ++statistics.stepsAttempted;
+    const double t = m_history[0].t + h;
+    m_scheme->calcFormula(m_history, order, t, m_formula);
+    m_new.t = t;
+    const SolutionHistory::Weights prediction =
+        m_history.calcInterpolation(std::min(order + 1, m_history.numNodes()), t);
+    m_history.combineQ(prediction, m_new.q);
+    m_history.combineU(prediction, m_new.u);
+    m_history.combineZ(prediction, m_new.z);
+    m_history.extrapolateLambda(2, t, m_new.lambda);
+
+    m_outcome = m_step->solve(m_formula, formulation, m_new);
+    if (!m_outcome.converged) return false;
+
+    if (formulation == Formulation::StabilizedIndex2) {
+        m_new.constraintError = m_step->projectPositions(t, constraintTolerance, m_new.q, m_new.u,
+                                                         &m_worstProjectedRow);
+        if (!(m_new.constraintError <= constraintTolerance)) return false;
+    } else {
+        m_new.constraintError = m_step->calcPositionError(t, m_new.q, m_new.u);
+    }
+    m_new.power = m_equations->calcPower(m_new.q.data(), m_new.u.data(), m_new.uDot.data(),
+                                         m_new.lambda.data());
+    m_new.work = m_formula.workHist + m_formula.quadrature * m_new.power;
+    m_equations->normalizeQ(m_new.q.data());
+    m_scheme->completePoint(m_history, m_formula, m_new);
+    if (fixedStep > 0)
+        *error = 0;
+    else
+        *error = m_history.numNodes() > order ? calcError(order) : calcFirstError();
+    return true;
+}
+
+double ImplicitIntegrator::Implementation::calcError(int order) {
+    const IntegrationScheme::ErrorFactors factors =
+        m_scheme->calcErrorFactors(m_history, order, m_new.t);
+    const SolutionHistory::Weights prediction = m_history.calcInterpolation(order + 1, m_new.t);
+    m_history.combineQ(prediction, m_errorQ);
+    m_history.combineU(prediction, m_errorU);
+    m_history.combineZ(prediction, m_errorZ);
+    for (size_t i = 0; i < m_errorQ.size(); ++i)
+        m_errorQ[i] = factors.q * (m_new.q[i] - m_errorQ[i]);
+    for (size_t i = 0; i < m_errorU.size(); ++i)
+        m_errorU[i] = factors.u * (m_new.u[i] - m_errorU[i]);
+    for (size_t i = 0; i < m_errorZ.size(); ++i)
+        m_errorZ[i] = factors.u * (m_new.z[i] - m_errorZ[i]);
+    m_equations->clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
+    return std::max(m_equations->calcErrorDisplacement(m_errorQ.data(), m_errorU.data(),
+                                                       m_new.t - m_history[0].t),
+                    m_equations->calcZError(m_errorZ.data())) /
+           accuracy;
+}
+
+double ImplicitIntegrator::Implementation::calcFirstError() {
+    const SolutionPoint& last = m_history[0];
+    const double h = m_new.t - last.t, factor = m_scheme->getFirstErrorConstant() * h;
+    std::fill(m_errorQ.begin(), m_errorQ.end(), 0.0);
+    for (size_t i = 0; i < m_errorU.size(); ++i)
+        m_errorU[i] = factor * (m_new.uDot[i] - last.uDot[i]);
+    for (size_t i = 0; i < m_errorZ.size(); ++i)
+        m_errorZ[i] = factor * (m_new.zDot[i] - last.zDot[i]);
+    m_equations->clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
+    return std::max(m_equations->calcErrorDisplacement(m_errorQ.data(), m_errorU.data(), h),
+                    m_equations->calcZError(m_errorZ.data())) /
+           accuracy;
+}
+
+void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, int order) {
+    const int lowest = m_scheme->getLowestOrder();
+    const int highest = m_scheme->getHighestOrder(m_history);
+    if (fixedStep > 0) {
+        m_nextStep = fixedStep;
+        m_order = std::min(std::max(order + 1, lowest), highest);
+        return;
+    }
+    // Candidate orders k−1, k, k+1; the one that allows the longest step wins. A higher one has to
+    // promise more: where error terms do not fall with the order, the method is near instability.
+    constexpr double Preference = 1.2;
+    const auto growth = [](double err, int k) {
+        return std::pow(StepController::Target / std::max(err, 1e-10), 1.0 / (k + 1));
+    };
+    ++m_stepsAtOrder;
+    double best = growth(error, order);
+    int bestOrder = order;
+    if (order > lowest && m_stepsAtOrder > 1) {
+        const double lower = growth(calcError(order - 1), order - 1);
+        if (lower > best) best = lower, bestOrder = order - 1;
+    }
+    if (order < highest && (order < lowest || m_stepsAtOrder > order) &&
+        m_history.numNodes() > order + 1) {
+        const double higher = growth(calcError(order + 1), order + 1);
+        if (higher > Preference * best || order < lowest) best = higher, bestOrder = order + 1;
+    }
+    // Ratios to which the formulas are zero-stable with some room.
+    const double largest = bestOrder <= 2 ? 2.0 : 1.5;
+    if (bestOrder == order) {
+        m_nextStep = h * m_controller.calcRatio(error, order, largest);
+    } else {
+        m_controller.restart();
+        m_stepsAtOrder = 0;
+        m_nextStep = h * std::clamp(best, 0.5, largest);
+    }
+    m_order = bestOrder;
+    m_nextStep = std::min(m_nextStep, double(maximumStep));
+}
+
+void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
+    if (lastStep > 0 && statistics.stepsTaken > 0) {
+        statistics.sumOfSquaredLogRatios += std::pow(std::log(h / lastStep), 2);
+        ++statistics.stepRatios;
+    }
+    // The whole point is copied: every array has its size already.
+    m_history.push() = m_new;
+    ++statistics.stepsTaken;
+    ++statistics.stepsAtOrder[size_t(order)];
+    statistics.timeCovered += h;
+    statistics.largestStep = std::max(statistics.largestStep, h);
+    statistics.smallestStep = statistics.stepsTaken == 1 ? h : std::min(statistics.smallestStep, h);
+    lastStep = h;
+    lastOrder = order;
+}
+
+void ImplicitIntegrator::Implementation::takeStep(double limit) {
+    double h = std::min(m_nextStep, double(maximumStep));
+    bool isCut = false;
+    const double remaining = limit - m_history[0].t;
+    if (h >= remaining * (1 - 1e-10)) {
+        isCut = h > remaining * (1 + 1e-10);
+        h = remaining;
+    } else if (fixedStep == 0 && h > 0.5 * remaining) {
+        h = 0.5 * remaining;  // two equal steps rather than a long and a tiny one
+        isCut = true;
+    }
+    const double wanted = m_nextStep;
+    int order = std::min(m_order, m_history.numNodes());
+    int failures = 0, retries = 0;
+    for (;;) {
+        double error = 0;
+        const bool isSolved = attemptStep(h, order, &error);
+        if (isSolved && error <= 1) {
+            // m_history still lacks the new point: the estimates of other orders need it so.
+            chooseNextStep(error, h, order);
+            if (isCut && failures == 0 && m_nextStep < wanted)
+                m_nextStep = std::max(m_nextStep, std::min(wanted, 2 * h));
+            acceptStep(h, order);
+            return;
+        }
+        if (isSolved) {
+            ++statistics.errorTestFailures;
+            h *= m_controller.calcRatioAfterRejection(error, order);
+            ++failures;
+        } else {
+            ++(m_outcome.converged  ? statistics.projectionFailures
+               : m_outcome.isFinite ? statistics.convergenceFailures
+                                    : statistics.nonFiniteFailures);
+            if (!m_outcome.converged && m_outcome.retryWorthwhile && retries++ < 2) continue;
+            retries = 0;
+            if (fixedStep > 0)
+                failStep(h, "Newton's iteration did not converge with the fixed step");
+            m_controller.restart();
+            h *= 0.25;
+            ++failures;
+        }
+        m_stepsAtOrder = 0;
+        if (!(h >= minimumStep))
+            failStep(h, isSolved ? "the error test keeps failing"
+                        : m_outcome.converged
+                            ? "the positions cannot be brought back onto the joints"
+                            : "Newton's iteration does not converge");
+        if (failures == 3) {
+            // The past is no guide: something jumped here.
+            restartAtNewest();
+            order = m_order;
+        }
+    }
+}
+
+void ImplicitIntegrator::Implementation::failStep(double h, const std::string& reason) const {
+    std::ostringstream text;
+    text << name << ": no step could be taken from t = " << m_history[0].t << " s (h = " << h
+         << " s): " << reason << "; ";
+    const std::string& bodyName = m_equations->getBlock(m_outcome.worstBlock).name;
+    if (!m_outcome.isFinite)
+        text << "forces or positions of '" << bodyName << "' are not finite numbers";
+    else if (m_outcome.converged && m_worstProjectedRow >= 0)
+        text << "joint '" << m_equations->getJointName(m_worstProjectedRow)
+             << "' keeps an error of " << m_new.constraintError << " (allowed "
+             << constraintTolerance << ")";
+    else
+        text << "worst body '" << bodyName << "' moves by " << m_outcome.displacementChange
+             << " m in the last iteration";
+    if (m_outcome.isFinite && !m_outcome.converged && m_outcome.worstRow >= 0)
+        text << ", joint '" << m_equations->getJointName(m_outcome.worstRow) << "' has residual "
+             << m_outcome.constraintResidual;
+    text << ". The last good State is kept; a singular position, a contradictory joint or a load "
+            "that changes faster "
+            "than the step can follow are usual causes";
+    throw std::runtime_error(text.str());
+}
+
+//-------------------------------------------------------------------------------------------------
+// output
+
+void ImplicitIntegrator::Implementation::writeState(const SolutionPoint& point,
+                                                    State& state) const {
+    m_equations->putIntoState(point.t, point.q.data(), point.u.data(), state);
+    if (!point.z.empty()) std::copy(point.z.begin(), point.z.end(), &state.updZ()[0]);
+    m_system.realize(state, Stage::Velocity);
+}
+
+void ImplicitIntegrator::Implementation::showPoint(double t) {
+    m_stateIsCurrent = false;
+    const SolutionPoint& newest = m_history[0];
+    SolutionPoint& point = m_visible;
+    if (!isLater(t, newest.t)) {
+        point = newest;
+        return;
+    }
+    point.t = t;
+    const int nodes = std::min(lastOrder + 1, m_history.numNodes());
+    const SolutionHistory::Weights weights = m_history.calcInterpolation(nodes, t);
+    m_history.combineQ(weights, point.q);
+    m_history.combineU(weights, point.u);
+    m_history.combineZ(weights, point.z);
+    m_history.extrapolateLambda(nodes, t, point.lambda);
+    point.work = m_history.combineWork(weights);
+    m_equations->normalizeQ(point.q.data());
+    m_equations->prescribe(t, 0, nullptr, point.q.data(), point.u.data());
+    if (m_equations->numMultipliers() > 0 && m_step->canProject()) {
+        point.constraintError = m_step->projectPositions(t, constraintTolerance, point.q, point.u);
+        m_step->projectSpeeds(t, point.q, point.u);
+    } else {
+        point.constraintError = m_step->calcPositionError(t, point.q, point.u);
+    }
+    const double fraction = (t - m_history[1].t) / (newest.t - m_history[1].t);
+    for (size_t i = 0; i < point.uDot.size(); ++i)
+        point.uDot[i] = (1 - fraction) * m_history[1].uDot[i] + fraction * newest.uDot[i];
+}
+
+const State& ImplicitIntegrator::Implementation::getState() const {
+    if (!m_stateIsCurrent) {
+        writeState(m_visible, const_cast<State&>(m_state));
+        m_stateIsCurrent = true;
+    }
+    return m_state;
+}
+
+Vector ImplicitIntegrator::Implementation::calcUDot() const {
+    return m_equations->calcSimbodyUDot(m_visible.q.data(), m_visible.uDot.data());
+}
+
+Vector ImplicitIntegrator::Implementation::calcMultipliers(
+    const SimTK::Constraint& constraint) const {
+    const std::pair<int, int> rows = m_equations->findRows(constraint.getConstraintIndex());
+    return Vector(rows.second, m_visible.lambda.data() + rows.first);
+}
+
+Vector ImplicitIntegrator::Implementation::calcMultipliers(const Joint* joint) const {
+    if (!joint) return Vector(int(m_visible.lambda.size()), m_visible.lambda.data());
+    return Vector(joint->getNumEquations(),
+                  m_visible.lambda.data() + m_equations->getFirstRow(joint->getIndex()));
+}
+
+void ImplicitIntegrator::Implementation::updateDiscreteVariables() {
+    const auto start_ = Clock::now();
+    writeState(m_history[0], m_state);
+    m_events.updateDiscreteVariables(m_state);
+    m_stateIsCurrent = false;
+    statistics.simbodySeconds += secondsSince(start_);
+}
+
+void ImplicitIntegrator::Implementation::updateDiscreteVariablesAtStart() {
+    if (!m_events.hasAutoUpdates()) return;
+    updateDiscreteVariables();
+    // What was swapped out was never computed: compute it anew, as Simbody's integrators do.
+    m_state.invalidateAllCacheAtOrAbove(Stage::Instance);
+}
+
+//-------------------------------------------------------------------------------------------------
+// driving
+
+void ImplicitIntegrator::Implementation::calcTriggersAt(double t, Vector& values) {
+    showPoint(t);
+    if (m_events.hasAutoUpdates()) m_scratch = m_state;
+    writeState(m_visible, m_scratch);
+    m_events.calcTriggers(m_scratch, values);
+}
+
+bool ImplicitIntegrator::Implementation::locateTrigger() {
+    calcTriggersAt(m_history[0].t, m_triggerTrial);
+    if (!m_events.isTriggered(m_triggersBefore, m_triggerTrial)) {
+        m_triggersBefore = m_triggerTrial;
+        return false;
+    }
+    // The root is sought on the step's own polynomial; no step is repeated.
+    TriggerSearch search(m_events, m_history[1].t, m_triggersBefore, m_history[0].t, m_triggerTrial,
+                         accuracy * m_system.getDefaultTimeScale());
+    while (!search.isDone()) {
+        const double t = search.calcTrialTime();
+        calcTriggersAt(t, m_triggerTrial);
+        search.take(t, m_triggerTrial);
+    }
+    m_triggersBefore = search.getValuesAtLow();
+    m_triggersAfter = search.getValuesAtHigh();
+    showPoint(search.getHigh());
+    m_history.newest() = m_visible;
+    return true;
+}
+
+void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& outcome) {
+    m_isTerminated = outcome.shouldTerminate;
+    m_system.realize(m_state, Stage::Velocity);
+    const bool hasTriggered = m_hasTriggered;
+    m_hasTriggered = m_isTimeAdvancePending = false;
+    if (!outcome.hasChangedState && !hasTriggered) return;
+    // A State that cannot be started from leaves nothing to go on with.
+    m_isInitialized = false;
+    if (outcome.hasChangedState) {
+        const double work = m_visible.work;
+        buildEquations();  // discrete variables may have changed at any stage
+        m_visible.work = work;
+        takeState(true);
+        start();
+    } else {
+        restartAtNewest();
+        showPoint(m_history[0].t);
+        m_events.calcTriggers(getState(), m_triggersBefore);
+    }
+    m_isInitialized = true;
+}
+
+void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
+    if (m_events.hasAutoUpdates() && statistics.stepsTaken > 0) updateDiscreteVariables();
+    takeStep(limit);
+    m_isTimeAdvancePending = m_events.hasTimeAdvancedEvents();
+    if (m_events.hasTriggers()) m_hasTriggered = locateTrigger();
+}
+
+ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real goal) {
+    while (!m_isTerminated) {
+        const auto eventStart = Clock::now();
+        const State& state = getState();
+        const Real reportTime = m_events.calcNextReportTime(state);
+        const Real eventTime = m_events.calcNextEventTime(state);
+        statistics.simbodySeconds += secondsSince(eventStart);
+        const Real target = std::min({goal, reportTime, eventTime});
+        const Real limit = std::min(eventTime, finalTime);
+        while (isLater(m_history[0].t, target) && !m_hasTriggered && !m_isTimeAdvancePending)
+            advanceInternally(limit);
+        const double newestTime = m_history[0].t;
+        const bool isReached = target <= newestTime || !isLater(newestTime, target);
+        const double visible = isReached ? target : newestTime;
+        const bool isAtNewest = !isLater(visible, newestTime);
+        showPoint(visible);
+
+        if (reportTime <= visible) {
+            const auto reportStart = Clock::now();
+            m_events.report(getState());
+            ++statistics.reports;
+            statistics.outputSeconds += secondsSince(reportStart);
+        }
+        const bool isTriggered = m_hasTriggered && isAtNewest;
+        const bool isScheduled = !isTriggered && eventTime <= visible;
+        const bool isTimeAdvanced =
+            !isTriggered && !isScheduled && m_isTimeAdvancePending && isAtNewest;
+        if (isTriggered || isScheduled || isTimeAdvanced) {
+            const auto handlerStart = Clock::now();
+            getState();
+            const EventDriver::Outcome outcome =
+                isTriggered
+                    ? m_events.handleTriggered(m_state, m_triggersBefore, m_triggersAfter, accuracy)
+                : isScheduled ? m_events.handleScheduled(m_state, accuracy)
+                              : m_events.handleTimeAdvanced(m_state, accuracy);
+            ++(isTriggered   ? statistics.triggeredEvents
+               : isScheduled ? statistics.scheduledEvents
+                             : statistics.timeAdvancedEvents);
+            statistics.simbodySeconds += secondsSince(handlerStart);
+            takeOver(outcome);
+            continue;
+        }
+        if (isReached && target >= goal) break;
+    }
+    if (m_isTerminated) return StepStatus::Terminated;
+    if (getTime() < finalTime) return StepStatus::ReachedTime;
+    if (!m_isFinished) {
+        getState();
+        m_events.handleTermination(m_state, accuracy);
+        m_isFinished = true;
+    }
+    return StepStatus::ReachedFinalTime;
+}
+
+void ImplicitIntegrator::Implementation::bookPhases() {
+    m_step->addInTiming();
+    // Asking Simbody happens within evaluations.
+    const double simbody = m_equations->takeSimbodySeconds();
+    statistics.simbodySeconds += simbody;
+    statistics.evaluationSeconds -= simbody;
+}
+
+template <class Work>
+ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::runTimed(Work work) {
+    const auto start_ = Clock::now();
+    const auto book = [&] {
+        bookPhases();
+        statistics.totalSeconds += secondsSince(start_);
+    };
+    try {
+        const StepStatus status = work();
+        book();
+        return status;
+    } catch (...) {
+        if (m_isInitialized && isLater(m_visible.t, m_history[0].t)) showPoint(m_history[0].t);
+        book();
+        throw;
+    }
+}
+
+ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepTo(Real time) {
+    if (!(time >= m_visible.t))
+        throw std::invalid_argument(name + "::stepTo(): time " + std::to_string(time) +
+                                    " s is before " + std::to_string(m_visible.t) +
+                                    " s, which is reached already");
+    return runTimed([&] { return advance(std::min(time, finalTime)); });
+}
+
+ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepOnce() {
+    return runTimed([&] {
+        // What is due at this time comes first.
+        const StepStatus status = advance(m_visible.t);
+        if (status != StepStatus::ReachedTime) return status;
+        if (!isLater(m_visible.t, m_history[0].t))
+            advanceInternally(std::min(m_events.calcNextEventTime(getState()), finalTime));
+        return advance(std::min(finalTime, Real(m_history[0].t)));
+    });
+}
+
+}  // namespace simflex

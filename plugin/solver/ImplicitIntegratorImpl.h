@@ -1,0 +1,137 @@
+#pragma once
+/** @file
+The state of an ImplicitIntegrator (private header). **/
+
+#include "simflex/solver/EventDriver.h"
+#include "simflex/solver/ImplicitIntegrator.h"
+#include "simflex/solver/ImplicitStep.h"
+#include "simflex/solver/IntegrationScheme.h"
+#include "simflex/solver/StepController.h"
+
+namespace simflex {
+
+class ImplicitIntegrator::Implementation {
+public:
+    /** @param integratorName  for messages **/
+    Implementation(std::string integratorName, const SimTK::MultibodySystem& system,
+                   std::unique_ptr<IntegrationScheme> integrationScheme);
+
+    void initialize(const SimTK::State& state);
+    void initialize(const SimTK::Array_<SimTK::State>& history, int order);
+    StepStatus stepTo(SimTK::Real time);
+    StepStatus stepOnce();
+
+    const SimTK::State& getState() const;
+    SimTK::Vector calcUDot() const;
+    SimTK::Vector calcMultipliers(const Joint* joint) const;
+    SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint) const;
+    void requireInitialized(const char* method) const;
+
+    /** The scheme, of the type it was constructed with. **/
+    template <class Scheme>
+    Scheme& updScheme() {
+        return static_cast<Scheme&>(*m_scheme);
+    }
+
+    SimTK::Real getTime() const { return m_visible.t; }
+    SimTK::Real getWork() const { return m_visible.work; }
+    SimTK::Real getConstraintError() const { return m_visible.constraintError; }
+
+    const std::string name;
+
+    /** @name Settings **/
+    /**@{**/
+    SimTK::Real accuracy = 1e-6, constraintTolerance = 1e-10;
+    SimTK::Real initialStep = 0, maximumStep = SimTK::Infinity, minimumStep = 1e-12, fixedStep = 0;
+    SimTK::Real finalTime = SimTK::Infinity;
+    int numThreads = 0;
+    bool projectInitialState = true;
+    Formulation formulation = Formulation::StabilizedIndex2;
+    BlockForm blockForm = BlockForm::Automatic;
+    NewtonTolerances newtonTolerances;
+    std::function<void(const NewtonSystem&)> observer;
+    /**@}**/
+
+    IntegratorStatistics statistics;
+    SimTK::Real lastStep = 0;
+    int lastOrder = 0;
+
+private:
+    // start
+    void setUp(const SimTK::State& state);
+    void checkSettings(SimTK::Real startTime) const;
+    /** Analyses the system at m_state; again after a handler changed it. **/
+    void buildEquations();
+    /** Takes q, u and z from m_state and assembles if asked. **/
+    void takeState(bool project);
+    /** Handles the Initialization event. **/
+    void initializeSystem();
+    /** Starts a new history at m_visible's t, q, u and z, from exact accelerations. **/
+    void start();
+    /** Starts again at the newest point, which is smooth with what was before. **/
+    void restartAtNewest();
+    /** Derivatives, multipliers, power and error of a point from its t, q, u and z. **/
+    void completeStart(SolutionPoint& point);
+    SimTK::Real chooseInitialStep(const SolutionPoint& point);
+
+    // steps
+    /** One accepted step that does not pass `limit`, with what belongs to its ends. **/
+    void advanceInternally(double limit);
+    void takeStep(double limit);
+    bool attemptStep(double h, int order, double* error);
+    void acceptStep(double h, int order);
+    void chooseNextStep(double error, double h, int order);
+    double calcError(int order);
+    double calcFirstError();
+    [[noreturn]] void failStep(double h, const std::string& reason) const;
+
+    // driving
+    StepStatus advance(SimTK::Real goal);
+    /** Goes on after handlers ran; starts again from what they left if they changed something. **/
+    void takeOver(const EventDriver::Outcome& outcome);
+    /** Shortens the last step to where a trigger function changes sign, if one does; true if so.
+     * **/
+    bool locateTrigger();
+    void calcTriggersAt(double t, SimTK::Vector& values);
+    /** Moves phase times from the solver and the equations into the statistics. **/
+    void bookPhases();
+    /** Runs `work` and books its time; on an exception makes the last good point visible. **/
+    template <class Work>
+    StepStatus runTimed(Work work);
+
+    // output
+    /** Makes the point at t visible: interpolated inside the last step, projected onto the joints.
+     * **/
+    void showPoint(double t);
+    void writeState(const SolutionPoint& point, SimTK::State& state) const;
+    void updateDiscreteVariables();
+    void updateDiscreteVariablesAtStart();
+
+    const SimTK::MultibodySystem& m_system;
+    std::unique_ptr<IntegrationScheme> m_scheme;
+    std::unique_ptr<MultibodyEquations> m_equations;
+    std::unique_ptr<ImplicitStep> m_step;
+    EventDriver m_events;
+    SolutionHistory m_history;
+    StepController m_controller;
+
+    SimTK::State m_state;
+    mutable bool m_stateIsCurrent = false;
+    SimTK::State m_scratch;
+    SolutionPoint m_visible;
+
+    double m_nextStep = 0;
+    int m_order = 1, m_stepsAtOrder = 0;
+    SimTK::Vector m_triggersBefore, m_triggersAfter, m_triggerTrial;
+    bool m_hasTriggered = false, m_isTimeAdvancePending = false;
+    bool m_isInitialized = false, m_isTerminated = false, m_isFinished = false;
+
+    // The step being attempted.
+    StepFormula m_formula;
+    SolutionPoint m_new;
+    int m_worstProjectedRow = -1;
+    ImplicitStep::Outcome m_outcome;
+    std::vector<double> m_errorQ, m_errorU, m_errorZ;
+};
+
+}  // namespace simflex

@@ -1,0 +1,38 @@
+#pragma once
+/** @file
+What distinguishes one integration method from another (private header): the formula of a step, its
+orders and its local error. **/
+
+#include "simflex/solver/SolutionHistory.h"
+#include "simflex/solver/StepFormula.h"
+
+namespace simflex {
+
+class IntegrationScheme {
+public:
+    virtual ~IntegrationScheme() = default;
+
+    /** Orders that may be used with this history, once it is long enough. **/
+    virtual int getLowestOrder() const = 0;
+    virtual int getHighestOrder(const SolutionHistory& history) const = 0;
+
+    /** Writes the formula of a step from the newest point to tNew. **/
+    virtual void calcFormula(const SolutionHistory& history, int order, double tNew,
+                             StepFormula& formula) = 0;
+
+    /** Completes an accepted point that is not in the history yet, its u and uDot given. **/
+    virtual void completePoint(const SolutionHistory& history, const StepFormula& formula,
+                               SolutionPoint& point) = 0;
+
+    /** Local error of a step = factor·(y − y_pred), y_pred through order + 1 nodes. **/
+    struct ErrorFactors {
+        double q, u;
+    };
+    virtual ErrorFactors calcErrorFactors(const SolutionHistory& history, int order,
+                                          double tNew) const = 0;
+
+    /** C of the first step's local error C h²(u̇₁ − u̇₀) in q, when nodes are too few. **/
+    virtual double getFirstErrorConstant() const = 0;
+};
+
+}  // namespace simflex

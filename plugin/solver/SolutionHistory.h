@@ -1,0 +1,92 @@
+#pragma once
+/** @file
+Past points of an integration and the polynomials through them (private header).
+
+The polynomials interpolate values at every point and, at a point where the integration started or
+started again, derivatives too: that point is a *double node*. So a new history of one point allows
+polynomials through 2 nodes, of which BDF2 makes the trapezoidal rule, and no step has to be taken
+at order 1. **/
+
+#include <vector>
+
+namespace simflex {
+
+/** One accepted point. **/
+struct SolutionPoint {
+    double t = 0;
+    double work = 0, power = 0;
+    double constraintError = 0;  ///< largest joint position error [m, rad]
+    std::vector<double> q, u, lambda, z;
+    std::vector<double> qDot, uDot, zDot;
+    /** Generalized-α's own acceleration, an average of u̇ around t; else empty. **/
+    std::vector<double> a;
+
+    void resize(int numQ, int numU, int numMultipliers, int numZ);
+};
+
+class SolutionHistory {
+public:
+    static constexpr int Capacity = 7;
+    static constexpr int MaxNodes = Capacity + 1;
+
+    /** Sizes all points and forgets them. **/
+    void resize(int numQ, int numU, int numMultipliers, int numZ);
+    void clear() { m_size = m_pushed = 0; }
+
+    /** Points kept. **/
+    int size() const { return m_size; }
+    /** Nodes of the polynomials: one more than points as long as the start is among them. **/
+    int numNodes() const { return m_size + (hasDoubleNode() ? 1 : 0); }
+
+    /** Point `age` steps back; 0 is the newest. **/
+    const SolutionPoint& operator[](int age) const {
+        return m_points[(m_newest + Capacity - age) % Capacity];
+    }
+    SolutionPoint& newest() { return m_points[m_newest]; }
+
+    /** Opens a slot for a new newest point, the oldest gives way; its arrays keep their sizes. **/
+    SolutionPoint& push();
+
+    /** The newest point's derivatives are exact: keeps it alone, as a double node. **/
+    void startAtNewest();
+
+    /** Weights of a linear combination of nodes: values by age, and the derivative at the start.
+     * **/
+    struct Weights {
+        int numPoints = 0;
+        double value[Capacity];
+        double derivative = 0;  ///< of the oldest point among numPoints
+    };
+
+    /** Value at t of the polynomial through the newest `nodes` nodes. @pre nodes ≤ numNodes(). **/
+    Weights calcInterpolation(int nodes, double t) const;
+    /** Its derivative at t. **/
+    Weights calcDerivative(int nodes, double t) const;
+
+    /** BDF: y_hist of ẏ = (y − y_hist)/γ at tNew, from `order` nodes; returns γ. **/
+    double calcBdf(int order, double tNew, Weights& history) const;
+
+    /** Π (t − t_i) over the newest `nodes` nodes. **/
+    double calcNodeProduct(int nodes, double t) const;
+
+    void combineQ(const Weights& weights, std::vector<double>& q) const;
+    void combineU(const Weights& weights, std::vector<double>& u) const;
+    void combineZ(const Weights& weights, std::vector<double>& z) const;
+    double combineWork(const Weights& weights) const;
+    /** Polynomial of λ through the newest `points` points; λ has no derivatives. **/
+    void extrapolateLambda(int points, double t, std::vector<double>& lambda) const;
+
+private:
+    using Member = std::vector<double> SolutionPoint::*;
+    bool hasDoubleNode() const { return m_size > 0 && m_startsDouble && m_pushed < Capacity; }
+    int collectNodes(int nodes, double* times, bool& isDouble) const;
+    void combine(const Weights& weights, Member value, Member derivative,
+                 std::vector<double>& sum) const;
+
+    SolutionPoint m_points[Capacity];
+    int m_newest = 0, m_size = 0;
+    int m_pushed = 0;  ///< since the start
+    bool m_startsDouble = false;
+};
+
+}  // namespace simflex

@@ -1,0 +1,128 @@
+// Auxiliary variables z, auto-update variables and Initialization: Simbody's Measures in a run.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/GeneralizedAlphaIntegrator.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+/** Amplitude 1 at the start, angular frequency 3 rad/s: x = cos 3t. **/
+struct Oscillator {
+    Oscillator()
+        : matter(system),
+          forces(system),
+          mass(matter.Ground(), Body::Rigid(MassProperties(2, Vec3(0), Inertia(1)))),
+          spring(forces, mass, MobilizerQIndex(0), 2 * omega * omega, 0),
+          sine(forces, 1.5, 4, 0.3),
+          integral(forces, sine, Measure::Constant(forces, 0.7)),
+          largest(forces, sine, Measure::Extreme::Maximum),
+          delayed(forces, sine, 0.05) {}
+    State makeState() {
+        State state = system.realizeTopology();
+        mass.setOneQ(state, 0, 1);
+        return state;
+    }
+    static constexpr Real omega = 3;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter;
+    GeneralForceSubsystem forces;
+    MobilizedBody::Slider mass;
+    Force::MobilityLinearSpring spring;
+    Measure::Sinusoid sine;  ///< 1.5 sin(4t + 0.3)
+    Measure::Integrate integral;
+    Measure::Extreme largest;
+    Measure::Delay delayed;
+};
+
+TEST(Measures, IntegralsFollowTheirClosedForm) {
+    Oscillator model;
+    const State state = model.makeState();
+    const auto exact = [](Real t) {
+        return 0.7 - 1.5 / 4 * (std::cos(4 * t + 0.3) - std::cos(0.3));
+    };
+    std::vector<Real> errors;
+    for (Real accuracy : {1e-5, 1e-7}) {
+        for (bool isAlpha : {false, true}) {
+            BdfIntegrator bdf(model.system);
+            GeneralizedAlphaIntegrator alpha(model.system);
+            ImplicitIntegrator& integrator =
+                isAlpha ? static_cast<ImplicitIntegrator&>(alpha) : bdf;
+            integrator.setAccuracy(accuracy);
+            integrator.initialize(state);
+            Real error = 0;
+            for (int i = 1; i <= 10; ++i) {
+                integrator.stepTo(0.2 * i);
+                error = std::max(error, std::abs(model.integral.getValue(integrator.getState()) -
+                                                 exact(0.2 * i)));
+                EXPECT_LT(
+                    std::abs(model.mass.getOneQ(integrator.getState(), 0) - std::cos(0.6 * i)),
+                    100 * std::pow(accuracy, 2.0 / 3));
+            }
+            EXPECT_LT(error, 20 * std::pow(accuracy, 2.0 / 3)) << "accuracy " << accuracy;
+        }
+    }
+}
+
+TEST(Measures, ExtremesAndDelaysAreUpdatedStepByStep) {
+    Oscillator model;
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracy(1e-6);
+    integrator.initialize(model.makeState());
+    EXPECT_NEAR(model.largest.getValue(integrator.getState()), 1.5 * std::sin(0.3), 1e-12);
+    integrator.stepTo(1);
+    // The top of the sine is passed at t = 0.318; a step's length limits how near it was seen.
+    EXPECT_NEAR(model.largest.getValue(integrator.getState()), 1.5, 1e-3);
+    model.system.realize(integrator.getState(), Stage::Velocity);
+    EXPECT_NEAR(model.delayed.getValue(integrator.getState()), 1.5 * std::sin(4 * 0.95 + 0.3),
+                1e-3);
+}
+
+/** ż = −k z, fed back as a force on the slider: k and force make a coupled linear system. **/
+class Lag : public Force::Custom::Implementation {
+public:
+    Lag(const SimbodyMatterSubsystem& matter, const MobilizedBody& mass, const Subsystem& subsystem)
+        : m_matter(matter), m_mass(mass), m_subsystem(subsystem) {}
+    bool dependsOnlyOnPositions() const override { return false; }
+    void realizeTopology(State& state) const override {
+        m_z = m_subsystem.allocateZ(state, Vector(1, Real(1)));
+    }
+    void realizeAcceleration(const State& state) const override {
+        m_subsystem.updZDot(state)[m_z] = -5 * m_subsystem.getZ(state)[m_z];
+    }
+    void calcForce(const State& state, Vector_<SpatialVec>&, Vector_<Vec3>&,
+                   Vector& mobilityForces) const override {
+        m_mass.applyOneMobilityForce(state, 0, m_subsystem.getZ(state)[m_z], mobilityForces);
+    }
+    Real calcPotentialEnergy(const State&) const override { return 0; }
+
+private:
+    const SimbodyMatterSubsystem& m_matter;
+    const MobilizedBody& m_mass;
+    const Subsystem& m_subsystem;
+    mutable ZIndex m_z;
+};
+
+TEST(Measures, ForcesSeeTheZOfTheirTime) {
+    // 2 ẍ = e^(−5t) from rest: x = (e^(−5t) − 1 + 5t)/50.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    MobilizedBody::Slider mass(matter.Ground(),
+                               Body::Rigid(MassProperties(2, Vec3(0), Inertia(1))));
+    Force::Custom(forces, new Lag(matter, mass, forces));
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-8);
+    integrator.initialize(system.realizeTopology());
+    integrator.stepTo(0.5);
+    EXPECT_NEAR(integrator.getState().getZ()[0], std::exp(-2.5), 1e-5);
+    EXPECT_NEAR(mass.getOneQ(integrator.getState(), 0), (std::exp(-2.5) - 1 + 2.5) / 50, 1e-6);
+}
+
+}  // namespace
+}  // namespace simflex

@@ -1,0 +1,270 @@
+// Starts, restarts and the choice of steps.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/SolutionHistory.h"
+#include "simflex/solver/StepController.h"
+#include "support/PointMassPart.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+/** Gives the body a push every 0.1 s. **/
+class Push : public PeriodicEventHandler {
+public:
+    explicit Push(const MobilizedBody& body) : PeriodicEventHandler(0.1), m_body(body) {}
+    void handleEvent(State& state, Real, bool&) const override {
+        m_body.setOneU(state, 0, m_body.getOneU(state, 0) + 0.5);
+    }
+
+private:
+    const MobilizedBody& m_body;
+};
+
+/** A soft pendulum on a ball joint, and a stone that may be pushed. **/
+struct Model {
+    explicit Model(bool hasPush = false)
+        : matter(system),
+          forces(system),
+          gravity(forces, matter, -YAxis, 9.81),
+          flexible(system, matter),
+          stone(matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), Inertia(1)))) {
+        Force::MobilityLinearSpring(forces, stone, MobilizerQIndex(0), 400, 0);
+        test::PointMassPartOptions options;
+        options.numModes = 4;
+        options.lowestFrequency = 2;
+        options.highestFrequency = 5;
+        body = std::make_unique<FlexibleBody>(flexible, test::makePointMassPart(options).body);
+        Joint::Ball(flexible, matter.Ground(), body->interface("A"));
+        if (hasPush) system.addEventHandler(new Push(stone));
+        state = system.realizeTopology();
+        body->setPoseByInterface(state, "A", Transform());
+    }
+
+    Real calcDistance(const State& a, const State& b) const {
+        system.realize(a, Stage::Velocity);
+        system.realize(b, Stage::Velocity);
+        return std::max({(body->getFramePose(a).p() - body->getFramePose(b).p()).norm(),
+                         (body->getModalCoordinates(a) - body->getModalCoordinates(b)).norm(),
+                         std::abs(stone.getOneQ(a, 0) - stone.getOneQ(b, 0))});
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter;
+    GeneralForceSubsystem forces;
+    Force::Gravity gravity;
+    FlexibleBodySubsystem flexible;
+    MobilizedBody::Slider stone;
+    std::unique_ptr<FlexibleBody> body;
+    State state;
+};
+
+TEST(SolutionHistory, PolynomialsThroughADoubleNodeReproduceCubics) {
+    const auto y = [](Real t) { return 2 - t + 3 * t * t - 0.5 * t * t * t; };
+    const auto yDot = [](Real t) { return -1 + 6 * t - 1.5 * t * t; };
+    SolutionHistory history;
+    history.resize(1, 1, 0, 0);
+    const Real times[] = {0.3, 0.7, 1.3};
+    for (Real t : times) {
+        SolutionPoint& point = history.push();
+        point.t = t;
+        point.q[0] = y(t);
+        point.qDot[0] = yDot(t);
+        point.work = y(t);
+        point.power = yDot(t);
+        if (t == times[0]) history.startAtNewest();
+    }
+    EXPECT_EQ(history.numNodes(), 4);
+    std::vector<double> value(1);
+    for (Real t : {0.5, 1.3, 2.0}) {
+        history.combineQ(history.calcInterpolation(4, t), value);
+        EXPECT_NEAR(value[0], y(t), 1e-13);
+        history.combineQ(history.calcDerivative(4, t), value);
+        EXPECT_NEAR(value[0], yDot(t), 1e-12);
+        EXPECT_NEAR(history.combineWork(history.calcInterpolation(4, t)), y(t), 1e-13);
+    }
+    // BDF of order 3 through 3 nodes and the new point is exact for cubics; so is order 4 through
+    // all four nodes.
+    for (int order : {3, 4}) {
+        SolutionHistory::Weights weights;
+        const double gamma = history.calcBdf(order, 2, weights);
+        history.combineQ(weights, value);
+        EXPECT_NEAR((y(2) - value[0]) / gamma, yDot(2), 1e-12) << "order " << order;
+    }
+}
+
+TEST(SolutionHistory, Bdf2FromADoubleNodeIsTheTrapezoidalRule) {
+    SolutionHistory history;
+    history.resize(1, 0, 0, 0);
+    SolutionPoint& point = history.push();
+    point.t = 1;
+    point.q[0] = 5;
+    point.qDot[0] = 3;
+    history.startAtNewest();
+    SolutionHistory::Weights weights;
+    EXPECT_NEAR(history.calcBdf(2, 1.4, weights), 0.2, 1e-15);
+    std::vector<double> value(1);
+    history.combineQ(weights, value);
+    EXPECT_NEAR(value[0], 5 + 0.2 * 3, 1e-14);
+}
+
+TEST(StepController, SettlesWithoutOscillationWhereTheErrorFollowsThePower) {
+    // e = (h/h₀)³: the ideal step is h₀ Target^(1/3).
+    StepController controller;
+    Real h = 0.05;
+    std::vector<Real> steps;
+    for (int i = 0; i < 60; ++i) {
+        h *= controller.calcRatio(h * h * h, 2, 2);
+        steps.push_back(h);
+    }
+    const Real ideal = std::cbrt(StepController::Target);
+    EXPECT_NEAR(steps.back(), ideal, 1e-3 * ideal);
+    for (Real step : steps) EXPECT_LT(step, 1.1 * ideal);
+}
+
+TEST(Starts, NoStepIsTakenAtOrder1AtTheStartOrAfterHandlers) {
+    const Model model(true);
+    for (auto formulation : {ImplicitIntegrator::Formulation::StabilizedIndex2,
+                             ImplicitIntegrator::Formulation::Index3}) {
+        BdfIntegrator integrator(model.system);
+        integrator.setFormulation(formulation);
+        integrator.setAccuracy(1e-7);
+        integrator.initialize(model.state);
+        integrator.stepTo(0.55);
+        const IntegratorStatistics& statistics = integrator.getStatistics();
+        EXPECT_EQ(statistics.scheduledEvents, 6);
+        EXPECT_EQ(statistics.stepsAtOrder[1], 0);
+        EXPECT_EQ(statistics.stepsAtOrder[2], statistics.stepsTaken);
+    }
+}
+
+TEST(Starts, AStartCostsAFewStepsOnly) {
+    // Steps grow by at most 2 a step; from the cube root of the accuracy few doublings are needed.
+    const Model calm(false), pushed(true);
+    for (Real accuracy : {1e-5, 1e-7, 1e-9}) {
+        long steps[2];
+        const Model* models[] = {&calm, &pushed};
+        for (int i = 0; i < 2; ++i) {
+            BdfIntegrator integrator(models[i]->system);
+            integrator.setAccuracy(accuracy);
+            integrator.initialize(models[i]->state);
+            integrator.stepTo(0.98);
+            steps[i] = integrator.getStatistics().stepsTaken;
+        }
+        // Ten restarts; pushes also make the motion faster.
+        EXPECT_LT(steps[1], 1.8 * double(steps[0]) + 10 * 6) << "accuracy " << accuracy;
+    }
+}
+
+TEST(Starts, FixedStepsHaveTheirOrderWithoutAGivenHistory) {
+    const Model model;
+    BdfIntegrator exact(model.system);
+    exact.setMaximumOrder(5);
+    exact.setAccuracy(1e-12);
+    exact.initialize(model.state);
+    exact.stepTo(0.4);
+    for (auto formulation : {ImplicitIntegrator::Formulation::StabilizedIndex2,
+                             ImplicitIntegrator::Formulation::Index3}) {
+        std::vector<Real> errors;
+        for (Real h : {4e-3, 2e-3, 1e-3}) {
+            BdfIntegrator integrator(model.system);
+            integrator.setFixedStep(h);
+            integrator.setFormulation(formulation);
+            integrator.setAccuracy(1e-11);
+            integrator.initialize(model.state);
+            integrator.stepTo(0.4);
+            errors.push_back(model.calcDistance(integrator.getState(), exact.getState()));
+        }
+        for (size_t i = 1; i < errors.size(); ++i)
+            EXPECT_NEAR(std::log2(errors[i - 1] / errors[i]), 2, 0.1) << errors[i];
+    }
+}
+
+template <class Integrator>
+void expectSameTrajectoryFromASavedState() {
+    const Model model;
+    for (Real accuracy : {1e-6, 1e-8}) {
+        Integrator whole(model.system);
+        whole.setAccuracy(accuracy);
+        whole.initialize(model.state);
+        whole.stepTo(0.25);
+        const State saved = whole.getState();
+        const Vector uDot = whole.getUDot(), lambda = whole.getMultipliers();
+        whole.stepTo(0.5);
+
+        Integrator resumed(model.system);
+        resumed.setAccuracy(accuracy);
+        resumed.initialize(saved);
+        const Real loose = std::pow(accuracy, 1.0 / 3);
+        EXPECT_LT((resumed.getUDot() - uDot).norm(), 100 * loose * (1 + uDot.norm()));
+        EXPECT_LT((resumed.getMultipliers() - lambda).norm(), 10 * loose * (1 + lambda.norm()));
+        resumed.stepTo(0.5);
+        EXPECT_LT(model.calcDistance(resumed.getState(), whole.getState()),
+                  3 * std::pow(accuracy, 2.0 / 3))
+            << "accuracy " << accuracy;
+    }
+}
+
+TEST(Starts, ARunFromASavedStateContinuesOnTheSameTrajectory) {
+    expectSameTrajectoryFromASavedState<BdfIntegrator>();
+    expectSameTrajectoryFromASavedState<GeneralizedAlphaIntegrator>();
+}
+
+TEST(StepControl, FewTriesAreRejectedAndStepsVarySmoothly) {
+    const Model model;
+    for (Real accuracy : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8}) {
+        BdfIntegrator integrator(model.system);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(model.state);
+        integrator.stepTo(2);
+        const IntegratorStatistics& statistics = integrator.getStatistics();
+        EXPECT_LE(statistics.calcRejectedFraction(), 0.05) << statistics.toString();
+        EXPECT_LT(statistics.calcStepRatioDeviation(), 0.25) << statistics.toString();
+    }
+}
+
+TEST(StepControl, ErrorFallsMonotonicallyWithTheSlopeOfTheOrder) {
+    const Model model;
+    BdfIntegrator exact(model.system);
+    exact.setMaximumOrder(5);
+    exact.setAccuracy(1e-12);
+    exact.initialize(model.state);
+    Array_<State> reference;
+    for (int i = 1; i <= 20; ++i) {
+        exact.stepTo(0.05 * i);
+        reference.push_back(exact.getState());
+    }
+    const std::vector<Real> accuracies = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
+    for (int order : {2, 3}) {
+        std::vector<Real> errors;
+        for (Real accuracy : accuracies) {
+            BdfIntegrator integrator(model.system);
+            integrator.setMaximumOrder(order);
+            integrator.setAccuracy(accuracy);
+            integrator.initialize(model.state);
+            Real error = 0;
+            for (int i = 1; i <= 20; ++i) {
+                integrator.stepTo(0.05 * i);
+                error = std::max(
+                    error, model.calcDistance(integrator.getState(), reference[unsigned(i - 1)]));
+            }
+            errors.push_back(error);
+        }
+        for (size_t i = 1; i < errors.size(); ++i)
+            EXPECT_LT(errors[i], errors[i - 1]) << "order " << order << ", " << accuracies[i];
+        const Real slope =
+            std::log(errors[1] / errors.back()) / std::log(accuracies[1] / accuracies.back());
+        EXPECT_GT(slope, Real(order) / (order + 1) - 0.03) << "order " << order;
+    }
+}
+
+}  // namespace
+}  // namespace simflex
