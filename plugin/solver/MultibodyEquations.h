@@ -123,7 +123,7 @@ public:
 
     /** @name Auxiliary variables z, which belong to Simbody's elements and Measures **/
     /**@{**/
-    int numZ() const { return m_private.getNZ(); }
+    int numZ() const { return m_numZ; }
     /** Elements see these z from the next realize() on. **/
     void setZ(const double* z);
     /** ż at the time, q and u of the last realize(); those that depend on accelerations see the
@@ -203,7 +203,7 @@ private:
     const SimTK::MultibodySystem& m_system;
     const FlexibleBodySubsystem::Guts* m_guts = nullptr;
     SimTK::State m_private;  ///< empty if Simbody is never asked
-    int m_numSimbodyU = 0;
+    int m_numSimbodyU = 0, m_numZ = 0;
     GravityField m_gravity;
     bool m_hasForeignForces = false;
     bool m_needsSimbody = false;
