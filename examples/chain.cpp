@@ -34,7 +34,7 @@ struct Arguments {
     double accuracy = 1e-5, time = 1.6;
     std::string parts = "build/release/parts", out = "build/output/chain";
     bool noFrames = false, noStudy = false;
-    int largest = 10000, frames = 48, threads = 0;
+    int largest = 10000, frames = 48, threads = 1;
 };
 
 /** One falling chain, frame by frame. **/

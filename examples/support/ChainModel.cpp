@@ -108,18 +108,15 @@ State ChainModel::calcExaggeratedState(const State& original, double factor) con
 
 void ChainModel::addDecorations(const ReducedBody& part) {
     matter.setShowDefaultGeometry(false);
-    const Vec3 steel(0.66, 0.69, 0.74), iron(0.44, 0.48, 0.54);
-    // The lug that the first fork hangs on, and its wall.
-    const double eyeRadius = 0.1125 * m_pitch, half = halfWidth(part, "eye");
-    DecorativeCylinder lug(eyeRadius, half);
-    lug.setTransform(Rotation(Pi / 2, XAxis)).setColor(iron).setResolution(3);
-    DecorativeBrick arm(Vec3(0.15 * m_pitch, 0.8 * eyeRadius, half));
-    arm.setTransform(Vec3(-0.15 * m_pitch, 0, 0)).setColor(iron);
-    DecorativeBrick wall(Vec3(0.12 * m_pitch, 0.6 * m_pitch, 0.5 * m_pitch));
-    wall.setTransform(Vec3(-0.42 * m_pitch, 0, 0)).setColor(iron);
-    matter.updGround().addBodyDecoration(Transform(), lug);
-    matter.updGround().addBodyDecoration(Transform(), arm);
-    matter.updGround().addBodyDecoration(Transform(), wall);
+    // The pin that the first fork turns on, and a plate behind that carries it.
+    const Vec3 iron(0.44, 0.48, 0.54);
+    const double front = 1.2 * halfWidth(part, "fork"), back = 0.35 * m_pitch;
+    DecorativeCylinder pin(0.05 * m_pitch, (front + back) / 2);
+    pin.setTransform(Transform(Rotation(Pi / 2, XAxis), Vec3(0, 0, (front - back) / 2)));
+    DecorativeBrick plate(Vec3(0.5 * m_pitch, 0.4 * m_pitch, 0.06 * m_pitch));
+    plate.setTransform(Vec3(0, 0, -back));
+    matter.updGround().addBodyDecoration(Transform(), pin.setColor(iron).setResolution(3));
+    matter.updGround().addBodyDecoration(Transform(), plate.setColor(iron));
 }
 
 }  // namespace simflex::examples

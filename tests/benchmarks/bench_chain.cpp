@@ -174,7 +174,8 @@ double measureSpeedUp(const char* name, const Part& part, int numLinks, int repe
 int run(int largest) {
     const Part part =
         std::make_shared<const ReducedBody>(readReducedBody(partsFolder + "/link.h5"));
-    std::printf("link: %d modes; %d processors\n\n", part->numModes, int(std::thread::hardware_concurrency()));
+    std::printf("link: %d modes; %d processors\n\n", part->numModes,
+                int(std::thread::hardware_concurrency()));
     const Growth growth = measureGrowth(part, largest);
     const SimbodyRatios ratios = measureAgainstSimbody(part, 200);
     std::printf("Newton iteration %30s %12s\n", "1 thread", "4 threads");
