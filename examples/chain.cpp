@@ -28,14 +28,13 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double framesPerSecond = 30;
-constexpr int pictureHeight = 720;
 
 struct Arguments {
     ChainOptions model;
     double accuracy = 1e-5, time = 1.6;
     std::string parts = "build/release/parts", out = "build/output/chain";
     bool noFrames = false, noStudy = false;
-    int largest = 10000, frames = 96, threads = 0;
+    int largest = 10000, frames = 48, threads = 0;
 };
 
 /** One falling chain, frame by frame. **/
@@ -192,55 +191,114 @@ void printFall(const ChainModel& model, const Fall& fall, const IntegratorStatis
     std::printf("\n%s\n", table.toString().c_str());
 }
 
-/** Where the camera of the close-up looks: the middle of the last links. **/
-Vec3 calcCloseUpCenter(const ChainModel& model, const State& state) {
-    Vec3 sum(0);
-    const size_t first = model.links.size() > 3 ? model.links.size() - 3 : 0;
-    for (size_t k = first; k < model.links.size(); ++k)
-        sum += model.links[k].getFramePose(state).p();
-    return sum / double(model.links.size() - first);
+/** How strongly links deform, frame by frame: largest displacement in each link [m]. **/
+std::vector<std::vector<double>> calcDeflections(const ChainModel& model,
+                                                 const std::vector<State>& states) {
+    std::vector<std::vector<double>> deflections;
+    for (const State& state : states) {
+        deflections.emplace_back();
+        for (const FlexibleBody& link : model.links)
+            deflections.back().push_back(link.calcLargestDisplacement(state));
+    }
+    return deflections;
 }
 
-/** Frames: the whole chain on the left, its free end on the right. **/
-void render(const Arguments& arguments, const ChainModel& model, const std::vector<State>& states) {
-    OffscreenVisualizer whole(model.system, 960, pictureHeight);
-    OffscreenVisualizer closeUp(model.system, 480, pictureHeight);
-    for (OffscreenVisualizer* viz : {&whole, &closeUp}) {
-        for (const FlexibleBody& link : model.links) viz->addFlexibleBody(link);
-        viz->setShowUndeformed(false).setCameraView(0.3, 0.12);
+/** The link that deforms most, frame by frame, as a number that changes smoothly. **/
+std::vector<double> findBend(const std::vector<std::vector<double>>& deflections) {
+    std::vector<double> bend;
+    for (const std::vector<double>& ofFrame : deflections) {
+        double sum = 1e-300, weighted = 0;
+        for (size_t k = 0; k < ofFrame.size(); ++k) {
+            const double weight = std::pow(1e6 * ofFrame[k], 8);
+            sum += weight;
+            weighted += weight * double(k);
+        }
+        const double link = weighted / sum;
+        bend.push_back(bend.empty() ? link : 0.5 * bend.back() + 0.5 * link);
     }
-    // Deformations as large as a sixth of a link.
-    double largest = 0;
-    for (const State& state : states)
-        for (const FlexibleBody& link : model.links)
-            largest = std::max(largest, link.calcLargestDisplacement(state));
-    const double exact = largest > 0 ? model.getPitch() / 6 / largest : 1;
-    const double power = std::pow(10, std::floor(std::log10(exact)));
-    const double factor = std::max(1.0, std::floor(exact / power) * power);
+    return bend;
+}
 
+/** Location of the chain at a number of links from its start, in Ground. **/
+Vec3 calcPointOfChain(const ChainModel& model, const State& state, double link) {
+    const double last = double(model.links.size()) - 1;
+    const size_t k = size_t(std::clamp(link, 0.0, last));
+    const Vec3 p = model.links[k].getFramePose(state).p();
+    if (double(k) == last) return p;
+    const Vec3 next = model.links[k + 1].getFramePose(state).p();
+    return p + (link - double(k)) * (next - p);
+}
+
+/** A round number not above x. **/
+double roundDown(double x) {
+    const double power = std::pow(10, std::floor(std::log10(x)));
+    return std::floor(x / power) * power;
+}
+
+/** All instants in one picture: whatever differs from the first picture is laid over it. **/
+Image drawStroboscope(OffscreenVisualizer viz, const std::vector<State>& states, size_t interval) {
+    viz.setShowShadows(false).setShowSimTime(false);
+    const Image first = viz.drawFrame(states[0]);
+    Image sum = first;
+    for (size_t i = interval; i < states.size() && !wasInterrupted(); i += interval) {
+        const Image next = viz.drawFrame(states[i]);
+        for (int y = 0; y < sum.getHeight(); ++y)
+            for (int x = 0; x < sum.getWidth(); ++x)
+                // Links are darker than what is behind them.
+                if (next.getPixel(x, y)[1] < sum.getPixel(x, y)[1])
+                    sum.setPixel(x, y, next.getPixel(x, y));
+    }
+    return sum;
+}
+
+/** Frames: the whole chain on the left, where it deforms most on the right; a stroboscopic picture,
+ * a contact sheet and a video. **/
+void render(const Arguments& arguments, const ChainModel& model, const std::vector<State>& states) {
+    constexpr int height = 720, leftWidth = 800, rightWidth = 640, legendWidth = 170;
+    OffscreenVisualizer whole(model.system, leftWidth, height);
+    OffscreenVisualizer closeUp(model.system, rightWidth + legendWidth, height);
+    OffscreenVisualizer strobe(model.system, 1280, height);
+
+    // Nine frames of ten stay below the upper end of the colours, where deformations are drawn as
+    // large as a tenth of a link.
+    const std::vector<std::vector<double>> deflections = calcDeflections(model, states);
+    std::vector<double> peaks;
+    for (const auto& ofFrame : deflections)
+        peaks.push_back(*std::max_element(ofFrame.begin(), ofFrame.end()));
+    std::sort(peaks.begin(), peaks.end());
+    const double high = std::max(peaks[peaks.size() * 9 / 10], 1e-12);
+    const double factor = std::max(1.0, roundDown(std::min(model.getPitch() / 10 / high,
+                                                           model.getPitch() / 3 / peaks.back())));
     std::vector<State> exaggerated;
     for (const State& state : states)
         exaggerated.push_back(model.calcExaggeratedState(state, factor));
-    whole.setWindowTitle(std::to_string(model.links.size()) + " flexible links");
-    whole.setDeformationFactor(factor).fitToMotion(exaggerated);
-    closeUp.setWindowTitle("Free end");
-    closeUp.setDeformationFactor(factor).fitToMotion(exaggerated);
+    for (OffscreenVisualizer* viz : {&whole, &closeUp, &strobe}) {
+        for (const FlexibleBody& link : model.links) viz->addFlexibleBody(link);
+        viz->setShowUndeformed(false).setCameraView(0.15, 0.06).setDeformationFactor(factor);
+        viz->fitToMotion(exaggerated).setContourRange(0, high);
+    }
+    const std::string links = std::to_string(model.links.size()) + " flexible links";
+    whole.setWindowTitle(links);
+    strobe.setWindowTitle(links + ", released from the horizontal");
+    closeUp.setWindowTitle("Where it deforms most");
 
     const std::string folder = arguments.out + "/frames";
     fs::remove_all(folder);
     fs::create_directories(folder);
+    const std::vector<double> bend = findBend(deflections);
+    const Rotation view(BodyRotationSequence, 0.5, YAxis, -0.25, XAxis);
     std::vector<std::string> files;
     {
         Progress progress("frames");
         for (size_t i = 0; i < exaggerated.size() && !wasInterrupted(); ++i) {
             const State& state = exaggerated[i];
-            const Vec3 center = calcCloseUpCenter(model, state);
-            const Rotation view = Rotation(SpaceRotationSequence, -0.12, XAxis, 0.3, YAxis);
-            closeUp.setCameraTransform(
-                Transform(view, center + view * Vec3(0, 0, 9 * model.getPitch())));
-            Image frame(960 + 480, pictureHeight);
+            const Vec3 center = calcPointOfChain(model, state, bend[i]);
+            // What the legend would stand on is cut off: the centre is left of the picture's.
+            closeUp.setCameraTransform(Transform(
+                view, center + view * Vec3(0.55 * model.getPitch(), 0, 8 * model.getPitch())));
+            Image frame(leftWidth + rightWidth, height);
             frame.paste(whole.drawFrame(state), 0, 0);
-            frame.paste(closeUp.drawFrame(state), 960, 0);
+            frame.paste(closeUp.drawFrame(state), leftWidth, 0);
             char name[40];
             std::snprintf(name, sizeof name, "/frame_%05d.png", int(i));
             files.push_back(folder + name);
@@ -249,7 +307,10 @@ void render(const Arguments& arguments, const ChainModel& model, const std::vect
         }
     }
     std::printf("wrote %zu frames to %s\n", files.size(), folder.c_str());
-    if (files.empty()) return;
+    if (wasInterrupted() || files.empty()) return;
+    drawStroboscope(strobe, exaggerated, std::max<size_t>(1, exaggerated.size() / 24))
+        .writePng(arguments.out + "/stroboscope.png");
+    std::printf("wrote %s/stroboscope.png\n", arguments.out.c_str());
     std::vector<std::string> chosen;
     for (size_t k = 0; k < 6; ++k) chosen.push_back(files[(files.size() - 1) * (k + 1) / 6]);
     makeContactSheet(chosen, 2, 720).writePng(arguments.out + "/contact_sheet.png");

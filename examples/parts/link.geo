@@ -4,7 +4,7 @@
 // Element size: gmsh -setnumber h 0.003 …
 
 SetFactory("OpenCASCADE");
-DefineConstant[ h = {0.003, Name "Element size"} ];
+DefineConstant[ h = {0.004, Name "Element size"} ];
 mm = 0.001;
 length = 80*mm;
 outer = 9*mm;   // radius of fork and eye
@@ -53,7 +53,7 @@ Physical Surface("EYE") = {eyeSeat[]};
 Mesh.CharacteristicLengthMin = 0.7*h;
 Mesh.CharacteristicLengthMax = h;
 Mesh.CharacteristicLengthFromCurvature = 1;
-Mesh.MinimumElementsPerTwoPi = 12;
+Mesh.MinimumElementsPerTwoPi = 10;
 Mesh.ElementOrder = 2;
 Mesh.Algorithm3D = 10;  // HXT
 Mesh.HighOrderOptimize = 2;  // no element turned inside out by the curved skin

@@ -44,7 +44,7 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
                << mark.x << ", graph 1 nohead lc rgb '#707070' lw 1 dt (4,4) back\n";
         script
             << "set label " << i + 3 << " " << quoteForGnuplot(mark.label) << " at first " << mark.x
-            << ", graph 0.03 left rotate by 90 offset -0.6,0 textcolor rgb '#606060' font ',11'\n";
+            << ", graph 0.03 left rotate by 90 offset -0.8,0 textcolor rgb '#606060' font ',11'\n";
     }
     if (isLast)
         script << "set format x " << (plot.hasLogarithmicX ? "'10^{%T}'" : "'%g'")

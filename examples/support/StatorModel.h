@@ -30,10 +30,9 @@ struct StatorOptions {
     double speed = 250;             ///< of the rotor after the run-up [Hz]
     double runUp = 1.5;             ///< duration [s]
     double frontUnbalance = 0.004;  ///< m e at the compressor casing's bearing [kg m]
-    double rearUnbalance =
-        0.004;              ///< at the turbine casing's bearing, a quarter turn behind [kg m]
-    double gravity = 9.81;  ///< [m/s²]
-    double damping = 0.05;  ///< of each part's modes, as a part of critical
+    double rearUnbalance = 0.004;   ///< turbine casing's bearing, a quarter turn behind [kg m]
+    double gravity = 9.81;          ///< [m/s²]
+    double damping = 0.05;          ///< of each part's modes, as a part of critical
 
     /** Rotor angle, rate and acceleration [rad, rad/s, rad/s²]; acceleration is continuous. **/
     SimTK::Vec3 calcAngle(double time) const;
@@ -49,6 +48,8 @@ public:
     /** @param parts  in the order of getPartNames() **/
     StatorModel(const StatorOptions& options,
                 const std::vector<std::shared_ptr<const ReducedBody>>& parts);
+    StatorModel(const StatorModel&) = delete;  // its forces refer to it
+    StatorModel& operator=(const StatorModel&) = delete;
 
     /** Undeformed and at rest, as gravity would not act. **/
     SimTK::State makeUndeformedState();

@@ -49,8 +49,7 @@ public:
     JointIndex addJoint(JointRecord record);
     void addForceElement(std::unique_ptr<ForceElement> element);
     /** Adds to the damping coefficients of a body, n_f [1/s]. **/
-    void addModalDamping(FlexibleBodyIndex index,
-                         const SimTK::Array_<SimTK::Real>& coefficients);
+    void addModalDamping(FlexibleBodyIndex index, const SimTK::Array_<SimTK::Real>& coefficients);
 
     /** The shared evaluation model of a part; checked and built once however many bodies are made
     of it. @throws std::invalid_argument if the part is not valid. **/
@@ -64,7 +63,6 @@ public:
     }
     const FlexibleBodyRecord& body(FlexibleBodyIndex index) const { return m_bodies.at(index); }
     const JointRecord& joint(JointIndex index) const { return m_joints.at(index); }
-
 
     Eigen::VectorXd getXi(const SimTK::State& state, const FlexibleBodyRecord& body) const;
     Eigen::VectorXd getXiDot(const SimTK::State& state, const FlexibleBodyRecord& body) const;

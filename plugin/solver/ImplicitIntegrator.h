@@ -25,12 +25,12 @@ costs time; auxiliary variables z (Measure::Integrate) are integrated along, ż 
 with accelerations as they are without joints. Triggers that need Stage::Acceleration are refused.
 
 What else of Simbody may stand in the system:
- - rigid bodies on any mobilizer, forward or reversed, with quaternions or Euler angles;
- - force elements and contact subsystems of any kind;
- - constraints of any kind, built-in or custom, holonomic, nonholonomic or on accelerations, on
-   rigid bodies, on the frame of a flexible body and on its modal coordinates;
- - lock() and lockAt() at any level and Motions on any mobilizer; with its modal mobilizers locked
-   a flexible body is rigid.
+- rigid bodies on any mobilizer, forward or reversed, with quaternions or Euler angles;
+- force elements and contact subsystems of any kind;
+- constraints of any kind, built-in or custom, holonomic, nonholonomic or on accelerations, on
+  rigid bodies, on the frame of a flexible body and on its modal coordinates;
+- lock() and lockAt() at any level and Motions on any mobilizer; with its modal mobilizers locked
+  a flexible body is rigid.
 Refused by name at initialize(): bodies mobilized on the frame or on a modal mobilizer of a flexible
 body (put them on Ground and hold them with a Joint), constraints on the *body* of a modal mobilizer
 (its coordinates can be constrained), Motions of method Fast, mobilizers whose velocities are not

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/solver/FlushDenormals.h"
+
 namespace simflex {
 namespace {
 
@@ -38,6 +40,7 @@ ImplicitStep::ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& 
       m_deltaZ(equations.numZ()) {}
 
 void ImplicitStep::setNumThreads(int threads) {
+    m_numThreads = threads;
     m_equations.setNumThreads(threads);
     m_solver.setNumThreads(threads);
 }
@@ -126,6 +129,7 @@ double ImplicitStep::updateZ(const StepFormula& formula, const std::vector<doubl
 
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
                                           SolutionPoint& point) {
+    const FlushDenormals flush(m_numThreads);
     constexpr double LargestFactorChange = 0.1, SlowRate = 0.5;
     constexpr int LongestReuse = 50;
     const double t = formula.t, mass = formula.factors.mass, stiffness = formula.factors.stiffness;
@@ -241,6 +245,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
 double ImplicitStep::projectPositions(double t, double tolerance, std::vector<double>& q,
                                       const std::vector<double>& u, int* worstRow) {
+    const FlushDenormals flush(m_numThreads);
     constexpr int MaxIterations = 10;
     constexpr double SlowRate = 0.1;
     double error = 0, previous = 0;
@@ -277,6 +282,7 @@ double ImplicitStep::calcPositionError(double t, const std::vector<double>& q,
 
 double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
                                    int* worstRow) {
+    const FlushDenormals flush(m_numThreads);
     // The factored G may belong to a neighbouring q: further passes take the difference up.
     constexpr int MaxIterations = 3;
     for (int iteration = 0;; ++iteration) {
@@ -295,6 +301,7 @@ double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::
 
 void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
                             std::vector<double>& u) {
+    const FlushDenormals flush(m_numThreads);
     constexpr int MaxIterations = 60;
     // At γ = 1 s the matrix is M + K: any deformation costs far more than any rigid motion.
     std::vector<double> trial(q.size()), uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
@@ -365,6 +372,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
 void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
                                      const std::vector<double>& u, std::vector<double>& uDot,
                                      std::vector<double>& lambda) {
+    const FlushDenormals flush(m_numThreads);
     std::fill(lambda.begin(), lambda.end(), 0.0);
     m_equations.realize(t, q.data(), u.data());
     m_equations.calcPrescribedUDot(q.data(), uDot.data());

@@ -74,6 +74,9 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
         matter.getConstraint(joint.record->constraint).disable(m_private);
     if (m_guts) m_guts->setNativeForcesEnabled(m_private, false);
     system.realize(m_private, Stage::Instance);
+    m_numSimbodyU = m_private.getNU();
+    // What nobody will look at need not be kept: a flexible body takes some 60 kB of a State.
+    if (!m_needsSimbody && !m_constraints && !m_prescribed) m_private.clear();
 }
 
 MultibodyEquations::~MultibodyEquations() = default;
@@ -151,27 +154,30 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
 
 void MultibodyEquations::makeBlocks(const State& state) {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
-    std::set<MobilizedBodyIndex> taken;
+    m_blockOfBody.assign(size_t(matter.getNumBodies()), -1);
     if (m_guts) {
         for (int b = 0; b < int(m_guts->bodies().size()); ++b) {
             const FlexibleBodyRecord& record = m_guts->body(FlexibleBodyIndex(b));
-            taken.insert(record.frame);
-            taken.insert(record.carriers.begin(), record.carriers.end());
+            m_blockOfBody[size_t(record.frame)] = b;
+            for (MobilizedBodyIndex carrier : record.carriers) m_blockOfBody[size_t(carrier)] = b;
             auto block = std::make_unique<FlexibleBlock>(*m_guts, FlexibleBodyIndex(b), state);
             m_flexible.push_back(block.get());
             m_blocks.push_back(std::move(block));
         }
     }
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
-        if (taken.count(i)) continue;
+        int& blockOfBody = m_blockOfBody[size_t(i)];
+        if (blockOfBody >= 0) continue;  // a flexible body's
         const MobilizedBodyIndex parent =
             matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex();
-        if (taken.count(parent))
+        blockOfBody = m_blockOfBody[size_t(parent)];
+        if (blockOfBody >= 0 && blockOfBody < int(m_flexible.size()))
             throw std::invalid_argument(
                 "BdfIntegrator: mobilized body " + std::to_string(int(i)) + " is mobilized on " +
                 describe(m_guts, parent) +
                 "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
+        blockOfBody = int(m_blocks.size());
         auto tree = std::make_unique<RigidTree>(matter, i, state);
         m_needsSimbody = m_needsSimbody || tree->needsSimbody();
         m_rigid.push_back(tree.get());
@@ -190,15 +196,7 @@ void MultibodyEquations::makeBlocks(const State& state) {
 }
 
 int MultibodyEquations::findBlock(MobilizedBodyIndex mobod) const {
-    for (size_t k = 0; k < m_rigid.size(); ++k)
-        if (m_rigid[k]->contains(mobod)) return int(m_flexible.size() + k);
-    for (size_t b = 0; b < m_flexible.size(); ++b) {
-        const FlexibleBodyRecord& record = m_guts->body(FlexibleBodyIndex(int(b)));
-        if (record.frame == mobod ||
-            std::count(record.carriers.begin(), record.carriers.end(), mobod))
-            return int(b);
-    }
-    return -1;
+    return m_blockOfBody[size_t(mobod)];
 }
 
 std::vector<ConstraintIndex> MultibodyEquations::findSimbodyConstraints(const State& state) const {
@@ -268,7 +266,7 @@ void MultibodyEquations::makePrescribedMotion() {
     m_system.realize(m_private, Stage::Velocity);
     m_prescribed =
         std::make_unique<PrescribedMotion>(matter, mobilizers, m_numQ, m_numU, m_private);
-    m_needsSimbody = m_needsSimbody || m_prescribed->hasMotions();
+    m_needsSimbody = m_needsSimbody || m_prescribed->dependsOnState();
 }
 
 MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& attachment) {
@@ -283,15 +281,14 @@ MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& att
         ref.fixed.X = attachment.getFrame();
         return ref;
     }
-    for (size_t k = 0; k < m_rigid.size(); ++k) {
-        if (!m_rigid[k]->contains(index)) continue;
-        ref.block = int(m_flexible.size() + k);
-        ref.frame = m_rigid[k]->addFrame(index, attachment.getFrame());
-        return ref;
-    }
-    throw std::invalid_argument(
-        "BdfIntegrator: " + attachment.getName() +
-        " is the frame or a modal mobilizer of a flexible body; attach to an interface or node");
+    ref.block = findBlock(index);
+    const int tree = ref.block - int(m_flexible.size());
+    if (tree < 0)
+        throw std::invalid_argument("BdfIntegrator: " + attachment.getName() +
+                                    " is the frame or a modal mobilizer of a flexible body; "
+                                    "attach to an interface or node");
+    ref.frame = m_rigid[size_t(tree)]->addFrame(index, attachment.getFrame());
+    return ref;
 }
 
 void MultibodyEquations::makeJoints() {
@@ -429,15 +426,24 @@ std::pair<int, int> MultibodyEquations::findRows(ConstraintIndex constraint) con
     return rows;
 }
 
+void MultibodyEquations::updatePrescribed(double time, const double* q, const double* u) {
+    const bool isKnown = m_prescribedTime == time && !m_prescribed->dependsOnState();
+    if (!m_prescribed->hasMotions() || isKnown) return;
+    const auto start = Clock::now();
+    putIntoState(time, q, u, m_private);
+    m_prescribed->updateFromSimbody(m_private);
+    if (!m_prescribed->dependsOnState()) {
+        m_system.realize(m_private, Stage::Dynamics);
+        m_prescribed->updateAccelerations(m_private);
+    }
+    m_prescribedTime = time;
+    m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 void MultibodyEquations::prescribe(double time, double gamma, const double* uHist, double* q,
                                    double* u) {
     if (!m_prescribed) return;
-    if (m_prescribed->hasMotions()) {
-        const auto start = Clock::now();
-        putIntoState(time, q, u, m_private);
-        m_prescribed->updateFromSimbody(m_private);
-        m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
-    }
+    updatePrescribed(time, q, u);
     m_prescribed->apply(gamma, uHist, q, u);
 }
 
@@ -459,7 +465,7 @@ void MultibodyEquations::calcPrescribedUDot(const double* q, double* uDot) const
 void MultibodyEquations::realizeSimbody(double time, const double* q, const double* u) {
     const auto start = Clock::now();
     putIntoState(time, q, u, m_private);
-    const bool hasMotions = m_prescribed && m_prescribed->hasMotions();
+    const bool hasMotions = m_prescribed && m_prescribed->dependsOnState();
     m_system.realize(m_private,
                      m_hasForeignForces || hasMotions ? Stage::Dynamics : Stage::Velocity);
     if (hasMotions) m_prescribed->updateAccelerations(m_private);
@@ -468,6 +474,7 @@ void MultibodyEquations::realizeSimbody(double time, const double* q, const doub
 
 void MultibodyEquations::realize(double time, const double* q, const double* u) {
     m_time = time;
+    if (m_prescribed && !m_prescribed->dependsOnState()) updatePrescribed(time, q, u);
     if (m_needsSimbody) realizeSimbody(time, q, u);
     const int count = int(m_batches.size());
 #pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
@@ -785,7 +792,7 @@ void MultibodyEquations::putIntoState(double time, const double* q, const double
 }
 
 Vector MultibodyEquations::calcSimbodyUDot(const double* q, const double* uDot) const {
-    Vector simbodyUDot(m_private.getNU(), Real(0));
+    Vector simbodyUDot(m_numSimbodyU, Real(0));
     for (const auto& block : m_blocks)
         block->putUDot(q + block->firstQ, uDot + block->firstU, simbodyUDot);
     return simbodyUDot;

@@ -196,11 +196,14 @@ private:
                                const double* lambda, double* r);
     /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
     void formSimbodyColumns(MotionLevel level, NewtonSystem& system) const;
+    /** Asks Simbody for what Motions prescribe at this time, unless it is known. **/
+    void updatePrescribed(double time, const double* q, const double* u);
     void realizeSimbody(double time, const double* q, const double* u);
 
     const SimTK::MultibodySystem& m_system;
     const FlexibleBodySubsystem::Guts* m_guts = nullptr;
-    SimTK::State m_private;
+    SimTK::State m_private;  ///< empty if Simbody is never asked
+    int m_numSimbodyU = 0;
     GravityField m_gravity;
     bool m_hasForeignForces = false;
     bool m_needsSimbody = false;
@@ -214,12 +217,14 @@ private:
     std::vector<ElementRef> m_elements;
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;
+    std::vector<int> m_blockOfBody;  ///< by MobilizedBodyIndex; −1: Ground
     std::vector<int> m_partOfBlock;  ///< −1: none
     std::vector<std::vector<BlockSide>> m_blockSides;
     /** Columns of Gᵀ that Simbody's constraints have in each block: constraint row, column. **/
     std::vector<std::vector<std::pair<int, int>>> m_simbodyColumns;
     std::unique_ptr<SimbodyConstraints> m_constraints;
     std::unique_ptr<PrescribedMotion> m_prescribed;
+    double m_prescribedTime = SimTK::NaN;  ///< at which Motions were asked of Simbody last
     int m_firstSimbodyRow = 0;
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;  ///< of Simbody's elements and constraints
     SimTK::Vector m_mobilityForces;

@@ -80,6 +80,12 @@ PrescribedMotion::PrescribedMotion(const SimbodyMatterSubsystem& matter,
         m_hasMotions = m_hasMotions || entry.isMotion;
         m_hasAccelerationMotions = m_hasAccelerationMotions ||
                                    (entry.isMotion && entry.level == MotionLevel::Acceleration);
+        if (entry.isMotion) {
+            const Motion& motion = mobod.getMotion();
+            m_dependsOnState = m_dependsOnState || !(entry.level == MotionLevel::Position ||
+                                                     Motion::Steady::isInstanceOf(motion) ||
+                                                     Motion::Sinusoid::isInstanceOf(motion));
+        }
         m_canWork = m_canWork || entry.isMotion || entry.level != MotionLevel::Position;
         m_entries.push_back(std::move(entry));
     }

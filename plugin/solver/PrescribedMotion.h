@@ -5,8 +5,9 @@ Locked mobilizers and Simbody's Motions in the equations of motion (private head
 A prescribed speed is known, not an unknown: u_i and u̇_i are set before Newton's iteration, row and
 column i of J become the identity's, row i of Gᵀ and r_i become zero. A prescribed coordinate q_i
 is set after q is integrated. What Simbody's `lock()` holds is constant and kept here; a Motion's
-values are asked of Simbody at every evaluation. The generalized force that moves the coordinate is
-the residual of its row. **/
+values are asked of Simbody: once for every time if they depend on nothing else (all position-level,
+Steady and Sinusoid ones), else at every evaluation. The generalized force that moves the coordinate
+is the residual of its row. **/
 
 #include <vector>
 
@@ -40,6 +41,8 @@ public:
 
     bool isEmpty() const { return m_entries.empty(); }
     bool hasMotions() const { return m_hasMotions; }
+    /** True if a Motion's values may depend on q or u. **/
+    bool dependsOnState() const { return m_dependsOnState; }
     /** True if speeds other than zero are prescribed. **/
     bool canWork() const { return m_canWork; }
 
@@ -86,6 +89,7 @@ private:
     std::vector<char> m_isKnownQ;
     std::vector<char> m_levelOfU;  ///< 0: free; 1 acceleration, 2 velocity, 3 position
     bool m_hasMotions = false, m_hasAccelerationMotions = false, m_canWork = false;
+    bool m_dependsOnState = false;
 };
 
 }  // namespace simflex

@@ -171,6 +171,12 @@ RigidTree::Mobilizer RigidTree::classify(const MobilizedBody& mobod) {
     if (MobilizedBody::Weld::isInstanceOf(mobod)) return Mobilizer::Weld;
     if (MobilizedBody::Pin::isInstanceOf(mobod)) return Mobilizer::Pin;
     if (MobilizedBody::Slider::isInstanceOf(mobod)) return Mobilizer::Slider;
+    if (MobilizedBody::Screw::isInstanceOf(mobod)) return Mobilizer::Screw;
+    if (MobilizedBody::Universal::isInstanceOf(mobod)) return Mobilizer::Universal;
+    if (MobilizedBody::Planar::isInstanceOf(mobod)) return Mobilizer::Planar;
+    if (MobilizedBody::BendStretch::isInstanceOf(mobod)) return Mobilizer::BendStretch;
+    if (MobilizedBody::Gimbal::isInstanceOf(mobod)) return Mobilizer::Gimbal;
+    if (MobilizedBody::Bushing::isInstanceOf(mobod)) return Mobilizer::Bushing;
     if (MobilizedBody::Translation::isInstanceOf(mobod)) return Mobilizer::Translation;
     if (MobilizedBody::Cylinder::isInstanceOf(mobod)) return Mobilizer::Cylinder;
     if (MobilizedBody::Ball::isInstanceOf(mobod)) return Mobilizer::Ball;
@@ -185,6 +191,8 @@ void RigidTree::addBody(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex
     body.index = index;
     body.parent = parent;
     body.mobilizer = classify(mobod);
+    if (body.mobilizer == Mobilizer::Screw)
+        body.pitch = MobilizedBody::Screw::downcast(mobod).getDefaultPitch();
     body.X_PF = mobod.getInboardFrame(state);
     body.X_MB = ~mobod.getOutboardFrame(state);
     body.mass = mobod.getBodyMassProperties(state);
@@ -205,8 +213,7 @@ void RigidTree::addBody(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex
 }
 
 bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const State& state) {
-    // A reversed or Euler-angle mobilizer looks like a plain one from outside: compare at an
-    // arbitrary state.
+    // A reversed mobilizer looks like a plain one from outside: compare at an arbitrary state.
     const bool isOwn = std::none_of(m_bodies.begin(), m_bodies.end(), [](const RigidBody& body) {
         return body.mobilizer == Mobilizer::Other;
     });
@@ -224,17 +231,15 @@ bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const St
         trial.updU() = stateU;
         matter.getSystem().realize(trial, Stage::Velocity);
         for (RigidBody& body : m_bodies) {
-            if (body.turning == Turning::BodyXYZ) {
-                agrees = false;
-                break;
-            }
             realizeBody(body, q.data(), u.data());
             const MobilizedBody& mobod = matter.getMobilizedBody(body.index);
             const Transform& X = mobod.getBodyTransform(trial);
             const SpatialVec difference = mobod.getBodyVelocity(trial) - body.V;
             agrees = agrees && (X.p() - body.X_GB.p()).norm() < 1e-9 * (1 + X.p().norm()) &&
                      (X.R().asMat33() - body.X_GB.R().asMat33()).norm() < 1e-9 &&
-                     difference.norm() < 1e-9 * (1 + body.V.norm());
+                     difference.norm() < 1e-9 * (1 + body.V.norm()) &&
+                     (matter.getTotalCoriolisAcceleration(trial, body.index) - body.biasA).norm() <
+                         1e-9 * (1 + body.biasA.norm());
         }
     }
     // Leave the Jacobians of the given state behind for the weights.
@@ -276,35 +281,87 @@ void RigidTree::putCoordinates(const double* q, const double* u, Vector& stateQ,
 
 void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) const {
     const double *qb = q + body.q0, *ub = u + body.u0;
+    // Of M in F, expressed in F: pose, columns (ω, v) of H, and Ḣu.
     Transform X_FM;
-    // H_FM columns (ω, v) in F, constant in F for each of these mobilizers.
-    Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
+    SpatialVec H[6], bias(Vec3(0), Vec3(0));
+    for (SpatialVec& column : H) column = SpatialVec(Vec3(0), Vec3(0));
+    const Vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+    // Body-fixed turns about x, y, z, as many as the first `count`.
+    const auto turn = [&](int count) {
+        const CoordinateAxis axes[3] = {XAxis, YAxis, ZAxis};
+        Rotation R;
+        Vec3 omega(0);
+        for (int k = 0; k < count; ++k) {
+            H[k][0] = R * (k == 0 ? x : k == 1 ? y : z);
+            bias[0] += omega % (H[k][0] * ub[k]);
+            omega += H[k][0] * ub[k];
+            R = R * Rotation(qb[k], axes[k]);
+        }
+        X_FM.updR() = R;
+    };
+    const auto turnFreely = [&] {
+        X_FM.updR() = body.turning == Turning::BodyXYZ
+                          ? Rotation(BodyRotationSequence, qb[0], XAxis, qb[1], YAxis, qb[2], ZAxis)
+                          : rotationOf(qb);
+        for (int k = 0; k < 3; ++k) H[k][0][k] = 1;
+    };
+    const auto shiftFreely = [&](int q0, int first) {
+        X_FM.updP() = Vec3::getAs(qb + q0);
+        for (int k = 0; k < 3; ++k) H[first + k][1][k] = 1;
+    };
     switch (body.mobilizer) {
         case Mobilizer::Weld:
             break;
         case Mobilizer::Pin:
             X_FM.updR() = Rotation(qb[0], ZAxis);
-            H(2, 0) = 1;
+            H[0][0] = z;
             break;
         case Mobilizer::Slider:
             X_FM.updP() = Vec3(qb[0], 0, 0);
-            H(3, 0) = 1;
-            break;
-        case Mobilizer::Translation:
-            X_FM.updP() = Vec3(qb[0], qb[1], qb[2]);
-            H.block<3, 3>(3, 0).setIdentity();
+            H[0][1] = x;
             break;
         case Mobilizer::Cylinder:
             X_FM = Transform(Rotation(qb[0], ZAxis), Vec3(0, 0, qb[1]));
-            H(2, 0) = H(5, 1) = 1;
+            H[0][0] = H[1][1] = z;
+            break;
+        case Mobilizer::Screw:
+            X_FM = Transform(Rotation(qb[0], ZAxis), Vec3(0, 0, body.pitch * qb[0]));
+            H[0] = SpatialVec(z, body.pitch * z);
+            break;
+        case Mobilizer::Universal:
+            turn(2);
+            break;
+        case Mobilizer::Planar:
+            X_FM = Transform(Rotation(qb[0], ZAxis), Vec3(qb[1], qb[2], 0));
+            H[0][0] = z;
+            H[1][1] = x;
+            H[2][1] = y;
+            break;
+        case Mobilizer::BendStretch: {
+            const Rotation R(qb[0], ZAxis);
+            const Vec3 outwards = R * x, along = R * y;
+            X_FM = Transform(R, qb[1] * outwards);
+            H[0] = SpatialVec(z, qb[1] * along);
+            H[1][1] = outwards;
+            bias[1] = -ub[0] * ub[0] * qb[1] * outwards + 2 * ub[0] * ub[1] * along;
+            break;
+        }
+        case Mobilizer::Gimbal:
+            turn(3);
+            break;
+        case Mobilizer::Bushing:
+            turn(3);
+            shiftFreely(3, 3);
+            break;
+        case Mobilizer::Translation:
+            shiftFreely(0, 0);
             break;
         case Mobilizer::Ball:
-            X_FM.updR() = rotationOf(qb);
-            H.block<3, 3>(0, 0).setIdentity();
+            turnFreely();
             break;
         case Mobilizer::Free:
-            X_FM = Transform(rotationOf(qb), Vec3(qb[4], qb[5], qb[6]));
-            H.setIdentity();
+            turnFreely();
+            shiftFreely(numTurningQ(body), 3);
             break;
         case Mobilizer::Other:
             break;
@@ -324,8 +381,7 @@ void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) c
 
     Vec3 omegaRel(0), vRel(0);
     for (int k = 0; k < body.nu; ++k) {
-        const Vec3 hOmega = X_GF.R() * Vec3(H(0, k), H(1, k), H(2, k));
-        const Vec3 hV = X_GF.R() * Vec3(H(3, k), H(4, k), H(5, k));
+        const Vec3 hOmega = X_GF.R() * H[k][0], hV = X_GF.R() * H[k][1];
         omegaRel += hOmega * ub[k];
         vRel += hV * ub[k];
         body.H[k] = SpatialVec(hOmega, hV + hOmega % s);
@@ -333,8 +389,9 @@ void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) c
 
     const Vec3 omega = V_P[0] + omegaRel, vM = V_P[1] + V_P[0] % r + vRel;
     body.V = {omega, vM + omega % s};
-    const Vec3 alpha = A_P[0] + V_P[0] % omegaRel;
-    const Vec3 aM = A_P[1] + A_P[0] % r + V_P[0] % (V_P[0] % r) + 2 * (V_P[0] % vRel);
+    const Vec3 alpha = A_P[0] + V_P[0] % omegaRel + X_GF.R() * bias[0];
+    const Vec3 aM =
+        A_P[1] + A_P[0] % r + V_P[0] % (V_P[0] % r) + 2 * (V_P[0] % vRel) + X_GF.R() * bias[1];
     body.biasA = {alpha, aM + alpha % s + omega % (omega % s)};
 }
 

@@ -3,9 +3,10 @@
 A tree of ordinary Simbody bodies rooted at Ground, as one block of the Newton system (private
 header).
 
-q and u are Simbody's own. Pin, Slider, Translation, Cylinder, Weld and (in quaternions) Ball and
-Free mobilizers are evaluated by our own recursion; a tree with any other mobilizer (reversed, in
-Euler angles, custom, …) takes poses and Jacobians from Simbody. q̇ = N(q)u is our own for all of
+q and u are Simbody's own. Weld, Pin, Slider, Cylinder, Screw, Universal, Planar, BendStretch,
+Gimbal, Bushing, Translation, Ball and Free mobilizers are evaluated by our own recursion, which is
+compared with Simbody's once; a tree with any other mobilizer (reversed, custom, …) takes poses and
+Jacobians from Simbody. q̇ = N(q)u is our own for all of
 Simbody's mobilizers; a custom one with an N of its own asks Simbody.
 
     A_B = shift(A_P) + H_B u̇_B + bias,   r = Σ_B J_Bᵀ F_inertial(A_B),   M = Σ_B J_Bᵀ M_B J_B
@@ -74,7 +75,22 @@ public:
     void putUDot(const double* q, const double* uDot, SimTK::Vector& simbodyUDot) const override;
 
 private:
-    enum class Mobilizer { Weld, Pin, Slider, Translation, Cylinder, Ball, Free, Other };
+    enum class Mobilizer {
+        Weld,
+        Pin,
+        Slider,
+        Cylinder,
+        Screw,
+        Universal,
+        Planar,
+        BendStretch,
+        Gimbal,
+        Bushing,
+        Translation,
+        Ball,
+        Free,
+        Other
+    };
     /** What the first coordinates of a mobilizer are; the others have q̇ = u. **/
     enum class Turning {
         None,               ///< q̇ = u throughout
@@ -91,6 +107,7 @@ private:
         Mobilizer mobilizer = Mobilizer::Other;
         Turning turning = Turning::None;
         SimTK::Transform X_PF, X_MB;
+        SimTK::Real pitch = 0;  ///< of a Screw [m/rad]
         SimTK::MassProperties mass;
         int q0 = 0, nq = 0, u0 = 0, nu = 0;  ///< in the block
         int stateQ0 = 0, stateU0 = 0;        ///< in Simbody's vectors

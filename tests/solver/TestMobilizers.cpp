@@ -380,6 +380,37 @@ TEST(Simbody, IsAskedForNothingInAModelWithoutForeignParts) {
     EXPECT_LE(count, 2);  // the State that is handed out
 }
 
+TEST(Simbody, IsNotAskedForTreesOfPlainMobilizers) {
+    for (bool useEulerAngles : {false, true})
+        for (const Kind& kind : makeKinds()) {
+            const std::string name = kind.name;
+            const bool isOther = name.find("Custom") == 0 || name == "FunctionBased" ||
+                                 name == "Ellipsoid" || name == "SphericalCoords" || isLine(kind);
+            MultibodySystem system;
+            SimbodyMatterSubsystem matter(system);
+            MobilizedBody::Free base(matter.Ground(), makeBrick(1));
+            MobilizedBody body = kind.make(matter, base, Transform(), makeBrick(1),
+                                           Transform(Vec3(0, 0.2, 0)), MobilizedBody::Forward);
+            int count = 0;
+            CounterSubsystem counter(system, count);
+            State state = system.realizeTopology();
+            matter.setUseEulerAngles(state, useEulerAngles);
+            system.realizeModel(state);
+            base.setUToFitAngularVelocity(state, Vec3(1, 2, 3));
+            for (int k = 0; k < body.getNumQ(state); ++k)
+                body.setOneQ(state, k, body.getOneQ(state, k) + 0.3 + 0.1 * k);
+            BdfIntegrator integrator(system);
+            integrator.initialize(state);
+            count = 0;
+            integrator.stepTo(0.05);
+            EXPECT_GT(integrator.getStatistics().stepsTaken, 10) << name;
+            if (isOther)
+                EXPECT_GT(count, 10) << name;
+            else
+                EXPECT_LE(count, 2) << name;
+        }
+}
+
 TEST(FlexibleFrames, EulerAnglesAndQuaternionsGiveTheSameMotion) {
     std::vector<Transform> poses;
     for (bool useEulerAngles : {false, true}) {

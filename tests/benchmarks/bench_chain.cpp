@@ -1,0 +1,204 @@
+// A chain of flexible links, 54 modes each, by number of links: cost of a Newton iteration and
+// memory, against Simbody's own accelerations of the same chain, and four threads against one. The
+// last line is a JSON object: exponent of the cost from 1000 to 10 000 links, how many times longer
+// Simbody takes for one evaluation of the accelerations of 200 links (with its own Constraint::Ball
+// between body frames, and with joints that see the modes), and the speed-up by threads.
+//
+//   bench_chain [LARGEST NUMBER OF LINKS]     default 10000
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <thread>
+
+#include "simflex/fe/CalculixDeck.h"
+#include "simflex/part/ReducedBodyFile.h"
+#include "simflex/reduction/Reduction.h"
+#include "simflex/solver/ImplicitStep.h"
+#include "support/ChainCost.h"
+
+namespace simflex {
+namespace {
+
+using examples::ChainCost;
+using examples::ChainModel;
+using examples::ChainOptions;
+using SimTK::Stage;
+using SimTK::State;
+
+using Part = std::shared_ptr<const ReducedBody>;
+
+const std::string partsFolder = SIMFLEX_PARTS;
+
+double measureSeconds(const std::function<void()>& work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double medianOf(std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + long(values.size() / 2), values.end());
+    return values[values.size() / 2];
+}
+
+ChainOptions optionsFor(int numLinks, ChainOptions::Joints joints = ChainOptions::Joints::Ball) {
+    ChainOptions options;
+    options.numLinks = numLinks;
+    options.joints = joints;
+    return options;
+}
+
+/** The link with 100 modes. **/
+Part reduceLinkTo100Modes() {
+    ReductionOptions options;
+    options.name = "link";
+    options.interfaces = {{"fork", "FORK"}, {"eye", "EYE"}};
+    options.numModes = 106;
+    return std::make_shared<const ReducedBody>(
+        reduce(readCalculixDeck(partsFolder + "/link.inp"), options));
+}
+
+//------------------------------------------------------------------------------------------------
+// growth
+
+struct Growth {
+    double time, memory, setUp;  ///< exponents over the number of links
+};
+
+Growth measureGrowth(const Part& part, int largest) {
+    std::printf("%8s %14s %14s %10s %10s %12s %12s %10s\n", "links", "ms/iteration", "us/it./link",
+                "model s", "topology s", "initialize s", "getState ms", "kB/link");
+    std::vector<double> links, times, bytes, setUps;
+    for (int numLinks : {10, 100, 1000, 3000, 10000}) {
+        if (numLinks > largest) break;
+        const ChainCost cost = measureChain(optionsFor(numLinks), part, 1);
+        std::printf("%8d %14.4g %14.4g %10.3f %10.3f %12.3f %12.3f %10.1f\n", numLinks,
+                    1e3 * cost.iterationSeconds, 1e6 * cost.iterationSeconds / numLinks,
+                    cost.modelSeconds, cost.topologySeconds, cost.initializeSeconds,
+                    1e3 * cost.stateSeconds, 1e-3 * cost.bytes / numLinks);
+        if (numLinks < 1000 && largest > 1000) continue;
+        links.push_back(numLinks);
+        times.push_back(cost.iterationSeconds);
+        bytes.push_back(cost.bytes);
+        setUps.push_back(cost.setUpSeconds());
+    }
+    if (links.size() < 2) return {0, 0, 0};
+    const Growth growth{examples::fitExponent(links, times), examples::fitExponent(links, bytes),
+                        examples::fitExponent(links, setUps)};
+    std::printf("exponents: Newton iteration %.3f, memory %.3f, set-up %.3f\n\n", growth.time,
+                growth.memory, growth.setUp);
+    return growth;
+}
+
+//------------------------------------------------------------------------------------------------
+// against Simbody
+
+/** Seconds of one evaluation of u̇ and λ from q and u by Simbody alone; u̇ to `uDot`. **/
+double measureSimbody(const Part& part, int numLinks, ChainOptions::Joints joints, int repetitions,
+                      SimTK::Vector* uDot = nullptr) {
+    ChainModel model(optionsFor(numLinks, joints), part);
+    State state = model.makeInitialState();
+    // Our own share, forces of the modes, is left out: it is not Simbody's.
+    model.flexible.getGuts().setNativeForcesEnabled(state, false);
+    model.system.realize(state, Stage::Instance);
+    std::vector<double> seconds;
+    for (int k = 0; k < repetitions; ++k) {
+        state.updQ();
+        seconds.push_back(
+            measureSeconds([&] { model.system.realize(state, Stage::Acceleration); }));
+    }
+    if (uDot) *uDot = state.getUDot();
+    return medianOf(seconds);
+}
+
+/** The same by block elimination: residuals, mass matrix and joints, factorization, solve. One
+ * thread. **/
+double measureElimination(const Part& part, int numLinks, SimTK::Vector* uDot) {
+    ChainModel model(optionsFor(numLinks), part);
+    const State state = model.makeInitialState();
+    model.system.realize(state, Stage::Velocity);
+    MultibodyEquations equations(model.system, state);
+    IntegratorStatistics statistics;
+    ImplicitStep step(equations, statistics);
+    step.setNumThreads(1);
+    std::vector<double> q(size_t(equations.numQ())), u(size_t(equations.numU())), a(u.size()),
+        lambda(size_t(equations.numMultipliers()));
+    equations.getFromState(state, q.data(), u.data());
+    std::vector<double> seconds;
+    for (int k = 0; k < 31; ++k)
+        seconds.push_back(measureSeconds([&] { step.calcAccelerations(0, q, u, a, lambda); }));
+    *uDot = equations.calcSimbodyUDot(q.data(), a.data());
+    return medianOf(seconds);
+}
+
+struct SimbodyRatios {
+    double frameBalls, flexibleJoints;
+};
+
+SimbodyRatios measureAgainstSimbody(const Part& part, int numLinks) {
+    SimTK::Vector own, simbody;
+    const double elimination = measureElimination(part, numLinks, &own);
+    const double frameBalls = measureSimbody(part, numLinks, ChainOptions::Joints::FrameBall, 5);
+    const double flexible = measureSimbody(part, numLinks, ChainOptions::Joints::Ball, 2, &simbody);
+    // The straight undeformed chain has no coupling that Simbody's mass matrix lacks.
+    const double difference = (own - simbody).normRMS() / simbody.normRMS();
+    std::printf("accelerations and multipliers of %d links, one thread\n", numLinks);
+    std::printf("  block elimination                    %10.3f ms\n", 1e3 * elimination);
+    std::printf("  Simbody, Constraint::Ball on frames  %10.1f ms  %8.0f times\n", 1e3 * frameBalls,
+                frameBalls / elimination);
+    std::printf("  Simbody, joints that see the modes   %10.1f ms  %8.0f times\n", 1e3 * flexible,
+                flexible / elimination);
+    std::printf("  relative difference of accelerations, joints that see the modes: %.1e\n\n",
+                difference);
+    return {frameBalls / elimination, flexible / elimination};
+}
+
+//------------------------------------------------------------------------------------------------
+// threads
+
+/** How many times faster a Newton iteration is with four threads than with one. **/
+double measureSpeedUp(const char* name, const Part& part, int numLinks, int repetitions) {
+    std::vector<double> one, four;
+    for (int k = 0; k < repetitions; ++k) {
+        one.push_back(measureChain(optionsFor(numLinks), part, 1).iterationSeconds);
+        four.push_back(measureChain(optionsFor(numLinks), part, 4).iterationSeconds);
+    }
+    const double speedUp = medianOf(one) / medianOf(four);
+    std::printf("  %-28s %10.3f ms %10.3f ms %8.2f times\n", name, 1e3 * medianOf(one),
+                1e3 * medianOf(four), speedUp);
+    return speedUp;
+}
+
+int run(int largest) {
+    const Part part =
+        std::make_shared<const ReducedBody>(readReducedBody(partsFolder + "/link.h5"));
+    std::printf("link: %d modes; %d processors\n\n", part->numModes, int(std::thread::hardware_concurrency()));
+    const Growth growth = measureGrowth(part, largest);
+    const SimbodyRatios ratios = measureAgainstSimbody(part, 200);
+    std::printf("Newton iteration %30s %12s\n", "1 thread", "4 threads");
+    const double speedUp200 = measureSpeedUp("200 links, 54 modes", part, 200, 5);
+    const double speedUp2000 = measureSpeedUp("2000 links, 54 modes", part, 2000, 3);
+    const double speedUp16 = measureSpeedUp("16 links, 100 modes", reduceLinkTo100Modes(), 16, 5);
+    std::printf(
+        "\n{\"exponent\": %.3f, \"memory_exponent\": %.3f, \"simbody_ratio_200\": %.0f, "
+        "\"simbody_ratio_200_flexible_joints\": %.0f, \"speedup_4_threads_200\": %.2f, "
+        "\"speedup_4_threads_2000\": %.2f, \"speedup_4_threads_16x100\": %.2f}\n",
+        growth.time, growth.memory, ratios.frameBalls, ratios.flexibleJoints, speedUp200,
+        speedUp2000, speedUp16);
+    return 0;
+}
+
+}  // namespace
+}  // namespace simflex
+
+int main(int argc, char** argv) {
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);
+    try {
+        return simflex::run(argc > 1 ? std::max(10, std::atoi(argv[1])) : 10000);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "bench_chain: %s\n", error.what());
+        return 1;
+    }
+}
