@@ -75,8 +75,9 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     if (m_guts) m_guts->setNativeForcesEnabled(m_private, false);
     system.realize(m_private, Stage::Instance);
     m_numSimbodyU = m_private.getNU();
+    m_numZ = m_private.getNZ();
     // What nobody will look at need not be kept: a flexible body takes some 60 kB of a State.
-    if (!m_needsSimbody && !m_constraints && !m_prescribed) m_private.clear();
+    if (!m_needsSimbody && !m_constraints && !m_prescribed && m_numZ == 0) m_private.clear();
 }
 
 MultibodyEquations::~MultibodyEquations() = default;

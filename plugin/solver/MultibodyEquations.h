@@ -123,7 +123,7 @@ public:
 
     /** @name Auxiliary variables z, which belong to Simbody's elements and Measures **/
     /**@{**/
-    int numZ() const { return m_private.getNZ(); }
+    int numZ() const { return m_numZ; }
     /** Elements see these z from the next realize() on. **/
     void setZ(const double* z);
     /** ż at the time, q and u of the last realize(); those that depend on accelerations see the
@@ -229,6 +229,7 @@ private:
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;  ///< of Simbody's elements and constraints
     SimTK::Vector m_mobilityForces;
     std::vector<double> m_scratch;
+    int m_numZ = 0;
     int m_numQ = 0, m_numU = 0, m_numMultipliers = 0, m_numThreads = 1;
     double m_time = 0;
     double m_simbodySeconds = 0;
