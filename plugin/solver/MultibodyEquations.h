@@ -203,7 +203,7 @@ private:
     const SimTK::MultibodySystem& m_system;
     const FlexibleBodySubsystem::Guts* m_guts = nullptr;
     SimTK::State m_private;  ///< empty if Simbody is never asked
-    int m_numSimbodyU = 0;
+    int m_numZ = 0, m_numSimbodyU = 0;
     GravityField m_gravity;
     bool m_hasForeignForces = false;
     bool m_needsSimbody = false;
