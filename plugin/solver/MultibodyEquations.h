@@ -229,7 +229,6 @@ private:
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;  ///< of Simbody's elements and constraints
     SimTK::Vector m_mobilityForces;
     std::vector<double> m_scratch;
-    int m_numZ = 0;
     int m_numQ = 0, m_numU = 0, m_numMultipliers = 0, m_numThreads = 1;
     double m_time = 0;
     double m_simbodySeconds = 0;
