@@ -97,7 +97,7 @@ private:
     BlockEliminationSolver m_solver;
     BlockEliminationSolver::Timing m_timed;
     std::vector<double> m_r, m_delta, m_lastUDot, m_deltaZ;
-    NewtonFactors m_factored;      ///< zero: none
+    NewtonFactors m_factored;  ///< zero: none
     int m_numThreads = 1;
     double m_rate = 1;             ///< convergence rate seen in the last iterations
     double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step

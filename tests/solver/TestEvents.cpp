@@ -362,5 +362,47 @@ TEST(Events, ComeInTheSameOrderAtTheSameTimesAsFromSimbodysTimeStepper) {
     EXPECT_GT(ours.size(), 20u);
 }
 
+class AccelerationTrigger : public TriggeredEventHandler {
+public:
+    AccelerationTrigger() : TriggeredEventHandler(Stage::Acceleration) {}
+    Real getValue(const State& state) const override { return state.getUDot()[0]; }
+    void handleEvent(State&, Real, bool&) const override {}
+};
+
+TEST(Events, TriggersThatNeedAccelerationsAreRefused) {
+    FallingStone model;
+    model.system.addEventHandler(new AccelerationTrigger);
+    BdfIntegrator integrator(model.system);
+    try {
+        integrator.initialize(model.system.realizeTopology());
+        FAIL() << "not refused";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("Stage::Acceleration"), std::string::npos);
+    }
+}
+
+TEST(Events, StatisticsTellWhatHappened) {
+    FallingStone model;
+    model.system.addEventReporter(new Recorder(model.stone, 0.05));
+    model.system.addEventHandler(new Kick(model.stone, 0.1));
+    model.system.addEventHandler(new Floor(model.stone));
+    BdfIntegrator integrator(model.system);
+    integrator.initialize(model.system.realizeTopology());
+    integrator.stepTo(0.81);
+    const IntegratorStatistics& statistics = integrator.getStatistics();
+    EXPECT_EQ(statistics.reports, 17);
+    EXPECT_EQ(statistics.scheduledEvents, 1);
+    EXPECT_EQ(statistics.starts, 2 + statistics.triggeredEvents);
+    EXPECT_EQ(statistics.stepsAttempted - statistics.stepsTaken,
+              statistics.errorTestFailures + statistics.convergenceFailures +
+                  statistics.projectionFailures + statistics.nonFiniteFailures);
+    EXPECT_LE(statistics.smallestStep, statistics.calcMeanStep());
+    EXPECT_GE(statistics.largestStep, statistics.calcMeanStep());
+    const std::string text = statistics.toString();
+    for (const char* label : {"steps taken", "of order 2", "largest step", "Newton iterations",
+                              "scheduled events", "reports", "total"})
+        EXPECT_NE(text.find(label), std::string::npos) << label;
+}
+
 }  // namespace
 }  // namespace simflex

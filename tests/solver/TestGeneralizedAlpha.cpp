@@ -197,6 +197,42 @@ TEST(GeneralizedAlpha, QuaternionsKeepLengthOne) {
     }
 }
 
+TEST(GeneralizedAlpha, ATumblingRigidBodyHasOrder2WithQuaternionsAndWithEulerAngles) {
+    for (bool usesAngles : {false, true}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        MobilizedBody::Ball top(matter.Ground(),
+                                Body::Rigid(MassProperties(1, Vec3(0), Inertia(1, 2, 2.5))));
+        State state = system.realizeTopology();
+        matter.setUseEulerAngles(state, usesAngles);
+        system.realizeModel(state);
+        top.setUToFitAngularVelocity(state, Vec3(1, 2, -0.5));
+        const auto integrate = [&](ImplicitIntegrator& integrator) {
+            integrator.initialize(state);
+            integrator.stepTo(0.4);
+            system.realize(integrator.getState(), Stage::Position);
+            return top.getBodyRotation(integrator.getState());
+        };
+        RungeKuttaMersonIntegrator exact(system);
+        exact.setAccuracy(1e-12);
+        TimeStepper stepper(system, exact);
+        stepper.initialize(state);
+        stepper.stepTo(0.4);
+        system.realize(exact.getState(), Stage::Position);
+        const Rotation reference = top.getBodyRotation(exact.getState());
+        std::vector<Real> errors;
+        for (Real h : {8e-3, 4e-3, 2e-3}) {
+            GeneralizedAlphaIntegrator integrator(system);
+            integrator.setFixedStep(h);
+            integrator.setAccuracy(1e-11);
+            errors.push_back((~reference * integrate(integrator)).convertRotationToAngleAxis()[0]);
+        }
+        for (size_t i = 1; i < errors.size(); ++i)
+            EXPECT_NEAR(std::log2(std::abs(errors[i - 1] / errors[i])), 2, 0.1)
+                << (usesAngles ? "angles " : "quaternions ") << errors[i];
+    }
+}
+
 TEST(GeneralizedAlpha, SpectralRadiiOutsideZeroToOneAreRefused) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
