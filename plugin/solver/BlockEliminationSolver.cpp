@@ -7,6 +7,7 @@
 
 #include "simflex/solver/BlockFactors.h"
 #include "simflex/solver/FrontSolver.h"
+#include "simflex/solver/ParallelFor.h"
 
 namespace simflex {
 namespace {
@@ -61,20 +62,24 @@ public:
         m_isFactored = true;
     }
 
-    void solve(const NewtonSystem& system) {
+    /** @param hasResidual  false: r counts as zero **/
+    void solve(const NewtonSystem& system, bool hasResidual) {
         if (!m_isFactored)
             throw std::logic_error("BlockEliminationSolver::solve() before factor()");
         const auto start = Clock::now();
         const int count = int(m_blocks.size());
-#pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
-        for (int b = 0; b < count; ++b)
-            if (!m_isHub[size_t(b)])
-                m_blocks[size_t(b)].eliminate(system.blocks[size_t(b)],
-                                              m_Gz.data() + m_firstColumn[size_t(b)]);
+        parallelFor(count, m_threads, [&](int b) {
+            if (m_isHub[size_t(b)]) return;
+            BlockFactors& factors = m_blocks[size_t(b)];
+            if (hasResidual)
+                factors.eliminate(system.blocks[size_t(b)], m_Gz.data() + m_firstColumn[size_t(b)]);
+            else
+                factors.eliminateZero();
+        });
         const auto schurStart = Clock::now();
 
         std::copy(system.c.begin(), system.c.end(), m_x.begin());
-        for (int b = 0; b < count; ++b) {
+        for (int b = 0; b < count && hasResidual; ++b) {
             if (m_isHub[size_t(b)]) continue;
             const int first = m_firstColumn[size_t(b)];
             const int columns = system.blocks[size_t(b)].numColumns();
@@ -83,23 +88,27 @@ public:
         }
         for (const Hub& hub : m_hubs) {
             const std::vector<double>& r = system.blocks[size_t(hub.block)].r;
-            std::copy(r.begin(), r.end(), m_x.begin() + hub.firstUnknown);
+            double* rows = m_x.data() + hub.firstUnknown;
+            if (hasResidual)
+                std::copy(r.begin(), r.end(), rows);
+            else
+                std::fill_n(rows, r.size(), 0.0);
         }
         if (!m_x.empty()) m_fronts->solve(m_x.data(), m_threads);
         const auto substitutionStart = Clock::now();
 
-#pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1)
-        for (int b = 0; b < count; ++b) {
-            if (m_isHub[size_t(b)]) continue;
+        parallelFor(count, m_threads, [&](int b) {
+            if (m_isHub[size_t(b)]) return;
             const Block& block = system.blocks[size_t(b)];
             double* lambda = m_columnLambda.data() + m_firstColumn[size_t(b)];
             for (int k = 0; k < block.numColumns(); ++k)
                 lambda[k] = m_x[size_t(block.rows[size_t(k)])];
             m_blocks[size_t(b)].substitute(block, lambda);
-        }
+        });
+        const auto end = Clock::now();
         m_timing.schur += std::chrono::duration<double>(substitutionStart - schurStart).count();
-        m_timing.backSubstitution += std::chrono::duration<double>(schurStart - start).count() +
-                                     secondsSince(substitutionStart);
+        m_timing.backSubstitution +=
+            std::chrono::duration<double>((schurStart - start) + (end - substitutionStart)).count();
     }
 
     const double* getDeltaU(int block) const {
@@ -109,21 +118,14 @@ public:
         return m_blocks.at(size_t(block)).getDeltaU().data();
     }
 
-    const double* getDeltaLambda() const {
-        return m_x.data();
-    }
-    const FrontSolver& getFronts() const {
-        return *m_fronts;
-    }
+    const double* getDeltaLambda() const { return m_x.data(); }
+    const FrontSolver& getFronts() const { return *m_fronts; }
 
-    /** A parallel loop must outlast its barrier: small systems are left to one thread. **/
     void setNumThreads(int most) {
         constexpr double WorkPerThread = 1e5;  // multiplications in one factor()
-        m_threads = std::max(1, std::min(most, int(m_work / WorkPerThread)));
+        m_threads = chooseNumThreads(most, m_work, WorkPerThread);
     }
-    const Timing& getTiming() const {
-        return m_timing;
-    }
+    const Timing& getTiming() const { return m_timing; }
 
 private:
     /** A block whose speeds are unknowns of step 3: rows −J Δu − Gᵀ Δλ = r. **/
@@ -146,6 +148,7 @@ private:
         pattern.numUnknowns = m_numMultipliers;
         m_hubs.clear();
         m_isHub.assign(m_blocks.size(), 0);
+        m_isRegular.assign(m_blocks.size(), 1);
         m_hubMatrices.clear();
         std::vector<std::vector<int>> blocksOfRow(static_cast<size_t>(m_numMultipliers));
         for (size_t b = 0; b < m_blocks.size(); ++b) {
@@ -205,14 +208,12 @@ private:
                 throw std::runtime_error("BlockEliminationSolver: the diagonal of part " +
                                          std::to_string(p) + " is singular or not finite");
         const int count = int(m_blocks.size());
-        int culprit = count;
-#pragma omp parallel for schedule(static) num_threads(m_threads) if (m_threads > 1) \
-    reduction(min                                                                   \
-              : culprit)
-        for (int b = 0; b < count; ++b)
-            if (!m_isHub[size_t(b)] &&
-                !m_blocks[size_t(b)].factor(system, system.blocks[size_t(b)]))
-                culprit = std::min(culprit, b);
+        parallelFor(count, m_threads, [&](int b) {
+            m_isRegular[size_t(b)] =
+                m_isHub[size_t(b)] || m_blocks[size_t(b)].factor(system, system.blocks[size_t(b)]);
+        });
+        const int culprit =
+            int(std::find(m_isRegular.begin(), m_isRegular.end(), 0) - m_isRegular.begin());
         if (culprit < count)
             throw std::runtime_error("BlockEliminationSolver: the matrix of block " +
                                      std::to_string(culprit) + " is singular or not finite");
@@ -258,7 +259,7 @@ private:
     int m_numMultipliers;
     std::vector<PartFactors> m_parts;
     std::vector<BlockFactors> m_blocks;
-    std::vector<char> m_isHub;
+    std::vector<char> m_isHub, m_isRegular;
     std::vector<Hub> m_hubs;
     std::vector<MatrixXd> m_hubMatrices;  ///< by clique
     std::vector<const double*> m_cliqueValues;
@@ -289,7 +290,10 @@ void BlockEliminationSolver::factor(const NewtonSystem& system) {
     m_impl->factor(system);
 }
 void BlockEliminationSolver::solve(const NewtonSystem& system) {
-    m_impl->solve(system);
+    m_impl->solve(system, true);
+}
+void BlockEliminationSolver::solveForConstraints(const NewtonSystem& system) {
+    m_impl->solve(system, false);
 }
 const double* BlockEliminationSolver::getDeltaU(int block) const {
     return m_impl->getDeltaU(block);

@@ -56,6 +56,9 @@ public:
     @throws std::logic_error if nothing was factored. **/
     void solve(const NewtonSystem& system);
 
+    /** The same with r = 0 whatever the system holds: the projection onto the constraints. **/
+    void solveForConstraints(const NewtonSystem& system);
+
     const double* getDeltaU(int block) const;
     const double* getDeltaLambda() const;
     int getNumRedundant() const;

@@ -97,8 +97,11 @@ bool BlockFactors::factorArrow(const NewtonSystem::Block& block) {
     for (int a = 0; a < 3; ++a) m_dE.col(a) = m_part->inverseDiagonal.cwiseProduct(m_E.col(a));
     for (int a = 0; a < 3; ++a)
         for (int b = 0; b <= a; ++b) head(a, b) -= m_E.col(a).dot(m_dE.col(b));
-    m_head.compute(head);  // reads the lower triangle
-    if (m_head.info() != Eigen::Success || !std::isfinite(m_head.matrixLLT().sum())) return false;
+    const Eigen::LLT<Matrix6d> factors(head);  // reads the lower triangle
+    if (factors.info() != Eigen::Success) return false;
+    m_inverseL.setIdentity();
+    factors.matrixL().solveInPlace(m_inverseL);
+    if (!m_inverseL.allFinite()) return false;
     if (m == 0) return true;
 
     m_K = Map<const Matrix6Xd>(block.coefficients.data(), 6, m);
@@ -113,8 +116,7 @@ bool BlockFactors::factorArrow(const NewtonSystem::Block& block) {
             m_Y.col(k).head<3>().noalias() -= Q * m_K.col(k);
         first += side.numColumns;
     }
-    m_LY = m_Y;
-    m_head.matrixL().solveInPlace(m_LY);  // S_b = … + (L⁻¹Y)ᵀ(L⁻¹Y)
+    for (int k = 0; k < m; ++k) m_LY.col(k).noalias() = m_inverseL * m_Y.col(k);
 
     MatrixXd& S = m_schur;
     int column = 0;
@@ -186,13 +188,18 @@ void BlockFactors::eliminate(const NewtonSystem::Block& block, double* Gz) {
         const auto flexibility = m_part->getFlexibility(m_frames[f]);
         for (int a = 0; a < 6; ++a) m_frameForce(a, Eigen::Index(f)) = flexibility.col(a).dot(m_z);
     }
-    const Vector6d solved = m_head.matrixL().solve(m_top);
+    const Vector6d solved = m_inverseL * m_top;
     int k = 0;
     for (const NewtonSystem::Side& side : block.sides) {
         const Eigen::Index f = findFrame(side.frame);
         for (int end = k + side.numColumns; k < end; ++k)
             Gz[k] = m_LY.col(k).dot(solved) + m_K.col(k).dot(m_frameForce.col(f));
     }
+}
+
+void BlockFactors::eliminateZero() {
+    m_z.setZero();
+    m_top.setZero();
 }
 
 void BlockFactors::substitute(const NewtonSystem::Block& block, const double* lambda) {
@@ -206,7 +213,8 @@ void BlockFactors::substitute(const NewtonSystem::Block& block, const double* la
     }
     Vector6d top = m_top;
     for (int k = 0; k < m; ++k) top += m_Y.col(k) * m_lambda[k];
-    const Vector6d solved = m_head.solve(top);
+    const Vector6d half = m_inverseL * top;
+    const Vector6d solved = m_inverseL.transpose() * half;
     m_deltaU.head<6>() = -solved;
     m_z = m_part->inverseDiagonal.cwiseProduct(m_z);
     for (int a = 0; a < 3; ++a) m_z -= m_dE.col(a) * solved[a];

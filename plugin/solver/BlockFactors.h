@@ -69,6 +69,9 @@ public:
     /** First half of a solution: keeps J_b⁻¹r_b as far as needed and writes G_b J_b⁻¹ r_b (m). **/
     void eliminate(const NewtonSystem::Block& block, double* Gz);
 
+    /** The same for r_b = 0. **/
+    void eliminateZero();
+
     /** Second half: deltaU ← −J_b⁻¹ (r_b + G_bᵀ Δλ), Δλ by the block's columns. **/
     void substitute(const NewtonSystem::Block& block, const double* lambda);
 
@@ -91,12 +94,12 @@ private:
     Eigen::VectorXd m_Gz, m_lambda, m_deltaU;
 
     // Arrow.
-    MatrixX3d m_E, m_dE;       ///< coupling, d⁻¹E
-    Matrix6Xd m_K, m_Y, m_LY;  ///< coefficients, Y, L⁻¹Y with H̃ = LLᵀ
-    Eigen::LLT<Eigen::Matrix<double, 6, 6>> m_head;
-    Eigen::Matrix<double, 6, 1> m_top;  ///< rigid rows of r with the modes eliminated
-    std::vector<int> m_frames;          ///< frames in use, without repetition
-    Matrix6Xd m_frameForce;             ///< 6×frames in use
+    MatrixX3d m_E, m_dE;                     ///< coupling, d⁻¹E
+    Matrix6Xd m_K, m_Y, m_LY;                ///< coefficients, Y, L⁻¹Y with H̃ = LLᵀ
+    Eigen::Matrix<double, 6, 6> m_inverseL;  ///< L⁻¹
+    Eigen::Matrix<double, 6, 1> m_top;       ///< rigid rows of r with the modes eliminated
+    std::vector<int> m_frames;               ///< frames in use, without repetition
+    Matrix6Xd m_frameForce;                  ///< 6×frames in use
 
     // Matrix.
     Eigen::LLT<Eigen::MatrixXd> m_symmetric;

@@ -44,7 +44,8 @@ private:
 #endif
 
     void setModeOfTeam(unsigned mode) const {
-#pragma omp parallel num_threads(m_numThreads) if (m_numThreads > 1)
+        if (m_numThreads <= 1) return setMode(mode);
+#pragma omp parallel num_threads(m_numThreads)
         setMode(mode);
     }
 

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
+
+#include "simflex/solver/ParallelFor.h"
 
 namespace simflex {
 
@@ -53,12 +54,10 @@ FrontSolver::FrontSolver(const CliquePattern& pattern) : m_tree(pattern) {
 template <class Visit>
 void FrontSolver::visitUpwards(int threads, Visit visit) {
     const std::vector<int>& subtrees = m_tree.subtrees();
-    const int count = int(subtrees.size());
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) if (threads > 1)
-    for (int s = 0; s < count; ++s) {
+    parallelForDynamic(int(subtrees.size()), threads, [&](int s) {
         const int root = subtrees[size_t(s)];
         for (int f = m_tree.fronts()[size_t(root)].firstDescendant; f <= root; ++f) visit(f);
-    }
+    });
     for (int f : m_tree.frontsAboveSubtrees()) visit(f);
 }
 
@@ -66,12 +65,10 @@ template <class Visit>
 void FrontSolver::visitDownwards(int threads, Visit visit) {
     const std::vector<int>&top = m_tree.frontsAboveSubtrees(), &subtrees = m_tree.subtrees();
     for (auto f = top.rbegin(); f != top.rend(); ++f) visit(*f);
-    const int count = int(subtrees.size());
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) if (threads > 1)
-    for (int s = 0; s < count; ++s) {
+    parallelForDynamic(int(subtrees.size()), threads, [&](int s) {
         const int root = subtrees[size_t(s)];
         for (int f = root; f >= m_tree.fronts()[size_t(root)].firstDescendant; --f) visit(f);
-    }
+    });
 }
 
 //--------------------------------------------------------------------------------------------------

@@ -24,16 +24,6 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/** As many threads as OpenMP offers and the bodies can feed: a parallel loop must outlast its
- * barrier. **/
-int chooseNumThreads(const MultibodyEquations& equations) {
-    constexpr double FlopsPerThread = 2e5;
-    double flops = 0;  // two passes over the invariants, 36 n_f²
-    for (int b = 0; b < equations.numBlocks(); ++b)
-        flops += 36.0 * std::pow(equations.getBlock(b).numU, 2);
-    return std::clamp(int(flops / FlopsPerThread), 1, omp_get_max_threads());
-}
-
 /** True if b is a later time than a by more than round-off. **/
 bool isLater(double a, double b) {
     return b - a > 1e-13 * std::max(1.0, std::abs(a));
@@ -100,7 +90,7 @@ void ImplicitIntegrator::Implementation::buildEquations() {
     m_step->blockForm = blockForm;
     m_step->accuracy = accuracy;
     m_step->observer = observer;
-    m_step->setNumThreads(numThreads > 0 ? numThreads : chooseNumThreads(*m_equations));
+    m_step->setNumThreads(numThreads > 0 ? numThreads : omp_get_max_threads());
 
     const int nq = m_equations->numQ(), nu = m_equations->numU(), m = m_equations->numMultipliers(),
               nz = m_equations->numZ();

@@ -40,8 +40,8 @@ ImplicitStep::ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& 
       m_deltaZ(equations.numZ()) {}
 
 void ImplicitStep::setNumThreads(int threads) {
-    m_numThreads = threads;
     m_equations.setNumThreads(threads);
+    m_numThreads = m_equations.getNumThreads();
     m_solver.setNumThreads(threads);
 }
 
@@ -263,9 +263,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
             isFresh = true;
         }
         previous = error;
-        for (NewtonSystem::Block& block : m_system.blocks)
-            std::fill(block.r.begin(), block.r.end(), 0.0);
-        m_solver.solve(m_system);
+        m_solver.solveForConstraints(m_system);
         ++m_statistics.linearSolves;
         if (iteration == 0) ++m_statistics.projections;
         gatherDelta(m_delta);
@@ -290,9 +288,7 @@ double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::
         m_equations.calcVelocityErrors(m_system.c.data());
         const double error = largestAbs(m_system.c, worstRow);
         if (error <= tolerances.constraintResidual || iteration == MaxIterations) return error;
-        for (NewtonSystem::Block& block : m_system.blocks)
-            std::fill(block.r.begin(), block.r.end(), 0.0);
-        m_solver.solve(m_system);
+        m_solver.solveForConstraints(m_system);
         ++m_statistics.linearSolves;
         gatherDelta(m_delta);
         for (size_t i = 0; i < u.size(); ++i) u[i] += m_delta[i];
@@ -318,9 +314,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         blockForm = BlockForm::Arrow;
         formAndFactor(1, u, uDot, MotionLevel::Position);
         blockForm = form;
-        for (NewtonSystem::Block& block : m_system.blocks)
-            std::fill(block.r.begin(), block.r.end(), 0.0);
-        m_solver.solve(m_system);
+        m_solver.solveForConstraints(m_system);
         gatherDelta(m_delta);
 
         // Shorten the Gauss–Newton step until the errors fall.

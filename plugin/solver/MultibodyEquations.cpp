@@ -8,6 +8,7 @@
 #include <typeinfo>
 
 #include "simflex/solver/FlexibleBlock.h"
+#include "simflex/solver/ParallelFor.h"
 #include "simflex/solver/RigidTree.h"
 
 namespace simflex {
@@ -379,6 +380,13 @@ void MultibodyEquations::makeForceElements() {
     }
 }
 
+void MultibodyEquations::setNumThreads(int most) {
+    constexpr double FlopsPerThread = 2e5;
+    double flops = 0;  // about two passes over the invariants
+    for (const auto& block : m_blocks) flops += 36.0 * block->numU * block->numU;
+    m_numThreads = chooseNumThreads(most, flops, FlopsPerThread);
+}
+
 NewtonSystem MultibodyEquations::makeNewtonSystem() const {
     NewtonSystem system;
     for (const PartGroup& part : m_parts) {
@@ -477,16 +485,13 @@ void MultibodyEquations::realize(double time, const double* q, const double* u) 
     if (m_prescribed && !m_prescribed->dependsOnState()) updatePrescribed(time, q, u);
     if (m_needsSimbody) realizeSimbody(time, q, u);
     const int count = int(m_batches.size());
-#pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int k = 0; k < count; ++k) {
+    parallelFor(count, m_numThreads, [&](int k) {
         FlexibleBlock::calcShapeProducts(m_batches[size_t(k)].flexible, q, u);
         for (int b : m_batches[size_t(k)].blocks)
             m_blocks[b]->realize(m_context, q + m_blocks[b]->firstQ, u + m_blocks[b]->firstU);
-    }
+    });
 
-    for (JointRef& joint : m_joints)
-        joint.record->equations->calcJacobian(motionOf(joint.sides[0]).X,
-                                              motionOf(joint.sides[1]).X, joint.D[0], joint.D[1]);
+    m_hasJacobians = false;
     for (ElementRef& element : m_elements) {
         for (size_t k = 0; k < element.frames.size(); ++k) {
             element.motions[unsigned(k)] = motionOf(element.frames[k]);
@@ -496,17 +501,31 @@ void MultibodyEquations::realize(double time, const double* q, const double* u) 
     }
 }
 
+void MultibodyEquations::updateJacobians() const {
+    if (m_hasJacobians) return;
+    parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
+        JointRef& joint = m_joints[size_t(k)];
+        joint.record->equations->calcJacobian(motionOf(joint.sides[0]).X,
+                                              motionOf(joint.sides[1]).X, joint.D[0], joint.D[1]);
+    });
+    m_hasJacobians = true;
+}
+
 void MultibodyEquations::calcPositionErrors(double* g) const {
-    for (const JointRef& joint : m_joints)
+    parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
+        const JointRef& joint = m_joints[size_t(k)];
         joint.record->equations->calcErrors(m_time, motionOf(joint.sides[0]).X,
                                             motionOf(joint.sides[1]).X, g + joint.firstRow);
+    });
     if (m_constraints) m_constraints->calcPositionErrors(m_private, g + m_firstSimbodyRow);
 }
 
 void MultibodyEquations::calcVelocityErrors(double* gDot) const {
-    for (const JointRef& joint : m_joints)
+    parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
+        const JointRef& joint = m_joints[size_t(k)];
         joint.record->equations->calcErrorDots(m_time, motionOf(joint.sides[0]),
                                                motionOf(joint.sides[1]), gDot + joint.firstRow);
+    });
     if (m_constraints) m_constraints->calcVelocityErrors(m_private, gDot + m_firstSimbodyRow);
 }
 
@@ -565,6 +584,7 @@ void MultibodyEquations::calcResidual(const double* q, const double* u, const do
 void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u, const double* uDot,
                                                const double* lambda, double* r) {
     const bool hasSimbodyForces = m_hasForeignForces || m_constraints;
+    updateJacobians();
     if (m_hasForeignForces) {
         m_bodyForces = m_system.getRigidBodyForces(m_private, Stage::Dynamics);
         m_mobilityForces = m_system.getMobilityForces(m_private, Stage::Dynamics);
@@ -578,8 +598,7 @@ void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u,
         m_constraints->addInForces(m_private, lambda + m_firstSimbodyRow, m_bodyForces,
                                    m_mobilityForces);
     const int count = int(m_batches.size());
-#pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int k = 0; k < count; ++k) {
+    parallelFor(count, m_numThreads, [&](int k) {
         FlexibleBlock::calcInertiaProducts(m_batches[size_t(k)].flexible, q, u);
         for (int b : m_batches[size_t(k)].blocks) {
             Block& block = *m_blocks[b];
@@ -589,7 +608,7 @@ void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u,
             subtractJointForces(b, lambda, rb);
             if (hasSimbodyForces) block.subtractSimbodyForces(m_bodyForces, m_mobilityForces, rb);
         }
-    }
+    });
     for (const ElementRef& element : m_elements)
         for (size_t k = 0; k < element.frames.size(); ++k) {
             const FrameRef& ref = element.frames[k];
@@ -695,20 +714,21 @@ void MultibodyEquations::formSimbodyColumns(MotionLevel level, NewtonSystem& sys
 void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool dense, const double* u,
                                           const double* uDot, NewtonSystem& system,
                                           MotionLevel level) const {
+    updateJacobians();
     for (size_t p = 0; p < m_parts.size(); ++p)
         m_flexible[size_t(m_parts[p].firstBlock)]->calcDiagonal(factors,
                                                                 system.parts[p].diagonal.data());
     const int count = numBlocks();
-#pragma omp parallel for schedule(static) num_threads(m_numThreads) if (m_numThreads > 1)
-    for (int b = 0; b < count; ++b) {
+    parallelFor(count, m_numThreads, [&](int b) {
         const int first = m_blocks[b]->firstU;
         m_blocks[b]->formNewtonBlock(factors, dense, u + first, uDot + first, system.blocks[b]);
         formConstraintBlock(b, system.blocks[b]);
-    }
+    });
     formSimbodyColumns(level, system);
 }
 
 void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
+    updateJacobians();
     for (NewtonSystem::Part& part : system.parts)
         std::fill(part.diagonal.begin(), part.diagonal.end(), 1.0);
     for (int b = 0; b < numBlocks(); ++b) {
@@ -719,8 +739,10 @@ void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
 }
 
 void MultibodyEquations::setResidual(const double* r, NewtonSystem& system) const {
-    for (size_t b = 0; b < m_blocks.size(); ++b)
-        std::copy_n(r + m_blocks[b]->firstU, m_blocks[b]->numU, system.blocks[b].r.begin());
+    parallelFor(numBlocks(), m_numThreads, [&](int b) {
+        std::copy_n(r + m_blocks[size_t(b)]->firstU, m_blocks[size_t(b)]->numU,
+                    system.blocks[size_t(b)].r.begin());
+    });
 }
 
 //---------------------------------------------------------------------------------------------------------
@@ -728,9 +750,11 @@ void MultibodyEquations::setResidual(const double* r, NewtonSystem& system) cons
 
 void MultibodyEquations::integrateQ(const double* qHist, double gamma, const double* u,
                                     double* q) const {
-    for (const auto& block : m_blocks)
-        block->integrateQ(m_context, qHist + block->firstQ, gamma, u + block->firstU,
-                          q + block->firstQ);
+    parallelFor(numBlocks(), m_numThreads, [&](int b) {
+        const Block& block = *m_blocks[size_t(b)];
+        block.integrateQ(m_context, qHist + block.firstQ, gamma, u + block.firstU,
+                         q + block.firstQ);
+    });
 }
 
 void MultibodyEquations::calcQDot(const double* q, const double* u, double* qDot) const {
@@ -739,8 +763,10 @@ void MultibodyEquations::calcQDot(const double* q, const double* u, double* qDot
 }
 
 void MultibodyEquations::displaceQ(const double* delta, double* q) const {
-    for (const auto& block : m_blocks)
-        block->displaceQ(m_context, delta + block->firstU, q + block->firstQ);
+    parallelFor(numBlocks(), m_numThreads, [&](int b) {
+        const Block& block = *m_blocks[size_t(b)];
+        block.displaceQ(m_context, delta + block.firstU, q + block.firstQ);
+    });
 }
 
 void MultibodyEquations::moveQ(const double* delta, double* q) const {

@@ -46,7 +46,9 @@ public:
     /** Name of the joint or Simbody constraint that owns a multiplier. **/
     const std::string& getJointName(int row) const;
 
-    void setNumThreads(int threads) { m_numThreads = threads; }
+    /** Threads to use at most; models of few or small bodies get fewer. **/
+    void setNumThreads(int most);
+    int getNumThreads() const { return m_numThreads; }
 
     /** A Newton system of this topology, zero. **/
     NewtonSystem makeNewtonSystem() const;
@@ -184,6 +186,7 @@ private:
     void makeJoints();
     void makeForceElements();
     FrameRef makeFrame(const Attachment& attachment);
+    void updateJacobians() const;
     const FrameMotion& motionOf(const FrameRef& frame) const;
     void makeParts();
     bool sharesPart(int block, int other) const;
@@ -213,7 +216,8 @@ private:
     std::vector<FlexibleBlock*> m_flexible;  ///< by FlexibleBodyIndex
     std::vector<RigidTree*> m_rigid;
     std::vector<Batch> m_batches;
-    std::vector<JointRef> m_joints;
+    mutable std::vector<JointRef> m_joints;  ///< Jacobians are made when first asked for
+    mutable bool m_hasJacobians = false;
     std::vector<ElementRef> m_elements;
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;
