@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "simflex/body/Dot.h"
+
 namespace simflex {
 
 using Eigen::Map;
@@ -17,17 +19,6 @@ Matrix3d crossMatrix(const Vector3d& x) {
     Matrix3d matrix;
     matrix << 0, -x[2], x[1], x[2], 0, -x[0], -x[1], x[0], 0;
     return matrix;
-}
-
-/** aᵀb in eight interleaved sums: the same at any address. **/
-double dot(const double* a, const double* b, int size) {
-    double sums[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-    int i = 0;
-    for (; i + 8 <= size; i += 8)
-        for (int k = 0; k < 8; ++k) sums[k] += a[i + k] * b[i + k];
-    for (; i < size; ++i) sums[0] += a[i] * b[i];
-    return ((sums[0] + sums[1]) + (sums[2] + sums[3])) +
-           ((sums[4] + sums[5]) + (sums[6] + sums[7]));
 }
 
 }  // namespace
@@ -70,11 +61,10 @@ const std::shared_ptr<const FrameShapes>& FlexibleBodyModel::getInterfaceShapes(
 }
 
 void FlexibleBodyData::resize(const FlexibleBodyModel& model) {
+    numModes = model.n;
     I2Xi.setZero(model.I2Tiles.paddedRows());
     NXi.setZero(model.NTiles.paddedRows());
     NXiDot.setZero(model.NTiles.paddedRows());
-    B.setZero(model.n, 6);
-    CTransposed.setZero(model.n, 3);
     I.setZero();
     IDot.setZero();
     CXiDot.setZero();
@@ -112,20 +102,13 @@ void calcInertiaFromProducts(const FlexibleBodyModel& model, const double* xi, c
     Eigen::Matrix<double, 6, 1> inertia, rate;
     for (int c = 0; c < 6; ++c) {
         const double *I1 = model.I1.col(c).data(), *I2Xi = data.I2Xi.data() + c * n;
-        double* B = data.B.col(c).data();
-        for (int i = 0; i < n; ++i) B[i] = I1[i] + 2 * I2Xi[i];
-        inertia[c] = 0.5 * (dot(I1, xi, n) + dot(B, xi, n));
-        rate[c] = dot(B, xiDot, n);
+        inertia[c] = dot(I1, xi, n) + dot(I2Xi, xi, n);
+        rate[c] = dot(I1, xiDot, n) + 2 * dot(I2Xi, xiDot, n);
     }
     data.I = model.inertia + symmetricMatrix(inertia);
     data.IDot = symmetricMatrix(rate);
     // C_a = ξᵀN_a = −(N_a ξ)ᵀ.
-    for (int a = 0; a < 3; ++a) {
-        const double* NXi = data.NXi.data() + a * n;
-        double* C = data.CTransposed.col(a).data();
-        for (int i = 0; i < n; ++i) C[i] = -NXi[i];
-        data.CXiDot[a] = dot(C, xiDot, n);
-    }
+    for (int a = 0; a < 3; ++a) data.CXiDot[a] = -dot(data.NXi.data() + a * n, xiDot, n);
 }
 
 void calcInertia(const FlexibleBodyModel& model, const Ref<const VectorXd>& xi,
@@ -142,25 +125,32 @@ void calcBodyResidual(const FlexibleBodyModel& model, const FlexibleBodyData& da
                       Vector3d& rotation, double* modes) {
     const int n = model.n;
     rotation = data.IDot * omega + omega.cross(data.I * omega + data.CXiDot) + data.I * omegaDot;
-    for (int a = 0; a < 3; ++a) rotation[a] += dot(data.CTransposed.col(a).data(), xiDotDot, n);
+    for (int a = 0; a < 3; ++a) rotation[a] -= dot(data.NXi.data() + a * n, xiDotDot, n);
 
     const double products[6] = {0.5 * omega[0] * omega[0], 0.5 * omega[1] * omega[1],
                                 0.5 * omega[2] * omega[2], omega[0] * omega[1],
                                 omega[0] * omega[2],       omega[1] * omega[2]};
-    const double *B = data.B.data(), *C = data.CTransposed.data(), *NXiDot = data.NXiDot.data();
+    const double *I1 = model.I1.data(), *I2Xi = data.I2Xi.data();
+    const double *NXi = data.NXi.data(), *NXiDot = data.NXiDot.data();
     const double *d = damping.data(), *omegaSquared = model.omegaSquared.data();
 #pragma GCC ivdep
     for (int i = 0; i < n; ++i) {
-        const double inertial =
-            xiDotDot[i] + C[i] * omegaDot[0] + C[i + n] * omegaDot[1] + C[i + 2 * n] * omegaDot[2];
+        const double inertial = xiDotDot[i] - (NXi[i] * omegaDot[0] + NXi[i + n] * omegaDot[1] +
+                                               NXi[i + 2 * n] * omegaDot[2]);
         const double coriolis =
             NXiDot[i] * omega[0] + NXiDot[i + n] * omega[1] + NXiDot[i + 2 * n] * omega[2];
-        const double centrifugal = B[i] * products[0] + B[i + n] * products[1] +
-                                   B[i + 2 * n] * products[2] + B[i + 3 * n] * products[3] +
-                                   B[i + 4 * n] * products[4] + B[i + 5 * n] * products[5];
+        double centrifugal = 0;  // ½ωᵀ(∂I/∂ξ)ω
+        for (int c = 0; c < 6; ++c)
+            centrifugal += (I1[i + c * n] + 2 * I2Xi[i + c * n]) * products[c];
         modes[i] =
             inertial - 2 * coriolis - centrifugal + d[i] * xiDot[i] + omegaSquared[i] * xi[i];
     }
+}
+
+Eigen::Matrix<double, Eigen::Dynamic, 6> calcInertiaGradient(const FlexibleBodyModel& model,
+                                                             const FlexibleBodyData& data) {
+    return model.I1 +
+           2 * Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>>(data.I2Xi.data(), model.n, 6);
 }
 
 void calcVelocityTerms(const FlexibleBodyModel& model, const FlexibleBodyData& data,
@@ -173,14 +163,14 @@ void calcVelocityTerms(const FlexibleBodyModel& model, const FlexibleBodyData& d
     omegaProducts << 0.5 * omega[0] * omega[0], 0.5 * omega[1] * omega[1],
         0.5 * omega[2] * omega[2], omega[0] * omega[1], omega[0] * omega[2], omega[1] * omega[2];
     modes.noalias() = -2 * (NXiDot * omega);
-    modes.noalias() -= data.B * omegaProducts;
+    modes.noalias() -= calcInertiaGradient(model, data) * omegaProducts;
 }
 
 void addInInertiaTerms(const FlexibleBodyData& data, const Vector3d& omegaDot,
                        const Ref<const VectorXd>& xiDotDot, Vector3d& rotation,
                        Ref<VectorXd> modes) {
-    rotation.noalias() += data.I * omegaDot + data.CTransposed.transpose() * xiDotDot;
-    modes.noalias() += data.CTransposed * omegaDot;
+    rotation.noalias() += data.I * omegaDot + data.getCTransposed().transpose() * xiDotDot;
+    modes.noalias() += data.getCTransposed() * omegaDot;
     modes += xiDotDot;
 }
 
@@ -197,6 +187,8 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
     J.block<3, 3>(3, 3).diagonal().setConstant(model.mass / mass);
 
     // ω rows against ξ̇, column j: C/γ + B_jω + ω×C_j + γ[B_jω̇ + N_jξ̈ + Ḃ_jω + ω×(B_jω) + ω×(N_jξ̇)].
+    const Eigen::Matrix<double, Eigen::Dynamic, 6> B = calcInertiaGradient(model, data);
+    const Eigen::Matrix<double, Eigen::Dynamic, 3> CTransposed = data.getCTransposed();
     const auto N = [&](int a) { return model.N.middleRows(a * n, n); };
     Eigen::Matrix<double, Eigen::Dynamic, 6> I2XiDot(n, 6);
     for (int c = 0; c < 6; ++c) I2XiDot.col(c).noalias() = model.I2.middleRows(c * n, n) * xiDot;
@@ -204,10 +196,10 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
     Eigen::Matrix<double, Eigen::Dynamic, 3> NXiDotDot(n, 3);
     for (int a = 0; a < 3; ++a) NXiDotDot.col(a).noalias() = N(a) * xiDotDot;
     for (int j = 0; j < n; ++j) {
-        const Matrix3d Bj = symmetricMatrix(data.B.row(j).transpose());
+        const Matrix3d Bj = symmetricMatrix(B.row(j).transpose());
         const Matrix3d BjDot = 2 * symmetricMatrix(I2XiDot.row(j).transpose());
         const Vector3d Bomega = Bj * omega, Nj = NXiDot.row(j).transpose();
-        const Vector3d C = data.CTransposed.row(j).transpose();
+        const Vector3d C = CTransposed.row(j).transpose();
         const Vector3d atRate = C / mass + Bomega + omega.cross(C);
         const Vector3d atPosition =
             Bj * omegaDot + NXiDotDot.row(j).transpose() + BjDot * omega + omega.cross(Bomega + Nj);

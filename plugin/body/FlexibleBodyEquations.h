@@ -51,10 +51,14 @@ struct FlexibleBodyData {
     void resize(const FlexibleBodyModel& model);
 
     Eigen::VectorXd I2Xi, NXi, NXiDot;  ///< products with ξ and ξ̇, 6n, 3n, 3n, padded to tiles
-    Eigen::Matrix<double, Eigen::Dynamic, 6> B;  ///< ∂I/∂ξ_j = I₁ⱼ + 2 I₂ⱼᵢ ξᵢ, by component
     Eigen::Matrix3d I, IDot;
-    Eigen::Matrix<double, Eigen::Dynamic, 3> CTransposed;  ///< n×3
-    Eigen::Vector3d CXiDot;                                ///< C ξ̇
+    Eigen::Vector3d CXiDot;  ///< C ξ̇
+    int numModes = 0;
+
+    /** Cᵀ = −Nξ, n×3. **/
+    auto getCTransposed() const {
+        return -Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>>(NXi.data(), numModes, 3);
+    }
 };
 
 /** Symmetric matrix of components xx yy zz xy xz yz. **/
@@ -66,13 +70,17 @@ a body, the invariants are read once for all.
 void calcProducts(const FlexibleBodyModel& model, int count, const double* const* xi,
                   const double* const* xiDot, FlexibleBodyData* const* data);
 
-/** Writes I, B, C at ξ, and İ, Cξ̇. O(n_f). @pre calcProducts(). **/
+/** Writes I at ξ, and İ, Cξ̇. O(n_f). @pre calcProducts(). **/
 void calcInertiaFromProducts(const FlexibleBodyModel& model, const double* xi, const double* xiDot,
                              FlexibleBodyData& data);
 
 /** Both of the above, for one body. **/
 void calcInertia(const FlexibleBodyModel& model, const Eigen::Ref<const Eigen::VectorXd>& xi,
                  const Eigen::Ref<const Eigen::VectorXd>& xiDot, FlexibleBodyData& data);
+
+/** B = ∂I/∂ξ, n×6: I₁ⱼ + 2 I₂ⱼᵢ ξᵢ by component. @pre calcProducts(). **/
+Eigen::Matrix<double, Eigen::Dynamic, 6> calcInertiaGradient(const FlexibleBodyModel& model,
+                                                             const FlexibleBodyData& data);
 
 /** Velocity-dependent terms on the left-hand side: rotation `İω + ω×(Iω + Cξ̇)`, modes `−2Σω_aN_aξ̇ −
 ½ωᵀBω`.

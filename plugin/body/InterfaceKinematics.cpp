@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "simflex/body/Dot.h"
+
 namespace simflex {
 
 using SimTK::Mat33;
@@ -90,8 +92,7 @@ FrameSums multiplyShapes(const FrameShapes& shapes, const double* coordinates) {
     const double* column = shapes.columns.data();
     FrameSums sums;
     for (Vec3* sum : {&sums.translation, &sums.rotation})
-        for (int a = 0; a < 3; ++a, column += n)
-            for (int i = 0; i < n; ++i) (*sum)[a] += column[i] * coordinates[i];
+        for (int a = 0; a < 3; ++a, column += n) (*sum)[a] = dot(column, coordinates, n);
     return sums;
 }
 
@@ -131,8 +132,13 @@ FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose&
 SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                                  const BodyFrame& body, const double* xiDot, const Vec3& omegaDot_B,
                                  const Vec3& vDot_G, const double* xiDotDot) {
-    const FrameSums atXiDot = multiplyShapes(*frame.shapes, xiDot);
-    const FrameSums atXiDotDot = multiplyShapes(*frame.shapes, xiDotDot);
+    return calcFrameAcceleration(pose, body, multiplyShapes(*frame.shapes, xiDot), omegaDot_B,
+                                 vDot_G, multiplyShapes(*frame.shapes, xiDotDot));
+}
+
+SpatialVec calcFrameAcceleration(const FlexibleFramePose& pose, const BodyFrame& body,
+                                 const FrameSums& atXiDot, const Vec3& omegaDot_B,
+                                 const Vec3& vDot_G, const FrameSums& atXiDotDot) {
     const Vec3 omegaRel = pose.E * atXiDot.rotation;
     const Vec3 vRel = atXiDot.translation + omegaRel % pose.rho;
     const Vec3 alphaRel =

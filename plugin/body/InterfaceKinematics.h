@@ -85,6 +85,10 @@ SimTK::SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const Flexib
                                         const SimTK::Vec3& omegaDot_B, const SimTK::Vec3& vDot_G,
                                         const double* xiDotDot);
 
+SimTK::SpatialVec calcFrameAcceleration(const FlexibleFramePose& pose, const BodyFrame& body,
+                                        const FrameSums& atXiDot, const SimTK::Vec3& omegaDot_B,
+                                        const SimTK::Vec3& vDot_G, const FrameSums& atXiDotDot);
+
 /** Adds the generalized forces of a spatial force F_G = (torque, force) acting at A's origin:
 @param[out] torque_B  added: torque on B about its origin, expressed in B
 @param[out] force_G   added: force on B

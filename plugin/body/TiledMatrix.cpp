@@ -10,13 +10,18 @@ using Tile = double __attribute__((vector_size(8 * TiledMatrix::TileHeight)));
 
 }  // namespace
 
-TiledMatrix::TiledMatrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix)
-    : m_cols(int(matrix.cols())), m_numTiles(int(matrix.rows() + TileHeight - 1) / TileHeight) {
+TiledMatrix::TiledMatrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+    assignTransposed(matrix.transpose());
+}
+
+void TiledMatrix::assignTransposed(const Eigen::MatrixXd& A) {
+    m_cols = int(A.rows());
+    m_numTiles = int(A.cols() + TileHeight - 1) / TileHeight;
     m_values.setZero(Eigen::Index(m_numTiles) * TileHeight * m_cols);
-    for (int i = 0; i < int(matrix.rows()); ++i)
-        for (int j = 0; j < m_cols; ++j)
-            m_values[Eigen::Index(i / TileHeight * m_cols + j) * TileHeight + i % TileHeight] =
-                matrix(i, j);
+    for (int i = 0; i < int(A.cols()); ++i) {
+        double* entry = m_values.data() + i / TileHeight * m_cols * TileHeight + i % TileHeight;
+        for (int j = 0; j < m_cols; ++j, entry += TileHeight) *entry = A(j, i);
+    }
 }
 
 template <int Tiles, int Columns>

@@ -19,6 +19,9 @@ public:
     TiledMatrix() = default;
     explicit TiledMatrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 
+    /** Takes the entries of Aᵀ; allocates only when the size changes. **/
+    void assignTransposed(const Eigen::MatrixXd& A);
+
     int cols() const { return m_cols; }
     /** Rows rounded up to whole tiles: the length of each y. **/
     int paddedRows() const { return m_numTiles * TileHeight; }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/body/Dot.h"
+
 namespace simflex {
 
 using Eigen::Map;
@@ -21,7 +23,9 @@ PartFactors::PartFactors(const NewtonSystem::Part& part)
       m_numFrames(part.numFrames),
       m_shapes(Map<const MatrixXd>(part.shapes->data(), part.numModes, 6 * part.numFrames)),
       m_flexibility(part.numModes, 6 * part.numFrames),
-      m_pairIndex(size_t(part.numFrames) * size_t(part.numFrames), -1) {}
+      m_pairIndex(size_t(part.numFrames) * size_t(part.numFrames), -1) {
+    m_flexibilityTiles.assignTransposed(m_flexibility);  // for its size
+}
 
 void PartFactors::requestPair(int frame, int other) {
     for (const auto& [a, b] : {std::make_pair(frame, other), std::make_pair(other, frame)}) {
@@ -37,6 +41,7 @@ bool PartFactors::factor(const NewtonSystem::Part& part) {
     inverseDiagonal = Map<const VectorXd>(part.diagonal.data(), numModes()).cwiseInverse();
     for (int k = 0; k < 6 * m_numFrames; ++k)
         m_flexibility.col(k) = inverseDiagonal.cwiseProduct(m_shapes.col(k));
+    m_flexibilityTiles.assignTransposed(m_flexibility);
     for (size_t k = 0; k < m_pairs.size(); ++k) {
         const auto [frame, other] = m_pairs[k];
         if (frame > other) continue;
@@ -55,6 +60,36 @@ bool PartFactors::factor(const NewtonSystem::Part& part) {
 //--------------------------------------------------------------------------------------------------
 // blocks
 
+namespace {
+
+/** L⁻¹ for A = LLᵀ, of A's lower triangle. @returns false if A is not positive definite. **/
+bool invertCholeskyFactor(const Matrix6d& A, Matrix6d& inverse) {
+    Matrix6d L;
+    for (int j = 0; j < 6; ++j) {
+        double pivot = A(j, j);
+        for (int k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
+        if (!(pivot > 0) || !std::isfinite(pivot)) return false;
+        L(j, j) = std::sqrt(pivot);
+        for (int i = j + 1; i < 6; ++i) {
+            double sum = A(i, j);
+            for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
+            L(i, j) = sum / L(j, j);
+        }
+    }
+    inverse.setZero();
+    for (int j = 0; j < 6; ++j) {
+        inverse(j, j) = 1 / L(j, j);
+        for (int i = j + 1; i < 6; ++i) {
+            double sum = 0;
+            for (int k = j; k < i; ++k) sum -= L(i, k) * inverse(k, j);
+            inverse(i, j) = sum / L(i, i);
+        }
+    }
+    return inverse.allFinite();
+}
+
+}  // namespace
+
 BlockFactors::BlockFactors(const NewtonSystem::Block& block, std::vector<PartFactors>& parts) {
     const int n = block.size, m = block.numColumns();
     m_schur.setZero(m, m);
@@ -69,7 +104,6 @@ BlockFactors::BlockFactors(const NewtonSystem::Block& block, std::vector<PartFac
     PartFactors& part = parts[size_t(block.part)];
     m_part = &part;
     m_z.setZero(n - 6);
-    m_E.setZero(n - 6, 3);
     m_dE.setZero(n - 6, 3);
     m_K.setZero(6, m);
     m_Y.setZero(6, m);
@@ -82,6 +116,7 @@ BlockFactors::BlockFactors(const NewtonSystem::Block& block, std::vector<PartFac
     std::sort(m_frames.begin(), m_frames.end());
     m_frames.erase(std::unique(m_frames.begin(), m_frames.end()), m_frames.end());
     m_frameForce.setZero(6, Eigen::Index(m_frames.size()));
+    m_products.setZero(part.getNumProductRows(), 3);
 }
 
 bool BlockFactors::factor(const NewtonSystem& system, const NewtonSystem::Block& block) {
@@ -92,28 +127,26 @@ bool BlockFactors::factor(const NewtonSystem& system, const NewtonSystem::Block&
 
 bool BlockFactors::factorArrow(const NewtonSystem::Block& block) {
     const int tail = block.size - 6, m = block.numColumns();
-    m_E = Map<const MatrixX3d>(block.coupling.data(), tail, 3);
+    const double* E = block.coupling.data();
     Matrix6d head = Map<const Matrix6d>(block.head.data());
-    for (int a = 0; a < 3; ++a) m_dE.col(a) = m_part->inverseDiagonal.cwiseProduct(m_E.col(a));
     for (int a = 0; a < 3; ++a)
-        for (int b = 0; b <= a; ++b) head(a, b) -= m_E.col(a).dot(m_dE.col(b));
-    const Eigen::LLT<Matrix6d> factors(head);  // reads the lower triangle
-    if (factors.info() != Eigen::Success) return false;
-    m_inverseL.setIdentity();
-    factors.matrixL().solveInPlace(m_inverseL);
-    if (!m_inverseL.allFinite()) return false;
+        m_dE.col(a) = m_part->inverseDiagonal.cwiseProduct(Map<const VectorXd>(E + a * tail, tail));
+    for (int a = 0; a < 3; ++a)
+        for (int b = 0; b <= a; ++b) head(a, b) -= dot(E + a * tail, m_dE.col(b).data(), tail);
+    if (!invertCholeskyFactor(head, m_inverseL)) return false;
     if (m == 0) return true;
 
     m_K = Map<const Matrix6Xd>(block.coefficients.data(), 6, m);
     m_Y = Map<const Matrix6Xd>(block.Gt.data(), 6, m);
+    const double* const columns[3] = {E, E + tail, E + 2 * tail};
+    double* const products[3] = {m_products.col(0).data(), m_products.col(1).data(),
+                                 m_products.col(2).data()};
+    m_part->multiplyByFlexibility(3, columns, products);
     int first = 0;
     for (const NewtonSystem::Side& side : block.sides) {
-        const Map<const MatrixX6d> flexibility = m_part->getFlexibility(side.frame);
-        Matrix<double, 3, 6> Q;
-        for (int a = 0; a < 6; ++a)
-            for (int b = 0; b < 3; ++b) Q(b, a) = m_E.col(b).dot(flexibility.col(a));
+        const Matrix<double, 6, 3> Q = m_products.block<6, 3>(6 * side.frame, 0);
         for (int k = first; k < first + side.numColumns; ++k)
-            m_Y.col(k).head<3>().noalias() -= Q * m_K.col(k);
+            for (int a = 0; a < 3; ++a) m_Y(a, k) -= Q.col(a).dot(m_K.col(k));
         first += side.numColumns;
     }
     for (int k = 0; k < m; ++k) m_LY.col(k).noalias() = m_inverseL * m_Y.col(k);
@@ -184,10 +217,11 @@ void BlockFactors::eliminate(const NewtonSystem::Block& block, double* Gz) {
     m_z = Map<const VectorXd>(block.r.data() + 6, n - 6);
     for (int a = 0; a < 3; ++a) m_top[a] -= m_dE.col(a).dot(m_z);
     if (m == 0) return;
-    for (size_t f = 0; f < m_frames.size(); ++f) {
-        const auto flexibility = m_part->getFlexibility(m_frames[f]);
-        for (int a = 0; a < 6; ++a) m_frameForce(a, Eigen::Index(f)) = flexibility.col(a).dot(m_z);
-    }
+    const double* z = m_z.data();
+    double* products = m_products.data();
+    m_part->multiplyByFlexibility(1, &z, &products);
+    for (size_t f = 0; f < m_frames.size(); ++f)
+        m_frameForce.col(Eigen::Index(f)) = m_products.block<6, 1>(6 * m_frames[f], 0);
     const Vector6d solved = m_inverseL * m_top;
     int k = 0;
     for (const NewtonSystem::Side& side : block.sides) {

@@ -18,6 +18,7 @@ address, and results are the same to the bit from run to run. **/
 #include <Eigen/Dense>
 #include <vector>
 
+#include "simflex/body/TiledMatrix.h"
 #include "simflex/solver/NewtonSystem.h"
 
 namespace simflex {
@@ -45,11 +46,18 @@ public:
         return {m_flexibility.col(6 * frame).data(), numModes(), 6};
     }
 
+    /** (d⁻¹A)ᵀ x for `count` vectors x: 6 rows a frame, padded to getNumProductRows(). **/
+    void multiplyByFlexibility(int count, const double* const* x, double* const* y) const {
+        m_flexibilityTiles.multiply(count, x, y);
+    }
+    int getNumProductRows() const { return m_flexibilityTiles.paddedRows(); }
+
     Eigen::VectorXd inverseDiagonal;
 
 private:
     int m_numFrames;
     Eigen::MatrixXd m_shapes, m_flexibility;  ///< A, d⁻¹A
+    TiledMatrix m_flexibilityTiles;           ///< (d⁻¹A)ᵀ
     std::vector<int> m_pairIndex;
     std::vector<std::pair<int, int>> m_pairs;
     Eigen::Matrix<double, 36, Eigen::Dynamic> m_compliances;
@@ -94,12 +102,13 @@ private:
     Eigen::VectorXd m_Gz, m_lambda, m_deltaU;
 
     // Arrow.
-    MatrixX3d m_E, m_dE;                     ///< coupling, d⁻¹E
+    MatrixX3d m_dE;                          ///< d⁻¹E
     Matrix6Xd m_K, m_Y, m_LY;                ///< coefficients, Y, L⁻¹Y with H̃ = LLᵀ
     Eigen::Matrix<double, 6, 6> m_inverseL;  ///< L⁻¹
     Eigen::Matrix<double, 6, 1> m_top;       ///< rigid rows of r with the modes eliminated
     std::vector<int> m_frames;               ///< frames in use, without repetition
     Matrix6Xd m_frameForce;                  ///< 6×frames in use
+    Eigen::MatrixXd m_products;  ///< (d⁻¹A)ᵀE, or (d⁻¹A)ᵀr in its first column
 
     // Matrix.
     Eigen::LLT<Eigen::MatrixXd> m_symmetric;

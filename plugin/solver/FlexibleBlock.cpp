@@ -51,14 +51,18 @@ void FlexibleBlock::realize(const EvaluationContext&, const double* q, const dou
     m_body.omega_B = Vec3(u[0], u[1], u[2]);
     m_body.v_G = Vec3(u[3], u[4], u[5]);
     for (size_t k = 0; k < m_frames.size(); ++k) {
-        const auto sumsOf = [&](const VectorXd& products, const double* coordinates) {
-            if (m_interfaces[k] < 0) return multiplyShapes(*m_frames[k].shapes, coordinates);
-            const double* sums = products.data() + 6 * m_interfaces[k];
-            return FrameSums{Vec3(sums[0], sums[1], sums[2]), Vec3(sums[3], sums[4], sums[5])};
-        };
-        m_poses[k] = calcFramePose(m_frames[k], sumsOf(m_shapesXi, q + 7));
-        frames[k] = calcFrameMotion(m_poses[k], m_body, sumsOf(m_shapesXiDot, u + 6));
+        m_poses[k] = calcFramePose(m_frames[k], calcFrameSums(int(k), m_shapesXi, q + 7));
+        frames[k] =
+            calcFrameMotion(m_poses[k], m_body, calcFrameSums(int(k), m_shapesXiDot, u + 6));
     }
+}
+
+FrameSums FlexibleBlock::calcFrameSums(int frame, const VectorXd& products,
+                                       const double* coordinates) const {
+    const int interface = m_interfaces[size_t(frame)];
+    if (interface < 0) return multiplyShapes(*m_frames[size_t(frame)].shapes, coordinates);
+    const double* sums = products.data() + 6 * interface;
+    return {Vec3(sums[0], sums[1], sums[2]), Vec3(sums[3], sums[4], sums[5])};
 }
 
 void FlexibleBlock::calcShapeProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
@@ -128,9 +132,10 @@ void FlexibleBlock::addInRow(int frame, const SpatialVec& d, double* row) const 
 
 SpatialVec FlexibleBlock::calcFrameAcceleration(int frame, const double* u,
                                                 const double* uDot) const {
-    return simflex::calcFrameAcceleration(m_frames[frame], m_poses[frame], m_body, u + 6,
-                                          Vec3(uDot[0], uDot[1], uDot[2]),
-                                          Vec3(uDot[3], uDot[4], uDot[5]), uDot + 6);
+    return simflex::calcFrameAcceleration(
+        m_poses[frame], m_body, calcFrameSums(frame, m_shapesXiDot, u + 6),
+        Vec3(uDot[0], uDot[1], uDot[2]), Vec3(uDot[3], uDot[4], uDot[5]),
+        multiplyShapes(*m_frames[frame].shapes, uDot + 6));
 }
 
 void FlexibleBlock::calcColumn(int frame, const SpatialVec& d, double* rigid,
@@ -152,7 +157,7 @@ void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) const {
     head.topLeftCorner<3, 3>() = m_data.I / mass;
     head.diagonal().tail<3>().setConstant(m_model.mass / mass);
     Map<Eigen::Matrix<double, Eigen::Dynamic, 3>>(block.coupling.data(), m_n, 3) =
-        m_data.CTransposed / mass;
+        m_data.getCTransposed() / mass;
 }
 
 void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
@@ -184,8 +189,8 @@ void FlexibleBlock::formFullArrow(double mass, const VectorXd& diagonal,
     Map<MatrixXd> J(block.matrix.data(), numU, numU);
     J.topLeftCorner<3, 3>() = m_data.I / mass;
     J.diagonal().segment<3>(3).setConstant(m_model.mass / mass);
-    J.topRightCorner(3, m_n) = m_data.CTransposed.transpose() / mass;
-    J.bottomLeftCorner(m_n, 3) = m_data.CTransposed / mass;
+    J.topRightCorner(3, m_n) = m_data.getCTransposed().transpose() / mass;
+    J.bottomLeftCorner(m_n, 3) = m_data.getCTransposed() / mass;
     J.diagonal().tail(m_n) = diagonal;
 }
 

@@ -74,6 +74,9 @@ private:
     /** The arrow as a full matrix, for a block without part. **/
     void formFullArrow(double mass, const Eigen::VectorXd& diagonal,
                        NewtonSystem::Block& block) const;
+    /** Sums of a frame: from the products with the interfaces' shapes, or its own for a node. **/
+    FrameSums calcFrameSums(int frame, const Eigen::VectorXd& products,
+                            const double* coordinates) const;
     double calcModalDisplacement(const double* modes) const;
 
     const FlexibleBodySubsystem::Guts& m_guts;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/body/Dot.h"
 #include "simflex/solver/ParallelFor.h"
 
 namespace simflex {
@@ -17,16 +18,6 @@ namespace {
 constexpr int PanelWidth = 32;
 /** A diagonal that has kept this much of its first value is taken as pivot without a search. **/
 constexpr double GoodPivot = 0.1;
-
-/** aᵀb in four interleaved sums: the same at any address. **/
-double dot(const double* a, const double* b, int size) {
-    double sums[4] = {0, 0, 0, 0};
-    int i = 0;
-    for (; i + 4 <= size; i += 4)
-        for (int k = 0; k < 4; ++k) sums[k] += a[i + k] * b[i + k];
-    for (; i < size; ++i) sums[0] += a[i] * b[i];
-    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
-}
 
 }  // namespace
 
