@@ -187,13 +187,16 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
     J.block<3, 3>(3, 3).diagonal().setConstant(model.mass / mass);
 
     // ω rows against ξ̇, column j: C/γ + B_jω + ω×C_j + γ[B_jω̇ + N_jξ̈ + Ḃ_jω + ω×(B_jω) + ω×(N_jξ̇)].
-    const Eigen::Matrix<double, Eigen::Dynamic, 6> B = calcInertiaGradient(model, data);
-    const Eigen::Matrix<double, Eigen::Dynamic, 3> CTransposed = data.getCTransposed();
+    // Kept from call to call: nothing is allocated once they are as large as the largest part.
+    thread_local Eigen::Matrix<double, Eigen::Dynamic, 6> B, I2XiDot;
+    thread_local Eigen::Matrix<double, Eigen::Dynamic, 3> CTransposed, NXiDotDot;
+    B = model.I1 + 2 * Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>>(data.I2Xi.data(), n, 6);
+    CTransposed = data.getCTransposed();
+    I2XiDot.resize(n, 6);
+    NXiDotDot.resize(n, 3);
     const auto N = [&](int a) { return model.N.middleRows(a * n, n); };
-    Eigen::Matrix<double, Eigen::Dynamic, 6> I2XiDot(n, 6);
     for (int c = 0; c < 6; ++c) I2XiDot.col(c).noalias() = model.I2.middleRows(c * n, n) * xiDot;
     const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.NXiDot.data(), n, 3);
-    Eigen::Matrix<double, Eigen::Dynamic, 3> NXiDotDot(n, 3);
     for (int a = 0; a < 3; ++a) NXiDotDot.col(a).noalias() = N(a) * xiDotDot;
     for (int j = 0; j < n; ++j) {
         const Matrix3d Bj = symmetricMatrix(B.row(j).transpose());

@@ -140,6 +140,10 @@ Real ImplicitIntegrator::getWork() const {
 Real ImplicitIntegrator::getLargestConstraintError() const {
     return m_impl->getConstraintError();
 }
+std::vector<std::string> ImplicitIntegrator::getRedundantConstraints() const {
+    m_impl->requireInitialized("getRedundantConstraints");
+    return m_impl->describeRedundancies();
+}
 const IntegratorStatistics& ImplicitIntegrator::getStatistics() const {
     return m_impl->statistics;
 }

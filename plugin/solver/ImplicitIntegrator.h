@@ -45,6 +45,7 @@ and shorten the step. **/
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "simflex/body/Joint.h"
 #include "simflex/solver/IntegratorStatistics.h"
@@ -148,6 +149,10 @@ public:
     SimTK::Real getWork() const;
     /** Largest position error of any joint at getState() [m, rad]. **/
     SimTK::Real getLargestConstraintError() const;
+    /** One line for each constraint equation that follows from others, as the last factorization
+    found them: "equation 3 of 'gudgeon pin' follows from 'main bearing', 'crank pin'". Multipliers
+    of such joints are those of least norm. **/
+    std::vector<std::string> getRedundantConstraints() const;
     const IntegratorStatistics& getStatistics() const;
     /**@}**/
 

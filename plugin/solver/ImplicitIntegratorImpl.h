@@ -23,6 +23,7 @@ public:
 
     const SimTK::State& getState() const;
     SimTK::Vector calcUDot() const;
+    std::vector<std::string> describeRedundancies() const { return m_step->describeRedundancies(); }
     SimTK::Vector calcMultipliers(const Joint* joint) const;
     SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint) const;
     void requireInitialized(const char* method) const;

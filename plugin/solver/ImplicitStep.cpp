@@ -78,6 +78,25 @@ void ImplicitStep::factor() {
     m_statistics.redundantConstraints = m_solver.getNumRedundant();
 }
 
+std::vector<std::string> ImplicitStep::describeRedundancies() const {
+    std::vector<std::string> lines;
+    const std::vector<int>& rows = m_solver.getRedundantRows();
+    for (int k = 0; k < int(rows.size()); ++k) {
+        std::string line = m_equations.describeRow(rows[size_t(k)]) + " follows from";
+        const char* separator = " ";
+        std::vector<std::string> named;
+        for (int row : m_solver.findInvolvedRows(k)) {
+            const std::string& name = m_equations.getJointName(row);
+            if (row == rows[size_t(k)] || std::count(named.begin(), named.end(), name)) continue;
+            named.push_back(name);
+            line += separator + ("'" + name + "'");
+            separator = ", ";
+        }
+        lines.push_back(line);
+    }
+    return lines;
+}
+
 int ImplicitStep::findNonFiniteBlock() const {
     for (int b = 0; b < m_equations.numBlocks(); ++b)
         for (int i = 0; i < m_equations.getBlock(b).numU; ++i)

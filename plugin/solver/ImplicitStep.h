@@ -74,6 +74,9 @@ public:
     void calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
                            std::vector<double>& uDot, std::vector<double>& lambda);
 
+    /** One line for each redundancy that the last factorization found. **/
+    std::vector<std::string> describeRedundancies() const;
+
     /** Adds the solver's phase times to the statistics. **/
     void addInTiming();
 

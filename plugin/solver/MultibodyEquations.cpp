@@ -420,6 +420,15 @@ const std::string& MultibodyEquations::getJointName(int row) const {
     throw std::out_of_range("no joint has multiplier " + std::to_string(row));
 }
 
+std::string MultibodyEquations::describeRow(int row) const {
+    int first = m_firstSimbodyRow;
+    for (const JointRef& joint : m_joints)
+        if (joint.firstRow <= row && row < m_firstSimbodyRow) first = joint.firstRow;
+    while (row >= m_firstSimbodyRow && first < row && getJointName(first) != getJointName(row))
+        ++first;
+    return "equation " + std::to_string(row - first + 1) + " of '" + getJointName(row) + "'";
+}
+
 //---------------------------------------------------------------------------------------------------------
 // evaluation
 

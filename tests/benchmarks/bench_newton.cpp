@@ -5,6 +5,7 @@
 
 #include <benchmark/benchmark.h>
 #include <klu.h>
+#include <umfpack.h>
 
 #include <Eigen/SparseLU>
 #include <algorithm>
@@ -46,6 +47,7 @@ const std::shared_ptr<const ReducedBody>& getRodPart() {
 /** An example's model and how the benchmark runs it. **/
 struct SliderCrank : examples::SliderCrankModel {
     static constexpr const char* name = "slider_crank";
+    static constexpr bool hasDenseBlocks = false;
     static constexpr double runTime = 0.1;     ///< simulated [s]
     static constexpr double accuracy = 1e-6;   ///< the example's own
     static constexpr int systemInterval = 25;  ///< every 25th Newton system is kept
@@ -55,6 +57,7 @@ struct SliderCrank : examples::SliderCrankModel {
 
 struct Stator : examples::StatorModel {
     static constexpr const char* name = "stator";
+    static constexpr bool hasDenseBlocks = false;
     static constexpr double runTime = 0.8;  ///< through the first critical speed
     static constexpr double accuracy = 1e-8;
     static constexpr int systemInterval = 250;
@@ -83,6 +86,8 @@ struct DumpedSystems {
     void dump(Model& model) {
         BdfIntegrator integrator(model.system);
         integrator.setAccuracy(Model::accuracy);
+        integrator.setBlockForm(Model::hasDenseBlocks ? BdfIntegrator::BlockForm::Dense
+                                                      : BdfIntegrator::BlockForm::Arrow);
         int count = 0;
         integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
             // A refreshed Newton matrix may have another form; one pattern is wanted.
@@ -115,6 +120,13 @@ void DumpedSystems::assemble() {
         sparse.back().setFromTriplets(entries.begin(), entries.end());
     }
 }
+
+/** The same run with the dense form of every flexible block: all gyroscopic terms in J. **/
+template <class Model>
+struct DenseBlocks : Model {
+    static inline const std::string name = std::string(Model::name) + "_dense";
+    static constexpr bool hasDenseBlocks = true;
+};
 
 template <class Model>
 const DumpedSystems& getDumpedSystems() {
@@ -189,6 +201,26 @@ void solveBySparseLU(benchmark::State& state) {
         x = lu.solve(dumped.rightHandSides[i]);
     });
     state.counters["nonzeros"] = double(dumped.sparse[0].nonZeros());
+}
+
+/** UMFPACK with its analysis reused. **/
+template <class Model>
+void solveByUmfpack(benchmark::State& state) {
+    const DumpedSystems& dumped = getDumpedSystems<Model>();
+    const SparseMatrix& first = dumped.sparse[0];
+    const int n = int(first.rows());
+    void *symbolic = nullptr, *numeric = nullptr;
+    umfpack_di_symbolic(n, n, first.outerIndexPtr(), first.innerIndexPtr(), first.valuePtr(),
+                        &symbolic, nullptr, nullptr);
+    runSolves(state, dumped, [&](size_t i, VectorXd& x) {
+        const SparseMatrix& A = dumped.sparse[i];
+        umfpack_di_numeric(A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr(), symbolic, &numeric,
+                           nullptr, nullptr);
+        umfpack_di_solve(UMFPACK_A, A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr(), x.data(),
+                         dumped.rightHandSides[i].data(), numeric, nullptr, nullptr);
+        umfpack_di_free_numeric(&numeric);
+    });
+    umfpack_di_free_symbolic(&symbolic);
 }
 
 /** KLU with its analysis reused; `Refactor` keeps the pivots of the first system, too. **/
@@ -348,7 +380,7 @@ benchmark::internal::Benchmark* addLong(const std::string& name,
 
 /** What is measured of an example; names begin with the model's. **/
 template <class Model>
-void registerModel(int runs) {
+void registerSolves() {
     const std::string prefix = std::string(Model::name) + "_";
     const auto addSolve = [&](const std::string& name, void (*function)(benchmark::State&)) {
         return benchmark::RegisterBenchmark((prefix + name).c_str(), function)
@@ -367,12 +399,16 @@ void registerModel(int runs) {
     addSolve("sparse_lu_amd", solveBySparseLU<Model, Eigen::AMDOrdering<int>>);
     addSolve("klu_factor", solveByKlu<Model, false>);
     addSolve("klu_refactor", solveByKlu<Model, true>);
-    addLong(prefix + "run", runExample<Model>)->Iterations(runs);
+    addSolve("umfpack", solveByUmfpack<Model>);
 }
 
 void registerBenchmarks() {
-    registerModel<SliderCrank>(5);
-    registerModel<Stator>(2);
+    registerSolves<SliderCrank>();
+    registerSolves<Stator>();
+    registerSolves<DenseBlocks<SliderCrank>>();
+    registerSolves<DenseBlocks<Stator>>();
+    addLong("slider_crank_run", runExample<SliderCrank>)->Iterations(5);
+    addLong("stator_run", runExample<Stator>)->Iterations(2);
     addLong("reduce_crank", reduceCrank)->Iterations(1);
     addLong("frame_1280x720", drawFrame);
 }
@@ -384,7 +420,8 @@ std::string summarize(const Reporter& reporter, const std::string& model) {
         return found == figures.end() ? 0.0 : found->second;
     };
     double sparse = 0;
-    for (const char* name : {"sparse_lu_colamd", "sparse_lu_amd", "klu_factor", "klu_refactor"}) {
+    for (const char* name :
+         {"sparse_lu_colamd", "sparse_lu_amd", "klu_factor", "klu_refactor", "umfpack"}) {
         const double time = get(reporter.times, name);
         if (time > 0 && (sparse == 0 || time < sparse)) sparse = time;
     }
@@ -409,7 +446,9 @@ int main(int argc, char** argv) {
     benchmark::RunSpecifiedBenchmarks(&reporter);
     benchmark::Shutdown();
 
-    std::printf("\n{%s, %s}\n", simflex::summarize(reporter, "slider_crank").c_str(),
-                simflex::summarize(reporter, "stator").c_str());
+    std::string json;
+    for (const char* model : {"slider_crank", "stator", "slider_crank_dense", "stator_dense"})
+        json += (json.empty() ? "" : ", ") + simflex::summarize(reporter, model);
+    std::printf("\n{%s}\n", json.c_str());
     return 0;
 }

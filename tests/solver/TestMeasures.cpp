@@ -86,8 +86,8 @@ TEST(Measures, ExtremesAndDelaysAreUpdatedStepByStep) {
 /** ż = −k z, fed back as a force on the slider: k and force make a coupled linear system. **/
 class Lag : public Force::Custom::Implementation {
 public:
-    Lag(const SimbodyMatterSubsystem& matter, const MobilizedBody& mass, const Subsystem& subsystem)
-        : m_matter(matter), m_mass(mass), m_subsystem(subsystem) {}
+    Lag(const MobilizedBody& mass, const Subsystem& subsystem)
+        : m_mass(mass), m_subsystem(subsystem) {}
     bool dependsOnlyOnPositions() const override { return false; }
     void realizeTopology(State& state) const override {
         m_z = m_subsystem.allocateZ(state, Vector(1, Real(1)));
@@ -102,7 +102,6 @@ public:
     Real calcPotentialEnergy(const State&) const override { return 0; }
 
 private:
-    const SimbodyMatterSubsystem& m_matter;
     const MobilizedBody& m_mass;
     const Subsystem& m_subsystem;
     mutable ZIndex m_z;
@@ -115,7 +114,7 @@ TEST(Measures, ForcesSeeTheZOfTheirTime) {
     GeneralForceSubsystem forces(system);
     MobilizedBody::Slider mass(matter.Ground(),
                                Body::Rigid(MassProperties(2, Vec3(0), Inertia(1))));
-    Force::Custom(forces, new Lag(matter, mass, forces));
+    Force::Custom(forces, new Lag(mass, forces));
     BdfIntegrator integrator(system);
     integrator.setAccuracy(1e-8);
     integrator.initialize(system.realizeTopology());

@@ -152,6 +152,13 @@ TEST(SliderCrank, RigidPartsWithThreeRedundantEquationsMoveAsInSimbody) {
     integrator.setMaximumOrder(5);
     integrator.initialize(state);
     EXPECT_EQ(integrator.getStatistics().redundantConstraints, 3);
+    // Each redundancy closes the loop: all three pins take part.
+    const std::vector<std::string> redundant = integrator.getRedundantConstraints();
+    ASSERT_EQ(redundant.size(), 3u);
+    for (const std::string& line : redundant) {
+        EXPECT_NE(line.find("equation "), std::string::npos) << line;
+        EXPECT_NE(line.find(" follows from '"), std::string::npos) << line;
+    }
     integrator.stepTo(time);
     EXPECT_EQ(integrator.getStatistics().redundantConstraints, 3);
     const State& ours = integrator.getState();

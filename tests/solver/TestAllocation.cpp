@@ -1,0 +1,101 @@
+// Newton's loop takes no memory from the heap: the program's malloc() counts.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstddef>
+
+#include "solver/SliderCrankModel.h"
+
+// Sanitizers bring a malloc() of their own.
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define SIMFLEX_COUNTS_ALLOCATIONS 1
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#undef SIMFLEX_COUNTS_ALLOCATIONS
+#endif
+#endif
+#endif
+
+#ifdef SIMFLEX_COUNTS_ALLOCATIONS
+
+namespace {
+std::atomic<bool> isCounting{false};
+std::atomic<long> numAllocations{0};
+
+void count() {
+    if (isCounting) ++numAllocations;
+}
+}  // namespace
+
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* block, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+void* malloc(std::size_t size) {
+    count();
+    return __libc_malloc(size);
+}
+void* calloc(std::size_t number, std::size_t size) {
+    count();
+    return __libc_calloc(number, size);
+}
+void* realloc(void* block, std::size_t size) {
+    count();
+    return __libc_realloc(block, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+    count();
+    return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
+    count();
+    *block = __libc_memalign(alignment, size);
+    return *block ? 0 : 12;  // ENOMEM
+}
+}
+
+namespace simflex {
+namespace {
+
+/** Allocations from the 20th Newton system of a run to the last. **/
+long countAllocations(BdfIntegrator::BlockForm form, long* iterations) {
+    test::FlexibleSliderCrank model;
+    BdfIntegrator integrator(model.system);
+    integrator.setBlockForm(form);
+    integrator.setNumThreads(1);
+    *iterations = 0;
+    integrator.setNewtonSystemObserver(
+        [&](const NewtonSystem&) { isCounting = ++*iterations > 20; });
+    integrator.initialize(model.state);
+    numAllocations = 0;
+    integrator.stepTo(0.02);
+    isCounting = false;
+    const long counted = numAllocations;
+    *iterations -= 20;
+    return counted;
+}
+
+TEST(Allocation, TheCounterCounts) {
+    numAllocations = 0;
+    isCounting = true;
+    double* volatile block = new double[100];  // volatile: or the compiler leaves both out
+    delete[] block;
+    isCounting = false;
+    EXPECT_EQ(numAllocations, 1);
+}
+
+TEST(Allocation, NewtonLoopAndStepsAllocateNothing) {
+    for (auto form : {BdfIntegrator::BlockForm::Arrow, BdfIntegrator::BlockForm::Dense}) {
+        long iterations = 0;
+        EXPECT_EQ(countAllocations(form, &iterations), 0);
+        EXPECT_GT(iterations, 30);
+    }
+}
+
+}  // namespace
+}  // namespace simflex
+
+#endif
