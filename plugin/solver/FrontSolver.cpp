@@ -204,10 +204,15 @@ void FrontSolver::updateTrailing(int f, int from, int to) {
         F.block(to, to, rest, rest).noalias() -= L * U;
         return;
     }
-    Eigen::Matrix<double, Eigen::Dynamic, PanelWidth> scaled(rest, width);
+    thread_local Eigen::Matrix<double, Eigen::Dynamic, PanelWidth> storage;  // L·D, kept for reuse
+    if (storage.rows() < rest) storage.resize(rest, PanelWidth);
+    auto scaled = storage.topLeftCorner(rest, width);
     for (int k = 0; k < width; ++k) {
         const double inverse = m_inversePivots[size_t(front.firstPivot + from + k)];
-        scaled.col(k) = inverse == 0 ? VectorXd::Zero(rest).eval() : L.col(k) / inverse;
+        if (inverse == 0)
+            scaled.col(k).setZero();
+        else
+            scaled.col(k) = L.col(k) / inverse;
     }
     F.block(to, to, rest, rest).triangularView<Eigen::Lower>() -= L * scaled.transpose();
 }

@@ -59,7 +59,7 @@ Problem makeSliderCrank() {
     Problem problem;
     problem.name = "slider_crank";
     problem.duration = 0.1;
-    problem.size = 1e-3;
+    problem.size = 1e-2;
     problem.state = model->makeInitialState();
     problem.system = &model->system;
     problem.probe = [m = model.get()](const State& state) {
