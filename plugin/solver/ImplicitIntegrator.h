@@ -40,7 +40,9 @@ forces on its mobilities are modal forces.
 
 The Newton matrix holds elasticity, modal damping and inertia. Simbody's own force elements and
 AttachmentForces act in the residual only: very stiff ones among them slow Newton's iteration down
-and shorten the step. **/
+and shorten the step. Near a singular position, where a mechanism can branch (all bars of a four-bar
+in one line), G changes faster than a step can follow: such a passage may fail or leave an energy
+error; try another accuracy. **/
 
 #include <functional>
 #include <memory>

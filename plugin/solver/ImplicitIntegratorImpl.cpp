@@ -437,14 +437,13 @@ void ImplicitIntegrator::Implementation::failStep(double h, const std::string& r
     if (!m_outcome.isFinite)
         text << "forces or positions of '" << bodyName << "' are not finite numbers";
     else if (m_outcome.converged && m_worstProjectedRow >= 0)
-        text << "joint '" << m_equations->getJointName(m_worstProjectedRow)
-             << "' keeps an error of " << m_new.constraintError << " (allowed "
-             << constraintTolerance << ")";
+        text << m_equations->describeConstraint(m_worstProjectedRow) << " keeps an error of "
+             << m_new.constraintError << " (allowed " << constraintTolerance << ")";
     else
         text << "worst body '" << bodyName << "' moves by " << m_outcome.displacementChange
              << " m in the last iteration";
     if (m_outcome.isFinite && !m_outcome.converged && m_outcome.worstRow >= 0)
-        text << ", joint '" << m_equations->getJointName(m_outcome.worstRow) << "' has residual "
+        text << ", " << m_equations->describeConstraint(m_outcome.worstRow) << " has residual "
              << m_outcome.constraintResidual;
     text << ". The last good State is kept; a singular position, a contradictory joint or a load "
             "that changes faster "

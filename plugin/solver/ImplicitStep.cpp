@@ -354,8 +354,8 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
     }
     if (!(error <= tolerance)) {
         std::ostringstream text;
-        text << "the joints cannot be assembled: joint '" << m_equations.getJointName(worst)
-             << "' keeps an error of " << error << " (allowed " << tolerance
+        text << "the joints cannot be assembled: " << m_equations.describeConstraint(worst)
+             << " keeps an error of " << error << " (allowed " << tolerance
              << "); check the attachment frames, or start closer to an assembled position";
         throw std::runtime_error(text.str());
     }
@@ -373,8 +373,8 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         const double speedError = projectSpeeds(t, q, u, &worst);
         if (!(speedError <= 1e-8 * (1 + largestAbs(u)))) {
             std::ostringstream text;
-            text << "no speeds satisfy the joints: joint '" << m_equations.getJointName(worst)
-                 << "' keeps a velocity error of " << speedError
+            text << "no speeds satisfy the joints: " << m_equations.describeConstraint(worst)
+                 << " keeps a velocity error of " << speedError
                  << "; do prescribed motions contradict each other?";
             throw std::runtime_error(text.str());
         }

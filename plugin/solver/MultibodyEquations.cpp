@@ -92,7 +92,7 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
     };
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i)
         if (PrescribedMotion::isUnsupported(matter.getMobilizedBody(i), state))
-            throw std::invalid_argument("BdfIntegrator: " + describe(m_guts, i) +
+            throw std::invalid_argument("ImplicitIntegrator: " + describe(m_guts, i) +
                                         " has a Motion of method Fast, which is not supported; "
                                         "use a Prescribed one, or disable it");
     std::set<ConstraintIndex> own;
@@ -103,7 +103,7 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
         if (constraint.isDisabled(state)) {
             if (own.count(i))
                 throw std::invalid_argument(
-                    "BdfIntegrator: joint '" + nameOfJoint(i) +
+                    "ImplicitIntegrator: joint '" + nameOfJoint(i) +
                     "' is disabled in the State; leave it out of the model instead");
             continue;
         }
@@ -114,7 +114,7 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
                 constraint.getMobilizedBodyFromConstrainedBody(b).getMobilizedBodyIndex();
             if (isCarrier(m_guts, body))
                 throw std::invalid_argument(
-                    "BdfIntegrator: " + SimbodyConstraints::describe(constraint) + " holds " +
+                    "ImplicitIntegrator: " + SimbodyConstraints::describe(constraint) + " holds " +
                     describe(m_guts, body) +
                     ", which has no place in space; constrain its "
                     "coordinates, or use a Joint to an interface");
@@ -175,8 +175,8 @@ void MultibodyEquations::makeBlocks(const State& state) {
         blockOfBody = m_blockOfBody[size_t(parent)];
         if (blockOfBody >= 0 && blockOfBody < int(m_flexible.size()))
             throw std::invalid_argument(
-                "BdfIntegrator: mobilized body " + std::to_string(int(i)) + " is mobilized on " +
-                describe(m_guts, parent) +
+                "ImplicitIntegrator: mobilized body " + std::to_string(int(i)) +
+                " is mobilized on " + describe(m_guts, parent) +
                 "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
         blockOfBody = int(m_blocks.size());
@@ -285,7 +285,7 @@ MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& att
     ref.block = findBlock(index);
     const int tree = ref.block - int(m_flexible.size());
     if (tree < 0)
-        throw std::invalid_argument("BdfIntegrator: " + attachment.getName() +
+        throw std::invalid_argument("ImplicitIntegrator: " + attachment.getName() +
                                     " is the frame or a modal mobilizer of a flexible body; "
                                     "attach to an interface or node");
     ref.frame = m_rigid[size_t(tree)]->addFrame(index, attachment.getFrame());
@@ -418,6 +418,11 @@ const std::string& MultibodyEquations::getJointName(int row) const {
     if (m_constraints && row < m_numMultipliers)
         return m_constraints->getName(row - m_firstSimbodyRow);
     throw std::out_of_range("no joint has multiplier " + std::to_string(row));
+}
+
+std::string MultibodyEquations::describeConstraint(int row) const {
+    const std::string& name = getJointName(row);
+    return row < m_firstSimbodyRow ? "joint '" + name + "'" : name;
 }
 
 std::string MultibodyEquations::describeRow(int row) const {

@@ -45,6 +45,8 @@ public:
     std::pair<int, int> findRows(SimTK::ConstraintIndex constraint) const;
     /** Name of the joint or Simbody constraint that owns a multiplier. **/
     const std::string& getJointName(int row) const;
+    /** "joint 'gudgeon pin'", or a Simbody constraint's kind and bodies. **/
+    std::string describeConstraint(int row) const;
     /** "equation 4 of 'gudgeon pin'": a constraint row for people. **/
     std::string describeRow(int row) const;
 
