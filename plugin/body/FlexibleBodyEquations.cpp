@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "simflex/body/Chunk.h"
 #include "simflex/body/Dot.h"
 
 namespace simflex {
@@ -29,7 +30,8 @@ FlexibleBodyModel::FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedP
       mass(part->mass),
       radius(part->calcRadius()) {
     inertia = symmetricMatrix(Map<const Eigen::Matrix<double, 6, 1>>(part->inertia.data()));
-    I1 = Map<const MatrixXd>(part->I1.data(), 6, n).transpose();
+    I1Values.setZero(6 * n + ChunkSize);
+    Map<MatrixXd>(I1Values.data(), n, 6) = Map<const MatrixXd>(part->I1.data(), 6, n).transpose();
     I2.resize(6 * n, n);
     N.resize(3 * n, n);
     for (int c = 0; c < 6; ++c)
@@ -62,9 +64,9 @@ const std::shared_ptr<const FrameShapes>& FlexibleBodyModel::getInterfaceShapes(
 
 void FlexibleBodyData::resize(const FlexibleBodyModel& model) {
     numModes = model.n;
-    I2Xi.setZero(model.I2Tiles.paddedRows());
-    NXi.setZero(model.NTiles.paddedRows());
-    NXiDot.setZero(model.NTiles.paddedRows());
+    I2Xi.setZero(model.I2Tiles.paddedRows() + ChunkSize);
+    NXi.setZero(model.NTiles.paddedRows() + ChunkSize);
+    NXiDot.setZero(model.NTiles.paddedRows() + ChunkSize);
     I.setZero();
     IDot.setZero();
     CXiDot.setZero();
@@ -101,7 +103,7 @@ void calcInertiaFromProducts(const FlexibleBodyModel& model, const double* xi, c
     const int n = model.n;
     Eigen::Matrix<double, 6, 1> inertia, rate;
     for (int c = 0; c < 6; ++c) {
-        const double *I1 = model.I1.col(c).data(), *I2Xi = data.I2Xi.data() + c * n;
+        const double *I1 = model.I1Values.data() + c * n, *I2Xi = data.I2Xi.data() + c * n;
         inertia[c] = dot(I1, xi, n) + dot(I2Xi, xi, n);
         rate[c] = dot(I1, xiDot, n) + 2 * dot(I2Xi, xiDot, n);
     }
@@ -119,37 +121,9 @@ void calcInertia(const FlexibleBodyModel& model, const Ref<const VectorXd>& xi,
     calcInertiaFromProducts(model, xiData, xiDotData, data);
 }
 
-void calcBodyResidual(const FlexibleBodyModel& model, const FlexibleBodyData& data,
-                      const Vector3d& omega, const Vector3d& omegaDot, const double* xi,
-                      const double* xiDot, const double* xiDotDot, const VectorXd& damping,
-                      Vector3d& rotation, double* modes) {
-    const int n = model.n;
-    rotation = data.IDot * omega + omega.cross(data.I * omega + data.CXiDot) + data.I * omegaDot;
-    for (int a = 0; a < 3; ++a) rotation[a] -= dot(data.NXi.data() + a * n, xiDotDot, n);
-
-    const double products[6] = {0.5 * omega[0] * omega[0], 0.5 * omega[1] * omega[1],
-                                0.5 * omega[2] * omega[2], omega[0] * omega[1],
-                                omega[0] * omega[2],       omega[1] * omega[2]};
-    const double *I1 = model.I1.data(), *I2Xi = data.I2Xi.data();
-    const double *NXi = data.NXi.data(), *NXiDot = data.NXiDot.data();
-    const double *d = damping.data(), *omegaSquared = model.omegaSquared.data();
-#pragma GCC ivdep
-    for (int i = 0; i < n; ++i) {
-        const double inertial = xiDotDot[i] - (NXi[i] * omegaDot[0] + NXi[i + n] * omegaDot[1] +
-                                               NXi[i + 2 * n] * omegaDot[2]);
-        const double coriolis =
-            NXiDot[i] * omega[0] + NXiDot[i + n] * omega[1] + NXiDot[i + 2 * n] * omega[2];
-        double centrifugal = 0;  // ½ωᵀ(∂I/∂ξ)ω
-        for (int c = 0; c < 6; ++c)
-            centrifugal += (I1[i + c * n] + 2 * I2Xi[i + c * n]) * products[c];
-        modes[i] =
-            inertial - 2 * coriolis - centrifugal + d[i] * xiDot[i] + omegaSquared[i] * xi[i];
-    }
-}
-
 Eigen::Matrix<double, Eigen::Dynamic, 6> calcInertiaGradient(const FlexibleBodyModel& model,
                                                              const FlexibleBodyData& data) {
-    return model.I1 +
+    return model.getI1() +
            2 * Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>>(data.I2Xi.data(), model.n, 6);
 }
 
@@ -190,7 +164,8 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
     // Kept from call to call: nothing is allocated once they are as large as the largest part.
     thread_local Eigen::Matrix<double, Eigen::Dynamic, 6> B, I2XiDot;
     thread_local Eigen::Matrix<double, Eigen::Dynamic, 3> CTransposed, NXiDotDot;
-    B = model.I1 + 2 * Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>>(data.I2Xi.data(), n, 6);
+    B = model.getI1() +
+        2 * Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>>(data.I2Xi.data(), n, 6);
     CTransposed = data.getCTransposed();
     I2XiDot.resize(n, 6);
     NXiDotDot.resize(n, 3);

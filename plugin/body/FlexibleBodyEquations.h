@@ -30,8 +30,8 @@ struct FlexibleBodyModel {
     std::shared_ptr<const ReducedBody> part;
     int n = 0;  ///< n_f
     double mass = 0;
-    Eigen::Matrix3d inertia;  ///< I₀
-    Eigen::Matrix<double, Eigen::Dynamic, 6> I1;
+    Eigen::Matrix3d inertia;      ///< I₀
+    Eigen::VectorXd I1Values;     ///< I₁, n×6 by columns, and ChunkSize zeros
     Eigen::MatrixXd I2;           ///< 6n×n: rows c·n … of component c (xx yy zz xy xz yz)
     Eigen::MatrixXd N;            ///< 3n×n: N_x, N_y, N_z
     TiledMatrix I2Tiles, NTiles;  ///< the same, for products
@@ -44,13 +44,19 @@ struct FlexibleBodyModel {
     /** @throws std::out_of_range that names the part, the interface asked for and those that exist.
      * **/
     const std::shared_ptr<const FrameShapes>& getInterfaceShapes(const std::string& name) const;
+
+    /** I₁, n×6. **/
+    auto getI1() const {
+        return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>>(I1Values.data(), n, 6);
+    }
 };
 
 /** What an evaluation writes. Allocated once by resize(). **/
 struct FlexibleBodyData {
     void resize(const FlexibleBodyModel& model);
 
-    Eigen::VectorXd I2Xi, NXi, NXiDot;  ///< products with ξ and ξ̇, 6n, 3n, 3n, padded to tiles
+    /** Products with ξ and ξ̇, 6n, 3n, 3n; longer than that, so that chunks can be read. **/
+    Eigen::VectorXd I2Xi, NXi, NXiDot;
     Eigen::Matrix3d I, IDot;
     Eigen::Vector3d CXiDot;  ///< C ξ̇
     int numModes = 0;
@@ -109,9 +115,10 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
                       Eigen::Ref<Eigen::MatrixXd> J);
 
 /** The whole left-hand side of the equations above but for the torque and modal forces that act on
-the body: inertia, velocity terms, damping and elasticity. O(n_f). @pre calcInertiaFromProducts().
+the body: inertia, velocity terms, damping and elasticity. Writes I, İ and Cξ̇ as well. O(n_f).
+@pre calcProducts().
 @param[out] rotation, modes  written **/
-void calcBodyResidual(const FlexibleBodyModel& model, const FlexibleBodyData& data,
+void calcBodyResidual(const FlexibleBodyModel& model, FlexibleBodyData& data,
                       const Eigen::Vector3d& omega, const Eigen::Vector3d& omegaDot,
                       const double* xi, const double* xiDot, const double* xiDotDot,
                       const Eigen::VectorXd& damping, Eigen::Vector3d& rotation, double* modes);

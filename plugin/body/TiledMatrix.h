@@ -20,7 +20,7 @@ public:
     explicit TiledMatrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 
     /** Takes the entries of Aᵀ; allocates only when the size changes. **/
-    void assignTransposed(const Eigen::MatrixXd& A);
+    void assignTransposed(const Eigen::Ref<const Eigen::MatrixXd>& A);
 
     int cols() const { return m_cols; }
     /** Rows rounded up to whole tiles: the length of each y. **/
@@ -32,7 +32,7 @@ public:
 private:
     template <int Tiles, int Columns>
     void multiplyTiles(int tile, const double* const* x, double* const* y) const;
-    template <int Tiles>
+    template <int Tiles, int Columns>
     void multiplyStrip(int tile, int count, const double* const* x, double* const* y) const;
 
     int m_cols = 0, m_numTiles = 0;

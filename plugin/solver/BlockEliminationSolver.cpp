@@ -38,9 +38,12 @@ public:
         for (const Block& block : system.blocks) {
             m_blocks.emplace_back(block, m_parts);
             m_firstColumn.push_back(int(m_Gz.size()));
+            m_firstSpeed.push_back(int(m_deltaU.size()));
+            m_deltaU.resize(m_deltaU.size() + size_t(block.size));
             m_Gz.resize(m_Gz.size() + block.rows.size());
             m_rows.insert(m_rows.end(), block.rows.begin(), block.rows.end());
         }
+        m_firstColumn.push_back(int(m_Gz.size()));
         m_columnLambda.resize(m_Gz.size());
         analyse(system, true);
     }
@@ -68,55 +71,49 @@ public:
             throw std::logic_error("BlockEliminationSolver::solve() before factor()");
         const auto start = Clock::now();
         const int count = int(m_blocks.size());
-        parallelFor(count, m_threads, [&](int b) {
+        parallelFor(hasResidual ? count : 0, m_threads, [&](int b) {
             if (m_isHub[size_t(b)]) return;
-            BlockFactors& factors = m_blocks[size_t(b)];
-            if (hasResidual)
-                factors.eliminate(system.blocks[size_t(b)], m_Gz.data() + m_firstColumn[size_t(b)]);
-            else
-                factors.eliminateZero();
+            m_blocks[size_t(b)].eliminate(system.r.data() + m_firstSpeed[size_t(b)],
+                                          m_Gz.data() + m_firstColumn[size_t(b)]);
         });
         const auto schurStart = Clock::now();
 
         std::copy(system.c.begin(), system.c.end(), m_x.begin());
         for (int b = 0; b < count && hasResidual; ++b) {
             if (m_isHub[size_t(b)]) continue;
-            const int first = m_firstColumn[size_t(b)];
-            const int columns = system.blocks[size_t(b)].numColumns();
-            for (int k = first; k < first + columns; ++k)
+            for (int k = m_firstColumn[size_t(b)]; k < m_firstColumn[size_t(b) + 1]; ++k)
                 m_x[size_t(m_rows[size_t(k)])] -= m_Gz[size_t(k)];
         }
         for (const Hub& hub : m_hubs) {
-            const std::vector<double>& r = system.blocks[size_t(hub.block)].r;
+            const int size = system.blocks[size_t(hub.block)].size;
             double* rows = m_x.data() + hub.firstUnknown;
             if (hasResidual)
-                std::copy(r.begin(), r.end(), rows);
+                std::copy_n(system.r.data() + m_firstSpeed[size_t(hub.block)], size, rows);
             else
-                std::fill_n(rows, r.size(), 0.0);
+                std::fill_n(rows, size, 0.0);
         }
         if (!m_x.empty()) m_fronts->solve(m_x.data(), m_threads);
         const auto substitutionStart = Clock::now();
 
         parallelFor(count, m_threads, [&](int b) {
             if (m_isHub[size_t(b)]) return;
-            const Block& block = system.blocks[size_t(b)];
-            double* lambda = m_columnLambda.data() + m_firstColumn[size_t(b)];
-            for (int k = 0; k < block.numColumns(); ++k)
-                lambda[k] = m_x[size_t(block.rows[size_t(k)])];
-            m_blocks[size_t(b)].substitute(block, lambda);
+            const int first = m_firstSpeed[size_t(b)];
+            const int begin = m_firstColumn[size_t(b)], end = m_firstColumn[size_t(b) + 1];
+            double* lambda = m_columnLambda.data();
+            for (int k = begin; k < end; ++k) lambda[k] = m_x[size_t(m_rows[size_t(k)])];
+            m_blocks[size_t(b)].substitute(hasResidual ? system.r.data() + first : nullptr,
+                                           lambda + begin, m_deltaU.data() + first);
         });
+        for (const Hub& hub : m_hubs)
+            std::copy_n(m_x.data() + hub.firstUnknown, system.blocks[size_t(hub.block)].size,
+                        m_deltaU.data() + m_firstSpeed[size_t(hub.block)]);
         const auto end = Clock::now();
         m_timing.schur += std::chrono::duration<double>(substitutionStart - schurStart).count();
         m_timing.backSubstitution +=
             std::chrono::duration<double>((schurStart - start) + (end - substitutionStart)).count();
     }
 
-    const double* getDeltaU(int block) const {
-        const auto hub = std::find_if(m_hubs.begin(), m_hubs.end(),
-                                      [&](const Hub& h) { return h.block == block; });
-        if (hub != m_hubs.end()) return m_x.data() + hub->firstUnknown;
-        return m_blocks.at(size_t(block)).getDeltaU().data();
-    }
+    const std::vector<double>& getDeltaU() const { return m_deltaU; }
 
     const double* getDeltaLambda() const { return m_x.data(); }
     const FrontSolver& getFronts() const { return *m_fronts; }
@@ -265,7 +262,9 @@ private:
     std::vector<const double*> m_cliqueValues;
     std::unique_ptr<FrontSolver> m_fronts;
 
-    std::vector<int> m_firstColumn, m_rows;    ///< all blocks' columns, one after another
+    std::vector<int> m_firstColumn, m_firstSpeed;  ///< by block; all columns' end last
+    std::vector<int> m_rows;                       ///< all blocks' columns, one after another
+    std::vector<double> m_deltaU;
     std::vector<double> m_Gz, m_columnLambda;  ///< by column
     std::vector<double> m_x;                   ///< Δλ, then hubs' Δu
     double m_work = 0;                         ///< of one factor() with arrows
@@ -295,8 +294,8 @@ void BlockEliminationSolver::solve(const NewtonSystem& system) {
 void BlockEliminationSolver::solveForConstraints(const NewtonSystem& system) {
     m_impl->solve(system, false);
 }
-const double* BlockEliminationSolver::getDeltaU(int block) const {
-    return m_impl->getDeltaU(block);
+const std::vector<double>& BlockEliminationSolver::getDeltaU() const {
+    return m_impl->getDeltaU();
 }
 const double* BlockEliminationSolver::getDeltaLambda() const {
     return m_impl->getDeltaLambda();

@@ -18,7 +18,7 @@ bit for any number of threads.
     BlockEliminationSolver solver(system);   // symbolic: sizes and rows
     solver.factor(system);
     solver.solve(system);
-    const double* du = solver.getDeltaU(block);  const double* dlambda = solver.getDeltaLambda();
+    solver.getDeltaU(), solver.getDeltaLambda()
 
 States: symbolic (after construction) → factored (after factor()); solve() may follow any number of
 times. After the first of each, neither allocates memory (redundant constraints excepted). **/
@@ -59,7 +59,8 @@ public:
     /** The same with r = 0 whatever the system holds: the projection onto the constraints. **/
     void solveForConstraints(const NewtonSystem& system);
 
-    const double* getDeltaU(int block) const;
+    /** Of all speeds, block after block. **/
+    const std::vector<double>& getDeltaU() const;
     const double* getDeltaLambda() const;
     int getNumRedundant() const;
     /** Rows of Δλ that follow from others, one for each redundancy; of the last factor(). **/

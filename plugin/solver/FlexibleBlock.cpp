@@ -96,7 +96,6 @@ void FlexibleBlock::calcInertiaProducts(const std::vector<FlexibleBlock*>& block
 
 void FlexibleBlock::calcResidual(const EvaluationContext& context, const double* q, const double* u,
                                  const double* uDot, double* r) {
-    calcInertiaFromProducts(m_model, q + 7, u + 6, m_data);
     Vector3d rotation;
     calcBodyResidual(m_model, m_data, toEigen(m_body.omega_B), Map<const Vector3d>(uDot), q + 7,
                      u + 6, uDot + 6, m_damping, rotation, r + 6);

@@ -34,7 +34,6 @@ ImplicitStep::ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& 
       m_statistics(statistics),
       m_system(equations.makeNewtonSystem()),
       m_solver(m_system),
-      m_r(equations.numU()),
       m_delta(equations.numU()),
       m_lastUDot(equations.numU()),
       m_deltaZ(equations.numZ()) {}
@@ -100,7 +99,7 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
 int ImplicitStep::findNonFiniteBlock() const {
     for (int b = 0; b < m_equations.numBlocks(); ++b)
         for (int i = 0; i < m_equations.getBlock(b).numU; ++i)
-            if (!std::isfinite(m_r[m_equations.getBlock(b).firstU + i])) return b;
+            if (!std::isfinite(m_system.r[m_equations.getBlock(b).firstU + i])) return b;
     return 0;
 }
 
@@ -108,12 +107,6 @@ void ImplicitStep::solveLinear() {
     if (observer) observer(m_system);
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;
-}
-
-void ImplicitStep::gatherDelta(std::vector<double>& delta) const {
-    for (int b = 0; b < m_equations.numBlocks(); ++b)
-        std::copy_n(m_solver.getDeltaU(b), m_equations.getBlock(b).numU,
-                    delta.begin() + m_equations.getBlock(b).firstU);
 }
 
 void ImplicitStep::calcQ(const StepFormula& formula, const std::vector<double>& u,
@@ -169,7 +162,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         m_equations.setZ(point.z.data());
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcStepUDot(q.data(), u.data(), uHist, mass, uDot.data());
-        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
+        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
         m_equations.calcStepErrors(formulation == Formulation::StabilizedIndex2
                                        ? MotionLevel::Velocity
                                        : MotionLevel::Position,
@@ -178,7 +171,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
         m_statistics.evaluationSeconds += secondsSince(start);
 
-        const double bodyResidual = largestAbs(m_r);
+        const double bodyResidual = largestAbs(m_system.r);
         outcome.constraintResidual = largestAbs(m_system.c, &outcome.worstRow);
         forceScale = std::max({forceScale, bodyResidual, largestAbs(lambda)});
         if (!std::isfinite(bodyResidual) || !std::isfinite(outcome.constraintResidual)) {
@@ -198,19 +191,18 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             refresh = false;
             allowed = iteration + tolerances.maxIterations;
         }
-        m_equations.setResidual(m_r.data(), m_system);
         solveLinear();
         ++m_statistics.newtonIterations;
-        gatherDelta(m_delta);
+        const std::vector<double>& delta = m_solver.getDeltaU();
         const double* deltaLambda = m_solver.getDeltaLambda();
         double multiplierChange = 0;
-        for (size_t i = 0; i < u.size(); ++i) u[i] += m_delta[i];
+        for (size_t i = 0; i < u.size(); ++i) u[i] += delta[i];
         for (size_t i = 0; i < lambda.size(); ++i) {
             lambda[i] += deltaLambda[i];
             multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
         }
         const double change =
-            stiffness * m_equations.calcDisplacement(m_delta.data(), &outcome.worstBlock);
+            stiffness * m_equations.calcDisplacement(delta.data(), &outcome.worstBlock);
         outcome.displacementChange = change;
         if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
         if (iteration > 0) {
@@ -285,8 +277,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         m_solver.solveForConstraints(m_system);
         ++m_statistics.linearSolves;
         if (iteration == 0) ++m_statistics.projections;
-        gatherDelta(m_delta);
-        m_equations.displaceQ(m_delta.data(), q.data());
+        m_equations.displaceQ(m_solver.getDeltaU().data(), q.data());
     }
 }
 
@@ -309,8 +300,8 @@ double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::
         if (error <= tolerances.constraintResidual || iteration == MaxIterations) return error;
         m_solver.solveForConstraints(m_system);
         ++m_statistics.linearSolves;
-        gatherDelta(m_delta);
-        for (size_t i = 0; i < u.size(); ++i) u[i] += m_delta[i];
+        const std::vector<double>& delta = m_solver.getDeltaU();
+        for (size_t i = 0; i < u.size(); ++i) u[i] += delta[i];
     }
 }
 
@@ -327,19 +318,18 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcPositionErrors(m_system.c.data());
         error = largestAbs(m_system.c, &worst);
-        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
+        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) break;
         const BlockForm form = blockForm;
         blockForm = BlockForm::Arrow;
         formAndFactor(1, u, uDot, MotionLevel::Position);
         blockForm = form;
         m_solver.solveForConstraints(m_system);
-        gatherDelta(m_delta);
 
         // Shorten the Gauss–Newton step until the errors fall.
         double fraction = 1;
         for (int cut = 0; cut < 12; ++cut, fraction *= 0.5) {
-            std::vector<double> delta = m_delta;
+            std::vector<double> delta = m_solver.getDeltaU();
             for (double& value : delta) value *= fraction;
             trial = q;
             if (cut > 0)
@@ -365,7 +355,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
     if (m_system.numMultipliers() > 0) {
         m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
         m_equations.realize(t, q.data(), u.data());
-        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
+        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
         const BlockForm form = blockForm;
         blockForm = BlockForm::Arrow;
         formAndFactor(1, u, uDot, MotionLevel::Velocity);
@@ -389,20 +379,19 @@ void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
     std::fill(lambda.begin(), lambda.end(), 0.0);
     m_equations.realize(t, q.data(), u.data());
     m_equations.calcPrescribedUDot(q.data(), uDot.data());
-    m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_r.data());
+    m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
     m_equations.calcAccelerationErrors(q.data(), u.data(), uDot.data(), m_system.c.data());
-    if (!std::isfinite(largestAbs(m_r)))
+    if (!std::isfinite(largestAbs(m_system.r)))
         throw std::runtime_error("the forces on '" +
                                  m_equations.getBlock(findNonFiniteBlock()).name +
                                  "' are not finite numbers at t = " + std::to_string(t) + " s");
     m_equations.formMassSystem(m_system);
     factor();
     m_canProject = false;
-    m_equations.setResidual(m_r.data(), m_system);
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;
-    gatherDelta(m_delta);
-    for (size_t i = 0; i < uDot.size(); ++i) uDot[i] += m_delta[i];
+    const std::vector<double>& delta = m_solver.getDeltaU();
+    for (size_t i = 0; i < uDot.size(); ++i) uDot[i] += delta[i];
     std::copy_n(m_solver.getDeltaLambda(), lambda.size(), lambda.begin());
     invalidateMatrix();
 }

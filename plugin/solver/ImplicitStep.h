@@ -90,7 +90,6 @@ private:
                        const std::vector<double>& uDot,
                        MotionLevel level = MotionLevel::Acceleration);
     void solveLinear();
-    void gatherDelta(std::vector<double>& delta) const;
     bool useDense() const;
     int findNonFiniteBlock() const;
 
@@ -99,7 +98,7 @@ private:
     NewtonSystem m_system;
     BlockEliminationSolver m_solver;
     BlockEliminationSolver::Timing m_timed;
-    std::vector<double> m_r, m_delta, m_lastUDot, m_deltaZ;
+    std::vector<double> m_delta, m_lastUDot, m_deltaZ;
     NewtonFactors m_factored;  ///< zero: none
     int m_numThreads = 1;
     double m_rate = 1;             ///< convergence rate seen in the last iterations

@@ -407,7 +407,8 @@ NewtonSystem MultibodyEquations::makeNewtonSystem() const {
         system.blocks[b].resize(m_partOfBlock[b], m_blocks[b]->numU - 6, std::move(sides),
                                 m_blockRows[b]);
     }
-    system.c.assign(m_numMultipliers, 0);
+    system.r.assign(size_t(m_numU), 0);
+    system.c.assign(size_t(m_numMultipliers), 0);
     return system;
 }
 
@@ -750,13 +751,6 @@ void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
         formConstraintBlock(b, system.blocks[b]);
     }
     formSimbodyColumns(MotionLevel::Acceleration, system);
-}
-
-void MultibodyEquations::setResidual(const double* r, NewtonSystem& system) const {
-    parallelFor(numBlocks(), m_numThreads, [&](int b) {
-        std::copy_n(r + m_blocks[size_t(b)]->firstU, m_blocks[size_t(b)]->numU,
-                    system.blocks[size_t(b)].r.begin());
-    });
 }
 
 //---------------------------------------------------------------------------------------------------------

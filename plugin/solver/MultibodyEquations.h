@@ -106,9 +106,6 @@ public:
     void formMassSystem(NewtonSystem& system) const;
     /**@}**/
 
-    /** Splits a vector of all speeds into the blocks' r. **/
-    void setResidual(const double* r, NewtonSystem& system) const;
-
     void integrateQ(const double* qHist, double gamma, const double* u, double* q) const;
     /** q̇ = N(q) u. @pre realize() at this q. **/
     void calcQDot(const double* q, const double* u, double* qDot) const;

@@ -17,7 +17,6 @@ void NewtonSystem::Block::resize(int numSpeeds, std::vector<int> constraintRows)
     matrix.assign(n * n, 0);
     rows = std::move(constraintRows);
     Gt.assign(n * rows.size(), 0);
-    r.assign(n, 0);
 }
 
 void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<Side> columnSides,
@@ -31,7 +30,6 @@ void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<Side> 
     sides = std::move(columnSides);
     Gt.assign(6 * rows.size(), 0);
     coefficients.assign(6 * rows.size(), 0);
-    r.assign(size_t(size), 0);
 }
 
 int NewtonSystem::numSpeeds() const {
@@ -74,7 +72,7 @@ void NewtonSystem::checkSizes() const {
         const Block& block = blocks[b];
         const std::string name = "block " + std::to_string(b);
         const size_t n = size_t(block.size), m = block.rows.size();
-        bool fits = block.size >= 0 && block.r.size() == n;
+        bool fits = block.size >= 0;
         if (block.part < 0) {
             fits = fits && block.form != Block::Form::Arrow && block.matrix.size() == n * n &&
                    block.Gt.size() == n * m;
@@ -99,6 +97,9 @@ void NewtonSystem::checkSizes() const {
                 refuse(name + " names constraint row " + std::to_string(row) + " of " +
                        std::to_string(numMultipliers()));
     }
+    if (r.size() != size_t(numSpeeds()))
+        refuse("r has " + std::to_string(r.size()) + " entries for " + std::to_string(numSpeeds()) +
+               " speeds");
 }
 
 namespace {
@@ -134,7 +135,7 @@ void readArray(std::istream& stream, std::vector<T>& values) {
 
 void NewtonSystem::write(std::ostream& stream) const {
     const std::streamsize precision = stream.precision(std::numeric_limits<double>::max_digits10);
-    stream << "simflex-newton-system 2\n" << parts.size() << ' ' << blocks.size() << '\n';
+    stream << "simflex-newton-system 3\n" << parts.size() << ' ' << blocks.size() << '\n';
     for (const Part& part : parts) {
         stream << part.numModes << ' ' << part.numFrames << '\n';
         writeArray(stream, part.diagonal);
@@ -151,8 +152,8 @@ void NewtonSystem::write(std::ostream& stream) const {
         writeArray(stream, block.rows);
         writeArray(stream, block.Gt);
         writeArray(stream, block.coefficients);
-        writeArray(stream, block.r);
     }
+    writeArray(stream, r);
     writeArray(stream, c);
     stream.precision(precision);
 }
@@ -161,8 +162,8 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
     std::string magic;
     int version = 0;
     stream >> magic >> version;
-    if (magic != "simflex-newton-system" || version != 2)
-        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 2");
+    if (magic != "simflex-newton-system" || version != 3)
+        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 3");
     NewtonSystem system;
     const int numParts = readInteger(stream, 0), numBlocks = readInteger(stream, 0);
     system.parts.resize(size_t(numParts));
@@ -190,8 +191,8 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
         readArray(stream, block.rows);
         readArray(stream, block.Gt);
         readArray(stream, block.coefficients);
-        readArray(stream, block.r);
     }
+    readArray(stream, system.r);
     readArray(stream, system.c);
     try {
         system.checkSizes();

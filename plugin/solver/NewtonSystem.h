@@ -55,7 +55,6 @@ struct NewtonSystem {
         std::vector<Side> sides;           ///< in the order of the columns, if there is a part
         std::vector<double> Gt;            ///< with a part: 6×m, rigid rows of Gᵀ; else n×m
         std::vector<double> coefficients;  ///< with a part: 6×m
-        std::vector<double> r;             ///< n: residual
 
         int numColumns() const { return int(rows.size()); }
 
@@ -68,6 +67,7 @@ struct NewtonSystem {
 
     std::vector<Part> parts;
     std::vector<Block> blocks;
+    std::vector<double> r;  ///< residual of all speeds, block after block
     std::vector<double> c;  ///< constraint residual
 
     int numMultipliers() const { return int(c.size()); }

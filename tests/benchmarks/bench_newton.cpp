@@ -170,12 +170,8 @@ void solveByBlockElimination(benchmark::State& state) {
         const NewtonSystem& system = dumped.systems[i];
         solver.factor(system);
         solver.solve(system);
-        int first = 0;
-        for (size_t b = 0; b < system.blocks.size(); ++b) {
-            const int size = system.blocks[b].size;
-            x.segment(first, size) = Eigen::Map<const VectorXd>(solver.getDeltaU(int(b)), size);
-            first += size;
-        }
+        x.head(system.numSpeeds()) =
+            Eigen::Map<const VectorXd>(solver.getDeltaU().data(), system.numSpeeds());
         x.tail(system.numMultipliers()) =
             Eigen::Map<const VectorXd>(solver.getDeltaLambda(), system.numMultipliers());
     });

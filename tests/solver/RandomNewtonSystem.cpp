@@ -25,6 +25,8 @@ public:
         makeJoints();
         for (int k = 0; k < m_options.numCopiedRows; ++k) copyRow();
         for (double& value : m_system.c) value = uniform();
+        m_system.r.resize(size_t(m_system.numSpeeds()));
+        for (double& value : m_system.r) value = uniform();
         for (const auto& [copy, original] : m_copies)
             m_system.c[size_t(copy)] = m_system.c[size_t(original)];
         for (Block& block : m_system.blocks) fillMatrix(block);
@@ -160,7 +162,6 @@ private:
 
     void fillMatrix(Block& block) {
         const int n = block.size;
-        for (double& value : block.r) value = uniform();
         const bool isGeneral = m_options.hasGeneralBlocks && pick(0, 3) == 0;
         if (block.part >= 0) {
             // The coupling stays small enough for J to be positive definite.

@@ -88,12 +88,7 @@ VectorXd multiply(const NewtonSystem& system, const VectorXd& x) {
 
 VectorXd assembleRightHandSide(const NewtonSystem& system) {
     VectorXd b(system.numSpeeds() + system.numMultipliers());
-    int first = 0;
-    for (const NewtonSystem::Block& block : system.blocks) {
-        b.segment(first, block.size) = -vector(block.r);
-        first += block.size;
-    }
-    b.tail(system.numMultipliers()) = -vector(system.c);
+    b << -vector(system.r), -vector(system.c);
     return b;
 }
 
