@@ -24,9 +24,9 @@ inline Chunk loadChunk(const double* values) {
 /** The first `count` of eight values, then zeros; nothing behind them is read. **/
 inline Chunk loadChunk(const double* values, int count) {
     if (count == ChunkSize) return loadChunk(values);
-    Chunk chunk{};
-    for (int k = 0; k < count; ++k) chunk[k] = values[k];
-    return chunk;
+    double padded[ChunkSize];
+    for (int k = 0; k < ChunkSize; ++k) padded[k] = k < count ? values[k] : 0.0;  // a masked load
+    return loadChunk(padded);
 }
 
 inline void storeChunk(const Chunk& chunk, double* values) {
@@ -35,7 +35,10 @@ inline void storeChunk(const Chunk& chunk, double* values) {
 
 inline void storeChunk(const Chunk& chunk, double* values, int count) {
     if (count == ChunkSize) return storeChunk(chunk, values);
-    for (int k = 0; k < count; ++k) values[k] = chunk[k];
+    double padded[ChunkSize];
+    storeChunk(chunk, padded);
+    for (int k = 0; k < ChunkSize; ++k)
+        if (k < count) values[k] = padded[k];
 }
 
 inline double sumChunk(const Chunk& chunk) {

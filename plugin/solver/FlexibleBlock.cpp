@@ -155,8 +155,9 @@ void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) const {
     head.setZero();
     head.topLeftCorner<3, 3>() = m_data.I / mass;
     head.diagonal().tail<3>().setConstant(m_model.mass / mass);
-    Map<Eigen::Matrix<double, Eigen::Dynamic, 3>>(block.coupling.data(), m_n, 3) =
-        m_data.getCTransposed() / mass;
+    const double *NXi = m_data.NXi.data(), factor = -1 / mass;
+    double* coupling = block.coupling.data();
+    for (int i = 0; i < 3 * m_n; ++i) coupling[i] = factor * NXi[i];  // Cᵀ = −Nξ
 }
 
 void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
