@@ -28,11 +28,11 @@ Coefficients calcCoefficients(Real squared) {
     // Near zero the closed forms lose digits to cancellation: series, as long as round-off asks.
     if (squared < 1e-4) {
         const Real x = squared;
-        return {1 - x / 6 * (1 - x / 20 * (1 - x / 42)),
-                Real(1) / 2 - x / 24 * (1 - x / 30 * (1 - x / 56)),
-                Real(1) / 6 - x / 120 * (1 - x / 42 * (1 - x / 72)),
-                -Real(1) / 12 + x / 180 * (1 - x / 37.333333333333336),
-                -Real(1) / 60 + x / 1260 * (1 - x / 48)};
+        return {1 + x * (-1. / 6 + x * (1. / 120 - x * (1. / 5040))),
+                1. / 2 + x * (-1. / 24 + x * (1. / 720 - x * (1. / 40320))),
+                1. / 6 + x * (-1. / 120 + x * (1. / 5040 - x * (1. / 362880))),
+                -1. / 12 + x * (1. / 180 - x * (1. / 6720)),
+                -1. / 60 + x * (1. / 1260 - x * (1. / 60480))};
     }
     if (squared < 1) {
         Coefficients k{0, 0, 0, 0, 0};

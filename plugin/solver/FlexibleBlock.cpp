@@ -23,6 +23,7 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
     m_data.resize(m_model);
     m_shapesXi.setZero(m_model.shapeTiles.paddedRows());
     m_shapesXiDot.setZero(m_model.shapeTiles.paddedRows());
+    m_shapesXiDotDot.setZero(m_model.shapeTiles.paddedRows());
 
     const SimbodyMatterSubsystem& matter = guts.getMatter();
     m_stateFrameU = int(matter.getMobilizedBody(m_record.frame).getFirstUIndex(state));
@@ -81,6 +82,18 @@ void FlexibleBlock::calcShapeProducts(const std::vector<FlexibleBlock*>& blocks,
     blocks.front()->m_model.shapeTiles.multiply(2 * count, factors, products);
 }
 
+void FlexibleBlock::calcAccelerationProducts(const std::vector<FlexibleBlock*>& blocks,
+                                             const double* uDot) {
+    if (blocks.empty()) return;
+    const double* factors[LargestBatch];
+    double* products[LargestBatch];
+    for (size_t k = 0; k < blocks.size(); ++k) {
+        factors[k] = uDot + blocks[k]->firstU + 6;
+        products[k] = blocks[k]->m_shapesXiDotDot.data();
+    }
+    blocks.front()->m_model.shapeTiles.multiply(int(blocks.size()), factors, products);
+}
+
 void FlexibleBlock::calcInertiaProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
                                         const double* u) {
     if (blocks.empty()) return;
@@ -134,7 +147,7 @@ SpatialVec FlexibleBlock::calcFrameAcceleration(int frame, const double* u,
     return simflex::calcFrameAcceleration(
         m_poses[frame], m_body, calcFrameSums(frame, m_shapesXiDot, u + 6),
         Vec3(uDot[0], uDot[1], uDot[2]), Vec3(uDot[3], uDot[4], uDot[5]),
-        multiplyShapes(*m_frames[frame].shapes, uDot + 6));
+        calcFrameSums(frame, m_shapesXiDotDot, uDot + 6));
 }
 
 void FlexibleBlock::calcColumn(int frame, const SpatialVec& d, double* rigid,

@@ -33,6 +33,9 @@ public:
     @param q, u  of the whole system **/
     static void calcShapeProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
                                   const double* u);
+    /** Of the interface shapes with accelerations, before calcFrameAcceleration(). **/
+    static void calcAccelerationProducts(const std::vector<FlexibleBlock*>& blocks,
+                                         const double* uDot);
     static void calcInertiaProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
                                     const double* u);
 
@@ -89,8 +92,9 @@ private:
     int m_stateFrameU = 0;
 
     std::vector<FlexibleFrame> m_frames;
-    std::vector<int> m_interfaces;              ///< of the part, for each frame; −1: a node
-    Eigen::VectorXd m_shapesXi, m_shapesXiDot;  ///< Φξ, Ψξ of all interfaces, and their rates
+    std::vector<int> m_interfaces;  ///< of the part, for each frame; −1: a node
+    /** Φξ, Ψξ of all interfaces, their rates and accelerations. **/
+    Eigen::VectorXd m_shapesXi, m_shapesXiDot, m_shapesXiDotDot;
     std::vector<FlexibleFramePose> m_poses;
     BodyFrame m_body;
     FlexibleBodyData m_data;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/body/Chunk.h"
 #include "simflex/solver/FlushDenormals.h"
 
 namespace simflex {
@@ -16,15 +17,28 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+/** Largest |value|, or NaN if there is one; `where` receives its index. **/
 double largestAbs(const std::vector<double>& values, int* where = nullptr) {
-    double largest = 0;
-    for (size_t i = 0; i < values.size(); ++i) {
-        if (std::abs(values[i]) <= largest) continue;
-        largest = std::abs(values[i]);
-        if (where) *where = int(i);
-        if (std::isnan(largest)) return largest;
+    const int size = int(values.size());
+    Chunk largest{}, nanOrZero{};
+    for (int i = 0; i < size; i += ChunkSize) {
+        const Chunk chunk = loadChunk(values.data() + i, std::min(size - i, ChunkSize));
+        const Chunk magnitude = chunk < 0 ? -chunk : chunk;
+        largest = magnitude > largest ? magnitude : largest;
+        nanOrZero += magnitude - magnitude;  // infinities count as NaN here, and are sought below
     }
-    return largest;
+    double result = 0;
+    for (int k = 0; k < ChunkSize; ++k) result = std::max(result, largest[k]);
+    if (sumChunk(nanOrZero) != 0)
+        for (const double value : values)
+            if (std::isnan(value)) result = value;
+    if (where)
+        for (int i = 0; i < size; ++i) {
+            if (std::abs(values[size_t(i)]) < result) continue;
+            *where = i;
+            break;
+        }
+    return result;
 }
 
 }  // namespace

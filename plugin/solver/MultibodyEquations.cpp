@@ -575,6 +575,8 @@ void MultibodyEquations::calcAccelerationErrors(const double* q, const double* u
     if (m_constraints)
         m_constraints->calcAccelerationErrors(m_private, calcSimbodyUDot(q, uDot),
                                               gDotDot + m_firstSimbodyRow);
+    for (const Batch& batch : m_batches)
+        FlexibleBlock::calcAccelerationProducts(batch.flexible, uDot);
     for (const JointRef& joint : m_joints) {
         FrameMotion motions[2];
         for (int side = 0; side < 2; ++side) {
