@@ -21,7 +21,13 @@ public:
     /** Spatial force (torque [N m], force [N]) at a time [s]. **/
     using Function = std::function<SimTK::SpatialVec(SimTK::Real time)>;
 
+    /** The same from time and the frame's own motion in Ground, for laws of one's own. It acts in
+    the residual only: a very stiff law wants a small step. **/
+    using Law = std::function<SimTK::SpatialVec(SimTK::Real time, const FrameMotion& motion)>;
+
     AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment, Function force,
+                    Axes axes = Axes::Ground);
+    AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment, Law law,
                     Axes axes = Axes::Ground);
     AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
                     const SimTK::SpatialVec& force, Axes axes = Axes::Ground);

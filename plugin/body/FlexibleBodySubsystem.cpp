@@ -123,6 +123,17 @@ void FlexibleBodySubsystem::Guts::addModalDamping(FlexibleBodyIndex index,
     invalidateSubsystemTopologyCache();
 }
 
+void FlexibleBodySubsystem::Guts::addDampingMatrix(FlexibleBodyIndex index,
+                                                   const Eigen::MatrixXd& D) {
+    FlexibleBodyRecord& record = m_bodies.at(index);
+    record.damping += D.diagonal();
+    Eigen::MatrixXd coupling = D;
+    coupling.diagonal().setZero();
+    if (record.dampingCoupling.size() == 0) record.dampingCoupling.setZero(D.rows(), D.cols());
+    record.dampingCoupling += coupling;
+    invalidateSubsystemTopologyCache();
+}
+
 Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state,
                                                    const FlexibleBodyRecord& body) const {
     Eigen::VectorXd xi(body.numModes());
@@ -250,6 +261,7 @@ void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBo
     rotation -= omega.cross(model.inertia * omega);
     bodyForces[record.frame][0] -= frame.R_GB * toSimTK(rotation);
     modes += model.omegaSquared.cwiseProduct(xi) + record.damping.cwiseProduct(xiDot);
+    if (record.dampingCoupling.size() > 0) modes += record.dampingCoupling * xiDot;
     addInModalForces(state, record, -modes, mobilityForces);
 }
 

@@ -20,6 +20,8 @@ struct FlexibleBodyRecord {
     SimTK::MobilizedBodyIndex frame;
     std::vector<SimTK::MobilizedBodyIndex> carriers;
     Eigen::VectorXd damping;  ///< n_f modal damping coefficients d_i [1/s]: force −d_i ξ̇_i
+    /** What couples modes, n_f×n_f with a zero diagonal: force −Dξ̇ beside it. Empty: none. **/
+    Eigen::MatrixXd dampingCoupling;
 
     int numModes() const { return model->n; }
 };
@@ -50,6 +52,8 @@ public:
     void addForceElement(std::unique_ptr<ForceElement> element);
     /** Adds to the damping coefficients of a body, n_f [1/s]. **/
     void addModalDamping(FlexibleBodyIndex index, const SimTK::Array_<SimTK::Real>& coefficients);
+    /** Adds a full n_f×n_f damping matrix [1/s]. **/
+    void addDampingMatrix(FlexibleBodyIndex index, const Eigen::MatrixXd& D);
 
     /** The shared evaluation model of a part; checked and built once however many bodies are made
     of it. @throws std::invalid_argument if the part is not valid. **/

@@ -1,6 +1,14 @@
 #pragma once
 /** @file
-Base of the force elements in simflex/forces: spatial forces at attachments. **/
+Base of the force elements in simflex/forces: spatial forces at attachments.
+
+For the Newton matrix an element gives its stiffness and damping as a sum of terms of rank one,
+
+    −(γ ∂F/∂q·N + ∂F/∂u) ≈ Σ_i σ_i d_i d_iᵀ,    σ_i = ±1,
+
+d_i stacked over the attachments: the factors of their twists (ω, v), in Ground. What turns a force
+or moves its point is left out. In the block elimination every term is one row more, d_i, beside
+those of the joints, and bodies stay apart. **/
 
 #include "simflex/body/Attachment.h"
 
@@ -18,6 +26,26 @@ public:
     @param[in,out] forces_G  one per attachment **/
     virtual void addInForces(SimTK::Real /*time*/, const SimTK::Array_<FrameMotion>& /*frames*/,
                              SimTK::Array_<SimTK::SpatialVec>& /*forces_G*/) const {}
+
+    /** Number of terms of the Jacobian; fixed after construction. **/
+    virtual int getNumJacobianTerms() const { return 0; }
+
+    /** @param[in]  gamma       γ: dq = γ N du [s]
+    @param[out] signs       σ_i, one per term
+    @param[out] directions  d_i: those of term 0 on every attachment, then of term 1 … **/
+    virtual void calcJacobian(SimTK::Real /*time*/, const SimTK::Array_<FrameMotion>& /*frames*/,
+                              SimTK::Real /*gamma*/, SimTK::Array_<SimTK::Real>& /*signs*/,
+                              SimTK::Array_<SimTK::SpatialVec>& /*directions*/) const {}
+
+    /** Power of the forces beyond what leaves the stored energy [W]: of applied loads and dampers.
+    @param forces_G  of addInForces() **/
+    virtual SimTK::Real calcPower(SimTK::Real /*time*/, const SimTK::Array_<FrameMotion>& frames,
+                                  const SimTK::Array_<SimTK::SpatialVec>& forces_G) const {
+        SimTK::Real power = 0;
+        for (unsigned k = 0; k < frames.size(); ++k)
+            power += ~forces_G[k][0] * frames[k].V[0] + ~forces_G[k][1] * frames[k].V[1];
+        return power;
+    }
 
     /** Energy stored by the element [J]. **/
     virtual SimTK::Real calcPotentialEnergy(SimTK::Real /*time*/,

@@ -187,6 +187,9 @@ private:
             hub.Gt.setZero(block.size, block.numColumns());
             m_hubs.push_back(std::move(hub));
         }
+        m_firstComplianceClique = int(pattern.cliques.size());
+        for (size_t row = 0; row < system.compliance.size(); ++row)
+            if (system.compliance[row] != 0) pattern.cliques.push_back({int(row)});
         // Rows that act on hubs alone have no diagonal until the hubs are eliminated.
         for (int row = 0; row < m_numMultipliers && !m_hubs.empty(); ++row)
             if (std::all_of(blocksOfRow[size_t(row)].begin(), blocksOfRow[size_t(row)].end(),
@@ -223,6 +226,9 @@ private:
             isSymmetric = isSymmetric && system.blocks[b].form != Block::Form::General;
         }
         for (Hub& hub : m_hubs) fillHub(system, hub);
+        size_t clique = size_t(m_firstComplianceClique);
+        for (const double& compliance : system.compliance)
+            if (compliance != 0) m_cliqueValues.at(clique++) = &compliance;
         if (m_x.empty()) return;
         m_fronts->setSymmetric(isSymmetric);
         m_fronts->factor(m_cliqueValues, m_threads);
@@ -260,6 +266,7 @@ private:
     std::vector<Hub> m_hubs;
     std::vector<MatrixXd> m_hubMatrices;  ///< by clique
     std::vector<const double*> m_cliqueValues;
+    int m_firstComplianceClique = 0;
     std::unique_ptr<FrontSolver> m_fronts;
 
     std::vector<int> m_firstColumn, m_firstSpeed;  ///< by block; all columns' end last

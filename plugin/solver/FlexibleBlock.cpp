@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "simflex/body/Dot.h"
+
 namespace simflex {
 
 using namespace SimTK;
@@ -113,6 +115,9 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, const double*
     calcBodyResidual(m_model, m_data, toEigen(m_body.omega_B), Map<const Vector3d>(uDot), q + 7,
                      u + 6, uDot + 6, m_damping, rotation, r + 6);
     Map<Vector3d>(r, 3) = rotation;
+    if (m_record.dampingCoupling.size() > 0)
+        for (int i = 0; i < m_n; ++i)
+            r[6 + i] += dot(m_record.dampingCoupling.col(i).data(), u + 6, m_n);
     // ∑mφ = 0: uniform gravity acts at the frame's origin and on no mode.
     const Vec3& gravity = context.gravity->atBody[m_record.frame];
     for (int a = 0; a < 3; ++a) r[3 + a] = m_model.mass * (uDot[3 + a] - gravity[a]);
@@ -182,6 +187,9 @@ void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, co
                          Map<const Vector3d>(uDot), ConstModes(u + 6, m_n),
                          ConstModes(uDot + 6, m_n), m_damping,
                          Map<MatrixXd>(block.matrix.data(), numU, numU));
+        if (m_record.dampingCoupling.size() > 0)
+            Map<MatrixXd>(block.matrix.data(), numU, numU).bottomRightCorner(m_n, m_n) +=
+                m_record.dampingCoupling;
         return;
     }
     if (block.part >= 0) return formArrow(factors.mass, block);
@@ -263,7 +271,9 @@ double FlexibleBlock::calcUDisplacement(const double* deltaU, double h) const {
 
 double FlexibleBlock::calcDampingPower(const double* u) const {
     const ConstModes xiDot(u + 6, m_n);
-    return -xiDot.dot(m_damping.cwiseProduct(xiDot));
+    double power = -xiDot.dot(m_damping.cwiseProduct(xiDot));
+    if (m_record.dampingCoupling.size() > 0) power -= xiDot.dot(m_record.dampingCoupling * xiDot);
+    return power;
 }
 
 void FlexibleBlock::getFromState(const State& state, double* q, double* u) const {

@@ -64,8 +64,8 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     makeJoints();
     makeSimbodyConstraints();
     makePrescribedMotion();
-    makeParts();
     makeForceElements();
+    makeParts();
     m_context.gravity = &m_gravity;
     m_context.state = m_needsSimbody ? &m_private : nullptr;
 
@@ -194,6 +194,7 @@ void MultibodyEquations::makeBlocks(const State& state) {
     m_needsSimbody = m_needsSimbody || m_hasForeignForces;
     m_blockRows.resize(m_blocks.size());
     m_blockSides.resize(m_blocks.size());
+    m_elementSides.resize(m_blocks.size());
     m_simbodyColumns.resize(m_blocks.size());
 }
 
@@ -347,14 +348,11 @@ void MultibodyEquations::makeParts() {
         });
         m_partOfBlock[size_t(b)] = int(found - m_parts.begin());
         if (found == m_parts.end()) m_parts.push_back({b, {}, nullptr});
-        std::vector<const FrameShapes*>& frames = m_parts[size_t(m_partOfBlock[size_t(b)])].frames;
-        for (BlockSide& side : m_blockSides[size_t(b)]) {
-            const FrameShapes* shapes = m_flexible[size_t(b)]->getShapes(
-                m_joints[size_t(side.joint)].sides[side.side].frame);
-            const auto frame = std::find(frames.begin(), frames.end(), shapes);
-            side.partFrame = int(frame - frames.begin());
-            if (frame == frames.end()) frames.push_back(shapes);
-        }
+        for (BlockSide& side : m_blockSides[size_t(b)])
+            side.partFrame = addPartFrame(b, m_joints[size_t(side.joint)].sides[side.side].frame);
+        for (ElementSide& side : m_elementSides[size_t(b)])
+            side.partFrame = addPartFrame(
+                b, m_elements[size_t(side.element)].frames[size_t(side.attachment)].frame);
     }
     for (PartGroup& part : m_parts) {
         const size_t n = size_t(m_flexible[size_t(part.firstBlock)]->getModel().n);
@@ -364,6 +362,15 @@ void MultibodyEquations::makeParts() {
             column = std::copy(frame->columns.begin(), frame->columns.end(), column);
         part.shapes = shapes;
     }
+}
+
+int MultibodyEquations::addPartFrame(int block, int frame) {
+    std::vector<const FrameShapes*>& frames = m_parts[size_t(m_partOfBlock[size_t(block)])].frames;
+    const FrameShapes* shapes = m_flexible[size_t(block)]->getShapes(frame);
+    const auto found = std::find(frames.begin(), frames.end(), shapes);
+    const int index = int(found - frames.begin());
+    if (found == frames.end()) frames.push_back(shapes);
+    return index;
 }
 
 void MultibodyEquations::makeForceElements() {
@@ -376,6 +383,19 @@ void MultibodyEquations::makeForceElements() {
             ref.frames.push_back(makeFrame(attachment));
         ref.motions.resize(unsigned(ref.frames.size()));
         ref.forces.resize(unsigned(ref.frames.size()));
+        const int rows = element->getNumJacobianTerms();
+        ref.firstRow = m_numMultipliers + m_numElementRows;
+        ref.signs.resize(unsigned(rows), Real(1));
+        ref.directions.resize(unsigned(rows) * ref.motions.size());
+        m_numElementRows += rows;
+        for (size_t k = 0; k < ref.frames.size() && rows > 0; ++k) {
+            const int b = ref.frames[k].block;
+            if (b < 0) continue;
+            std::vector<int>& blockRows = m_blockRows[size_t(b)];
+            m_elementSides[size_t(b)].push_back(
+                {int(m_elements.size()), int(k), int(blockRows.size())});
+            for (int i = 0; i < rows; ++i) blockRows.push_back(ref.firstRow + i);
+        }
         m_elements.push_back(ref);
     }
 }
@@ -404,11 +424,17 @@ NewtonSystem MultibodyEquations::makeNewtonSystem() const {
         for (const BlockSide& side : m_blockSides[b])
             sides.push_back({side.partFrame,
                              m_joints[size_t(side.joint)].record->equations->getNumEquations()});
+        for (const ElementSide& side : m_elementSides[b])
+            sides.push_back({side.partFrame, int(m_elements[size_t(side.element)].signs.size())});
         system.blocks[b].resize(m_partOfBlock[b], m_blocks[b]->numU - 6, std::move(sides),
                                 m_blockRows[b]);
     }
     system.r.assign(size_t(m_numU), 0);
-    system.c.assign(size_t(m_numMultipliers), 0);
+    system.c.assign(size_t(m_numMultipliers + m_numElementRows), 0);
+    if (m_numElementRows > 0) {
+        system.compliance.assign(system.c.size(), 0);
+        std::fill(system.compliance.begin() + m_numMultipliers, system.compliance.end(), 1.0);
+    }
     return system;
 }
 
@@ -655,9 +681,7 @@ double MultibodyEquations::calcPower(const double* q, const double* u, const dou
     }
     if (m_constraints) power += m_constraints->calcPower(m_private, lambda + m_firstSimbodyRow);
     for (const ElementRef& element : m_elements)
-        for (unsigned k = 0; k < element.forces.size(); ++k)
-            power += ~element.forces[k][0] * element.motions[k].V[0] +
-                     ~element.forces[k][1] * element.motions[k].V[1];
+        power += element.element->calcPower(m_time, element.motions, element.forces);
     for (const auto& block : m_blocks) power += block->calcDampingPower(u + block->firstU);
     for (const JointRef& joint : m_joints) {
         const JointEquations& equations = *joint.record->equations;
@@ -684,14 +708,40 @@ void MultibodyEquations::formConstraintBlock(int b, NewtonSystem::Block& block) 
     for (const BlockSide& blockSide : m_blockSides[b]) {
         const JointRef& joint = m_joints[blockSide.joint];
         const int frame = joint.sides[blockSide.side].frame;
-        for (int k = 0; k < joint.record->equations->getNumEquations(); ++k) {
-            const SpatialVec& d = joint.D[blockSide.side][k];
-            const size_t column = size_t(blockSide.firstColumn + k);
-            if (block.part < 0)
-                m_blocks[b]->addInRow(frame, d, block.Gt.data() + column * size_t(block.size));
-            else
-                m_flexible[size_t(b)]->calcColumn(frame, d, block.Gt.data() + 6 * column,
-                                                  block.coefficients.data() + 6 * column);
+        for (int k = 0; k < joint.record->equations->getNumEquations(); ++k)
+            setColumn(b, frame, blockSide.firstColumn + k, joint.D[blockSide.side][k], block);
+    }
+}
+
+void MultibodyEquations::setColumn(int b, int frame, int column, const SpatialVec& d,
+                                   NewtonSystem::Block& block) const {
+    const size_t k = size_t(column);
+    if (block.part < 0)
+        m_blocks[size_t(b)]->addInRow(frame, d, block.Gt.data() + k * size_t(block.size));
+    else
+        m_flexible[size_t(b)]->calcColumn(frame, d, block.Gt.data() + 6 * k,
+                                          block.coefficients.data() + 6 * k);
+}
+
+void MultibodyEquations::formElementColumns(const NewtonFactors& factors,
+                                            NewtonSystem& system) const {
+    if (m_numElementRows == 0) return;
+    for (ElementRef& element : m_elements) {
+        if (element.signs.empty()) continue;
+        element.element->calcJacobian(m_time, element.motions, factors.stiffness, element.signs,
+                                      element.directions);
+        for (unsigned i = 0; i < element.signs.size(); ++i)
+            system.compliance[size_t(element.firstRow) + i] = element.signs[i];
+    }
+    for (int b = 0; b < numBlocks(); ++b) {
+        NewtonSystem::Block& block = system.blocks[size_t(b)];
+        for (const ElementSide& side : m_elementSides[size_t(b)]) {
+            const ElementRef& element = m_elements[size_t(side.element)];
+            const unsigned count = element.motions.size();
+            const int frame = element.frames[size_t(side.attachment)].frame;
+            for (unsigned i = 0; i < element.signs.size(); ++i)
+                setColumn(b, frame, side.firstColumn + int(i),
+                          element.directions[i * count + unsigned(side.attachment)], block);
         }
     }
 }
@@ -741,6 +791,7 @@ void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool den
         m_blocks[b]->formNewtonBlock(factors, dense, u + first, uDot + first, system.blocks[b]);
         formConstraintBlock(b, system.blocks[b]);
     });
+    formElementColumns(factors, system);
     formSimbodyColumns(level, system);
 }
 
@@ -748,10 +799,17 @@ void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
     updateJacobians();
     for (NewtonSystem::Part& part : system.parts)
         std::fill(part.diagonal.begin(), part.diagonal.end(), 1.0);
-    for (int b = 0; b < numBlocks(); ++b) {
+    parallelFor(numBlocks(), m_numThreads, [&](int b) {
         m_blocks[b]->formMassBlock(system.blocks[b]);
         formConstraintBlock(b, system.blocks[b]);
-    }
+    });
+    // Springs and dampers have no part in accelerations.
+    for (int b = 0; b < numBlocks(); ++b)
+        for (const ElementSide& side : m_elementSides[size_t(b)])
+            for (unsigned i = 0; i < m_elements[size_t(side.element)].signs.size(); ++i)
+                setColumn(b, m_elements[size_t(side.element)].frames[size_t(side.attachment)].frame,
+                          side.firstColumn + int(i), SpatialVec(Vec3(0), Vec3(0)),
+                          system.blocks[size_t(b)]);
     formSimbodyColumns(MotionLevel::Acceleration, system);
 }
 

@@ -159,12 +159,21 @@ private:
         std::vector<FrameRef> frames;
         SimTK::Array_<FrameMotion> motions;
         SimTK::Array_<SimTK::SpatialVec> forces;
+        int firstRow;  ///< of its Jacobian's terms, after those of all constraints
+        SimTK::Array_<SimTK::Real> signs;
+        SimTK::Array_<SimTK::SpatialVec> directions;
     };
     /** A joint side that acts on a block, and its columns of the block's Gᵀ. **/
     struct BlockSide {
         int joint, side;
         int firstColumn;
         int partFrame = 0;  ///< of the block's part, if it has one
+    };
+    /** The same for the Jacobian of a force element. **/
+    struct ElementSide {
+        int element, attachment;
+        int firstColumn;
+        int partFrame = 0;
     };
     /** Blocks evaluated together: flexible ones of one part, or rigid trees. **/
     struct Batch {
@@ -190,7 +199,11 @@ private:
     void updateJacobians() const;
     const FrameMotion& motionOf(const FrameRef& frame) const;
     void makeParts();
+    int addPartFrame(int block, int frame);
     bool sharesPart(int block, int other) const;
+    /** Writes (or, in a block without part, adds) a column of Gᵀ. **/
+    void setColumn(int b, int frame, int column, const SimTK::SpatialVec& d,
+                   NewtonSystem::Block& block) const;
     void formConstraintBlock(int b, NewtonSystem::Block& block) const;
     void makeSimbodyConstraints();
     void makePrescribedMotion();
@@ -199,6 +212,7 @@ private:
     void calcUnclearedResidual(const double* q, const double* u, const double* uDot,
                                const double* lambda, double* r);
     /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
+    void formElementColumns(const NewtonFactors& factors, NewtonSystem& system) const;
     void formSimbodyColumns(MotionLevel level, NewtonSystem& system) const;
     /** Asks Simbody for what Motions prescribe at this time, unless it is known. **/
     void updatePrescribed(double time, const double* q, const double* u);
@@ -219,12 +233,14 @@ private:
     std::vector<Batch> m_batches;
     mutable std::vector<JointRef> m_joints;  ///< Jacobians are made when first asked for
     mutable bool m_hasJacobians = false;
-    std::vector<ElementRef> m_elements;
+    mutable std::vector<ElementRef> m_elements;  ///< Jacobians are made with the Newton matrix
+    int m_numElementRows = 0;
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;
     std::vector<int> m_blockOfBody;  ///< by MobilizedBodyIndex; −1: Ground
     std::vector<int> m_partOfBlock;  ///< −1: none
     std::vector<std::vector<BlockSide>> m_blockSides;
+    std::vector<std::vector<ElementSide>> m_elementSides;
     /** Columns of Gᵀ that Simbody's constraints have in each block: constraint row, column. **/
     std::vector<std::vector<std::pair<int, int>>> m_simbodyColumns;
     std::unique_ptr<SimbodyConstraints> m_constraints;

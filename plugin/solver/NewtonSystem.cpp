@@ -97,6 +97,9 @@ void NewtonSystem::checkSizes() const {
                 refuse(name + " names constraint row " + std::to_string(row) + " of " +
                        std::to_string(numMultipliers()));
     }
+    if (!compliance.empty() && compliance.size() != c.size())
+        refuse("the compliance has " + std::to_string(compliance.size()) + " entries for " +
+               std::to_string(c.size()) + " rows");
     if (r.size() != size_t(numSpeeds()))
         refuse("r has " + std::to_string(r.size()) + " entries for " + std::to_string(numSpeeds()) +
                " speeds");
@@ -155,6 +158,7 @@ void NewtonSystem::write(std::ostream& stream) const {
     }
     writeArray(stream, r);
     writeArray(stream, c);
+    writeArray(stream, compliance);
     stream.precision(precision);
 }
 
@@ -194,6 +198,7 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
     }
     readArray(stream, system.r);
     readArray(stream, system.c);
+    readArray(stream, system.compliance);
     try {
         system.checkSizes();
     } catch (const std::invalid_argument& error) {

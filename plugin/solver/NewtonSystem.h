@@ -5,9 +5,10 @@ One linear system of the Newton iteration, in blocks:
     [ J₁          G₁ᵀ ] [Δu₁]     [r₁]
     [    J₂       G₂ᵀ ] [Δu₂] = − [r₂]
     [        ⋱     ⋮  ] [ ⋮ ]     [⋮ ]
-    [ G₁ G₂  ⋯    0  ] [Δλ ]     [c ]
+    [ G₁ G₂  ⋯   −D  ] [Δλ ]     [c ]
 
-A block is a flexible body or a tree of rigid bodies. A flexible body's J is an *arrow*,
+D is a diagonal of compliances: zero in rows of constraints, ±1 in rows that stand for a force
+element's stiffness and damping. A block is a flexible body or a tree of rigid bodies. A flexible body's J is an *arrow*,
 
     [ H   E ]    H: 6×6 (rotation, translation),  E: only the 3 rotation rows are filled,
     [ Eᵀ  d ]    d: a diagonal, the same for all bodies of one part,
@@ -69,6 +70,8 @@ struct NewtonSystem {
     std::vector<Block> blocks;
     std::vector<double> r;  ///< residual of all speeds, block after block
     std::vector<double> c;  ///< constraint residual
+    /** D, as long as c; rows that are not zero at analysis stay so. Empty: all zero. **/
+    std::vector<double> compliance;
 
     int numMultipliers() const { return int(c.size()); }
     int numSpeeds() const;

@@ -125,6 +125,11 @@ private:
             used[size_t(left(second) >= left(first) ? second : first)] += count;
             const int row = m_system.numMultipliers();
             m_system.c.resize(m_system.c.size() + size_t(count));
+            if (m_options.hasCompliantRows) {
+                const bool isSpring = pick(0, 2) == 0;
+                for (int k = 0; k < count; ++k)
+                    m_system.compliance.push_back(isSpring ? 1 + 0.5 * uniform() : 0);
+            }
             if (first >= 0) addColumns(first, row, count);
             if (second >= 0 && second != first) addColumns(second, row, count);
         }
@@ -136,6 +141,7 @@ private:
         const int original = pick(0, m_system.numMultipliers() - 1);
         const int copy = m_system.numMultipliers();
         m_system.c.push_back(0);
+        if (m_options.hasCompliantRows) m_system.compliance.push_back(0);
         m_copies.emplace_back(copy, original);
         for (Block& block : m_system.blocks) {
             const size_t column = size_t(std::find(block.rows.begin(), block.rows.end(), original) -

@@ -26,7 +26,8 @@ struct RandomSystemOptions {
     Graph graph = Graph::Random;
     int numBodies = 5;
     int mostModes = 60;
-    bool hasGeneralBlocks = true;  ///< some J_b not symmetric, as with gyroscopic terms
+    bool hasGeneralBlocks = true;   ///< some J_b not symmetric, as with gyroscopic terms
+    bool hasCompliantRows = false;  ///< some joints are springs: −D of NewtonSystem
     int numCopiedRows = 0;  ///< rows that repeat an earlier one: redundant, not contradictory
 };
 

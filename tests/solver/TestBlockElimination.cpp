@@ -88,6 +88,7 @@ NewtonSystem makeRandomSystem(std::mt19937& random, int mostBodies, int mostCopi
     options.numBodies = pick(1, mostBodies);
     options.mostModes = pick(0, 60);
     options.hasGeneralBlocks = pick(0, 1);
+    options.hasCompliantRows = mostCopiedRows == 0 && pick(0, 1);
     options.numCopiedRows = pick(0, mostCopiedRows);
     return test::makeRandomNewtonSystem(random, options);
 }
@@ -139,8 +140,8 @@ class LargeGraph : public testing::TestWithParam<test::Graph> {};
 TEST_P(LargeGraph, IsSolvedToRoundOffWithTheSameBitsForAnyNumberOfThreads) {
     std::mt19937 random(5);
     for (bool hasGeneralBlocks : {false, true}) {
-        const NewtonSystem system =
-            test::makeRandomNewtonSystem(random, {GetParam(), 300, 12, hasGeneralBlocks, 0});
+        const NewtonSystem system = test::makeRandomNewtonSystem(
+            random, {GetParam(), 300, 12, hasGeneralBlocks, hasGeneralBlocks, 0});
         int redundant = -1;
         const VectorXd x = solveByElimination(system, 1, &redundant);
         const VectorXd b = test::assembleRightHandSide(system);
@@ -152,7 +153,7 @@ TEST_P(LargeGraph, IsSolvedToRoundOffWithTheSameBitsForAnyNumberOfThreads) {
 
 TEST_P(LargeGraph, HasMultipliersOfLeastNormWhereRowsAreRepeated) {
     std::mt19937 random(6);
-    test::RandomSystemOptions options{GetParam(), 60, 4, false, 12};
+    test::RandomSystemOptions options{GetParam(), 60, 4, false, false, 12};
     const NewtonSystem system = test::makeRandomNewtonSystem(random, options);
     int redundant = -1;
     const VectorXd x = solveByElimination(system, 1, &redundant);
@@ -206,6 +207,7 @@ TEST(NewtonSystem, TextFormGivesTheSystemBackExactly) {
     ASSERT_EQ(same.blocks.size(), system.blocks.size());
     EXPECT_EQ(same.r, system.r);
     EXPECT_EQ(same.c, system.c);
+    EXPECT_EQ(same.compliance, system.compliance);
     ASSERT_EQ(same.parts.size(), system.parts.size());
     for (size_t p = 0; p < system.parts.size(); ++p) {
         EXPECT_EQ(same.parts[p].diagonal, system.parts[p].diagonal);

@@ -61,6 +61,8 @@ MatrixXd assembleDense(const NewtonSystem& system) {
         }
         first += block.size;
     }
+    for (size_t row = 0; row < system.compliance.size(); ++row)
+        A(speeds + int(row), speeds + int(row)) = -system.compliance[row];
     return A;
 }
 
@@ -83,6 +85,8 @@ VectorXd multiply(const NewtonSystem& system, const VectorXd& x) {
         }
         first += block.size;
     }
+    for (size_t row = 0; row < system.compliance.size(); ++row)
+        product[speeds + int(row)] -= system.compliance[row] * x[speeds + int(row)];
     return product;
 }
 

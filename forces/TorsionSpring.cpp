@@ -1,0 +1,83 @@
+#include "simflex/forces/TorsionSpring.h"
+
+#include "simflex/body/ForceElement.h"
+#include "simflex/forces/ElementParameters.h"
+
+namespace simflex {
+
+using namespace SimTK;
+
+namespace {
+
+class Element : public ForceElement {
+public:
+    Element(const Attachment& F, const Attachment& M, Real stiffness, Real damping, Real freeAngle)
+        : m_stiffness(stiffness), m_damping(damping), m_freeAngle(freeAngle) {
+        m_attachments.push_back(F);
+        m_attachments.push_back(M);
+    }
+
+    void addInForces(Real, const Array_<FrameMotion>& frames,
+                     Array_<SpatialVec>& forces_G) const override {
+        const Turn turn(frames);
+        const Vec3 torque =
+            -(m_stiffness * calcTwist(turn) + m_damping * turn.rate) * turn.direction;
+        forces_G[0][0] -= torque;
+        forces_G[1][0] += torque;
+    }
+
+    Real calcPotentialEnergy(Real, const Array_<FrameMotion>& frames) const override {
+        return 0.5 * m_stiffness * square(calcTwist(Turn(frames)));
+    }
+
+    Real calcPower(Real, const Array_<FrameMotion>& frames,
+                   const Array_<SpatialVec>&) const override {
+        return -m_damping * square(Turn(frames).rate);
+    }
+
+    int getNumJacobianTerms() const override { return 1; }
+
+    void calcJacobian(Real, const Array_<FrameMotion>& frames, Real gamma, Array_<Real>&,
+                      Array_<SpatialVec>& directions) const override {
+        const Vec3 d = std::sqrt(gamma * m_stiffness + m_damping) * Turn(frames).direction;
+        directions[0] = SpatialVec(-d, Vec3(0));
+        directions[1] = SpatialVec(d, Vec3(0));
+    }
+
+private:
+    struct Turn {
+        explicit Turn(const Array_<FrameMotion>& frames) {
+            // x of M in F = (a, b, c): θ = atan2(b, a), θ̇ = direction·ω in F.
+            const Rotation& R_GF = frames[0].X.R();
+            const Vec3 x = ~R_GF * Vec3(frames[1].X.R().x());
+            const Real squared = square(x[0]) + square(x[1]);
+            angle = std::atan2(x[1], x[0]);
+            // Along F's z axis M's x axis has no angle.
+            direction = squared > 0 ? R_GF * Vec3(-x[2] * x[0] / squared, -x[2] * x[1] / squared, 1)
+                                    : Vec3(0);
+            rate = ~direction * (frames[1].V[0] - frames[0].V[0]);
+        }
+        Real angle, rate;
+        Vec3 direction;  ///< ∂θ̇/∂ω, in Ground
+    };
+
+    /** θ − θ₀ within half a turn. **/
+    Real calcTwist(const Turn& turn) const {
+        return std::remainder(turn.angle - m_freeAngle, 2 * Pi);
+    }
+
+    Real m_stiffness, m_damping, m_freeAngle;
+};
+
+}  // namespace
+
+TorsionSpring::TorsionSpring(FlexibleBodySubsystem& subsystem, const Attachment& F,
+                             const Attachment& M, Real stiffness, Real damping, Real freeAngle) {
+    const std::string name = "TorsionSpring between " + F.getName() + " and " + M.getName();
+    checkNotNegative(name, "stiffness", stiffness);
+    checkNotNegative(name, "damping", damping);
+    checkFinite(name, "free angle", freeAngle);
+    subsystem.adoptForceElement(std::make_unique<Element>(F, M, stiffness, damping, freeAngle));
+}
+
+}  // namespace simflex

@@ -1,0 +1,86 @@
+#include "simflex/forces/TwoPointSpringDamper.h"
+
+#include "simflex/body/ForceElement.h"
+#include "simflex/forces/ElementParameters.h"
+
+namespace simflex {
+
+using namespace SimTK;
+
+namespace {
+
+class Element : public ForceElement {
+public:
+    Element(const Attachment& first, const Attachment& second, Real stiffness, Real damping,
+            Real freeLength)
+        : m_stiffness(stiffness), m_damping(damping), m_freeLength(freeLength) {
+        m_attachments.push_back(first);
+        m_attachments.push_back(second);
+    }
+
+    void addInForces(Real, const Array_<FrameMotion>& frames,
+                     Array_<SpatialVec>& forces_G) const override {
+        const Line line(frames);
+        const Vec3 pull =
+            (m_stiffness * (line.length - m_freeLength) + m_damping * line.rate) * line.direction;
+        forces_G[0][1] += pull;
+        forces_G[1][1] -= pull;
+    }
+
+    Real calcPotentialEnergy(Real, const Array_<FrameMotion>& frames) const override {
+        return 0.5 * m_stiffness * square(Line(frames).length - m_freeLength);
+    }
+
+    Real calcPower(Real, const Array_<FrameMotion>& frames,
+                   const Array_<SpatialVec>&) const override {
+        return -m_damping * square(Line(frames).rate);
+    }
+
+    /** Along the line, and across it: the pull turns with the line. **/
+    int getNumJacobianTerms() const override { return 3; }
+
+    void calcJacobian(Real, const Array_<FrameMotion>& frames, Real gamma, Array_<Real>& signs,
+                      Array_<SpatialVec>& directions) const override {
+        const Line line(frames);
+        const Real tension = m_stiffness * (line.length - m_freeLength) + m_damping * line.rate;
+        const Real across = line.length > 0 ? gamma * tension / line.length : 0;
+        const Rotation axes(UnitVec3(line.length > 0 ? line.direction : Vec3(1, 0, 0)), XAxis);
+        const Real factors[3] = {gamma * m_stiffness + m_damping, across, across};
+        for (int i = 0; i < 3; ++i) {
+            signs[i] = factors[i] < 0 ? -1 : 1;
+            const Vec3 d = std::sqrt(std::abs(factors[i])) * Vec3(axes.col(i));
+            directions[2 * i] = SpatialVec(Vec3(0), -d);
+            directions[2 * i + 1] = SpatialVec(Vec3(0), d);
+        }
+    }
+
+private:
+    struct Line {
+        explicit Line(const Array_<FrameMotion>& frames) {
+            const Vec3 apart = frames[1].X.p() - frames[0].X.p();
+            length = apart.norm();
+            direction = length > 0 ? apart / length : Vec3(0);
+            rate = ~direction * (frames[1].V[1] - frames[0].V[1]);
+        }
+        Real length, rate;
+        Vec3 direction;  ///< from the first point to the second
+    };
+
+    Real m_stiffness, m_damping, m_freeLength;
+};
+
+}  // namespace
+
+TwoPointSpringDamper::TwoPointSpringDamper(FlexibleBodySubsystem& subsystem,
+                                           const Attachment& first, const Attachment& second,
+                                           Real stiffness, Real damping, Real freeLength) {
+    const std::string name =
+        "TwoPointSpringDamper between " + first.getName() + " and " + second.getName();
+    checkNotNegative(name, "stiffness", stiffness);
+    checkNotNegative(name, "damping", damping);
+    checkNotNegative(name, "free length", freeLength);
+    subsystem.adoptForceElement(
+        std::make_unique<Element>(first, second, stiffness, damping, freeLength));
+}
+
+}  // namespace simflex
