@@ -263,13 +263,16 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     m_history.combineZ(prediction, m_new.z);
     m_history.extrapolateLambda(2, t, m_new.lambda);
 
-    m_outcome = m_step->solve(m_formula, formulation, m_new);
+    m_outcome = m_solvesPositions ? m_step->solveNearSingularity(m_formula, m_new)
+                                  : m_step->solve(m_formula, formulation, m_new);
     if (!m_outcome.converged) return false;
 
     if (formulation == Formulation::StabilizedIndex2) {
         m_new.constraintError = m_step->projectPositions(t, constraintTolerance, m_new.q, m_new.u,
                                                          &m_worstProjectedRow);
         if (!(m_new.constraintError <= constraintTolerance)) return false;
+        if (m_solvesPositions && !m_step->projectStepSpeeds(m_formula, m_new, &m_worstProjectedRow))
+            return false;
     } else {
         m_new.constraintError = m_step->calcPositionError(t, m_new.q, m_new.u);
     }
@@ -388,6 +391,7 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
     const double wanted = m_nextStep;
     int order = std::min(m_order, m_history.numNodes());
     int failures = 0, retries = 0;
+    m_solvesPositions = false;
     for (;;) {
         double error = 0;
         const bool isSolved = attemptStep(h, order, &error);
@@ -409,6 +413,13 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
                                     : statistics.nonFiniteFailures);
             if (!m_outcome.converged && m_outcome.retryWorthwhile && retries++ < 2) continue;
             retries = 0;
+            // Near a singular position the velocity equations outrun the iteration.
+            if (!m_solvesPositions && !m_outcome.converged && m_outcome.isFinite &&
+                formulation == Formulation::StabilizedIndex2 && m_equations->numMultipliers() > 0) {
+                m_solvesPositions = true;
+                continue;
+            }
+            m_solvesPositions = false;
             if (fixedStep > 0)
                 failStep(h, "Newton's iteration did not converge with the fixed step");
             m_controller.restart();

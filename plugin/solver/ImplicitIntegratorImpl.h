@@ -130,6 +130,7 @@ private:
     // The step being attempted.
     StepFormula m_formula;
     SolutionPoint m_new;
+    bool m_solvesPositions = false;  ///< position equations in Newton's iteration, speeds projected
     int m_worstProjectedRow = -1;
     ImplicitStep::Outcome m_outcome;
     std::vector<double> m_errorQ, m_errorU, m_errorZ;

@@ -155,9 +155,30 @@ double ImplicitStep::updateZ(const StepFormula& formula, const std::vector<doubl
 
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
                                           SolutionPoint& point) {
+    return solve(formula, formulation, Purpose::Final, point);
+}
+
+ImplicitStep::Outcome ImplicitStep::solveNearSingularity(const StepFormula& formula,
+                                                         SolutionPoint& point) {
+    return solve(formula, Formulation::Index3, Purpose::Projected, point);
+}
+
+bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& point,
+                                     int* worstRow) {
+    const double error = projectSpeeds(formula.t, point.q, point.u, worstRow, &point.lambda);
+    m_equations.calcStepUDot(point.q.data(), point.u.data(), formula.uHist.data(),
+                             formula.factors.mass, point.uDot.data());
+    std::copy(point.uDot.begin(), point.uDot.end(), m_lastUDot.begin());
+    return error <= 1e-8 * (1 + largestAbs(point.u));
+}
+
+ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
+                                          Purpose purpose, SolutionPoint& point) {
     const FlushDenormals flush(m_numThreads);
     constexpr double LargestFactorChange = 0.1, SlowRate = 0.5;
     constexpr int LongestReuse = 50;
+    // What round-off leaves across the constraints is projected out.
+    constexpr double LargestNoise = 0.1;
     const double t = formula.t, mass = formula.factors.mass, stiffness = formula.factors.stiffness;
     const double* uHist = formula.uHist.data();
     std::vector<double>&q = point.q, &u = point.u, &lambda = point.lambda, &uDot = point.uDot;
@@ -226,8 +247,11 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             m_rate = std::max(0.1, byDisplacement);
             const double allowedNoise = tolerances.displacement * accuracy * 1e-3;
             if (iteration > 1 && byDisplacement > 0.95 && byMultiplier > 0.95 &&
-                change > allowedNoise)
+                change > allowedNoise) {
+                outcome.converged = purpose == Purpose::Projected && hasZConverged &&
+                                    change <= LargestNoise * accuracy;
                 break;
+            }
         }
         previousChange = change;
         previousMultiplierChange = multiplierChange;
@@ -236,7 +260,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         const double remaining = m_rate < 0.9 ? m_rate / (1 - m_rate) : 10;
         const double multiplierScale = std::max(largestAbs(lambda), m_multiplierFloor);
         if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
-            remaining * multiplierChange <= tolerances.multiplier * multiplierScale) {
+            (purpose == Purpose::Projected ||
+             remaining * multiplierChange <= tolerances.multiplier * multiplierScale)) {
             outcome.converged = true;
             break;
         }
@@ -303,7 +328,7 @@ double ImplicitStep::calcPositionError(double t, const std::vector<double>& q,
 }
 
 double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
-                                   int* worstRow) {
+                                   int* worstRow, std::vector<double>* lambda) {
     const FlushDenormals flush(m_numThreads);
     // The factored G may belong to a neighbouring q: further passes take the difference up.
     constexpr int MaxIterations = 3;
@@ -316,6 +341,8 @@ double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::
         ++m_statistics.linearSolves;
         const std::vector<double>& delta = m_solver.getDeltaU();
         for (size_t i = 0; i < u.size(); ++i) u[i] += delta[i];
+        for (size_t i = 0; lambda && i < lambda->size(); ++i)
+            (*lambda)[i] += m_solver.getDeltaLambda()[i];
     }
 }
 

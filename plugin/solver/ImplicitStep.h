@@ -44,6 +44,15 @@ public:
     and ż. **/
     Outcome solve(const StepFormula& formula, Formulation formulation, SolutionPoint& point);
 
+    /** The same for StabilizedIndex2 near a singular position, where G changes faster than the
+    iteration follows: solves the position equations, whose exact derivative G is, and leaves λ and
+    what is across the constraints to projectStepSpeeds(). **/
+    Outcome solveNearSingularity(const StepFormula& formula, SolutionPoint& point);
+
+    /** Moves u onto the velocity constraints at the end of such a step, and u̇ and λ with it.
+    @returns false if it cannot. **/
+    bool projectStepSpeeds(const StepFormula& formula, SolutionPoint& point, int* worstRow);
+
     /** Next solve() forms and factors its matrix anew. **/
     void invalidateMatrix() { m_factored = {}; }
 
@@ -57,10 +66,10 @@ public:
     double projectPositions(double t, double tolerance, std::vector<double>& q,
                             const std::vector<double>& u, int* worstRow = nullptr);
 
-    /** Moves u onto the velocity constraints in the same norm. @returns largest error left; row as
-     * above. **/
+    /** Moves u onto the velocity constraints in the same norm, and adds to λ what moves it.
+    @returns largest error left; row as above. **/
     double projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
-                         int* worstRow = nullptr);
+                         int* worstRow = nullptr, std::vector<double>* lambda = nullptr);
 
     /** Largest position error of the joints at q. **/
     double calcPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
@@ -81,6 +90,9 @@ public:
     void addInTiming();
 
 private:
+    enum class Purpose { Final, Projected };
+    Outcome solve(const StepFormula& formula, Formulation formulation, Purpose purpose,
+                  SolutionPoint& point);
     void calcQ(const StepFormula& formula, const std::vector<double>& u, std::vector<double>& q);
     /** One functional iteration on z; returns the largest weighted change. **/
     double updateZ(const StepFormula& formula, const std::vector<double>& q,
