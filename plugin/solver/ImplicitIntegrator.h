@@ -40,9 +40,14 @@ forces on its mobilities are modal forces.
 
 The Newton matrix holds elasticity, modal damping and inertia. Simbody's own force elements and
 AttachmentForces act in the residual only: very stiff ones among them slow Newton's iteration down
-and shorten the step. Near a singular position, where a mechanism can branch (all bars of a four-bar
-in one line), G changes faster than a step can follow: such a passage may fail or leave an energy
-error; try another accuracy. **/
+and shorten the step.
+
+Near a singular position, where a mechanism can branch (all bars of a four-bar in one line), G loses
+rank and changes faster than the iteration follows. A step of StabilizedIndex2 that fails to converge
+is tried again with the position equations in Newton's system, whose exact derivative G is; its end
+is projected onto the velocity equations too, u̇ and λ with it. So the mechanism stays on its branch
+unless a step ends closer to the branching than its own error. Forces of joints do grow without
+bound towards such a position. **/
 
 #include <functional>
 #include <memory>
