@@ -217,6 +217,13 @@ TEST(FourBars, FiveLoopsOfFreeBarsTurnOverAsOnePendulum) {
     expectOnePendulum(5, Assembly::FreeBodies, 10);
 }
 
+// One second holds one passage through the line.
+TEST(FourBars, FortyLoopsOfTreesPassTheSingularPosition) {
+    const Errors errors = measureErrors(40, Assembly::Trees, 1e-8, 1);
+    EXPECT_LT(errors.energy, 1e-5);
+    EXPECT_LT(errors.distance, 1e-5);
+}
+
 /** Largest energy error seen every half second in 10 s, in which the bars lie in one line 22 times
     [J]. **/
 Real measureDrift(const FourBars& mechanism, ImplicitIntegrator& integrator, Real accuracy) {
