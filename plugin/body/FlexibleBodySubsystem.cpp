@@ -1,6 +1,6 @@
 #include "simflex/body/FlexibleBodySubsystem.h"
 
-#include <iostream>
+#include <algorithm>
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
@@ -81,8 +81,52 @@ Real FlexibleBodySubsystem::calcKineticEnergy(const State& state) const {
     return energy;
 }
 
+SpatialVec FlexibleBodySubsystem::calcMomentum(const State& state) const {
+    const Guts& own = getGuts();
+    const SimbodyMatterSubsystem& matter = own.getMatter();
+    std::vector<char> isFlexible(size_t(matter.getNumBodies()), 0);
+    SpatialVec momentum(Vec3(0), Vec3(0));
+    for (int b = 0; b < getNumBodies(); ++b) {
+        const FlexibleBodyRecord& record = own.body(FlexibleBodyIndex(b));
+        isFlexible[size_t(record.frame)] = 1;
+        for (MobilizedBodyIndex carrier : record.carriers) isFlexible[size_t(carrier)] = 1;
+        momentum += getBody(FlexibleBodyIndex(b)).calcMomentum(state);
+    }
+    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
+        if (isFlexible[size_t(i)]) continue;
+        const MobilizedBody& mobod = matter.getMobilizedBody(i);
+        const SpatialVec own_G = mobod.calcBodyMomentumAboutBodyMassCenterInGround(state);
+        const Vec3 center = mobod.findMassCenterLocationInGround(state);
+        momentum += SpatialVec(own_G[0] + center % own_G[1], own_G[1]);
+    }
+    return momentum;
+}
+
+Real FlexibleBodySubsystem::calcPotentialEnergy(const State& state) const {
+    return getMultibodySystem().calcPotentialEnergy(state);
+}
+
 Real FlexibleBodySubsystem::calcEnergy(const State& state) const {
-    return calcKineticEnergy(state) + getMultibodySystem().calcPotentialEnergy(state);
+    return calcKineticEnergy(state) + calcPotentialEnergy(state);
+}
+
+void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const {
+    const MultibodySystem& system = getMultibodySystem();
+    const Guts& own = getGuts();
+    system.realizeModel(state);
+    own.setWeights(state, Guts::Weights::Assembly);
+    try {
+        system.prescribe(state);
+        system.project(state, tolerance);
+    } catch (const std::exception& error) {
+        throw std::runtime_error(
+            std::string("FlexibleBodySubsystem::initializeNative(): the constraints cannot be "
+                        "assembled; check the attachment frames, or start closer to an assembled "
+                        "position. Simbody says: ") +
+            error.what());
+    }
+    own.setWeights(state, Guts::Weights::Displacement);
+    system.realize(state, Stage::Velocity);
 }
 
 //---------------------------------------------------------------------------------------------------------------
@@ -189,8 +233,39 @@ Array_<FrameMotion> FlexibleBodySubsystem::Guts::calcMotions(
     return motions;
 }
 
+void FlexibleBodySubsystem::Guts::setWeights(State& state, Weights weights) const {
+    // (Ω_i ξ_i)²/2 is a mode's strain energy: all of it is dear against rigid motions.
+    constexpr Real StrainFactor = 100;
+    const SimbodyMatterSubsystem& matter = getMatter();
+    Vector& all = state.updUWeights(matter.getMySubsystemIndex());
+    for (const FlexibleBodyRecord& record : m_bodies) {
+        const FlexibleBodyModel& model = *record.model;
+        const int frame = int(matter.getMobilizedBody(record.frame).getFirstUIndex(state));
+        for (int a = 0; a < 3; ++a) {
+            all[frame + a] = model.radius;
+            all[frame + 3 + a] = 1;
+        }
+        int i = 0;
+        for (MobilizedBodyIndex carrier : record.carriers) {
+            const MobilizedBody& mobod = matter.getMobilizedBody(carrier);
+            const int first = int(mobod.getFirstUIndex(state)), count = mobod.getNumU(state);
+            for (int k = 0; k < count; ++k, ++i)
+                all[first + k] = weights == Weights::Assembly
+                                     ? StrainFactor * std::sqrt(model.omegaSquared[i])
+                                     : model.displacementPerMode[i];
+        }
+    }
+}
+
 void FlexibleBodySubsystem::Guts::setNativeForcesEnabled(State& state, bool enabled) const {
-    Value<int>::updDowncast(updDiscreteVariable(state, m_enabled)) = enabled;
+    Value<int>::updDowncast(updDiscreteVariable(state, m_nativeForces)) = enabled ? Own : None;
+}
+
+void FlexibleBodySubsystem::Guts::setKnownAccelerations(State& state, const Vector& uDot) const {
+    if (Value<int>::downcast(getDiscreteVariable(state, m_nativeForces)).get() !=
+        ForKnownAccelerations)
+        Value<int>::updDowncast(updDiscreteVariable(state, m_nativeForces)) = ForKnownAccelerations;
+    Value<Vector>::updDowncast(updDiscreteVariable(state, m_knownUDot)) = uDot;
 }
 
 Real FlexibleBodySubsystem::Guts::calcPotentialEnergy(const State& state) const {
@@ -206,15 +281,48 @@ Real FlexibleBodySubsystem::Guts::calcPotentialEnergy(const State& state) const 
 }
 
 int FlexibleBodySubsystem::Guts::realizeSubsystemTopologyImpl(State& state) const {
-    m_enabled = allocateDiscreteVariable(state, Stage::Instance, new Value<int>(1));
+    checkOrder();
+    m_nativeForces = allocateDiscreteVariable(state, Stage::Instance, new Value<int>(Own));
+    m_knownUDot = allocateDiscreteVariable(state, Stage::Dynamics, new Value<Vector>());
+    const bool hasModes =
+        std::any_of(m_bodies.begin(), m_bodies.end(),
+                    [](const FlexibleBodyRecord& body) { return body.numModes() > 0; });
+    m_coupling = hasModes ? InertiaCoupling::make(getMultibodySystem()) : nullptr;
     return 0;
 }
 
+void FlexibleBodySubsystem::Guts::checkOrder() const {
+    const System& system = getSystem();
+    for (SubsystemIndex s(getMySubsystemIndex() + 1); s < system.getNumSubsystems(); ++s) {
+        const Subsystem& later = system.getSubsystem(s);
+        if (dynamic_cast<const ForceSubsystem::Guts*>(&later.getSubsystemGuts()))
+            throw std::invalid_argument(
+                "force subsystem '" + later.getName() + "' (subsystem " + std::to_string(int(s)) +
+                ") was added after the FlexibleBodySubsystem (subsystem " +
+                std::to_string(int(getMySubsystemIndex())) +
+                "), which must know all forces: construct it before the FlexibleBodySubsystem; "
+                "its elements may be added at any time");
+    }
+}
+
 int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state) const {
-    if (!Value<int>::downcast(getDiscreteVariable(state, m_enabled)).get()) return 0;
+    const int acting = Value<int>::downcast(getDiscreteVariable(state, m_nativeForces)).get();
+    if (acting == None) return 0;
     const MultibodySystem& system = getMultibodySystem();
     Vector_<SpatialVec>& bodyForces = system.updRigidBodyForces(state, Stage::Dynamics);
     Vector& mobilityForces = system.updMobilityForces(state, Stage::Dynamics);
+
+    if (acting == ForKnownAccelerations) {
+        const Vector& uDot = Value<Vector>::downcast(getDiscreteVariable(state, m_knownUDot)).get();
+        Vector lacking;
+        getMatter().calcResidualForceIgnoringConstraints(state, mobilityForces, bodyForces, uDot,
+                                                         lacking);
+        mobilityForces += lacking;
+        return 0;
+    }
+
+    // First, while the forces are those of all others.
+    if (m_coupling) m_coupling->addInForces(state, bodyForces, mobilityForces);
 
     for (int b = 0; b < int(m_bodies.size()); ++b)
         addInBodyForces(state, FlexibleBodyIndex(b), bodyForces, mobilityForces);
@@ -226,18 +334,6 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state
         for (unsigned k = 0; k < attachments.size(); ++k)
             addInAttachmentForce(state, attachments[k], forces[k], bodyForces, mobilityForces);
     }
-    return 0;
-}
-
-int FlexibleBodySubsystem::Guts::realizeSubsystemAccelerationImpl(const State& state) const {
-    if (m_hasWarned || m_bodies.empty() ||
-        !Value<int>::downcast(getDiscreteVariable(state, m_enabled)).get())
-        return 0;
-    m_hasWarned = true;
-    std::cerr << "simflex: Simbody's own accelerations leave out the inertia coupling (Delta M) of "
-                 "the system's "
-              << m_bodies.size()
-              << " flexible bodies; use simflex::BdfIntegrator for exact ones.\n";
     return 0;
 }
 

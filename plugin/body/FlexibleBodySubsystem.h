@@ -2,11 +2,30 @@
 /** @file
 The force subsystem that owns a system's flexible bodies, their joints and their forces.
 
-Add it after every other force subsystem. It applies elastic, damping and velocity-dependent forces,
-and those of the elements in simflex/forces, whenever Simbody itself realizes Stage::Dynamics.
+Construct it after every other force subsystem; elements may be added to those at any time. It
+applies elastic, damping and velocity-dependent forces, and those of the elements in simflex/forces,
+whenever Simbody itself realizes Stage::Dynamics.
 
-@note Simbody's mass matrix lacks `ΔM = [I(ξ)−I₀, C; Cᵀ, 0]`. A native realization to
-Stage::Acceleration leaves it out and says so once on std::cerr; BdfIntegrator has it. **/
+Simbody's mass matrix lacks `ΔM = [I(ξ)−I₀, C; Cᵀ, 0]` of a flexible body. The subsystem reads the
+forces of all others, solves for the exact u̇ by block elimination and applies `−ΔM u̇` too, so that
+Simbody's own accelerations, multipliers and reaction forces are exact and any SimTK::Integrator can
+run the model:
+
+    State state = system.realizeTopology();
+    ...                                  // place the bodies
+    flexible.initializeNative(state);    // joints assembled, weights in metres
+    RungeKuttaMersonIntegrator integrator(system);
+    integrator.setAccuracy(1e-6);
+    TimeStepper stepper(system, integrator);
+    stepper.initialize(state);
+    stepper.stepTo(0.1);
+
+BdfIntegrator evaluates everything itself and is much faster with many modes or joints.
+
+What a native run refuses, by name, when Stage::Dynamics is realized: bodies mobilized on the frame
+or on a modal mobilizer of a flexible body, constraints on the *body* of a modal mobilizer, Motions
+of method Fast. Forces on the body of a modal mobilizer are none; those on its mobilities are modal
+forces. **/
 
 #include <memory>
 #include <string>
@@ -37,11 +56,30 @@ public:
     /** Adds a force element; the subsystem takes it over. **/
     void adoptForceElement(std::unique_ptr<ForceElement> element);
 
-    /** Kinetic energy of the whole system, flexible bodies with their full inertia.
-     * Stage::Velocity. **/
+    /** Gets a State ready for one of Simbody's own integrators: sets locked and prescribed
+    coordinates, assembles joints and constraints by least strain energy, makes speeds consistent by
+    rigid motion as far as possible, then sets the speeds' weights in Simbody's error norms and
+    projections so that an accuracy or tolerance means metres for flexible bodies: 1 for
+    translation, the part's radius for rotation, for a mode the largest displacement it causes.
+    Weights of other bodies are left alone. The State is realized to Stage::Velocity.
+    @param tolerance  largest constraint error left [m, rad]
+    @throws std::runtime_error if the constraints cannot be assembled. **/
+    void initializeNative(SimTK::State& state, SimTK::Real tolerance = 1e-10) const;
+
+    /** @name Quantities of the whole system, flexible bodies with their full inertia. The same in
+    native runs and in those of BdfIntegrator; MultibodySystem::calcKineticEnergy() and
+    SimbodyMatterSubsystem's momenta lack the flexible bodies' ΔM. **/
+    /**@{**/
+    /** Stage::Velocity. **/
     SimTK::Real calcKineticEnergy(const SimTK::State& state) const;
+    /** Angular momentum about Ground's origin and linear momentum, in Ground [kg m²/s, kg m/s].
+     * Stage::Velocity. **/
+    SimTK::SpatialVec calcMomentum(const SimTK::State& state) const;
+    /** Strain energy, gravity and whatever else stores energy. Stage::Dynamics. **/
+    SimTK::Real calcPotentialEnergy(const SimTK::State& state) const;
     /** Kinetic plus potential energy of the whole system. Stage::Dynamics. **/
     SimTK::Real calcEnergy(const SimTK::State& state) const;
+    /**@}**/
 
     const SimTK::MultibodySystem& getMultibodySystem() const;
 

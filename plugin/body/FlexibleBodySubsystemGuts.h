@@ -9,6 +9,7 @@ What a FlexibleBodySubsystem holds (private header). **/
 #include "simflex/body/FlexibleBodyEquations.h"
 #include "simflex/body/FlexibleBodySubsystem.h"
 #include "simflex/body/ForceElement.h"
+#include "simflex/body/InertiaCoupling.h"
 #include "simflex/body/JointEquations.h"
 
 namespace simflex {
@@ -77,9 +78,20 @@ public:
     SimTK::Array_<FrameMotion> calcMotions(const SimTK::State& state,
                                            const SimTK::Array_<Attachment>& attachments) const;
 
-    /** Turns the forces of this subsystem off or on in one State (Stage::Instance): the BGE solver
-     * evaluates them itself. **/
+    /** Turns the forces of this subsystem, inertia coupling included, off or on in one State
+    (Stage::Instance): the BGE solver evaluates them itself. **/
     void setNativeForcesEnabled(SimTK::State& state, bool enabled) const;
+
+    /** Makes Simbody find these accelerations, in its own numbering, where they are free and no
+    constraint is against them: for a State on which its elements ask for accelerations that are
+    known already. Instead of the subsystem's forces those act that they need. **/
+    void setKnownAccelerations(SimTK::State& state, const SimTK::Vector& uDot) const;
+
+    /** What a unit of each speed counts for: Displacement, in metres that it causes; Assembly, the
+     * same for rigid motions, Ω_i times a large factor for modes. **/
+    enum class Weights { Displacement, Assembly };
+    /** Sets the weights of flexible bodies' speeds. Stage::Model. **/
+    void setWeights(SimTK::State& state, Weights weights) const;
 
     SimTK::Real calcPotentialEnergy(const SimTK::State& state) const override;
 
@@ -87,9 +99,13 @@ protected:
     SimTK::Subsystem::Guts* cloneImpl() const override { return new Guts(*this); }
     int realizeSubsystemTopologyImpl(SimTK::State& state) const override;
     int realizeSubsystemDynamicsImpl(const SimTK::State& state) const override;
-    int realizeSubsystemAccelerationImpl(const SimTK::State& state) const override;
 
 private:
+    /** What acts in a State when Simbody realizes it (Stage::Instance). **/
+    enum NativeForces { None, Own, ForKnownAccelerations };
+
+    /** @throws std::invalid_argument that names a force subsystem added after this one. **/
+    void checkOrder() const;
     void addInBodyForces(const SimTK::State& state, FlexibleBodyIndex index,
                          SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                          SimTK::Vector& mobilityForces) const;
@@ -105,8 +121,8 @@ private:
     std::vector<JointRecord> m_joints;
     std::vector<std::shared_ptr<const ForceElement>> m_forceElements;
     std::map<const ReducedBody*, std::shared_ptr<const FlexibleBodyModel>> m_models;
-    mutable SimTK::DiscreteVariableIndex m_enabled;
-    mutable bool m_hasWarned = false;
+    mutable SimTK::DiscreteVariableIndex m_nativeForces, m_knownUDot;
+    mutable std::shared_ptr<InertiaCoupling> m_coupling;  ///< null if no body has modes
 };
 
 inline Eigen::Vector3d toEigen(const SimTK::Vec3& v) {

@@ -215,6 +215,16 @@ void FlexibleBlock::formFullArrow(double mass, const VectorXd& diagonal,
     J.diagonal().tail(m_n) = diagonal;
 }
 
+void FlexibleBlock::addInCouplingForces(const double* uDot, Vector_<SpatialVec>& bodyForces,
+                                        Vector& mobilityForces) const {
+    const Map<const Vector3d> omegaDot(uDot);
+    const Vector3d rotation = (m_data.I - m_model.inertia) * omegaDot +
+                              m_data.getCTransposed().transpose() * ConstModes(uDot + 6, m_n);
+    bodyForces[m_record.frame][0] -= m_body.R_GB * toSimTK(rotation);
+    const VectorXd modes = m_data.getCTransposed() * omegaDot;
+    for (int i = 0; i < m_n; ++i) mobilityForces[m_stateU[size_t(i)]] -= modes[i];
+}
+
 void FlexibleBlock::integrateQ(const EvaluationContext&, const double* qHist, double gamma,
                                const double* u, double* q) const {
     Map<Vector4d>(q, 4) =

@@ -54,6 +54,10 @@ public:
     void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
                          const double* uDot, NewtonSystem::Block& block) const override;
     void formMassBlock(NewtonSystem::Block& block) const override;
+    /** Adds −ΔM u̇ = −[(I − I₀) ω̇ + C ξ̈; Cᵀ ω̇] to forces on the frame and on the mobilities.
+    @pre calcResidual(). **/
+    void addInCouplingForces(const double* uDot, SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                             SimTK::Vector& mobilityForces) const;
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                     const double* u, double* q) const override;
     void calcQDot(const EvaluationContext& context, const double* q, const double* u,

@@ -20,9 +20,12 @@ and Measures are called by initialize(), reporters on interpolated states, sched
 handlers (triggers located by root finding within their required window), TimeAdvanced and
 Termination handlers at the ends of steps. Handlers may change anything in the State; the step
 after them starts at order 2 from new accelerations. Auto-update variables (Measure::Extreme,
-Delay) are updated after every step, with the State realized to Stage::Acceleration then, which
-costs time; auxiliary variables z (Measure::Integrate) are integrated along, ż taken from Simbody
-with accelerations as they are without joints. Triggers that need Stage::Acceleration are refused.
+Delay) are updated after every step, with the State realized to Stage::Acceleration then: Simbody's
+exact accelerations and multipliers, which cost far more time than a step where there are many
+joints. Auxiliary variables z (Measure::Integrate) are integrated along, ż taken from Simbody with
+the scheme's own u̇ for accelerations; multipliers and reactions of joints are not in them. Triggers
+that need Stage::Acceleration are refused; those that need Stage::Dynamics, and getState() realized
+so far or further, cost one block elimination more.
 
 What else of Simbody may stand in the system:
 - rigid bodies on any mobilizer, forward or reversed, with quaternions or Euler angles;

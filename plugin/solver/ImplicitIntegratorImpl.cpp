@@ -143,7 +143,8 @@ void ImplicitIntegrator::Implementation::completeStart(SolutionPoint& point) {
     m_step->calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
     point.constraintError = m_step->calcPositionError(point.t, point.q, point.u);
     m_equations->calcQDot(point.q.data(), point.u.data(), point.qDot.data());
-    m_equations->calcZDot(point.q.data(), point.u.data(), point.z.data(), point.zDot.data());
+    m_equations->calcZDot(point.q.data(), point.u.data(), point.uDot.data(), point.z.data(),
+                          point.zDot.data());
     point.power = m_equations->calcPower(point.q.data(), point.u.data(), point.uDot.data(),
                                          point.lambda.data());
     point.a = point.uDot;

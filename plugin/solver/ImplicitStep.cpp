@@ -141,12 +141,12 @@ void ImplicitStep::calcQ(const StepFormula& formula, const std::vector<double>& 
     m_equations.moveQ(m_delta.data(), q.data());
 }
 
-double ImplicitStep::updateZ(const StepFormula& formula, const std::vector<double>& q,
-                             const std::vector<double>& u, std::vector<double>& z,
-                             std::vector<double>& zDot) {
-    m_equations.calcZDot(q.data(), u.data(), z.data(), zDot.data());
+double ImplicitStep::updateZ(const StepFormula& formula, SolutionPoint& point) {
+    std::vector<double>& z = point.z;
+    m_equations.calcZDot(point.q.data(), point.u.data(), point.uDot.data(), z.data(),
+                         point.zDot.data());
     for (size_t i = 0; i < z.size(); ++i) {
-        const double value = formula.zHist[i] + formula.quadrature * zDot[i];
+        const double value = formula.zHist[i] + formula.quadrature * point.zDot[i];
         m_deltaZ[i] = value - z[i];
         z[i] = value;
     }
@@ -202,7 +202,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
                                        ? MotionLevel::Velocity
                                        : MotionLevel::Position,
                                    formula.factors, uDot.data(), q.data(), m_system.c.data());
-        const double zChange = point.z.empty() ? 0 : updateZ(formula, q, u, point.z, point.zDot);
+        const double zChange = point.z.empty() ? 0 : updateZ(formula, point);
         const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
         m_statistics.evaluationSeconds += secondsSince(start);
 

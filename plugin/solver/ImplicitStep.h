@@ -95,8 +95,7 @@ private:
                   SolutionPoint& point);
     void calcQ(const StepFormula& formula, const std::vector<double>& u, std::vector<double>& q);
     /** One functional iteration on z; returns the largest weighted change. **/
-    double updateZ(const StepFormula& formula, const std::vector<double>& q,
-                   const std::vector<double>& u, std::vector<double>& z, std::vector<double>& zDot);
+    double updateZ(const StepFormula& formula, SolutionPoint& point);
     void factor();
     void formAndFactor(const NewtonFactors& factors, const std::vector<double>& u,
                        const std::vector<double>& uDot,

@@ -52,8 +52,12 @@ bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index
 //-------------------------------------------------------------------------------------------------------
 // construction
 
-MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const State& state)
-    : m_system(system), m_private(state) {
+MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const State& state,
+                                       Setting setting)
+    : m_system(system),
+      m_setting(setting),
+      m_owner(setting == Setting::Native ? "flexible bodies" : "ImplicitIntegrator"),
+      m_private(state) {
     const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(system);
     m_guts = flexible ? &flexible->getGuts() : nullptr;
     system.realize(m_private, Stage::Velocity);
@@ -67,21 +71,34 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     makeForceElements();
     makeParts();
     m_context.gravity = &m_gravity;
-    m_context.state = m_needsSimbody ? &m_private : nullptr;
-
-    // On the private State Simbody evaluates foreign forces only.
-    const SimbodyMatterSubsystem& matter = system.getMatterSubsystem();
-    for (const JointRef& joint : m_joints)
-        matter.getConstraint(joint.record->constraint).disable(m_private);
-    if (m_guts) m_guts->setNativeForcesEnabled(m_private, false);
-    system.realize(m_private, Stage::Instance);
     m_numSimbodyU = m_private.getNU();
     m_numZ = m_private.getNZ();
-    // What nobody will look at need not be kept: a flexible body takes some 60 kB of a State.
-    if (!m_needsSimbody && !m_constraints && !m_prescribed && m_numZ == 0) m_private.clear();
+    if (m_setting == Setting::Native)
+        m_private.clear();
+    else
+        preparePrivateStates(state);
 }
 
 MultibodyEquations::~MultibodyEquations() = default;
+
+void MultibodyEquations::preparePrivateStates(const State& state) {
+    m_context.state = m_needsSimbody ? &m_private : nullptr;
+    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    if (m_numZ > 0) {
+        // Accelerations are given there: Simbody need not solve for the joints.
+        m_zState = state;
+        for (const JointRef& joint : m_joints)
+            matter.getConstraint(joint.record->constraint).disable(m_zState);
+        m_system.realize(m_zState, Stage::Instance);
+    }
+    // On the private State Simbody evaluates foreign forces only.
+    for (const JointRef& joint : m_joints)
+        matter.getConstraint(joint.record->constraint).disable(m_private);
+    if (m_guts) m_guts->setNativeForcesEnabled(m_private, false);
+    m_system.realize(m_private, Stage::Instance);
+    // What nobody will look at need not be kept: a flexible body takes some 60 kB of a State.
+    if (!m_needsSimbody && !m_constraints && !m_prescribed && m_numZ == 0) m_private.clear();
+}
 
 void MultibodyEquations::refuseUnsupported(const State& state) const {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
@@ -92,7 +109,7 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
     };
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i)
         if (PrescribedMotion::isUnsupported(matter.getMobilizedBody(i), state))
-            throw std::invalid_argument("ImplicitIntegrator: " + describe(m_guts, i) +
+            throw std::invalid_argument(m_owner + ": " + describe(m_guts, i) +
                                         " has a Motion of method Fast, which is not supported; "
                                         "use a Prescribed one, or disable it");
     std::set<ConstraintIndex> own;
@@ -101,9 +118,9 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
     for (ConstraintIndex i(0); i < matter.getNumConstraints(); ++i) {
         const Constraint& constraint = matter.getConstraint(i);
         if (constraint.isDisabled(state)) {
-            if (own.count(i))
+            if (own.count(i) && m_setting == Setting::Implicit)
                 throw std::invalid_argument(
-                    "ImplicitIntegrator: joint '" + nameOfJoint(i) +
+                    m_owner + ": joint '" + nameOfJoint(i) +
                     "' is disabled in the State; leave it out of the model instead");
             continue;
         }
@@ -113,11 +130,11 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
             const MobilizedBodyIndex body =
                 constraint.getMobilizedBodyFromConstrainedBody(b).getMobilizedBodyIndex();
             if (isCarrier(m_guts, body))
-                throw std::invalid_argument(
-                    "ImplicitIntegrator: " + SimbodyConstraints::describe(constraint) + " holds " +
-                    describe(m_guts, body) +
-                    ", which has no place in space; constrain its "
-                    "coordinates, or use a Joint to an interface");
+                throw std::invalid_argument(m_owner + ": " +
+                                            SimbodyConstraints::describe(constraint) + " holds " +
+                                            describe(m_guts, body) +
+                                            ", which has no place in space; constrain its "
+                                            "coordinates, or use a Joint to an interface");
         }
     }
 }
@@ -125,6 +142,8 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
 void MultibodyEquations::collectGravityAndForces(const State& state) {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     m_gravity.atBody.assign(matter.getNumBodies(), Vec3(0));
+    m_hasForeignForces = m_setting == Setting::Native;
+    if (m_hasForeignForces) return;
     for (SubsystemIndex s(0); s < m_system.getNumSubsystems(); ++s) {
         const Subsystem& subsystem = m_system.getSubsystem(s);
         if (!dynamic_cast<const ForceSubsystem::Guts*>(&subsystem.getSubsystemGuts())) continue;
@@ -175,8 +194,8 @@ void MultibodyEquations::makeBlocks(const State& state) {
         blockOfBody = m_blockOfBody[size_t(parent)];
         if (blockOfBody >= 0 && blockOfBody < int(m_flexible.size()))
             throw std::invalid_argument(
-                "ImplicitIntegrator: mobilized body " + std::to_string(int(i)) +
-                " is mobilized on " + describe(m_guts, parent) +
+                m_owner + ": mobilized body " + std::to_string(int(i)) + " is mobilized on " +
+                describe(m_guts, parent) +
                 "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
         blockOfBody = int(m_blocks.size());
@@ -286,7 +305,7 @@ MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& att
     ref.block = findBlock(index);
     const int tree = ref.block - int(m_flexible.size());
     if (tree < 0)
-        throw std::invalid_argument("ImplicitIntegrator: " + attachment.getName() +
+        throw std::invalid_argument(m_owner + ": " + attachment.getName() +
                                     " is the frame or a modal mobilizer of a flexible body; "
                                     "attach to an interface or node");
     ref.frame = m_rigid[size_t(tree)]->addFrame(index, attachment.getFrame());
@@ -295,7 +314,9 @@ MultibodyEquations::FrameRef MultibodyEquations::makeFrame(const Attachment& att
 
 void MultibodyEquations::makeJoints() {
     if (!m_guts) return;
+    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     for (const JointRecord& record : m_guts->joints()) {
+        if (matter.getConstraint(record.constraint).isDisabled(m_private)) continue;
         JointRef joint;
         joint.record = &record;
         joint.firstRow = m_numMultipliers;
@@ -525,6 +546,21 @@ void MultibodyEquations::realize(double time, const double* q, const double* u) 
     m_time = time;
     if (m_prescribed && !m_prescribed->dependsOnState()) updatePrescribed(time, q, u);
     if (m_needsSimbody) realizeSimbody(time, q, u);
+    realizeBlocks(time, q, u);
+}
+
+void MultibodyEquations::realizeNatively(const State& state, const Vector_<SpatialVec>& bodyForces,
+                                         const Vector& mobilityForces, const double* q,
+                                         const double* u) {
+    m_time = state.getTime();
+    m_now = m_context.state = &state;
+    m_bodyForces = bodyForces;
+    m_mobilityForces = mobilityForces;
+    if (m_prescribed) m_prescribed->updateAccelerations(state);
+    realizeBlocks(m_time, q, u);
+}
+
+void MultibodyEquations::realizeBlocks(double time, const double* q, const double* u) {
     const int count = int(m_batches.size());
     parallelFor(count, m_numThreads, [&](int k) {
         FlexibleBlock::calcShapeProducts(m_batches[size_t(k)].flexible, q, u);
@@ -558,7 +594,7 @@ void MultibodyEquations::calcPositionErrors(double* g) const {
         joint.record->equations->calcErrors(m_time, motionOf(joint.sides[0]).X,
                                             motionOf(joint.sides[1]).X, g + joint.firstRow);
     });
-    if (m_constraints) m_constraints->calcPositionErrors(m_private, g + m_firstSimbodyRow);
+    if (m_constraints) m_constraints->calcPositionErrors(*m_now, g + m_firstSimbodyRow);
 }
 
 void MultibodyEquations::calcVelocityErrors(double* gDot) const {
@@ -567,7 +603,7 @@ void MultibodyEquations::calcVelocityErrors(double* gDot) const {
         joint.record->equations->calcErrorDots(m_time, motionOf(joint.sides[0]),
                                                motionOf(joint.sides[1]), gDot + joint.firstRow);
     });
-    if (m_constraints) m_constraints->calcVelocityErrors(m_private, gDot + m_firstSimbodyRow);
+    if (m_constraints) m_constraints->calcVelocityErrors(*m_now, gDot + m_firstSimbodyRow);
 }
 
 void MultibodyEquations::calcStepErrors(MotionLevel level, const NewtonFactors& factors,
@@ -587,11 +623,11 @@ void MultibodyEquations::calcStepErrors(MotionLevel level, const NewtonFactors& 
             if (m_constraints->getLevel(k) == which) rows[k] = factor * errors[size_t(k)];
     };
     if (level == MotionLevel::Position) {
-        m_constraints->calcVelocityErrors(m_private, errors.data());
+        m_constraints->calcVelocityErrors(*m_now, errors.data());
         takeRows(MotionLevel::Velocity, 1);
     }
     if (m_constraints->hasAccelerationRows()) {
-        m_constraints->calcAccelerationErrors(m_private, calcSimbodyUDot(q, uDot), errors.data());
+        m_constraints->calcAccelerationErrors(*m_now, calcSimbodyUDot(q, uDot), errors.data());
         takeRows(MotionLevel::Acceleration, factors.mass);
     }
 }
@@ -599,7 +635,7 @@ void MultibodyEquations::calcStepErrors(MotionLevel level, const NewtonFactors& 
 void MultibodyEquations::calcAccelerationErrors(const double* q, const double* u,
                                                 const double* uDot, double* gDotDot) const {
     if (m_constraints)
-        m_constraints->calcAccelerationErrors(m_private, calcSimbodyUDot(q, uDot),
+        m_constraints->calcAccelerationErrors(*m_now, calcSimbodyUDot(q, uDot),
                                               gDotDot + m_firstSimbodyRow);
     for (const Batch& batch : m_batches)
         FlexibleBlock::calcAccelerationProducts(batch.flexible, uDot);
@@ -628,17 +664,19 @@ void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u,
                                                const double* lambda, double* r) {
     const bool hasSimbodyForces = m_hasForeignForces || m_constraints;
     updateJacobians();
-    if (m_hasForeignForces) {
-        m_bodyForces = m_system.getRigidBodyForces(m_private, Stage::Dynamics);
-        m_mobilityForces = m_system.getMobilityForces(m_private, Stage::Dynamics);
+    if (m_setting == Setting::Native) {
+        // Given.
+    } else if (m_hasForeignForces) {
+        m_bodyForces = m_system.getRigidBodyForces(*m_now, Stage::Dynamics);
+        m_mobilityForces = m_system.getMobilityForces(*m_now, Stage::Dynamics);
     } else if (m_constraints) {
         m_bodyForces.resize(m_system.getMatterSubsystem().getNumBodies());
         m_bodyForces = SpatialVec(Vec3(0), Vec3(0));
-        m_mobilityForces.resize(m_private.getNU());
+        m_mobilityForces.resize(m_numSimbodyU);
         m_mobilityForces = Real(0);
     }
     if (m_constraints)
-        m_constraints->addInForces(m_private, lambda + m_firstSimbodyRow, m_bodyForces,
+        m_constraints->addInForces(*m_now, lambda + m_firstSimbodyRow, m_bodyForces,
                                    m_mobilityForces);
     const int count = int(m_batches.size());
     parallelFor(count, m_numThreads, [&](int k) {
@@ -679,7 +717,7 @@ double MultibodyEquations::calcPower(const double* q, const double* u, const dou
         calcUnclearedResidual(q, u, uDot, lambda, m_scratch.data());
         power += m_prescribed->calcPower(m_scratch.data(), u);
     }
-    if (m_constraints) power += m_constraints->calcPower(m_private, lambda + m_firstSimbodyRow);
+    if (m_constraints) power += m_constraints->calcPower(*m_now, lambda + m_firstSimbodyRow);
     for (const ElementRef& element : m_elements)
         power += element.element->calcPower(m_time, element.motions, element.forces);
     for (const auto& block : m_blocks) power += block->calcDampingPower(u + block->firstU);
@@ -749,10 +787,10 @@ void MultibodyEquations::formElementColumns(const NewtonFactors& factors,
 void MultibodyEquations::formSimbodyColumns(MotionLevel level, NewtonSystem& system) const {
     if (m_constraints) {
         std::vector<SimbodyConstraints::RowForces> rows;
-        m_constraints->calcRowForces(m_private, rows);
+        m_constraints->calcRowForces(*m_now, rows);
         Vector_<SpatialVec> bodyForces(m_system.getMatterSubsystem().getNumBodies(),
                                        SpatialVec(Vec3(0), Vec3(0)));
-        Vector mobilityForces(m_private.getNU(), Real(0));
+        Vector mobilityForces(m_numSimbodyU, Real(0));
         for (int b = 0; b < numBlocks(); ++b)
             for (const auto& [row, column] : m_simbodyColumns[size_t(b)]) {
                 NewtonSystem::Block& block = system.blocks[size_t(b)];
@@ -811,6 +849,12 @@ void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
                           side.firstColumn + int(i), SpatialVec(Vec3(0), Vec3(0)),
                           system.blocks[size_t(b)]);
     formSimbodyColumns(MotionLevel::Acceleration, system);
+}
+
+void MultibodyEquations::addInCouplingForces(const double* uDot, Vector_<SpatialVec>& bodyForces,
+                                             Vector& mobilityForces) const {
+    for (const FlexibleBlock* block : m_flexible)
+        block->addInCouplingForces(uDot + block->firstU, bodyForces, mobilityForces);
 }
 
 //---------------------------------------------------------------------------------------------------------
@@ -901,13 +945,15 @@ void MultibodyEquations::setZ(const double* z) {
     std::copy_n(z, numZ(), &stateZ[0]);
 }
 
-void MultibodyEquations::calcZDot(const double* q, const double* u, const double* z, double* zDot) {
+void MultibodyEquations::calcZDot(const double* q, const double* u, const double* uDot,
+                                  const double* z, double* zDot) {
     if (numZ() == 0) return;
     const auto start = Clock::now();
-    if (!m_needsSimbody) putIntoState(m_time, q, u, m_private);
-    setZ(z);
-    m_system.realize(m_private, Stage::Acceleration);
-    const Vector& stateZDot = m_private.getZDot();
+    putIntoState(m_time, q, u, m_zState);
+    std::copy_n(z, numZ(), &m_zState.updZ()[0]);
+    if (m_guts) m_guts->setKnownAccelerations(m_zState, calcSimbodyUDot(q, uDot));
+    m_system.realize(m_zState, Stage::Acceleration);
+    const Vector& stateZDot = m_zState.getZDot();
     for (int i = 0; i < numZ(); ++i) zDot[i] = stateZDot[i];
     m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
 }

@@ -6,7 +6,8 @@ The equations of motion of a whole system, block by block, from q and u (private
 
 Flexible bodies, joints, gravity, the elements of simflex/forces and simple rigid mobilizers are
 evaluated here; Simbody is asked only for rigid trees with other mobilizers and for foreign forces,
-on a private State. **/
+on a private State. Within a realization of Simbody's own (Setting::Native) all foreign forces,
+gravity among them, are given, and Simbody is asked on the State that is being realized. **/
 
 #include <memory>
 #include <utility>
@@ -26,10 +27,13 @@ class RigidTree;
 
 class MultibodyEquations {
 public:
+    enum class Setting { Implicit, Native };
+
     /** Analyses the system; `state` gives instance variables (gravity, disabled elements) and is
     copied.
     @throws std::invalid_argument that names what cannot be supported. **/
-    MultibodyEquations(const SimTK::MultibodySystem& system, const SimTK::State& state);
+    MultibodyEquations(const SimTK::MultibodySystem& system, const SimTK::State& state,
+                       Setting setting = Setting::Implicit);
     ~MultibodyEquations();
 
     int numQ() const { return m_numQ; }
@@ -65,6 +69,13 @@ public:
 
     /** Positions, velocities, joint frames; first call of every evaluation. **/
     void realize(double time, const double* q, const double* u);
+
+    /** The same for Setting::Native: locks and Motions, rigid trees and Simbody's constraints are
+    read from `state`, which must stay, as its matter subsystem is realized to Stage::Dynamics.
+    @param bodyForces, mobilityForces  of all force elements but those of the flexible subsystem **/
+    void realizeNatively(const SimTK::State& state,
+                         const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                         const SimTK::Vector& mobilityForces, const double* q, const double* u);
 
     /** @name After realize() **/
     /**@{**/
@@ -104,6 +115,9 @@ public:
                           MotionLevel level = MotionLevel::Acceleration) const;
     /** J = M. **/
     void formMassSystem(NewtonSystem& system) const;
+    /** Adds −ΔM u̇, what Simbody's mass matrix lacks of the flexible bodies'. **/
+    void addInCouplingForces(const double* uDot, SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                             SimTK::Vector& mobilityForces) const;
     /**@}**/
 
     void integrateQ(const double* qHist, double gamma, const double* u, double* q) const;
@@ -129,9 +143,9 @@ public:
     int numZ() const { return m_numZ; }
     /** Elements see these z from the next realize() on. **/
     void setZ(const double* z);
-    /** ż at the time, q and u of the last realize(); those that depend on accelerations see the
-    ones without joints. **/
-    void calcZDot(const double* q, const double* u, const double* z, double* zDot);
+    /** ż at the time of the last realize(); those that depend on accelerations see these u̇. **/
+    void calcZDot(const double* q, const double* u, const double* uDot, const double* z,
+                  double* zDot);
     /** Largest w_i|δz_i| with the State's weights. **/
     double calcZError(const double* deltaZ) const;
     /**@}**/
@@ -188,6 +202,9 @@ private:
     };
 
     void collectGravityAndForces(const SimTK::State& state);
+    /** The private States without what is evaluated here. **/
+    void preparePrivateStates(const SimTK::State& state);
+    void realizeBlocks(double time, const double* q, const double* u);
     void refuseUnsupported(const SimTK::State& state) const;
     /** The system's enabled constraints that are not joints. **/
     std::vector<SimTK::ConstraintIndex> findSimbodyConstraints(const SimTK::State& state) const;
@@ -220,7 +237,11 @@ private:
 
     const SimTK::MultibodySystem& m_system;
     const FlexibleBodySubsystem::Guts* m_guts = nullptr;
-    SimTK::State m_private;  ///< empty if Simbody is never asked
+    Setting m_setting;
+    std::string m_owner;                     ///< for messages
+    SimTK::State m_private;                  ///< empty if Simbody is never asked
+    const SimTK::State* m_now = &m_private;  ///< on which Simbody is asked
+    SimTK::State m_zState;  ///< on which Simbody evaluates ż; empty if there are no z
     int m_numZ = 0, m_numSimbodyU = 0;
     GravityField m_gravity;
     bool m_hasForeignForces = false;

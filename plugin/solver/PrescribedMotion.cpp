@@ -129,9 +129,8 @@ void PrescribedMotion::updateAccelerations(const State& state) {
     m_matter.calcAccelerationIgnoringConstraints(state, mobilityForces, bodyForces, uDot,
                                                  accelerations);
     for (Entry& entry : m_entries)
-        if (entry.isMotion)
-            for (int k = 0; k < entry.mobilizer.nu; ++k)
-                entry.uDot[size_t(k)] = uDot[entry.stateU0 + k];
+        for (int k = 0; k < entry.mobilizer.nu; ++k)
+            entry.uDot[size_t(k)] = uDot[entry.stateU0 + k];
 }
 
 void PrescribedMotion::putSpeeds(const Entry& entry, const std::vector<double>& simbody,

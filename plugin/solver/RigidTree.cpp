@@ -121,8 +121,7 @@ void RigidTree::checkVelocities(const SimbodyMatterSubsystem& matter, const Stat
         // Not a number or large: a singular position, about which nothing can be said.
         if (!(difference > Allowed * (1 + V.norm()) && V.norm() < 1e3)) continue;
         throw std::invalid_argument(
-            "ImplicitIntegrator: the velocities of mobilized body " +
-            std::to_string(int(body.index)) +
+            "the velocities of mobilized body " + std::to_string(int(body.index)) +
             " are not the rates of its positions (they differ by " + std::to_string(difference) +
             "); Simbody's reversed LineOrientation and FreeLine are so with quaternions: call "
             "setUseEulerAngles(), or mend a custom mobilizer's H and N matrices");

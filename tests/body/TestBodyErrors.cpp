@@ -150,5 +150,26 @@ TEST_F(BodyErrorsTest, AttachmentsAndJointsAreNamedAfterWhatTheyHold) {
               "shaft");
 }
 
+TEST_F(BodyErrorsTest, ForceSubsystemAddedLaterIsNamedWithWhatToDo) {
+    const GeneralForceSubsystem late(system);
+    EXPECT_THAT(messageOf([&] { system.realizeTopology(); }),
+                AllOf(HasSubstr("'GeneralForceSubsystem' (subsystem 4)"),
+                      HasSubstr("after the FlexibleBodySubsystem (subsystem 3)"),
+                      HasSubstr("construct it before")));
+    EXPECT_THROW(system.realizeTopology(), std::invalid_argument);
+}
+
+TEST(SubsystemOrder, ElementsAddedLaterToAnEarlierSubsystemAct) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody body(flexible, makePointMassPart().body);
+    const Force::Gravity gravity(forces, matter, Vec3(0, -3, 0));
+    State state = system.realizeTopology();
+    system.realize(state, Stage::Acceleration);
+    EXPECT_LT((body.getFrame().getBodyOriginAcceleration(state) - Vec3(0, -3, 0)).norm(), 1e-13);
+}
+
 }  // namespace
 }  // namespace simflex::test

@@ -4,8 +4,10 @@
 
 #include <cmath>
 
+#include "simflex/body/FlexibleBody.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "support/PointMassPart.h"
 
 namespace simflex {
 namespace {
@@ -121,6 +123,58 @@ TEST(Measures, ForcesSeeTheZOfTheirTime) {
     integrator.stepTo(0.5);
     EXPECT_NEAR(integrator.getState().getZ()[0], std::exp(-2.5), 1e-5);
     EXPECT_NEAR(mass.getOneQ(integrator.getState(), 0), (std::exp(-2.5) - 1 + 2.5) / 50, 1e-6);
+}
+
+/** ż is an acceleration of a point on a flexible body. **/
+class AccelerationMeter : public Force::Custom::Implementation {
+public:
+    AccelerationMeter(const MobilizedBody& body, const Subsystem& subsystem)
+        : m_body(body), m_subsystem(subsystem) {}
+    void realizeTopology(State& state) const override {
+        m_z = m_subsystem.allocateZ(state, Vector(3, Real(0)));
+    }
+    void realizeAcceleration(const State& state) const override {
+        const Vec3 a = m_body.getBodyOriginAcceleration(state);
+        for (int i = 0; i < 3; ++i) m_subsystem.updZDot(state)[ZIndex(m_z + i)] = a[i];
+    }
+    void calcForce(const State&, Vector_<SpatialVec>&, Vector_<Vec3>&, Vector&) const override {}
+    Real calcPotentialEnergy(const State&) const override { return 0; }
+
+private:
+    const MobilizedBody m_body;
+    const Subsystem& m_subsystem;
+    mutable ZIndex m_z;
+};
+
+// A soft body swings on a hinge under gravity: the integral of its centre's acceleration is its
+// change of velocity, joint forces, gravity and deformation all taken part.
+TEST(Measures, IntegratedAccelerationsOfAHingedFlexibleBodyAreItsVelocity) {
+    for (const bool isAlpha : {false, true}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        GeneralForceSubsystem forces(system);
+        const Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+        FlexibleBodySubsystem flexible(system, matter);
+        test::PointMassPartOptions options;
+        options.numModes = 5;
+        options.lowestFrequency = 6;
+        options.highestFrequency = 25;
+        const FlexibleBody body(flexible, test::makePointMassPart(options).body);
+        const Joint::Pin hinge(flexible, matter.Ground(), body.interface("A"));
+        Force::Custom(forces, new AccelerationMeter(body.getFrame(), forces));
+        State state = system.realizeTopology();
+        body.setPoseByInterface(state, "A", Transform());
+        BdfIntegrator bdf(system);
+        GeneralizedAlphaIntegrator alpha(system);
+        ImplicitIntegrator& integrator = isAlpha ? static_cast<ImplicitIntegrator&>(alpha) : bdf;
+        integrator.setAccuracy(1e-8);
+        integrator.initialize(state);
+        integrator.stepTo(0.2);
+        const State& now = integrator.getState();
+        const Vec3 v = body.getFrame().getBodyOriginVelocity(now);
+        EXPECT_GT(v.norm(), 0.5);
+        for (int i = 0; i < 3; ++i) EXPECT_NEAR(now.getZ()[i], v[i], 1e-4 * v.norm());
+    }
 }
 
 }  // namespace

@@ -1,0 +1,351 @@
+// Simbody's own integrators under TimeStepper on soft flexible bodies: against BDF, and against
+// conservation laws.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <thread>
+
+#include "SliderCrankModel.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/forces/ModalDamping.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "support/NativeReference.h"
+
+namespace simflex::test {
+namespace {
+
+using namespace SimTK;
+
+PointMassPart makeSoftPart(unsigned seed, int numModes) {
+    PointMassPartOptions options;
+    options.seed = seed;
+    options.numModes = numModes;
+    options.lowestFrequency = 6;
+    options.highestFrequency = 25;
+    return makePointMassPart(options);
+}
+
+/** Two soft links on balls under gravity; the second starts to swing out of the plane. **/
+struct DoublePendulum {
+    DoublePendulum()
+        : matter(system),
+          forces(system),
+          gravity(forces, matter, -YAxis, 9.81),
+          flexible(system, matter),
+          upper(flexible, makeSoftPart(3, 5).body, "upper"),
+          lower(flexible, makeSoftPart(4, 6).body, "lower"),
+          root(flexible, matter.Ground(), upper.interface("A"), "root"),
+          knee(flexible, upper.interface("B"), lower.interface("A"), "knee") {}
+
+    State makeState() {
+        State state = system.realizeTopology();
+        upper.setPoseByInterface(state, "A", Transform());
+        system.realize(state, Stage::Velocity);
+        lower.setPoseByInterface(state, "A", upper.interface("B").calcMotion(state).X);
+        lower.setFrameVelocity(state, SpatialVec(Vec3(0, 1, 0.5), Vec3(0)));
+        flexible.initializeNative(state);
+        return state;
+    }
+
+    /** Where both ends are at t = 0.1, 0.2 and 0.3 s. **/
+    template <class Step>
+    Vector sample(Step stepTo) {
+        Vector places(18);
+        for (int k = 1; k <= 3; ++k) {
+            const State& state = stepTo(0.1 * k);
+            system.realize(state, Stage::Velocity);
+            const Vec3 a = upper.interface("B").calcMotion(state).X.p(),
+                       b = lower.interface("B").calcMotion(state).X.p();
+            for (int i = 0; i < 3; ++i)
+                places[6 * (k - 1) + i] = a[i], places[6 * k - 3 + i] = b[i];
+        }
+        return places;
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter;
+    GeneralForceSubsystem forces;
+    Force::Gravity gravity;
+    FlexibleBodySubsystem flexible;
+    FlexibleBody upper, lower;
+    Joint::Ball root, knee;
+};
+
+Vector runBdf(DoublePendulum& model, const State& state, Real accuracy) {
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracy(accuracy);
+    integrator.setMaximumOrder(5);
+    integrator.initialize(state);
+    return model.sample([&](Real t) -> const State& {
+        integrator.stepTo(t);
+        return integrator.getState();
+    });
+}
+
+template <class NativeIntegrator>
+void expectDifferenceFallsWithAccuracy() {
+    DoublePendulum model;
+    const State state = model.makeState();
+    const Vector expected = runBdf(model, state, 1e-11);
+    EXPECT_GT((expected(15, 3) - expected(3, 3)).norm(), 0.1);  // it moves
+    Vector differences(3);
+    for (int k = 0; k < 3; ++k) {
+        NativeIntegrator integrator(model.system);
+        integrator.setAccuracy(std::pow(10, -4 - 2 * k));
+        TimeStepper stepper(model.system, integrator);
+        stepper.initialize(state);
+        const Vector places = model.sample([&](Real t) -> const State& {
+            stepper.stepTo(t);
+            return stepper.getState();
+        });
+        differences[k] = (places - expected).normInf();
+    }
+    EXPECT_LT(differences[1], 0.3 * differences[0]);
+    EXPECT_LT(differences[2], 0.3 * differences[1]);
+    EXPECT_LT(differences[2], 1e-6);
+}
+
+TEST(NativeRuns, RungeKuttaMersonFindsTheMotionOfBdf) {
+    expectDifferenceFallsWithAccuracy<RungeKuttaMersonIntegrator>();
+}
+
+TEST(NativeRuns, CPodesFindsTheMotionOfBdf) {
+    expectDifferenceFallsWithAccuracy<CPodesIntegrator>();
+}
+
+/** A free soft body, deformed and tumbling. **/
+struct Tumbling {
+    Tumbling()
+        : matter(system), flexible(system, matter), item{FlexibleBody(flexible, part.body), part} {}
+
+    State makeState() {
+        State state = system.realizeTopology();
+        const FlexibleBody& body = item.body;
+        body.setFramePose(state, Transform(Vec3(1, 2, 3)));
+        body.setFrameVelocity(state, SpatialVec(Vec3(4, 3, -2), Vec3(0.3, -0.2, 0.1)));
+        Vector xi(7), xiDot(7);
+        for (int i = 0; i < 7; ++i) {
+            xi[i] = 4e-3 * std::cos(1.0 + i);
+            xiDot[i] = 0.1 * std::sin(2.0 + i);
+        }
+        body.setModalCoordinates(state, xi);
+        body.setModalSpeeds(state, xiDot);
+        flexible.initializeNative(state);
+        return state;
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter;
+    FlexibleBodySubsystem flexible;
+    const PointMassPart part = makeSoftPart(5, 7);
+    FlexibleMasses item;
+};
+
+struct Drift {
+    Real energy, angularMomentum, linearMomentum;
+};
+
+/** Relative changes in 0.25 s with fixed steps, by sums over the masses. **/
+Drift calcDrift(Real h) {
+    Tumbling model;
+    RungeKuttaMersonIntegrator integrator(model.system);
+    integrator.setFixedStepSize(h);
+    integrator.setAccuracy(0.9);
+    TimeStepper stepper(model.system, integrator);
+    stepper.initialize(model.makeState());
+    const auto measure = [&](Real& energy, Eigen::Vector3d& angular, Eigen::Vector3d& linear) {
+        const State& state = stepper.getState();
+        model.system.realize(state, Stage::Velocity);
+        const PointMassMotion motion = getMotion(model.item, state);
+        energy = calcKineticEnergy(model.part, motion) + model.item.body.calcStrainEnergy(state);
+        angular = calcAngularMomentum(model.part, motion);
+        linear = calcLinearMomentum(model.part, motion);
+    };
+    Real before, after;
+    Eigen::Vector3d angular[2], linear[2];
+    measure(before, angular[0], linear[0]);
+    stepper.stepTo(0.25);
+    measure(after, angular[1], linear[1]);
+    return {std::abs(after - before) / before, (angular[1] - angular[0]).norm() / angular[0].norm(),
+            (linear[1] - linear[0]).norm() / linear[0].norm()};
+}
+
+TEST(NativeRuns, TumblingBodyKeepsEnergyAndMomentumToTheOrderOfTheIntegrator) {
+    const Drift coarse = calcDrift(2e-3), fine = calcDrift(1e-3);
+    // Order 4: a factor 16; energy's signs may cancel.
+    EXPECT_GT(coarse.energy / fine.energy, 14);
+    EXPECT_NEAR(std::log2(coarse.angularMomentum / fine.angularMomentum), 4, 0.4);
+    EXPECT_LT(fine.energy, 1e-5);
+    EXPECT_LT(fine.angularMomentum, 1e-6);
+    EXPECT_LT(fine.linearMomentum, 1e-14);
+}
+
+TEST(NativeRuns, EnergyAndMomentumOfTheSystemAreThoseOfItsMassesInBothModes) {
+    Tumbling model;
+    MobilizedBody::Free brick(
+        model.matter.Ground(),
+        Body::Rigid(
+            MassProperties(3, Vec3(0.1, -0.2, 0.3),
+                           3 * UnitInertia(1, 2, 2.5).shiftFromCentroid(Vec3(0.1, -0.2, 0.3)))));
+    State state = model.makeState();
+    brick.setQToFitTransform(state, Transform(Rotation(0.4, UnitVec3(1, 2, 3)), Vec3(1, -1, 2)));
+    brick.setUToFitVelocity(state, SpatialVec(Vec3(1, 2, 3), Vec3(4, 5, 6)));
+    RungeKuttaMersonIntegrator integrator(model.system);
+    TimeStepper stepper(model.system, integrator);
+    stepper.initialize(state);
+    stepper.stepTo(0.05);
+    BdfIntegrator bdf(model.system);
+    bdf.initialize(state);
+    bdf.stepTo(0.05);
+    for (const State& reached : {stepper.getState(), bdf.getState()}) {
+        State now = reached;
+        for (bool isNative : {true, false}) {
+            model.flexible.getGuts().setNativeForcesEnabled(now, isNative);
+            model.system.realize(now, Stage::Dynamics);
+            const PointMassMotion motion = getMotion(model.item, now);
+            const SpatialVec own = brick.calcBodyMomentumAboutBodyMassCenterInGround(now);
+            const Vec3 c = brick.findMassCenterLocationInGround(now),
+                       v = brick.findStationVelocityInGround(now, Vec3(0.1, -0.2, 0.3)),
+                       omega = brick.getBodyAngularVelocity(now);
+            const double T = calcKineticEnergy(model.part, motion) + 1.5 * v.normSqr() +
+                             0.5 * dot(omega, own[0]);
+            EXPECT_NEAR(model.flexible.calcKineticEnergy(now), T, 1e-12 * T);
+            const double V = model.item.body.calcStrainEnergy(now);
+            EXPECT_NEAR(model.flexible.calcPotentialEnergy(now), V, 1e-14 * V);
+            EXPECT_NEAR(model.flexible.calcEnergy(now), T + V, 1e-12 * T);
+            const SpatialVec momentum = model.flexible.calcMomentum(now);
+            const Vec3 linear = toSimTK(calcLinearMomentum(model.part, motion)) + 3 * v,
+                       angular =
+                           toSimTK(calcAngularMomentum(model.part, motion)) + own[0] + c % (3 * v);
+            EXPECT_LT((momentum[1] - linear).norm(), 1e-12 * linear.norm());
+            EXPECT_LT((momentum[0] - angular).norm(), 1e-12 * angular.norm());
+        }
+    }
+}
+
+TEST(NativeRuns, StatesInSeveralThreadsHaveTheSameAccelerationsToTheBit) {
+    DoublePendulum model;
+    const State start = model.makeState();
+    const auto calcAt = [&](int k) {
+        State state = start;
+        state.updU() *= 1 + 0.1 * k;
+        model.system.realize(state, Stage::Acceleration);
+        return Vector(state.getUDot());
+    };
+    constexpr int NumStates = 40;
+    std::vector<Vector> together(NumStates);
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&, t] {
+            for (int k = t; k < NumStates; k += 4) together[size_t(k)] = calcAt(k);
+        });
+    for (std::thread& thread : threads) thread.join();
+    for (int k = 0; k < NumStates; ++k) {
+        const Vector alone = calcAt(k);
+        for (int i = 0; i < alone.size(); ++i) EXPECT_EQ(together[size_t(k)][i], alone[i]);
+    }
+}
+
+/** The rod of a slider-crank starts 0.27 m away from its pins. **/
+TEST(InitializeNative, AssemblesJointsWithoutStrainingTheParts) {
+    FlexibleSliderCrank model;
+    State apart = model.state;
+    model.system.realize(apart, Stage::Position);
+    Transform X_GB = model.rod.getFramePose(apart);
+    X_GB.updP() += Vec3(0.2, -0.1, 0.15);
+    model.rod.setFramePose(apart, X_GB);
+    const auto calcStrainEnergy = [&](const State& state) {
+        return model.crank.calcStrainEnergy(state) + model.rod.calcStrainEnergy(state);
+    };
+    const auto calcErrors = [&](const State& state) {
+        Real largest = 0;
+        for (const Joint* joint : std::initializer_list<const Joint*>{
+                 &model.mainBearing, &model.crankPin, &model.gudgeonPin})
+            largest = std::max(largest, joint->calcPositionErrors(state).normInf());
+        return largest;
+    };
+    model.system.realize(apart, Stage::Velocity);
+    EXPECT_NEAR(calcErrors(apart), 0.2, 0.01);
+
+    State plain = apart;
+    model.system.project(plain, 1e-10);
+    EXPECT_GT(calcStrainEnergy(plain), 10);  // what Simbody's own weights do
+
+    State state = apart;
+    model.flexible.initializeNative(state);
+    EXPECT_LT(calcErrors(state), 1e-10);
+    EXPECT_LT(calcStrainEnergy(state), 1e-9);
+}
+
+TEST(InitializeNative, SpeedsAreMadeConsistentByRigidMotion) {
+    FlexibleSliderCrank model;
+    State state = model.state;
+    model.system.realize(state, Stage::Position);
+    model.crank.setFrameVelocity(state, SpatialVec(Vec3(0, 0, 10), Vec3(0)));
+    model.flexible.initializeNative(state);
+    EXPECT_LT(state.getUErr().normInf(), 1e-9);
+    Real modal = 0;
+    for (const FlexibleBody* body : {&model.crank, &model.rod})
+        modal += 0.5 * body->getModalSpeeds(state).normSqr();
+    EXPECT_LT(modal, 1e-12 * model.flexible.calcKineticEnergy(state));
+    EXPECT_GT(model.flexible.calcKineticEnergy(state), 1e-4);
+}
+
+TEST(InitializeNative, WeightsAreTheDisplacementsThatSpeedsCause) {
+    Tumbling model;
+    const State state = model.makeState();
+    const FlexibleBody& body = model.item.body;
+    const Vector& weights = state.getUWeights();
+    // By unit motions of the undeformed body's masses.
+    const auto calcLargest = [&](const PointMassMotion& motion) {
+        return std::sqrt(calcMassVelocities(model.part, motion).colwise().squaredNorm().maxCoeff());
+    };
+    for (int i = 0; i < body.getNumModes(); ++i) {
+        PointMassMotion motion(body.getNumModes());
+        motion.xiDot[i] = 1;
+        const int u = int(body.getModalMobilizer(i / 6).getFirstUIndex(state)) + i % 6;
+        EXPECT_NEAR(weights[u], calcLargest(motion), 1e-12);
+    }
+    const int first = int(body.getFrame().getFirstUIndex(state));
+    Real radius = 0;
+    for (int node = 0; node < body.getPart().mesh.numNodes(); ++node) {
+        const auto s = body.getPart().mesh.position(node);
+        radius = std::max(radius, Vec3(s[0], s[1], s[2]).norm());
+    }
+    for (int a = 0; a < 3; ++a) {
+        EXPECT_NEAR(weights[first + a], radius, 1e-12);
+        EXPECT_EQ(weights[first + 3 + a], 1);
+    }
+}
+
+TEST(InitializeNative, LockedAndPrescribedCoordinatesKeepTheirValues) {
+    DoublePendulum model;
+    Motion::Sinusoid(
+        model.matter.updMobilizedBody(model.lower.getModalMobilizer(0).getMobilizedBodyIndex()),
+        Motion::Position, 0.003, 5, 0.7);
+    State state = model.makeState();
+    const MobilizedBody& carrier = model.upper.getModalMobilizer(0);
+    carrier.setOneQ(state, 2, 0.004);
+    carrier.lock(state);
+    model.flexible.initializeNative(state);
+    EXPECT_EQ(carrier.getOneQ(state, 2), 0.004);
+    EXPECT_NEAR(model.lower.getModalMobilizer(0).getOneQ(state, 1), 0.003 * std::sin(0.7), 1e-15);
+    EXPECT_LT(model.knee.calcPositionErrors(state).norm(), 1e-9);
+}
+
+TEST(InitializeNative, WhatCannotBeAssembledIsAnError) {
+    DoublePendulum model;
+    Constraint::Rod(model.matter.Ground(), Vec3(0),
+                    model.matter.updMobilizedBody(model.lower.getFrame().getMobilizedBodyIndex()),
+                    Vec3(0), 9);
+    try {
+        model.makeState();
+        FAIL() << "assembled";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("initializeNative"), std::string::npos);
+    }
+}
+
+}  // namespace
+}  // namespace simflex::test

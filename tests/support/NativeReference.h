@@ -1,0 +1,39 @@
+#pragma once
+/** @file
+Exact accelerations of a Simbody system with PointMassParts, without the plugin's equations: one
+dense matrix over Simbody's speeds,
+
+    [ M  Gᵀ ] [u̇]   [−R(0)]
+    [ G  0  ] [λ] = [−A(0)]
+
+R(u̇) is Simbody's own residual for the forces of other subsystems, with a flexible body's share
+replaced by d'Alembert's sums over its masses, elasticity and damping; A(u̇) are Simbody's constraint
+errors. Columns come from unit accelerations. **/
+
+#include "simflex/body/FlexibleBody.h"
+#include "support/PointMassMotion.h"
+
+namespace simflex::test {
+
+struct FlexibleMasses {
+    FlexibleBody body;
+    PointMassPart part;
+    double dampingRatio = 0;
+};
+
+struct NativeReference {
+    Eigen::VectorXd uDot, multipliers;
+};
+
+/** The motion of a body in a State realized to Stage::Velocity; accelerations zero. **/
+PointMassMotion getMotion(const FlexibleMasses& body, const SimTK::State& state);
+
+/** Speeds that a lock or Motion knows keep the accelerations in `known`. Multipliers are those of
+least norm. No forces of simflex's own elements are in it but those of `bodies`.
+@param state  realized to Stage::Velocity **/
+NativeReference calcNativeReference(const SimTK::MultibodySystem& system,
+                                    const FlexibleBodySubsystem& flexible,
+                                    const std::vector<FlexibleMasses>& bodies,
+                                    const SimTK::State& state, const SimTK::Vector& known);
+
+}  // namespace simflex::test
