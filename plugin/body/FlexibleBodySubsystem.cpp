@@ -178,6 +178,11 @@ void FlexibleBodySubsystem::Guts::addDampingMatrix(FlexibleBodyIndex index,
     invalidateSubsystemTopologyCache();
 }
 
+void FlexibleBodySubsystem::Guts::addLoad(FlexibleBodyIndex index, BodyLoad load) {
+    m_bodies.at(index).loads.push_back(std::move(load));
+    invalidateSubsystemTopologyCache();
+}
+
 Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state,
                                                    const FlexibleBodyRecord& body) const {
     Eigen::VectorXd xi(body.numModes());
@@ -358,7 +363,12 @@ void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBo
     bodyForces[record.frame][0] -= frame.R_GB * toSimTK(rotation);
     modes += model.omegaSquared.cwiseProduct(xi) + record.damping.cwiseProduct(xiDot);
     if (record.dampingCoupling.size() > 0) modes += record.dampingCoupling * xiDot;
-    addInModalForces(state, record, -modes, mobilityForces);
+    modes = -modes;
+    Vec3 torque_B(0), force_G(0);
+    addInLoads(record.loads, state.getTime(), frame.R_GB, xi.data(), torque_B, force_G,
+               modes.data());
+    bodyForces[record.frame] += SpatialVec(frame.R_GB * torque_B, force_G);
+    addInModalForces(state, record, modes, mobilityForces);
 }
 
 void FlexibleBodySubsystem::Guts::addInAttachmentForce(const State& state,

@@ -6,6 +6,7 @@ What a FlexibleBodySubsystem holds (private header). **/
 #include <memory>
 #include <vector>
 
+#include "simflex/body/BodyLoad.h"
 #include "simflex/body/FlexibleBodyEquations.h"
 #include "simflex/body/FlexibleBodySubsystem.h"
 #include "simflex/body/ForceElement.h"
@@ -23,6 +24,8 @@ struct FlexibleBodyRecord {
     Eigen::VectorXd damping;  ///< n_f modal damping coefficients d_i [1/s]: force −d_i ξ̇_i
     /** What couples modes, n_f×n_f with a zero diagonal: force −Dξ̇ beside it. Empty: none. **/
     Eigen::MatrixXd dampingCoupling;
+
+    std::vector<BodyLoad> loads;
 
     int numModes() const { return model->n; }
 };
@@ -55,6 +58,8 @@ public:
     void addModalDamping(FlexibleBodyIndex index, const SimTK::Array_<SimTK::Real>& coefficients);
     /** Adds a full n_f×n_f damping matrix [1/s]. **/
     void addDampingMatrix(FlexibleBodyIndex index, const Eigen::MatrixXd& D);
+
+    void addLoad(FlexibleBodyIndex index, BodyLoad load);
 
     /** The shared evaluation model of a part; checked and built once however many bodies are made
     of it. @throws std::invalid_argument if the part is not valid. **/

@@ -31,6 +31,7 @@ struct EvaluationContext {
     /** Private State with the current q and u, realized to Stage::Velocity; null if no block needs
      * Simbody. **/
     const SimTK::State* state = nullptr;
+    double time = 0;
 };
 
 class Block {
@@ -109,6 +110,12 @@ public:
 
     /** Power of damping forces [W], zero or negative. **/
     virtual double calcDampingPower(const double* u) const = 0;
+
+    /** Power of loads on the whole block [W]. **/
+    virtual double calcLoadPower(const EvaluationContext&, const double* /*q*/,
+                                 const double* /*u*/) const {
+        return 0;
+    }
 
     /** Coordinates and speeds from and to a Simbody State; for reading it is realized to
      * Stage::Velocity. **/

@@ -23,6 +23,7 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
     m_damping = m_record.damping;
     m_inverseOmega = m_model.omegaSquared.cwiseSqrt().cwiseInverse();
     m_data.resize(m_model);
+    if (!m_record.loads.empty()) m_loads.setZero(m_n);
     m_shapesXi.setZero(m_model.shapeTiles.paddedRows());
     m_shapesXiDot.setZero(m_model.shapeTiles.paddedRows());
     m_shapesXiDotDot.setZero(m_model.shapeTiles.paddedRows());
@@ -121,6 +122,15 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, const double*
     // ∑mφ = 0: uniform gravity acts at the frame's origin and on no mode.
     const Vec3& gravity = context.gravity->atBody[m_record.frame];
     for (int a = 0; a < 3; ++a) r[3 + a] = m_model.mass * (uDot[3 + a] - gravity[a]);
+    if (m_record.loads.empty()) return;
+    Vec3 torque_B(0), force_G(0);
+    m_loads.setZero();
+    addInLoads(m_record.loads, context.time, m_body.R_GB, q + 7, torque_B, force_G, m_loads.data());
+    for (int a = 0; a < 3; ++a) {
+        r[a] -= torque_B[a];
+        r[3 + a] -= force_G[a];
+    }
+    for (int i = 0; i < m_n; ++i) r[6 + i] -= m_loads[i];
 }
 
 void FlexibleBlock::subtractForce(int frame, const SpatialVec& F_G, double* r) const {
@@ -283,6 +293,17 @@ double FlexibleBlock::calcDampingPower(const double* u) const {
     const ConstModes xiDot(u + 6, m_n);
     double power = -xiDot.dot(m_damping.cwiseProduct(xiDot));
     if (m_record.dampingCoupling.size() > 0) power -= xiDot.dot(m_record.dampingCoupling * xiDot);
+    return power;
+}
+
+double FlexibleBlock::calcLoadPower(const EvaluationContext& context, const double* q,
+                                    const double* u) const {
+    if (m_record.loads.empty()) return 0;
+    Vec3 torque_B(0), force_G(0);
+    m_loads.setZero();
+    addInLoads(m_record.loads, context.time, m_body.R_GB, q + 7, torque_B, force_G, m_loads.data());
+    double power = ~torque_B * m_body.omega_B + ~force_G * m_body.v_G;
+    for (int i = 0; i < m_n; ++i) power += m_loads[i] * u[6 + i];
     return power;
 }
 

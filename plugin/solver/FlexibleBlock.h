@@ -69,6 +69,8 @@ public:
     double calcQDisplacement(const double* deltaQ) const override;
     double calcUDisplacement(const double* deltaU, double h) const override;
     double calcDampingPower(const double* u) const override;
+    double calcLoadPower(const EvaluationContext& context, const double* q,
+                         const double* u) const override;
     void getFromState(const SimTK::State& state, double* q, double* u) const override;
     void putIntoState(const double* q, const double* u, SimTK::State& state) const override;
     void putUDot(const double* q, const double* uDot, SimTK::Vector& simbodyUDot) const override;
@@ -102,6 +104,7 @@ private:
     std::vector<FlexibleFramePose> m_poses;
     BodyFrame m_body;
     FlexibleBodyData m_data;
+    mutable Eigen::VectorXd m_loads;  ///< modal forces of the body's loads; empty if it has none
 };
 
 }  // namespace simflex

@@ -543,7 +543,7 @@ void MultibodyEquations::realizeSimbody(double time, const double* q, const doub
 }
 
 void MultibodyEquations::realize(double time, const double* q, const double* u) {
-    m_time = time;
+    m_time = m_context.time = time;
     if (m_prescribed && !m_prescribed->dependsOnState()) updatePrescribed(time, q, u);
     if (m_needsSimbody) realizeSimbody(time, q, u);
     realizeBlocks(time, q, u);
@@ -552,7 +552,7 @@ void MultibodyEquations::realize(double time, const double* q, const double* u) 
 void MultibodyEquations::realizeNatively(const State& state, const Vector_<SpatialVec>& bodyForces,
                                          const Vector& mobilityForces, const double* q,
                                          const double* u) {
-    m_time = state.getTime();
+    m_time = m_context.time = state.getTime();
     m_now = m_context.state = &state;
     m_bodyForces = bodyForces;
     m_mobilityForces = mobilityForces;
@@ -720,7 +720,9 @@ double MultibodyEquations::calcPower(const double* q, const double* u, const dou
     if (m_constraints) power += m_constraints->calcPower(*m_now, lambda + m_firstSimbodyRow);
     for (const ElementRef& element : m_elements)
         power += element.element->calcPower(m_time, element.motions, element.forces);
-    for (const auto& block : m_blocks) power += block->calcDampingPower(u + block->firstU);
+    for (const auto& block : m_blocks)
+        power += block->calcDampingPower(u + block->firstU) +
+                 block->calcLoadPower(m_context, q + block->firstQ, u + block->firstU);
     for (const JointRef& joint : m_joints) {
         const JointEquations& equations = *joint.record->equations;
         if (!equations.dependsOnTime()) continue;

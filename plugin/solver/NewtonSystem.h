@@ -8,7 +8,8 @@ One linear system of the Newton iteration, in blocks:
     [ G₁ G₂  ⋯   −D  ] [Δλ ]     [c ]
 
 D is a diagonal of compliances: zero in rows of constraints, ±1 in rows that stand for a force
-element's stiffness and damping. A block is a flexible body or a tree of rigid bodies. A flexible body's J is an *arrow*,
+element's stiffness and damping. A block is a flexible body or a tree of rigid bodies. A flexible
+body's J is an *arrow*,
 
     [ H   E ]    H: 6×6 (rotation, translation),  E: only the 3 rotation rows are filled,
     [ Eᵀ  d ]    d: a diagonal, the same for all bodies of one part,

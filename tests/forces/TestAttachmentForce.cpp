@@ -8,6 +8,7 @@ Forces on attachment frames: their power in the system is that of the force on t
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/forces/AttachmentForce.h"
+#include "support/NativeReference.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {
@@ -54,20 +55,6 @@ protected:
         return state;
     }
 
-    /** Rate of the kinetic energy by the accelerations alone: the power of all forces. **/
-    Real calcPower(const State& state) const {
-        system.realize(state, Stage::Acceleration);
-        const Vector u = state.getU(), uDot = state.getUDot();
-        const auto energyAt = [&](Real t) {
-            State moved = state;
-            moved.updU() = u + t * uDot;
-            system.realize(moved, Stage::Velocity);
-            return flexible.calcKineticEnergy(moved);
-        };
-        const Real h = 1 / uDot.norm();  // quadratic: exact for any h
-        return (energyAt(h) - energyAt(-h)) / (2 * h);
-    }
-
     Vector calcGeneralizedForces(const State& state) const {
         system.realize(state, Stage::Dynamics);
         Vector generalized;
@@ -96,9 +83,9 @@ TEST_P(AttachmentForceTest, PowerIsThatOfTheForceOnTheMovingFrame) {
         flexible, attachment,
         [](Real t) { return SpatialVec(t * Vec3(1, -2, 3), t * Vec3(40, 50, -60)); }, axes);
     State state = makeState();
-    const Real without = calcPower(state);  // t = 0
+    const Real without = calcPowerOfForces(flexible, state);  // t = 0
     state.setTime(2);
-    const Real applied = calcPower(state) - without;
+    const Real applied = calcPowerOfForces(flexible, state) - without;
 
     // Velocity of the frame by differences of its pose along q̇.
     const Vector q = state.getQ(), qDot = state.getQDot();

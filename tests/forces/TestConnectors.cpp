@@ -18,6 +18,7 @@ closed forms, and their limit, the joint. **/
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "support/NativeReference.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {
@@ -99,15 +100,6 @@ protected:
         return state;
     }
 
-    Real calcPower(const State& state) const {
-        system.realize(state, Stage::Dynamics);
-        Vector generalized;
-        matter.multiplyBySystemJacobianTranspose(
-            state, system.getRigidBodyForces(state, Stage::Dynamics), generalized);
-        generalized += system.getMobilityForces(state, Stage::Dynamics);
-        return ~generalized * state.getU();
-    }
-
     /** Rate of a function of the State along q̇. **/
     Real differentiate(const State& state, const std::function<Real(const State&)>& function) {
         const Vector q = state.getQ(), qDot = state.getQDot();
@@ -142,7 +134,7 @@ INSTANTIATE_TEST_SUITE_P(Connectors, ConnectorTest,
 
 TEST_P(ConnectorTest, UndampedPowerIsWhatTheEnergyLoses) {
     State bare = makeState();
-    const Real others = calcPower(bare);
+    const Real others = calcPowerOfForces(flexible, bare);
     const auto [F, M] = makeAttachments();
     std::get<0>(GetParam()).make(flexible, F, M, 0);
     State state = makeState();
@@ -151,7 +143,8 @@ TEST_P(ConnectorTest, UndampedPowerIsWhatTheEnergyLoses) {
         return element.calcPotentialEnergy(
             0, flexible.getGuts().calcMotions(moved, element.getAttachments()));
     });
-    EXPECT_NEAR(calcPower(state) - others, loss, 1e-7 * std::max(1.0, std::abs(loss)));
+    EXPECT_NEAR(calcPowerOfForces(flexible, state) - others, loss,
+                1e-7 * std::max(1.0, std::abs(loss)));
 }
 
 TEST_P(ConnectorTest, DampersOnlyTakeEnergyAndTheirPowerIsReported) {

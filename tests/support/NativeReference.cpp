@@ -129,4 +129,18 @@ NativeReference calcNativeReference(const SimTK::MultibodySystem& system,
     return reference;
 }
 
+SimTK::Real calcPowerOfForces(const FlexibleBodySubsystem& flexible, const SimTK::State& state) {
+    const SimTK::MultibodySystem& system = flexible.getMultibodySystem();
+    system.realize(state, SimTK::Stage::Acceleration);
+    const SimTK::Vector u = state.getU(), uDot = state.getUDot();
+    const auto energyAt = [&](SimTK::Real t) {
+        SimTK::State moved = state;
+        moved.updU() = u + t * uDot;
+        system.realize(moved, SimTK::Stage::Velocity);
+        return flexible.calcKineticEnergy(moved);
+    };
+    const SimTK::Real h = 1 / uDot.norm();  // quadratic: exact for any h
+    return (energyAt(h) - energyAt(-h)) / (2 * h);
+}
+
 }  // namespace simflex::test

@@ -36,4 +36,8 @@ NativeReference calcNativeReference(const SimTK::MultibodySystem& system,
                                     const std::vector<FlexibleMasses>& bodies,
                                     const SimTK::State& state, const SimTK::Vector& known);
 
+/** Rate of the system's kinetic energy by Simbody's accelerations alone: the power of all forces,
+velocity-dependent ones included [W]. **/
+SimTK::Real calcPowerOfForces(const FlexibleBodySubsystem& flexible, const SimTK::State& state);
+
 }  // namespace simflex::test

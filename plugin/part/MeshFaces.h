@@ -1,0 +1,27 @@
+#pragma once
+/** @file
+Faces of a solid mesh. Standard types only. **/
+
+#include <array>
+#include <vector>
+
+#include "simflex/part/Mesh.h"
+
+namespace simflex {
+
+/** One face of an element: mesh indices of its corners, anticlockwise from outside, and of its
+mid-edge nodes (that between corners k and k+1 is middles[k]); −1 where there is none. **/
+struct MeshFace {
+    std::array<int, 4> corners;
+    std::array<int, 4> middles;
+
+    int numCorners() const { return corners[3] < 0 ? 3 : 4; }
+    bool isQuadratic() const { return middles[0] >= 0; }
+};
+
+/** The faces that belong to one element only: the skin, in the order of the mesh's elements. Time
+and memory O(faces log faces).
+@throws std::invalid_argument that names a node index outside the mesh. **/
+std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh);
+
+}  // namespace simflex
