@@ -16,7 +16,22 @@ namespace {
 
 using namespace SimTK;
 
-enum class Kind { Ball, Pin, Slider, Weld, PrescribedRotation };
+enum class Kind {
+    Ball,
+    Pin,
+    Slider,
+    Weld,
+    Cylinder,
+    Universal,
+    Planar,
+    Screw,
+    PointOnLine,
+    PointInPlane,
+    Rod,
+    PrescribedRotation,
+    PrescribedTranslation,
+    PrescribedPosition
+};
 enum class Sides {
     FlexibleFlexible,
     FlexibleRigid,
@@ -26,9 +41,47 @@ enum class Sides {
     NodeRigid
 };
 
-const Kind AllKinds[] = {Kind::Ball, Kind::Pin, Kind::Slider, Kind::Weld, Kind::PrescribedRotation};
+const Kind AllKinds[] = {Kind::Ball,
+                         Kind::Pin,
+                         Kind::Slider,
+                         Kind::Weld,
+                         Kind::Cylinder,
+                         Kind::Universal,
+                         Kind::Planar,
+                         Kind::Screw,
+                         Kind::PointOnLine,
+                         Kind::PointInPlane,
+                         Kind::Rod,
+                         Kind::PrescribedRotation,
+                         Kind::PrescribedTranslation,
+                         Kind::PrescribedPosition};
+const char* const KindNames[] = {"Ball",
+                                 "Pin",
+                                 "Slider",
+                                 "Weld",
+                                 "Cylinder",
+                                 "Universal",
+                                 "Planar",
+                                 "Screw",
+                                 "PointOnLine",
+                                 "PointInPlane",
+                                 "Rod",
+                                 "PrescribedRotation",
+                                 "PrescribedTranslation",
+                                 "PrescribedPosition"};
+
 const Sides AllSides[] = {Sides::FlexibleFlexible, Sides::FlexibleRigid, Sides::RigidFlexible,
                           Sides::RigidGround,      Sides::SameFlexible,  Sides::NodeRigid};
+
+const char* const SidesNames[] = {"FlexibleFlexible", "FlexibleRigid", "RigidFlexible",
+                                  "RigidGround",      "SameFlexible",  "NodeRigid"};
+
+void PrintTo(Kind kind, std::ostream* out) {
+    *out << KindNames[int(kind)];
+}
+void PrintTo(Sides sides, std::ostream* out) {
+    *out << SidesNames[int(sides)];
+}
 
 /** Two flexible bodies, a rigid chain of two and Ground, with one joint; random state off the
  * constraint. **/
@@ -96,6 +149,30 @@ protected:
                 return Joint::Slider(flexible, F, M);
             case Kind::Weld:
                 return Joint::Weld(flexible, F, M);
+            case Kind::Cylinder:
+                return Joint::Cylinder(flexible, F, M);
+            case Kind::Universal:
+                return Joint::Universal(flexible, F, M);
+            case Kind::Planar:
+                return Joint::Planar(flexible, F, M);
+            case Kind::PointOnLine:
+                return Joint::PointOnLine(flexible, F, M);
+            case Kind::PointInPlane:
+                return Joint::PointInPlane(flexible, F, M);
+            case Kind::Screw:
+                return Joint::Screw(flexible, F, M, 0.3);
+            case Kind::Rod:
+                return Joint::Rod(flexible, F, M, 0.5);
+            case Kind::PrescribedTranslation:
+                return Joint::PrescribedTranslation(flexible, F, M, YAxis, [](Real t) {
+                    return Vec3(std::sin(t), std::cos(t), -std::sin(t));
+                });
+            case Kind::PrescribedPosition:
+                return Joint::PrescribedPosition(flexible, F, M, [](Real t) {
+                    return std::array<Vec3, 3>{Vec3(t * t, t, std::sin(t)),
+                                               Vec3(2 * t, 1, std::cos(t)),
+                                               Vec3(2, 0, -std::sin(t))};
+                });
             case Kind::PrescribedRotation:
                 return Joint::PrescribedRotation(flexible, F, M, [](Real t) {
                     return Vec3(0.2 + std::sin(3 * t), 3 * std::cos(3 * t), -9 * std::sin(3 * t));
@@ -187,7 +264,11 @@ protected:
 
 INSTANTIATE_TEST_SUITE_P(Joints, JointConstraintTest,
                          ::testing::Combine(::testing::ValuesIn(AllKinds),
-                                            ::testing::ValuesIn(AllSides)));
+                                            ::testing::ValuesIn(AllSides)),
+                         [](const auto& tested) {
+                             return std::string(KindNames[int(std::get<0>(tested.param))]) + "_" +
+                                    SidesNames[int(std::get<1>(tested.param))];
+                         });
 
 TEST_P(JointConstraintTest, SimbodysPositionErrorsAreTheJoints) {
     const Vector errors = constraint().getPositionErrorsAsVector(state);
@@ -249,6 +330,45 @@ TEST_P(JointConstraintTest, ForceOnMHasThePowerOfTheConstraintOnM) {
     EXPECT_THROW(joint->calcForceOnM(state, Vector(m + 1, Real(0))), std::invalid_argument);
 }
 
+TEST_P(JointConstraintTest, EveryEquationTakesOneFreedom) {
+    Matrix G;
+    matter.calcG(state, G);
+    FactorSVD svd(G);
+    Vector singular;
+    svd.getSingularValues(singular);
+    ASSERT_EQ(singular.size(), joint->getNumEquations());
+    EXPECT_GT(min(singular), 1e-6 * max(singular)) << singular;
+}
+
+/** Reactions on either side, moved to one point, are in balance but for the couple of what rows
+that push along Ground's axes leave while the origins are apart; axes only turn components. **/
+TEST_P(JointConstraintTest, ReactionsOnBothSidesAreInBalance) {
+    Vector lambda(joint->getNumEquations());
+    for (int k = 0; k < lambda.size(); ++k) lambda[k] = 1 + k;
+    using Side = Joint::Side;
+    const SpatialVec onM = joint->calcReaction(state, lambda, Side::M, Side::M);
+    const SpatialVec onF = joint->calcReaction(state, lambda, Side::F, Side::M);
+    EXPECT_LT((onM[1] + onF[1]).norm(), 1e-13);
+    const Kind kind = std::get<0>(GetParam());
+    const bool coincident =
+        kind == Kind::Ball || kind == Kind::Pin || kind == Kind::Weld || kind == Kind::Universal;
+    const Transform F = joint->getFrameF().calcMotion(state).X,
+                    M = joint->getFrameM().calcMotion(state).X;
+    const Vec3 couple = coincident ? (F.p() - M.p()) % onF[1] : Vec3(0);
+    EXPECT_LT((onM[0] + onF[0] - couple).norm(), 1e-13);
+    const SpatialVec inM = joint->calcReaction(state, lambda, Side::M, Side::M, Joint::Axes::M);
+    EXPECT_LT((M.R() * inM[0] - onM[0]).norm() + (M.R() * inM[1] - onM[1]).norm(), 1e-13);
+    const SpatialVec atF = joint->calcReaction(state, lambda, Side::M, Side::F, Joint::Axes::F);
+    EXPECT_LT((F.R() * atF[0] - onM[0] - (M.p() - F.p()) % onM[1]).norm(), 1e-13);
+}
+
+TEST_P(JointConstraintTest, CoordinateRatesAreDerivativesOfCoordinates) {
+    if (joint->getNumCoordinates() == 0) return;
+    const Vector expected =
+        differentiate([&](Real h) { return joint->calcCoordinates(stateAfter(h)); });
+    EXPECT_LT((joint->calcCoordinateDots(state) - expected).normInf(), 1e-9);
+}
+
 /** A rigid body hangs on a weld: the multipliers' force on it is its weight, upwards. **/
 TEST(JointForce, WeldCarriesTheWeightOfTheHangingBody) {
     MultibodySystem system;
@@ -267,6 +387,43 @@ TEST(JointForce, WeldCarriesTheWeightOfTheHangingBody) {
         state, matter.getConstraint(weld.getConstraintIndex()).getMultipliersAsVector(state));
     EXPECT_LT((force[1] - Vec3(0, 30, 0)).norm(), 1e-12);
     EXPECT_LT((force[0] - Vec3(0, 0, 15)).norm(), 1e-12);
+}
+
+template <class Make>
+void expectRefusal(Make make, const std::string& expected) {
+    try {
+        make();
+        ADD_FAILURE() << "not refused: " << expected;
+    } catch (const std::exception& error) {
+        EXPECT_NE(std::string(error.what()).find(expected), std::string::npos) << error.what();
+    }
+}
+
+TEST(JointErrors, NonsenseParametersAreRefusedByName) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const MobilizedBody::Free body(matter.Ground(),
+                                   Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))));
+    const Attachment F(matter.Ground()), M(body);
+    for (const Real pitch : {NaN, Infinity, 0.0})
+        expectRefusal([&] { Joint::Screw(flexible, F, M, pitch, "lead screw"); },
+                      "joint 'lead screw': pitch " + String(pitch).toLower());
+    for (const Real length : {NaN, Infinity, 0.0, -1.0})
+        expectRefusal([&] { Joint::Rod(flexible, F, M, length, "strut"); },
+                      "joint 'strut': length " + String(length).toLower());
+    expectRefusal([&] { Joint::PrescribedTranslation(flexible, F, M, XAxis, {}, "ram"); },
+                  "joint 'ram': no displacement function");
+    expectRefusal([&] { Joint::PrescribedPosition(flexible, F, M, {}, "robot"); },
+                  "joint 'robot': no position function");
+    expectRefusal(
+        [&] { Joint::Pin(flexible, F, Attachment(body, Transform(Vec3(NaN, 0, 0))), "hinge"); },
+        "joint 'hinge': frame M on body 1");
+    expectRefusal([&] { Joint::Pin(flexible, body, body, "hinge"); }, "same rigid body");
+    EXPECT_EQ(flexible.getNumJoints(), 0);
+    const Joint::Pin pin(flexible, F, M, "hinge");
+    expectRefusal([&] { pin.calcDrivingForces(Vector(5, Real(0))); },
+                  "joint 'hinge' is a Pin and prescribes no motion");
 }
 
 TEST(JointForce, SimbodyAssemblesAJointBetweenFlexibleBodies) {

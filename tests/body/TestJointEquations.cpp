@@ -65,7 +65,12 @@ struct JointCase {
     const char* name;
     JointEquations equations;
     int numEquations;
+    Real period = 0;  ///< at which an error may jump
 };
+
+void PrintTo(const JointCase& tested, std::ostream* out) {
+    *out << tested.name;
+}
 
 JointEquations makeRotation() {
     // A rate, and so an angle, that grows past half a turn.
@@ -94,13 +99,39 @@ protected:
     const std::vector<Real> times{-0.7, -0.2, 0.05, 0.4, 0.9};
 };
 
-INSTANTIATE_TEST_SUITE_P(Joints, JointEquationsTest,
-                         ::testing::Values(JointCase{"Ball", JointEquations::makeBall(), 3},
-                                           JointCase{"Pin", JointEquations::makePin(), 5},
-                                           JointCase{"Slider", JointEquations::makeSlider(), 5},
-                                           JointCase{"Weld", JointEquations::makeWeld(), 6},
-                                           JointCase{"PrescribedRotation", makeRotation(), 1}),
-                         [](const auto& tested) { return std::string(tested.param.name); });
+constexpr Real Pitch = 0.3;
+
+INSTANTIATE_TEST_SUITE_P(
+    Joints, JointEquationsTest,
+    ::testing::Values(
+        JointCase{"Ball", JointEquations::makeBall(), 3},
+        JointCase{"Pin", JointEquations::makePin(), 5},
+        JointCase{"Slider", JointEquations::makeSlider(), 5},
+        JointCase{"Weld", JointEquations::makeWeld(), 6},
+        JointCase{"Cylinder", JointEquations::makeCylinder(), 4},
+        JointCase{"Universal", JointEquations::makeUniversal(), 4},
+        JointCase{"Planar", JointEquations::makePlanar(), 3},
+        JointCase{"Screw", JointEquations::makeScrew(Pitch), 5, 2 * SimTK::Pi* Pitch},
+        JointCase{"PointOnLine", JointEquations::makePointOnLine(), 2},
+        JointCase{"PointInPlane", JointEquations::makePointInPlane(), 1},
+        JointCase{"Rod", JointEquations::makeRod(0.7), 1},
+        JointCase{"PrescribedRotation", makeRotation(), 1, 2 * SimTK::Pi},
+        JointCase{"PrescribedTranslation",
+                  JointEquations::makePrescribedTranslation(SimTK::YAxis,
+                                                            [](Real time) {
+                                                                return Vec3(
+                                                                    std::sin(3 * time),
+                                                                    3 * std::cos(3 * time),
+                                                                    -9 * std::sin(3 * time));
+                                                            }),
+                  1},
+        JointCase{"PrescribedPosition", JointEquations::makePrescribedPosition([](Real time) {
+                      return std::array<Vec3, 3>{Vec3(time * time, std::cos(time), 1 - 2 * time),
+                                                 Vec3(2 * time, -std::sin(time), -2),
+                                                 Vec3(2, -std::cos(time), 0)};
+                  }),
+                  3}),
+    [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST_P(JointEquationsTest, HasItsNumberOfEquations) {
     EXPECT_EQ(m, GetParam().numEquations);
@@ -113,7 +144,8 @@ TEST_P(JointEquationsTest, ErrorDotsAreDerivativesOfErrors) {
         const Values dots = errorDotsAt(t);
         for (int k = 0; k < m; ++k) {
             const auto wrap = [&](Real difference) {  // an angle may jump by a turn in between
-                return m == 1 ? std::remainder(difference, 2 * SimTK::Pi) : difference;
+                const Real period = GetParam().period;
+                return period > 0 ? std::remainder(difference, period) : difference;
             };
             const Real expected = (8 * wrap(errorsAt(t + h)[k] - errorsAt(t - h)[k]) -
                                    wrap(errorsAt(t + 2 * h)[k] - errorsAt(t - 2 * h)[k])) /
@@ -192,6 +224,75 @@ TEST(JointBranchTest, ErrorsVanishForTheMotionEachJointAllows) {
     EXPECT_GT(largestError(JointEquations::makeSlider(), Transform(aboutZ)), 0.1);
     EXPECT_LT(largestError(JointEquations::makeWeld(), Transform()), 1e-15);
     EXPECT_GT(largestError(JointEquations::makeWeld(), Transform(Vec3(0.7, 0, 0))), 0.1);
+
+    const auto cylinder = JointEquations::makeCylinder(), planar = JointEquations::makePlanar();
+    EXPECT_LT(largestError(cylinder, Transform(aboutZ, Vec3(0, 0, 0.7))), 1e-15);
+    EXPECT_GT(largestError(cylinder, Transform(Vec3(0.7, 0, 0))), 0.1);
+    EXPECT_LT(largestError(planar, Transform(aboutZ, Vec3(0.7, -2, 0))), 1e-15);
+    EXPECT_GT(largestError(planar, Transform(Vec3(0, 0, 0.7))), 0.1);
+    const Rotation crossed(SimTK::BodyRotationSequence, 2.5, SimTK::XAxis, -1.9, SimTK::YAxis);
+    EXPECT_LT(largestError(JointEquations::makeUniversal(), Transform(crossed)), 1e-15);
+    EXPECT_GT(largestError(JointEquations::makeUniversal(), Transform(aboutZ)), 0.1);
+    EXPECT_FALSE(JointEquations::makeUniversal().isFlipped(F, F * Transform(crossed)));
+    const Transform along(any, Vec3(0, 0, 0.7)), across(any, Vec3(0.3, 0.4, 0));
+    EXPECT_LT(largestError(JointEquations::makePointOnLine(), along), 1e-15);
+    EXPECT_GT(largestError(JointEquations::makePointOnLine(), across), 0.1);
+    EXPECT_LT(largestError(JointEquations::makePointInPlane(), across), 1e-15);
+    EXPECT_GT(largestError(JointEquations::makePointInPlane(), along), 0.1);
+    EXPECT_LT(largestError(JointEquations::makeRod(0.5), across), 1e-15);
+    EXPECT_GT(largestError(JointEquations::makeRod(0.5), along), 0.1);
+}
+
+TEST(JointBranchTest, ScrewHoldsAndCountsAnyTurn) {
+    for (const Real pitch : {0.02, -0.3})
+        for (const Real angle : {-200.0, -3.2, 0.4, 3.1, 6.5, 1000.0}) {
+            const auto screw = JointEquations::makeScrew(pitch);
+            const Transform M(Rotation(angle, SimTK::ZAxis), Vec3(0, 0, pitch * angle));
+            Real errors[JointEquations::MaxEquations], counted = 0;
+            screw.calcErrors(0, Transform(), M, errors);
+            EXPECT_NEAR(errors[4], 0, 1e-12) << pitch << " " << angle;
+            screw.calcCoordinates(Transform(), M, &counted);
+            EXPECT_NEAR(counted, angle, 1e-10);
+            // Half a millimetre off is half a millimetre of error.
+            screw.calcErrors(0, Transform(), Transform(M.R(), M.p() + Vec3(0, 0, 5e-4)), errors);
+            EXPECT_NEAR(errors[4], 5e-4, 1e-12);
+        }
+}
+
+/** The coordinates are those of Simbody's mobilizers of the same names, and so are their rates. **/
+TEST(JointCoordinates, AreSimbodysMobilizers) {
+    SimTK::MultibodySystem system;
+    SimTK::SimbodyMatterSubsystem matter(system);
+    const SimTK::Body::Rigid body(SimTK::MassProperties(1, Vec3(0), SimTK::Inertia(1)));
+    auto& ground = matter.Ground();
+    const std::vector<std::pair<JointEquations, SimTK::MobilizedBody>> pairs{
+        {JointEquations::makePin(), SimTK::MobilizedBody::Pin(ground, body)},
+        {JointEquations::makeSlider(), SimTK::MobilizedBody::Slider(ground, body)},
+        {JointEquations::makeCylinder(), SimTK::MobilizedBody::Cylinder(ground, body)},
+        {JointEquations::makeUniversal(), SimTK::MobilizedBody::Universal(ground, body)},
+        {JointEquations::makePlanar(), SimTK::MobilizedBody::Planar(ground, body)},
+        {JointEquations::makeScrew(Pitch), SimTK::MobilizedBody::Screw(ground, body, Pitch)}};
+    SimTK::State state = system.realizeTopology();
+    for (int i = 0; i < state.getNQ(); ++i) state.updQ()[i] = 1.1 - 0.31 * i;
+    for (int i = 0; i < state.getNU(); ++i) state.updU()[i] = std::sin(7.0 * i + 1);
+    system.realize(state, SimTK::Stage::Velocity);
+    for (const auto& [equations, mobod] : pairs) {
+        FrameMotion M;
+        M.X = mobod.getBodyTransform(state);
+        M.V = mobod.getBodyVelocity(state);
+        Real errors[JointEquations::MaxEquations], q[JointEquations::MaxCoordinates],
+            qDot[JointEquations::MaxCoordinates];
+        equations.calcErrors(0, Transform(), M.X, errors);
+        for (int k = 0; k < equations.getNumEquations(); ++k) EXPECT_NEAR(errors[k], 0, 1e-15);
+        ASSERT_EQ(equations.getNumCoordinates(), mobod.getNumQ(state)) << equations.getKind();
+        EXPECT_EQ(equations.getNumEquations(), 6 - mobod.getNumU(state));
+        equations.calcCoordinates(Transform(), M.X, q);
+        equations.calcCoordinateDots(FrameMotion(), M, qDot);
+        for (int i = 0; i < mobod.getNumQ(state); ++i) {
+            EXPECT_NEAR(q[i], mobod.getOneQ(state, i), 1e-14) << equations.getKind() << i;
+            EXPECT_NEAR(qDot[i], mobod.getQDotAsVector(state)[i], 1e-14) << equations.getKind();
+        }
+    }
 }
 
 /** Every rotation at which the errors vanish, found by trying the 24 that map axes onto axes, is
