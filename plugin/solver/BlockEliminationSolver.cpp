@@ -203,8 +203,11 @@ private:
     }
 
     void factorBlocks(const NewtonSystem& system) {
+        m_isPartUsed.assign(m_parts.size(), 0);
+        for (const Block& block : system.blocks)
+            if (block.form == Block::Form::Arrow) m_isPartUsed[size_t(block.part)] = 1;
         for (size_t p = 0; p < m_parts.size(); ++p)
-            if (!m_parts[p].factor(system.parts[p]))
+            if (m_isPartUsed[p] && !m_parts[p].factor(system.parts[p]))
                 throw std::runtime_error("BlockEliminationSolver: the diagonal of part " +
                                          std::to_string(p) + " is singular or not finite");
         const int count = int(m_blocks.size());
@@ -262,7 +265,7 @@ private:
     int m_numMultipliers;
     std::vector<PartFactors> m_parts;
     std::vector<BlockFactors> m_blocks;
-    std::vector<char> m_isHub, m_isRegular;
+    std::vector<char> m_isHub, m_isRegular, m_isPartUsed;
     std::vector<Hub> m_hubs;
     std::vector<MatrixXd> m_hubMatrices;  ///< by clique
     std::vector<const double*> m_cliqueValues;

@@ -38,10 +38,13 @@ bool BlockFactors::factor(const NewtonSystem& system, const NewtonSystem::Block&
         m_symmetric.matrixL().solveInPlace(m_W);
         m_schur.noalias() = m_W.transpose() * m_W;
     } else {
-        m_general.compute(J);
-        if (!(m_general.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
+        m_needsPivoting = !m_general.factor(block.matrix.data(), n, m_Gt, m_W);
+        if (m_needsPivoting) {
+            m_pivoting.compute(J);
+            if (!(m_pivoting.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
+            m_W = m_pivoting.solve(m_Gt);
+        }
         if (m == 0) return true;
-        m_W = m_general.solve(m_Gt);
         m_schur.noalias() = m_Gt.transpose() * m_W;
     }
     return m_schur.allFinite();
@@ -54,8 +57,12 @@ void BlockFactors::eliminate(const double* r, double* Gz) {
         m_symmetric.matrixL().solveInPlace(m_z);
         m_Gz.noalias() = m_W.transpose() * m_z;
     } else {
-        m_r = m_z;
-        m_z = m_general.solve(m_r);
+        if (m_needsPivoting) {
+            m_r = m_z;
+            m_z = m_pivoting.solve(m_r);
+        } else {
+            m_general.solveInPlace(m_z.data());
+        }
         m_Gz.noalias() = m_Gt.transpose() * m_z;
     }
     std::copy_n(m_Gz.data(), m_Gz.size(), Gz);

@@ -11,6 +11,7 @@ on an address, and results are the same to the bit from run to run. **/
 #include <vector>
 
 #include "simflex/solver/ArrowFactors.h"
+#include "simflex/solver/ChunkedLu.h"
 #include "simflex/solver/NewtonSystem.h"
 
 namespace simflex {
@@ -41,7 +42,9 @@ private:
 
     // Symmetric: W = L⁻¹Gᵀ, z = L⁻¹r; general: W = J⁻¹Gᵀ, z = J⁻¹r.
     Eigen::LLT<Eigen::MatrixXd> m_symmetric;
-    Eigen::PartialPivLU<Eigen::MatrixXd> m_general;
+    ChunkedLu m_general;
+    Eigen::PartialPivLU<Eigen::MatrixXd> m_pivoting;  ///< where that fails
+    bool m_needsPivoting = false;
     Eigen::MatrixXd m_Gt, m_W;
     Eigen::VectorXd m_r, m_z, m_Gz, m_lambda;
 };
