@@ -131,6 +131,13 @@ Real FlexibleBody::calcStrainEnergy(const State& state) const {
     return 0.5 * xi.dot(record.model->omegaSquared.cwiseProduct(xi));
 }
 
+Vector FlexibleBody::calcModalStrainEnergies(const State& state) const {
+    Vector energies = getModalCoordinates(state);
+    for (int i = 0; i < energies.size(); ++i)
+        energies[i] *= 0.5 * getPart().omegaSquared[size_t(i)] * energies[i];
+    return energies;
+}
+
 SpatialVec FlexibleBody::calcMomentum(const State& state) const {
     const FlexibleBodyRecord& record = guts().body(m_index);
     const Eigen::VectorXd xi = guts().getXi(state, record), xiDot = guts().getXiDot(state, record);

@@ -70,6 +70,8 @@ public:
     /**@{**/
     SimTK::Real calcKineticEnergy(const SimTK::State& state) const;
     SimTK::Real calcStrainEnergy(const SimTK::State& state) const;
+    /** Strain energy of each mode, ½Ω_i²ξ_i² [J]. **/
+    SimTK::Vector calcModalStrainEnergies(const SimTK::State& state) const;
     /** Angular momentum about Ground's origin and linear momentum, in Ground [kg m²/s, kg m/s]. **/
     SimTK::SpatialVec calcMomentum(const SimTK::State& state) const;
     /** Location in Ground of a mesh node [m]. @throws std::out_of_range. **/

@@ -1,0 +1,44 @@
+#pragma once
+/** @file
+Says when a flexible body leaves the range in which modes describe it: a node displaced by more than
+10 % of the part's size (twice its radius about the centre of mass), as Adams warns, or an interface
+turned by more than 0.2 rad against the body's frame. Once for each body and kind.
+
+    system.addEventReporter(new LinearRangeReporter(flexible, 0.001));
+
+    simflex: 'boom' at t = 0.132 s: node 118 is displaced by 0.21 m, 11 % of the part's size (1.9
+m); modes describe deformations up to 10 % of it. … **/
+
+#include <functional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "simflex/body/FlexibleBodySubsystem.h"
+
+namespace simflex {
+
+class LinearRangeReporter : public SimTK::PeriodicEventReporter {
+public:
+    static constexpr SimTK::Real LargestShare = 0.1;     ///< of the part's size
+    static constexpr SimTK::Real LargestRotation = 0.2;  ///< [rad]
+
+    using Warn = std::function<void(const std::string& message)>;
+
+    /** @param interval  between looks at the State [s]; each costs O(nodes·n_f)
+    @param warn      takes the messages; default: a line on std::cerr
+    @throws std::invalid_argument if the interval is not positive. **/
+    LinearRangeReporter(const FlexibleBodySubsystem& subsystem, SimTK::Real interval,
+                        Warn warn = {});
+
+    void handleEvent(const SimTK::State& state) const override;
+
+private:
+    void warnOnce(int body, bool isRotation, const std::string& message) const;
+
+    const FlexibleBodySubsystem& m_subsystem;
+    Warn m_warn;
+    mutable std::set<std::pair<int, bool>> m_warned;
+};
+
+}  // namespace simflex
