@@ -50,7 +50,8 @@ public:
 
     The modes' stiffness under angular velocity ω, forces F_k and moments on the interfaces is
     Ω² + Σ_ab ω_aω_b K_ab + Σ_k F_k K_k; it enters through the kinematics: I₂ᵢⱼ lessened by K_ab,
-    and displacement and rotation vector of each interface (of exp, see FlexibleBody) by −½ ξᵀK_k ξ.
+    and displacement and rotation vector of each interface (of exp, see InterfaceKinematics.h) by −½
+    ξᵀK_k ξ.
     **/
     struct Stiffening {
         /** K_ab by component as I₂ (xx yy zz xy xz yz), n_f×n_f, symmetric; a mixed product's half
