@@ -104,6 +104,10 @@ Attachment Attachment::onNode(const FlexibleBody& body, int nodeNumber, const Tr
     return attachment;
 }
 
+FrameAtXi::Order Attachment::getFrameOrder(const State& state) const {
+    return m_body->isStiffeningEnabled(state) ? FrameAtXi::Order::Second : FrameAtXi::Order::First;
+}
+
 FrameMotion Attachment::calcMotion(const State& state) const {
     if (m_body) return m_body->guts().calcMotion(state, *this);
     FrameMotion motion;

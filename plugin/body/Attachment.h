@@ -44,6 +44,9 @@ public:
     FlexibleBodyIndex getFlexibleBodyIndex() const { return m_flexibleBody; }
     const FlexibleFrame& getFlexibleFrame() const { return *m_flexibleFrame; }
 
+    /** Order of its displacement in ξ, see FlexibleBody::enableStiffening(). @pre isFlexible(). **/
+    FrameAtXi::Order getFrameOrder(const SimTK::State& state) const;
+
     /** Frame on a rigid body. @pre !isFlexible(). **/
     const SimTK::Transform& getFrame() const { return m_X_BA; }
 

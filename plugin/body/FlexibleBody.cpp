@@ -25,6 +25,7 @@ FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem,
     FlexibleBodyRecord record;
     record.name = name.empty() ? part->name : name;
     record.model = guts.obtainModel(part);
+    record.stiffened = guts.obtainStiffenedModel(part);
     const auto& I = part->inertia;
     const MassProperties properties(part->mass, Vec3(0),
                                     Inertia(I[0], I[1], I[2], I[3], I[4], I[5]));
@@ -40,6 +41,29 @@ FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem,
 const FlexibleBodySubsystem::Guts& FlexibleBody::guts() const {
     return dynamic_cast<const FlexibleBodySubsystem::Guts&>(
         m_system->getSubsystem(m_subsystem).getSubsystemGuts());
+}
+
+FlexibleBodySubsystem::Guts& FlexibleBody::updGuts() {
+    // A handle stands for its system as Simbody's handles do.
+    return const_cast<FlexibleBodySubsystem::Guts&>(guts());
+}
+
+void FlexibleBody::setStiffeningDisabledByDefault(bool isDisabled) {
+    using Stiffening = FlexibleBodySubsystem::Guts::Stiffening;
+    updGuts().setStiffeningByDefault(m_index, isDisabled ? Stiffening::Off : Stiffening::On);
+}
+
+void FlexibleBody::enableStiffening(State& state) const {
+    guts().setStiffening(state, m_index, FlexibleBodySubsystem::Guts::Stiffening::On);
+}
+
+void FlexibleBody::disableStiffening(State& state) const {
+    guts().setStiffening(state, m_index, FlexibleBodySubsystem::Guts::Stiffening::Off);
+}
+
+bool FlexibleBody::isStiffeningEnabled(const State& state) const {
+    return guts().getStiffening(state, guts().body(m_index)) ==
+           FlexibleBodySubsystem::Guts::Stiffening::On;
 }
 
 const std::string& FlexibleBody::getName() const {
@@ -118,11 +142,12 @@ Real FlexibleBody::calcKineticEnergy(const State& state) const {
     const FlexibleBodyRecord& record = guts().body(m_index);
     const Eigen::VectorXd xi = guts().getXi(state, record), xiDot = guts().getXiDot(state, record);
     const BodyFrame frame = guts().getBodyFrame(state, record);
+    const FlexibleBodyModel& model = guts().getModel(state, record);
     FlexibleBodyData data;
-    data.resize(*record.model);
-    calcInertia(*record.model, xi, xiDot, data);
-    return simflex::calcKineticEnergy(*record.model, data, toEigen(frame.omega_B),
-                                      toEigen(frame.v_G), xiDot);
+    data.resize(model);
+    calcInertia(model, xi, xiDot, data);
+    return simflex::calcKineticEnergy(model, data, toEigen(frame.omega_B), toEigen(frame.v_G),
+                                      xiDot);
 }
 
 Real FlexibleBody::calcStrainEnergy(const State& state) const {
@@ -142,10 +167,11 @@ SpatialVec FlexibleBody::calcMomentum(const State& state) const {
     const FlexibleBodyRecord& record = guts().body(m_index);
     const Eigen::VectorXd xi = guts().getXi(state, record), xiDot = guts().getXiDot(state, record);
     const BodyFrame frame = guts().getBodyFrame(state, record);
+    const FlexibleBodyModel& model = guts().getModel(state, record);
     FlexibleBodyData data;
-    data.resize(*record.model);
-    calcInertia(*record.model, xi, xiDot, data);
-    const Vec3 linear = record.model->mass * frame.v_G;
+    data.resize(model);
+    calcInertia(model, xi, xiDot, data);
+    const Vec3 linear = model.mass * frame.v_G;
     const Vec3 spin = frame.R_GB * toSimTK(data.I * toEigen(frame.omega_B) + data.CXiDot);
     return {spin + frame.p_GB % linear, linear};
 }

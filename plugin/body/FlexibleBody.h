@@ -40,6 +40,25 @@ public:
     const SimTK::MobilizedBody& getModalMobilizer(int k) const;
     int getNumModalMobilizers() const;
 
+    /** @name Geometric stiffening
+    The stiffness that modes gain (or lose) by rotation of the body and by forces and moments on its
+    interfaces; without it a rod that turns fast gets too soft, or collapses. It needs a part that
+    was reduced with it (`simflex reduce --stiffening`), and is then on unless it is disabled.
+    Interfaces move to second order in ξ: bending draws the ends of a rod together. Loads elsewhere,
+    on nodes, and gravity stiffen nothing. A variable of the State, Stage::Instance. **/
+    /**@{**/
+    /** True if the part has the data. **/
+    bool hasStiffening() const { return getPart().stiffening.has_value(); }
+    /** Whether States start without it; false unless set. Topological.
+    @throws std::invalid_argument for `false` if the part has no data, saying how to get them. **/
+    void setStiffeningDisabledByDefault(bool isDisabled);
+    /** @throws std::invalid_argument if the part has no data, saying how to get them.
+    Stage::Topology. **/
+    void enableStiffening(SimTK::State& state) const;
+    void disableStiffening(SimTK::State& state) const;
+    bool isStiffeningEnabled(const SimTK::State& state) const;
+    /**@}**/
+
     /** Attachments, see Attachment::onInterface() and onNode(). **/
     Attachment interface(const std::string& name,
                          const SimTK::Transform& X_IA = SimTK::Transform()) const {
@@ -74,7 +93,7 @@ public:
     SimTK::Vector calcModalStrainEnergies(const SimTK::State& state) const;
     /** Angular momentum about Ground's origin and linear momentum, in Ground [kg m²/s, kg m/s]. **/
     SimTK::SpatialVec calcMomentum(const SimTK::State& state) const;
-    /** Location in Ground of a mesh node [m]. @throws std::out_of_range. **/
+    /** Location in Ground of a mesh node [m], of first order in ξ. @throws std::out_of_range. **/
     SimTK::Vec3 calcNodeLocation(const SimTK::State& state, int nodeNumber) const;
     /** Elastic displacement Φξ of a mesh node in B [m]. @throws std::out_of_range. **/
     SimTK::Vec3 calcNodeDisplacement(const SimTK::State& state, int nodeNumber) const;
@@ -90,6 +109,7 @@ private:
         : m_system(&system), m_subsystem(subsystem), m_index(index) {}
 
     const FlexibleBodySubsystem::Guts& guts() const;
+    FlexibleBodySubsystem::Guts& updGuts();
 
     const SimTK::MultibodySystem* m_system;
     SimTK::SubsystemIndex m_subsystem;

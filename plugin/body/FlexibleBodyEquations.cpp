@@ -45,8 +45,12 @@ FlexibleBodyModel::FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedP
     displacementPerMode = Map<const VectorXd>(largest.data(), n);
     for (const ReducedBody::Interface& interface : part->interfaces) {
         const auto& s = interface.position;
-        interfaceShapes.push_back(
-            FrameShapes::make(SimTK::Vec3(s[0], s[1], s[2]), interface.Phi, interface.Psi));
+        std::vector<double> curvature;
+        if (part->stiffening)
+            for (const auto& K : part->stiffening->interfaces[interfaceShapes.size()])
+                for (const double value : K) curvature.push_back(-value);
+        interfaceShapes.push_back(FrameShapes::make(SimTK::Vec3(s[0], s[1], s[2]), interface.Phi,
+                                                    interface.Psi, std::move(curvature)));
     }
     MatrixXd shapes(6 * int(part->interfaces.size()), n);
     for (int k = 0; k < int(part->interfaces.size()); ++k) {
@@ -55,6 +59,16 @@ FlexibleBodyModel::FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedP
         shapes.middleRows(6 * k + 3, 3) = Map<const MatrixXd>(interface.Psi.data(), 3, n);
     }
     shapeTiles = TiledMatrix(shapes);
+}
+
+std::shared_ptr<const FlexibleBodyModel> FlexibleBodyModel::makeStiffened() const {
+    auto stiffened = std::make_shared<FlexibleBodyModel>(*this);
+    stiffened->isStiffened = true;
+    for (int c = 0; c < 6; ++c)
+        stiffened->I2.middleRows(c * n, n) -=
+            Map<const MatrixXd>(part->stiffening->turning[size_t(c)].data(), n, n);
+    stiffened->I2Tiles = TiledMatrix(stiffened->I2);
+    return stiffened;
 }
 
 const std::shared_ptr<const FrameShapes>& FlexibleBodyModel::getInterfaceShapes(

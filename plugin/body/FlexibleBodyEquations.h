@@ -27,6 +27,11 @@ namespace Eigen = ::Eigen;
 struct FlexibleBodyModel {
     explicit FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedPart);
 
+    /** The model with geometric stiffening: I₂ lessened by the part's K of turning. Interfaces'
+    shapes are the same ones; their curvature is to be used. @pre part->stiffening. **/
+    std::shared_ptr<const FlexibleBodyModel> makeStiffened() const;
+    bool isStiffened = false;
+
     std::shared_ptr<const ReducedBody> part;
     int n = 0;  ///< n_f
     double mass = 0;

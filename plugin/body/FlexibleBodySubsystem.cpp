@@ -134,6 +134,7 @@ void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const
 
 FlexibleBodyIndex FlexibleBodySubsystem::Guts::addBody(FlexibleBodyRecord record) {
     record.damping.setZero(record.numModes());
+    record.index = FlexibleBodyIndex(int(m_bodies.size()));
     m_bodies.push_back(std::move(record));
     invalidateSubsystemTopologyCache();
     return FlexibleBodyIndex(int(m_bodies.size()) - 1);
@@ -158,6 +159,49 @@ std::shared_ptr<const FlexibleBodyModel> FlexibleBodySubsystem::Guts::obtainMode
         model = std::make_shared<const FlexibleBodyModel>(part);
     }
     return model;
+}
+
+std::shared_ptr<const FlexibleBodyModel> FlexibleBodySubsystem::Guts::obtainStiffenedModel(
+    const std::shared_ptr<const ReducedBody>& part) {
+    if (!part->stiffening) return nullptr;
+    auto& model = m_stiffened[part.get()];
+    if (!model) model = obtainModel(part)->makeStiffened();
+    return model;
+}
+
+FlexibleBodySubsystem::Guts::Stiffening FlexibleBodySubsystem::Guts::getStiffening(
+    const State& state, const FlexibleBodyRecord& body) const {
+    if (!body.stiffened) return Stiffening::Off;
+    const DiscreteVariableIndex variable = m_stiffening[size_t(body.index)];
+    return Value<int>::downcast(getDiscreteVariable(state, variable)).get() ? Stiffening::On
+                                                                            : Stiffening::Off;
+}
+
+namespace {
+
+void refuseWithoutData(const FlexibleBodyRecord& body) {
+    if (body.stiffened) return;
+    throw std::invalid_argument(
+        "FlexibleBody '" + body.name + "': its part '" + body.model->part->name +
+        "' has no geometric stiffness; reduce it with `simflex reduce --stiffening`, or with "
+        "ReductionOptions::stiffening");
+}
+
+}  // namespace
+
+void FlexibleBodySubsystem::Guts::setStiffening(State& state, FlexibleBodyIndex index,
+                                                Stiffening stiffening) const {
+    if (stiffening == Stiffening::On) refuseWithoutData(body(index));
+    if (getStiffening(state, body(index)) == stiffening) return;
+    Value<int>::updDowncast(updDiscreteVariable(state, m_stiffening[size_t(index)])) =
+        stiffening == Stiffening::On;
+}
+
+void FlexibleBodySubsystem::Guts::setStiffeningByDefault(FlexibleBodyIndex index,
+                                                         Stiffening stiffening) {
+    if (stiffening == Stiffening::On) refuseWithoutData(body(index));
+    m_bodies.at(index).isStiffenedByDefault = stiffening == Stiffening::On;
+    invalidateSubsystemTopologyCache();
 }
 
 void FlexibleBodySubsystem::Guts::addModalDamping(FlexibleBodyIndex index,
@@ -225,9 +269,8 @@ FrameMotion FlexibleBodySubsystem::Guts::calcMotion(const State& state,
     }
     const FlexibleBodyRecord& record = body(attachment.getFlexibleBodyIndex());
     const Eigen::VectorXd xi = getXi(state, record), xiDot = getXiDot(state, record);
-    const FlexibleFrame& frame = attachment.getFlexibleFrame();
-    return calcFrameMotion(frame, calcFramePose(frame, xi.data()), getBodyFrame(state, record),
-                           xiDot.data());
+    const FrameAtXi frame(attachment.getFlexibleFrame(), xi.data(), getFrameOrder(state, record));
+    return frame.calcMotion(getBodyFrame(state, record), xiDot.data());
 }
 
 Array_<FrameMotion> FlexibleBodySubsystem::Guts::calcMotions(
@@ -293,6 +336,11 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemTopologyImpl(State& state) cons
         std::any_of(m_bodies.begin(), m_bodies.end(),
                     [](const FlexibleBodyRecord& body) { return body.numModes() > 0; });
     m_coupling = hasModes ? InertiaCoupling::make(getMultibodySystem()) : nullptr;
+    m_stiffening.assign(m_bodies.size(), DiscreteVariableIndex());
+    for (const FlexibleBodyRecord& record : m_bodies)
+        if (record.stiffened)
+            m_stiffening[size_t(record.index)] = allocateDiscreteVariable(
+                state, Stage::Instance, new Value<int>(record.isStiffenedByDefault));
     return 0;
 }
 
@@ -346,7 +394,7 @@ void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBo
                                                   Vector_<SpatialVec>& bodyForces,
                                                   Vector& mobilityForces) const {
     const FlexibleBodyRecord& record = body(index);
-    const FlexibleBodyModel& model = *record.model;
+    const FlexibleBodyModel& model = getModel(state, record);
     const Eigen::VectorXd xi = getXi(state, record), xiDot = getXiDot(state, record);
     const BodyFrame frame = getBodyFrame(state, record);
     const Eigen::Vector3d omega = toEigen(frame.omega_B);
@@ -384,12 +432,12 @@ void FlexibleBodySubsystem::Guts::addInAttachmentForce(const State& state,
         return;
     }
     const FlexibleBodyRecord& record = body(attachment.getFlexibleBodyIndex());
-    const FlexibleFrame& frame = attachment.getFlexibleFrame();
     const Eigen::VectorXd xi = getXi(state, record);
+    const FrameAtXi frame(attachment.getFlexibleFrame(), xi.data(), getFrameOrder(state, record));
     const BodyFrame bodyFrame = getBodyFrame(state, record);
     Eigen::VectorXd modal = Eigen::VectorXd::Zero(record.numModes());
     Vec3 torque_B(0), force_G(0);
-    addInFrameForce(frame, calcFramePose(frame, xi.data()), bodyFrame.R_GB, F_G, torque_B, force_G,
+    addInFrameForce(frame.getTangent(), frame.getPose(), bodyFrame.R_GB, F_G, torque_B, force_G,
                     modal.data());
     bodyForces[record.frame] += SpatialVec(bodyFrame.R_GB * torque_B, force_G);
     addInModalForces(state, record, modal, mobilityForces);

@@ -19,6 +19,9 @@ namespace simflex {
 struct FlexibleBodyRecord {
     std::string name;
     std::shared_ptr<const FlexibleBodyModel> model;
+    std::shared_ptr<const FlexibleBodyModel> stiffened;  ///< null if the part has no data for it
+    bool isStiffenedByDefault = true;
+    FlexibleBodyIndex index;
     SimTK::MobilizedBodyIndex frame;
     std::vector<SimTK::MobilizedBodyIndex> carriers;
     Eigen::VectorXd damping;  ///< n_f modal damping coefficients d_i [1/s]: force −d_i ξ̇_i
@@ -65,6 +68,29 @@ public:
     of it. @throws std::invalid_argument if the part is not valid. **/
     std::shared_ptr<const FlexibleBodyModel> obtainModel(
         const std::shared_ptr<const ReducedBody>& part);
+    /** The same with geometric stiffening; null if the part has no data for it. **/
+    std::shared_ptr<const FlexibleBodyModel> obtainStiffenedModel(
+        const std::shared_ptr<const ReducedBody>& part);
+
+    /** @name Geometric stiffening, an Instance-stage variable of each body that has data for it **/
+    /**@{**/
+    enum class Stiffening { Off, On };
+    Stiffening getStiffening(const SimTK::State& state, const FlexibleBodyRecord& body) const;
+    /** @throws std::invalid_argument if the part has no data for it. **/
+    void setStiffening(SimTK::State& state, FlexibleBodyIndex index, Stiffening stiffening) const;
+    void setStiffeningByDefault(FlexibleBodyIndex index, Stiffening stiffening);
+    /** The evaluation model in use. **/
+    const FlexibleBodyModel& getModel(const SimTK::State& state,
+                                      const FlexibleBodyRecord& body) const {
+        return getStiffening(state, body) == Stiffening::On ? *body.stiffened : *body.model;
+    }
+    /** Of the displacements of this body's interfaces. **/
+    FrameAtXi::Order getFrameOrder(const SimTK::State& state,
+                                   const FlexibleBodyRecord& body) const {
+        return getStiffening(state, body) == Stiffening::On ? FrameAtXi::Order::Second
+                                                            : FrameAtXi::Order::First;
+    }
+    /**@}**/
 
     const std::vector<FlexibleBodyRecord>& bodies() const { return m_bodies; }
     const std::vector<JointRecord>& joints() const { return m_joints; }
@@ -125,9 +151,10 @@ private:
     std::vector<FlexibleBodyRecord> m_bodies;
     std::vector<JointRecord> m_joints;
     std::vector<std::shared_ptr<const ForceElement>> m_forceElements;
-    std::map<const ReducedBody*, std::shared_ptr<const FlexibleBodyModel>> m_models;
+    std::map<const ReducedBody*, std::shared_ptr<const FlexibleBodyModel>> m_models, m_stiffened;
     mutable SimTK::DiscreteVariableIndex m_nativeForces, m_knownUDot;
     mutable std::shared_ptr<InertiaCoupling> m_coupling;  ///< null if no body has modes
+    mutable std::vector<SimTK::DiscreteVariableIndex> m_stiffening;  ///< by body; invalid: no data
 };
 
 inline Eigen::Vector3d toEigen(const SimTK::Vec3& v) {

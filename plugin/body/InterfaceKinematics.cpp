@@ -78,9 +78,11 @@ Rotation calcExponential(const Vec3& theta) {
 }
 
 std::shared_ptr<const FrameShapes> FrameShapes::make(const Vec3& s, const std::vector<double>& Phi,
-                                                     const std::vector<double>& Psi) {
+                                                     const std::vector<double>& Psi,
+                                                     std::vector<double> curvature) {
     auto shapes = std::make_shared<FrameShapes>();
     shapes->s = s;
+    shapes->curvature = std::move(curvature);
     for (const std::vector<double>* source : {&Phi, &Psi})
         for (size_t a = 0; a < 3; ++a)
             for (size_t i = a; i < source->size(); i += 3) shapes->columns.push_back((*source)[i]);
@@ -94,6 +96,60 @@ FrameSums multiplyShapes(const FrameShapes& shapes, const double* coordinates) {
     for (Vec3* sum : {&sums.translation, &sums.rotation})
         for (int a = 0; a < 3; ++a, column += n) (*sum)[a] = dot(column, coordinates, n);
     return sums;
+}
+
+FrameSums calcTangentShapes(const FrameShapes& shapes, const double* xi, FrameShapes& tangent) {
+    const int n = shapes.numModes();
+    const double *column = shapes.columns.data(), *H = shapes.curvature.data();
+    double* tangentColumn = tangent.columns.data();
+    FrameSums sums;
+    for (Vec3* sum : {&sums.translation, &sums.rotation})
+        for (int a = 0; a < 3; ++a, column += n, tangentColumn += n) {
+            for (int i = 0; i < n; ++i, H += n) tangentColumn[i] = column[i] + dot(H, xi, n);
+            (*sum)[a] = 0.5 * (dot(column, xi, n) + dot(tangentColumn, xi, n));
+        }
+    return sums;
+}
+
+FrameSums calcCurvatureSums(const FrameShapes& shapes, const double* xiDot) {
+    const int n = shapes.numModes();
+    const double* H = shapes.curvature.data();
+    FrameSums sums;
+    for (Vec3* sum : {&sums.translation, &sums.rotation})
+        for (int a = 0; a < 3; ++a)
+            for (int i = 0; i < n; ++i, H += n) (*sum)[a] += xiDot[i] * dot(H, xiDot, n);
+    return sums;
+}
+
+FrameAtXi::FrameAtXi(const FlexibleFrame& frame, const double* xi, Order order) : m_tangent(frame) {
+    if (order == Order::First || frame.shapes->curvature.empty()) {
+        m_pose = calcFramePose(frame, xi);
+        return;
+    }
+    m_curved = frame.shapes;
+    auto shapes = std::make_shared<FrameShapes>();
+    shapes->s = m_curved->s;
+    shapes->columns.resize(m_curved->columns.size());
+    const FrameSums atXi = calcTangentShapes(*m_curved, xi, *shapes);
+    m_tangent.shapes = shapes;
+    m_pose = calcFramePose(m_tangent, atXi);
+}
+
+FrameMotion FrameAtXi::calcMotion(const BodyFrame& body, const double* xiDot) const {
+    return calcFrameMotion(m_tangent, m_pose, body, xiDot);
+}
+
+SpatialVec FrameAtXi::calcAcceleration(const BodyFrame& body, const double* xiDot,
+                                       const Vec3& omegaDot_B, const Vec3& vDot_G,
+                                       const double* xiDotDot) const {
+    FrameSums sums = multiplyShapes(*m_tangent.shapes, xiDotDot);
+    if (m_curved) {
+        const FrameSums more = calcCurvatureSums(*m_curved, xiDot);
+        sums.translation += more.translation;
+        sums.rotation += more.rotation;
+    }
+    return calcFrameAcceleration(m_pose, body, multiplyShapes(*m_tangent.shapes, xiDot), omegaDot_B,
+                                 vDot_G, sums);
 }
 
 FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const FrameSums& atXi) {

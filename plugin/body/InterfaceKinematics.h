@@ -7,7 +7,13 @@ coordinates ξ:
     velocity     ω_A = R(ω + EΨξ̇),   v_A = v + R(ω×r + Φξ̇ + (EΨξ̇)×ρ)
 
 with E the left Jacobian of the exponential, `d/dt exp(θ) = [Eθ̇]× exp(θ)`. ω is expressed in B, v in
-Ground. A `FlexibleFrame` is constant; `FlexibleFramePose` is what one evaluation writes. **/
+Ground.
+
+On an interface of a body with geometric stiffening displacement and rotation vector are of second
+order, Φξ + ½ξᵀHξ and the same for Ψ. Rates and forces then go through tangent shapes Φ + Hξ, and
+accelerations have ξ̇ᵀHξ̇ more: see calcTangentShapes().
+
+A `FlexibleFrame` is constant; `FlexibleFramePose` is what one evaluation writes. **/
 
 #include <memory>
 #include <vector>
@@ -20,11 +26,15 @@ namespace simflex {
 struct FrameShapes {
     SimTK::Vec3 s{0};             ///< undeformed position, from the centre of mass, in B [m]
     std::vector<double> columns;  ///< n_f×6: translations x, y, z, then rotations, by mode
+    /** H of the six columns one after the other, n_f×n_f each and symmetric; for bodies with
+    geometric stiffening. Empty: none is known. **/
+    std::vector<double> curvature;
 
     /** @param Phi, Psi  3×n_f translation and rotation shapes, column-major **/
     static std::shared_ptr<const FrameShapes> make(const SimTK::Vec3& s,
                                                    const std::vector<double>& Phi,
-                                                   const std::vector<double>& Psi);
+                                                   const std::vector<double>& Psi,
+                                                   std::vector<double> curvature = {});
     int numModes() const { return int(columns.size() / 6); }
 };
 
@@ -67,6 +77,15 @@ SimTK::Rotation calcExponential(const SimTK::Vec3& theta);
 /** Φ·coordinates and Ψ·coordinates. **/
 FrameSums multiplyShapes(const FrameShapes& shapes, const double* coordinates);
 
+/** Writes the shapes by which the frame moves about ξ, columns + Hξ.
+@param[in,out] tangent  has the columns' size already
+@returns what the coordinates move the seat by, to second order: Φξ + ½ξᵀHξ, Ψξ + ½ξᵀHξ. O(n_f²).
+**/
+FrameSums calcTangentShapes(const FrameShapes& shapes, const double* xi, FrameShapes& tangent);
+
+/** ξ̇ᵀHξ̇: what the seat's acceleration has besides the tangent shapes times ξ̈. O(n_f²). **/
+FrameSums calcCurvatureSums(const FrameShapes& shapes, const double* xiDot);
+
 /** @param atXi  Φξ and Ψξ of the frame **/
 FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const FrameSums& atXi);
 FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const double* xi);
@@ -103,6 +122,32 @@ void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose,
 void calcFrameForce(const FlexibleFramePose& pose, const SimTK::Rotation& R_GB,
                     const SimTK::SpatialVec& F_G, SimTK::Vec3& torque_B, SimTK::Vec3& force_G,
                     SimTK::Vec3& translation, SimTK::Vec3& rotation);
+
+/** A frame of a flexible body at ξ, whichever order its displacement has. **/
+class FrameAtXi {
+public:
+    enum class Order {
+        First,  ///< Φξ
+        Second  ///< Φξ + ½ξᵀHξ, if the frame has H
+    };
+
+    FrameAtXi(const FlexibleFrame& frame, const double* xi, Order order);
+
+    const FlexibleFramePose& getPose() const { return m_pose; }
+    /** The frame with its tangent shapes: what rates and forces go through. **/
+    const FlexibleFrame& getTangent() const { return m_tangent; }
+
+    FrameMotion calcMotion(const BodyFrame& body, const double* xiDot) const;
+    /** As calcFrameAcceleration(). **/
+    SimTK::SpatialVec calcAcceleration(const BodyFrame& body, const double* xiDot,
+                                       const SimTK::Vec3& omegaDot_B, const SimTK::Vec3& vDot_G,
+                                       const double* xiDotDot) const;
+
+private:
+    FlexibleFrame m_tangent;
+    FlexibleFramePose m_pose;
+    std::shared_ptr<const FrameShapes> m_curved;  ///< null at first order
+};
 
 /** Writes `Dᵀ` through the frame: row k of the constraint Jacobian for a constraint row that reads
 `d_ω·ω_A + d_v·v_A`, in the order [ω_B (3), v_G (3), ξ̇ (n_f)], added to `row`. **/

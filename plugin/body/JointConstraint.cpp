@@ -40,7 +40,7 @@ protected:
                 gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
                     return getOneQ(state, q, m, i);
                 });
-            return calcMotion(side, body, xi, std::vector<Real>(xi.size(), 0)).X;
+            return calcMotion(state, side, body, xi, std::vector<Real>(xi.size(), 0)).X;
         };
         m_equations->calcErrors(state.getTime(), pose(m_F), pose(m_M), errors.begin());
     }
@@ -53,7 +53,7 @@ protected:
             FrameMotion body;
             body.X = getBodyTransformFromState(state, side.body);
             body.V = getBodyVelocity(V_AB, side.body);
-            return calcMotion(side, body, gatherXi(state, side),
+            return calcMotion(state, side, body, gatherXi(state, side),
                               gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
                                   return getOneQDot(state, qDot, m, i);
                               }));
@@ -71,7 +71,7 @@ protected:
             body.V = getBodyVelocityFromState(state, side.body);
             body.A = getBodyAcceleration(A_AB, side.body);
             return calcMotion(
-                side, body, gatherXi(state, side),
+                state, side, body, gatherXi(state, side),
                 gather(side, [&](ConstrainedMobilizerIndex m,
                                  MobilizerQIndex i) { return getOneQDotFromState(state, m, i); }),
                 gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
@@ -88,7 +88,7 @@ protected:
             FrameMotion body;
             body.X = getBodyTransformFromState(state, side.body);
             const std::vector<Real> xi = gatherXi(state, side);
-            return calcMotion(side, body, xi, std::vector<Real>(xi.size(), 0)).X;
+            return calcMotion(state, side, body, xi, std::vector<Real>(xi.size(), 0)).X;
         };
         SpatialVec D_F[JointEquations::MaxEquations], D_M[JointEquations::MaxEquations];
         m_equations->calcJacobian(pose(m_F), pose(m_M), D_F, D_M);
@@ -132,17 +132,17 @@ private:
 
     /** Motion of the side's frame from that of its body; accelerations too when `xiDotDot` is
      * given. **/
-    static FrameMotion calcMotion(const Side& side, const FrameMotion& body,
+    static FrameMotion calcMotion(const State& state, const Side& side, const FrameMotion& body,
                                   const std::vector<Real>& xi, const std::vector<Real>& xiDot,
                                   const std::vector<Real>& xiDotDot = {}) {
         if (!side.attachment.isFlexible()) return shiftMotion(body, side.attachment.getFrame());
-        const FlexibleFrame& frame = side.attachment.getFlexibleFrame();
-        const FlexibleFramePose pose = calcFramePose(frame, xi.data());
+        const FrameAtXi frame(side.attachment.getFlexibleFrame(), xi.data(),
+                              side.attachment.getFrameOrder(state));
         const BodyFrame bodyFrame{body.X.R(), body.X.p(), ~body.X.R() * body.V[0], body.V[1]};
-        FrameMotion motion = calcFrameMotion(frame, pose, bodyFrame, xiDot.data());
+        FrameMotion motion = frame.calcMotion(bodyFrame, xiDot.data());
         if (!xiDotDot.empty())
-            motion.A = calcFrameAcceleration(frame, pose, bodyFrame, xiDot.data(),
-                                             ~body.X.R() * body.A[0], body.A[1], xiDotDot.data());
+            motion.A = frame.calcAcceleration(bodyFrame, xiDot.data(), ~body.X.R() * body.A[0],
+                                              body.A[1], xiDotDot.data());
         return motion;
     }
 
@@ -155,11 +155,12 @@ private:
             bodyForces[side.body] += SpatialVec(force[0] + r % force[1], force[1]);
             return;
         }
-        const FlexibleFrame& frame = side.attachment.getFlexibleFrame();
         const std::vector<Real> xi = gatherXi(state, side);
+        const FrameAtXi frame(side.attachment.getFlexibleFrame(), xi.data(),
+                              side.attachment.getFrameOrder(state));
         std::vector<Real> modal(side.numModes, 0);
         Vec3 torque_B(0), force_G(0);
-        addInFrameForce(frame, calcFramePose(frame, xi.data()), R, force, torque_B, force_G,
+        addInFrameForce(frame.getTangent(), frame.getPose(), R, force, torque_B, force_G,
                         modal.data());
         bodyForces[side.body] += SpatialVec(R * torque_B, force_G);
         for (int i = 0; i < side.numModes; ++i)

@@ -44,6 +44,7 @@ void printJson(const ReducedBody& body) {
     json.add("inertia", body.inertia);
     json.add("num_modes", body.numModes);
     json.add("frequencies", calcFrequencies(body));
+    json.add("geometric_stiffness", body.stiffening.has_value());
     json.beginArray("interfaces");
     for (const auto& interface : body.interfaces) {
         json.beginObject();
@@ -89,6 +90,9 @@ void printTable(const ReducedBody& body) {
         std::printf("  %-13s %zu nodes, master at %.6g %.6g %.6g m (deck)\n",
                     interface.name.c_str(), interface.nodes.size(), x[0], x[1], x[2]);
     }
+    std::printf("stiffening      %s\n",
+                body.stiffening ? "yes: geometric stiffness by rotation and interface loads"
+                                : "none (simflex reduce --stiffening)");
     std::printf("modes           %d, free-free frequencies in Hz:\n", body.numModes);
     const auto hertz = calcFrequencies(body);
     constexpr size_t kPerLine = 6;

@@ -17,6 +17,7 @@ public:
 
     void add(const std::string& key, const std::string& value) { put(key, quoted(value)); }
     void add(const std::string& key, int value) { put(key, std::to_string(value)); }
+    void add(const std::string& key, bool value) { put(key, value ? "true" : "false"); }
     void add(const std::string& key, double value) { put(key, number(value)); }
 
     /** An array of numbers. **/

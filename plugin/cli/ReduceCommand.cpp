@@ -25,11 +25,15 @@ const std::vector<std::pair<std::string, double>> kPhases = {
     {"constraint modes", 2},  {"normal modes", 42},
     {"orthonormal modes", 2}, {"invariants", 1}};
 
+/** The same for geometric stiffness, with two interfaces and two processors. **/
+const std::vector<std::pair<std::string, double>> kStiffeningPhases = {
+    {"loads that stiffen", 2}, {"geometric stiffness", 400}};
+
 struct ReduceArguments {
     std::string deck, output, name, program;
     std::vector<std::string> interfaces, masters;
     int numModes = 50;
-    bool quiet = false, timings = false;
+    bool stiffening = false, quiet = false, timings = false;
 };
 
 /** Splits "NAME=REST"; @throws CLI::ValidationError if it is not of that form. **/
@@ -65,15 +69,20 @@ void printTimings(const ReductionTimings& t, double deckSeconds) {
     std::printf(
         "deck and CalculiX %.2f s, factor %.2f s (%d DOF, %.1f M entries), constraint modes %.2f "
         "s, normal "
-        "modes %.2f s, orthonormal modes %.2f s, invariants %.2f s, total %.2f s\n",
+        "modes %.2f s, orthonormal modes %.2f s, invariants %.2f s, geometric stiffness %.2f s, "
+        "total %.2f s\n",
         deckSeconds, t.factor, t.numDofs, double(t.numFactorEntries) * 1e-6, t.constraintModes,
-        t.normalModes, t.orthonormalize, t.invariants, deckSeconds + t.total);
+        t.normalModes, t.orthonormalize, t.invariants, t.stiffening, deckSeconds + t.total);
 }
 
 void runReduce(const ReduceArguments& arguments) {
     ReductionOptions options;
     options.interfaces = parseInterfaces(arguments);
     options.numModes = arguments.numModes;
+    if (arguments.stiffening) {
+        options.stiffening.emplace();
+        options.stiffening->program = arguments.program;
+    }
     const std::string output = arguments.output.empty()
                                    ? fs::path(arguments.deck).stem().string() + ".h5"
                                    : arguments.output;
@@ -82,7 +91,10 @@ void runReduce(const ReduceArguments& arguments) {
     if (!fs::is_directory(folder))
         throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
 
-    ProgressBar bar(arguments.quiet, kPhases);
+    auto phases = kPhases;
+    if (arguments.stiffening)
+        phases.insert(phases.end(), kStiffeningPhases.begin(), kStiffeningPhases.end());
+    ProgressBar bar(arguments.quiet, phases);
     const ProgressCallback progress = [&](const std::string& phase, double fraction) {
         return bar.show(phase, fraction);
     };
@@ -104,9 +116,10 @@ void runReduce(const ReduceArguments& arguments) {
     bar.clear();
 
     if (!arguments.quiet)
-        std::printf("%s: %d modes, %zu interfaces, %.6g kg, lowest frequency %.6g Hz -> %s\n",
+        std::printf("%s: %d modes, %zu interfaces, %.6g kg, lowest frequency %.6g Hz%s -> %s\n",
                     body.name.c_str(), body.numModes, body.interfaces.size(), body.mass,
-                    std::sqrt(body.omegaSquared[0]) / (2 * M_PI), output.c_str());
+                    std::sqrt(body.omegaSquared[0]) / (2 * M_PI),
+                    body.stiffening ? ", geometric stiffness" : "", output.c_str());
     if (arguments.timings) printTimings(timings, deckSeconds);
 }
 
@@ -141,6 +154,9 @@ void addReduceCommand(CLI::App& app) {
         ->type_name("PART.h5");
     command->add_option("--name", arguments->name,
                         "name of the part (default: that of the part file)");
+    command->add_flag("--stiffening", arguments->stiffening,
+                      "geometric stiffness too, for fast rotation and large loads on interfaces: 6 "
+                      "static runs of CalculiX and 6 more an interface");
     command->add_option("--ccx", arguments->program,
                         "CalculiX program (default: $SIMFLEX_CCX, else ccx)");
     command->add_flag("-q,--quiet", arguments->quiet, "print errors only");

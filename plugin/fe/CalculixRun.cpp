@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <deque>
 #include <fstream>
 #include <stdexcept>
 #include <thread>
@@ -25,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
-constexpr int kMostErrorLines = 12;
+constexpr int kMostErrorLines = 12, kTailLines = 8;
 
 /** The environment with one thread for ccx. **/
 std::vector<std::string> singleThreadEnvironment() {
@@ -40,8 +41,8 @@ std::vector<std::string> singleThreadEnvironment() {
 }
 
 /** Starts `program argument` in `folder` with its output in `log`; returns the process id. **/
-pid_t start(const std::string& program, const std::string& argument, const fs::path& folder,
-            const fs::path& log) {
+pid_t startProgram(const std::string& program, const std::string& argument, const fs::path& folder,
+                   const fs::path& log) {
     auto environment = singleThreadEnvironment();
     std::vector<char*> env;
     for (std::string& entry : environment) env.push_back(entry.data());
@@ -66,22 +67,11 @@ pid_t start(const std::string& program, const std::string& argument, const fs::p
     return pid;
 }
 
-/** Waits for the process; if progress asks to stop, ends it first. Returns its wait status. **/
-int waitFor(pid_t pid, const ProgressCallback& progress) {
-    int status = 0;
-    while (true) {
-        const pid_t done = waitpid(pid, &status, WNOHANG);
-        if (done == pid) return status;
-        if (done < 0 && errno != EINTR) throw std::runtime_error("lost the CalculiX process");
-        try {
-            reportProgress(progress, "CalculiX assembles K and M", -1);
-        } catch (...) {
-            kill(pid, SIGKILL);
-            waitpid(pid, &status, 0);
-            throw;
-        }
-        std::this_thread::sleep_for(kPollInterval);
-    }
+/** True once the process has ended, with its wait status. **/
+bool hasEnded(pid_t pid, int& status) {
+    const pid_t done = waitpid(pid, &status, WNOHANG);
+    if (done < 0 && errno != EINTR) throw std::runtime_error("lost the CalculiX process");
+    return done == pid;
 }
 
 /** ccx's own *ERROR lines with the lines that go on below them. **/
@@ -101,6 +91,21 @@ std::string errorTextOf(const fs::path& log) {
         result += "\n    " + text.substr(begin);
         ++numLines;
     }
+    return result;
+}
+
+/** The last lines of a file that hold something. **/
+std::string tailOf(const fs::path& log) {
+    std::ifstream in(log);
+    std::deque<std::string> lines;
+    for (std::string text; std::getline(in, text);) {
+        const size_t begin = text.find_first_not_of(' ');
+        if (begin == std::string::npos) continue;
+        lines.push_back("\n    " + text.substr(begin));
+        if (int(lines.size()) > kTailLines) lines.pop_front();
+    }
+    std::string result;
+    for (const std::string& line : lines) result += line;
     return result;
 }
 
@@ -274,7 +279,8 @@ std::string chooseCalculixProgram(const std::string& program) {
 
 std::string readCalculixVersion(const std::string& program) {
     TemporaryFolder folder;
-    waitFor(start(program, "-v", folder.path(), folder.path() / "log"), {});
+    const pid_t pid = startProgram(program, "-v", folder.path(), folder.path() / "log");
+    for (int status = 0; !hasEnded(pid, status);) std::this_thread::sleep_for(kPollInterval);
     std::ifstream in(folder.path() / "log");
     for (std::string text; std::getline(in, text);) {
         const size_t at = text.find("Version ");
@@ -283,21 +289,51 @@ std::string readCalculixVersion(const std::string& program) {
     return "CalculiX";
 }
 
+CalculixProcess::~CalculixProcess() {
+    if (_pid < 0) return;
+    kill(_pid, SIGKILL);
+    waitpid(_pid, &_status, 0);
+}
+
+void CalculixProcess::start(const std::string& program, const fs::path& folder,
+                            const std::string& job) {
+    _program = program;
+    _log = folder / (job + ".log");
+    _pid = startProgram(program, job, folder, _log);
+}
+
+bool CalculixProcess::poll() {
+    if (_pid >= 0 && hasEnded(_pid, _status)) _pid = -1;
+    return _pid < 0;
+}
+
+void CalculixProcess::checkResult() const {
+    const std::string errors = errorTextOf(_log);
+    const bool exited = WIFEXITED(_status);
+    if (exited && WEXITSTATUS(_status) == 127)
+        throw std::runtime_error(
+            "cannot run CalculiX as '" + _program +
+            "'. Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.");
+    if (exited && WEXITSTATUS(_status) == 0 && errors.empty()) return;
+    const std::string text =
+        exited
+            ? "CalculiX refused the deck (exit status " + std::to_string(WEXITSTATUS(_status)) + ")"
+            : "CalculiX was ended by signal " + std::to_string(WTERMSIG(_status));
+    if (!errors.empty()) throw std::runtime_error(text + ":" + errors);
+    const std::string tail = tailOf(_log);
+    throw std::runtime_error(text + " and wrote no *ERROR line" +
+                             (tail.empty() ? "" : "; the end of its output:" + tail));
+}
+
 void runCalculix(const std::string& program, const fs::path& folder, const std::string& job,
                  const ProgressCallback& progress) {
-    const fs::path log = folder / (job + ".log");
-    const int status = waitFor(start(program, job, folder, log), progress);
-    const std::string errors = errorTextOf(log);
-    const bool exited = WIFEXITED(status);
-    if (exited && WEXITSTATUS(status) == 127)
-        throw std::runtime_error(
-            "cannot run CalculiX as '" + program +
-            "'. Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.");
-    if (exited && WEXITSTATUS(status) == 0 && errors.empty()) return;
-    std::string text = exited ? "CalculiX refused the deck (exit status " +
-                                    std::to_string(WEXITSTATUS(status)) + ")"
-                              : "CalculiX was ended by signal " + std::to_string(WTERMSIG(status));
-    throw std::runtime_error(text + (errors.empty() ? " and wrote no *ERROR line" : ":" + errors));
+    CalculixProcess process;
+    process.start(program, folder, job);
+    while (!process.poll()) {
+        reportProgress(progress, "CalculiX assembles K and M", -1);
+        std::this_thread::sleep_for(kPollInterval);
+    }
+    process.checkResult();
 }
 
 void readCalculixMatrices(const fs::path& folder, const std::string& job, FeModel& model,

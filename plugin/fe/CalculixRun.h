@@ -2,6 +2,8 @@
 /** @file
 Runs ccx on a clean deck and reads the matrices it stores. Internal to fe. **/
 
+#include <sys/types.h>
+
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -31,7 +33,32 @@ std::string chooseCalculixProgram(const std::string& program);
 @throws std::runtime_error if it cannot be run. **/
 std::string readCalculixVersion(const std::string& program);
 
-/** Runs `program JOB` in `folder` on one thread, so that the same deck gives the same bits.
+/** `program JOB` in `folder` on one thread, so that the same deck gives the same bits. Ended if it
+still runs when this goes. **/
+class CalculixProcess {
+public:
+    CalculixProcess() = default;
+    ~CalculixProcess();
+    CalculixProcess(const CalculixProcess&) = delete;
+    CalculixProcess& operator=(const CalculixProcess&) = delete;
+
+    /** @throws std::runtime_error if it cannot be started. **/
+    void start(const std::string& program, const std::filesystem::path& folder,
+               const std::string& job);
+    /** True once it has ended. **/
+    bool poll();
+    /** @throws std::runtime_error with ccx's own *ERROR text, or the end of its output, if it
+    failed. @pre poll(). **/
+    void checkResult() const;
+
+private:
+    std::string _program;
+    std::filesystem::path _log;
+    pid_t _pid = -1;
+    int _status = 0;
+};
+
+/** Runs `program JOB` in `folder` as a CalculixProcess, to its end.
 @throws std::runtime_error with ccx's own *ERROR text if it failed. @throws Cancelled. **/
 void runCalculix(const std::string& program, const std::filesystem::path& folder,
                  const std::string& job, const ProgressCallback& progress);

@@ -415,11 +415,15 @@ void writeCard(std::ostream& out, const DeckCard& card) {
 
 }  // namespace
 
+ElementType findSolidType(const std::string& calculixType) {
+    return kSolids.at(calculixType);
+}
+
 DeckModel DeckModel::fromCards(const std::string& path, std::vector<DeckCard> cards) {
     return Builder(path, std::move(cards)).build();
 }
 
-void DeckModel::writeClean(std::ostream& out) const {
+void DeckModel::writeModel(std::ostream& out) const {
     out << "*NODE\n";
     char text[128];
     for (int node = 0; node < mesh.numNodes(); ++node) {
@@ -445,6 +449,10 @@ void DeckModel::writeClean(std::ostream& out) const {
         if (card.keyword == "SOLIDSECTION") bare.data.clear();
         writeCard(out, bare);
     }
+}
+
+void DeckModel::writeClean(std::ostream& out) const {
+    writeModel(out);
     out << "*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n*END STEP\n";
 }
 

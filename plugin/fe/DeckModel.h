@@ -31,9 +31,14 @@ struct DeckModel {
     @throws std::invalid_argument naming file and line for what cannot be a free solid part. **/
     static DeckModel fromCards(const std::string& path, std::vector<DeckCard> cards);
 
-    /** Writes nodes, elements, sets, materials and sections, and a step that stores K and M. No
-    field is longer than the 20 characters that ccx reads. **/
+    /** Writes nodes, elements, sets, materials and sections. No field is longer than the 20
+    characters that ccx reads. **/
+    void writeModel(std::ostream& out) const;
+    /** The same and a step that stores K and M. **/
     void writeClean(std::ostream& out) const;
 };
+
+/** The element type of a CalculiX solid, "C3D8R". @throws std::out_of_range for another type. **/
+ElementType findSolidType(const std::string& calculixType);
 
 }  // namespace simflex

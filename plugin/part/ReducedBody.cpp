@@ -154,6 +154,20 @@ void ReducedBody::validate() const {
                 refuse(name, "interface '" + interface.name + "' names mesh index " +
                                  std::to_string(node) + " of " + std::to_string(mesh.numNodes()));
     }
+    if (!stiffening) return;
+    if (stiffening->interfaces.size() != interfaces.size())
+        refuse(name, "it has geometric stiffness for " +
+                         std::to_string(stiffening->interfaces.size()) + " interfaces, but " +
+                         std::to_string(interfaces.size()) + " interfaces");
+    const auto checkStiffness = [&](const std::array<std::vector<double>, 6>& components) {
+        for (const auto& component : components) {
+            checkSize(name, "geometric stiffness", component.size(), n * n);
+            checkFinite(name, "geometric stiffness", component);
+            checkSymmetry(name, "geometric stiffness", component, numModes, +1);
+        }
+    };
+    checkStiffness(stiffening->turning);
+    for (const auto& components : stiffening->interfaces) checkStiffness(components);
 }
 
 }  // namespace simflex

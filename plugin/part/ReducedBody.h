@@ -11,11 +11,14 @@ Kinetic energy with angular velocity ω in B, and C_a(ξ) = ξᵀN_a:
 
     T = ½ m|v|² + ½ ωᵀ(I₀ + ξᵢ I₁ᵢ + ξᵢξⱼ I₂ᵢⱼ)ω + ωᵀ C ξ̇ + ½|ξ̇|²
 
+With geometric stiffening (see Stiffening) I₂ᵢⱼ is lessened, and interfaces move to second order.
+
 All matrices are column-major. SI units. Standard types only, so that reduction needs no Simbody and
 users no Eigen. **/
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +45,23 @@ public:
         std::string units = "m kg s";
     };
 
+    /** Geometric stiffness by loads in equilibrium with the part's inertia. Loads other than these,
+    such as forces on nodes, stiffen nothing.
+
+    The modes' stiffness under angular velocity ω, forces F_k and moments on the interfaces is
+    Ω² + Σ_ab ω_aω_b K_ab + Σ_k F_k K_k; it enters through the kinematics: I₂ᵢⱼ lessened by K_ab,
+    and displacement and rotation vector of each interface (of exp, see InterfaceKinematics.h) by −½
+    ξᵀK_k ξ.
+    **/
+    struct Stiffening {
+        /** K_ab by component as I₂ (xx yy zz xy xz yz), n_f×n_f, symmetric; a mixed product's half
+        stands for each of ab and ba. **/
+        std::array<std::vector<double>, 6> turning;
+        /** For each interface K_k of unit forces x, y, z and unit moments x, y, z on its master, in
+        B; n_f×n_f, symmetric. **/
+        std::vector<std::array<std::vector<double>, 6>> interfaces;
+    };
+
     std::string name;
     double mass = 0;  ///< m [kg]
     std::array<double, 3>
@@ -54,6 +74,7 @@ public:
     std::array<std::vector<double>, 6> I2;  ///< per component n_f×n_f, symmetric
     std::array<std::vector<double>, 3> N;   ///< N_a, n_f×n_f, antisymmetric: ∑m (φ_i × φ_j)_a
     std::vector<Interface> interfaces;
+    std::optional<Stiffening> stiffening;  ///< if the part was reduced with it
 
     Mesh mesh;                ///< positions are s: from the centre of mass, in B [m]
     std::vector<double> Phi;  ///< (3·numNodes)×n_f mode shapes on the mesh; row 3·node + axis
@@ -72,7 +93,8 @@ public:
     /** The same part with its stiffness multiplied: Ω² ← factor·Ω². **/
     ReducedBody withScaledStiffness(double factor) const;
 
-    /** Checks sizes, finiteness, positive mass and inertia, symmetry of I₂ and antisymmetry of N.
+    /** Checks sizes, finiteness, positive mass and inertia, symmetry of I₂ and K,
+    antisymmetry of N.
     @throws std::invalid_argument that names the part, the quantity, the value found and the value
     allowed. **/
     void validate() const;

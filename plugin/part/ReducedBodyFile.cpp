@@ -113,9 +113,26 @@ void writeMesh(hid_t file, const Mesh& mesh) {
     }
 }
 
+/** Square matrices one behind the other. **/
+template <size_t count>
+void writeSquares(hid_t parent, const std::string& name,
+                  const std::array<std::vector<double>, count>& matrices, hsize_t n) {
+    std::vector<double> joined;
+    for (const auto& matrix : matrices) joined.insert(joined.end(), matrix.begin(), matrix.end());
+    hdf5::write(parent, name, {count, n, n}, joined.data());
+}
+
+template <size_t count>
+void readSquares(hid_t parent, const std::string& name, hsize_t n,
+                 std::array<std::vector<double>, count>& matrices) {
+    const auto joined = hdf5::readNumbers(parent, name, {count, n, n});
+    for (size_t c = 0; c < count; ++c)
+        matrices[c].assign(joined.begin() + c * n * n, joined.begin() + (c + 1) * n * n);
+}
+
 void writeBody(hid_t file, const ReducedBody& body) {
     hdf5::writeText(file, "format", kFormat);
-    hdf5::writeInteger(file, "version", kReducedBodyFileVersion);
+    hdf5::writeInteger(file, "version", body.stiffening ? 2 : 1);
     hdf5::writeText(file, "name", body.name);
     hdf5::writeText(file, "units", body.provenance.units);
     hdf5::writeText(file, "source", body.provenance.source);
@@ -128,14 +145,8 @@ void writeBody(hid_t file, const ReducedBody& body) {
     hdf5::write(file, "inertia", {6}, body.inertia.data());
     hdf5::write(file, "omega_squared", {n}, body.omegaSquared.data());
     hdf5::write(file, "I1", {n, 6}, body.I1.data());
-    std::vector<double> joined;
-    for (const auto& component : body.I2)
-        joined.insert(joined.end(), component.begin(), component.end());
-    hdf5::write(file, "I2", {6, n, n}, joined.data());
-    joined.clear();
-    for (const auto& component : body.N)
-        joined.insert(joined.end(), component.begin(), component.end());
-    hdf5::write(file, "N", {3, n, n}, joined.data());
+    writeSquares(file, "I2", body.I2, n);
+    writeSquares(file, "N", body.N, n);
     hdf5::write(file, "Phi", {n, 3 * hsize_t(body.mesh.numNodes())}, body.Phi.data());
 
     const auto interfaces = hdf5::createGroup(file, "interfaces");
@@ -147,6 +158,14 @@ void writeBody(hid_t file, const ReducedBody& body) {
         hdf5::write(one, "Phi", {n, 3}, interface.Phi.data());
         hdf5::write(one, "Psi", {n, 3}, interface.Psi.data());
         hdf5::write(one, "nodes", {interface.nodes.size()}, interface.nodes.data());
+    }
+    if (body.stiffening) {
+        const auto stiffening = hdf5::createGroup(file, "stiffening");
+        writeSquares(stiffening, "turning", body.stiffening->turning, n);
+        const auto perInterface = hdf5::createGroup(stiffening, "interfaces");
+        index = 0;
+        for (const auto& matrices : body.stiffening->interfaces)
+            writeSquares(perInterface, std::to_string(index++), matrices, n);
     }
     writeMesh(file, body.mesh);
 }
@@ -217,14 +236,10 @@ ReducedBody readBody(hid_t file) {
     body.inertia = readArray<6>(file, "inertia");
     body.omegaSquared = hdf5::readNumbers(file, "omega_squared", {0});
     body.numModes = int(body.omegaSquared.size());
-    const hsize_t n = hsize_t(body.numModes), square = n * n;
+    const hsize_t n = hsize_t(body.numModes);
     body.I1 = hdf5::readNumbers(file, "I1", {n, 6});
-    const auto I2 = hdf5::readNumbers(file, "I2", {6, n, n});
-    for (size_t c = 0; c < 6; ++c)
-        body.I2[c].assign(I2.begin() + c * square, I2.begin() + (c + 1) * square);
-    const auto N = hdf5::readNumbers(file, "N", {3, n, n});
-    for (size_t a = 0; a < 3; ++a)
-        body.N[a].assign(N.begin() + a * square, N.begin() + (a + 1) * square);
+    readSquares(file, "I2", n, body.I2);
+    readSquares(file, "N", n, body.N);
     body.Phi = hdf5::readNumbers(file, "Phi", {n, 3 * hsize_t(body.mesh.numNodes())});
 
     const auto interfaces = hdf5::openGroup(file, "interfaces");
@@ -237,6 +252,15 @@ ReducedBody readBody(hid_t file) {
         interface.Psi = hdf5::readNumbers(one, "Psi", {n, 3});
         interface.nodes = hdf5::readIndices(one, "nodes", {0});
         body.interfaces.push_back(std::move(interface));
+    }
+    if (version >= 2) {
+        const auto stiffening = hdf5::openGroup(file, "stiffening");
+        body.stiffening.emplace();
+        readSquares(stiffening, "turning", n, body.stiffening->turning);
+        const auto perInterface = hdf5::openGroup(stiffening, "interfaces");
+        body.stiffening->interfaces.resize(hdf5::countLinks(perInterface));
+        for (size_t k = 0; k < body.stiffening->interfaces.size(); ++k)
+            readSquares(perInterface, std::to_string(k), n, body.stiffening->interfaces[k]);
     }
     body.validate();
     return body;

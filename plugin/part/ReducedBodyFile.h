@@ -2,10 +2,10 @@
 /** @file
 The HDF5 file of a reduced part, one file per part.
 
-Layout, version 1 (SI units; numbers are 64-bit floats, indices 32-bit integers, little-endian;
+Layout, version 2 (SI units; numbers are 64-bit floats, indices 32-bit integers, little-endian;
 matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r data set):
 
-    /                 attributes: format = "simflex reduced body", version = 1, name, units,
+    /                 attributes: format = "simflex reduced body", version, name, units,
                       source, program, created
     /mass             1                 /center_of_mass    3, deck coordinates
     /inertia          6: xx yy zz xy xz yz about the centre of mass
@@ -13,6 +13,8 @@ matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r dat
     /I2               6×n_f×n_f         /N                 3×n_f×n_f
     /Phi              n_f×(3·nodes), row 3·node + axis
     /interfaces/K     K = 0, 1 …: attribute name; position 3, Phi n_f×3, Psi n_f×3, nodes
+    /stiffening       since version 2, if the part has geometric stiffness: turning 6×n_f×n_f,
+                      interfaces/K 6×n_f×n_f for each interface (see ReducedBody::Stiffening)
     /mesh             node_numbers, positions nodes×3 from the centre of mass
     /mesh/elements/K  attribute type ("Hex8" …); nodes elements×(nodes per element)
     /mesh/node_sets/K attribute name; nodes
@@ -30,8 +32,10 @@ so that a damaged file is found out. A program that edits the file through HDF5 
 
 namespace simflex {
 
-/** Version of the layout that this library writes; it reads this one and all before. **/
-constexpr int kReducedBodyFileVersion = 1;
+/** Newest version of the layout; the library reads this one and all before. A file gets the oldest
+version that can hold its part, so that older programs read it or refuse it, but never leave part of
+it out: 1 without geometric stiffness. **/
+constexpr int kReducedBodyFileVersion = 2;
 
 /** Writes a part. The file appears under its name only when it is complete: it is written beside
 it first and then renamed; nothing is left behind after an error. The same part gives the same

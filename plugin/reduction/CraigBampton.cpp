@@ -90,8 +90,10 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
     if (free.empty()) return basis;
 
     reportProgress(progress, "factoring K", -1);
-    SparseCholesky cholesky;
+    const auto factored = std::make_shared<SparseCholesky>();
+    SparseCholesky& cholesky = *factored;
     factor(cholesky, ties.takeFree(model.K, 3), model, free, options);
+    basis.fixedInterfaces = factored;
     timings.factor = lapTime(lap);
     timings.numFactorEntries = cholesky.numFactorEntries();
 

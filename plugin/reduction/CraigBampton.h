@@ -4,8 +4,10 @@ The Craig–Bampton basis of a part with tied interfaces, and free-free modes of
 Internal to reduction. **/
 
 #include <chrono>
+#include <memory>
 
 #include "InterfaceTie.h"
+#include "SparseCholesky.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
@@ -21,6 +23,8 @@ struct FeProducts {
 struct ModeBasis {
     Shapes Psi;       ///< numDofs×N
     Shapes boundary;  ///< numBoundaryDofs×N: per interface three translations, three rotations
+    /** K_ii of the nodes of no interface, factored; null where all or none are tied. **/
+    std::shared_ptr<const SparseCholesky> fixedInterfaces;
 };
 
 /** Constraint modes, then fixed-interface normal modes: N = options.numModes.

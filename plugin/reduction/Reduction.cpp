@@ -5,6 +5,7 @@
 #include "CraigBampton.h"
 #include "MeanAxis.h"
 #include "ModalInvariants.h"
+#include "Stiffening.h"
 
 namespace simflex {
 
@@ -23,11 +24,12 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
         masters.col(k) = Eigen::Map<const Eigen::Vector3d>(ties.ties()[k].master.data());
 
     const FeProducts products(model);
-    const ModeBasis basis =
-        ties.ties().empty() ? calcFreeBasis(model, products, options, progress, time)
-                            : calcCraigBamptonBasis(model, products, ties, options, progress, time);
+    ModeBasis basis = ties.ties().empty()
+                          ? calcFreeBasis(model, products, options, progress, time)
+                          : calcCraigBamptonBasis(model, products, ties, options, progress, time);
 
     reportProgress(progress, "orthonormal modes", -1);
+    if (!options.stiffening) basis.fixedInterfaces.reset();
     lapTime(lap);
     const RigidMotion rigid = calcRigidMotions(model, products);
     const MeanAxisModes modes = calcMeanAxisModes(options.name, products, rigid, masters, basis);
@@ -39,8 +41,12 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     setModalInvariants(model, products, rigid, modes, ties, body);
     body.provenance.source = model.source;
     body.provenance.program = model.program;
-    body.validate();
     time.invariants = lapTime(lap);
+    if (options.stiffening)
+        body.stiffening = calcStiffening(model, products, rigid, ties, basis, modes,
+                                         *options.stiffening, progress);
+    time.stiffening = lapTime(lap);
+    body.validate();
     time.total = lapTime(start);
     return body;
 }

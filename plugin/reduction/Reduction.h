@@ -42,6 +42,13 @@ struct InterfaceOptions {
         master;  ///< deck coordinates [m]; default: mean of the nodes
 };
 
+/** How geometric stiffness is made: by a static run of CalculiX for each of its 6 + 6·interfaces
+loads, on the model's own deck. **/
+struct StiffeningOptions {
+    std::string program;   ///< of CalculiX; if empty, $SIMFLEX_CCX, else `ccx` on the PATH
+    int numProcesses = 0;  ///< CalculiX runs at the same time; 0: one a processor
+};
+
 struct ReductionOptions {
     std::string name = "part";
     std::vector<InterfaceOptions> interfaces;
@@ -49,6 +56,8 @@ struct ReductionOptions {
     modes; the part gets numModes − 6. Without interfaces: free-free modes, the six rigid ones
     among them. **/
     int numModes = 50;
+    /** Asks for ReducedBody::stiffening. **/
+    std::optional<StiffeningOptions> stiffening;
 };
 
 /** Wall time of the phases [s], and the size of the problem. **/
@@ -58,6 +67,7 @@ struct ReductionTimings {
     double normalModes = 0;      ///< Lanczos
     double orthonormalize = 0;   ///< small pencil, projection, second pencil
     double invariants = 0;
+    double stiffening = 0;  ///< loads, CalculiX, products
     double total = 0;
     int numDofs = 0;            ///< of the finite element model
     long numFactorEntries = 0;  ///< nonzeros of the Cholesky factor
@@ -68,6 +78,8 @@ struct ReductionTimings {
 @throws std::invalid_argument naming part, interface or number, and the cure: an interface with
     an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface; too
     few or too many modes; K singular beyond its six rigid motions.
+@throws std::runtime_error for stiffening, if CalculiX fails (names the load) or the deck has
+changed since the model was read.
 @throws Cancelled if progress asks to stop. **/
 ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
                    const ProgressCallback& progress = {}, ReductionTimings* timings = nullptr);

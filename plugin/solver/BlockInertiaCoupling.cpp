@@ -7,6 +7,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "simflex/body/FlexibleBody.h"
 #include "simflex/body/InertiaCoupling.h"
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/MultibodyEquations.h"
@@ -17,8 +18,9 @@ namespace {
 using namespace SimTK;
 
 /** What the equations' structure depends on in a State: enabled constraints, locks and Motions,
- * Euler angles. **/
-std::vector<char> findConfiguration(const SimbodyMatterSubsystem& matter, const State& state) {
+ * Euler angles, geometric stiffening. **/
+std::vector<char> findConfiguration(const MultibodySystem& system, const State& state) {
+    const SimbodyMatterSubsystem& matter = system.getMatterSubsystem();
     std::vector<char> configuration{char(matter.getUseEulerAngles(state))};
     for (ConstraintIndex i(0); i < matter.getNumConstraints(); ++i)
         configuration.push_back(char(matter.getConstraint(i).isDisabled(state)));
@@ -29,6 +31,10 @@ std::vector<char> findConfiguration(const SimbodyMatterSubsystem& matter, const 
         configuration.push_back(char(mobod.getUMotionMethod(state)));
         configuration.push_back(char(mobod.getUDotMotionMethod(state)));
     }
+    const FlexibleBodySubsystem& flexible = *FlexibleBodySubsystem::find(system);
+    for (int b = 0; b < flexible.getNumBodies(); ++b)
+        configuration.push_back(
+            char(flexible.getBody(FlexibleBodyIndex(b)).isStiffeningEnabled(state)));
     return configuration;
 }
 
@@ -102,7 +108,7 @@ private:
     static constexpr size_t MostKept = 8;
 
     std::unique_ptr<Workspace> take(const State& state) {
-        std::vector<char> configuration = findConfiguration(m_system.getMatterSubsystem(), state);
+        std::vector<char> configuration = findConfiguration(m_system, state);
         {
             const std::lock_guard<std::mutex> lock(m_mutex);
             for (auto found = m_idle.begin(); found != m_idle.end(); ++found) {

@@ -16,7 +16,10 @@ using Eigen::VectorXd;
 
 FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index,
                              const State& state)
-    : m_guts(guts), m_record(guts.body(index)), m_model(*m_record.model), m_n(m_model.n) {
+    : m_guts(guts),
+      m_record(guts.body(index)),
+      m_model(guts.getModel(state, m_record)),
+      m_n(m_model.n) {
     name = m_record.name;
     numQ = 7 + m_n;
     numU = 6 + m_n;
@@ -44,7 +47,21 @@ int FlexibleBlock::addFrame(const FlexibleFrame& frame) {
     const auto found = std::find(known.begin(), known.end(), frame.shapes);
     m_frames.push_back(frame);
     m_interfaces.push_back(found == known.end() ? -1 : int(found - known.begin()));
+    m_curveOf.push_back(-1);
     m_poses.emplace_back();
+    if (m_model.isStiffened && !frame.shapes->curvature.empty()) {
+        size_t curve = 0;
+        while (curve < m_curves.size() && m_curves[curve].shapes != frame.shapes) ++curve;
+        if (curve == m_curves.size()) {
+            auto tangent = std::make_shared<FrameShapes>();
+            tangent->s = frame.shapes->s;
+            tangent->columns = frame.shapes->columns;
+            m_curves.push_back({frame.shapes, tangent, {}});
+        }
+        m_curveOf.back() = int(curve);
+        m_interfaces.back() = -1;
+        m_frames.back().shapes = m_curves[curve].tangent;
+    }
     frames.emplace_back();
     return int(frames.size()) - 1;
 }
@@ -54,8 +71,12 @@ void FlexibleBlock::realize(const EvaluationContext&, const double* q, const dou
     m_body.p_GB = Vec3(q[4], q[5], q[6]);
     m_body.omega_B = Vec3(u[0], u[1], u[2]);
     m_body.v_G = Vec3(u[3], u[4], u[5]);
+    for (Curve& curve : m_curves)
+        curve.atXi = calcTangentShapes(*curve.shapes, q + 7, *curve.tangent);
     for (size_t k = 0; k < m_frames.size(); ++k) {
-        m_poses[k] = calcFramePose(m_frames[k], calcFrameSums(int(k), m_shapesXi, q + 7));
+        const int curve = m_curveOf[k];
+        m_poses[k] = calcFramePose(m_frames[k], curve < 0 ? calcFrameSums(int(k), m_shapesXi, q + 7)
+                                                          : m_curves[size_t(curve)].atXi);
         frames[k] =
             calcFrameMotion(m_poses[k], m_body, calcFrameSums(int(k), m_shapesXiDot, u + 6));
     }
@@ -159,10 +180,16 @@ void FlexibleBlock::addInRow(int frame, const SpatialVec& d, double* row) const 
 
 SpatialVec FlexibleBlock::calcFrameAcceleration(int frame, const double* u,
                                                 const double* uDot) const {
+    FrameSums atXiDotDot = calcFrameSums(frame, m_shapesXiDotDot, uDot + 6);
+    if (m_curveOf[size_t(frame)] >= 0) {
+        const FrameSums more =
+            calcCurvatureSums(*m_curves[size_t(m_curveOf[size_t(frame)])].shapes, u + 6);
+        atXiDotDot.translation += more.translation;
+        atXiDotDot.rotation += more.rotation;
+    }
     return simflex::calcFrameAcceleration(
         m_poses[frame], m_body, calcFrameSums(frame, m_shapesXiDot, u + 6),
-        Vec3(uDot[0], uDot[1], uDot[2]), Vec3(uDot[3], uDot[4], uDot[5]),
-        calcFrameSums(frame, m_shapesXiDotDot, uDot + 6));
+        Vec3(uDot[0], uDot[1], uDot[2]), Vec3(uDot[3], uDot[4], uDot[5]), atXiDotDot);
 }
 
 void FlexibleBlock::calcColumn(int frame, const SpatialVec& d, double* rigid,
@@ -203,18 +230,18 @@ void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, co
         return;
     }
     if (block.part >= 0) return formArrow(factors.mass, block);
-    VectorXd diagonal(m_n);
-    calcDiagonal(factors, diagonal.data());
-    formFullArrow(factors.mass, diagonal, block);
+    formFullArrow(factors.mass, block);
+    Map<MatrixXd>(block.matrix.data(), numU, numU).diagonal().tail(m_n) =
+        (m_damping + factors.stiffness * m_model.omegaSquared).array() + 1 / factors.mass;
 }
 
 void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) const {
     if (block.part >= 0) return formArrow(1, block);
-    formFullArrow(1, VectorXd::Ones(m_n), block);
+    formFullArrow(1, block);
+    Map<MatrixXd>(block.matrix.data(), numU, numU).diagonal().tail(m_n).setOnes();
 }
 
-void FlexibleBlock::formFullArrow(double mass, const VectorXd& diagonal,
-                                  NewtonSystem::Block& block) const {
+void FlexibleBlock::formFullArrow(double mass, NewtonSystem::Block& block) const {
     block.form = NewtonSystem::Block::Form::Symmetric;
     block.matrix.assign(size_t(numU) * size_t(numU), 0);
     Map<MatrixXd> J(block.matrix.data(), numU, numU);
@@ -222,7 +249,6 @@ void FlexibleBlock::formFullArrow(double mass, const VectorXd& diagonal,
     J.diagonal().segment<3>(3).setConstant(m_model.mass / mass);
     J.topRightCorner(3, m_n) = m_data.getCTransposed().transpose() / mass;
     J.bottomLeftCorner(m_n, 3) = m_data.getCTransposed() / mass;
-    J.diagonal().tail(m_n) = diagonal;
 }
 
 void FlexibleBlock::addInCouplingForces(const double* uDot, Vector_<SpatialVec>& bodyForces,

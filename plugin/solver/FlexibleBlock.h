@@ -17,6 +17,9 @@ public:
 
     const FlexibleBodyModel& getModel() const { return m_model; }
     const Eigen::VectorXd& getDamping() const { return m_damping; }
+    /** True if some frame's shapes change with ξ (geometric stiffening): no part can share them.
+     * **/
+    bool hasCurvedFrames() const { return !m_curves.empty(); }
     const FrameShapes* getShapes(int frame) const { return m_frames[size_t(frame)].shapes.get(); }
 
     /** The mode–mode diagonal of the arrow, the same for all bodies of one part and damping. **/
@@ -80,9 +83,8 @@ private:
 
     /** Head and coupling of the arrow, mass entries divided by the mass factor. **/
     void formArrow(double mass, NewtonSystem::Block& block) const;
-    /** The arrow as a full matrix, for a block without part. **/
-    void formFullArrow(double mass, const Eigen::VectorXd& diagonal,
-                       NewtonSystem::Block& block) const;
+    /** The arrow as a full matrix but for its diagonal tail, for a block without part. **/
+    void formFullArrow(double mass, NewtonSystem::Block& block) const;
     /** Sums of a frame: from the products with the interfaces' shapes, or its own for a node. **/
     FrameSums calcFrameSums(int frame, const Eigen::VectorXd& products,
                             const double* coordinates) const;
@@ -97,8 +99,18 @@ private:
     std::vector<int> m_stateQ, m_stateU;  ///< indices of ξ and ξ̇ in Simbody's vectors
     int m_stateFrameU = 0;
 
+    /** An interface that moves to second order: its shapes, and the tangent ones at ξ, which its
+    frames have. **/
+    struct Curve {
+        std::shared_ptr<const FrameShapes> shapes;
+        std::shared_ptr<FrameShapes> tangent;
+        FrameSums atXi;
+    };
+
     std::vector<FlexibleFrame> m_frames;
-    std::vector<int> m_interfaces;  ///< of the part, for each frame; −1: a node
+    std::vector<int> m_interfaces;  ///< of the part, for each frame; −1: a node, or curved
+    std::vector<int> m_curveOf;     ///< for each frame; −1: none
+    std::vector<Curve> m_curves;
     /** Φξ, Ψξ of all interfaces, their rates and accelerations. **/
     Eigen::VectorXd m_shapesXi, m_shapesXiDot, m_shapesXiDotDot;
     std::vector<FlexibleFramePose> m_poses;

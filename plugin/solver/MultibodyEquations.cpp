@@ -359,9 +359,9 @@ void MultibodyEquations::makeBatches() {
 void MultibodyEquations::makeParts() {
     m_partOfBlock.assign(m_blocks.size(), -1);
     for (int b = 0; b < int(m_flexible.size()); ++b) {
-        // Constrained or prescribed modes have no place in an arrow.
+        // Constrained or prescribed modes have no place in an arrow, nor shapes that change.
         const Block& block = *m_blocks[size_t(b)];
-        if (!m_simbodyColumns[size_t(b)].empty() ||
+        if (m_flexible[size_t(b)]->hasCurvedFrames() || !m_simbodyColumns[size_t(b)].empty() ||
             (m_prescribed && m_prescribed->touches(block.firstU, block.numU)))
             continue;
         const auto found = std::find_if(m_parts.begin(), m_parts.end(), [&](const PartGroup& part) {

@@ -85,11 +85,13 @@ void PrintTo(Sides sides, std::ostream* out) {
 
 /** Two flexible bodies, a rigid chain of two and Ground, with one joint; random state off the
  * constraint. **/
-class JointConstraintTest : public ::testing::TestWithParam<std::tuple<Kind, Sides>> {
+class JointConstraintTest
+    : public ::testing::TestWithParam<std::tuple<Kind, Sides, bool /*geometric stiffening*/>> {
 protected:
     JointConstraintTest() {
         matter.setShowDefaultGeometry(false);
         PointMassPartOptions options;
+        if (std::get<2>(GetParam())) options.stiffening = 2;
         first = std::make_unique<FlexibleBody>(flexible, makePointMassPart(options).body, "first");
         options.seed = 2;
         options.numModes = 8;
@@ -230,18 +232,19 @@ protected:
             return;
         }
         const FlexibleBody body = flexible.getBody(attachment.getFlexibleBodyIndex());
-        const FlexibleFrame& frame = attachment.getFlexibleFrame();
         const Vector xi = body.getModalCoordinates(state);
+        const FrameAtXi frame(attachment.getFlexibleFrame(), &xi[0],
+                              attachment.getFrameOrder(state));
         const Rotation R_GB = body.getFramePose(state).R();
-        std::vector<double> row(6 + frame.numModes(), 0.0);
-        addInConstraintRow(frame, calcFramePose(frame, &xi[0]), R_GB, d, row.data());
+        std::vector<double> row(6 + body.getNumModes(), 0.0);
+        addInConstraintRow(frame.getTangent(), frame.getPose(), R_GB, d, row.data());
         const Vec3 atOmega_G = R_GB * Vec3(row[0], row[1], row[2]);
         const int u = int(body.getFrame().getFirstUIndex(state));
         for (int a = 0; a < 3; ++a) {
             rows(k, u + a) += atOmega_G[a];
             rows(k, u + 3 + a) += row[3 + a];
         }
-        for (int i = 0; i < frame.numModes(); ++i)
+        for (int i = 0; i < body.getNumModes(); ++i)
             rows(k, int(body.getModalMobilizer(i / 6).getFirstUIndex(state)) + i % 6) += row[6 + i];
     }
 
@@ -264,10 +267,11 @@ protected:
 
 INSTANTIATE_TEST_SUITE_P(Joints, JointConstraintTest,
                          ::testing::Combine(::testing::ValuesIn(AllKinds),
-                                            ::testing::ValuesIn(AllSides)),
+                                            ::testing::ValuesIn(AllSides), ::testing::Bool()),
                          [](const auto& tested) {
                              return std::string(KindNames[int(std::get<0>(tested.param))]) + "_" +
-                                    SidesNames[int(std::get<1>(tested.param))];
+                                    SidesNames[int(std::get<1>(tested.param))] +
+                                    (std::get<2>(tested.param) ? "_stiffened" : "");
                          });
 
 TEST_P(JointConstraintTest, SimbodysPositionErrorsAreTheJoints) {

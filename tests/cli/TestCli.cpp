@@ -72,6 +72,22 @@ TEST_F(CliTest, ReduceWritesAPartThatInfoShows) {
     EXPECT_EQ(std::count(out.begin(), out.end(), '['), std::count(out.begin(), out.end(), ']'));
 }
 
+TEST_F(CliTest, ReduceMakesGeometricStiffnessOnRequestAndInfoTellsIt) {
+    ASSERT_EQ(run("reduce -q brick.inp -i left=LEFT -m 12 -o plain.h5"), 0) << err;
+    EXPECT_FALSE(readReducedBody(folder / "plain.h5").stiffening);
+    EXPECT_EQ(run("info plain.h5"), 0);
+    EXPECT_THAT(out, ContainsRegex("stiffening +none \\(simflex reduce --stiffening\\)"));
+
+    ASSERT_EQ(run("reduce --stiffening brick.inp -i left=LEFT -m 12 -o part.h5"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("geometric stiffness"));
+    EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
+    EXPECT_TRUE(readReducedBody(folder / "part.h5").stiffening);
+    EXPECT_EQ(run("info part.h5"), 0);
+    EXPECT_THAT(out, ContainsRegex("stiffening +yes"));
+    EXPECT_EQ(run("info part.h5 --json"), 0);
+    EXPECT_THAT(out, HasSubstr("\"geometric_stiffness\": true"));
+}
+
 TEST_F(CliTest, SameDeckGivesTheSameFile) {
     for (const char* name : {"a", "b"})
         ASSERT_EQ(run("reduce -q brick.inp -i left=LEFT -i right=RIGHT -m 20 --name brick -o " +
@@ -118,7 +134,9 @@ struct BadInput {
     const char* message;
 };
 
-void PrintTo(const BadInput& input, std::ostream* stream) { *stream << input.name; }
+void PrintTo(const BadInput& input, std::ostream* stream) {
+    *stream << input.name;
+}
 
 class CliFailure : public CliTest, public ::testing::WithParamInterface<BadInput> {};
 

@@ -155,6 +155,19 @@ std::vector<int> neighboursOf(const Mesh& mesh, int node) {
     return {nodes.begin(), nodes.end()};
 }
 
+/** Six random symmetric matrices. **/
+std::array<std::vector<double>, 6> makeRandomStiffness(int n, double size, std::mt19937& random) {
+    std::uniform_real_distribution<double> entry(-size, size);
+    std::array<std::vector<double>, 6> result;
+    for (auto& matrix : result) {
+        MatrixXd A(n, n);
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i <= j; ++i) A(i, j) = A(j, i) = entry(random);
+        matrix.assign(A.data(), A.data() + A.size());
+    }
+    return result;
+}
+
 }  // namespace
 
 PointMassPart makePointMassPart(const PointMassPartOptions& options) {
@@ -208,6 +221,13 @@ PointMassPart makePointMassPart(const PointMassPartOptions& options) {
         seat.Phi.assign(translation.data(), translation.data() + translation.size());
         seat.Psi.assign(rotation.data(), rotation.data() + rotation.size());
         body->interfaces.push_back(seat);
+    }
+    if (options.stiffening > 0) {
+        body->stiffening.emplace();
+        body->stiffening->turning = makeRandomStiffness(n, options.stiffening, random);
+        for (size_t k = 0; k < seats.size(); ++k)
+            body->stiffening->interfaces.push_back(
+                makeRandomStiffness(n, options.stiffening, random));
     }
     body->provenance.source = "point masses";
     result.body = body;

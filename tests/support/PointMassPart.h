@@ -31,6 +31,8 @@ struct PointMassPartOptions {
     double lowestFrequency = 20;                 ///< [Hz]
     double highestFrequency = 400;  ///< [Hz]; frequencies are random in between, ascending
     int numInterfaces = 2;
+    /** Size of the entries of a random geometric stiffness; 0: the part has none. **/
+    double stiffening = 0;
 };
 
 struct PointMassPart {

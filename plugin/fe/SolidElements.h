@@ -1,0 +1,28 @@
+#pragma once
+/** @file
+Shape functions of the solid elements and CalculiX's integration points. Internal to fe.
+
+Natural coordinates as in CalculiX: hexahedra −1…1; tetrahedra 0…1; wedges 0…1 in the triangle, −1…1
+along their height. **/
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "simflex/part/Mesh.h"
+
+namespace simflex {
+
+/** An integration point: its weight and the gradients of the shape functions in natural coordinates
+there. **/
+struct IntegrationPoint {
+    double weight = 0;
+    std::vector<std::array<double, 3>> gradients;  ///< of each node
+};
+
+/** The points at which CalculiX puts out the stresses of its element type ("C3D8R"), in its order.
+@throws std::invalid_argument for another type. **/
+std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixType,
+                                                    ElementType type);
+
+}  // namespace simflex

@@ -1,0 +1,150 @@
+#include "Stiffening.h"
+
+#include "simflex/fe/GeometricStiffness.h"
+
+namespace simflex {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+constexpr int kAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+
+/** The loads, a column each. **/
+struct Loads {
+    std::vector<std::string> names;
+    Shapes applied;   ///< f, in equilibrium but for the interfaces' unit loads
+    MatrixXd onTies;  ///< 6·interfaces×loads: forces and moments on the interfaces' masters
+};
+
+/** −ω×(ω×s) for a unit of ω_aω_b, both orders. **/
+Vector3d calcCentrifugalAcceleration(int a, int b, const Vector3d& s) {
+    if (a == b) return s - s[a] * Vector3d::Unit(a);
+    return -(s[b] * Vector3d::Unit(a) + s[a] * Vector3d::Unit(b));
+}
+
+Loads makeLoads(const FeModel& model, const FeProducts& products, const RigidMotion& rigid,
+                const InterfaceTies& ties) {
+    const int numTies = int(ties.ties().size()), count = 6 + 6 * numTies;
+    Loads loads;
+    Shapes acceleration = Shapes::Zero(model.K.size, count);
+    MatrixXd resultant = MatrixXd::Zero(6, count);  // about the centre of mass
+    loads.onTies = MatrixXd::Zero(6 * numTies, count);
+    for (int c = 0; c < 6; ++c) {
+        const int a = kAxes[c][0], b = kAxes[c][1];
+        loads.names.push_back(std::string("turning ") + "xyz"[a] + "xyz"[b]);
+        for (int node = 0; node < model.mesh.numNodes(); ++node)
+            acceleration.block<3, 1>(3 * node, c) = calcCentrifugalAcceleration(
+                a, b,
+                Eigen::Map<const Vector3d>(&model.mesh.positions[3 * size_t(node)]) - rigid.center);
+    }
+    for (int k = 0; k < 6 * numTies; ++k) {
+        const auto& tie = ties.ties()[size_t(k / 6)];
+        loads.names.push_back(std::string(k % 6 < 3 ? "force " : "moment ") + "xyz"[k % 3] +
+                              " on interface '" + tie.name + "'");
+        loads.onTies(k, 6 + k) = 1;
+        Eigen::Matrix<double, 6, 6> atMaster = Eigen::Matrix<double, 6, 6>::Identity();
+        atMaster.topRows<3>() =
+            calcRigidMotion(Eigen::Map<const Vector3d>(tie.master.data()) - rigid.center);
+        resultant.col(6 + k) = atMaster.row(k % 6).transpose();
+    }
+    loads.applied = products.m.multiplyPerAxis(acceleration);
+    const Shapes MR = products.m.multiplyPerAxis(rigid.R);
+    const Eigen::LDLT<MatrixXd> RMR(MatrixXd(rigid.R.transpose() * MR));
+    for (int pass = 0; pass < 2; ++pass) {  // twice, for round-off
+        const MatrixXd rest = rigid.R.transpose() * loads.applied + resultant;
+        loads.applied -= MR * RMR.solve(rest);
+    }
+    return loads;
+}
+
+/** Displacements under the loads, up to a rigid motion. **/
+Shapes solve(const FeModel& model, const FeProducts& products, const InterfaceTies& ties,
+             const ModeBasis& basis, const Loads& loads) {
+    const Eigen::Index numBoundary = ties.numBoundaryDofs(), count = loads.applied.cols();
+    // The first interface held: in equilibrium it carries nothing.
+    const Shapes constraint = basis.Psi.leftCols(numBoundary);
+    Shapes u = Shapes::Zero(model.K.size, count);
+    if (numBoundary > 6) {
+        const Eigen::Index rest = numBoundary - 6;
+        const MatrixXd stiffness = constraint.transpose() * products.K.multiply(constraint);
+        const MatrixXd force = constraint.transpose() * loads.applied + loads.onTies;
+        u = constraint.rightCols(rest) *
+            stiffness.bottomRightCorner(rest, rest).ldlt().solve(force.bottomRows(rest));
+    }
+    const auto& free = ties.freeNodes();
+    if (free.empty()) return u;
+    MatrixXd onFree(3 * Eigen::Index(free.size()), count);
+    for (size_t k = 0; k < free.size(); ++k)
+        onFree.middleRows<3>(3 * Eigen::Index(k)) = loads.applied.middleRows<3>(3 * free[k]);
+    const MatrixXd inside = basis.fixedInterfaces->solve(onFree);
+    for (size_t k = 0; k < free.size(); ++k)
+        u.middleRows<3>(3 * free[k]) += inside.middleRows<3>(3 * Eigen::Index(k));
+    return u;
+}
+
+std::vector<double> toVector(const MatrixXd& A) {
+    return {A.data(), A.data() + A.size()};
+}
+
+}  // namespace
+
+ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& products,
+                                       const RigidMotion& rigid, const InterfaceTies& ties,
+                                       const ModeBasis& basis, const MeanAxisModes& modes,
+                                       const StiffeningOptions& options,
+                                       const ProgressCallback& progress) {
+    reportProgress(progress, "loads that stiffen", -1);
+    const Loads loads = makeLoads(model, products, rigid, ties);
+    Shapes tieForces = Shapes::Zero(model.K.size, loads.applied.cols());  // c, on tied nodes alone
+    if (!ties.ties().empty()) {
+        tieForces = products.K.multiply(solve(model, products, ties, basis, loads)) - loads.applied;
+        for (const int node : ties.freeNodes()) tieForces.middleRows<3>(3 * node).setZero();
+    }
+    const Shapes total = loads.applied + tieForces;
+
+    const Eigen::Index count = total.cols();
+    std::vector<PrestressLoad> prestress;
+    for (Eigen::Index c = 0; c < count; ++c) {
+        const Eigen::VectorXd force = total.col(c);
+        prestress.push_back({loads.names[size_t(c)], {force.data(), force.data() + force.size()}});
+    }
+    std::vector<MatrixXd> K{size_t(count)};
+    PrestressOptions prestressOptions;
+    prestressOptions.program = options.program;
+    prestressOptions.numProcesses = options.numProcesses;
+    prestressOptions.progress = progress;
+    calcGeometricStiffness(
+        model, prestress, prestressOptions, [&](int load, const SymmetricMatrix& k) {
+            K[size_t(load)] = modes.Phi.transpose() * FullRows(k).multiplyPerAxis(modes.Phi);
+        });
+
+    for (Eigen::Index c = 0; c < count; ++c) {
+        MatrixXd& ofLoad = K[size_t(c)];
+        for (size_t j = 0; j < ties.ties().size(); ++j) {
+            const auto& tie = ties.ties()[j];
+            Matrix3d S = Matrix3d::Zero();
+            for (const int node : tie.nodes) {
+                const Vector3d arm =
+                    Eigen::Map<const Vector3d>(&model.mesh.positions[3 * size_t(node)]) -
+                    Eigen::Map<const Vector3d>(tie.master.data());
+                const Vector3d force = tieForces.block<3, 1>(3 * node, c);
+                S += 0.5 * (force * arm.transpose() + arm * force.transpose());
+            }
+            const MatrixXd Psi = modes.boundary.middleRows(6 * Eigen::Index(j) + 3, 3);
+            ofLoad += Psi.transpose() * (S - S.trace() * Matrix3d::Identity()) * Psi;
+        }
+        ofLoad = 0.5 * (ofLoad + ofLoad.transpose()).eval();
+    }
+
+    ReducedBody::Stiffening stiffening;
+    for (size_t c = 0; c < 6; ++c)
+        stiffening.turning[c] = toVector(kAxes[c][0] == kAxes[c][1] ? K[c] : 0.5 * K[c]);
+    stiffening.interfaces.resize(ties.ties().size());
+    for (size_t k = 0; k < 6 * ties.ties().size(); ++k)
+        stiffening.interfaces[k / 6][k % 6] = toVector(K[6 + k]);
+    return stiffening;
+}
+
+}  // namespace simflex

@@ -1,0 +1,274 @@
+// Geometric stiffness against closed forms: stresses known exactly, integrated over the mode
+// shapes.
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Dense>
+#include <filesystem>
+#include <iomanip>
+#include <sstream>
+
+#include "fe/TestDecks.h"
+#include "simflex/fe/CalculixDeck.h"
+#include "simflex/part/ReducedBodyFile.h"
+#include "simflex/reduction/Reduction.h"
+
+namespace simflex {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using ::testing::AllOf;
+using testing::Brick;
+using ::testing::HasSubstr;
+using testing::TestFolder;
+
+/** A slender bar without Poisson's effect, tied at both ends: its stresses have closed forms. **/
+Brick makeBar() {
+    Brick bar;
+    bar.size = {1.0, 0.03, 0.02};
+    bar.elements = {20, 2, 2};
+    bar.nu = 0;
+    return bar;
+}
+
+ReducedBody reduceDeck(const TestFolder& folder, const std::string& text, int numModes = 16) {
+    testing::writeText(folder / "bar.inp", text);
+    ReductionOptions options;
+    options.interfaces = {{"left", "LEFT"}, {"right", "RIGHT"}};
+    options.numModes = numModes;
+    options.stiffening.emplace();
+    return reduce(readCalculixDeck(folder / "bar.inp"), options);
+}
+
+Eigen::Map<const MatrixXd> asMatrix(const ReducedBody& part, const std::vector<double>& values) {
+    return {values.data(), part.numModes, part.numModes};
+}
+
+/** ∫ N(x)/A Σ_k (∂u_k/∂x)ᵢ (∂u_k/∂x)ⱼ dV with the trilinear shapes of 8-node bricks, N the same all
+over an element: the work of an axial stress on the second-order strain. **/
+template <class Force>
+MatrixXd integrateTension(const ReducedBody& part, const Brick& bar, const Force& N) {
+    const Eigen::Map<const MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(), part.numModes);
+    const double dx = bar.size[0] / bar.elements[0];
+    const double volume = bar.size[0] * bar.size[1] * bar.size[2] /
+                          (bar.elements[0] * bar.elements[1] * bar.elements[2]);
+    MatrixXd K = MatrixXd::Zero(part.numModes, part.numModes);
+    const auto& nodes = part.mesh.elements.at(0).nodes;
+    const double g = bar.type == "C3D8R" ? 0 : 1 / std::sqrt(3.0);
+    for (size_t e = 0; e < nodes.size(); e += 8) {
+        const double x = part.mesh.position(nodes[e])[0] + part.centerOfMass[0] + 0.5 * dx;
+        for (double eta : {-g, g})
+            for (double zeta : {-g, g}) {
+                // ∂u/∂x is linear across the section and the same along x.
+                MatrixXd slope = MatrixXd::Zero(3, part.numModes);
+                static const int corner[4][2] = {{-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
+                static const int front[4] = {1, 2, 5, 6}, back[4] = {0, 3, 4, 7};
+                for (int k = 0; k < 4; ++k) {
+                    const double weight =
+                        0.25 * (1 + corner[k][0] * eta) * (1 + corner[k][1] * zeta) / dx;
+                    slope += weight * (Phi.middleRows<3>(3 * nodes[e + size_t(front[k])]) -
+                                       Phi.middleRows<3>(3 * nodes[e + size_t(back[k])]));
+                }
+                K += N(x) / (bar.size[1] * bar.size[2]) * 0.25 * volume * slope.transpose() * slope;
+            }
+    }
+    return K;
+}
+
+/** The deck of a bar turned about z. **/
+std::string turnDeck(const std::string& text, double angle) {
+    std::istringstream in(text);
+    std::ostringstream out;
+    out << std::setprecision(14);
+    bool inNodes = false;
+    for (std::string line; std::getline(in, line);) {
+        if (line[0] == '*') inNodes = line == "*NODE";
+        int node = 0;
+        double x = 0, y = 0, z = 0;
+        if (inNodes && std::sscanf(line.c_str(), "%d,%lf,%lf,%lf", &node, &x, &y, &z) == 4)
+            out << node << "," << std::cos(angle) * x - std::sin(angle) * y << ","
+                << std::sin(angle) * x + std::cos(angle) * y << "," << z << "\n";
+        else
+            out << line << "\n";
+    }
+    return out.str();
+}
+
+/** Σ_ab ω_aω_b K_ab. **/
+MatrixXd turningStiffness(const ReducedBody& part, const Vector3d& omega) {
+    const double products[6] = {omega[0] * omega[0],     omega[1] * omega[1],
+                                omega[2] * omega[2],     2 * omega[0] * omega[1],
+                                2 * omega[0] * omega[2], 2 * omega[1] * omega[2]};
+    MatrixXd K = MatrixXd::Zero(part.numModes, part.numModes);
+    for (size_t c = 0; c < 6; ++c) K += products[c] * asMatrix(part, part.stiffening->turning[c]);
+    return K;
+}
+
+/** Rotations θ_y and θ_z of the sections across x in a mode, from the axial displacement of their
+corners. **/
+std::vector<Vector3d> calcSectionRotations(const ReducedBody& part, const Brick& bar, int mode) {
+    const Eigen::Map<const MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(), part.numModes);
+    std::vector<Vector3d> rotations(size_t(bar.elements[0]) + 1, Vector3d::Zero());
+    for (int node = 0; node < part.mesh.numNodes(); ++node) {
+        const auto s = part.mesh.position(node);
+        if (std::abs(s[1]) < 0.4 * bar.size[1] || std::abs(s[2]) < 0.4 * bar.size[2]) continue;
+        const double x = (s[0] + part.centerOfMass[0]) / bar.size[0] * bar.elements[0];
+        Vector3d& theta = rotations[size_t(std::lround(x))];
+        theta[1] += 0.25 * Phi(3 * node, mode) / s[2];  // u_x = θ_y z − θ_z y
+        theta[2] -= 0.25 * Phi(3 * node, mode) / s[1];
+    }
+    return rotations;
+}
+
+class StiffeningTest : public ::testing::Test {
+protected:
+    TestFolder folder;
+};
+
+TEST_F(StiffeningTest, PulledBarHasTheWorkOfItsTensionOnTheSlopes) {
+    const Brick bar = makeBar();
+    const ReducedBody part = reduceDeck(folder, bar.text());
+    // Pulled at one end and held back by inertia, N falls linearly to zero at the other.
+    const MatrixXd expected =
+        integrateTension(part, bar, [&](double x) { return x / bar.size[0]; });
+    const auto K = asMatrix(part, part.stiffening->interfaces[1][0]);
+    // CalculiX prints seven digits.
+    EXPECT_LT((K - expected).cwiseAbs().maxCoeff(), 1e-6 * expected.cwiseAbs().maxCoeff());
+}
+
+TEST_F(StiffeningTest, TurningBarHasTheWorkOfItsCentrifugalTension) {
+    const Brick bar = makeBar();
+    const ReducedBody part = reduceDeck(folder, bar.text());
+    const double rhoA = bar.rho * bar.size[1] * bar.size[2], L = bar.size[0];
+    const double dx = L / bar.elements[0];
+    const MatrixXd expected = integrateTension(part, bar, [&](double x) {
+        const double s = x - 0.5 * L;  // mean over the element
+        return 0.5 * rhoA * (0.25 * L * L - s * s - dx * dx / 12);
+    });
+    // Four bending modes; in a torsion mode the section's own centrifugal stress counts.
+    const double largest = expected.topLeftCorner(4, 4).cwiseAbs().maxCoeff();
+    for (int axis : {1, 2}) {
+        const MatrixXd K = turningStiffness(part, Vector3d::Unit(axis));
+        // The section's own centrifugal stress is (0.03/1)² of the axial one in the middle, more
+        // towards the ends.
+        EXPECT_LT((K - expected).topLeftCorner(4, 4).cwiseAbs().maxCoeff(), 2e-3 * largest);
+    }
+    EXPECT_LT(turningStiffness(part, Vector3d::UnitX()).topLeftCorner(4, 4).cwiseAbs().maxCoeff(),
+              2e-3 * largest);
+}
+
+TEST_F(StiffeningTest, MixedProductsTurnWithThePart) {
+    const Brick bar = makeBar();
+    const ReducedBody straight = reduceDeck(folder, bar.text());
+    const double angle = 0.6;
+    const ReducedBody turned = reduceDeck(folder, turnDeck(bar.text(), angle));
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(angle, Vector3d::UnitZ()).toRotationMatrix();
+    // Signs of modes are free.
+    const auto compare = [&](const MatrixXd& A, const MatrixXd& B) {
+        EXPECT_LT((A.cwiseAbs() - B.cwiseAbs()).topLeftCorner(8, 8).cwiseAbs().maxCoeff(),
+                  1e-5 * B.cwiseAbs().maxCoeff());
+    };
+    for (const Vector3d& omega : {Vector3d(1, 2, 3), Vector3d(-2, 1, 0.5), Vector3d(0, 1, -1)})
+        compare(turningStiffness(turned, R * omega), turningStiffness(straight, omega));
+    for (size_t interface : {0, 1})
+        for (size_t first : {0, 3}) {  // forces, moments
+            const auto& ofTurned = turned.stiffening->interfaces[interface];
+            const auto& ofStraight = straight.stiffening->interfaces[interface];
+            const Vector3d load = R * Vector3d(0, 1, 0);
+            compare(load[0] * asMatrix(turned, ofTurned[first]) +
+                        load[1] * asMatrix(turned, ofTurned[first + 1]),
+                    asMatrix(straight, ofStraight[first + 1]));
+        }
+}
+
+// Bent in two planes and not twisted, the sections of a rod turn about its axis all the same: with
+// R' = R [κ]× the rotation vector is θ + ½∫θ×θ' ds to second order (Magnus).
+TEST_F(StiffeningTest, MomentsOnInterfacesGiveTheSecondOrderRotationOfABentRod) {
+    Brick bar = makeBar();
+    bar.elements = {40, 2, 2};
+    const ReducedBody part = reduceDeck(folder, bar.text());
+    const auto secondOrder = [&](size_t interface, int i, int j) {
+        // −½ξᵀKξ for ξ = e_i + e_j, but for the squares.
+        return -asMatrix(part, part.stiffening->interfaces[interface][3])(i, j);
+    };
+    int compared = 0;
+    for (int i = 0; i < 5; ++i)
+        for (int j = i + 1; j < 5; ++j) {
+            const auto a = calcSectionRotations(part, bar, i),
+                       b = calcSectionRotations(part, bar, j);
+            // ½∫(θ_a+θ_b)×(θ_a+θ_b)' but for a×a', b×b': exact for θ linear between sections.
+            double twist = 0, size = 0;
+            for (size_t k = 0; k + 1 < a.size(); ++k) {
+                twist += 0.5 * (a[k].cross(b[k + 1]) + b[k].cross(a[k + 1]))[0];
+                size = std::max(size, a[k].norm() * b[k].norm());
+            }
+            if (std::abs(twist) < 0.1 * size) continue;  // of one plane
+            EXPECT_NEAR(secondOrder(1, i, j) - secondOrder(0, i, j), twist, 0.01 * size)
+                << "modes " << i << " and " << j;
+            ++compared;
+        }
+    EXPECT_GE(compared, 3);
+}
+
+TEST_F(StiffeningTest, PartFileKeepsGeometricStiffnessAndOlderFilesHaveNone) {
+    const Brick bar = makeBar();
+    ReducedBody part = reduceDeck(folder, bar.text());
+    writeReducedBody(folder / "part.h5", part);
+    const ReducedBody same = readReducedBody(folder / "part.h5");
+    ASSERT_TRUE(same.stiffening);
+    EXPECT_EQ(same.stiffening->turning, part.stiffening->turning);
+    EXPECT_EQ(same.stiffening->interfaces, part.stiffening->interfaces);
+    part.stiffening.reset();
+    writeReducedBody(folder / "plain.h5", part);
+    EXPECT_FALSE(readReducedBody(folder / "plain.h5").stiffening);
+}
+
+TEST_F(StiffeningTest, TheSameBitsForAnyNumberOfProcesses) {
+    testing::writeText(folder / "bar.inp", makeBar().text());
+    const FeModel model = readCalculixDeck(folder / "bar.inp");
+    ReductionOptions options;
+    options.interfaces = {{"left", "LEFT"}};
+    options.numModes = 12;
+    std::vector<ReducedBody> parts;
+    for (int processes : {1, 3}) {
+        options.stiffening = StiffeningOptions{"", processes};
+        parts.push_back(reduce(model, options));
+    }
+    EXPECT_EQ(parts[0].stiffening->turning, parts[1].stiffening->turning);
+    EXPECT_EQ(parts[0].stiffening->interfaces, parts[1].stiffening->interfaces);
+    EXPECT_TRUE(folder.listTemporaryFiles().empty());
+}
+
+TEST_F(StiffeningTest, AFailingCalculixIsNamedWithItsLoadAndOutput) {
+    testing::writeText(folder / "bar.inp", makeBar().text());
+    const FeModel model = readCalculixDeck(folder / "bar.inp");
+    testing::writeText(folder / "ccx", "#!/bin/sh\necho about to fail\nexit 3\n");
+    std::filesystem::permissions(folder / "ccx", std::filesystem::perms::owner_all);
+    ReductionOptions options;
+    options.numModes = 12;
+    options.stiffening = StiffeningOptions{folder / "ccx", 1};
+    try {
+        reduce(model, options);
+        FAIL() << "no exception";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), AllOf(HasSubstr("bar.inp"), HasSubstr("turning xx"),
+                                        HasSubstr("exit status 3"), HasSubstr("about to fail")));
+    }
+    EXPECT_TRUE(folder.listTemporaryFiles().empty());
+}
+
+TEST_F(StiffeningTest, ADeckChangedMeanwhileIsRefused) {
+    testing::writeText(folder / "bar.inp", makeBar().text());
+    const FeModel model = readCalculixDeck(folder / "bar.inp");
+    Brick other = makeBar();
+    other.size[0] = 0.9;
+    testing::writeText(folder / "bar.inp", other.text());
+    ReductionOptions options;
+    options.numModes = 12;
+    options.stiffening.emplace();
+    EXPECT_THROW(reduce(model, options), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace simflex
