@@ -14,12 +14,21 @@ using namespace SimTK;
 using ::Eigen::Map;
 using ::Eigen::MatrixXd;
 
+namespace {
+
+Real checkInterval(Real interval) {
+    if (interval > 0) return interval;
+    throw std::invalid_argument("LinearRangeReporter: the interval is " + std::to_string(interval) +
+                                " s; it must be positive");
+}
+
+}  // namespace
+
 LinearRangeReporter::LinearRangeReporter(const FlexibleBodySubsystem& subsystem, Real interval,
                                          Warn warn)
-    : PeriodicEventReporter(interval), m_subsystem(subsystem), m_warn(std::move(warn)) {
-    if (!(interval > 0))
-        throw std::invalid_argument("LinearRangeReporter: the interval is " +
-                                    std::to_string(interval) + " s; it must be positive");
+    : PeriodicEventReporter(checkInterval(interval)),
+      m_subsystem(subsystem),
+      m_warn(std::move(warn)) {
     if (!m_warn) m_warn = [](const std::string& text) { std::cerr << "simflex: " << text << '\n'; };
 }
 

@@ -89,8 +89,9 @@ TEST_F(LinearRangeTest, LargeRotationsOfInterfacesAreNamed) {
         // The other interface may turn further and be named instead: it is the first to pass.
         Real other = 0;
         for (int a = 0; a < 3; ++a) other += square(part->interfaces[0].Psi[size_t(a)] * xi[0]);
-        if (std::sqrt(other) <= LinearRangeReporter::LargestRotation)
+        if (std::sqrt(other) <= LinearRangeReporter::LargestRotation) {
             EXPECT_EQ(isNamed, angle > 0.2);
+        }
     }
 }
 
