@@ -32,6 +32,7 @@ struct EvaluationContext {
      * Simbody. **/
     const SimTK::State* state = nullptr;
     double time = 0;
+    double loadFraction = 1;  ///< of the loads on whole blocks
 };
 
 class Block {

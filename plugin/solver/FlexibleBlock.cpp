@@ -148,10 +148,10 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, const double*
     m_loads.setZero();
     addInLoads(m_record.loads, context.time, m_body.R_GB, q + 7, torque_B, force_G, m_loads.data());
     for (int a = 0; a < 3; ++a) {
-        r[a] -= torque_B[a];
-        r[3 + a] -= force_G[a];
+        r[a] -= context.loadFraction * torque_B[a];
+        r[3 + a] -= context.loadFraction * force_G[a];
     }
-    for (int i = 0; i < m_n; ++i) r[6 + i] -= m_loads[i];
+    for (int i = 0; i < m_n; ++i) r[6 + i] -= context.loadFraction * m_loads[i];
 }
 
 void FlexibleBlock::subtractForce(int frame, const SpatialVec& F_G, double* r) const {

@@ -482,6 +482,32 @@ std::string MultibodyEquations::describeRow(int row) const {
     return "equation " + std::to_string(row - first + 1) + " of '" + getJointName(row) + "'";
 }
 
+MotionLevel MultibodyEquations::getRowLevel(int row) const {
+    if (row < m_firstSimbodyRow) return MotionLevel::Position;
+    return m_constraints->getLevel(row - m_firstSimbodyRow);
+}
+
+bool MultibodyEquations::isPrescribed(int speed) const {
+    return m_prescribed && m_prescribed->touches(speed, 1);
+}
+
+bool MultibodyEquations::findRigidSlots(MobilizedBodyIndex body, int& q0, int& nq, int& u0) const {
+    const int b = findBlock(body), tree = b - numFlexibleBlocks();
+    if (tree < 0) return false;
+    const RigidTree::Slots slots = m_rigid[size_t(tree)]->findSlots(body);
+    q0 = m_blocks[size_t(b)]->firstQ + slots.q0;
+    nq = slots.nq;
+    u0 = m_blocks[size_t(b)]->firstU + slots.u0;
+    return true;
+}
+
+void MultibodyEquations::setLoadFraction(double fraction) {
+    if (m_fullGravity.atBody.empty()) m_fullGravity = m_gravity;
+    m_loadFraction = m_context.loadFraction = fraction;
+    for (size_t i = 0; i < m_gravity.atBody.size(); ++i)
+        m_gravity.atBody[i] = fraction * m_fullGravity.atBody[i];
+}
+
 //---------------------------------------------------------------------------------------------------------
 // evaluation
 
@@ -575,6 +601,8 @@ void MultibodyEquations::realizeBlocks(double time, const double* q, const doubl
             element.forces[unsigned(k)] = SpatialVec(Vec3(0), Vec3(0));
         }
         element.element->addInForces(time, element.motions, element.forces);
+        if (m_loadFraction != 1)
+            for (SpatialVec& force : element.forces) force *= m_loadFraction;
     }
 }
 
@@ -669,6 +697,10 @@ void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u,
     } else if (m_hasForeignForces) {
         m_bodyForces = m_system.getRigidBodyForces(*m_now, Stage::Dynamics);
         m_mobilityForces = m_system.getMobilityForces(*m_now, Stage::Dynamics);
+        if (m_loadFraction != 1) {
+            m_bodyForces *= m_loadFraction;
+            m_mobilityForces *= m_loadFraction;
+        }
     } else if (m_constraints) {
         m_bodyForces.resize(m_system.getMatterSubsystem().getNumBodies());
         m_bodyForces = SpatialVec(Vec3(0), Vec3(0));

@@ -54,6 +54,21 @@ public:
     /** "equation 4 of 'gudgeon pin'": a constraint row for people. **/
     std::string describeRow(int row) const;
 
+    /** Level at which a constraint row holds; joints hold positions. **/
+    MotionLevel getRowLevel(int row) const;
+    /** True if a lock or Motion prescribes this speed, at whatever level. **/
+    bool isPrescribed(int speed) const;
+    /** Blocks 0 … n−1 are flexible bodies: q = (quaternion, p_GB, ξ), u = (ω_B, v_G, ξ̇). **/
+    int numFlexibleBlocks() const { return int(m_flexible.size()); }
+    const SimTK::SimbodyMatterSubsystem& getMatter() const { return m_system.getMatterSubsystem(); }
+    /** Where a body's coordinates and speeds stand in the solver's vectors, if it belongs to a
+     * rigid tree. @returns false if not. **/
+    bool findRigidSlots(SimTK::MobilizedBodyIndex body, int& q0, int& nq, int& u0) const;
+
+    /** Applies this part of gravity and of all force elements, Simbody's included, from the next
+     * realize() on; 1 unless told. **/
+    void setLoadFraction(double fraction);
+
     /** Threads to use at most; models of few or small bodies get fewer. **/
     void setNumThreads(int most);
     int getNumThreads() const { return m_numThreads; }
@@ -243,7 +258,8 @@ private:
     const SimTK::State* m_now = &m_private;  ///< on which Simbody is asked
     SimTK::State m_zState;  ///< on which Simbody evaluates ż; empty if there are no z
     int m_numZ = 0, m_numSimbodyU = 0;
-    GravityField m_gravity;
+    GravityField m_gravity, m_fullGravity;
+    double m_loadFraction = 1;
     bool m_hasForeignForces = false;
     bool m_needsSimbody = false;
     EvaluationContext m_context;

@@ -1,0 +1,231 @@
+#include "simflex/solver/Eigenmodes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "simflex/solver/SimbodyNumbering.h"
+
+namespace simflex {
+
+using namespace SimTK;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double RoundOff = 1e-11;  // of scaled matrices, whose entries are of order 1
+constexpr double ZeroStiffness = 1e-12;
+
+/** λ²M + λD + K in coordinates y with λ = s·ν, where all matrices have entries of order 1 or less.
+ * **/
+struct ReducedPencil {
+    MatrixXd M, D, K;
+    MatrixXd basis;  ///< δ = basis·y, all speeds
+    double rate;     ///< s [1/s]
+};
+
+struct Pair {
+    Complex nu;
+    VectorXcd y;
+};
+
+MatrixXd select(const Matrix& from, const std::vector<int>& rows, const std::vector<int>& columns) {
+    MatrixXd to(rows.size(), columns.size());
+    for (size_t j = 0; j < columns.size(); ++j)
+        for (size_t i = 0; i < rows.size(); ++i) to(i, j) = from(rows[i], columns[j]);
+    return to;
+}
+
+/** The square of a rate that modes of interest compare with: of the softest mode of a flexible
+ * part, or of a rigid system's stiffest or fastest coordinate. **/
+double chooseReference(const MatrixXd& M, const MatrixXd& D, const MatrixXd& K,
+                       const std::vector<char>& isModal) {
+    double lowest = 0, largest = 0;
+    for (Eigen::Index i = 0; i < M.rows(); ++i) {
+        const double ratio = std::abs(K(i, i)) / M(i, i);
+        largest = std::max(largest, ratio);
+        for (Eigen::Index j = 0; j < M.rows(); ++j)
+            largest = std::max(largest, D(i, j) * D(i, j) / (M(i, i) * M(j, j)));
+        if (isModal[size_t(i)] && ratio > 0 && (lowest == 0 || ratio < lowest)) lowest = ratio;
+    }
+    return lowest > 0 ? lowest : largest > 0 ? largest : 1;
+}
+
+ReducedPencil reducePencil(const Linearization& linear) {
+    std::vector<int> free, rows;
+    const int n = linear.M.nrow();
+    std::vector<char> isModal;
+    for (int i = 0; i < n; ++i) {
+        if (linear.isHeld[unsigned(i)]) continue;
+        free.push_back(i);
+        isModal.push_back(linear.isModal[unsigned(i)] != 0);
+    }
+    for (int k = 0; k < linear.G.nrow(); ++k) rows.push_back(k);
+    const MatrixXd M = select(linear.M, free, free), D = select(linear.D, free, free),
+                   K = select(linear.K, free, free), G = select(linear.G, rows, free);
+
+    ReducedPencil pencil;
+    const double reference = chooseReference(M, D, K, isModal);
+    pencil.rate = std::sqrt(reference);
+    const VectorXd scale =
+        (K.diagonal().cwiseAbs() + reference * M.diagonal()).cwiseSqrt().cwiseInverse();
+    const MatrixXd Z = scale.asDiagonal() * TangentSpace(G * scale.asDiagonal()).getBasis();
+    pencil.M = reference * (Z.transpose() * M * Z);
+    pencil.D = pencil.rate * (Z.transpose() * D * Z);
+    pencil.K = Z.transpose() * K * Z;
+    pencil.basis = MatrixXd::Zero(n, Z.cols());
+    for (size_t i = 0; i < free.size(); ++i) pencil.basis.row(free[i]) = Z.row(Eigen::Index(i));
+    return pencil;
+}
+
+/** ν² = −ω² from (K + M)⁻¹M, whose largest eigenvalues 1/(1 + ω²) belong to the slowest modes:
+these come out sharpest. @returns false if a mode grows too fast for K + M to be positive. **/
+bool solveSymmetric(const ReducedPencil& pencil, std::vector<Pair>& pairs) {
+    const MatrixXd K = 0.5 * (pencil.K + pencil.K.transpose());
+    const MatrixXd M = 0.5 * (pencil.M + pencil.M.transpose());
+    const Eigen::LLT<MatrixXd> factor(K + M);
+    if (factor.info() != Eigen::Success) return false;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(M, K + M);
+    if (solver.info() != Eigen::Success) return false;
+    const double zero = ZeroStiffness * std::max(10.0, double(K.rows()));
+    for (Eigen::Index k = K.rows(); k-- > 0;) {
+        const double mu = solver.eigenvalues()[k];
+        if (!(mu > 0)) continue;  // no mass, no motion
+        const double omegaSquared = (1 - mu) / mu;
+        const VectorXcd y = solver.eigenvectors().col(k).cast<Complex>();
+        if (std::abs(omegaSquared) < zero)
+            pairs.push_back({0, y});
+        else if (omegaSquared > 0)
+            pairs.push_back({Complex(0, std::sqrt(omegaSquared)), y});
+        else
+            for (const double sign : {-1.0, 1.0})
+                pairs.push_back({sign * std::sqrt(-omegaSquared), y});
+    }
+    return true;
+}
+
+/** ν = 1 + 1/μ with μ²(M + D + K) + μ(D + 2M) + M = 0: again the slowest come out sharpest. **/
+void solveGeneral(const ReducedPencil& pencil, std::vector<Pair>& pairs) {
+    const Eigen::Index n = pencil.M.rows();
+    if (n == 0) return;
+    const Eigen::PartialPivLU<MatrixXd> shifted(pencil.M + pencil.D + pencil.K);
+    MatrixXd companion = MatrixXd::Zero(2 * n, 2 * n);
+    companion.topLeftCorner(n, n) = -shifted.solve(pencil.D + 2 * pencil.M);
+    companion.topRightCorner(n, n) = -shifted.solve(pencil.M);
+    companion.bottomLeftCorner(n, n).setIdentity();
+    const Eigen::EigenSolver<MatrixXd> solver(companion);
+    if (solver.info() != Eigen::Success)
+        throw std::runtime_error("calcEigenmodes(): the QR iteration for " + std::to_string(2 * n) +
+                                 " eigenvalues does not converge");
+
+    // Rigid motions are double, defective eigenvalues: they come out near zero only.
+    Eigen::FullPivLU<MatrixXd> stiffness;
+    stiffness.setThreshold(ZeroStiffness);
+    stiffness.compute(pencil.K);
+    const MatrixXcd rigid = stiffness.dimensionOfKernel() > 0
+                                ? MatrixXcd(stiffness.kernel().cast<Complex>())
+                                : MatrixXcd(n, 0);
+    for (Eigen::Index k = 0; k < rigid.cols(); ++k) pairs.push_back({0, rigid.col(k)});
+    std::vector<std::pair<Complex, Eigen::Index>> values;
+    for (Eigen::Index k = 0; k < 2 * n; ++k) {
+        const Complex mu = solver.eigenvalues()[k];
+        if (std::abs(mu) < 1e-14) continue;  // no mass, no motion
+        values.emplace_back(1.0 + 1.0 / mu, k);
+    }
+    std::stable_sort(values.begin(), values.end(), [](const auto& a, const auto& b) {
+        return std::abs(a.first) < std::abs(b.first);
+    });
+    const double zero = 1e-6;
+    for (size_t k = 0; k < values.size(); ++k) {
+        const auto& [nu, column] = values[k];
+        if (k < size_t(2 * rigid.cols()) && std::abs(nu) < zero) continue;
+        if (nu.imag() < 0) continue;
+        pairs.push_back({nu, solver.eigenvectors().col(column).tail(n)});
+    }
+}
+
+Eigenmode makeMode(const Linearization& linear, const ReducedPencil& pencil, const Pair& pair) {
+    const int n = linear.M.nrow();
+    Eigenmode mode;
+    mode.eigenvalue = pencil.rate * pair.nu;
+    const double size = std::abs(mode.eigenvalue);
+    mode.frequency = size / (2 * Pi);
+    mode.dampingRatio = size > 0 ? -mode.eigenvalue.real() / size : 0;
+    if (pair.nu.imag() == 0 && size > 0) mode.dampingRatio = pair.nu.real() < 0 ? 1 : -1;
+    const double modalMass =
+        std::real(Complex(pair.y.adjoint() * (pencil.M * pair.y))) / (pencil.rate * pencil.rate);
+    VectorXcd shape = pencil.basis * pair.y;
+    double largest = 0;
+    Complex phase = 1;
+    for (int i = 0; i < n; ++i) {
+        // A hair's breadth, so that equal ones do not swap by round-off.
+        const double displacement = std::abs(shape[i]) * linear.metres[i];
+        if (displacement <= 1.0001 * largest) continue;
+        largest = displacement;
+        phase = std::conj(shape[i]) / std::abs(shape[i]);
+    }
+    shape *= phase / (modalMass > 0 ? std::sqrt(modalMass) : 1.0);
+    mode.shape.resize(n);
+    for (int i = 0; i < n; ++i) mode.shape[i] = shape[i];
+    return mode;
+}
+
+}  // namespace
+
+std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
+    const ReducedPencil pencil = reducePencil(linearization);
+    std::vector<Pair> pairs;
+    if (pencil.K.rows() == 0) return {};
+    const double asymmetry = (pencil.K - pencil.K.transpose()).cwiseAbs().maxCoeff();
+    const bool isSymmetric = pencil.D.cwiseAbs().maxCoeff() < RoundOff && asymmetry < RoundOff;
+    if (!isSymmetric || !solveSymmetric(pencil, pairs)) {
+        pairs.clear();
+        solveGeneral(pencil, pairs);
+    }
+    std::stable_sort(pairs.begin(), pairs.end(),
+                     [](const Pair& a, const Pair& b) { return std::abs(a.nu) < std::abs(b.nu); });
+    std::vector<Eigenmode> modes;
+    for (const Pair& pair : pairs) modes.push_back(makeMode(linearization, pencil, pair));
+    return modes;
+}
+
+Array_<State> calcModeStates(const MultibodySystem& system, const Linearization& linearization,
+                             const Eigenmode& mode, Real amplitude, int numFrames) {
+    const MultibodyEquations equations(system, linearization.state);
+    const int n = equations.numU();
+    if (mode.shape.size() != n)
+        throw std::invalid_argument("calcModeStates(): the mode has " +
+                                    std::to_string(mode.shape.size()) + " speeds, the system has " +
+                                    std::to_string(n));
+    if (!(amplitude > 0) || numFrames < 1)
+        throw std::invalid_argument("calcModeStates(): amplitude " + std::to_string(amplitude) +
+                                    " m and number of frames " + std::to_string(numFrames) +
+                                    " must be positive");
+    std::vector<double> q(size_t(equations.numQ())), u(size_t(n), 0), moved;
+    equations.getFromState(linearization.state, q.data(), u.data());
+    const MatrixXd T = calcSimbodyNumbering(equations, q.data());
+    std::vector<VectorXd> displacements;
+    double largest = 0;
+    for (int frame = 0; frame < numFrames; ++frame) {
+        const Complex turn = std::polar(1.0, 2 * Pi * frame / numFrames);
+        VectorXd delta(n);
+        for (int i = 0; i < n; ++i) delta[i] = std::real(mode.shape[i] * turn);
+        displacements.push_back(T.transpose() * delta);
+        largest = std::max(largest, equations.calcDisplacement(displacements.back().data()));
+    }
+    Array_<State> states;
+    for (VectorXd& delta : displacements) {
+        if (largest > 0) delta *= amplitude / largest;
+        moved = q;
+        equations.moveQ(delta.data(), moved.data());
+        State state = linearization.state;
+        equations.putIntoState(state.getTime(), moved.data(), u.data(), state);
+        system.realize(state, Stage::Velocity);
+        states.push_back(state);
+    }
+    return states;
+}
+
+}  // namespace simflex

@@ -1,0 +1,54 @@
+#pragma once
+/** @file
+Natural motions of a linearised system,
+
+    (λ²M + λD + K) x + Gᵀμ = 0,   G x = 0
+
+in the null space of G (redundant rows are allowed). Without damping, gyroscopic terms and follower
+forces the problem is symmetric and λ = ±iω; else λ is complex.
+
+    const Linearization linear = calcLinearization(system, state);
+    const std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    for (const State& frame : calcModeStates(system, linear, modes[2], 0.01, 24))
+visualizer.report(frame);
+
+Frequencies are accurate to about 1e-10 of the lowest frequency of a flexible part, or of
+themselves, whichever is more. Dense: O(n³) for n speeds, 200 take 0.1 s, with damping 2 s. **/
+
+#include <vector>
+
+#include "simflex/solver/Linearization.h"
+
+namespace simflex {
+
+struct Eigenmode {
+    SimTK::Complex
+        eigenvalue;         ///< λ [1/s]; of a conjugate pair the one with positive imaginary part
+    SimTK::Real frequency;  ///< |λ|/2π [Hz]
+    /** −Re λ/|λ|: 1 if it dies down without oscillating, negative if it grows; 0 for a rigid
+     * motion.
+     * **/
+    SimTK::Real dampingRatio;
+    /** n: x in Simbody's numbering of u, axes as in Linearization; xᴴMx = 1, largest displacement
+    real and positive. **/
+    SimTK::Vector_<SimTK::Complex> shape;
+
+    /** True if nothing restores this motion: λ = 0. **/
+    bool isRigidMotion() const { return frequency == 0; }
+};
+
+/** All modes: rigid motions first, then by ascending frequency. A motion that does not oscillate
+has two eigenvalues and two modes. **/
+std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization);
+
+/** One period of a mode in `numFrames` States, at equal intervals from its largest displacement on:
+the operating point moved by Re(x e^{2πik/numFrames}), damping left out. Joints are met to first
+order in the amplitude.
+@param amplitude  largest displacement of any body in the first frame or later [m]
+@throws std::invalid_argument if the amplitude is not positive or the mode is another system's. **/
+SimTK::Array_<SimTK::State> calcModeStates(const SimTK::MultibodySystem& system,
+                                           const Linearization& linearization,
+                                           const Eigenmode& mode, SimTK::Real amplitude,
+                                           int numFrames);
+
+}  // namespace simflex

@@ -1,0 +1,104 @@
+#pragma once
+/** @file
+Positions in which a multibody system stays at rest, or in which it turns steadily:
+
+    M u̇ + b(q, u) − f(q, u, t) + G(q)ᵀλ = 0,   g(q, t) = 0
+
+with u = u̇ = 0, or with the speeds of the State and the accelerations of a steady motion. Newton's
+iteration on q and λ in the null space of G, with the whole stiffness: ∂(Gᵀλ)/∂q and ∂(Mu̇)/∂q
+included. Where that is not positive it steps downhill instead, so that a pendulum is found hanging.
+
+    StaticEquilibrium equilibrium(system);
+    equilibrium.solve(state);
+    const State& atRest = equilibrium.getState();
+    Vector forces = equilibrium.getMultipliers(pin);
+
+A step is at most 0.3 of a body's size. Loads (gravity and all force elements, Simbody's springs
+too) are applied at once; if that does not converge, they, and the squares of speeds, are raised
+from zero in parts, each starting from the last. Loads are those of the State's time;
+velocity-dependent forces are those of the speeds given.
+
+A motion that nothing holds is left alone if no load acts along it (see getFreeMotions()) and
+refused by name otherwise. **/
+
+#include <string>
+#include <vector>
+
+#include "simflex/body/Joint.h"
+
+namespace simflex {
+
+class StaticEquilibrium {
+public:
+    explicit StaticEquilibrium(const SimTK::MultibodySystem& system) : m_system(system) {}
+
+    /** @name Settings **/
+    /**@{**/
+    /** Largest last correction anywhere on a body [m]; default 1e-10. **/
+    void setTolerance(SimTK::Real tolerance) { m_tolerance = tolerance; }
+    /** Largest position error left in joints [m, rad]; default 1e-10. **/
+    void setConstraintTolerance(SimTK::Real tolerance) { m_constraintTolerance = tolerance; }
+    /** Longest step of any body [m]; default 0.3 of its own size. **/
+    void setMaximumStep(SimTK::Real step) { m_maximumStep = step; }
+    /** Newton iterations of one load step; default 60. **/
+    void setMaximumIterations(int iterations) { m_maximumIterations = iterations; }
+    /** Coordinates of this mobilizer stay exactly as they are while the joints are assembled; then
+    they are free. What should stay for good, lock() in the State. **/
+    void holdDuringAssembly(const SimTK::MobilizedBody& mobod) {
+        m_held.push_back(mobod.getMobilizedBodyIndex());
+    }
+    /**@}**/
+
+    /** Finds the equilibrium at rest; u of the State does not matter.
+    @throws std::invalid_argument that names what cannot be supported (see ImplicitIntegrator)
+    @throws std::runtime_error if the joints cannot be assembled, naming the worst joint; if a
+    load acts along a free motion, naming the body that moves most in it; if the iteration does not
+    converge, naming body, correction and joint error. **/
+    void solve(const SimTK::State& state);
+
+    /** The same at the State's speeds: flexible bodies, and rigid ones on Free mobilizers on
+    Ground, keep the twist they have (see setSteadyRotation()), other mobilizers their u; modal
+    speeds are zero.
+    @throws std::runtime_error also if these speeds move a joint apart, naming it. **/
+    void solveSteadyMotion(const SimTK::State& state);
+
+    /** @name Results **/
+    /**@{**/
+    /** The equilibrium, realized to Stage::Velocity. **/
+    const SimTK::State& getState() const { return m_state; }
+    /** All joints, in order, then Simbody's constraints; of least norm where rows are redundant.
+     * **/
+    const SimTK::Vector& getMultipliers() const { return m_multipliers; }
+    SimTK::Vector getMultipliers(const Joint& joint) const;  ///< [N, N m]
+    /** Motions that nothing holds and no load drives: each the body that moves most in it. **/
+    const std::vector<std::string>& getFreeMotions() const { return m_freeMotions; }
+    int getNumIterations() const { return m_numIterations; }
+    int getNumLoadSteps() const { return m_numLoadSteps; }
+    /**@}**/
+
+private:
+    class Search;
+    enum class Speeds { Zero, OfState };
+    void run(const SimTK::State& state, Speeds speeds);
+    SimTK::State assemble(const SimTK::State& state) const;
+
+    const SimTK::MultibodySystem& m_system;
+    SimTK::Real m_tolerance = 1e-10, m_constraintTolerance = 1e-10;
+    SimTK::Real m_maximumStep = SimTK::Infinity;
+    int m_maximumIterations = 60;
+    std::vector<SimTK::MobilizedBodyIndex> m_held;
+
+    SimTK::State m_state;
+    SimTK::Vector m_multipliers;
+    std::vector<int> m_firstRows;  ///< by JointIndex
+    std::vector<std::string> m_freeMotions;
+    int m_numIterations = 0, m_numLoadSteps = 0;
+};
+
+/** Gives every flexible body, and every rigid body on a Free mobilizer on Ground, the speeds of a
+rotation with `omega_G` about an axis through `point_G`; modal speeds are zero.
+@param state  realized to Stage::Position; set to the new speeds **/
+void setSteadyRotation(const SimTK::MultibodySystem& system, SimTK::State& state,
+                       const SimTK::Vec3& omega_G, const SimTK::Vec3& point_G = SimTK::Vec3(0));
+
+}  // namespace simflex

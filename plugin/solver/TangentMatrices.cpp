@@ -1,0 +1,225 @@
+#include "simflex/solver/TangentMatrices.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace simflex {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double StepFraction = 3e-4;  // of a body's size
+constexpr double RankTolerance = 1e-10;
+
+/** Weights of f(−2h), f(−h), f(h), f(2h) in h·f′. **/
+constexpr int Places[] = {-2, -1, 1, 2};
+constexpr double Weights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+
+}  // namespace
+
+CoordinateScales::CoordinateScales(const MultibodyEquations& equations)
+    : metres(size_t(equations.numU())),
+      step(size_t(equations.numU())),
+      rate(size_t(equations.numU())) {
+    const int numFlexible = equations.numFlexibleBlocks();
+    double largestPart = 0;
+    for (int b = 0; b < equations.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        std::vector<double> unit(size_t(block.numU), 0);
+        double largest = 0;
+        for (int i = 0; i < block.numU; ++i) {
+            unit[size_t(i)] = 1;
+            const double displacement = block.calcDisplacement(unit.data());
+            const double duration = block.calcUDisplacement(unit.data(), 1) / displacement;
+            unit[size_t(i)] = 0;
+            metres[size_t(block.firstU + i)] = displacement;
+            rate[size_t(block.firstU + i)] = std::isfinite(duration) ? 1 / duration : 1;
+            if (b >= numFlexible || i < 3) largest = std::max(largest, displacement);
+        }
+        lengths.push_back(largest);
+        if (b < numFlexible) largestPart = std::max(largestPart, largest);
+    }
+    for (int b = 0; b < equations.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        const bool isRigid = b >= numFlexible;
+        const double length = isRigid ? (largestPart > 0 ? largestPart : 1.0) : lengths[size_t(b)];
+        for (int i = block.firstU; i < block.firstU + block.numU; ++i) {
+            const double h = StepFraction * length / std::max(metres[size_t(i)], 1e-12);
+            step[size_t(i)] = isRigid ? std::min(StepFraction, h) : h;
+        }
+    }
+}
+
+std::vector<int> listFreeSpeeds(const MultibodyEquations& equations) {
+    std::vector<int> speeds;
+    for (int i = 0; i < equations.numU(); ++i)
+        if (!equations.isPrescribed(i)) speeds.push_back(i);
+    return speeds;
+}
+
+void calcMassAndJacobian(const MultibodyEquations& equations, MatrixXd& M, MatrixXd& G) {
+    NewtonSystem system = equations.makeNewtonSystem();
+    equations.formMassSystem(system);
+    M.setZero(equations.numU(), equations.numU());
+    G.setZero(equations.numMultipliers(), equations.numU());
+    for (int b = 0; b < equations.numBlocks(); ++b) {
+        const NewtonSystem::Block& block = system.blocks[size_t(b)];
+        const int first = equations.getBlock(b).firstU, n = block.size;
+        if (block.form == NewtonSystem::Block::Form::Arrow) {
+            const NewtonSystem::Part& part = system.parts[size_t(block.part)];
+            const Eigen::Map<const MatrixXd> coupling(block.coupling.data(), n - 6, 3);
+            M.block(first, first, 6, 6) = Eigen::Map<const MatrixXd>(block.head.data(), 6, 6);
+            M.block(first + 6, first, n - 6, 3) = coupling;
+            M.block(first, first + 6, 3, n - 6) = coupling.transpose();
+            for (int i = 0; i < n - 6; ++i)
+                M(first + 6 + i, first + 6 + i) = part.diagonal[size_t(i)];
+        } else {
+            M.block(first, first, n, n) = Eigen::Map<const MatrixXd>(block.matrix.data(), n, n);
+        }
+        MatrixXd Gt(n, block.numColumns());
+        system.expandGt(block, Gt.data());
+        // Rows beyond those of constraints stand for force elements.
+        for (int column = 0; column < block.numColumns(); ++column)
+            if (block.rows[size_t(column)] < equations.numMultipliers())
+                G.row(block.rows[size_t(column)]).segment(first, n) += Gt.col(column).transpose();
+    }
+}
+
+MatrixXd differentiateByQ(
+    MultibodyEquations& equations, const CoordinateScales& scales, double t,
+    const std::vector<double>& q, const std::vector<double>& u,
+    const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate) {
+    const int n = equations.numU();
+    std::vector<double> delta(size_t(n), 0), moved;
+    VectorXd f(n);
+    MatrixXd derivative;
+    for (int column : listFreeSpeeds(equations)) {
+        const double h = scales.step[size_t(column)];
+        for (int k = 0; k < 4; ++k) {
+            if (equations.needsSimbody()) equations.realize(t, q.data(), u.data());  // for its N(q)
+            delta[size_t(column)] = Places[k] * h;
+            moved = q;
+            equations.moveQ(delta.data(), moved.data());
+            evaluate(moved, f);
+            if (derivative.size() == 0) derivative.setZero(f.size(), n);
+            derivative.col(column) += Weights[k] / h * f;
+        }
+        delta[size_t(column)] = 0;
+    }
+    if (derivative.size() == 0) derivative.setZero(n, n);
+    equations.realize(t, q.data(), u.data());
+    return derivative;
+}
+
+MatrixXd calcDampingMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+                           const SolutionPoint& point) {
+    const int n = equations.numU();
+    double fastest = 0;  // how fast the system turns
+    for (int b = 0; b < equations.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        if (scales.lengths[size_t(b)] > 0)
+            fastest = std::max(fastest, block.calcDisplacement(point.u.data() + block.firstU) /
+                                            scales.lengths[size_t(b)]);
+    }
+    MatrixXd D = MatrixXd::Zero(n, n);
+    std::vector<double> u = point.u;
+    VectorXd r(n);
+    for (int column : listFreeSpeeds(equations)) {
+        const size_t i = size_t(column);
+        const double h = scales.step[i] * std::max(scales.rate[i], fastest);
+        for (int k = 0; k < 4; ++k) {
+            u[i] = point.u[i] + Places[k] * h;
+            equations.realize(point.t, point.q.data(), u.data());
+            equations.calcResidual(point.q.data(), u.data(), point.uDot.data(), point.lambda.data(),
+                                   r.data());
+            D.col(column) += Weights[k] / h * r;
+        }
+        u[i] = point.u[i];
+    }
+    equations.realize(point.t, point.q.data(), point.u.data());
+    return D;
+}
+
+MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+                        const SolutionPoint& point) {
+    const int numU = equations.numU(), numQ = equations.numQ();
+    MatrixXd A = MatrixXd::Zero(numU, numU);
+    const auto calcQDot = [&](const std::vector<double>& q, const std::vector<double>& u) {
+        equations.realize(point.t, q.data(), point.u.data());
+        VectorXd qDot(numQ);
+        equations.calcQDot(q.data(), u.data(), qDot.data());
+        return qDot;
+    };
+    /** Derivative of N(q)u along N(q)v. **/
+    const auto differentiate = [&](const std::vector<double>& u, const std::vector<double>& v,
+                                   double h) {
+        const VectorXd along = calcQDot(point.q, v);
+        VectorXd derivative = VectorXd::Zero(numQ);
+        for (int k = 0; k < 4; ++k) {
+            std::vector<double> q = point.q;
+            for (int i = 0; i < numQ; ++i) q[size_t(i)] += Places[k] * h * along[i];
+            derivative += Weights[k] / h * calcQDot(q, u);
+        }
+        return derivative;
+    };
+    for (int b = equations.numFlexibleBlocks(); b < equations.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        std::vector<double> own(size_t(numU), 0), unit(size_t(numU), 0);
+        std::copy_n(point.u.begin() + block.firstU, block.numU, own.begin() + block.firstU);
+        const double speed = block.calcDisplacement(point.u.data() + block.firstU);
+        if (!(speed > 0)) continue;
+        // A flow at the block's own speed for a ten-thousandth of the time it takes to move by
+        // itself.
+        const double duration = StepFraction * scales.lengths[size_t(b)] / speed;
+        MatrixXd N(block.numQ, block.numU), bracket(block.numQ, block.numU);
+        for (int i = 0; i < block.numU; ++i) {
+            const size_t column = size_t(block.firstU + i);
+            unit[column] = 1;
+            N.col(i) = calcQDot(point.q, unit).segment(block.firstQ, block.numQ);
+            bracket.col(i) =
+                (differentiate(unit, own, duration) - differentiate(own, unit, scales.step[column]))
+                    .segment(block.firstQ, block.numQ);
+            unit[column] = 0;
+        }
+        A.block(block.firstU, block.firstU, block.numU, block.numU) =
+            N.completeOrthogonalDecomposition().solve(bracket);
+    }
+    equations.realize(point.t, point.q.data(), point.u.data());
+    return A;
+}
+
+TangentSpace::TangentSpace(const MatrixXd& G) {
+    const Eigen::Index n = G.cols(), m = G.rows();
+    m_rowScale = VectorXd::Ones(m);
+    if (m == 0) {
+        m_Z = MatrixXd::Identity(n, n);
+        m_inverse.setZero(0, n);
+        return;
+    }
+    MatrixXd Gt = G.transpose();
+    for (Eigen::Index k = 0; k < m; ++k) {
+        const double norm = Gt.col(k).norm();
+        if (norm > 0) m_rowScale[k] = 1 / norm;
+        Gt.col(k) *= m_rowScale[k];
+    }
+    Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
+    decomposition.setThreshold(RankTolerance);
+    decomposition.compute(Gt);
+    m_rank = int(decomposition.rank());
+    MatrixXd tail = MatrixXd::Zero(n, n - m_rank);
+    tail.bottomRows(n - m_rank).setIdentity();
+    m_Z = decomposition.householderQ() * tail;
+    m_inverse = decomposition.pseudoInverse();
+}
+
+VectorXd TangentSpace::solveForMotion(const VectorXd& g) const {
+    return m_inverse.transpose() * m_rowScale.cwiseProduct(g);
+}
+
+VectorXd TangentSpace::solveForMultipliers(const VectorXd& f) const {
+    return m_rowScale.cwiseProduct(m_inverse * f);
+}
+
+}  // namespace simflex

@@ -1,0 +1,94 @@
+// A rigid rotor on two hinges with springs and dampers: forward and backward whirl in closed form.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "simflex/solver/CampbellDiagram.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+struct Rotor {
+    static constexpr Real I1 = 0.02, I3 = 0.03, stiffness = 200, damping = 0.05;
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    MobilizedBody::Pin spin;
+    State state;
+
+    Rotor() {
+        const Body::Massless ring;
+        const Rotation zToX(Pi / 2, YAxis), zToY(-Pi / 2, XAxis);
+        MobilizedBody::Pin aboutX(matter.Ground(), Transform(zToX), ring, Transform(zToX));
+        MobilizedBody::Pin aboutY(aboutX, Transform(zToY), ring, Transform(zToY));
+        spin = MobilizedBody::Pin(aboutY, Transform(),
+                                  Body::Rigid(MassProperties(1, Vec3(0), Inertia(I1, I1, I3))),
+                                  Transform());
+        for (const MobilizedBody& hinge : {MobilizedBody(aboutX), MobilizedBody(aboutY)}) {
+            Force::MobilityLinearSpring(forces, hinge, MobilizerQIndex(0), stiffness, 0);
+            Force::MobilityLinearDamper(forces, hinge, MobilizerUIndex(0), damping);
+        }
+        state = system.realizeTopology();
+    }
+};
+
+TEST(Campbell, RotorWhirlsForwardAndBackwardAsInClosedForm) {
+    Rotor rotor;
+    const std::vector<Real> speeds{0, 25, 50, 100, 200, 400};
+    const CampbellDiagram diagram = calcCampbellDiagram(speeds, 2, [&](Real speed) {
+        rotor.spin.setOneU(rotor.state, 0, speed);
+        return calcLinearization(rotor.system, rotor.state);
+    });
+    ASSERT_EQ(diagram.branches.size(), 2u);
+    for (size_t i = 0; i < speeds.size(); ++i) {
+        // I₁z̈ + (d − i I₃Ω)ż + kz = 0 for z = θ_x + iθ_y.
+        const Complex b(Rotor::damping, -Rotor::I3 * speeds[i]);
+        const Complex root = std::sqrt(b * b - 4 * Rotor::I1 * Rotor::stiffness);
+        std::vector<Complex> expected{(-b + root) / (2 * Rotor::I1), (-b - root) / (2 * Rotor::I1)};
+        std::sort(expected.begin(), expected.end(),
+                  [](Complex a, Complex c) { return std::abs(a) < std::abs(c); });
+        std::vector<Real> found{diagram.branches[0].frequency[i], diagram.branches[1].frequency[i]};
+        const bool isSwapped = found[0] > found[1];
+        for (size_t k = 0; k < 2; ++k) {
+            const size_t branch = isSwapped ? 1 - k : k;
+            const Real size = std::abs(expected[k]);
+            EXPECT_NEAR(diagram.branches[branch].frequency[i], size / (2 * Pi), 1e-8 * size);
+            EXPECT_NEAR(diagram.branches[branch].dampingRatio[i], -expected[k].real() / size, 1e-8);
+        }
+        // One branch goes up with speed and one down, and shapes stay circles.
+        if (i < 2) continue;
+        for (const CampbellDiagram::Branch& branch : diagram.branches) {
+            EXPECT_GT(branch.modalAssurance[i], 0.999);
+            EXPECT_EQ(branch.frequency[i] > branch.frequency[i - 1],
+                      branch.frequency[1] > branch.frequency[0]);
+        }
+    }
+}
+
+TEST(Campbell, CsvHoldsALineForEachSpeed) {
+    Rotor rotor;
+    const CampbellDiagram diagram = calcCampbellDiagram({0, 10, 20}, 2, [&](Real speed) {
+        rotor.spin.setOneU(rotor.state, 0, speed);
+        return calcLinearization(rotor.system, rotor.state);
+    });
+    const std::string file = ::testing::TempDir() + "/campbell.csv";
+    writeCampbellDiagram(file, diagram);
+    std::ifstream in(file);
+    std::string header, line;
+    std::getline(in, header);
+    EXPECT_EQ(header, "speed,frequency 1 [Hz],damping ratio 1,frequency 2 [Hz],damping ratio 2");
+    int count = 0;
+    while (std::getline(in, line)) ++count;
+    EXPECT_EQ(count, 3);
+    EXPECT_THROW(writeCampbellDiagram("/no/such/folder/campbell.csv", diagram), std::runtime_error);
+    EXPECT_THROW(calcCampbellDiagram(
+                     {}, 2, [&](Real) { return calcLinearization(rotor.system, rotor.state); }),
+                 std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace simflex

@@ -1,0 +1,313 @@
+// Linearised equations and natural modes against closed forms, and against accelerations of
+// displaced states.
+
+#include <gtest/gtest.h>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/forces/ModalDamping.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/Eigenmodes.h"
+#include "support/PointMassPart.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+constexpr Real Gravity = 9.81;
+
+std::vector<Real> listFrequencies(const std::vector<Eigenmode>& modes) {
+    std::vector<Real> frequencies;
+    for (const Eigenmode& mode : modes) frequencies.push_back(2 * Pi * mode.frequency);
+    return frequencies;
+}
+
+/** A body with inertia (I1, I1, I3) about its centre of mass. **/
+Body::Rigid makeTop(Real mass, const Vec3& center, Real I1, Real I3) {
+    const Inertia central(I1, I1, I3);
+    return Body::Rigid(MassProperties(mass, center, central.shiftFromMassCenter(center, mass)));
+}
+
+/** A part of random modes, and a spring and a damper from its frame to Ground. **/
+struct SpringMounted {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    FlexibleBody body;
+    State state;
+
+    SpringMounted() : body(flexible, test::makePointMassPart().body) {
+        Force::Gravity(forces, matter, Vec3(1, -9.81, 2));
+        Force::TwoPointLinearSpring(forces, matter.Ground(), Vec3(0.1, 0.5, 0), body.getFrame(),
+                                    Vec3(0.05, 0.02, 0.01), 300, 0.3);
+        Force::TwoPointLinearDamper(forces, matter.Ground(), Vec3(0.1, 0.5, 0), body.getFrame(),
+                                    Vec3(0.05, 0.02, 0.01), 4);
+        ModalDamping(flexible, body, 0.02);
+        state = system.realizeTopology();
+        body.setFramePose(state, Transform(Rotation(0.4, UnitVec3(1, 2, -1)), Vec3(0.1, 0.2, 0.3)));
+        Vector xi(body.getNumModes());
+        for (int i = 0; i < xi.size(); ++i) xi[i] = 1e-3 * std::cos(1.0 + i);
+        body.setModalCoordinates(state, xi);
+    }
+
+    Vector calcUDot(const State& at) const {
+        BdfIntegrator integrator(system);
+        integrator.initialize(at);
+        return integrator.getUDot();
+    }
+};
+
+TEST(Linearization, PredictsAccelerationsOfDisplacedStates) {
+    const SpringMounted model;
+    const Linearization linear = calcLinearization(model.system, model.state);
+    const Vector before = model.calcUDot(model.state);
+    EXPECT_LT((before - linear.uDot).normInf(), 1e-9 * before.normInf());
+    // Displaced by ±h along random directions, second order drops out.
+    const int n = linear.M.nrow(), first = model.body.getFrame().getFirstUIndex(model.state);
+    for (int trial = 0; trial < 3; ++trial) {
+        Vector delta(n);
+        for (int i = 0; i < n; ++i) delta[i] = 1e-5 * std::cos(1.3 * i + trial) / (i < 6 ? 1 : 10);
+        Vector change(n, Real(0));
+        for (const Real sign : {-1.0, 1.0}) {
+            State moved = model.state;
+            model.system.realize(moved, Stage::Position);
+            const Vec3 turn = sign * Vec3::getAs(&delta[first]);
+            const Vec3 shift = sign * Vec3::getAs(&delta[first + 3]);
+            const Transform X = model.body.getFramePose(moved);
+            model.body.setFramePose(
+                moved, Transform(Rotation(turn.norm(), UnitVec3(turn)) * X.R(), X.p() + shift));
+            for (int k = 0; k < model.body.getNumModalMobilizers(); ++k) {
+                const MobilizedBody& modes = model.body.getModalMobilizer(k);
+                const int u0 = modes.getFirstUIndex(moved), q0 = modes.getFirstQIndex(moved);
+                for (int i = 0; i < modes.getNumU(moved); ++i)
+                    moved.updQ()[q0 + i] += sign * delta[u0 + i];
+            }
+            change += 0.5 * sign * model.calcUDot(moved);
+        }
+        // M δu̇ + (∂M/∂q δ) u̇ is r's change at fixed u̇; K holds the second part.
+        const Vector residual = linear.M * change + linear.K * delta;
+        EXPECT_LT(residual.normInf(), 1e-8 * Vector(linear.K * delta).normInf()) << trial;
+    }
+}
+
+TEST(Linearization, PredictsAccelerationsOfChangedSpeeds) {
+    const SpringMounted model;
+    const Linearization linear = calcLinearization(model.system, model.state);
+    const int n = linear.M.nrow();
+    Vector speed(n), change(n, Real(0));
+    for (int i = 0; i < n; ++i) speed[i] = 0.1 * std::cos(1.3 * i);
+    for (const Real sign : {-1.0, 1.0}) {
+        State moved = model.state;
+        moved.updU() = sign * speed;
+        change += 0.5 * sign * model.calcUDot(moved);
+    }
+    const Vector residual = linear.M * change + linear.D * speed;
+    EXPECT_LT(residual.normInf(), 1e-9 * Vector(linear.D * speed).normInf());
+}
+
+TEST(Eigenmodes, OfAFreePartAreItsOwnWithTheirDampingAndSixRigidMotions) {
+    for (const Real ratio : {0.0, 0.03}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        FlexibleBodySubsystem flexible(system, matter);
+        const auto part = test::makePointMassPart().body;
+        const FlexibleBody body(flexible, part);
+        if (ratio > 0) ModalDamping(flexible, body, ratio);
+        const State state = system.realizeTopology();
+        const std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state));
+        ASSERT_EQ(modes.size(), size_t(6 + part->numModes));
+        for (int k = 0; k < 6; ++k) EXPECT_TRUE(modes[size_t(k)].isRigidMotion()) << k;
+        for (int k = 0; k < part->numModes; ++k) {
+            const Eigenmode& mode = modes[size_t(6 + k)];
+            const Real expected = std::sqrt(part->omegaSquared[size_t(k)]) / (2 * Pi);
+            EXPECT_NEAR(mode.frequency, expected, 1e-9 * expected);
+            EXPECT_NEAR(mode.dampingRatio, ratio, 1e-9);
+        }
+    }
+}
+
+TEST(Eigenmodes, OfADoublePendulumAreThoseOfTheTextbook) {
+    // Two equal point-like bobs on equal massless rods: ω² = (2 ∓ √2) g/l.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, Gravity);
+    const Real l = 0.7;
+    const Body::Rigid bob(
+        MassProperties(1.3, Vec3(0, -l, 0), Inertia(1.3 * Vec3(l * l, 0, l * l))));
+    MobilizedBody::Pin first(matter.Ground(), Transform(), bob, Transform());
+    MobilizedBody::Pin second(first, Transform(Vec3(0, -l, 0)), bob, Transform());
+    const State state = system.realizeTopology();
+    const std::vector<Real> found =
+        listFrequencies(calcEigenmodes(calcLinearization(system, state)));
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_NEAR(found[0], std::sqrt((2 - std::sqrt(2.0)) * Gravity / l), 1e-9 * found[0]);
+    EXPECT_NEAR(found[1], std::sqrt((2 + std::sqrt(2.0)) * Gravity / l), 1e-9 * found[1]);
+}
+
+TEST(Eigenmodes, StandingPendulumGrowsAndShrinks) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, Gravity);
+    const Real l = 0.5;
+    MobilizedBody::Pin pin(
+        matter.Ground(), Transform(),
+        Body::Rigid(MassProperties(2, Vec3(0, l, 0), Inertia(2 * Vec3(l * l, 0, l * l)))),
+        Transform());
+    const std::vector<Eigenmode> modes =
+        calcEigenmodes(calcLinearization(system, system.realizeTopology()));
+    ASSERT_EQ(modes.size(), 2u);
+    Real sum = 0;
+    for (const Eigenmode& mode : modes) {
+        EXPECT_NEAR(std::abs(mode.eigenvalue.real()), std::sqrt(Gravity / l), 1e-9);
+        EXPECT_EQ(std::abs(mode.dampingRatio), 1);
+        sum += mode.eigenvalue.real();
+    }
+    EXPECT_NEAR(sum, 0, 1e-9);
+}
+
+TEST(Eigenmodes, SleepingTopPrecessesAndNutates) {
+    // I₁ω² − I₃Ωω + mgl = 0 about the pivot. Axes that do not turn: two pins and the spin.
+    const Real m = 1.5, l = 0.1, I1 = 0.02, I3 = 0.008, spin = 150;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -ZAxis, Gravity);
+    const Body::Massless ring;
+    const Rotation zToX(Pi / 2, YAxis), zToY(-Pi / 2, XAxis);
+    MobilizedBody::Pin aboutX(matter.Ground(), Transform(zToX), ring, Transform(zToX));
+    MobilizedBody::Pin aboutY(aboutX, Transform(zToY), ring, Transform(zToY));
+    MobilizedBody::Pin top(aboutY, Transform(), makeTop(m, Vec3(0, 0, l), I1 - m * l * l, I3),
+                                 Transform());
+    State state = system.realizeTopology();
+    top.setOneU(state, 0, spin);
+    const std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state));
+    const Real root = std::sqrt(I3 * I3 * spin * spin - 4 * I1 * m * Gravity * l);
+    ASSERT_EQ(modes.size(), 3u);
+    EXPECT_TRUE(modes[0].isRigidMotion());  // its angle of spin
+    const Real precession = (I3 * spin - root) / (2 * I1), nutation = (I3 * spin + root) / (2 * I1);
+    EXPECT_NEAR(modes[1].eigenvalue.imag(), precession, 1e-8 * nutation);
+    EXPECT_NEAR(modes[2].eigenvalue.imag(), nutation, 1e-8 * nutation);
+    EXPECT_NEAR(modes[2].dampingRatio, 0, 1e-8);
+    // Round in a circle: a quarter period apart.
+    const Complex ratio = modes[2].shape[1] / modes[2].shape[0];
+    EXPECT_NEAR(std::abs(ratio), 1, 1e-8);
+    EXPECT_NEAR(ratio.real(), 0, 1e-8);
+}
+
+TEST(Eigenmodes, FreeSymmetricBodyNutatesAtItsEulerFrequencyInTurningAxes) {
+    const Real I1 = 0.02, I3 = 0.03, spin = 40;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    MobilizedBody::Free body(matter.Ground(), Transform(), makeTop(1, Vec3(0), I1, I3),
+                                   Transform());
+    State state = system.realizeTopology();
+    body.setQToFitRotation(state, Rotation(0.7, UnitVec3(1, -1, 2)));
+    system.realize(state, Stage::Position);
+    body.setUToFitAngularVelocity(state, body.getBodyRotation(state) * Vec3(0, 0, spin));
+    bool hasEuler = false;
+    for (const Eigenmode& mode : calcEigenmodes(calcLinearization(system, state))) {
+        const Real rate = mode.eigenvalue.imag();
+        hasEuler = hasEuler || std::abs(rate - spin * (I3 - I1) / I1) < 1e-6 * spin;
+        EXPECT_LT(std::abs(mode.eigenvalue.real()), 1e-5 * spin);
+        // Others: at rest in space, hence turning with Ω, or at rest in the body.
+        EXPECT_TRUE(rate < 1e-5 * spin || std::abs(rate - spin) < 1e-5 * spin ||
+                    std::abs(rate - spin * (I3 - I1) / I1) < 1e-6 * spin)
+            << rate;
+    }
+    EXPECT_TRUE(hasEuler);
+}
+
+/** The same part on a ball at its first interface, rigid and symmetric, spinning upright. **/
+TEST(Eigenmodes, FlexibleBodyOnABallSpinsAsATopInTurningAxes) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -ZAxis, Gravity);
+    FlexibleBodySubsystem flexible(system, matter);
+    auto part = std::make_shared<ReducedBody>(*test::makePointMassPart().body);
+    const Real central = 0.02, I3 = 0.012, l = 0.05, spin = 200;
+    part->inertia = {central, central, I3, 0, 0, 0};
+    part->interfaces[0].position = {0, 0, -l};
+    const FlexibleBody top(flexible, part);
+    Joint::Ball ball(flexible, matter.Ground(), top.interface("A"));
+    State state = system.realizeTopology();
+    for (int k = 0; k < top.getNumModalMobilizers(); ++k) top.getModalMobilizer(k).lock(state);
+    top.setFramePose(state, Transform(Vec3(0, 0, l)));
+    system.realize(state, Stage::Position);
+    top.setFrameVelocity(state, SpatialVec(Vec3(0, 0, spin), Vec3(0)));
+    const std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state));
+    const Real m = part->mass, I1 = central + m * l * l;
+    const Real root = std::sqrt(I3 * I3 * spin * spin - 4 * I1 * m * Gravity * l);
+    std::vector<Real> expected{std::abs((I3 * spin - root) / (2 * I1) - spin),
+                               std::abs((I3 * spin + root) / (2 * I1) - spin)};
+    std::sort(expected.begin(), expected.end());
+    ASSERT_EQ(modes.size(), 3u);
+    EXPECT_TRUE(modes[0].isRigidMotion());
+    EXPECT_NEAR(modes[1].eigenvalue.imag(), expected[0], 1e-7 * spin);
+    EXPECT_NEAR(modes[2].eigenvalue.imag(), expected[1], 1e-7 * spin);
+}
+
+TEST(Eigenmodes, RedundantJointsChangeNothing) {
+    std::vector<std::vector<Real>> found;
+    for (const bool isTwice : {false, true}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        GeneralForceSubsystem forces(system);
+        Force::Gravity gravity(forces, matter, -XAxis, Gravity);
+        FlexibleBodySubsystem flexible(system, matter);
+        const FlexibleBody body(flexible, test::makePointMassPart().body);
+        State state = system.realizeTopology();
+        body.setPoseByInterface(state, "A", Transform());
+        system.realize(state, Stage::Position);
+        const Transform X_GA(Vec3(0));
+        Joint::Pin pin(flexible, matter.Ground(), body.interface("A"));
+        if (isTwice) Joint::Ball(flexible, matter.Ground(), body.interface("A"));
+        state = system.realizeTopology();
+        body.setPoseByInterface(state, "A", Transform());
+        found.push_back(listFrequencies(calcEigenmodes(calcLinearization(system, state))));
+    }
+    ASSERT_EQ(found[0].size(), found[1].size());
+    for (size_t k = 0; k < found[0].size(); ++k)
+        EXPECT_NEAR(found[0][k], found[1][k], 1e-7 * (1 + found[0][k])) << k;
+}
+
+TEST(Eigenmodes, ModeStatesMoveByTheAmplitudeAndComeBack) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody body(flexible, test::makePointMassPart().body);
+    const State state = system.realizeTopology();
+    const Linearization linear = calcLinearization(system, state);
+    const std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    const Array_<State> frames = calcModeStates(system, linear, modes[6], 0.01, 8);
+    ASSERT_EQ(frames.size(), 8u);
+    const Vector first = body.getModalCoordinates(frames[0]);
+    EXPECT_LT((body.getModalCoordinates(frames[4]) + first).normInf(), 1e-12);
+    EXPECT_LT(body.getModalCoordinates(frames[2]).normInf(), 1e-9 * first.normInf());
+    // One node moves by the amplitude: the first mode alone is in it.
+    EXPECT_NEAR(body.calcLargestDisplacement(frames[0]), 0.01, 1e-6);
+    EXPECT_THROW(calcModeStates(system, linear, modes[6], 0, 8), std::invalid_argument);
+}
+
+TEST(Linearization, RefusesNonholonomicConstraintsByName) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    MobilizedBody::Pin wheel(matter.Ground(), Transform(), makeTop(1, Vec3(0), 0.1, 0.1),
+                                   Transform());
+    Constraint::ConstantSpeed speed(wheel, 3);
+    const State state = system.realizeTopology();
+    try {
+        calcLinearization(system, state);
+        FAIL() << "no exception";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("Simbody constraint 0"), std::string::npos)
+            << error.what();
+    }
+}
+
+}  // namespace
+}  // namespace simflex

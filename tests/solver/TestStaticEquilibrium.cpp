@@ -1,0 +1,163 @@
+// Equilibria against closed forms; what is free is named.
+
+#include <gtest/gtest.h>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/StaticEquilibrium.h"
+#include "support/PointMassPart.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+constexpr Real Gravity = 9.81;
+
+Real calcLargestAcceleration(const MultibodySystem& system, const State& state) {
+    BdfIntegrator integrator(system);
+    integrator.setProjectInitialState(false);
+    integrator.initialize(state);
+    return integrator.getUDot().normInf();
+}
+
+/** A flexible part that hangs on a joint of its interface "A". **/
+template <class Hinge>
+struct Hanging {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    FlexibleBody body{flexible, test::makePointMassPart().body, "pendulum"};
+    Hinge hinge{flexible, matter.Ground(), body.interface("A"), "hinge"};
+    State state;
+
+    Hanging() {
+        Force::Gravity(forces, matter, -YAxis, Gravity);
+        state = system.realizeTopology();
+        body.setPoseByInterface(state, "A", Transform());
+    }
+};
+
+TEST(StaticEquilibrium, PendulumStartedLevelOrNearlyUprightHangsAtRest) {
+    for (const Real angle : {0.0, 1.4, -2.0}) {
+        Hanging<Joint::Pin> model;
+        model.body.setPoseByInterface(model.state, "A", Transform(Rotation(angle, ZAxis)));
+        StaticEquilibrium equilibrium(model.system);
+        equilibrium.solve(model.state);
+        const State& state = equilibrium.getState();
+        // The centre of mass lies below the pin.
+        const Vec3 center = model.body.getFramePose(state).p();
+        EXPECT_LT(center[1], -0.1) << angle;
+        EXPECT_NEAR(center[0], 0, 1e-9) << angle;
+        const Vector lambda = equilibrium.getMultipliers(model.hinge);
+        const Vec3 force = model.hinge.calcForceOnM(state, lambda)[1];
+        EXPECT_NEAR(force[1], model.body.getPart().mass * Gravity, 1e-9 * Gravity) << angle;
+        EXPECT_LT(calcLargestAcceleration(model.system, state), 1e-5) << angle;
+    }
+}
+
+TEST(StaticEquilibrium, BodyThatNothingHoldsIsNamed) {
+    Hanging<Joint::Pin> model;
+    FlexibleBody loose(model.flexible, test::makePointMassPart().body, "loose casing");
+    const State state = model.system.realizeTopology();
+    StaticEquilibrium equilibrium(model.system);
+    try {
+        equilibrium.solve(state);
+        FAIL() << "no exception";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("'loose casing' is free to move"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
+TEST(StaticEquilibrium, FreeMotionWithoutLoadStaysAndIsReported) {
+    Hanging<Joint::Ball> model;  // may turn about the vertical
+    StaticEquilibrium equilibrium(model.system);
+    equilibrium.solve(model.state);
+    ASSERT_EQ(equilibrium.getFreeMotions().size(), 1u);
+    EXPECT_EQ(equilibrium.getFreeMotions()[0], "'pendulum' is free to move");
+    EXPECT_LT(calcLargestAcceleration(model.system, equilibrium.getState()), 1e-5);
+}
+
+TEST(StaticEquilibrium, SpringCarriesAMass) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -XAxis, Gravity);
+    const Real m = 3, k = 500;
+    MobilizedBody::Slider mass(matter.Ground(), Transform(),
+                                     Body::Rigid(MassProperties(m, Vec3(0), Inertia(1))),
+                                     Transform());
+    Force::MobilityLinearSpring spring(forces, mass, MobilizerQIndex(0), k, 0.1);
+    const State state = system.realizeTopology();
+    StaticEquilibrium equilibrium(system);
+    equilibrium.solve(state);
+    EXPECT_NEAR(mass.getOneQ(equilibrium.getState(), 0), 0.1 - m * Gravity / k, 1e-12);
+    EXPECT_TRUE(equilibrium.getFreeMotions().empty());
+}
+
+TEST(StaticEquilibrium, LockedMobilizersStayAndHeldOnesStayDuringAssembly) {
+    // Two rigid links, pinned to each other and to Ground, 1 m apart at their ends: a flat arch.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, Gravity);
+    const Body::Rigid link(MassProperties(1, Vec3(0.3, 0, 0), Inertia(1)));
+    MobilizedBody::Pin left(matter.Ground(), Transform(), link, Transform());
+    MobilizedBody::Pin middle(left, Transform(Vec3(0.6, 0, 0)), link, Transform());
+    MobilizedBody::Slider end(matter.Ground(), Transform(),
+                                    Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))),
+                                    Transform());
+    Constraint::Ball hold(end, Vec3(0), middle, Vec3(0.6, 0, 0));
+    State state = system.realizeTopology();
+    left.setOneQ(state, 0, -0.5);
+    middle.setOneQ(state, 0, 0.9);
+    end.setOneQ(state, 0, 0.9);
+
+    StaticEquilibrium equilibrium(system);
+    equilibrium.holdDuringAssembly(left);
+    end.lock(state);
+    EXPECT_THROW(equilibrium.solve(state), std::runtime_error);  // 1.2 cos 0.5 is not 0.9
+    end.unlock(state);
+    left.lock(state);
+    equilibrium.solve(state);
+    EXPECT_EQ(left.getOneQ(equilibrium.getState(), 0), -0.5);
+    EXPECT_NEAR(end.getOneQ(equilibrium.getState(), 0), 1.2 * std::cos(0.5), 1e-9);
+
+    // Free again, it falls until both links hang on the pin.
+    left.unlock(state);
+    end.lockAt(state, 0.9);
+    StaticEquilibrium arch(system);
+    arch.solve(state);
+    EXPECT_EQ(end.getOneQ(arch.getState(), 0), 0.9);
+    EXPECT_NEAR(left.getOneQ(arch.getState(), 0), -std::acos(0.45 / 0.6), 1e-9);
+}
+
+TEST(StaticEquilibrium, ConicalPendulumTurnsSteadily) {
+    // cos θ = g/(Ω² l) for a bob; a rigid link on a Universal joint that is carried round.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, Gravity);
+    const Real l = 0.5, Omega = 6;
+    const Rotation zToY(-Pi / 2, XAxis);
+    MobilizedBody::Pin turn(matter.Ground(), Transform(zToY),
+                                  Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))),
+                                  Transform(zToY));
+    const Body::Rigid bob(MassProperties(1, Vec3(0, -l, 0), Inertia(Vec3(l * l, 0, l * l))));
+    MobilizedBody::Pin swing(turn, Transform(), bob, Transform());
+    State state = system.realizeTopology();
+    turn.setOneU(state, 0, Omega);
+    swing.setOneQ(state, 0, 0.3);
+    StaticEquilibrium equilibrium(system);
+    equilibrium.solveSteadyMotion(state);
+    EXPECT_NEAR(std::cos(swing.getOneQ(equilibrium.getState(), 0)), Gravity / (Omega * Omega * l),
+                1e-9);
+    EXPECT_EQ(turn.getOneU(equilibrium.getState(), 0), Omega);
+}
+
+}  // namespace
+}  // namespace simflex
