@@ -15,14 +15,17 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double RoundOff = 1e-11;  // of scaled matrices, whose entries are of order 1
-constexpr double ZeroStiffness = 1e-12;
+constexpr double RoundOff = 1e-11;       // of scaled matrices, whose entries are of order 1
+constexpr double ZeroStiffness = 1e-12;  // the same
+/** Of a sum's parts: what differences of forces leave of a motion that nothing holds. **/
+constexpr double RoundOffOfSum = 1e-10;
 
 /** λ²M + λD + K in coordinates y with λ = s·ν, where all matrices have entries of order 1 or less.
  * **/
 struct ReducedPencil {
     MatrixXd M, D, K;
     MatrixXd basis;  ///< δ = basis·y, all speeds
+    MatrixXd fullK;  ///< symmetric part, all speeds; nothing for held ones
     double rate;     ///< s [1/s]
 };
 
@@ -67,7 +70,8 @@ ReducedPencil reducePencil(const Linearization& linear) {
                    K = select(linear.K, free, free), G = select(linear.G, rows, free);
 
     ReducedPencil pencil;
-    const double reference = chooseReference(M, D, K, isModal);
+    // Not the very rate of an eigenvalue: a shift by it would be singular.
+    const double reference = 0.37 * chooseReference(M, D, K, isModal);
     pencil.rate = std::sqrt(reference);
     const VectorXd scale =
         (K.diagonal().cwiseAbs() + reference * M.diagonal()).cwiseSqrt().cwiseInverse();
@@ -76,7 +80,13 @@ ReducedPencil reducePencil(const Linearization& linear) {
     pencil.D = pencil.rate * (Z.transpose() * D * Z);
     pencil.K = Z.transpose() * K * Z;
     pencil.basis = MatrixXd::Zero(n, Z.cols());
-    for (size_t i = 0; i < free.size(); ++i) pencil.basis.row(free[i]) = Z.row(Eigen::Index(i));
+    pencil.fullK = MatrixXd::Zero(n, n);
+    for (size_t i = 0; i < free.size(); ++i) {
+        pencil.basis.row(free[i]) = Z.row(Eigen::Index(i));
+        for (size_t j = 0; j < free.size(); ++j)
+            pencil.fullK(free[i], free[j]) =
+                0.5 * (K(Eigen::Index(i), Eigen::Index(j)) + K(Eigen::Index(j), Eigen::Index(i)));
+    }
     return pencil;
 }
 
@@ -89,19 +99,23 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<Pair>& pairs) {
     if (factor.info() != Eigen::Success) return false;
     const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(M, K + M);
     if (solver.info() != Eigen::Success) return false;
-    const double zero = ZeroStiffness * std::max(10.0, double(K.rows()));
     for (Eigen::Index k = K.rows(); k-- > 0;) {
         const double mu = solver.eigenvalues()[k];
         if (!(mu > 0)) continue;  // no mass, no motion
-        const double omegaSquared = (1 - mu) / mu;
-        const VectorXcd y = solver.eigenvectors().col(k).cast<Complex>();
-        if (std::abs(omegaSquared) < zero)
-            pairs.push_back({0, y});
+        const VectorXd y = solver.eigenvectors().col(k);
+        // Rayleigh's quotient in graded coordinates: a pendulum's 10 1/s² is not lost beside 1e12.
+        const VectorXd x = pencil.basis * y;
+        const double modalMass = y.dot(M * y), work = x.dot(pencil.fullK * x);
+        const double parts = x.cwiseAbs().dot(pencil.fullK.cwiseAbs() * x.cwiseAbs());
+        const double omegaSquared = work / modalMass;
+        if (std::abs(work) <= RoundOffOfSum * parts ||
+            std::abs(omegaSquared) < square(ZeroStiffness))
+            pairs.push_back({0, y.cast<Complex>()});
         else if (omegaSquared > 0)
-            pairs.push_back({Complex(0, std::sqrt(omegaSquared)), y});
+            pairs.push_back({Complex(0, std::sqrt(omegaSquared)), y.cast<Complex>()});
         else
             for (const double sign : {-1.0, 1.0})
-                pairs.push_back({sign * std::sqrt(-omegaSquared), y});
+                pairs.push_back({sign * std::sqrt(-omegaSquared), y.cast<Complex>()});
     }
     return true;
 }

@@ -30,16 +30,17 @@ Matrix toMatrix(const MatrixXd& from) {
 /** δ̇ = δu − A δ and δu̇ = d(δu)/dt + B δu in axes that turn with the bodies, Simbody's numbering.
  * **/
 struct MovingAxes {
-    MatrixXd A, B;
+    MatrixXd A, B, ADot;
 };
 
 MovingAxes calcMovingAxes(MultibodyEquations& equations, const CoordinateScales& scales,
                           const SolutionPoint& point, const MatrixXd& T, const State& state) {
     MovingAxes axes;
     axes.A = T * calcRateMatrix(equations, scales, point) * T.transpose();
-    axes.B = MatrixXd::Zero(T.rows(), T.cols());
+    axes.B = axes.ADot = MatrixXd::Zero(T.rows(), T.cols());
     const SimbodyMatterSubsystem& matter = equations.getMatter();
     const VectorXd u = T * Map<const VectorXd>(point.u.data(), equations.numU());
+    const VectorXd uDot = T * Map<const VectorXd>(point.uDot.data(), equations.numU());
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
         const MobilizedBody& mobod = matter.getMobilizedBody(i);
         if (!MobilizedBody::Free::isInstanceOf(mobod) ||
@@ -48,13 +49,20 @@ MovingAxes calcMovingAxes(MultibodyEquations& equations, const CoordinateScales&
         // ω and v in the axes of F, here and now; a flexible frame's F is Ground.
         const int first = mobod.getFirstUIndex(state);
         const Matrix3d omega = crossMatrix(u.segment<3>(first));
+        const Matrix3d omegaDot = crossMatrix(uDot.segment<3>(first));
         int q0, nq, u0;
         const bool isRigid = equations.findRigidSlots(i, q0, nq, u0);
         axes.A.block<6, 6>(first, first).setZero();
         axes.A.block<3, 3>(first + 3, first + 3) = omega;
         axes.B.block<3, 3>(first + 3, first + 3) = omega;
-        // A flexible body's ω_B is in turning axes already, and δω_B = δ̇ + ω×δ; ω_F is not.
-        (isRigid ? axes.B : axes.A).block<3, 3>(first, first) = omega;
+        axes.ADot.block<3, 3>(first + 3, first + 3) = omegaDot;
+        if (isRigid) {
+            axes.B.block<3, 3>(first, first) = omega;
+        } else {
+            // ω_B is in turning axes already, and δω_B = δ̇ + ω×δ.
+            axes.A.block<3, 3>(first, first) = omega;
+            axes.ADot.block<3, 3>(first, first) = omegaDot;
+        }
     }
     return axes;
 }
@@ -99,12 +107,13 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
                          });
     const MatrixXd D = calcDampingMatrix(equations, scales, point);
 
-    // M(δ̈ + (A + B)δ̇ + BAδ) + D(δ̇ + Aδ) + Kδ + Gᵀδλ = 0 for constant A and B.
+    // M(δ̈ + (A + B)δ̇ + (Ȧ + BA)δ) + D(δ̇ + Aδ) + Kδ + Gᵀδλ = 0.
     const MatrixXd T = calcSimbodyNumbering(equations, point.q.data());
     const MovingAxes axes = calcMovingAxes(equations, scales, point, T, result.state);
     const MatrixXd mass = T * M * T.transpose(), damping = T * D * T.transpose();
     MatrixXd fullDamping = damping + mass * (axes.A + axes.B);
-    MatrixXd fullStiffness = T * K * T.transpose() + (damping + mass * axes.B) * axes.A;
+    MatrixXd fullStiffness =
+        T * K * T.transpose() + mass * axes.ADot + (damping + mass * axes.B) * axes.A;
     MatrixXd jacobian = G * T.transpose();
 
     const int n = equations.numU();

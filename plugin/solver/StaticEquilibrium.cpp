@@ -50,14 +50,13 @@ private:
         MatrixXd K;  ///< scaled
         MatrixXd G;  ///< scaled columns
         VectorXd r, g;
-        VectorXd forceScale;
     };
 
     bool converge(double fraction);
     Tangent calcTangent();
     void evaluate(const std::vector<double>& q, VectorXd& r);
     /** Steps downhill where the stiffness is not positive. **/
-    VectorXd solveReduced(const MatrixXd& K, const VectorXd& f, const VectorXd& forceScale) const;
+    VectorXd solveReduced(const MatrixXd& K, const VectorXd& f) const;
     double limitStep(const VectorXd& delta) const;
     VectorXd expand(const Tangent& tangent, const VectorXd& x) const;
     /** "'rod'" of the body that moves most in a motion δ. **/
@@ -72,6 +71,8 @@ private:
     std::vector<int> m_free;
     SolutionPoint m_point;
     SteadyMotion m_motion;
+    double m_fraction = 1;    ///< of the loads
+    double m_forceScale = 0;  ///< largest part of any force so far, scaled as r
     double m_change = 0, m_error = 0;
     int m_worstBlock = 0, m_worstRow = -1;
     std::string m_reason;
@@ -116,10 +117,13 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     const MatrixXd K =
         differentiateByQ(m_equations, m_scales, m_point.t, m_point.q, m_point.u,
                          [&](const std::vector<double>& q, VectorXd& r) { evaluate(q, r); });
-    VectorXd r, withoutJoints;
+    VectorXd r, withoutJoints, withoutLoads;
     std::vector<double> lambda(size_t(m), 0);
     std::swap(lambda, m_point.lambda);
     evaluate(m_point.q, withoutJoints);
+    m_equations.setLoadFraction(0);
+    evaluate(m_point.q, withoutLoads);
+    m_equations.setLoadFraction(m_fraction);
     std::swap(lambda, m_point.lambda);
     evaluate(m_point.q, r);
     MatrixXd M, G;
@@ -130,7 +134,6 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     m_equations.calcPositionErrors(tangent.g.data());
     tangent.s.resize(n);
     tangent.r.resize(n);
-    tangent.forceScale.resize(n);
     tangent.K.resize(n, n);
     tangent.G.resize(m, n);
     // Rigid coordinates, which little may hold, are measured by what the softest mode resists.
@@ -149,8 +152,10 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
         const int own = m_free[size_t(i)];
         tangent.s[i] = 1 / std::sqrt(std::abs(K(own, own)) + softest * M(own, own));
         tangent.r[i] = tangent.s[i] * r[own];
-        tangent.forceScale[i] = tangent.s[i] * (std::abs(withoutJoints[own]) +
-                                                G.col(own).cwiseAbs().dot(lambdas.cwiseAbs()));
+        const double parts = std::abs(withoutLoads[own]) +
+                             std::abs(withoutJoints[own] - withoutLoads[own]) +
+                             G.col(own).cwiseAbs().dot(lambdas.cwiseAbs());
+        m_forceScale = std::max(m_forceScale, tangent.s[i] * parts);
         tangent.G.col(i) = tangent.s[i] * G.col(own);
     }
     for (int j = 0; j < n; ++j)
@@ -159,21 +164,21 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     return tangent;
 }
 
-VectorXd StaticEquilibrium::Search::solveReduced(const MatrixXd& K, const VectorXd& f,
-                                                 const VectorXd& forceScale) const {
+VectorXd StaticEquilibrium::Search::solveReduced(const MatrixXd& K, const VectorXd& f) const {
     const MatrixXd symmetric = 0.5 * (K + K.transpose());
     const Eigen::LDLT<MatrixXd> factor(symmetric);
     const bool isPositive =
         factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 100 * ZeroStiffness;
     if (isPositive) return K.partialPivLu().solve(f);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(symmetric);
+    const double allowed = ZeroForce * m_forceScale;
     VectorXd y = VectorXd::Zero(f.size());
     for (Eigen::Index k = 0; k < f.size(); ++k) {
         const double stiffness = eigen.eigenvalues()[k];
         const auto direction = eigen.eigenvectors().col(k);
         const double force = direction.dot(f);
         const bool isZero = std::abs(stiffness) < ZeroStiffness;
-        if (isZero && std::abs(force) <= ZeroForce * direction.cwiseAbs().dot(forceScale)) continue;
+        if (isZero && std::abs(force) <= allowed) continue;
         y += force / std::max(std::abs(stiffness), ZeroStiffness) * direction;
     }
     return y;
@@ -199,6 +204,7 @@ double StaticEquilibrium::Search::limitStep(const VectorXd& delta) const {
 }
 
 bool StaticEquilibrium::Search::converge(double fraction) {
+    m_fraction = fraction;
     m_equations.setLoadFraction(fraction);
     m_motion.setFactor(std::sqrt(fraction));
     for (int iteration = 0; iteration < m_settings.m_maximumIterations; ++iteration) {
@@ -221,8 +227,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         const VectorXd force = -(tangent.r + tangent.K * onto);
         VectorXd x = onto;
         if (Z.cols() > 0)
-            x += Z * solveReduced(Z.transpose() * tangent.K * Z, Z.transpose() * force,
-                                  Z.cwiseAbs().transpose() * tangent.forceScale);
+            x += Z * solveReduced(Z.transpose() * tangent.K * Z, Z.transpose() * force);
         VectorXd delta = expand(tangent, x);
         m_change = m_equations.calcDisplacement(delta.data(), &m_worstBlock);
         const double factor = limitStep(delta);
@@ -275,6 +280,7 @@ std::vector<std::string> StaticEquilibrium::Search::describeFreeMotions() {
 }
 
 void StaticEquilibrium::Search::fail(double fraction) {
+    m_fraction = 1;
     m_equations.setLoadFraction(1);
     m_motion.setFactor(1);
     std::ostringstream text;
@@ -282,13 +288,11 @@ void StaticEquilibrium::Search::fail(double fraction) {
     const Tangent tangent = calcTangent();
     if (tangent.K.allFinite() && tangent.r.allFinite())
         for (const VectorXd& motion : findFreeMotions(tangent)) {
-            double force = 0, scale = 0;
-            for (size_t i = 0; i < m_free.size(); ++i) {
-                const double x = motion[m_free[i]] / tangent.s[Eigen::Index(i)];
-                force += x * tangent.r[Eigen::Index(i)];
-                scale += std::abs(x) * tangent.forceScale[Eigen::Index(i)];
-            }
-            if (std::abs(force) <= 1e-6 * scale) continue;
+            double force = 0;
+            for (size_t i = 0; i < m_free.size(); ++i)
+                force +=
+                    motion[m_free[i]] / tangent.s[Eigen::Index(i)] * tangent.r[Eigen::Index(i)];
+            if (std::abs(force) <= 1e-6 * m_forceScale) continue;
             text << nameMostMoved(motion)
                  << " is free to move and loads act along that motion; hold it by a joint or lock, "
                     "or give it a spring";

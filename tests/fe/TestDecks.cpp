@@ -174,9 +174,11 @@ std::string meshExamplePart(const TestFolder& folder, const std::string& name,
 
 std::vector<double> calcCalculixFrequencies(
     const TestFolder& folder, const std::string& deck,
-    const std::vector<std::pair<std::string, std::array<double, 3>>>& ties, int numModes) {
+    const std::vector<std::pair<std::string, std::array<double, 3>>>& ties, int numModes,
+    int numHeld) {
     std::string text = "*INCLUDE, INPUT=" + withoutSkin(folder, deck) + "\n";
     for (size_t k = 0; k < ties.size(); ++k) text += tieText(int(k), ties[k].first, ties[k].second);
+    for (int k = 0; k < numHeld; ++k) text += "*BOUNDARY\nTIE" + std::to_string(k) + ", 1, 3, 0\n";
     text += "*STEP\n*FREQUENCY\n" + std::to_string(numModes) + "\n*END STEP\n";
     writeText(folder / "frequency.inp", text);
     runOrThrow("cd '" + folder.path() + "' && ccx frequency", folder / "ccx.log");
@@ -196,19 +198,19 @@ std::vector<double> calcCalculixFrequencies(
     return hertz;
 }
 
-std::array<double, 6> calcCalculixDeflection(
-    const TestFolder& folder, const std::string& deck,
-    const std::pair<std::string, std::array<double, 3>>& held,
-    const std::pair<std::string, std::array<double, 3>>& loaded,
-    const std::array<double, 6>& load) {
+namespace {
+
+using Tie = std::pair<std::string, std::array<double, 3>>;
+
+/** Displacement and rotation of the second tie in a *STATIC step with the loads given as cards. **/
+std::array<double, 6> calcStaticMotion(const TestFolder& folder, const std::string& deck,
+                                       const Tie& held, const Tie& watched,
+                                       const std::string& loads) {
     std::ostringstream text;
     text << "*INCLUDE, INPUT=" << withoutSkin(folder, deck) << "\n"
-         << tieText(0, held.first, held.second) << tieText(1, loaded.first, loaded.second)
-         << "*BOUNDARY\nTIE0, 1, 3, 0\n*STEP\n*STATIC\n*CLOAD\n";
-    for (int k = 0; k < 6; ++k)
-        if (load[k] != 0)
-            text << kTieNode + 2 + k / 3 << "," << k % 3 + 1 << "," << load[k] << "\n";
-    text << "*NODE PRINT, NSET=TIE1\nU\n*END STEP\n";
+         << tieText(0, held.first, held.second) << tieText(1, watched.first, watched.second)
+         << "*BOUNDARY\nTIE0, 1, 3, 0\n*STEP\n*STATIC\n"
+         << loads << "*NODE PRINT, NSET=TIE1\nU\n*END STEP\n";
     writeText(folder / "static.inp", text.str());
     runOrThrow("cd '" + folder.path() + "' && ccx static", folder / "ccx.log");
 
@@ -225,6 +227,32 @@ std::array<double, 6> calcCalculixDeflection(
     }
     if (found != 2) throw std::runtime_error(readText(folder / "ccx.log"));
     return u;
+}
+
+}  // namespace
+
+std::array<double, 6> calcCalculixDeflection(
+    const TestFolder& folder, const std::string& deck,
+    const std::pair<std::string, std::array<double, 3>>& held,
+    const std::pair<std::string, std::array<double, 3>>& loaded,
+    const std::array<double, 6>& load) {
+    std::ostringstream cards;
+    cards << "*CLOAD\n";
+    for (int k = 0; k < 6; ++k)
+        if (load[k] != 0)
+            cards << kTieNode + 2 + k / 3 << "," << k % 3 + 1 << "," << load[k] << "\n";
+    return calcStaticMotion(folder, deck, held, loaded, cards.str());
+}
+
+std::array<double, 6> calcCalculixSag(const TestFolder& folder, const std::string& deck,
+                                      const std::pair<std::string, std::array<double, 3>>& held,
+                                      const std::pair<std::string, std::array<double, 3>>& watched,
+                                      double gravity, const std::array<double, 3>& direction) {
+    std::ostringstream cards;
+    cards << "*DLOAD\nBODY, GRAV, " << gravity;
+    for (const double component : direction) cards << ", " << component;
+    cards << "\n";
+    return calcStaticMotion(folder, deck, held, watched, cards.str());
 }
 
 }  // namespace testing

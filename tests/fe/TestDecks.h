@@ -55,10 +55,12 @@ std::string meshExamplePart(const TestFolder& folder, const std::string& name,
                             const std::string& elementType, double h);
 
 /** CalculiX's own frequencies [Hz] of a deck whose node sets are tied as *RIGID BODY to the given
-points, everything else free; the six rigid modes among them. **/
+points, everything else free; the six rigid modes among them.
+@param numHeld  so many of the ties, from the first, are held in place **/
 std::vector<double> calcCalculixFrequencies(
     const TestFolder& folder, const std::string& deck,
-    const std::vector<std::pair<std::string, std::array<double, 3>>>& ties, int numModes);
+    const std::vector<std::pair<std::string, std::array<double, 3>>>& ties, int numModes,
+    int numHeld = 0);
 
 /** CalculiX's own displacement and rotation (6 numbers) of the tie `loaded` under a force and a
 moment at its point, the tie `held` being fixed. **/
@@ -66,6 +68,12 @@ std::array<double, 6> calcCalculixDeflection(
     const TestFolder& folder, const std::string& deck,
     const std::pair<std::string, std::array<double, 3>>& held,
     const std::pair<std::string, std::array<double, 3>>& loaded, const std::array<double, 6>& load);
+
+/** The same under the body's weight, gravity [m/s²] along a direction. **/
+std::array<double, 6> calcCalculixSag(const TestFolder& folder, const std::string& deck,
+                                      const std::pair<std::string, std::array<double, 3>>& held,
+                                      const std::pair<std::string, std::array<double, 3>>& watched,
+                                      double gravity, const std::array<double, 3>& direction);
 
 }  // namespace testing
 }  // namespace simflex

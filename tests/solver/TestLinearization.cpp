@@ -86,7 +86,9 @@ TEST(Linearization, PredictsAccelerationsOfDisplacedStates) {
             }
             change += 0.5 * sign * model.calcUDot(moved);
         }
-        // M δu̇ + (∂M/∂q δ) u̇ is r's change at fixed u̇; K holds the second part.
+        // δ of the frame's place is taken in axes that turn with the body, here with ω̇.
+        const Vec3 turned = Vec3::getAs(&linear.uDot[first]) % Vec3::getAs(&delta[first + 3]);
+        for (int a = 0; a < 3; ++a) change[first + 3 + a] -= turned[a];
         const Vector residual = linear.M * change + linear.K * delta;
         EXPECT_LT(residual.normInf(), 1e-8 * Vector(linear.K * delta).normInf()) << trial;
     }
@@ -181,7 +183,7 @@ TEST(Eigenmodes, SleepingTopPrecessesAndNutates) {
     MobilizedBody::Pin aboutX(matter.Ground(), Transform(zToX), ring, Transform(zToX));
     MobilizedBody::Pin aboutY(aboutX, Transform(zToY), ring, Transform(zToY));
     MobilizedBody::Pin top(aboutY, Transform(), makeTop(m, Vec3(0, 0, l), I1 - m * l * l, I3),
-                                 Transform());
+                           Transform());
     State state = system.realizeTopology();
     top.setOneU(state, 0, spin);
     const std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state));
@@ -203,7 +205,7 @@ TEST(Eigenmodes, FreeSymmetricBodyNutatesAtItsEulerFrequencyInTurningAxes) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     MobilizedBody::Free body(matter.Ground(), Transform(), makeTop(1, Vec3(0), I1, I3),
-                                   Transform());
+                             Transform());
     State state = system.realizeTopology();
     body.setQToFitRotation(state, Rotation(0.7, UnitVec3(1, -1, 2)));
     system.realize(state, Stage::Position);
@@ -297,7 +299,7 @@ TEST(Linearization, RefusesNonholonomicConstraintsByName) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     MobilizedBody::Pin wheel(matter.Ground(), Transform(), makeTop(1, Vec3(0), 0.1, 0.1),
-                                   Transform());
+                             Transform());
     Constraint::ConstantSpeed speed(wheel, 3);
     const State state = system.realizeTopology();
     try {

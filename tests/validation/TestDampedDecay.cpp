@@ -1,0 +1,63 @@
+// A damped part in motion decays as its complex eigenvalue says.
+
+#include <gtest/gtest.h>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/forces/ModalDamping.h"
+#include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "support/PointMassPart.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+TEST(DampedDecay, TransientFollowsTheComplexMode) {
+    constexpr Real Amplitude = 1e-5;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody body(flexible, test::makePointMassPart().body);
+    Joint::Weld weld(flexible, matter.Ground(), body.interface("A"));
+    // Unequal ratios couple the welded modes: shapes are truly complex.
+    Vector ratios(body.getNumModes());
+    for (int i = 0; i < ratios.size(); ++i) ratios[i] = i % 2 ? 0.06 : 0.01;
+    ModalDamping(flexible, body, ratios);
+    State state = system.realizeTopology();
+    body.setPoseByInterface(state, "A", Transform());
+    const Linearization linear = calcLinearization(system, state);
+    const Eigenmode mode = calcEigenmodes(linear).front();
+    EXPECT_GT(mode.dampingRatio, 0.01);
+
+    // δ = Re(c x e^{λt})
+    State start = calcModeStates(system, linear, mode, Amplitude, 1)[0];
+    const Vector xi = body.getModalCoordinates(start);
+    Vector_<Complex> shape(xi.size());
+    int largest = 0;
+    for (int i = 0; i < xi.size(); ++i) {
+        shape[i] = mode.shape[int(body.getModalMobilizer(i / 6).getFirstUIndex(state)) + i % 6];
+        if (std::abs(xi[i]) > std::abs(xi[largest])) largest = i;
+    }
+    const Real c = xi[largest] / shape[largest].real();
+    for (int i = 0; i < linear.M.nrow(); ++i)
+        start.updU()[i] = std::real(c * mode.eigenvalue * mode.shape[i]);
+    GeneralizedAlphaIntegrator integrator(system);
+    integrator.setAccuracy(1e-12);
+    integrator.initialize(start);
+    const Real period = 2 * Pi / mode.eigenvalue.imag();
+    for (int k = 1; k <= 4; ++k) {
+        const Real time = 1.3 * k * period;
+        integrator.stepTo(time);
+        const Vector found = body.getModalCoordinates(integrator.getState());
+        for (int i = 0; i < xi.size(); ++i)
+            // accuracy^(2/3) of the amplitude, and the joint's second order.
+            EXPECT_NEAR(found[i], std::real(c * shape[i] * std::exp(mode.eigenvalue * time)),
+                        3e-4 * std::abs(xi[largest]))
+                << "mode " << i << " after " << 1.3 * k << " periods";
+    }
+}
+
+}  // namespace
+}  // namespace simflex
