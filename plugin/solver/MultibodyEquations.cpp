@@ -601,7 +601,8 @@ void MultibodyEquations::realizeBlocks(double time, const double* q, const doubl
             element.forces[unsigned(k)] = SpatialVec(Vec3(0), Vec3(0));
         }
         element.element->addInForces(time, element.motions, element.forces);
-        if (m_loadFraction != 1)
+        // What has a stiffness is no load.
+        if (m_loadFraction != 1 && element.signs.empty())
             for (SpatialVec& force : element.forces) force *= m_loadFraction;
     }
 }

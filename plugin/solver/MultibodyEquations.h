@@ -65,8 +65,8 @@ public:
      * rigid tree. @returns false if not. **/
     bool findRigidSlots(SimTK::MobilizedBodyIndex body, int& q0, int& nq, int& u0) const;
 
-    /** Applies this part of gravity and of all force elements, Simbody's included, from the next
-     * realize() on; 1 unless told. **/
+    /** Applies this part of gravity, of loads and of Simbody's force elements from the next
+     * realize() on, springs between attachment frames in full; 1 unless told. **/
     void setLoadFraction(double fraction);
 
     /** Threads to use at most; models of few or small bodies get fewer. **/

@@ -13,10 +13,11 @@ included. Where that is not positive it steps downhill instead, so that a pendul
     const State& atRest = equilibrium.getState();
     Vector forces = equilibrium.getMultipliers(pin);
 
-A step is at most 0.3 of a body's size. Loads (gravity and all force elements, Simbody's springs
-too) are applied at once; if that does not converge, they, and the squares of speeds, are raised
-from zero in parts, each starting from the last. Loads are those of the State's time;
-velocity-dependent forces are those of the speeds given.
+A step is at most 0.3 of a body's size. Loads are applied at once; if that does not converge, they,
+and the squares of speeds, are raised from zero in parts, each starting from the last. Loads are
+gravity, AttachmentForces, DistributedLoads and all of Simbody's force elements, its springs too;
+springs and bushings between attachment frames act in full. They are those of the State's time and
+of the speeds given.
 
 A motion that nothing holds is left alone if no load acts along it (see getFreeMotions()) and
 refused by name otherwise. **/

@@ -8,6 +8,8 @@
 
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/StaticEquilibrium.h"
 #include "support/StatorModel.h"
 
 namespace simflex {
@@ -130,6 +132,47 @@ TEST(Stator, NaturalFrequenciesAreThoseOfTheWholeFiniteElementModel) {
         EXPECT_GT(linear.getFrequency(k), calculix[k] * (1 - 1e-5)) << "mode " << k;
         EXPECT_LT(linear.getFrequency(k), calculix[k] * 1.004) << "mode " << k;
     }
+}
+
+TEST(Stator, ModesAboutItsStaticEquilibriumAreThoseOfTheJoinedParts) {
+    StatorOptions undamped;
+    undamped.damping = 0;
+    StatorModel model(undamped, getParts());
+    StaticEquilibrium equilibrium(model.system);
+    equilibrium.solve(model.makeUndeformedState());
+    const LinearModel linear = model.makeLinearModel();
+    const std::vector<Eigenmode> modes =
+        calcEigenmodes(calcLinearization(model.system, equilibrium.getState()));
+    ASSERT_EQ(int(modes.size()), linear.getNumModes());
+    for (size_t k = 0; k < modes.size(); ++k) {
+        const double expected = linear.getFrequency(int(k));
+        // Weight stiffens and softens by (g/sag)/ω²: a millionth.
+        EXPECT_NEAR(modes[k].frequency, expected, 1e-5 * expected) << "mode " << k;
+    }
+    double weight = 0;
+    for (const auto& part : getParts()) weight += part->mass * model.getOptions().gravity;
+    SimTK::Vec3 sum(0);
+    for (const Joint& hinge :
+         {Joint(model.leftHinge), Joint(model.rightHinge), Joint(model.rearHinge)})
+        sum += hinge.calcForceOnM(equilibrium.getState(), equilibrium.getMultipliers(hinge))[1];
+    EXPECT_LT((sum - SimTK::Vec3(0, weight, 0)).norm(), 1e-9 * weight);
+}
+
+TEST(Stator, EveryModeIsDampedByTheParts) {
+    StatorModel model({}, getParts());
+    const LinearModel linear = model.makeLinearModel();
+    const std::vector<Eigenmode> modes =
+        calcEigenmodes(calcLinearization(model.system, model.makeUndeformedState()));
+    // What D couples shifts frequencies by ζ² at most; ratios beyond those of the lowest modes
+    // differ more.
+    const double ratio = model.getOptions().damping;
+    for (size_t k = 0; k < 8; ++k) {
+        const double expected = linear.getFrequency(int(k));
+        EXPECT_NEAR(modes[k].frequency, expected, ratio * ratio * expected) << "mode " << k;
+        EXPECT_NEAR(modes[k].dampingRatio, linear.getDampingRatio(int(k)), ratio * ratio)
+            << "mode " << k;
+    }
+    for (const Eigenmode& mode : modes) EXPECT_LT(mode.eigenvalue.real(), 0);
 }
 
 TEST(Stator, RestsOnItsHingesAndTheyCarryItsWeight) {

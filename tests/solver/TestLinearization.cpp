@@ -8,6 +8,7 @@
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/StaticEquilibrium.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {
@@ -91,6 +92,51 @@ TEST(Linearization, PredictsAccelerationsOfDisplacedStates) {
         for (int a = 0; a < 3; ++a) change[first + 3 + a] -= turned[a];
         const Vector residual = linear.M * change + linear.K * delta;
         EXPECT_LT(residual.normInf(), 1e-8 * Vector(linear.K * delta).normInf()) << trial;
+    }
+}
+
+TEST(Linearization, StiffnessAboutAnEquilibriumIsTheHessianOfTheEnergy) {
+    // Without joints δᵀKδ is the second difference of the energy along any path, if its gradient
+    // vanishes.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity(forces, matter, -YAxis, Gravity);
+    const Vec3 stations[] = {{0.2, 0.1, 0}, {-0.2, 0.1, 0.1}, {0, 0.1, -0.2}};
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody body(flexible, test::makePointMassPart().body);
+    for (const Vec3& station : stations)
+        Force::TwoPointLinearSpring(forces, matter.Ground(), 3 * station, body.getFrame(), station,
+                                    400, 0.2);
+    StaticEquilibrium equilibrium(system);
+    equilibrium.solve(system.realizeTopology());
+    const State& state = equilibrium.getState();
+    const Linearization linear = calcLinearization(system, state);
+    const auto calcEnergy = [&](const Eigenmode& mode, Real amplitude) {
+        const State moved = calcModeStates(system, linear, mode, amplitude, 1)[0];
+        system.realize(moved, Stage::Dynamics);
+        return flexible.calcEnergy(moved);
+    };
+    const std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    EXPECT_EQ(modes.size(), size_t(linear.M.nrow()));
+    system.realize(state, Stage::Dynamics);
+    const Real atRest = flexible.calcEnergy(state), h = 1e-3;
+    for (const size_t k : {0, 2, 5, 6, 9}) {
+        // ω² of a mode from the energies of two amplitudes and its displacement per unit of x.
+        Eigenmode opposite = modes[k];
+        opposite.shape *= Complex(-1);
+        const Real work = calcEnergy(modes[k], h) + calcEnergy(opposite, h) - 2 * atRest;
+        const State moved = calcModeStates(system, linear, modes[k], h, 1)[0];
+        const Vector xi = body.getModalCoordinates(moved) - body.getModalCoordinates(state);
+        Real scale = 0, largest = 0;
+        for (int i = 0; i < xi.size(); ++i) {
+            const int u = int(body.getModalMobilizer(i / 6).getFirstUIndex(state)) + i % 6;
+            if (std::abs(xi[i]) <= largest) continue;
+            largest = std::abs(xi[i]);
+            scale = xi[i] / modes[k].shape[u].real();
+        }
+        const Real omegaSquared = work / square(scale);
+        EXPECT_NEAR(omegaSquared, square(2 * Pi * modes[k].frequency), 1e-4 * omegaSquared) << k;
     }
 }
 

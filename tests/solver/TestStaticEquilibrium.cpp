@@ -4,6 +4,8 @@
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/forces/AttachmentForce.h"
+#include "simflex/forces/TorsionSpring.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/StaticEquilibrium.h"
 #include "support/PointMassPart.h"
@@ -89,8 +91,7 @@ TEST(StaticEquilibrium, SpringCarriesAMass) {
     Force::Gravity gravity(forces, matter, -XAxis, Gravity);
     const Real m = 3, k = 500;
     MobilizedBody::Slider mass(matter.Ground(), Transform(),
-                                     Body::Rigid(MassProperties(m, Vec3(0), Inertia(1))),
-                                     Transform());
+                               Body::Rigid(MassProperties(m, Vec3(0), Inertia(1))), Transform());
     Force::MobilityLinearSpring spring(forces, mass, MobilizerQIndex(0), k, 0.1);
     const State state = system.realizeTopology();
     StaticEquilibrium equilibrium(system);
@@ -109,8 +110,7 @@ TEST(StaticEquilibrium, LockedMobilizersStayAndHeldOnesStayDuringAssembly) {
     MobilizedBody::Pin left(matter.Ground(), Transform(), link, Transform());
     MobilizedBody::Pin middle(left, Transform(Vec3(0.6, 0, 0)), link, Transform());
     MobilizedBody::Slider end(matter.Ground(), Transform(),
-                                    Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))),
-                                    Transform());
+                              Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))), Transform());
     Constraint::Ball hold(end, Vec3(0), middle, Vec3(0.6, 0, 0));
     State state = system.realizeTopology();
     left.setOneQ(state, 0, -0.5);
@@ -136,6 +136,60 @@ TEST(StaticEquilibrium, LockedMobilizersStayAndHeldOnesStayDuringAssembly) {
     EXPECT_NEAR(left.getOneQ(arch.getState(), 0), -std::acos(0.45 / 0.6), 1e-9);
 }
 
+TEST(StaticEquilibrium, LoadsAreRaisedInPartsWhereOneStepIsTooLong) {
+    // kθ = FL cos θ for a bar on a pin with a torsion spring, far beyond small angles.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const auto part = std::make_shared<ReducedBody>(*test::makePointMassPart().body);
+    for (auto& interface : part->interfaces) interface.position[1] = interface.position[2] = 0;
+    const FlexibleBody bar(flexible, part, "bar");
+    Joint::Pin pin(flexible, matter.Ground(), bar.interface("A"), "pin");
+    const Real L = part->interfaces[1].position[0] - part->interfaces[0].position[0];
+    const Real k = 2, F = 4.86 * k / L;
+    TorsionSpring spring(flexible, matter.Ground(), bar.interface("A"), k);
+    AttachmentForce push(flexible, bar.interface("B"), SpatialVec(Vec3(0), Vec3(0, F, 0)));
+    State state = system.realizeTopology();
+    for (int i = 0; i < bar.getNumModalMobilizers(); ++i) bar.getModalMobilizer(i).lock(state);
+    bar.setPoseByInterface(state, "A", Transform());
+    StaticEquilibrium equilibrium(system);
+    equilibrium.setMaximumIterations(8);
+    equilibrium.solve(state);
+    EXPECT_GT(equilibrium.getNumLoadSteps(), 1);
+    const Vec3 x = bar.getFramePose(equilibrium.getState()).R().x();
+    const Real angle = std::atan2(x[1], x[0]);
+    EXPECT_NEAR(angle, 1.3, 1e-3);
+    EXPECT_NEAR(k * angle, F * L * std::cos(angle), 1e-8 * k);
+}
+
+TEST(StaticEquilibrium, JointsThatCannotBeAssembledAreNamed) {
+    Hanging<Joint::Ball> model;
+    const Joint::Ball far(model.flexible, model.matter.Ground(),
+                          model.body.interface("A", Transform(Vec3(0.3, 0, 0))), "far support");
+    const State state = model.system.realizeTopology();
+    StaticEquilibrium equilibrium(model.system);
+    try {
+        equilibrium.solve(state);
+        FAIL() << "no exception";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("cannot be assembled"), std::string::npos)
+            << error.what();
+    }
+}
+
+TEST(StaticEquilibrium, SpeedsThatAreNoSteadyMotionAreRefused) {
+    Hanging<Joint::Pin> model;
+    model.system.realize(model.state, Stage::Position);
+    setSteadyRotation(model.system, model.state, Vec3(0, 0, 3), Vec3(1, 0, 0));  // not the pin
+    StaticEquilibrium equilibrium(model.system);
+    try {
+        equilibrium.solveSteadyMotion(model.state);
+        FAIL() << "no exception";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("hinge"), std::string::npos) << error.what();
+    }
+}
+
 TEST(StaticEquilibrium, ConicalPendulumTurnsSteadily) {
     // cos θ = g/(Ω² l) for a bob; a rigid link on a Universal joint that is carried round.
     MultibodySystem system;
@@ -145,8 +199,7 @@ TEST(StaticEquilibrium, ConicalPendulumTurnsSteadily) {
     const Real l = 0.5, Omega = 6;
     const Rotation zToY(-Pi / 2, XAxis);
     MobilizedBody::Pin turn(matter.Ground(), Transform(zToY),
-                                  Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))),
-                                  Transform(zToY));
+                            Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))), Transform(zToY));
     const Body::Rigid bob(MassProperties(1, Vec3(0, -l, 0), Inertia(Vec3(l * l, 0, l * l))));
     MobilizedBody::Pin swing(turn, Transform(), bob, Transform());
     State state = system.realizeTopology();
