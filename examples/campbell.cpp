@@ -73,7 +73,7 @@ void drawMode(const Arguments& arguments, const RotorModel& model, const Lineari
     OffscreenVisualizer visualizer(model.system);
     visualizer.addFlexibleBody(model.rod);
     visualizer.setOutputFolder(arguments.out + "/frames");
-    const Array_<State> states =
+    const std::vector<State> states =
         calcModeStates(model.system, linear, mode, arguments.amplitude, arguments.frames);
     visualizer.fitToMotion(states);
     for (const State& state : states) visualizer.report(state);
@@ -84,14 +84,17 @@ void drawMode(const Arguments& arguments, const RotorModel& model, const Lineari
 void plot(const Arguments& arguments, const CampbellDiagram& diagram) {
     const char* colors[] = {Plot::Blue, Plot::Orange, Plot::Green};
     Plot plot{"Disc on a flexible rod", "speed [rad/s]", {}};
-    Plot::Panel frequencies{"natural frequencies, and once per turn", "[Hz]", {}};
+    Plot::Panel frequencies, damping;
+    frequencies.title = "natural frequencies, and once per turn";
+    frequencies.yLabel = "[Hz]";
     for (size_t k = 0; k < diagram.branches.size(); ++k)
         frequencies.series.push_back(
             {"", diagram.speeds, diagram.branches[k].frequency, colors[k % 3]});
     std::vector<double> once;
     for (const double speed : diagram.speeds) once.push_back(speed / (2 * Pi));
     frequencies.series.push_back({"once per turn", diagram.speeds, once, Plot::Gray, 2, true});
-    Plot::Panel damping{"damping", "[% of critical]", {}};
+    damping.title = "damping";
+    damping.yLabel = "[% of critical]";
     for (size_t k = 0; k < diagram.branches.size(); ++k) {
         std::vector<double> percent;
         for (const double ratio : diagram.branches[k].dampingRatio) percent.push_back(100 * ratio);

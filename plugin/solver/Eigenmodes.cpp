@@ -205,8 +205,8 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
     return modes;
 }
 
-Array_<State> calcModeStates(const MultibodySystem& system, const Linearization& linearization,
-                             const Eigenmode& mode, Real amplitude, int numFrames) {
+std::vector<State> calcModeStates(const MultibodySystem& system, const Linearization& linearization,
+                                  const Eigenmode& mode, Real amplitude, int numFrames) {
     const MultibodyEquations equations(system, linearization.state);
     const int n = equations.numU();
     if (mode.shape.size() != n)
@@ -229,7 +229,7 @@ Array_<State> calcModeStates(const MultibodySystem& system, const Linearization&
         displacements.push_back(T.transpose() * delta);
         largest = std::max(largest, equations.calcDisplacement(displacements.back().data()));
     }
-    Array_<State> states;
+    std::vector<State> states;
     for (VectorXd& delta : displacements) {
         if (largest > 0) delta *= amplitude / largest;
         moved = q;

@@ -46,9 +46,8 @@ the operating point moved by Re(x e^{2πik/numFrames}), damping left out. Joints
 order in the amplitude.
 @param amplitude  largest displacement of any body in the first frame or later [m]
 @throws std::invalid_argument if the amplitude is not positive or the mode is another system's. **/
-SimTK::Array_<SimTK::State> calcModeStates(const SimTK::MultibodySystem& system,
-                                           const Linearization& linearization,
-                                           const Eigenmode& mode, SimTK::Real amplitude,
-                                           int numFrames);
+std::vector<SimTK::State> calcModeStates(const SimTK::MultibodySystem& system,
+                                         const Linearization& linearization, const Eigenmode& mode,
+                                         SimTK::Real amplitude, int numFrames);
 
 }  // namespace simflex

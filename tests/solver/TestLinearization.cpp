@@ -331,7 +331,7 @@ TEST(Eigenmodes, ModeStatesMoveByTheAmplitudeAndComeBack) {
     const State state = system.realizeTopology();
     const Linearization linear = calcLinearization(system, state);
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
-    const Array_<State> frames = calcModeStates(system, linear, modes[6], 0.01, 8);
+    const std::vector<State> frames = calcModeStates(system, linear, modes[6], 0.01, 8);
     ASSERT_EQ(frames.size(), 8u);
     const Vector first = body.getModalCoordinates(frames[0]);
     EXPECT_LT((body.getModalCoordinates(frames[4]) + first).normInf(), 1e-12);
