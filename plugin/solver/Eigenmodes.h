@@ -12,8 +12,9 @@ forces the problem is symmetric and λ = ±iω; else λ is complex.
     for (const State& frame : calcModeStates(system, linear, modes[2], 0.01, 24))
 visualizer.report(frame);
 
-Frequencies are accurate to about 1e-10 of the lowest frequency of a flexible part, or of
-themselves, whichever is more. Dense: O(n³) for n speeds, 200 take 0.1 s, with damping 2 s. **/
+Undamped frequencies are accurate to about 1e-9 of themselves, complex ones to about 1e-8 of
+themselves or of the lowest frequency of a flexible part, whichever is more. Dense: O(n³) for n
+speeds, 200 take 0.1 s, with damping 2 s. **/
 
 #include <vector>
 

@@ -53,7 +53,7 @@ q̇ = u. Columns of flexible bodies are left zero. **/
 Eigen::MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
                                const SolutionPoint& point);
 
-/** 1 where a lock or Motion leaves the speed free. **/
+/** Speeds that no lock or Motion prescribes. **/
 std::vector<int> listFreeSpeeds(const MultibodyEquations& equations);
 
 /** The directions that constraints leave free, in scaled coordinates δ = s·x. Redundant rows are
