@@ -21,8 +21,8 @@ using namespace simflex::examples;
 namespace {
 
 struct Arguments {
-    double discMass = 0.3, discRadius = 0.06, damping = 0.01, speed = 600, amplitude = 0.01;
-    int numSpeeds = 31, numModes = 6, frames = 24;
+    double discMass = 0.3, discRadius = 0.06, damping = 0.01, speed = 1500, amplitude = 0.01;
+    int numSpeeds = 31, numModes = 4, frames = 24;
     std::string parts = "build/release/parts", out = "build/output/campbell";
 };
 
@@ -45,6 +45,7 @@ struct RotorModel {
           clamp(flexible, matter.Ground(), rod.interface("big_end"), "clamp"),
           seat(flexible, rod.interface("small_end"), hub, "seat") {
         ModalDamping(flexible, rod, arguments.damping);
+        matter.setShowDefaultGeometry(false);
     }
 
     static Rotation zToX() { return Rotation(Pi / 2, YAxis); }

@@ -120,7 +120,7 @@ struct Arch {
         Constraint::Ball(end, Vec3(0), middle, Vec3(0.6, 0, 0));
         state = system.realizeTopology();
         left.setOneQ(state, 0, -0.5);
-        middle.setOneQ(state, 0, 0.9);
+        middle.setOneQ(state, 0, 0.5);
         end.setOneQ(state, 0, 0.9);
     }
 };
