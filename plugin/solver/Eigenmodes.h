@@ -23,12 +23,10 @@ speeds, 200 take 0.1 s, with damping 2 s. **/
 namespace simflex {
 
 struct Eigenmode {
-    SimTK::Complex
-        eigenvalue;         ///< λ [1/s]; of a conjugate pair the one with positive imaginary part
+    /** λ [1/s]; of a conjugate pair the one with positive imaginary part. **/
+    SimTK::Complex eigenvalue;
     SimTK::Real frequency;  ///< |λ|/2π [Hz]
-    /** −Re λ/|λ|: 1 if it dies down without oscillating, negative if it grows; 0 for a rigid
-     * motion.
-     * **/
+    /** −Re λ/|λ|: 1 if it dies down without oscillating, negative if it grows. **/
     SimTK::Real dampingRatio;
     /** n: x in Simbody's numbering of u, axes as in Linearization; xᴴMx = 1, largest displacement
     real and positive. **/
