@@ -12,9 +12,8 @@ forces the problem is symmetric and λ = ±iω; else λ is complex.
     for (const State& frame : calcModeStates(system, linear, modes[2], 0.01, 24))
 visualizer.report(frame);
 
-Undamped frequencies are accurate to about 1e-9 of themselves, complex ones to about 1e-8 of
-themselves or of the lowest frequency of a flexible part, whichever is more. Dense: O(n³) for n
-speeds, 200 take 0.1 s, with damping 2 s. **/
+Tests hold undamped frequencies to 1e-9 of themselves, complex ones to 1e-8; very slow complex ones
+beside very stiff parts are less sharp. Dense: O(n³) for n speeds. **/
 
 #include <vector>
 

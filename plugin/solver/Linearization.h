@@ -23,8 +23,8 @@ and G are those of an instant.
     for (const Eigenmode& mode : calcEigenmodes(linear)) std::cout << mode.frequency << " Hz\n";
 
 M and G are exact, D and K fourth-order differences of the residual with displacements of 3e-4 of a
-body's size: about 1e-12 of the forces' own stiffness where forces are smooth. O(n²) residuals'
-columns and dense matrices: for some hundreds of speeds. SI units. **/
+body's size, relative error below 1e-8 where forces are smooth. O(n²) in time, and dense matrices:
+for some hundreds of speeds. SI units. **/
 
 #include "Simbody.h"
 
