@@ -41,16 +41,16 @@ the rates of their positions (Simbody 3.7's LineOrientation and FreeLine, revers
 quaternions), joints disabled in the State. Forces on the body of a modal mobilizer have no effect;
 forces on its mobilities are modal forces.
 
-The Newton matrix holds elasticity, modal damping and inertia. Simbody's own force elements and
-AttachmentForces act in the residual only: very stiff ones among them slow Newton's iteration down
-and shorten the step.
+The Newton matrix holds elasticity, damping, inertia, and the stiffness and damping of the elements
+in simflex/forces. Simbody's own force elements, AttachmentForces and DistributedLoads act in the
+residual only: very stiff ones among them slow Newton's iteration down and shorten the step.
 
 Near a singular position, where a mechanism can branch (all bars of a four-bar in one line), G loses
-rank and changes faster than the iteration follows. A step of StabilizedIndex2 that fails to converge
-is tried again with the position equations in Newton's system, whose exact derivative G is; its end
-is projected onto the velocity equations too, u̇ and λ with it. So the mechanism stays on its branch
-unless a step ends closer to the branching than its own error. Forces of joints do grow without
-bound towards such a position. **/
+rank and changes faster than the iteration follows. A step of StabilizedIndex2 that fails to
+converge is tried again with the position equations in Newton's system, whose exact derivative G is;
+its end is projected onto the velocity equations too, u̇ and λ with it. So the mechanism stays on its
+branch unless a step ends closer to the branching than its own error. Forces of joints do grow
+without bound towards such a position. **/
 
 #include <functional>
 #include <memory>
@@ -152,10 +152,10 @@ public:
     SimTK::Vector getMultipliers(const SimTK::Constraint& constraint) const;
     SimTK::Real getLastStepSize() const;
     int getLastOrder() const;
-    /** Work since initialize() of AttachmentForces, modal damping, prescribed motions of joints,
-    Motions, locked speeds and Simbody's working constraints [J].
-    Gravity and elasticity are potential energy; Simbody's other force elements are not counted.
-    Integrated along with the scheme's own order. **/
+    /** Work since initialize() of loads and dampers in simflex/forces, prescribed motions of
+    joints, Motions, locked speeds and Simbody's working constraints [J]. Gravity, elasticity and
+    springs are potential energy; Simbody's other force elements are not counted. Integrated along
+    with the scheme's own order. **/
     SimTK::Real getWork() const;
     /** Largest position error of any joint at getState() [m, rad]. **/
     SimTK::Real getLargestConstraintError() const;
