@@ -34,7 +34,9 @@ public:
     explicit Implementation(const NewtonSystem& system)
         : m_numMultipliers(system.numMultipliers()) {
         system.checkSizes();
+        m_parts.reserve(system.parts.size());
         for (const NewtonSystem::Part& part : system.parts) m_parts.emplace_back(part);
+        m_blocks.reserve(system.blocks.size());
         for (const Block& block : system.blocks) {
             m_blocks.emplace_back(block, m_parts);
             m_firstColumn.push_back(int(m_Gz.size()));

@@ -9,8 +9,7 @@ forces the problem is symmetric and λ = ±iω; else λ is complex.
 
     const Linearization linear = calcLinearization(system, state);
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
-    for (const State& frame : calcModeStates(system, linear, modes[2], 0.01, 24))
-visualizer.report(frame);
+    for (const State& now : calcModeStates(system, linear, modes[2], 0.01, 24)) frames.report(now);
 
 Tests hold undamped frequencies to 1e-9 of themselves, complex ones to 1e-8; very slow complex ones
 beside very stiff parts are less sharp. Dense: O(n³) for n speeds. **/
