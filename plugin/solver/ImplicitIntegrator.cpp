@@ -81,6 +81,19 @@ void ImplicitIntegrator::setProjectInitialState(bool project) {
     m_impl->projectInitialState = project;
 }
 
+void ImplicitIntegrator::addForceJacobian(const SimTK::Force& force,
+                                          const std::vector<SimTK::MobilizedBodyIndex>& bodies) {
+    if (force.isEmptyHandle())
+        throw std::invalid_argument(m_impl->name + "::addForceJacobian(): an empty Force");
+    m_impl->differentiated.push_back({force, bodies});
+}
+
+void ImplicitIntegrator::addForceJacobian(const std::vector<SimTK::MobilizedBodyIndex>& bodies) {
+    if (bodies.empty())
+        throw std::invalid_argument(m_impl->name + "::addForceJacobian(): no bodies named");
+    m_impl->differentiated.push_back({SimTK::Force(), bodies});
+}
+
 void ImplicitIntegrator::setNewtonSystemObserver(
     std::function<void(const NewtonSystem&)> observer) {
     m_impl->observer = std::move(observer);

@@ -42,8 +42,9 @@ quaternions), joints disabled in the State. Forces on the body of a modal mobili
 forces on its mobilities are modal forces.
 
 The Newton matrix holds elasticity, damping, inertia, and the stiffness and damping of the elements
-in simflex/forces. Simbody's own force elements, AttachmentForces and DistributedLoads act in the
-residual only: very stiff ones among them slow Newton's iteration down and shorten the step.
+in simflex/forces. Simbody's own force elements, Force::Custom among them, act in the residual only
+unless addForceJacobian() is told of them; so do AttachmentForces and DistributedLoads. Very stiff
+ones slow Newton's iteration down and shorten the step.
 
 Near a singular position, where a mechanism can branch (all bars of a four-bar in one line), G loses
 rank and changes faster than the iteration follows. A step of StabilizedIndex2 that fails to
@@ -114,6 +115,19 @@ public:
     /** Skips the initial projection of positions and speeds: the State is taken as consistent
      * already. **/
     void setProjectInitialState(bool project);
+    /** Takes the stiffness and damping of one of Simbody's force elements, a Force::Custom say,
+    into the Newton matrix: by central differences in the speeds that it depends on, two evaluations
+    of it for each speed whenever the matrix is formed. Only convergence changes, not the solution.
+    The symmetric part is taken, in its 24 largest terms: springs, dampers and contacts, not what
+    follower forces and friction have besides.
+    @param bodies  what it acts on and depends on. Flexible bodies by FlexibleBody::getFrame() and
+        their modal mobilizers. None: those that it acts on or depends on in the State given to
+        initialize(), found by trying, which does not see contacts that are open then. **/
+    void addForceJacobian(const SimTK::Force& force,
+                          const std::vector<SimTK::MobilizedBodyIndex>& bodies = {});
+    /** The same for all of Simbody's force elements and contact subsystems together that act
+    between these bodies. **/
+    void addForceJacobian(const std::vector<SimTK::MobilizedBodyIndex>& bodies);
     /** Called with every Newton system just before it is solved; for tests and benchmarks. **/
     void setNewtonSystemObserver(std::function<void(const NewtonSystem&)> observer);
     /**@}**/

@@ -84,7 +84,8 @@ void ImplicitIntegrator::Implementation::buildEquations() {
     m_scratch = m_state;
     if (m_equations) bookPhases();
     m_step.reset();
-    m_equations = std::make_unique<MultibodyEquations>(m_system, m_state);
+    m_equations = std::make_unique<MultibodyEquations>(
+        m_system, m_state, MultibodyEquations::Setting::Implicit, differentiated);
     m_step = std::make_unique<ImplicitStep>(*m_equations, statistics);
     m_step->tolerances = newtonTolerances;
     m_step->blockForm = blockForm;

@@ -51,6 +51,7 @@ public:
     BlockForm blockForm = BlockForm::Automatic;
     NewtonTolerances newtonTolerances;
     std::function<void(const NewtonSystem&)> observer;
+    std::vector<ForceSelection> differentiated;
     /**@}**/
 
     IntegratorStatistics statistics;

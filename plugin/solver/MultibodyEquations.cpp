@@ -10,6 +10,7 @@
 #include "simflex/solver/FlexibleBlock.h"
 #include "simflex/solver/ParallelFor.h"
 #include "simflex/solver/RigidTree.h"
+#include "simflex/solver/TangentMatrices.h"
 
 namespace simflex {
 
@@ -53,7 +54,8 @@ bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index
 // construction
 
 MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const State& state,
-                                       Setting setting)
+                                       Setting setting,
+                                       const std::vector<ForceSelection>& differentiated)
     : m_system(system),
       m_setting(setting),
       m_owner(setting == Setting::Native ? "flexible bodies" : "ImplicitIntegrator"),
@@ -69,7 +71,6 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     makeSimbodyConstraints();
     makePrescribedMotion();
     makeForceElements();
-    makeParts();
     m_context.gravity = &m_gravity;
     m_numSimbodyU = m_private.getNU();
     m_numZ = m_private.getNZ();
@@ -77,6 +78,8 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
         m_private.clear();
     else
         preparePrivateStates(state);
+    makeForceDifferences(differentiated);
+    makeParts();
 }
 
 MultibodyEquations::~MultibodyEquations() = default;
@@ -251,37 +254,43 @@ void MultibodyEquations::makeSimbodyConstraints() {
     }
 }
 
+PrescribedMotion::Mobilizer MultibodyEquations::findMobilizer(MobilizedBodyIndex body) const {
+    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    PrescribedMotion::Mobilizer mobilizer;
+    mobilizer.body = body;
+    const int b = findBlock(body);
+    const Block& block = *m_blocks[size_t(b)];
+    if (b >= int(m_flexible.size())) {
+        const RigidTree::Slots slots = m_rigid[size_t(b) - m_flexible.size()]->findSlots(body);
+        mobilizer.q0 = slots.q0, mobilizer.nq = slots.nq;
+        mobilizer.u0 = slots.u0, mobilizer.nu = slots.nu;
+    } else {
+        const FlexibleBodyRecord& record = m_guts->body(FlexibleBodyIndex(b));
+        mobilizer.isFlexibleFrame = record.frame == body;
+        const MobilizedBody& mobod = matter.getMobilizedBody(body);
+        mobilizer.nq = mobilizer.isFlexibleFrame ? 7 : mobod.getNumQ(m_private);
+        mobilizer.nu = mobod.getNumU(m_private);
+        if (!mobilizer.isFlexibleFrame) {
+            mobilizer.q0 = 7, mobilizer.u0 = 6;
+            for (MobilizedBodyIndex carrier : record.carriers) {
+                if (carrier == body) break;
+                const int modes = matter.getMobilizedBody(carrier).getNumU(m_private);
+                mobilizer.q0 += modes, mobilizer.u0 += modes;
+            }
+        }
+    }
+    mobilizer.q0 += block.firstQ;
+    mobilizer.u0 += block.firstU;
+    return mobilizer;
+}
+
 void MultibodyEquations::makePrescribedMotion() {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     std::vector<PrescribedMotion::Mobilizer> mobilizers;
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
         const MobilizedBody& mobod = matter.getMobilizedBody(i);
         if (!PrescribedMotion::isPrescribed(mobod, m_private)) continue;
-        PrescribedMotion::Mobilizer mobilizer;
-        mobilizer.body = i;
-        const int b = findBlock(i);
-        const Block& block = *m_blocks[size_t(b)];
-        if (b >= int(m_flexible.size())) {
-            const RigidTree::Slots slots = m_rigid[size_t(b) - m_flexible.size()]->findSlots(i);
-            mobilizer.q0 = slots.q0, mobilizer.nq = slots.nq;
-            mobilizer.u0 = slots.u0, mobilizer.nu = slots.nu;
-        } else {
-            const FlexibleBodyRecord& record = m_guts->body(FlexibleBodyIndex(b));
-            mobilizer.isFlexibleFrame = record.frame == i;
-            mobilizer.nq = mobilizer.isFlexibleFrame ? 7 : mobod.getNumQ(m_private);
-            mobilizer.nu = mobod.getNumU(m_private);
-            if (!mobilizer.isFlexibleFrame) {
-                mobilizer.q0 = 7, mobilizer.u0 = 6;
-                for (MobilizedBodyIndex carrier : record.carriers) {
-                    if (carrier == i) break;
-                    const int modes = matter.getMobilizedBody(carrier).getNumU(m_private);
-                    mobilizer.q0 += modes, mobilizer.u0 += modes;
-                }
-            }
-        }
-        mobilizer.q0 += block.firstQ;
-        mobilizer.u0 += block.firstU;
-        mobilizers.push_back(mobilizer);
+        mobilizers.push_back(findMobilizer(i));
     }
     if (mobilizers.empty()) return;
     m_system.prescribe(m_private);
@@ -362,6 +371,7 @@ void MultibodyEquations::makeParts() {
         // Constrained or prescribed modes have no place in an arrow, nor shapes that change.
         const Block& block = *m_blocks[size_t(b)];
         if (m_flexible[size_t(b)]->hasCurvedFrames() || !m_simbodyColumns[size_t(b)].empty() ||
+            isDifferenced(b) ||
             (m_prescribed && m_prescribed->touches(block.firstU, block.numU)))
             continue;
         const auto found = std::find_if(m_parts.begin(), m_parts.end(), [&](const PartGroup& part) {
@@ -419,6 +429,56 @@ void MultibodyEquations::makeForceElements() {
         }
         m_elements.push_back(ref);
     }
+}
+
+std::vector<ForceDifferences::Speed> MultibodyEquations::listSimbodySpeeds() const {
+    const CoordinateScales scales(*this);
+    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    std::vector<ForceDifferences::Speed> speeds;
+    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
+        const PrescribedMotion::Mobilizer mobilizer = findMobilizer(i);
+        const int first = matter.getMobilizedBody(i).getFirstUIndex(m_private);
+        for (int k = 0; k < mobilizer.nu; ++k) {
+            const size_t own = size_t(mobilizer.u0 + k);
+            // Contacts and steep springs change within micrometres.
+            speeds.push_back(
+                {i, first + k, std::max(scales.metres[own], 1e-9), 3e-3 * scales.step[own]});
+        }
+    }
+    return speeds;
+}
+
+void MultibodyEquations::makeForceDifferences(const std::vector<ForceSelection>& selections) {
+    if (selections.empty() || !m_hasForeignForces) return;
+    m_system.realize(m_private, Stage::Velocity);
+    const std::vector<ForceDifferences::Speed> candidates = listSimbodySpeeds();
+    for (const ForceSelection& selection : selections) {
+        if (!selection.force.isEmptyHandle() && selection.force.isDisabled(m_private)) continue;
+        DifferencedForce forces{ForceDifferences(m_system, selection, candidates, m_private),
+                                m_numMultipliers + m_numElementRows,
+                                {}};
+        const int terms = forces.differences.getNumTerms();
+        m_numElementRows += terms;
+        for (const ForceDifferences::Speed& speed : forces.differences.getSpeeds()) {
+            const int b = findBlock(speed.body), own = int(&speed - &forces.differences.getSpeeds()[0]);
+            auto side = std::find_if(forces.sides.begin(), forces.sides.end(),
+                                     [b](const auto& known) { return known.block == b; });
+            if (side == forces.sides.end()) {
+                std::vector<int>& rows = m_blockRows[size_t(b)];
+                side = forces.sides.insert(side, {b, int(rows.size()), {}});
+                for (int i = 0; i < terms; ++i) rows.push_back(forces.firstRow + i);
+            }
+            side->speeds.push_back(own);
+        }
+        m_differenced.push_back(std::move(forces));
+    }
+}
+
+bool MultibodyEquations::isDifferenced(int block) const {
+    for (const DifferencedForce& forces : m_differenced)
+        for (const DifferencedForce::Side& side : forces.sides)
+            if (side.block == block) return true;
+    return false;
 }
 
 void MultibodyEquations::setNumThreads(int most) {
@@ -819,6 +879,37 @@ void MultibodyEquations::formElementColumns(const NewtonFactors& factors,
     }
 }
 
+void MultibodyEquations::formDifferencedColumns(const NewtonFactors& factors,
+                                                NewtonSystem& system) const {
+    if (m_differenced.empty()) return;
+    const auto start = Clock::now();
+    const Vector_<SpatialVec> bodyForces(m_system.getMatterSubsystem().getNumBodies(),
+                                         SpatialVec(Vec3(0), Vec3(0)));
+    Vector mobilityForces(m_numSimbodyU, Real(0));
+    for (DifferencedForce& forces : m_differenced) {
+        ForceDifferences& differences = forces.differences;
+        differences.calcTerms(m_private, factors.stiffness);
+        for (int term = 0; term < differences.getNumTerms(); ++term)
+            system.compliance[size_t(forces.firstRow + term)] = differences.getSign(term);
+        for (const DifferencedForce::Side& side : forces.sides) {
+            NewtonSystem::Block& block = system.blocks[size_t(side.block)];
+            for (int term = 0; term < differences.getNumTerms(); ++term) {
+                for (int k : side.speeds)
+                    mobilityForces[differences.getSpeeds()[size_t(k)].u] =
+                        -differences.getDirection(term, k);
+                double* column =
+                    block.Gt.data() + size_t(side.firstColumn + term) * size_t(block.size);
+                std::fill_n(column, block.size, 0.0);
+                m_blocks[size_t(side.block)]->subtractSimbodyForces(bodyForces, mobilityForces,
+                                                                    column);
+                for (int k : side.speeds)
+                    mobilityForces[differences.getSpeeds()[size_t(k)].u] = 0;
+            }
+        }
+    }
+    m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 void MultibodyEquations::formSimbodyColumns(MotionLevel level, NewtonSystem& system) const {
     if (m_constraints) {
         std::vector<SimbodyConstraints::RowForces> rows;
@@ -865,6 +956,7 @@ void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool den
         formConstraintBlock(b, system.blocks[b]);
     });
     formElementColumns(factors, system);
+    formDifferencedColumns(factors, system);
     formSimbodyColumns(level, system);
 }
 

@@ -16,6 +16,7 @@ gravity among them, are given, and Simbody is asked on the State that is being r
 #include "Simbody.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/Block.h"
+#include "simflex/solver/ForceDifferences.h"
 #include "simflex/solver/NewtonSystem.h"
 #include "simflex/solver/PrescribedMotion.h"
 #include "simflex/solver/SimbodyConstraints.h"
@@ -31,9 +32,11 @@ public:
 
     /** Analyses the system; `state` gives instance variables (gravity, disabled elements) and is
     copied.
+    @param differentiated  foreign forces whose Jacobian is wanted
     @throws std::invalid_argument that names what cannot be supported. **/
     MultibodyEquations(const SimTK::MultibodySystem& system, const SimTK::State& state,
-                       Setting setting = Setting::Implicit);
+                       Setting setting = Setting::Implicit,
+                       const std::vector<ForceSelection>& differentiated = {});
     ~MultibodyEquations();
 
     int numQ() const { return m_numQ; }
@@ -204,6 +207,17 @@ private:
         int firstColumn;
         int partFrame = 0;
     };
+    /** The Jacobian of foreign forces; its terms in a block are columns of Gᵀ there. **/
+    struct DifferencedForce {
+        ForceDifferences differences;
+        int firstRow;
+        /** Blocks that it acts on: their first column for it, their speeds among its own. **/
+        struct Side {
+            int block, firstColumn;
+            std::vector<int> speeds;
+        };
+        std::vector<Side> sides;
+    };
     /** Blocks evaluated together: flexible ones of one part, or rigid trees. **/
     struct Batch {
         std::vector<int> blocks;
@@ -227,6 +241,11 @@ private:
     void makeBatches();
     void makeJoints();
     void makeForceElements();
+    void makeForceDifferences(const std::vector<ForceSelection>& selections);
+    bool isDifferenced(int block) const;
+    /** Simbody's speeds and what they move. **/
+    std::vector<ForceDifferences::Speed> listSimbodySpeeds() const;
+    PrescribedMotion::Mobilizer findMobilizer(SimTK::MobilizedBodyIndex body) const;
     FrameRef makeFrame(const Attachment& attachment);
     void updateJacobians() const;
     const FrameMotion& motionOf(const FrameRef& frame) const;
@@ -245,6 +264,7 @@ private:
                                const double* lambda, double* r);
     /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
     void formElementColumns(const NewtonFactors& factors, NewtonSystem& system) const;
+    void formDifferencedColumns(const NewtonFactors& factors, NewtonSystem& system) const;
     void formSimbodyColumns(MotionLevel level, NewtonSystem& system) const;
     /** Asks Simbody for what Motions prescribe at this time, unless it is known. **/
     void updatePrescribed(double time, const double* q, const double* u);
@@ -271,7 +291,8 @@ private:
     mutable std::vector<JointRef> m_joints;  ///< Jacobians are made when first asked for
     mutable bool m_hasJacobians = false;
     mutable std::vector<ElementRef> m_elements;  ///< Jacobians are made with the Newton matrix
-    int m_numElementRows = 0;
+    mutable std::vector<DifferencedForce> m_differenced;
+    int m_numElementRows = 0;  ///< of elements and differenced forces
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;
     std::vector<int> m_blockOfBody;  ///< by MobilizedBodyIndex; −1: Ground
@@ -289,7 +310,7 @@ private:
     std::vector<double> m_scratch;
     int m_numQ = 0, m_numU = 0, m_numMultipliers = 0, m_numThreads = 1;
     double m_time = 0;
-    double m_simbodySeconds = 0;
+    mutable double m_simbodySeconds = 0;
 };
 
 }  // namespace simflex

@@ -1,0 +1,332 @@
+// Simbody's own force elements in the Newton matrix: ImplicitIntegrator::addForceJacobian().
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/forces/TwoPointSpringDamper.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/ForceDifferences.h"
+#include "support/PointMassPart.h"
+
+namespace simflex::test {
+namespace {
+
+using namespace SimTK;
+using ::testing::HasSubstr;
+
+/** What a user would write: a spring and damper between stations of two bodies. **/
+class UserSpring : public Force::Custom::Implementation {
+public:
+    UserSpring(const MobilizedBody& first, const Vec3& atFirst, const MobilizedBody& second,
+               const Vec3& atSecond, Real stiffness, Real damping, Real freeLength)
+        : m_first(first),
+          m_second(second),
+          m_atFirst(atFirst),
+          m_atSecond(atSecond),
+          m_stiffness(stiffness),
+          m_damping(damping),
+          m_freeLength(freeLength) {}
+
+    void calcForce(const State& state, Vector_<SpatialVec>& bodyForces, Vector_<Vec3>&,
+                   Vector&) const override {
+        const Vec3 between = m_second.findStationLocationInGround(state, m_atSecond) -
+                             m_first.findStationLocationInGround(state, m_atFirst);
+        const Vec3 rate = m_second.findStationVelocityInGround(state, m_atSecond) -
+                          m_first.findStationVelocityInGround(state, m_atFirst);
+        const Vec3 along = between / between.norm();
+        const Real pull = m_stiffness * (between.norm() - m_freeLength) + m_damping * ~rate * along;
+        m_first.applyForceToBodyPoint(state, m_atFirst, pull * along, bodyForces);
+        m_second.applyForceToBodyPoint(state, m_atSecond, -pull * along, bodyForces);
+    }
+    Real calcPotentialEnergy(const State&) const override { return 0; }
+
+private:
+    const MobilizedBody &m_first, &m_second;
+    Vec3 m_atFirst, m_atSecond;
+    Real m_stiffness, m_damping, m_freeLength;
+};
+
+Body makeBrick() {
+    return Body::Rigid(MassProperties(2, Vec3(0), 2 * UnitInertia(0.01, 0.02, 0.025)));
+}
+
+enum class Jacobian { None, Found, Named };
+
+/** Two flexible bodies, the first on a ball joint, and a brick; stiff springs from frame to frame
+and from frame to brick. **/
+struct SprungBodies {
+    explicit SprungBodies(Real stiffness)
+        : first(flexible, part, "first"),
+          second(flexible, part, "second"),
+          brick(matter.updGround(), makeBrick()),
+          root(flexible, matter.Ground(), first.interface("A"), "root"),
+          between(forces,
+                  new UserSpring(first.getFrame(), Vec3(0), second.getFrame(), Vec3(0.1, 0, 0),
+                                 stiffness, 1e-4 * stiffness, 0.3)),
+          strut(forces, new UserSpring(second.getFrame(), Vec3(0), brick, Vec3(0, 0.05, 0),
+                                       stiffness, 0, 0.2)) {}
+
+    State makeState() {
+        State state = system.realizeTopology();
+        first.setPoseByInterface(state, "A", Transform());
+        system.realize(state, Stage::Position);
+        const Vec3 p = first.getFramePose(state).p();
+        second.setFramePose(state, Transform(Rotation(0.3, ZAxis), p + Vec3(0.2, -0.2, 0.1)));
+        brick.setQToFitTransform(state, Transform(p + Vec3(0.2, -0.45, 0.1)));
+        return state;
+    }
+
+    /** Pose of the brick after `time`. **/
+    Vec3 run(BdfIntegrator& integrator, Jacobian jacobian, Real time) {
+        using Bodies = std::vector<MobilizedBodyIndex>;
+        const MobilizedBodyIndex ends[] = {first.getFrame().getMobilizedBodyIndex(),
+                                           second.getFrame().getMobilizedBodyIndex(),
+                                           brick.getMobilizedBodyIndex()};
+        if (jacobian == Jacobian::Named) {
+            integrator.addForceJacobian(between, Bodies{ends[0], ends[1]});
+            integrator.addForceJacobian(strut, Bodies{ends[1], ends[2]});
+        } else if (jacobian == Jacobian::Found) {
+            integrator.addForceJacobian(between);
+            integrator.addForceJacobian(strut);
+        }
+        integrator.initialize(makeState());
+        integrator.stepTo(time);
+        const State& state = integrator.getState();
+        return brick.findStationLocationInGround(state, Vec3(0.1, 0, 0));
+    }
+
+    const std::shared_ptr<const ReducedBody> part = makePointMassPart().body;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    Force::Gravity gravity{forces, matter, -YAxis, 9.81};
+    FlexibleBodySubsystem flexible{system, matter};
+    FlexibleBody first, second;
+    MobilizedBody::Free brick;
+    Joint::Ball root;
+    Force::Custom between, strut;
+};
+
+TEST(ForceJacobian, StiffUserForcesTakeStepsThatNewtonCouldNotTakeWithout) {
+    for (const Jacobian jacobian : {Jacobian::Found, Jacobian::Named}) {
+        SprungBodies model(1e7);
+        BdfIntegrator integrator(model.system);
+        integrator.setFixedStep(1e-3);
+        model.run(integrator, jacobian, 0.1);
+        printf("%ld\n", integrator.getStatistics().newtonIterations);
+    }
+    SprungBodies model(1e7);
+    BdfIntegrator integrator(model.system);
+    integrator.setFixedStep(1e-3);
+    EXPECT_THROW(model.run(integrator, Jacobian::None, 0.1), std::runtime_error);
+}
+
+TEST(ForceJacobian, ChangesConvergenceAndNotTheSolution) {
+    Vec3 end[3];
+    int k = 0;
+    for (const Jacobian jacobian : {Jacobian::None, Jacobian::Found, Jacobian::Named}) {
+        SprungBodies model(1e6);
+        BdfIntegrator integrator(model.system);
+        integrator.setAccuracy(1e-6);
+        end[k++] = model.run(integrator, jacobian, 0.05);
+        const IntegratorStatistics& s = integrator.getStatistics();
+        printf("%ld steps %ld its %ld conv %ld fact %g\n", s.stepsTaken, s.newtonIterations,
+               s.convergenceFailures, s.factorizations, s.totalSeconds);
+    }
+    printf("%g %g\n", (end[0] - end[1]).norm(), (end[2] - end[1]).norm());
+}
+
+/** At its free length a spring has the stiffness k d dᵀ alone, d = ∂(length)/∂q·N, and a damper
+along it c d dᵀ. **/
+TEST(ForceJacobian, TermsOfASpringAreThoseOfItsClosedForm) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    const MobilizedBody::Free first(matter.Ground(), makeBrick()), second(matter.Ground(), makeBrick());
+    const Vec3 atFirst(0.1, 0.2, -0.1), atSecond(-0.2, 0.1, 0.3);
+    const Real k = 3e4, c = 20, gamma = 2e-3;
+    const Vec3 between(0.3, -0.4, 1.2);
+    Force::Custom spring(forces, new UserSpring(first, atFirst, second, atSecond, k, c, between.norm()));
+    State state = system.realizeTopology();
+    const Rotation R_GA(0.7, UnitVec3(1, 2, 3)), R_GB(-1.2, UnitVec3(2, 0, 1));
+    first.setQToFitTransform(state, Transform(R_GA, Vec3(1, 2, 3) - R_GA * atFirst));
+    second.setQToFitTransform(state, Transform(R_GB, Vec3(1, 2, 3) + between - R_GB * atSecond));
+    system.realize(state, Stage::Velocity);
+
+    std::vector<ForceDifferences::Speed> speeds;
+    for (int u = 0; u < 12; ++u)
+        speeds.push_back({u < 6 ? first.getMobilizedBodyIndex() : second.getMobilizedBodyIndex(), u,
+                          u % 6 < 3 ? 0.3 : 1, 1e-6});
+    ForceDifferences differences(system, {spring, {}}, speeds, state);
+    differences.calcTerms(state, gamma);
+    ASSERT_EQ(differences.getSpeeds().size(), 12u);
+
+    const Vec3 n = between / between.norm();
+    Vector d(12);
+    for (int a = 0; a < 3; ++a) {
+        d[a] = -((R_GA * atFirst) % n)[a];
+        d[3 + a] = -n[a];
+        d[6 + a] = ((R_GB * atSecond) % n)[a];
+        d[9 + a] = n[a];
+    }
+    for (int i = 0; i < 12; ++i)
+        for (int j = 0; j < 12; ++j) {
+            Real sum = 0;
+            for (int term = 0; term < differences.getNumTerms(); ++term)
+                sum += differences.getSign(term) * differences.getDirection(term, i) *
+                       differences.getDirection(term, j);
+            EXPECT_NEAR(sum, (gamma * k + c) * d[i] * d[j], 1e-6 * (gamma * k + c)) << i << " " << j;
+        }
+}
+
+/** A force that is not defined on one side. **/
+class OneSided : public Force::Custom::Implementation {
+public:
+    explicit OneSided(const MobilizedBody& slider) : m_slider(slider) {}
+    void calcForce(const State& state, Vector_<SpatialVec>&, Vector_<Vec3>&,
+                   Vector& mobilityForces) const override {
+        m_slider.applyOneMobilityForce(state, 0, -std::sqrt(m_slider.getOneQ(state, 0)),
+                                       mobilityForces);
+    }
+    Real calcPotentialEnergy(const State&) const override { return 0; }
+
+private:
+    const MobilizedBody& m_slider;
+};
+
+TEST(ForceJacobian, WhatCannotBeDifferentiatedIsNamed) {
+    const auto messageOf = [](const std::function<void()>& action) -> std::string {
+        try {
+            action();
+        } catch (const std::exception& error) {
+            return error.what();
+        }
+        return "";
+    };
+    MultibodySystem system, other;
+    SimbodyMatterSubsystem matter(system), otherMatter(other);
+    GeneralForceSubsystem forces(system), otherForces(other);
+    const MobilizedBody::Slider slider(matter.Ground(), makeBrick());
+    const MobilizedBody::Free away(matter.Ground(), makeBrick());
+    Force::Custom oneSided(forces, new OneSided(slider));
+    Force::TwoPointLinearSpring slack(forces, matter.Ground(), Vec3(0), away, Vec3(0), 0, 0);
+    Force::UniformGravity foreign(otherForces, otherMatter, Vec3(0));
+    const State state = system.realizeTopology();
+    other.realizeTopology();
+    const auto initializeWith = [&](const Force& force, std::vector<MobilizedBodyIndex> bodies) {
+        return messageOf([&] {
+            BdfIntegrator integrator(system);
+            integrator.addForceJacobian(force, bodies);
+            integrator.initialize(state);
+            integrator.stepTo(0.1);
+        });
+    };
+    EXPECT_THAT(initializeWith(oneSided, {}),
+                HasSubstr("force element 0 is not a finite number near t = 0"));
+    EXPECT_THAT(initializeWith(slack, {}), HasSubstr("force element 1 acts on no body"));
+    EXPECT_THAT(initializeWith(slack, {MobilizedBodyIndex(7)}),
+                HasSubstr("there is no mobilized body 7"));
+    EXPECT_THAT(initializeWith(foreign, {}), HasSubstr("belongs to another system"));
+    BdfIntegrator integrator(system);
+    EXPECT_THAT(messageOf([&] { integrator.addForceJacobian(Force()); }), HasSubstr("empty Force"));
+    EXPECT_THAT(messageOf([&] { integrator.addForceJacobian(std::vector<MobilizedBodyIndex>()); }),
+                HasSubstr("no bodies"));
+}
+
+/** A brick that swings on a spring: Simbody's, with its Jacobian, or our own. **/
+IntegratorStatistics swing(bool isOurs, Jacobian jacobian) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    const MobilizedBody::Free brick(matter.Ground(), makeBrick());
+    const Vec3 at(0, 0.1, 0.02);
+    Force::TwoPointLinearSpring spring(forces, matter.Ground(), Vec3(0), brick, at, 1e6, 0.5);
+    FlexibleBodySubsystem flexible(system, matter);
+    if (isOurs) {
+        TwoPointSpringDamper(flexible, matter.Ground(), Attachment(brick, at), 1e6, 0, 0.5);
+        spring.setDisabledByDefault(true);
+    }
+    State state = system.realizeTopology();
+    brick.setQToFitTransform(state, Transform(Vec3(0.5, -0.1, 0)));
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-5);
+    if (jacobian == Jacobian::Found) integrator.addForceJacobian(spring);
+    integrator.initialize(state);
+    integrator.stepTo(0.5);
+    return integrator.getStatistics();
+}
+
+TEST(ForceJacobian, SimbodysSpringTakesTheStepsOfOurs) {
+    const IntegratorStatistics ours = swing(true, Jacobian::None), without = swing(false, Jacobian::None),
+                               with = swing(false, Jacobian::Found);
+    for (const auto& s : {ours, with, without})
+        printf("%ld steps %ld its %ld conv %ld fact %g\n", s.stepsTaken, s.newtonIterations,
+               s.convergenceFailures, s.factorizations, s.totalSeconds);
+}
+
+/** A pendulum of three links in one tree, a stiff spring and damper on the last pin. **/
+TEST(ForceJacobian, SpringsOnMobilitiesCount) {
+    for (const bool hasJacobian : {false, true}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        GeneralForceSubsystem forces(system);
+        Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+        const MobilizedBody::Pin upper(matter.Ground(), Vec3(0), makeBrick(), Vec3(0, 0.2, 0)),
+            middle(upper, Vec3(0, -0.2, 0), makeBrick(), Vec3(0, 0.2, 0)),
+            lower(middle, Vec3(0, -0.2, 0), makeBrick(), Vec3(0, 0.2, 0));
+        Force::MobilityLinearSpring spring(forces, lower, MobilizerQIndex(0), 1e6, 0.2);
+        Force::MobilityLinearDamper damper(forces, lower, MobilizerUIndex(0), 1e4);
+        State state = system.realizeTopology();
+        upper.setAngle(state, 1);
+        lower.setAngle(state, 0.2);
+        BdfIntegrator integrator(system);
+        integrator.setAccuracy(1e-5);
+        if (hasJacobian) {
+            integrator.addForceJacobian(spring);
+            integrator.addForceJacobian(damper);
+        }
+        integrator.initialize(state);
+        integrator.stepTo(0.5);
+        const IntegratorStatistics& s = integrator.getStatistics();
+        printf("%ld steps %ld its %ld conv %ld fact %g angle %g\n", s.stepsTaken, s.newtonIterations,
+               s.convergenceFailures, s.factorizations, s.totalSeconds,
+               upper.getAngle(integrator.getState()));
+    }
+}
+
+/** A ball falls on the ground. **/
+TEST(ForceJacobian, ContactsOfNamedBodiesCount) {
+    for (const bool hasJacobian : {false, true}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        GeneralForceSubsystem forces(system);
+        Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+        ContactTrackerSubsystem tracker(system);
+        CompliantContactSubsystem contacts(system, tracker);
+        const ContactMaterial steel(1e9, 0.3, 0, 0);
+        matter.updGround().updBody().addContactSurface(
+            Transform(Rotation(Pi / 2, ZAxis)), ContactSurface(ContactGeometry::HalfSpace(), steel));
+        Body::Rigid ball(MassProperties(1, Vec3(0), UnitInertia::sphere(0.05)));
+        ball.addContactSurface(Transform(), ContactSurface(ContactGeometry::Sphere(0.05), steel));
+        const MobilizedBody::Free falling(matter.Ground(), ball);
+        State state = system.realizeTopology();
+        falling.setQToFitTranslation(state, Vec3(0, 0.055, 0));
+        BdfIntegrator integrator(system);
+        integrator.setAccuracy(1e-6);
+        if (hasJacobian) integrator.addForceJacobian({falling.getMobilizedBodyIndex()});
+        integrator.initialize(state);
+        integrator.stepTo(0.5);
+        const IntegratorStatistics& s = integrator.getStatistics();
+        printf("%ld steps %ld its %ld conv %ld fact %g\n", s.stepsTaken, s.newtonIterations,
+               s.convergenceFailures, s.factorizations, s.totalSeconds);
+    }
+}
+
+}  // namespace
+}  // namespace simflex::test
