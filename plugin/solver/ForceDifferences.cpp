@@ -111,11 +111,10 @@ void ForceDifferences::calcTerms(const State& state, double gamma) {
             for (int i = 0; i < n; ++i) {
                 const double f = force[m_speeds[size_t(i)].u];
                 if (!std::isfinite(f))
-                    throw std::runtime_error(m_selection.describe() +
-                                             " is not a finite number near t = " +
-                                             std::to_string(state.getTime()) +
-                                             " s where mobilized body " +
-                                             std::to_string(int(speed.body)) + " moves a little");
+                    throw std::runtime_error(
+                        m_selection.describe() + " is not a finite number near t = " +
+                        std::to_string(state.getTime()) + " s where mobilized body " +
+                        std::to_string(int(speed.body)) + " moves a little");
                 if (sign > 0)
                     m_matrix(i, j) = -f;
                 else

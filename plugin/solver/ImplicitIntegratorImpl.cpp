@@ -455,8 +455,11 @@ void ImplicitIntegrator::Implementation::failStep(double h, const std::string& r
     else
         text << "worst body '" << bodyName << "' moves by " << m_outcome.displacementChange
              << " m in the last iteration";
-    if (m_outcome.isFinite && !m_outcome.converged && m_outcome.worstRow >= 0)
-        text << ", " << m_equations->describeConstraint(m_outcome.worstRow) << " has residual "
+    // Rows beyond the multipliers are force elements'.
+    const int row = m_outcome.worstRow;
+    if (m_outcome.isFinite && !m_outcome.converged && row >= 0 &&
+        row < m_equations->numMultipliers())
+        text << ", " << m_equations->describeConstraint(row) << " has residual "
              << m_outcome.constraintResidual;
     text << ". The last good State is kept; a singular position, a contradictory joint or a load "
             "that changes faster "

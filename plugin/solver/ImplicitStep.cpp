@@ -99,6 +99,7 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
         const char* separator = " ";
         std::vector<std::string> named;
         for (int row : m_solver.findInvolvedRows(k)) {
+            if (row >= m_equations.numMultipliers()) continue;  // a force element's
             const std::string& name = m_equations.getJointName(row);
             if (row == rows[size_t(k)] || std::count(named.begin(), named.end(), name)) continue;
             named.push_back(name);

@@ -371,8 +371,7 @@ void MultibodyEquations::makeParts() {
         // Constrained or prescribed modes have no place in an arrow, nor shapes that change.
         const Block& block = *m_blocks[size_t(b)];
         if (m_flexible[size_t(b)]->hasCurvedFrames() || !m_simbodyColumns[size_t(b)].empty() ||
-            isDifferenced(b) ||
-            (m_prescribed && m_prescribed->touches(block.firstU, block.numU)))
+            isDifferenced(b) || (m_prescribed && m_prescribed->touches(block.firstU, block.numU)))
             continue;
         const auto found = std::find_if(m_parts.begin(), m_parts.end(), [&](const PartGroup& part) {
             return sharesPart(b, part.firstBlock);
@@ -460,7 +459,8 @@ void MultibodyEquations::makeForceDifferences(const std::vector<ForceSelection>&
         const int terms = forces.differences.getNumTerms();
         m_numElementRows += terms;
         for (const ForceDifferences::Speed& speed : forces.differences.getSpeeds()) {
-            const int b = findBlock(speed.body), own = int(&speed - &forces.differences.getSpeeds()[0]);
+            const int b = findBlock(speed.body),
+                      own = int(&speed - &forces.differences.getSpeeds()[0]);
             auto side = std::find_if(forces.sides.begin(), forces.sides.end(),
                                      [b](const auto& known) { return known.block == b; });
             if (side == forces.sides.end()) {
@@ -902,8 +902,7 @@ void MultibodyEquations::formDifferencedColumns(const NewtonFactors& factors,
                 std::fill_n(column, block.size, 0.0);
                 m_blocks[size_t(side.block)]->subtractSimbodyForces(bodyForces, mobilityForces,
                                                                     column);
-                for (int k : side.speeds)
-                    mobilityForces[differences.getSpeeds()[size_t(k)].u] = 0;
+                for (int k : side.speeds) mobilityForces[differences.getSpeeds()[size_t(k)].u] = 0;
             }
         }
     }

@@ -292,7 +292,7 @@ private:
     mutable bool m_hasJacobians = false;
     mutable std::vector<ElementRef> m_elements;  ///< Jacobians are made with the Newton matrix
     mutable std::vector<DifferencedForce> m_differenced;
-    int m_numElementRows = 0;  ///< of elements and differenced forces
+    int m_numElementRows = 0;                   ///< of elements and differenced forces
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;
     std::vector<int> m_blockOfBody;  ///< by MobilizedBodyIndex; −1: Ground
