@@ -37,7 +37,7 @@ struct FlexibleBodyRecord {
 struct JointRecord {
     std::string name;
     std::shared_ptr<const JointEquations> equations;
-    Attachment F, M;
+    std::vector<Attachment> frames;  ///< F, M; of a coupler those of every coordinate
     SimTK::ConstraintIndex constraint;
 };
 

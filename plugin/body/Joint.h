@@ -7,12 +7,21 @@ it directly.
 
     Joint::Pin pin(flexible, crank.interface("pin"), rod.interface("big_end"), "crank pin");
 
+Prescribed motions lead M as a function of time and report the force they need. Gears and couplers
+tie coordinates of joints to each other, of up to four bodies and more:
+
+    Joint::Gear gear(flexible, inputBearing, 17, outputBearing, 43, "reduction");
+    Joint::Coupler rack(flexible, {{slide, 1}, {pinionBearing, -radius}});
+
 A Joint is a handle: copies refer to the same joint. **/
 
 #include <array>
 #include <functional>
+#include <memory>
+#include <vector>
 
 #include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/body/JointCoordinate.h"
 
 namespace simflex {
 
@@ -36,12 +45,21 @@ public:
     class PrescribedTranslation;  ///< M's displacement along an axis of F is one (1); add it to a
                                   ///< Slider or Cylinder
     class PrescribedPosition;     ///< M's origin in F is a function of time (3)
+    class PrescribedPose;         ///< M's place and axes in F are (6)
+    class Gear;                   ///< teeth of two turning wheels mesh (1)
+    class Coupler;                ///< a linear relation between coordinates of joints (1)
+
+    class Coordinate;  ///< what couplers couple
 
     /** Value, rate and acceleration [rad or m, per s, per s²] at a time. **/
     using MotionFunction = std::function<SimTK::Vec3(SimTK::Real time)>;
     using AngleFunction = MotionFunction;
     /** Position, velocity and acceleration in F's axes [m, m/s, m/s²] at a time. **/
     using PositionFunction = std::function<std::array<SimTK::Vec3, 3>(SimTK::Real time)>;
+    /** Pose, velocity (ω, v) and acceleration (α, a) at a time, measured and expressed in F. **/
+    using PoseFunction = std::function<FrameMotion(SimTK::Real time)>;
+    /** A function of time alone with two derivatives. **/
+    using FunctionOfTime = std::shared_ptr<const SimTK::Function>;
 
     enum class Side { F, M };
     enum class Axes { Ground, F, M };
@@ -49,8 +67,10 @@ public:
     const std::string& getName() const;
     JointIndex getIndex() const { return m_index; }
     int getNumEquations() const;
-    const Attachment& getFrameF() const;
-    const Attachment& getFrameM() const;
+    /** A coupler has frames F and M for each of its coordinates.
+    @throws std::out_of_range if there is no such coordinate. **/
+    const Attachment& getFrameF(int coordinate = 0) const;
+    const Attachment& getFrameM(int coordinate = 0) const;
     /** The Simbody constraint that stands for this joint in native runs. **/
     SimTK::ConstraintIndex getConstraintIndex() const;
     const JointEquations& getEquations() const;
@@ -61,8 +81,9 @@ public:
     /** @name Coordinates of the joint [rad, m]
     In the order of q of Simbody's mobilizer of the same name: Cylinder (angle, displacement),
     Universal (about F's x axis, about M's y axis), Planar (angle, x, y). PointOnLine has z,
-    PointInPlane (x, y), prescribed motions what they prescribe; Ball, Weld and Rod have none.
-    Angles are in (−π, π], but a Screw's counts turns. Stage::Velocity. **/
+    PointInPlane (x, y), prescribed motions what they prescribe (PrescribedPose x, y, z), couplers
+    what they couple; Ball, Weld and Rod have none. Angles are in (−π, π], but a Screw's counts
+    turns. Stage::Velocity. **/
     /**@{**/
     int getNumCoordinates() const;
     SimTK::Vector calcCoordinates(const SimTK::State& state) const;
@@ -74,19 +95,27 @@ public:
     SimTK::Vector getMultipliers(const SimTK::State& state) const;
 
     /** Spatial force (torque, force) that the joint puts on the body that carries F or M, taken at
-    the origin of F or M, in axes of Ground, F or M [N m, N]. Stage::Velocity. **/
+    the origin of F or M, in axes of Ground, F or M [N m, N]. Stage::Velocity.
+    @param coordinate  of a coupler: the one whose F and M are meant **/
     SimTK::SpatialVec calcReaction(const SimTK::State& state, const SimTK::Vector& multipliers,
-                                   Side on, Side at, Axes axes = Axes::Ground) const;
+                                   Side on, Side at, Axes axes = Axes::Ground,
+                                   int coordinate = 0) const;
     /** The same in a native run. Stage::Acceleration. **/
     SimTK::SpatialVec calcReaction(const SimTK::State& state, Side on, Side at,
-                                   Axes axes = Axes::Ground) const {
-        return calcReaction(state, getMultipliers(state), on, at, axes);
+                                   Axes axes = Axes::Ground, int coordinate = 0) const {
+        return calcReaction(state, getMultipliers(state), on, at, axes, coordinate);
     }
 
     /** Force or torque with which a prescribed motion drives M, one for each equation, along its
-    coordinate [N, N m]: times the coordinate's rate it is the power put in.
+    coordinate [N, N m]: times the coordinate's rate it is the power put in. A PrescribedPose has
+    the force, then the torque at M's origin, in M's axes.
     @throws std::logic_error if the joint prescribes no motion. **/
     SimTK::Vector calcDrivingForces(const SimTK::Vector& multipliers) const;
+
+    /** Force or torque with which a coupler drives each of its coordinates, M forward and F back
+    [N, N m]: of a gear the torques on its wheels, over a wheel's radius the force of its teeth.
+    @throws std::logic_error if the joint is no coupler. **/
+    SimTK::Vector calcCouplingForces(const SimTK::Vector& multipliers) const;
 
     /** Spatial force (torque, force) that multipliers λ put on M at its origin, in Ground: −D_Mᵀλ.
      * Stage::Velocity. **/
@@ -95,11 +124,13 @@ public:
 
 protected:
     Joint(FlexibleBodySubsystem& subsystem, std::shared_ptr<const JointEquations> equations,
-          const Attachment& F, const Attachment& M, const std::string& name);
+          std::vector<Attachment> frames, const std::string& name);
 
 private:
     friend class FlexibleBodySubsystem;
     void checkSize(const SimTK::Vector& multipliers) const;
+    size_t findFrames(int coordinate) const;
+    class Motions;
     Joint(const SimTK::MultibodySystem& system, SimTK::SubsystemIndex subsystem, JointIndex index)
         : m_system(&system), m_subsystem(subsystem), m_index(index) {}
 
@@ -184,6 +215,8 @@ public:
     /** @throws std::invalid_argument if `angle` is empty. **/
     PrescribedRotation(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
                        AngleFunction angle, const std::string& name = "");
+    PrescribedRotation(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
+                       FunctionOfTime angle, const std::string& name = "");
 };
 
 class Joint::PrescribedTranslation : public Joint {
@@ -192,6 +225,9 @@ public:
     PrescribedTranslation(FlexibleBodySubsystem& subsystem, const Attachment& F,
                           const Attachment& M, SimTK::CoordinateAxis axis,
                           MotionFunction displacement, const std::string& name = "");
+    PrescribedTranslation(FlexibleBodySubsystem& subsystem, const Attachment& F,
+                          const Attachment& M, SimTK::CoordinateAxis axis,
+                          FunctionOfTime displacement, const std::string& name = "");
 };
 
 class Joint::PrescribedPosition : public Joint {
@@ -199,6 +235,74 @@ public:
     /** @throws std::invalid_argument if `position` is empty. **/
     PrescribedPosition(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
                        PositionFunction position, const std::string& name = "");
+};
+
+class Joint::PrescribedPose : public Joint {
+public:
+    /** @throws std::invalid_argument if `pose` is empty. **/
+    PrescribedPose(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
+                   PoseFunction pose, const std::string& name = "");
+};
+
+/** A coordinate of frame M in frame F: of a joint, or of any two attachments, such as the frames of
+ * a stock mobilizer. **/
+class Joint::Coordinate {
+public:
+    /** Coordinate `index` of a joint, see calcCoordinates(). Implicit, so that a Pin or Slider can
+    stand for its coordinate.
+    @throws std::out_of_range if the joint has no such coordinate. **/
+    Coordinate(const Joint& joint, int index = 0);
+    /** Angle of M's x axis about F's z axis. **/
+    static Coordinate makeAngle(const Attachment& F, const Attachment& M);
+    /** Of M's origin along an axis of F. **/
+    static Coordinate makeDisplacement(const Attachment& F, const Attachment& M,
+                                       SimTK::CoordinateAxis axis);
+
+    const Attachment& getFrameF() const { return m_F; }
+    const Attachment& getFrameM() const { return m_M; }
+    const JointCoordinate& getCoordinate() const { return m_coordinate; }
+
+private:
+    Coordinate(const Attachment& F, const Attachment& M, const JointCoordinate& coordinate)
+        : m_F(F), m_M(M), m_coordinate(coordinate) {}
+
+    Attachment m_F, m_M;
+    JointCoordinate m_coordinate;
+};
+
+/** `n_A θ_A + n_B θ_B = phase` but for whole turns, each of which is one tooth: nothing remembers
+how often the wheels have turned. Assembly meshes the nearest teeth. BdfIntegrator and
+GeneralizedAlphaIntegrator shorten steps that err by more than 1/24 of a tooth, so that none is ever
+lost; of Simbody's integrators ask an accuracy far finer than a tooth. The position error is in
+radians of wheel A. **/
+class Joint::Gear : public Joint {
+public:
+    /** @param A, B  angles of the wheels about their axes F z, seen from the same side
+    @param teethA, teethB  numbers of teeth, opposite in sign if one is an internal gear or the axes
+    are opposed
+    @throws std::invalid_argument if a coordinate is no angle or a number of teeth is 0. **/
+    Gear(FlexibleBodySubsystem& subsystem, const Coordinate& A, int teethA, const Coordinate& B,
+         int teethB, const std::string& name = "");
+    /** @param phase  [rad]; 0 unless told **/
+    Gear(FlexibleBodySubsystem& subsystem, const Coordinate& A, int teethA, const Coordinate& B,
+         int teethB, SimTK::Real phase, const std::string& name = "");
+};
+
+/** `Σ c_i q_i = constant`, but for whole turns of the angles among the q_i. Coefficients of angles
+must be in a ratio of whole numbers up to 1000, as belts and trains of gears have it: the relation
+then has a period, as a gear has its tooth. **/
+class Joint::Coupler : public Joint {
+public:
+    struct Term {
+        Coordinate coordinate;
+        SimTK::Real coefficient;
+    };
+    /** @throws std::invalid_argument if there are no terms, a number is not finite or 0, or angles
+    have coefficients in no such ratio. **/
+    Coupler(FlexibleBodySubsystem& subsystem, const std::vector<Term>& terms,
+            const std::string& name = "");
+    Coupler(FlexibleBodySubsystem& subsystem, const std::vector<Term>& terms, SimTK::Real constant,
+            const std::string& name = "");
 };
 
 }  // namespace simflex

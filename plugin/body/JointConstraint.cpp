@@ -20,9 +20,9 @@ public:
     Implementation(const FlexibleBodySubsystem::Guts& guts, SimbodyMatterSubsystem& matter,
                    const JointRecord& joint)
         : Constraint::Custom::Implementation(matter, joint.equations->getNumEquations(), 0, 0),
-          m_equations(joint.equations),
-          m_F(makeSide(guts, matter, joint.F)),
-          m_M(makeSide(guts, matter, joint.M)) {
+          m_equations(joint.equations) {
+        for (const Attachment& frame : joint.frames)
+            m_sides.push_back(makeSide(guts, matter, frame));
         // With Ground among the bodies the ancestor frame is Ground, as JointEquations assume.
         addConstrainedBody(matter.Ground());
     }
@@ -33,23 +33,23 @@ protected:
     void calcPositionErrors(const State& state, const Array_<Transform, ConstrainedBodyIndex>& X_AB,
                             const Array_<Real, ConstrainedQIndex>& q,
                             Array_<Real>& errors) const override {
-        const auto pose = [&](const Side& side) {
+        const Motions motions(m_sides, [&](const Side& side) {
             FrameMotion body;
             body.X = getBodyTransform(X_AB, side.body);
             const std::vector<Real> xi =
                 gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
                     return getOneQ(state, q, m, i);
                 });
-            return calcMotion(state, side, body, xi, std::vector<Real>(xi.size(), 0)).X;
-        };
-        m_equations->calcErrors(state.getTime(), pose(m_F), pose(m_M), errors.begin());
+            return calcMotion(state, side, body, xi, std::vector<Real>(xi.size(), 0));
+        });
+        m_equations->calcErrors(state.getTime(), motions.frames(), errors.begin());
     }
 
     void calcPositionDotErrors(const State& state,
                                const Array_<SpatialVec, ConstrainedBodyIndex>& V_AB,
                                const Array_<Real, ConstrainedQIndex>& qDot,
                                Array_<Real>& errors) const override {
-        const auto motion = [&](const Side& side) {
+        const Motions motions(m_sides, [&](const Side& side) {
             FrameMotion body;
             body.X = getBodyTransformFromState(state, side.body);
             body.V = getBodyVelocity(V_AB, side.body);
@@ -57,15 +57,15 @@ protected:
                               gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
                                   return getOneQDot(state, qDot, m, i);
                               }));
-        };
-        m_equations->calcErrorDots(state.getTime(), motion(m_F), motion(m_M), errors.begin());
+        });
+        m_equations->calcErrorDots(state.getTime(), motions.frames(), errors.begin());
     }
 
     void calcPositionDotDotErrors(const State& state,
                                   const Array_<SpatialVec, ConstrainedBodyIndex>& A_AB,
                                   const Array_<Real, ConstrainedQIndex>& qDotDot,
                                   Array_<Real>& errors) const override {
-        const auto motion = [&](const Side& side) {
+        const Motions motions(m_sides, [&](const Side& side) {
             FrameMotion body;
             body.X = getBodyTransformFromState(state, side.body);
             body.V = getBodyVelocityFromState(state, side.body);
@@ -77,31 +77,45 @@ protected:
                 gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
                     return getOneQDotDot(state, qDotDot, m, i);
                 }));
-        };
-        m_equations->calcErrorDotDots(state.getTime(), motion(m_F), motion(m_M), errors.begin());
+        });
+        m_equations->calcErrorDotDots(state.getTime(), motions.frames(), errors.begin());
     }
 
     void addInPositionConstraintForces(const State& state, const Array_<Real>& multipliers,
                                        Array_<SpatialVec, ConstrainedBodyIndex>& bodyForces,
                                        Array_<Real, ConstrainedQIndex>& qForces) const override {
-        const auto pose = [&](const Side& side) {
+        const Motions motions(m_sides, [&](const Side& side) {
             FrameMotion body;
             body.X = getBodyTransformFromState(state, side.body);
             const std::vector<Real> xi = gatherXi(state, side);
-            return calcMotion(state, side, body, xi, std::vector<Real>(xi.size(), 0)).X;
-        };
-        SpatialVec D_F[JointEquations::MaxEquations], D_M[JointEquations::MaxEquations];
-        m_equations->calcJacobian(pose(m_F), pose(m_M), D_F, D_M);
-        SpatialVec F(Vec3(0), Vec3(0)), M(Vec3(0), Vec3(0));
-        for (int k = 0; k < m_equations->getNumEquations(); ++k) {
-            F += multipliers[k] * D_F[k];
-            M += multipliers[k] * D_M[k];
+            return calcMotion(state, side, body, xi, std::vector<Real>(xi.size(), 0));
+        });
+        const size_t rows = size_t(m_equations->getNumEquations());
+        std::vector<SpatialVec> D(m_sides.size() * rows);
+        m_equations->calcJacobian(state.getTime(), motions.frames(), D.data());
+        for (size_t side = 0; side < m_sides.size(); ++side) {
+            SpatialVec force(Vec3(0), Vec3(0));
+            for (size_t k = 0; k < rows; ++k) force += multipliers[int(k)] * D[side * rows + k];
+            addInSideForce(state, m_sides[side], force, bodyForces, qForces);
         }
-        addInSideForce(state, m_F, F, bodyForces, qForces);
-        addInSideForce(state, m_M, M, bodyForces, qForces);
     }
 
 private:
+    /** Motions of all sides. **/
+    class Motions {
+    public:
+        template <class CalcMotion>
+        Motions(const std::vector<Side>& sides, CalcMotion calc) {
+            for (const Side& side : sides) m_motions.push_back(calc(side));
+            for (const FrameMotion& motion : m_motions) m_frames.push_back(&motion);
+        }
+        JointEquations::Frames frames() const { return m_frames.data(); }
+
+    private:
+        std::vector<FrameMotion> m_motions;
+        std::vector<const FrameMotion*> m_frames;
+    };
+
     Side makeSide(const FlexibleBodySubsystem::Guts& guts, SimbodyMatterSubsystem& matter,
                   const Attachment& attachment) {
         Side side{attachment,
@@ -168,7 +182,7 @@ private:
     }
 
     std::shared_ptr<const JointEquations> m_equations;
-    Side m_F, m_M;
+    std::vector<Side> m_sides;
 };
 
 }  // namespace

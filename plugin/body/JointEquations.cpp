@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "simflex/body/TurningAxis.h"
+
 namespace simflex {
 
 using SimTK::Real;
@@ -15,46 +17,9 @@ constexpr int X = 0, Y = 1, Z = 2;
 
 using Row = JointEquations::Row;
 using RowKind = JointEquations::RowKind;
-using Coordinate = JointEquations::Coordinate;
-using CoordinateKind = JointEquations::CoordinateKind;
 
-const Coordinate AngleAboutZ{CoordinateKind::Angle, {Y, X}, {X, X}};
-
-Coordinate makeDisplacement(int axis) {
-    return {CoordinateKind::Displacement, {axis, axis}};
-}
-
-/** A vector that turns with ω, and its first two derivatives. **/
-struct TurningVector {
-    Vec3 value, rate, acceleration;
-    TurningVector(const Vec3& axis, const FrameMotion& frame)
-        : value(axis),
-          rate(frame.V[0] % axis),
-          acceleration(frame.A[0] % axis + frame.V[0] % rate) {}
-};
-
-Vec3 axisOf(const Transform& frame, int axis) {
-    return Vec3(frame.R().col(axis));
-}
-
-TurningVector turningAxisOf(const FrameMotion& frame, int axis) {
-    return {axisOf(frame.X, axis), frame};
-}
-
-/** Value, rate and acceleration of f·m. **/
-Vec3 calcDotProduct(const TurningVector& f, const TurningVector& m) {
-    return {~f.value * m.value, ~f.rate * m.value + ~f.value * m.rate,
-            ~f.acceleration * m.value + 2 * (~f.rate * m.rate) + ~f.value * m.acceleration};
-}
-
-/** Value, rate and acceleration of f·(p_M − p_F). **/
-Vec3 calcDisplacement(const FrameMotion& F, const FrameMotion& M, int axis) {
-    const TurningVector f = turningAxisOf(F, axis);
-    const Vec3 offset = M.X.p() - F.X.p(), velocity = M.V[1] - F.V[1],
-               acceleration = M.A[1] - F.A[1];
-    return {~f.value * offset, ~f.rate * offset + ~f.value * velocity,
-            ~f.acceleration * offset + 2 * (~f.rate * velocity) + ~f.value * acceleration};
-}
+constexpr JointCoordinate AngleAboutZ = JointCoordinate::makeAngleAboutZ();
+constexpr auto makeDisplacement = JointCoordinate::makeDisplacement;
 
 /** Value, rate and acceleration of |p_M − p_F|. **/
 Vec3 calcDistance(const FrameMotion& F, const FrameMotion& M) {
@@ -65,29 +30,17 @@ Vec3 calcDistance(const FrameMotion& F, const FrameMotion& M) {
             (~offset * acceleration + ~velocity * velocity - rate * rate) / distance};
 }
 
-Real calcAngle(const Transform& F, const Transform& M, const Coordinate& angle = AngleAboutZ) {
-    return std::atan2(~axisOf(F, angle.sine[0]) * axisOf(M, angle.sine[1]),
-                      ~axisOf(F, angle.cosine[0]) * axisOf(M, angle.cosine[1]));
-}
-
-/** Value, rate and acceleration of an angle. **/
-Vec3 calcAngle(const FrameMotion& F, const FrameMotion& M, const Coordinate& angle = AngleAboutZ) {
-    const Vec3 sine =
-        calcDotProduct(turningAxisOf(F, angle.sine[0]), turningAxisOf(M, angle.sine[1]));
-    const Vec3 cosine =
-        calcDotProduct(turningAxisOf(F, angle.cosine[0]), turningAxisOf(M, angle.cosine[1]));
-    const Real squared = sine[0] * sine[0] + cosine[0] * cosine[0];
-    const Real rate = (cosine[0] * sine[1] - sine[0] * cosine[1]) / squared;
-    const Real growth = 2 * (cosine[0] * cosine[1] + sine[0] * sine[1]) / squared;
-    return {std::atan2(sine[0], cosine[0]), rate,
-            (cosine[0] * sine[2] - sine[0] * cosine[2]) / squared - rate * growth};
-}
-
-/** The angle's derivative with respect to ω_M, and minus that to ω_F. **/
-Vec3 calcAngleNormal(const Transform& F, const Transform& M) {
-    const Vec3 m = axisOf(M, X), sineNormal = m % axisOf(F, Y), cosineNormal = m % axisOf(F, X);
-    const Real sine = ~axisOf(F, Y) * m, cosine = ~axisOf(F, X) * m;
-    return (cosine * sineNormal - sine * cosineNormal) / (sine * sine + cosine * cosine);
+/** The motion of F·X for a motion of X in F. **/
+FrameMotion moveAlong(const FrameMotion& F, const FrameMotion& inF) {
+    const SimTK::Rotation& R = F.X.R();
+    const Vec3 r = R * inF.X.p(), omega = R * inF.V[0], v = R * inF.V[1];
+    const Vec3 &omegaF = F.V[0], &alphaF = F.A[0];
+    FrameMotion moved;
+    moved.X = F.X * inF.X;
+    moved.V = {omegaF + omega, F.V[1] + omegaF % r + v};
+    moved.A = {alphaF + omegaF % omega + R * inF.A[0],
+               F.A[1] + alphaF % r + omegaF % (omegaF % r) + 2 * (omegaF % v) + R * inF.A[1]};
+    return moved;
 }
 
 /** Order 0, 1 or 2 of the function of time that drives a row, or 0. **/
@@ -149,7 +102,8 @@ JointEquations JointEquations::makeUniversal() {
              {RowKind::Coincident, Y},
              {RowKind::Coincident, Z},
              {RowKind::Perpendicular, X, Y}},
-            {{CoordinateKind::Angle, {Z, Y}, {Y, Y}}, {CoordinateKind::Angle, {X, Z}, {X, X}}}};
+            {{JointCoordinate::Kind::Angle, {Z, Y}, {Y, Y}},
+             {JointCoordinate::Kind::Angle, {X, Z}, {X, X}}}};
 }
 
 JointEquations JointEquations::makePlanar() {
@@ -165,7 +119,7 @@ JointEquations JointEquations::makeScrew(Real pitch) {
                               {RowKind::Perpendicular, X, Z},
                               {RowKind::Perpendicular, Y, Z},
                               {RowKind::Screw}},
-                             {{CoordinateKind::ScrewAngle, {Y, X}, {X, X}}});
+                             {{JointCoordinate::Kind::ScrewAngle, {Y, X}, {X, X}, pitch}});
     equations.m_pitch = pitch;
     return equations;
 }
@@ -211,8 +165,49 @@ JointEquations JointEquations::makePrescribedPosition(PositionFunction position)
     return equations;
 }
 
-void JointEquations::calcErrors(Real time, const Transform& F, const Transform& M,
-                                Real* errors) const {
+JointEquations JointEquations::makePrescribedPose(PoseFunction pose) {
+    JointEquations equations("PrescribedPose",
+                             {{RowKind::OnAxis, X},
+                              {RowKind::OnAxis, Y},
+                              {RowKind::OnAxis, Z},
+                              {RowKind::Perpendicular, Z, Y},
+                              {RowKind::Perpendicular, X, Z},
+                              {RowKind::Perpendicular, Y, X}},
+                             {makeDisplacement(X), makeDisplacement(Y), makeDisplacement(Z)});
+    equations.m_pose = std::move(pose);
+    return equations;
+}
+
+JointEquations JointEquations::makeCoupler(const char* kind,
+                                           const std::vector<JointCoordinate>& coordinates,
+                                           const std::vector<Real>& coefficients, Real constant,
+                                           Real period) {
+    JointEquations equations(kind, {{RowKind::Coupled}}, {});
+    for (const JointCoordinate& coordinate : coordinates)
+        equations.m_coordinates.push_back(coordinate);
+    for (const Real coefficient : coefficients) equations.m_coefficients.push_back(coefficient);
+    equations.m_constant = constant;
+    equations.m_period = period;
+    return equations;
+}
+
+const FrameMotion& JointEquations::driveF(Real time, Frames frames,
+                                          std::optional<FrameMotion>& driven) const {
+    if (!m_pose) return *frames[0];
+    return driven.emplace(moveAlong(*frames[0], m_pose(time)));
+}
+
+Real JointEquations::calcCoupledError(Frames frames) const {
+    Real sum = -m_constant;
+    for (int i = 0; i < getNumCoordinates(); ++i)
+        sum += m_coefficients[unsigned(i)] *
+               getCoordinate(i).calcValue(frames[2 * i]->X, frames[2 * i + 1]->X);
+    return m_period > 0 ? std::remainder(sum, m_period) : sum;
+}
+
+void JointEquations::calcErrors(Real time, Frames frames, Real* errors) const {
+    std::optional<FrameMotion> driven;
+    const Transform &F = driveF(time, frames, driven).X, &M = frames[1]->X;
     const Vec3 offset = M.p() - F.p();
     for (const Row& row : m_rows) {
         switch (row.kind) {
@@ -226,23 +221,28 @@ void JointEquations::calcErrors(Real time, const Transform& F, const Transform& 
                 *errors++ = ~axisOf(F, row.axisF) * axisOf(M, row.axisM);
                 break;
             case RowKind::Angle:
-                *errors++ = std::remainder(calcAngle(F, M) - getMotion(row, m_motions, time, 0),
-                                           2 * SimTK::Pi);
+                *errors++ =
+                    std::remainder(AngleAboutZ.calcValue(F, M) - getMotion(row, m_motions, time, 0),
+                                   2 * SimTK::Pi);
                 break;
             case RowKind::Screw:
-                *errors++ =
-                    m_pitch * std::remainder(~axisOf(F, Z) * offset / m_pitch - calcAngle(F, M),
-                                             2 * SimTK::Pi);
+                *errors++ = m_pitch * std::remainder(~axisOf(F, Z) * offset / m_pitch -
+                                                         AngleAboutZ.calcValue(F, M),
+                                                     2 * SimTK::Pi);
                 break;
             case RowKind::Distance:
                 *errors++ = offset.norm() - m_length;
+                break;
+            case RowKind::Coupled:
+                *errors++ = calcCoupledError(frames);
                 break;
         }
     }
 }
 
-void JointEquations::calcErrorDots(Real time, const FrameMotion& F, const FrameMotion& M,
-                                   Real* errorDots) const {
+void JointEquations::calcErrorDots(Real time, Frames frames, Real* errorDots) const {
+    std::optional<FrameMotion> driven;
+    const FrameMotion &F = driveF(time, frames, driven), &M = *frames[1];
     const Vec3 velocity = M.V[1] - F.V[1];
     for (const Row& row : m_rows) {
         switch (row.kind) {
@@ -250,28 +250,38 @@ void JointEquations::calcErrorDots(Real time, const FrameMotion& F, const FrameM
                 *errorDots++ = velocity[row.axisF];
                 break;
             case RowKind::OnAxis:
-                *errorDots++ =
-                    calcDisplacement(F, M, row.axisF)[1] - getMotion(row, m_motions, time, 1);
+                *errorDots++ = makeDisplacement(row.axisF).calcMotion(F, M)[1] -
+                               getMotion(row, m_motions, time, 1);
                 break;
             case RowKind::Perpendicular:
                 *errorDots++ =
                     calcDotProduct(turningAxisOf(F, row.axisF), turningAxisOf(M, row.axisM))[1];
                 break;
             case RowKind::Angle:
-                *errorDots++ = calcAngle(F, M)[1] - getMotion(row, m_motions, time, 1);
+                *errorDots++ = AngleAboutZ.calcMotion(F, M)[1] - getMotion(row, m_motions, time, 1);
                 break;
             case RowKind::Screw:
-                *errorDots++ = calcDisplacement(F, M, Z)[1] - m_pitch * calcAngle(F, M)[1];
+                *errorDots++ = makeDisplacement(Z).calcMotion(F, M)[1] -
+                               m_pitch * AngleAboutZ.calcMotion(F, M)[1];
                 break;
             case RowKind::Distance:
                 *errorDots++ = calcDistance(F, M)[1];
                 break;
+            case RowKind::Coupled: {
+                Real sum = 0;
+                for (int i = 0; i < getNumCoordinates(); ++i)
+                    sum += m_coefficients[unsigned(i)] *
+                           getCoordinate(i).calcMotion(*frames[2 * i], *frames[2 * i + 1])[1];
+                *errorDots++ = sum;
+                break;
+            }
         }
     }
 }
 
-void JointEquations::calcErrorDotDots(Real time, const FrameMotion& F, const FrameMotion& M,
-                                      Real* errorDotDots) const {
+void JointEquations::calcErrorDotDots(Real time, Frames frames, Real* errorDotDots) const {
+    std::optional<FrameMotion> driven;
+    const FrameMotion &F = driveF(time, frames, driven), &M = *frames[1];
     const Vec3 acceleration = M.A[1] - F.A[1];
     for (const Row& row : m_rows) {
         switch (row.kind) {
@@ -279,77 +289,113 @@ void JointEquations::calcErrorDotDots(Real time, const FrameMotion& F, const Fra
                 *errorDotDots++ = acceleration[row.axisF];
                 break;
             case RowKind::OnAxis:
-                *errorDotDots++ =
-                    calcDisplacement(F, M, row.axisF)[2] - getMotion(row, m_motions, time, 2);
+                *errorDotDots++ = makeDisplacement(row.axisF).calcMotion(F, M)[2] -
+                                  getMotion(row, m_motions, time, 2);
                 break;
             case RowKind::Perpendicular:
                 *errorDotDots++ =
                     calcDotProduct(turningAxisOf(F, row.axisF), turningAxisOf(M, row.axisM))[2];
                 break;
             case RowKind::Angle:
-                *errorDotDots++ = calcAngle(F, M)[2] - getMotion(row, m_motions, time, 2);
+                *errorDotDots++ =
+                    AngleAboutZ.calcMotion(F, M)[2] - getMotion(row, m_motions, time, 2);
                 break;
             case RowKind::Screw:
-                *errorDotDots++ = calcDisplacement(F, M, Z)[2] - m_pitch * calcAngle(F, M)[2];
+                *errorDotDots++ = makeDisplacement(Z).calcMotion(F, M)[2] -
+                                  m_pitch * AngleAboutZ.calcMotion(F, M)[2];
                 break;
             case RowKind::Distance:
                 *errorDotDots++ = calcDistance(F, M)[2];
                 break;
+            case RowKind::Coupled: {
+                Real sum = 0;
+                for (int i = 0; i < getNumCoordinates(); ++i)
+                    sum += m_coefficients[unsigned(i)] *
+                           getCoordinate(i).calcMotion(*frames[2 * i], *frames[2 * i + 1])[2];
+                *errorDotDots++ = sum;
+                break;
+            }
         }
     }
 }
 
-void JointEquations::calcJacobian(const Transform& F, const Transform& M, SpatialVec* D_F,
-                                  SpatialVec* D_M) const {
+void JointEquations::calcJacobian(Real time, Frames frames, SpatialVec* D) const {
+    std::optional<FrameMotion> driven;
+    const Transform &F = driveF(time, frames, driven).X, &M = frames[1]->X;
     const Vec3 offset = M.p() - F.p();
+    SpatialVec *D_F = D, *D_M = D + getNumEquations();
     for (const Row& row : m_rows) {
         switch (row.kind) {
             case RowKind::Coincident: {
                 Vec3 axis(0);
                 axis[row.axisF] = 1;
-                *D_F++ = {Vec3(0), -axis};
-                *D_M++ = {Vec3(0), axis};
+                *D_F = {Vec3(0), -axis};
+                *D_M = {Vec3(0), axis};
                 break;
             }
-            case RowKind::OnAxis: {
-                const Vec3 f = axisOf(F, row.axisF);
-                *D_F++ = {f % offset, -f};
-                *D_M++ = {Vec3(0), f};
+            case RowKind::OnAxis:
+                makeDisplacement(row.axisF).calcGradient(F, M, *D_F, *D_M);
                 break;
-            }
             case RowKind::Perpendicular: {
                 const Vec3 normal = axisOf(M, row.axisM) % axisOf(F, row.axisF);
-                *D_F++ = {-normal, Vec3(0)};
-                *D_M++ = {normal, Vec3(0)};
+                *D_F = {-normal, Vec3(0)};
+                *D_M = {normal, Vec3(0)};
                 break;
             }
-            case RowKind::Angle: {
-                const Vec3 normal = calcAngleNormal(F, M);
-                *D_F++ = {-normal, Vec3(0)};
-                *D_M++ = {normal, Vec3(0)};
+            case RowKind::Angle:
+                AngleAboutZ.calcGradient(F, M, *D_F, *D_M);
                 break;
-            }
             case RowKind::Screw: {
-                const Vec3 f = axisOf(F, Z), normal = m_pitch * calcAngleNormal(F, M);
-                *D_F++ = {f % offset + normal, -f};
-                *D_M++ = {-normal, f};
+                SpatialVec angle_F, angle_M;
+                makeDisplacement(Z).calcGradient(F, M, *D_F, *D_M);
+                AngleAboutZ.calcGradient(F, M, angle_F, angle_M);
+                *D_F -= m_pitch * angle_F;
+                *D_M -= m_pitch * angle_M;
                 break;
             }
             case RowKind::Distance: {
                 const Vec3 direction = offset / offset.norm();
-                *D_F++ = {Vec3(0), -direction};
-                *D_M++ = {Vec3(0), direction};
+                *D_F = {Vec3(0), -direction};
+                *D_M = {Vec3(0), direction};
                 break;
             }
+            case RowKind::Coupled:
+                for (int i = 0; i < getNumCoordinates(); ++i) {
+                    SpatialVec* pair = D + 2 * i;
+                    getCoordinate(i).calcGradient(frames[2 * i]->X, frames[2 * i + 1]->X, pair[0],
+                                                  pair[1]);
+                    pair[0] *= m_coefficients[unsigned(i)];
+                    pair[1] *= m_coefficients[unsigned(i)];
+                }
+                break;
         }
+        ++D_F;
+        ++D_M;
     }
+    if (!driven) return;
+    // So far at the origin that F is driven to.
+    const Vec3 lever = F.p() - frames[0]->X.p();
+    for (int k = 0; k < getNumEquations(); ++k) D[k][0] += lever % D[k][1];
 }
 
-void JointEquations::addInTimeRate(Real time, Real* errorDots) const {
-    for (const Row& row : m_rows) *errorDots++ -= getMotion(row, m_motions, time, 1);
+void JointEquations::addInTimeRate(Real time, Frames frames, Real* errorDots) const {
+    if (!m_pose) {
+        for (const Row& row : m_rows) *errorDots++ -= getMotion(row, m_motions, time, 1);
+        return;
+    }
+    // What F's own motion along the pose does to the errors.
+    FrameMotion F, M;
+    F.X = frames[0]->X;
+    M.X = frames[1]->X;
+    const FrameMotion* still[] = {&F, &M};
+    Real rates[MaxEquations];
+    calcErrorDots(time, still, rates);
+    for (int k = 0; k < getNumEquations(); ++k) errorDots[k] += rates[k];
 }
 
-bool JointEquations::isFlipped(const Transform& F, const Transform& M) const {
+bool JointEquations::isFlipped(Real time, Frames frames) const {
+    std::optional<FrameMotion> driven;
+    const Transform &F = driveF(time, frames, driven).X, &M = frames[1]->X;
     bool axisUsed[3] = {false, false, false};
     int perpendicular = 0;
     for (const Row& row : m_rows) {
@@ -367,33 +413,18 @@ bool JointEquations::isFlipped(const Transform& F, const Transform& M) const {
     return false;
 }
 
-void JointEquations::calcCoordinates(const Transform& F, const Transform& M,
-                                     Real* coordinates) const {
-    const Vec3 offset = M.p() - F.p();
-    for (const Coordinate& coordinate : m_coordinates) {
-        switch (coordinate.kind) {
-            case CoordinateKind::Displacement:
-                *coordinates++ = ~axisOf(F, coordinate.sine[0]) * offset;
-                break;
-            case CoordinateKind::Angle:
-                *coordinates++ = calcAngle(F, M, coordinate);
-                break;
-            case CoordinateKind::ScrewAngle: {
-                const Real turned = ~axisOf(F, Z) * offset / m_pitch;
-                *coordinates++ =
-                    turned - std::remainder(turned - calcAngle(F, M, coordinate), 2 * SimTK::Pi);
-                break;
-            }
-        }
+void JointEquations::calcCoordinates(Frames frames, Real* coordinates) const {
+    for (int i = 0; i < getNumCoordinates(); ++i) {
+        const Frames pair = framesOf(i, frames);
+        *coordinates++ = getCoordinate(i).calcValue(pair[0]->X, pair[1]->X);
     }
 }
 
-void JointEquations::calcCoordinateDots(const FrameMotion& F, const FrameMotion& M,
-                                        Real* coordinateDots) const {
-    for (const Coordinate& coordinate : m_coordinates)
-        *coordinateDots++ = coordinate.kind == CoordinateKind::Displacement
-                                ? calcDisplacement(F, M, coordinate.sine[0])[1]
-                                : calcAngle(F, M, coordinate)[1];
+void JointEquations::calcCoordinateDots(Frames frames, Real* coordinateDots) const {
+    for (int i = 0; i < getNumCoordinates(); ++i) {
+        const Frames pair = framesOf(i, frames);
+        *coordinateDots++ = getCoordinate(i).calcMotion(*pair[0], *pair[1])[1];
+    }
 }
 
 }  // namespace simflex

@@ -3,7 +3,7 @@
 Constraint equations between frames F and M: errors, their time derivatives, and the rows D_F, D_M
 with
 
-    ė_k = D_F[k]·V_F + D_M[k]·V_M − θ̇(t)      V = (ω, v) in Ground
+    ė_k = D_F[k]·V_F + D_M[k]·V_M + ∂e_k/∂t      V = (ω, v) in Ground
 
 A joint is a short list of rows:
 - Coincident axis a: `e = (p_M − p_F)_a` in Ground;
@@ -13,38 +13,41 @@ A joint is a short list of rows:
 - Screw: `e = z − pθ` with z along F's z axis, θ as above and pitch p [m/rad]; of all turns the one
   nearest to z/p counts, so that z tells them apart;
 - Distance: `e = |p_M − p_F| − length`.
-OnAxis and Angle rows may be driven: a function of time is subtracted. **/
+OnAxis and Angle rows may be driven: a function of time is subtracted. A pose that is a function of
+time may drive all rows: they hold between F·X(t) and M.
+
+A coupler is one row between the coordinates of several pairs of frames,
+
+    e = Σ c_i q_i(F_i, M_i) − c₀    wrapped to ± half its period
+
+where a turn of any angle is a whole number of periods: so it counts turns by angles alone. **/
 
 #include <array>
 #include <functional>
+#include <optional>
+#include <vector>
 
-#include "simflex/body/FrameMotion.h"
+#include "simflex/body/JointCoordinate.h"
 
 namespace simflex {
 
 class JointEquations {
 public:
     static constexpr int MaxEquations = 6;
-    static constexpr int MaxCoordinates = 3;
+    /** Motions of the frames: F, M; of a coupler those of every coordinate, F₀, M₀, F₁, M₁ … **/
+    using Frames = const FrameMotion* const*;
     /** Value, rate and acceleration at a time. **/
     using MotionFunction = std::function<SimTK::Vec3(SimTK::Real)>;
     /** Position, velocity and acceleration at a time. **/
     using PositionFunction = std::function<std::array<SimTK::Vec3, 3>(SimTK::Real)>;
+    /** Pose, velocity and acceleration in F at a time. **/
+    using PoseFunction = std::function<FrameMotion(SimTK::Real)>;
 
-    enum class RowKind { Coincident, OnAxis, Perpendicular, Angle, Screw, Distance };
+    enum class RowKind { Coincident, OnAxis, Perpendicular, Angle, Screw, Distance, Coupled };
     struct Row {
         RowKind kind;
         int axisF = 0, axisM = 0;
         int motion = -1;  ///< that drives this row, if any
-    };
-
-    /** A coordinate that a joint leaves free. Displacement: `f·(p_M − p_F)` with axis `sine[0]` of
-    F; Angle: `atan2(f·m, f'·m')`, axes (F, M) `sine` and `cosine`; ScrewAngle: an Angle on the turn
-    nearest to z/p. **/
-    enum class CoordinateKind { Displacement, Angle, ScrewAngle };
-    struct Coordinate {
-        CoordinateKind kind;
-        int sine[2] = {0, 0}, cosine[2] = {0, 0};
     };
 
     static JointEquations makeBall();
@@ -64,57 +67,78 @@ public:
     static JointEquations makePrescribedTranslation(SimTK::CoordinateAxis axis,
                                                     MotionFunction displacement);
     static JointEquations makePrescribedPosition(PositionFunction position);
+    static JointEquations makePrescribedPose(PoseFunction pose);
+    /** @param kind    a literal
+    @param period  0: none
+    @pre as many coordinates as coefficients **/
+    static JointEquations makeCoupler(const char* kind,
+                                      const std::vector<JointCoordinate>& coordinates,
+                                      const std::vector<SimTK::Real>& coefficients,
+                                      SimTK::Real constant, SimTK::Real period);
 
     const char* getKind() const { return m_kind; }
     int getNumEquations() const { return int(m_rows.size()); }
-    bool dependsOnTime() const { return bool(m_motions[0]); }
+    int getNumFrames() const { return isCoupler() ? 2 * getNumCoordinates() : 2; }
+    bool dependsOnTime() const { return m_motions[0] || m_pose; }
+    bool isCoupler() const { return !m_coefficients.empty(); }
 
-    /** Writes getNumEquations() position errors [m or 1 or rad]. **/
-    void calcErrors(SimTK::Real time, const SimTK::Transform& F, const SimTK::Transform& M,
-                    SimTK::Real* errors) const;
+    /** Writes getNumEquations() position errors [m or 1 or rad]; from the frames' X. **/
+    void calcErrors(SimTK::Real time, Frames frames, SimTK::Real* errors) const;
 
-    /** Writes the time derivatives of the errors. **/
-    void calcErrorDots(SimTK::Real time, const FrameMotion& F, const FrameMotion& M,
-                       SimTK::Real* errorDots) const;
+    /** Writes the time derivatives of the errors; from X and V. **/
+    void calcErrorDots(SimTK::Real time, Frames frames, SimTK::Real* errorDots) const;
 
-    /** Writes the second time derivatives of the errors, from the frames' A. **/
-    void calcErrorDotDots(SimTK::Real time, const FrameMotion& F, const FrameMotion& M,
-                          SimTK::Real* errorDotDots) const;
+    /** Writes the second time derivatives of the errors; from X, V and A. **/
+    void calcErrorDotDots(SimTK::Real time, Frames frames, SimTK::Real* errorDotDots) const;
 
-    /** Writes the rows D_F, D_M, each getNumEquations() spatial vectors (angular, linear part). **/
-    void calcJacobian(const SimTK::Transform& F, const SimTK::Transform& M, SimTK::SpatialVec* D_F,
-                      SimTK::SpatialVec* D_M) const;
+    /** Writes the rows D, getNumEquations() spatial vectors (angular, linear part) for each frame,
+     * those of one frame together; from X. **/
+    void calcJacobian(SimTK::Real time, Frames frames, SimTK::SpatialVec* D) const;
 
-    /** Derivative of the velocity errors with respect to time alone: minus the rate of the function
-     * that drives a row, else zero. **/
-    void addInTimeRate(SimTK::Real time, SimTK::Real* errorDots) const;
+    /** Adds ∂e/∂t: what functions of time alone add to the velocity errors; from X. **/
+    void addInTimeRate(SimTK::Real time, Frames frames, SimTK::Real* errorDots) const;
 
     /** True if M's axes lie on the wrong branch of this joint's equations: errors small but axes
     opposed or exchanged, as after assembling a weld half a turn away. @pre the errors are small.
     **/
-    bool isFlipped(const SimTK::Transform& F, const SimTK::Transform& M) const;
+    bool isFlipped(SimTK::Real time, Frames frames) const;
 
-    /** Coordinates left free, in the order of Simbody's mobilizer of the same name. **/
+    /** Coordinates left free, in the order of Simbody's mobilizer of the same name; those that a
+     * coupler couples. **/
     int getNumCoordinates() const { return int(m_coordinates.size()); }
-    /** Writes getNumCoordinates() coordinates [rad, m]; angles in (−π, π], a Screw's over all
-     * turns.
-     * **/
-    void calcCoordinates(const SimTK::Transform& F, const SimTK::Transform& M,
-                         SimTK::Real* coordinates) const;
-    void calcCoordinateDots(const FrameMotion& F, const FrameMotion& M,
-                            SimTK::Real* coordinateDots) const;
+    const JointCoordinate& getCoordinate(int i) const { return m_coordinates[unsigned(i)]; }
+    /** Writes getNumCoordinates() coordinates [rad, m]. **/
+    void calcCoordinates(Frames frames, SimTK::Real* coordinates) const;
+    void calcCoordinateDots(Frames frames, SimTK::Real* coordinateDots) const;
+
+    /** Of a coupler's error; 0: none. **/
+    SimTK::Real getPeriod() const { return m_period; }
+    /** c_i of a coupler. **/
+    const SimTK::Array_<SimTK::Real>& getCoefficients() const { return m_coefficients; }
 
 private:
     JointEquations(const char* kind, std::initializer_list<Row> rows,
-                   std::initializer_list<Coordinate> coordinates)
+                   std::initializer_list<JointCoordinate> coordinates)
         : m_kind(kind), m_rows(rows), m_coordinates(coordinates) {}
+
+    /** F, or where a pose drives it to, which `driven` then keeps. **/
+    const FrameMotion& driveF(SimTK::Real time, Frames frames,
+                              std::optional<FrameMotion>& driven) const;
+    /** F and M of a coordinate. **/
+    Frames framesOf(int coordinate, Frames frames) const {
+        return isCoupler() ? frames + 2 * coordinate : frames;
+    }
+    SimTK::Real calcCoupledError(Frames frames) const;
 
     const char* m_kind;
     SimTK::Array_<Row> m_rows;
-    SimTK::Array_<Coordinate> m_coordinates;
+    SimTK::Array_<JointCoordinate> m_coordinates;
     MotionFunction m_motions[3];
-    SimTK::Real m_pitch = 0;   ///< [m/rad]
-    SimTK::Real m_length = 0;  ///< [m]
+    PoseFunction m_pose;
+    SimTK::Array_<SimTK::Real> m_coefficients;  ///< of a coupler; else empty
+    SimTK::Real m_constant = 0, m_period = 0;   ///< of a coupler
+    SimTK::Real m_pitch = 0;                    ///< [m/rad]
+    SimTK::Real m_length = 0;                   ///< [m]
 };
 
 }  // namespace simflex

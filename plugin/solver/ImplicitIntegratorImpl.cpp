@@ -272,7 +272,7 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     if (formulation == Formulation::StabilizedIndex2) {
         m_new.constraintError = m_step->projectPositions(t, constraintTolerance, m_new.q, m_new.u,
                                                          &m_worstProjectedRow);
-        if (!(m_new.constraintError <= constraintTolerance)) return false;
+        if (!(m_new.constraintError <= constraintTolerance) || m_step->mayLoseCount()) return false;
         if (m_solvesPositions && !m_step->projectStepSpeeds(m_formula, m_new, &m_worstProjectedRow))
             return false;
     } else {
@@ -423,7 +423,10 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
             }
             m_solvesPositions = false;
             if (fixedStep > 0)
-                failStep(h, "Newton's iteration did not converge with the fixed step");
+                failStep(h, m_outcome.converged
+                                ? "the positions cannot be brought back onto the joints after the "
+                                  "fixed step"
+                                : "Newton's iteration did not converge with the fixed step");
             m_controller.restart();
             h *= 0.25;
             ++failures;
@@ -449,6 +452,8 @@ void ImplicitIntegrator::Implementation::failStep(double h, const std::string& r
     const std::string& bodyName = m_equations->getBlock(m_outcome.worstBlock).name;
     if (!m_outcome.isFinite)
         text << "forces or positions of '" << bodyName << "' are not finite numbers";
+    else if (m_outcome.converged && m_step->mayLoseCount())
+        text << "it is too long to count the teeth and turns of gears and couplers";
     else if (m_outcome.converged && m_worstProjectedRow >= 0)
         text << m_equations->describeConstraint(m_worstProjectedRow) << " keeps an error of "
              << m_new.constraintError << " (allowed " << constraintTolerance << ")";

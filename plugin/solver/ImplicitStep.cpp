@@ -215,6 +215,9 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             outcome.worstBlock = findNonFiniteBlock();
             break;
         }
+        if (iteration == 0 && formulation == Formulation::Index3 &&
+            m_equations.mayLoseCount(m_system.c.data(), stiffness))
+            break;
         if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
             outcome.constraintResidual <= tolerances.constraintResidual && hasZConverged) {
             outcome.converged = true;
@@ -306,6 +309,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcPositionErrors(m_system.c.data());
         m_statistics.evaluationSeconds += secondsSince(start);
+        if (iteration == 0) m_mayLoseCount = m_equations.mayLoseCount(m_system.c.data());
         error = largestAbs(m_system.c, worstRow);
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
         if (iteration > 0 && !isFresh && error > SlowRate * previous) {

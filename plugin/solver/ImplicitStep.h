@@ -66,6 +66,9 @@ public:
     double projectPositions(double t, double tolerance, std::vector<double>& q,
                             const std::vector<double>& u, int* worstRow = nullptr);
 
+    /** True if the last projectPositions() began so far off that couplers may lose their count. **/
+    bool mayLoseCount() const { return m_mayLoseCount; }
+
     /** Moves u onto the velocity constraints in the same norm, and adds to λ what moves it.
     @returns largest error left; row as above. **/
     double projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
@@ -115,6 +118,7 @@ private:
     double m_rate = 1;             ///< convergence rate seen in the last iterations
     double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step
     bool m_canProject = false;
+    bool m_mayLoseCount = false;
     int m_denseStepsLeft = 0, m_densePeriod = 20;
     int m_stepsSinceFactor = 0;
 };

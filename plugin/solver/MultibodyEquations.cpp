@@ -79,6 +79,7 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     else
         preparePrivateStates(state);
     makeForceDifferences(differentiated);
+    linkJointsToFrames();
     makeParts();
 }
 
@@ -329,19 +330,32 @@ void MultibodyEquations::makeJoints() {
         JointRef joint;
         joint.record = &record;
         joint.firstRow = m_numMultipliers;
-        joint.sides[0] = makeFrame(record.F);
-        joint.sides[1] = makeFrame(record.M);
-        const int rows = record.equations->getNumEquations();
+        for (const Attachment& attachment : record.frames)
+            joint.sides.push_back(makeFrame(attachment));
+        const int rows = joint.numRows();
+        joint.D.resize(joint.sides.size() * size_t(rows));
+        if (record.equations->getPeriod() > 0)
+            m_periods.emplace_back(joint.firstRow, record.equations->getPeriod());
         m_numMultipliers += rows;
         const int self = int(m_joints.size());
-        for (int side = 0; side < 2; ++side) {
-            const int b = joint.sides[side].block;
+        for (int side = 0; side < int(joint.sides.size()); ++side) {
+            const int b = joint.sides[size_t(side)].block;
             if (b < 0) continue;
             m_blockSides[b].push_back({self, side, int(m_blockRows[b].size())});
             for (int k = 0; k < rows; ++k) m_blockRows[b].push_back(joint.firstRow + k);
         }
         m_joints.push_back(joint);
     }
+}
+
+void MultibodyEquations::linkJointsToFrames() {
+    size_t most = 0;
+    for (JointRef& joint : m_joints) {
+        for (const FrameRef& side : joint.sides) joint.motions.push_back(&motionOf(side));
+        most = std::max(most, joint.sides.size());
+    }
+    m_accelerated.resize(most);
+    for (const FrameMotion& motion : m_accelerated) m_acceleratedFrames.push_back(&motion);
 }
 
 bool MultibodyEquations::sharesPart(int block, int other) const {
@@ -379,7 +393,8 @@ void MultibodyEquations::makeParts() {
         m_partOfBlock[size_t(b)] = int(found - m_parts.begin());
         if (found == m_parts.end()) m_parts.push_back({b, {}, nullptr});
         for (BlockSide& side : m_blockSides[size_t(b)])
-            side.partFrame = addPartFrame(b, m_joints[size_t(side.joint)].sides[side.side].frame);
+            side.partFrame =
+                addPartFrame(b, m_joints[size_t(side.joint)].sides[size_t(side.side)].frame);
         for (ElementSide& side : m_elementSides[size_t(b)])
             side.partFrame = addPartFrame(
                 b, m_elements[size_t(side.element)].frames[size_t(side.attachment)].frame);
@@ -503,8 +518,7 @@ NewtonSystem MultibodyEquations::makeNewtonSystem() const {
         }
         std::vector<NewtonSystem::Side> sides;
         for (const BlockSide& side : m_blockSides[b])
-            sides.push_back({side.partFrame,
-                             m_joints[size_t(side.joint)].record->equations->getNumEquations()});
+            sides.push_back({side.partFrame, m_joints[size_t(side.joint)].numRows()});
         for (const ElementSide& side : m_elementSides[b])
             sides.push_back({side.partFrame, int(m_elements[size_t(side.element)].signs.size())});
         system.blocks[b].resize(m_partOfBlock[b], m_blocks[b]->numU - 6, std::move(sides),
@@ -521,8 +535,7 @@ NewtonSystem MultibodyEquations::makeNewtonSystem() const {
 
 const std::string& MultibodyEquations::getJointName(int row) const {
     for (const JointRef& joint : m_joints)
-        if (row < joint.firstRow + joint.record->equations->getNumEquations())
-            return joint.record->name;
+        if (row < joint.firstRow + joint.numRows()) return joint.record->name;
     if (m_constraints && row < m_numMultipliers)
         return m_constraints->getName(row - m_firstSimbodyRow);
     throw std::out_of_range("no joint has multiplier " + std::to_string(row));
@@ -671,8 +684,7 @@ void MultibodyEquations::updateJacobians() const {
     if (m_hasJacobians) return;
     parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
         JointRef& joint = m_joints[size_t(k)];
-        joint.record->equations->calcJacobian(motionOf(joint.sides[0]).X,
-                                              motionOf(joint.sides[1]).X, joint.D[0], joint.D[1]);
+        joint.record->equations->calcJacobian(m_time, joint.motions.data(), joint.D.data());
     });
     m_hasJacobians = true;
 }
@@ -680,17 +692,23 @@ void MultibodyEquations::updateJacobians() const {
 void MultibodyEquations::calcPositionErrors(double* g) const {
     parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
         const JointRef& joint = m_joints[size_t(k)];
-        joint.record->equations->calcErrors(m_time, motionOf(joint.sides[0]).X,
-                                            motionOf(joint.sides[1]).X, g + joint.firstRow);
+        joint.record->equations->calcErrors(m_time, joint.motions.data(), g + joint.firstRow);
     });
     if (m_constraints) m_constraints->calcPositionErrors(*m_now, g + m_firstSimbodyRow);
+}
+
+bool MultibodyEquations::mayLoseCount(const double* g, double scale) const {
+    // Errors grow by 2³ = 8 where order 2 doubles its step, by 1.5⁶ = 11 at order 5.
+    constexpr double LargestPart = 1.0 / 24;
+    for (const auto& [row, period] : m_periods)
+        if (std::abs(scale * g[row]) > LargestPart * period) return true;
+    return false;
 }
 
 void MultibodyEquations::calcVelocityErrors(double* gDot) const {
     parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
         const JointRef& joint = m_joints[size_t(k)];
-        joint.record->equations->calcErrorDots(m_time, motionOf(joint.sides[0]),
-                                               motionOf(joint.sides[1]), gDot + joint.firstRow);
+        joint.record->equations->calcErrorDots(m_time, joint.motions.data(), gDot + joint.firstRow);
     });
     if (m_constraints) m_constraints->calcVelocityErrors(*m_now, gDot + m_firstSimbodyRow);
 }
@@ -729,16 +747,15 @@ void MultibodyEquations::calcAccelerationErrors(const double* q, const double* u
     for (const Batch& batch : m_batches)
         FlexibleBlock::calcAccelerationProducts(batch.flexible, uDot);
     for (const JointRef& joint : m_joints) {
-        FrameMotion motions[2];
-        for (int side = 0; side < 2; ++side) {
+        for (size_t side = 0; side < joint.sides.size(); ++side) {
             const FrameRef& ref = joint.sides[side];
-            motions[side] = motionOf(ref);
+            m_accelerated[side] = motionOf(ref);
             if (ref.block < 0) continue;
             const int first = m_blocks[ref.block]->firstU;
-            motions[side].A =
+            m_accelerated[side].A =
                 m_blocks[ref.block]->calcFrameAcceleration(ref.frame, u + first, uDot + first);
         }
-        joint.record->equations->calcErrorDotDots(m_time, motions[0], motions[1],
+        joint.record->equations->calcErrorDotDots(m_time, m_acceleratedFrames.data(),
                                                   gDotDot + joint.firstRow);
     }
 }
@@ -795,10 +812,10 @@ void MultibodyEquations::calcUnclearedResidual(const double* q, const double* u,
 void MultibodyEquations::subtractJointForces(int b, const double* lambda, double* r) const {
     for (const BlockSide& blockSide : m_blockSides[b]) {
         const JointRef& joint = m_joints[blockSide.joint];
+        const SpatialVec* D = joint.rowsOf(blockSide.side);
         SpatialVec force(Vec3(0), Vec3(0));
-        for (int k = 0; k < joint.record->equations->getNumEquations(); ++k)
-            force -= lambda[joint.firstRow + k] * joint.D[blockSide.side][k];
-        m_blocks[b]->subtractForce(joint.sides[blockSide.side].frame, force, r);
+        for (int k = 0; k < joint.numRows(); ++k) force -= lambda[joint.firstRow + k] * D[k];
+        m_blocks[b]->subtractForce(joint.sides[size_t(blockSide.side)].frame, force, r);
     }
 }
 
@@ -821,7 +838,7 @@ double MultibodyEquations::calcPower(const double* q, const double* u, const dou
         if (!equations.dependsOnTime()) continue;
         // The joint's forces −Gᵀλ have power −λᵀGu = λᵀ ∂g/∂t.
         double timeRate[JointEquations::MaxEquations] = {};
-        equations.addInTimeRate(m_time, timeRate);
+        equations.addInTimeRate(m_time, joint.motions.data(), timeRate);
         for (int k = 0; k < equations.getNumEquations(); ++k)
             power += lambda[joint.firstRow + k] * timeRate[k];
     }
@@ -830,8 +847,7 @@ double MultibodyEquations::calcPower(const double* q, const double* u, const dou
 
 const std::string* MultibodyEquations::findFlippedJoint() const {
     for (const JointRef& joint : m_joints)
-        if (joint.record->equations->isFlipped(motionOf(joint.sides[0]).X,
-                                               motionOf(joint.sides[1]).X))
+        if (joint.record->equations->isFlipped(m_time, joint.motions.data()))
             return &joint.record->name;
     return nullptr;
 }
@@ -840,9 +856,10 @@ void MultibodyEquations::formConstraintBlock(int b, NewtonSystem::Block& block) 
     if (block.part < 0) std::fill(block.Gt.begin(), block.Gt.end(), 0.0);
     for (const BlockSide& blockSide : m_blockSides[b]) {
         const JointRef& joint = m_joints[blockSide.joint];
-        const int frame = joint.sides[blockSide.side].frame;
-        for (int k = 0; k < joint.record->equations->getNumEquations(); ++k)
-            setColumn(b, frame, blockSide.firstColumn + k, joint.D[blockSide.side][k], block);
+        const int frame = joint.sides[size_t(blockSide.side)].frame;
+        const SpatialVec* D = joint.rowsOf(blockSide.side);
+        for (int k = 0; k < joint.numRows(); ++k)
+            setColumn(b, frame, blockSide.firstColumn + k, D[k], block);
     }
 }
 

@@ -105,6 +105,10 @@ public:
 
     /** Zero in rows that are not holonomic. **/
     void calcPositionErrors(double* g) const;
+    /** True if position errors of a step that began without are so large a part of a coupler's
+    period that the next step, twice as long, might come out a whole period (a gear's tooth) off.
+    @param scale  errors are g·scale **/
+    bool mayLoseCount(const double* g, double scale = 1) const;
     /** Zero in rows of acceleration-only constraints. **/
     void calcVelocityErrors(double* gDot) const;
     /** Constraint residual of a step: velocity errors, or position errors divided by the
@@ -183,8 +187,12 @@ private:
     struct JointRef {
         const JointRecord* record;
         int firstRow;
-        FrameRef sides[2];
-        SimTK::SpatialVec D[2][JointEquations::MaxEquations];
+        std::vector<FrameRef> sides;  ///< F, M; of a coupler those of every coordinate
+        std::vector<const FrameMotion*> motions;
+        std::vector<SimTK::SpatialVec> D;  ///< rows of the first side, then of the next …
+
+        int numRows() const { return record->equations->getNumEquations(); }
+        const SimTK::SpatialVec* rowsOf(int side) const { return &D[size_t(side * numRows())]; }
     };
     struct ElementRef {
         const ForceElement* element;
@@ -247,6 +255,7 @@ private:
     std::vector<ForceDifferences::Speed> listSimbodySpeeds() const;
     PrescribedMotion::Mobilizer findMobilizer(SimTK::MobilizedBodyIndex body) const;
     FrameRef makeFrame(const Attachment& attachment);
+    void linkJointsToFrames();
     void updateJacobians() const;
     const FrameMotion& motionOf(const FrameRef& frame) const;
     void makeParts();
@@ -290,6 +299,9 @@ private:
     std::vector<Batch> m_batches;
     mutable std::vector<JointRef> m_joints;  ///< Jacobians are made when first asked for
     mutable bool m_hasJacobians = false;
+    std::vector<std::pair<int, double>> m_periods;   ///< rows of couplers that have one
+    mutable std::vector<FrameMotion> m_accelerated;  ///< of one joint's sides
+    mutable std::vector<const FrameMotion*> m_acceleratedFrames;
     mutable std::vector<ElementRef> m_elements;  ///< Jacobians are made with the Newton matrix
     mutable std::vector<DifferencedForce> m_differenced;
     int m_numElementRows = 0;                   ///< of elements and differenced forces

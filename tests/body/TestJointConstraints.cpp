@@ -30,7 +30,10 @@ enum class Kind {
     Rod,
     PrescribedRotation,
     PrescribedTranslation,
-    PrescribedPosition
+    PrescribedPosition,
+    PrescribedPose,
+    Gear,
+    Coupler
 };
 enum class Sides {
     FlexibleFlexible,
@@ -54,7 +57,10 @@ const Kind AllKinds[] = {Kind::Ball,
                          Kind::Rod,
                          Kind::PrescribedRotation,
                          Kind::PrescribedTranslation,
-                         Kind::PrescribedPosition};
+                         Kind::PrescribedPosition,
+                         Kind::PrescribedPose,
+                         Kind::Gear,
+                         Kind::Coupler};
 const char* const KindNames[] = {"Ball",
                                  "Pin",
                                  "Slider",
@@ -68,7 +74,10 @@ const char* const KindNames[] = {"Ball",
                                  "Rod",
                                  "PrescribedRotation",
                                  "PrescribedTranslation",
-                                 "PrescribedPosition"};
+                                 "PrescribedPosition",
+                                 "PrescribedPose",
+                                 "Gear",
+                                 "Coupler"};
 
 const Sides AllSides[] = {Sides::FlexibleFlexible, Sides::FlexibleRigid, Sides::RigidFlexible,
                           Sides::RigidGround,      Sides::SameFlexible,  Sides::NodeRigid};
@@ -142,6 +151,7 @@ protected:
     }
 
     Joint makeJoint(const Attachment& F, const Attachment& M) {
+        using Coordinate = Joint::Coordinate;
         switch (std::get<0>(GetParam())) {
             case Kind::Ball:
                 return Joint::Ball(flexible, F, M);
@@ -175,6 +185,26 @@ protected:
                                                Vec3(2 * t, 1, std::cos(t)),
                                                Vec3(2, 0, -std::sin(t))};
                 });
+            case Kind::PrescribedPose:
+                return Joint::PrescribedPose(flexible, F, M, [](Real t) {
+                    FrameMotion pose;
+                    pose.X = Transform(Rotation(std::sin(t), UnitVec3(1, 2, 2)), Vec3(t * t, t, 1));
+                    pose.V = {std::cos(t) * Vec3(UnitVec3(1, 2, 2)), Vec3(2 * t, 1, 0)};
+                    pose.A = {-std::sin(t) * Vec3(UnitVec3(1, 2, 2)), Vec3(2, 0, 0)};
+                    return pose;
+                });
+            case Kind::Gear:
+                return Joint::Gear(
+                    flexible, Coordinate::makeAngle(F, M), 19,
+                    Coordinate::makeAngle(first->interface("A"), second->interface("B")), -23);
+            case Kind::Coupler:
+                return Joint::Coupler(
+                    flexible,
+                    {{Coordinate::makeDisplacement(second->node(3), link, ZAxis), 2.5},
+                     {Coordinate::makeAngle(matter.Ground(), first->interface("B")), 0.3},
+                     {Coordinate::makeAngle(F, M), -0.7},
+                     {Coordinate::makeDisplacement(F, M, XAxis), 1}},
+                    0.2);
             case Kind::PrescribedRotation:
                 return Joint::PrescribedRotation(flexible, F, M, [](Real t) {
                     return Vec3(0.2 + std::sin(3 * t), 3 * std::cos(3 * t), -9 * std::sin(3 * t));
@@ -208,17 +238,41 @@ protected:
         return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h);
     }
 
+    /** F and M, of couplers for every coordinate. **/
+    std::vector<Attachment> sides() const {
+        std::vector<Attachment> frames;
+        for (int i = 0; i < joint->getEquations().getNumFrames() / 2; ++i) {
+            frames.push_back(joint->getFrameF(i));
+            frames.push_back(joint->getFrameM(i));
+        }
+        return frames;
+    }
+
+    template <class Evaluate>
+    void withFrames(Evaluate evaluate) const {
+        std::vector<FrameMotion> motions;
+        for (const Attachment& side : sides()) motions.push_back(side.calcMotion(state));
+        std::vector<const FrameMotion*> frames;
+        for (const FrameMotion& motion : motions) frames.push_back(&motion);
+        evaluate(frames.data());
+    }
+
+    std::vector<SpatialVec> calcJacobian() const {
+        std::vector<SpatialVec> D(sides().size() * size_t(joint->getNumEquations()));
+        withFrames([&](JointEquations::Frames frames) {
+            joint->getEquations().calcJacobian(state.getTime(), frames, D.data());
+        });
+        return D;
+    }
+
     /** Rows of our own Jacobian, in Simbody's speeds: it has ω in Ground, we have it in B. **/
     Matrix calcOwnRows() const {
         const int m = joint->getNumEquations();
         Matrix rows(m, state.getNU(), Real(0));
-        SpatialVec D_F[6], D_M[6];
-        const Attachment* sides[] = {&joint->getFrameF(), &joint->getFrameM()};
-        joint->getEquations().calcJacobian(sides[0]->calcMotion(state).X,
-                                           sides[1]->calcMotion(state).X, D_F, D_M);
-        for (int side = 0; side < 2; ++side)
+        const std::vector<SpatialVec> D = calcJacobian();
+        for (int side = 0; side < int(sides().size()); ++side)
             for (int k = 0; k < m; ++k)
-                addInRow(*sides[side], side == 0 ? D_F[k] : D_M[k], k, rows);
+                addInRow(sides()[size_t(side)], D[size_t(side * m + k)], k, rows);
         return rows;
     }
 
@@ -301,7 +355,9 @@ TEST_P(JointConstraintTest, ConstraintMatrixIsThatOfTheSolversRows) {
     EXPECT_LT(largestOf(G - calcOwnRows()), 1e-13);
     // And G u, with the part that depends on time alone, is the velocity error.
     Vector rate(joint->getNumEquations(), Real(0));
-    joint->getEquations().addInTimeRate(state.getTime(), &rate[0]);
+    withFrames([&](JointEquations::Frames frames) {
+        joint->getEquations().addInTimeRate(state.getTime(), frames, &rate[0]);
+    });
     EXPECT_LT((G * state.getU() + rate - constraint().getVelocityErrorsAsVector(state)).normInf(),
               1e-13);
 }
@@ -321,15 +377,18 @@ TEST_P(JointConstraintTest, ForceOnMHasThePowerOfTheConstraintOnM) {
     for (int k = 0; k < m; ++k) lambda[k] = k + 1;
     const SpatialVec force = joint->calcForceOnM(state, lambda);
     const SpatialVec V_M = joint->getFrameM().calcMotion(state).V;
-    // The power on both sides is −λᵀGu; stopping M's motion leaves F's part.
-    SpatialVec D_F[6], D_M[6];
-    joint->getEquations().calcJacobian(joint->getFrameF().calcMotion(state).X,
-                                       joint->getFrameM().calcMotion(state).X, D_F, D_M);
-    const SpatialVec V_F = joint->getFrameF().calcMotion(state).V;
+    // The power on all sides is −λᵀGu; stopping M's motion leaves that of the others.
+    const std::vector<SpatialVec> D = calcJacobian();
     Matrix G;
     matter.calcG(state, G);
     Real power = -~lambda * (G * state.getU());
-    for (int k = 0; k < m; ++k) power += lambda[k] * (~D_F[k][0] * V_F[0] + ~D_F[k][1] * V_F[1]);
+    for (int side = 0; side < int(sides().size()); ++side) {
+        const SpatialVec V = sides()[size_t(side)].calcMotion(state).V;
+        for (int k = 0; k < m && side != 1; ++k) {
+            const SpatialVec& d = D[size_t(side * m + k)];
+            power += lambda[k] * (~d[0] * V[0] + ~d[1] * V[1]);
+        }
+    }
     EXPECT_NEAR(~force[0] * V_M[0] + ~force[1] * V_M[1], power, 1e-12);
     EXPECT_THROW(joint->calcForceOnM(state, Vector(m + 1, Real(0))), std::invalid_argument);
 }
@@ -416,10 +475,49 @@ TEST(JointErrors, NonsenseParametersAreRefusedByName) {
     for (const Real length : {NaN, Infinity, 0.0, -1.0})
         expectRefusal([&] { Joint::Rod(flexible, F, M, length, "strut"); },
                       "joint 'strut': length " + String(length).toLower());
-    expectRefusal([&] { Joint::PrescribedTranslation(flexible, F, M, XAxis, {}, "ram"); },
-                  "joint 'ram': no displacement function");
+    expectRefusal(
+        [&] {
+            Joint::PrescribedTranslation(flexible, F, M, XAxis, Joint::MotionFunction(), "ram");
+        },
+        "joint 'ram': no displacement function");
     expectRefusal([&] { Joint::PrescribedPosition(flexible, F, M, {}, "robot"); },
                   "joint 'robot': no position function");
+    expectRefusal([&] { Joint::PrescribedPose(flexible, F, M, {}, "hexapod"); },
+                  "joint 'hexapod': no pose function");
+    using Function = std::shared_ptr<const SimTK::Function>;
+    expectRefusal([&] { Joint::PrescribedRotation(flexible, F, M, Function(), "servo"); },
+                  "joint 'servo': no angle function");
+    expectRefusal(
+        [&] {
+            const Function ofTwo = std::make_shared<Function::element_type::Constant>(1, 2);
+            Joint::PrescribedRotation(flexible, F, M, ofTwo, "servo");
+        },
+        "joint 'servo': the angle function has 2 arguments");
+    const auto angle = Joint::Coordinate::makeAngle(F, M);
+    const auto x = Joint::Coordinate::makeDisplacement(F, M, XAxis);
+    expectRefusal([&] { Joint::Gear(flexible, angle, 0, angle, 20, "gear"); },
+                  "joint 'gear': number of teeth 0");
+    expectRefusal([&] { Joint::Gear(flexible, angle, 20, x, 20, "gear"); },
+                  "joint 'gear' is a gear of a displacement");
+    expectRefusal([&] { Joint::Gear(flexible, angle, 20, angle, 20, NaN, "gear"); },
+                  "joint 'gear': phase nan");
+    expectRefusal([&] { Joint::Coupler(flexible, {}, "belt"); },
+                  "joint 'belt' couples no coordinates");
+    expectRefusal(
+        [&] {
+            Joint::Coupler(flexible, {{angle, 0}}, "belt");
+        },
+        "joint 'belt': coefficient 0");
+    expectRefusal(
+        [&] {
+            Joint::Coupler(flexible, {{angle, 1}}, Infinity, "belt");
+        },
+        "joint 'belt': constant inf");
+    expectRefusal(
+        [&] {
+            Joint::Coupler(flexible, {{angle, 1}, {angle, Pi}}, "belt");
+        },
+        "joint 'belt': angles have coefficients 1 and 3.14159");
     expectRefusal(
         [&] { Joint::Pin(flexible, F, Attachment(body, Transform(Vec3(NaN, 0, 0))), "hinge"); },
         "joint 'hinge': frame M on body 1");
@@ -428,6 +526,12 @@ TEST(JointErrors, NonsenseParametersAreRefusedByName) {
     const Joint::Pin pin(flexible, F, M, "hinge");
     expectRefusal([&] { pin.calcDrivingForces(Vector(5, Real(0))); },
                   "joint 'hinge' is a Pin and prescribes no motion");
+    expectRefusal([&] { pin.calcCouplingForces(Vector(5, Real(0))); },
+                  "joint 'hinge' is a Pin and couples no coordinates");
+    expectRefusal([&] { pin.getFrameM(1); },
+                  "joint 'hinge', a Pin, has 1 pairs of frames, none of number 1");
+    expectRefusal([&] { Joint::Coordinate(pin, 1); },
+                  "joint 'hinge', a Pin, has 1 coordinates, none of number 1");
 }
 
 TEST(JointForce, SimbodyAssemblesAJointBetweenFlexibleBodies) {

@@ -133,6 +133,17 @@ private:
             if (first >= 0) addColumns(first, row, count);
             if (second >= 0 && second != first) addColumns(second, row, count);
         }
+        for (int k = 0; k < m_options.numCouplers; ++k) {
+            const int first = pick(0, m_options.numBodies - 1);
+            if (m_system.blocks[size_t(first)].size - used[size_t(first)] < 1) continue;
+            ++used[size_t(first)];
+            const int row = m_system.numMultipliers();
+            m_system.c.push_back(0);
+            if (m_options.hasCompliantRows) m_system.compliance.push_back(0);
+            addColumns(first, row, 1);
+            for (int side = 1; side < 4; ++side)
+                addColumns(pick(0, m_options.numBodies - 1), row, 1);
+        }
     }
 
     /** Appends a row that repeats a random one on all bodies. **/

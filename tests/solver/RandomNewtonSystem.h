@@ -29,6 +29,7 @@ struct RandomSystemOptions {
     bool hasGeneralBlocks = true;   ///< some J_b not symmetric, as with gyroscopic terms
     bool hasCompliantRows = false;  ///< some joints are springs: −D of NewtonSystem
     int numCopiedRows = 0;  ///< rows that repeat an earlier one: redundant, not contradictory
+    int numCouplers = 0;    ///< rows over up to four bodies, some twice on one of them
 };
 
 /** Bodies are flexible (arrow, of a few shared parts), flexible with a general J_b, rigid or hubs;

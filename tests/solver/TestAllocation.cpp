@@ -117,6 +117,37 @@ TEST(Allocation, NorDoBodiesWithGeometricStiffening) {
     }
 }
 
+TEST(Allocation, NorDoGearsAndPrescribedMotions) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const auto part = test::makePointMassPart().body;
+    std::vector<FlexibleBody> bodies;
+    std::vector<Joint::Pin> bearings;
+    for (int k = 0; k < 2; ++k) {
+        bodies.emplace_back(flexible, part);
+        bearings.emplace_back(flexible, matter.Ground(), bodies.back().interface("A"));
+    }
+    Joint::Gear(flexible, bearings[0], 17, bearings[1], 23);
+    Joint::PrescribedRotation(flexible, matter.Ground(), bodies[0].interface("A"),
+                              std::make_shared<Function::Sinusoid>(0.3, 20, 0.1));
+    bodies.emplace_back(flexible, part);
+    Joint::PrescribedPose(flexible, matter.Ground(), bodies[2].interface("A"), [](Real t) {
+        FrameMotion pose;
+        pose.X = Transform(Rotation(t * t, ZAxis), Vec3(t * t, 0, 0));
+        pose.V = {Vec3(0, 0, 2 * t), Vec3(2 * t, 0, 0)};
+        pose.A = {Vec3(0, 0, 2), Vec3(2, 0, 0)};
+        return pose;
+    });
+    State state = system.realizeTopology();
+    for (const FlexibleBody& body : bodies) body.setPoseByInterface(state, "A", Transform());
+    for (auto form : {BdfIntegrator::BlockForm::Arrow, BdfIntegrator::BlockForm::Dense}) {
+        long iterations = 0;
+        EXPECT_EQ(countAllocations(system, state, form, &iterations), 0);
+        EXPECT_GT(iterations, 30);
+    }
+}
+
 }  // namespace
 }  // namespace simflex
 

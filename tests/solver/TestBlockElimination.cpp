@@ -90,6 +90,7 @@ NewtonSystem makeRandomSystem(std::mt19937& random, int mostBodies, int mostCopi
     options.hasGeneralBlocks = pick(0, 1);
     options.hasCompliantRows = mostCopiedRows == 0 && pick(0, 1);
     options.numCopiedRows = pick(0, mostCopiedRows);
+    options.numCouplers = mostCopiedRows == 0 ? pick(0, 2) : 0;
     return test::makeRandomNewtonSystem(random, options);
 }
 
@@ -141,7 +142,7 @@ TEST_P(LargeGraph, IsSolvedToRoundOffWithTheSameBitsForAnyNumberOfThreads) {
     std::mt19937 random(5);
     for (bool hasGeneralBlocks : {false, true}) {
         const NewtonSystem system = test::makeRandomNewtonSystem(
-            random, {GetParam(), 300, 12, hasGeneralBlocks, hasGeneralBlocks, 0});
+            random, {GetParam(), 300, 12, hasGeneralBlocks, hasGeneralBlocks, 0, 20});
         int redundant = -1;
         const VectorXd x = solveByElimination(system, 1, &redundant);
         const VectorXd b = test::assembleRightHandSide(system);

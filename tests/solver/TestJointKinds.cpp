@@ -408,6 +408,171 @@ TEST(PrescribedMotionOfJoints, PointIsLedAlongACircle) {
     EXPECT_LT((lead.calcDrivingForces(lead.getMultipliers(now)) - Vector(force)).norm(), 1e-7);
 }
 
+/** A pose that turns about an axis of no symmetry and shifts; the inverse motion, of F seen from M.
+ * **/
+FrameMotion poseAt(Real t) {
+    const Vec3 axis(UnitVec3(1, -2, 2));
+    FrameMotion pose;
+    pose.X = Transform(Rotation(0.4 + std::sin(3 * t), UnitVec3(axis)),
+                       Vec3(0.2 * std::cos(2 * t), 0.3, 0.1 * t * t));
+    pose.V = {3 * std::cos(3 * t) * axis, Vec3(-0.4 * std::sin(2 * t), 0, 0.2 * t)};
+    pose.A = {-9 * std::sin(3 * t) * axis, Vec3(-0.8 * std::cos(2 * t), 0, 0.2)};
+    return pose;
+}
+FrameMotion inversePoseAt(Real t) {
+    const FrameMotion pose = poseAt(t);
+    const Rotation R = pose.X.R().invert();
+    const Vec3 &omega = pose.V[0], &p = pose.X.p(), v = pose.V[1] - omega % p;
+    FrameMotion inverse;
+    inverse.X = pose.X.invert();
+    inverse.V = {-(R * omega), -(R * v)};
+    inverse.A = {-(R * pose.A[0]),
+                 -(R * (pose.A[1] - pose.A[0] % p - omega % pose.V[1] - omega % v))};
+    return inverse;
+}
+
+/** Newton and Euler: m (a − g) through the centre of mass, I α + ω × I ω about it. **/
+TEST(PrescribedMotionOfJoints, PoseIsDrivenByWeightAndInertia) {
+    const Vec3 g(1, -9, 3);
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity(forces, matter, g);
+    FlexibleBodySubsystem flexible(system, matter);
+    const MobilizedBody::Free body(matter.Ground(), makeLink());
+    const Transform F(Rotation(0.7, UnitVec3(1, 1, 3)), Vec3(0.3, 0.2, 0.1)),
+        M(Rotation(-0.5, UnitVec3(2, 0, 1)), Vec3(0.05, 0.1, -0.2));
+    const Joint::PrescribedPose drive(flexible, Attachment(matter.Ground(), F), Attachment(body, M),
+                                      poseAt, "hexapod");
+    EXPECT_EQ(drive.getNumEquations(), 6);
+    State state = system.realizeTopology();
+    body.setQToFitTransform(state, F * poseAt(0).X * M.invert());
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-7);
+    integrator.initialize(state);
+    for (const Real t : {0.1, 0.37, 0.8}) {
+        integrator.stepTo(t);
+        State now = integrator.getState();
+        system.realize(now, Stage::Acceleration);
+        const FrameMotion pose = poseAt(t);
+        const Transform X = F * pose.X;
+        EXPECT_LT((body.getBodyTransform(now).p() - (X * M.invert()).p()).norm(), 1e-9);
+        EXPECT_LT((body.getBodyRotation(now).asMat33() - (X * M.invert()).R().asMat33()).norm(),
+                  1e-9);
+        const Vec3 omega = F.R() * pose.V[0], alpha = F.R() * pose.A[0];
+        const MassProperties mass = makeLink().getDefaultRigidBodyMassProperties();
+        const Rotation R_GB = X.R() * M.R().invert();
+        const Vec3 r = R_GB * (mass.getMassCenter() - M.p());
+        const Vec3 a = F.R() * pose.A[1] + alpha % r + omega % (omega % r);
+        const Mat33 I = R_GB.asMat33() * mass.calcCentralInertia().toMat33() * (~R_GB).asMat33();
+        const Vec3 force = mass.getMass() * (a - g);
+        const Vec3 torque = I * alpha + omega % (I * omega) + r % force;
+        const SpatialVec onM = drive.calcReaction(now, Joint::Side::M, Joint::Side::M);
+        EXPECT_LT((onM[1] - force).norm(), 1e-7) << t;
+        EXPECT_LT((onM[0] - torque).norm(), 1e-7) << t;
+        const Vector driving = drive.calcDrivingForces(drive.getMultipliers(now));
+        const Vec3 forceInM = ~X.R() * force, torqueInM = ~X.R() * torque;
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_NEAR(driving[i], forceInM[i], 1e-7);
+            EXPECT_NEAR(driving[3 + i], torqueInM[i], 1e-7);
+        }
+    }
+}
+
+/** Two bodies in space lead each other: momentum stays, energy is the drive's work, and from the
+ * other body's side it is the same motion. **/
+TEST(PrescribedMotionOfJoints, PoseBetweenFreeBodiesKeepsMomentumAndEnergyLessItsWork) {
+    const Transform F(Rotation(0.7, UnitVec3(1, 1, 3)), Vec3(0.3, 0.2, 0.1)),
+        M(Rotation(-0.5, UnitVec3(2, 0, 1)), Vec3(0.05, 0.1, -0.2));
+    Real imbalance[2];
+    Vec3 ends[3];
+    for (int run = 0; run < 3; ++run) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        FlexibleBodySubsystem flexible(system, matter);
+        const MobilizedBody::Free first(matter.Ground(), makeLink()),
+            second(matter.Ground(), makeLink());
+        const Attachment onFirst(first, F), onSecond(second, M);
+        if (run < 2)
+            Joint::PrescribedPose(flexible, onFirst, onSecond, poseAt);
+        else
+            Joint::PrescribedPose(flexible, onSecond, onFirst, inversePoseAt);
+        const Joint drive = flexible.getJoint(JointIndex(0));
+        State state = system.realizeTopology();
+        const Transform X = F * poseAt(0).X * M.invert();
+        second.setQToFitTransform(state, X);
+        const FrameMotion relative = poseAt(0);
+        const Vec3 omega = F.R() * relative.V[0];
+        first.setUToFitAngularVelocity(state, Vec3(1, -0.5, 0.2));
+        const Vec3 turn = Vec3(1, -0.5, 0.2);
+        second.setUToFitVelocity(
+            state, SpatialVec(turn + omega,
+                              turn % X.p() + F.R() * relative.V[1] - omega % (X.R() * M.p())));
+        BdfIntegrator integrator(system);
+        integrator.setAccuracy(run == 0 ? 1e-5 : 1e-7);
+        integrator.initialize(state);
+        const Real energyAtStart = flexible.calcKineticEnergy(integrator.getState());
+        const SpatialVec momentumAtStart = flexible.calcMomentum(integrator.getState());
+        integrator.stepTo(0.6);
+        const State& now = integrator.getState();
+        ends[run] = second.findStationLocationInGround(now, Vec3(0.2, -0.1, 0.3));
+        const SpatialVec lost = flexible.calcMomentum(now) - momentumAtStart;
+        EXPECT_LT(lost[0].norm() + lost[1].norm(), run == 0 ? 1e-2 : 5e-4);
+        const Real gained = flexible.calcKineticEnergy(now) - energyAtStart;
+        EXPECT_GT(std::abs(gained), 0.05);
+        if (run < 2) imbalance[run] = std::abs(gained - integrator.getWork());
+        EXPECT_LT(drive.calcPositionErrors(now).normInf(), 1e-9);
+    }
+    EXPECT_LT(imbalance[0], 0.02);
+    EXPECT_LT(imbalance[1], imbalance[0] / 8);
+    EXPECT_LT((ends[2] - ends[1]).norm(), 1e-5);
+}
+
+/** A bending beam driven about its bearing: the integral of torque times rate, by Simpson's rule
+ * over exact multipliers, is the energy it gains. **/
+TEST(PrescribedMotionOfJoints, DrivingTorquesPowerIsTheEnergyGained) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity(forces, matter, Vec3(0, -9.81, 0));
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody beam(flexible, makePointMassPart().body, "beam");
+    const Joint::Pin bearing(flexible, matter.Ground(), beam.interface("A"));
+    const auto angle = std::make_shared<Function::Sinusoid>(0.6, 8, -Pi / 2);
+    const Joint::PrescribedRotation motor(flexible, matter.Ground(), beam.interface("A"), angle,
+                                          "motor");
+    State state = system.realizeTopology();
+    beam.setPoseByInterface(state, "A", Transform(Rotation(-0.6, ZAxis)));
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-8);
+    integrator.initialize(state);
+    const auto calcEnergy = [&] {
+        system.realize(integrator.getState(), Stage::Dynamics);
+        return flexible.calcEnergy(integrator.getState());
+    };
+    const auto calcPower = [&] {
+        State native = integrator.getState();
+        system.realize(native, Stage::Acceleration);
+        const Real rate = 4.8 * std::cos(8 * native.getTime() - Pi / 2);
+        EXPECT_NEAR(motor.calcCoordinateDots(native)[0], rate, 1e-9);
+        return motor.calcDrivingForces(motor.getMultipliers(native))[0] * rate;
+    };
+    const Real atStart = calcEnergy();
+    const int intervals = 400;
+    const Real h = 0.2 / intervals;
+    Real work = calcPower(), largest = 0;
+    for (int k = 1; k <= intervals; ++k) {
+        integrator.stepTo(k * h);
+        work += (k == intervals ? 1 : k % 2 ? 4 : 2) * calcPower();
+        largest = std::max(largest, std::abs(calcEnergy() - atStart));
+    }
+    work *= h / 3;
+    const Real gained = calcEnergy() - atStart;
+    EXPECT_GT(largest, 0.3);
+    EXPECT_NEAR(work, gained, 1e-3 * largest);
+    EXPECT_NEAR(integrator.getWork(), gained, 1e-3 * largest);
+}
+
 /** A nut on a screw without friction: the angle counts all its turns and stays the
  * displacement over the pitch. **/
 TEST(ScrewJoint, CountsManyTurns) {

@@ -8,6 +8,7 @@
 
 #include "SliderCrankModel.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/body/Hub.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/ModalDamping.h"
 #include "support/NativeReference.h"
@@ -117,6 +118,18 @@ struct Loop {
         flexible.getGuts().setNativeForcesEnabled(state, false);
         system.realize(state, Stage::Acceleration);
         EXPECT_GT((state.getUDot() - uDot).normInf(), 0.01 * scale);
+    }
+
+    /** And so must that of block elimination. **/
+    void expectSameByBlockElimination(State state) const {
+        BdfIntegrator integrator(system);
+        integrator.setProjectInitialState(false);
+        integrator.initialize(state);
+        system.realize(state, Stage::Acceleration);
+        const Vector uDot = state.getUDot(), multipliers = state.getMultipliers();
+        EXPECT_LT((uDot - integrator.getUDot()).normInf(), 1e-10 * uDot.normInf());
+        EXPECT_LT((multipliers - integrator.getMultipliers()).normInf(),
+                  1e-10 * multipliers.normInf());
     }
 
     FlexibleMasses make(const char* name, unsigned seed, int numModes, double damping) {
@@ -231,6 +244,68 @@ TEST(NativeAccelerations, TreeThatOnlySimbodyKnowsIsExact) {
     Joint::Ball(model.flexible, model.bodies[0].body.interface("B"), backwards);
     Joint::Ball(model.flexible, model.bodies[1].body.interface("A"), egg);
     model.expectExact(model.makeState());
+}
+
+/** A gear and a coupler that reach over flexible bodies, a rigid tree and Ground. **/
+TEST(NativeAccelerations, CouplersOfJointsAreExact) {
+    Loop model;
+    model.closeLoop();
+    const FlexibleBody &a = model.bodies[0].body, &b = model.bodies[1].body;
+    const Joint::Pin wheel(model.flexible, a.interface("C"), Attachment(model.elbow), "wheel");
+    const Joint::Cylinder guide(model.flexible, b.interface("C"), Attachment(model.shoulder));
+    using Coordinate = Joint::Coordinate;
+    Joint::Gear(model.flexible, wheel, 20, Coordinate(guide, 0), -31, "gear");
+    Joint::Coupler(model.flexible,
+                   {{Coordinate(guide, 1), 3},
+                    {Coordinate::makeDisplacement(a.interface("B"), b.node(4), YAxis), -1.5},
+                    {Coordinate::makeAngle(model.matter.Ground(), a.interface("A")), 0.1}},
+                   "coupler");
+    const State state = model.makeState();
+    model.expectExact(state);
+    model.expectSameByBlockElimination(state);
+}
+
+TEST(NativeAccelerations, PrescribedPosesAreExact) {
+    Loop model;
+    Joint::PrescribedPose(
+        model.flexible, model.bodies[0].body.interface("B"), model.bodies[1].body.interface("A"),
+        [](Real t) {
+            const Vec3 axis(UnitVec3(1, 2, -1));
+            FrameMotion pose;
+            pose.X = Transform(Rotation(std::sin(5 * t), UnitVec3(axis)),
+                               Vec3(0.1 * std::cos(3 * t), 0, t * t));
+            pose.V = {5 * std::cos(5 * t) * axis, Vec3(-0.3 * std::sin(3 * t), 0, 2 * t)};
+            pose.A = {-25 * std::sin(5 * t) * axis, Vec3(-0.9 * std::cos(3 * t), 0, 2)};
+            return pose;
+        });
+    State state = model.makeState();
+    state.setTime(0.3);
+    model.expectExact(state);
+    model.expectSameByBlockElimination(state);
+}
+
+/** Mobilizers, forces, constraints and a lock of Simbody's on a hub. **/
+TEST(NativeAccelerations, HubsCarryStockElementsExactly) {
+    Loop model;
+    model.closeLoop();
+    Hub hub(model.flexible, model.matter, model.bodies[0].body.interface("C"), makeBrick(0.6),
+            "hub", Transform(Rotation(0.3, XAxis), Vec3(0, 0.02, 0)));
+    MobilizedBody::Universal arm(hub.updBody(), Transform(Vec3(0.1, 0, 0)), makeBrick(0.5),
+                                 Transform(Vec3(0, 0.2, 0)));
+    MobilizedBody::Pin flap(arm, Transform(Vec3(0, -0.2, 0)), makeBrick(0.2),
+                            Transform(Vec3(0, 0.1, 0)));
+    Force::MobilityLinearSpring(model.forces, flap, MobilizerQIndex(0), 4, 0.1);
+    Force::TwoPointLinearDamper(model.forces, arm, Vec3(0.1, 0, 0), model.shoulder, Vec3(0), 3);
+    Force::ConstantForce(model.forces, hub.getBody(), Vec3(0.1, 0.2, 0), Vec3(1, 2, 3));
+    Constraint::Rod(hub.updBody(), Vec3(0, 0.1, 0), model.wrist, Vec3(0.1, 0, 0), 0.5);
+    Constraint::ConstantSpeed(flap, 0.3);
+    State state = model.makeState();
+    model.expectExact(state);
+    model.expectSameByBlockElimination(state);
+    arm.lock(state, Motion::Velocity);
+    model.system.prescribe(state);
+    model.expectExact(state);
+    model.expectSameByBlockElimination(state);
 }
 
 /** Block elimination as the integrators use it, on a model with real parts. **/
