@@ -1,5 +1,7 @@
 #include "simflex/body/FlexibleBody.h"
 
+#include <algorithm>
+
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/ModalMobilizer.h"
 
@@ -26,6 +28,7 @@ FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem,
     record.name = name.empty() ? part->name : name;
     record.model = guts.obtainModel(part);
     record.stiffened = guts.obtainStiffenedModel(part);
+    record.rigid = guts.obtainRigidModel(part);
     const auto& I = part->inertia;
     const MassProperties properties(part->mass, Vec3(0),
                                     Inertia(I[0], I[1], I[2], I[3], I[4], I[5]));
@@ -64,6 +67,37 @@ void FlexibleBody::disableStiffening(State& state) const {
 bool FlexibleBody::isStiffeningEnabled(const State& state) const {
     return guts().getStiffening(state, guts().body(m_index)) ==
            FlexibleBodySubsystem::Guts::Stiffening::On;
+}
+
+void FlexibleBody::setRigid(State& state) const {
+    for (int k = 0; k < getNumModalMobilizers(); ++k) {
+        const MobilizedBody& modes = getModalMobilizer(k);
+        modes.lockAt(state, Vector(modes.getNumQ(state), Real(0)));
+    }
+}
+
+void FlexibleBody::setFlexible(State& state) const {
+    for (int k = 0; k < getNumModalMobilizers(); ++k) getModalMobilizer(k).unlock(state);
+}
+
+bool FlexibleBody::isRigid(const State& state) const {
+    return guts().isRigid(state, guts().body(m_index));
+}
+
+void FlexibleBody::setRigidByDefault(bool isRigid) {
+    FlexibleBodySubsystem::Guts& own = updGuts();
+    for (MobilizedBodyIndex carrier : own.body(m_index).carriers)
+        own.updMatter().updMobilizedBody(carrier).lockByDefault(isRigid ? Motion::Position
+                                                                        : Motion::NoLevel);
+}
+
+bool FlexibleBody::isRigidByDefault() const {
+    const FlexibleBodySubsystem::Guts& own = guts();
+    const auto& carriers = own.body(m_index).carriers;
+    return std::all_of(carriers.begin(), carriers.end(), [&](MobilizedBodyIndex carrier) {
+        return own.getMatter().getMobilizedBody(carrier).getLockByDefaultLevel() ==
+               Motion::Position;
+    });
 }
 
 const std::string& FlexibleBody::getName() const {

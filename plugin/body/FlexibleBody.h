@@ -4,7 +4,8 @@ A flexible part in a SimTK::MultibodySystem.
 
 Its frame B is a MobilizedBody::Free on Ground with the undeformed mass properties; its modal
 coordinates ξ are the q of ModalMobilizer bodies. Both are ordinary Simbody mobilizers, so that ξ, ξ̇
-can be initialised, locked and measured.
+can be initialised, locked and measured. setRigid() holds them all; to hold some for good, make the
+body of a part with fewer modes (simflex/part/ModeSelection.h).
 
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -57,6 +58,30 @@ public:
     void enableStiffening(SimTK::State& state) const;
     void disableStiffening(SimTK::State& state) const;
     bool isStiffeningEnabled(const SimTK::State& state) const;
+    /**@}**/
+
+    /** @name Rigid or flexible
+    A switch of the State, Stage::Instance: nothing is rebuilt, and event handlers may use it. It
+    locks or unlocks the modal mobilizers, so that Simbody's own integrators obey it as well; in
+    the implicit ones a rigid body costs no more than its frame's six speeds.
+
+        crank.setRigid(state);       // undeformed from here on
+        crank.setFlexible(state);    // its modes move again, from rest
+    **/
+    /**@{**/
+    /** Sets modal coordinates and speeds to zero and holds them there. The frame keeps its pose and
+    velocity: what was a deformation or a vibration is lost, and joints on a deformed interface
+    are assembled anew when an integrator takes the State (call
+    FlexibleBodySubsystem::initializeNative() before a run of Simbody's own). **/
+    void setRigid(SimTK::State& state) const;
+    /** Frees all modes, also those that were locked one mobilizer at a time; coordinates and speeds
+    stay what they are, zero after setRigid(). A part without modes stays rigid. **/
+    void setFlexible(SimTK::State& state) const;
+    /** True if every mode is held at zero. **/
+    bool isRigid(const SimTK::State& state) const;
+    /** Whether States start rigid; false unless set. Topological. **/
+    void setRigidByDefault(bool isRigid);
+    bool isRigidByDefault() const;
     /**@}**/
 
     /** Attachments, see Attachment::onInterface() and onNode(). **/

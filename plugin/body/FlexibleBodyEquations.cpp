@@ -71,6 +71,19 @@ std::shared_ptr<const FlexibleBodyModel> FlexibleBodyModel::makeStiffened() cons
     return stiffened;
 }
 
+std::shared_ptr<const FlexibleBodyModel> FlexibleBodyModel::makeRigid() const {
+    auto rigid = std::make_shared<FlexibleBodyModel>();
+    rigid->part = part;
+    rigid->mass = mass;
+    rigid->inertia = inertia;
+    rigid->radius = radius;
+    rigid->I1Values.setZero(ChunkSize);
+    rigid->shapeTiles = TiledMatrix(MatrixXd(6 * int(interfaceShapes.size()), 0));
+    for (const auto& shapes : interfaceShapes)
+        rigid->interfaceShapes.push_back(FrameShapes::make(shapes->s, {}, {}));
+    return rigid;
+}
+
 const std::shared_ptr<const FrameShapes>& FlexibleBodyModel::getInterfaceShapes(
     const std::string& name) const {
     return interfaceShapes[size_t(&part->getInterface(name) - part->interfaces.data())];

@@ -25,12 +25,16 @@ namespace Eigen = ::Eigen;
 
 /** A part's invariants laid out for evaluation. **/
 struct FlexibleBodyModel {
+    FlexibleBodyModel() = default;
     explicit FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedPart);
 
     /** The model with geometric stiffening: I₂ lessened by the part's K of turning. Interfaces'
     shapes are the same ones; their curvature is to be used. @pre part->stiffening. **/
     std::shared_ptr<const FlexibleBodyModel> makeStiffened() const;
     bool isStiffened = false;
+
+    /** The model without modes; interfaces in the same order. **/
+    std::shared_ptr<const FlexibleBodyModel> makeRigid() const;
 
     std::shared_ptr<const ReducedBody> part;
     int n = 0;  ///< n_f

@@ -169,6 +169,22 @@ std::shared_ptr<const FlexibleBodyModel> FlexibleBodySubsystem::Guts::obtainStif
     return model;
 }
 
+std::shared_ptr<const FlexibleBodyModel> FlexibleBodySubsystem::Guts::obtainRigidModel(
+    const std::shared_ptr<const ReducedBody>& part) {
+    auto& model = m_rigid[part.get()];
+    if (!model) model = obtainModel(part)->makeRigid();
+    return model;
+}
+
+bool FlexibleBodySubsystem::Guts::isRigid(const State& state,
+                                          const FlexibleBodyRecord& body) const {
+    return std::all_of(body.carriers.begin(), body.carriers.end(), [&](MobilizedBodyIndex carrier) {
+        const MobilizedBody& mobod = getMatter().getMobilizedBody(carrier);
+        return mobod.getLockLevel(state) == Motion::Position &&
+               mobod.getLockValueAsVector(state).normInf() == 0;
+    });
+}
+
 FlexibleBodySubsystem::Guts::Stiffening FlexibleBodySubsystem::Guts::getStiffening(
     const State& state, const FlexibleBodyRecord& body) const {
     if (!body.stiffened) return Stiffening::Off;

@@ -20,6 +20,7 @@ struct FlexibleBodyRecord {
     std::string name;
     std::shared_ptr<const FlexibleBodyModel> model;
     std::shared_ptr<const FlexibleBodyModel> stiffened;  ///< null if the part has no data for it
+    std::shared_ptr<const FlexibleBodyModel> rigid;      ///< without modes
     bool isStiffenedByDefault = true;
     FlexibleBodyIndex index;
     SimTK::MobilizedBodyIndex frame;
@@ -71,6 +72,13 @@ public:
     /** The same with geometric stiffening; null if the part has no data for it. **/
     std::shared_ptr<const FlexibleBodyModel> obtainStiffenedModel(
         const std::shared_ptr<const ReducedBody>& part);
+
+    /** The same without modes. **/
+    std::shared_ptr<const FlexibleBodyModel> obtainRigidModel(
+        const std::shared_ptr<const ReducedBody>& part);
+
+    /** True if every mode is locked at zero. **/
+    bool isRigid(const SimTK::State& state, const FlexibleBodyRecord& body) const;
 
     /** @name Geometric stiffening, an Instance-stage variable of each body that has data for it **/
     /**@{**/
@@ -151,9 +159,10 @@ private:
     std::vector<FlexibleBodyRecord> m_bodies;
     std::vector<JointRecord> m_joints;
     std::vector<std::shared_ptr<const ForceElement>> m_forceElements;
-    std::map<const ReducedBody*, std::shared_ptr<const FlexibleBodyModel>> m_models, m_stiffened;
+    std::map<const ReducedBody*, std::shared_ptr<const FlexibleBodyModel>> m_models, m_stiffened,
+        m_rigid;
     mutable SimTK::DiscreteVariableIndex m_nativeForces, m_knownUDot;
-    mutable std::shared_ptr<InertiaCoupling> m_coupling;  ///< null if no body has modes
+    mutable std::shared_ptr<InertiaCoupling> m_coupling;             ///< null if no body has modes
     mutable std::vector<SimTK::DiscreteVariableIndex> m_stiffening;  ///< by body; invalid: no data
 };
 

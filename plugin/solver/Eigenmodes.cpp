@@ -207,7 +207,8 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
 
 std::vector<State> calcModeStates(const MultibodySystem& system, const Linearization& linearization,
                                   const Eigenmode& mode, Real amplitude, int numFrames) {
-    const MultibodyEquations equations(system, linearization.state);
+    const MultibodyEquations equations(system, linearization.state,
+                                       MultibodyEquations::Setting::Linearize);
     const int n = equations.numU();
     if (mode.shape.size() != n)
         throw std::invalid_argument("calcModeStates(): the mode has " +

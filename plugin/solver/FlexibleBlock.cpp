@@ -15,18 +15,20 @@ using Eigen::Vector4d;
 using Eigen::VectorXd;
 
 FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index,
-                             const State& state)
+                             const State& state, Modes modes)
     : m_guts(guts),
       m_record(guts.body(index)),
-      m_model(guts.getModel(state, m_record)),
+      m_model(modes == Modes::All ? guts.getModel(state, m_record) : *m_record.rigid),
       m_n(m_model.n) {
     name = m_record.name;
     numQ = 7 + m_n;
     numU = 6 + m_n;
-    m_damping = m_record.damping;
+    m_held.assign(size_t(m_record.numModes() - m_n), 0);
+    m_damping = m_record.damping.head(m_n);
+    m_hasDampingCoupling = m_n > 0 && m_record.dampingCoupling.size() > 0;
     m_inverseOmega = m_model.omegaSquared.cwiseSqrt().cwiseInverse();
     m_data.resize(m_model);
-    if (!m_record.loads.empty()) m_loads.setZero(m_n);
+    if (!m_record.loads.empty()) m_loads.setZero(m_record.numModes());
     m_shapesXi.setZero(m_model.shapeTiles.paddedRows());
     m_shapesXiDot.setZero(m_model.shapeTiles.paddedRows());
     m_shapesXiDotDot.setZero(m_model.shapeTiles.paddedRows());
@@ -43,10 +45,14 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
 }
 
 int FlexibleBlock::addFrame(const FlexibleFrame& frame) {
-    const auto& known = m_model.interfaceShapes;
+    const auto& known = m_record.model->interfaceShapes;
     const auto found = std::find(known.begin(), known.end(), frame.shapes);
+    const int interface = found == known.end() ? -1 : int(found - known.begin());
     m_frames.push_back(frame);
-    m_interfaces.push_back(found == known.end() ? -1 : int(found - known.begin()));
+    if (hasHeldModes())
+        m_frames.back().shapes = interface < 0 ? FrameShapes::make(frame.shapes->s, {}, {})
+                                               : m_model.interfaceShapes[size_t(interface)];
+    m_interfaces.push_back(interface);
     m_curveOf.push_back(-1);
     m_poses.emplace_back();
     if (m_model.isStiffened && !frame.shapes->curvature.empty()) {
@@ -137,7 +143,7 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, const double*
     calcBodyResidual(m_model, m_data, toEigen(m_body.omega_B), Map<const Vector3d>(uDot), q + 7,
                      u + 6, uDot + 6, m_damping, rotation, r + 6);
     Map<Vector3d>(r, 3) = rotation;
-    if (m_record.dampingCoupling.size() > 0)
+    if (m_hasDampingCoupling)
         for (int i = 0; i < m_n; ++i)
             r[6 + i] += dot(m_record.dampingCoupling.col(i).data(), u + 6, m_n);
     // ∑mφ = 0: uniform gravity acts at the frame's origin and on no mode.
@@ -146,7 +152,8 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, const double*
     if (m_record.loads.empty()) return;
     Vec3 torque_B(0), force_G(0);
     m_loads.setZero();
-    addInLoads(m_record.loads, context.time, m_body.R_GB, q + 7, torque_B, force_G, m_loads.data());
+    addInLoads(m_record.loads, context.time, m_body.R_GB, findXi(q), torque_B, force_G,
+               m_loads.data());
     for (int a = 0; a < 3; ++a) {
         r[a] -= context.loadFraction * torque_B[a];
         r[3 + a] -= context.loadFraction * force_G[a];
@@ -224,7 +231,7 @@ void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, co
                          Map<const Vector3d>(uDot), ConstModes(u + 6, m_n),
                          ConstModes(uDot + 6, m_n), m_damping,
                          Map<MatrixXd>(block.matrix.data(), numU, numU));
-        if (m_record.dampingCoupling.size() > 0)
+        if (m_hasDampingCoupling)
             Map<MatrixXd>(block.matrix.data(), numU, numU).bottomRightCorner(m_n, m_n) +=
                 m_record.dampingCoupling;
         return;
@@ -318,7 +325,7 @@ double FlexibleBlock::calcUDisplacement(const double* deltaU, double h) const {
 double FlexibleBlock::calcDampingPower(const double* u) const {
     const ConstModes xiDot(u + 6, m_n);
     double power = -xiDot.dot(m_damping.cwiseProduct(xiDot));
-    if (m_record.dampingCoupling.size() > 0) power -= xiDot.dot(m_record.dampingCoupling * xiDot);
+    if (m_hasDampingCoupling) power -= xiDot.dot(m_record.dampingCoupling * xiDot);
     return power;
 }
 
@@ -327,7 +334,8 @@ double FlexibleBlock::calcLoadPower(const EvaluationContext& context, const doub
     if (m_record.loads.empty()) return 0;
     Vec3 torque_B(0), force_G(0);
     m_loads.setZero();
-    addInLoads(m_record.loads, context.time, m_body.R_GB, q + 7, torque_B, force_G, m_loads.data());
+    addInLoads(m_record.loads, context.time, m_body.R_GB, findXi(q), torque_B, force_G,
+               m_loads.data());
     double power = ~torque_B * m_body.omega_B + ~force_G * m_body.v_G;
     for (int i = 0; i < m_n; ++i) power += m_loads[i] * u[6 + i];
     return power;
@@ -359,6 +367,7 @@ void FlexibleBlock::putIntoState(const double* q, const double* u, State& state)
         stateQ[m_stateQ[i]] = q[7 + i];
         stateU[m_stateU[i]] = u[6 + i];
     }
+    for (size_t i = 0; i < m_held.size(); ++i) stateQ[m_stateQ[i]] = stateU[m_stateU[i]] = 0;
 }
 
 void FlexibleBlock::putUDot(const double* q, const double* uDot, Vector& simbodyUDot) const {

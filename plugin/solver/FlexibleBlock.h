@@ -12,10 +12,17 @@ namespace simflex {
 
 class FlexibleBlock : public Block {
 public:
+    enum class Modes {
+        All,
+        None  ///< all of them are held at zero: n_f = 0 here
+    };
+
     FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index,
-                  const SimTK::State& state);
+                  const SimTK::State& state, Modes modes = Modes::All);
 
     const FlexibleBodyModel& getModel() const { return m_model; }
+    /** True if modes that the body has are no speeds of the block. **/
+    bool hasHeldModes() const { return !m_held.empty(); }
     const Eigen::VectorXd& getDamping() const { return m_damping; }
     /** True if some frame's shapes change with ξ (geometric stiffening): no part can share them.
      * **/
@@ -89,14 +96,18 @@ private:
     FrameSums calcFrameSums(int frame, const Eigen::VectorXd& products,
                             const double* coordinates) const;
     double calcModalDisplacement(const double* modes) const;
+    /** ξ of all the body's modes. **/
+    const double* findXi(const double* q) const { return m_held.empty() ? q + 7 : m_held.data(); }
 
     const FlexibleBodySubsystem::Guts& m_guts;
     const FlexibleBodyRecord& m_record;
     const FlexibleBodyModel& m_model;
     int m_n;
     Eigen::VectorXd m_damping;
+    bool m_hasDampingCoupling = false;
     Eigen::VectorXd m_inverseOmega;
     std::vector<int> m_stateQ, m_stateU;  ///< indices of ξ and ξ̇ in Simbody's vectors
+    std::vector<double> m_held;           ///< zeros, one for each mode that is held
     int m_stateFrameU = 0;
 
     /** An interface that moves to second order: its shapes, and the tangent ones at ξ, which its

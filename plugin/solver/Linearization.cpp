@@ -73,7 +73,7 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     Linearization result;
     result.state = state;
     system.realize(result.state, Stage::Velocity);
-    MultibodyEquations equations(system, result.state);
+    MultibodyEquations equations(system, result.state, MultibodyEquations::Setting::Linearize);
     for (int row = 0; row < equations.numMultipliers(); ++row)
         if (equations.getRowLevel(row) != MotionLevel::Position)
             throw std::invalid_argument(

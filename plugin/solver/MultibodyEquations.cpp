@@ -122,7 +122,7 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
     for (ConstraintIndex i(0); i < matter.getNumConstraints(); ++i) {
         const Constraint& constraint = matter.getConstraint(i);
         if (constraint.isDisabled(state)) {
-            if (own.count(i) && m_setting == Setting::Implicit)
+            if (own.count(i) && m_setting != Setting::Native)
                 throw std::invalid_argument(
                     m_owner + ": joint '" + nameOfJoint(i) +
                     "' is disabled in the State; leave it out of the model instead");
@@ -185,7 +185,10 @@ void MultibodyEquations::makeBlocks(const State& state) {
             const FlexibleBodyRecord& record = m_guts->body(FlexibleBodyIndex(b));
             m_blockOfBody[size_t(record.frame)] = b;
             for (MobilizedBodyIndex carrier : record.carriers) m_blockOfBody[size_t(carrier)] = b;
-            auto block = std::make_unique<FlexibleBlock>(*m_guts, FlexibleBodyIndex(b), state);
+            const bool isRigid = m_setting == Setting::Implicit && m_guts->isRigid(state, record);
+            auto block = std::make_unique<FlexibleBlock>(
+                *m_guts, FlexibleBodyIndex(b), state,
+                isRigid ? FlexibleBlock::Modes::None : FlexibleBlock::Modes::All);
             m_flexible.push_back(block.get());
             m_blocks.push_back(std::move(block));
         }
@@ -255,6 +258,12 @@ void MultibodyEquations::makeSimbodyConstraints() {
     }
 }
 
+bool MultibodyEquations::isHeld(MobilizedBodyIndex body) const {
+    const int b = findBlock(body);
+    return b < int(m_flexible.size()) && m_flexible[size_t(b)]->hasHeldModes() &&
+           m_guts->body(FlexibleBodyIndex(b)).frame != body;
+}
+
 PrescribedMotion::Mobilizer MultibodyEquations::findMobilizer(MobilizedBodyIndex body) const {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     PrescribedMotion::Mobilizer mobilizer;
@@ -291,7 +300,7 @@ void MultibodyEquations::makePrescribedMotion() {
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
         const MobilizedBody& mobod = matter.getMobilizedBody(i);
         if (!PrescribedMotion::isPrescribed(mobod, m_private)) continue;
-        mobilizers.push_back(findMobilizer(i));
+        if (!isHeld(i)) mobilizers.push_back(findMobilizer(i));
     }
     if (mobilizers.empty()) return;
     m_system.prescribe(m_private);
@@ -450,6 +459,7 @@ std::vector<ForceDifferences::Speed> MultibodyEquations::listSimbodySpeeds() con
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     std::vector<ForceDifferences::Speed> speeds;
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
+        if (isHeld(i)) continue;
         const PrescribedMotion::Mobilizer mobilizer = findMobilizer(i);
         const int first = matter.getMobilizedBody(i).getFirstUIndex(m_private);
         for (int k = 0; k < mobilizer.nu; ++k) {
@@ -468,6 +478,14 @@ void MultibodyEquations::makeForceDifferences(const std::vector<ForceSelection>&
     const std::vector<ForceDifferences::Speed> candidates = listSimbodySpeeds();
     for (const ForceSelection& selection : selections) {
         if (!selection.force.isEmptyHandle() && selection.force.isDisabled(m_private)) continue;
+        // Modes that are held feel no stiffness.
+        if (!selection.bodies.empty() &&
+            std::all_of(selection.bodies.begin(), selection.bodies.end(),
+                        [&](MobilizedBodyIndex body) {
+                            return body > GroundIndex && int(body) < int(m_blockOfBody.size()) &&
+                                   isHeld(body);
+                        }))
+            continue;
         DifferencedForce forces{ForceDifferences(m_system, selection, candidates, m_private),
                                 m_numMultipliers + m_numElementRows,
                                 {}};

@@ -28,10 +28,14 @@ class RigidTree;
 
 class MultibodyEquations {
 public:
-    enum class Setting { Implicit, Native };
+    enum class Setting {
+        Implicit,   ///< bodies that are rigid in the State have no modal speeds
+        Linearize,  ///< the same with all of Simbody's speeds
+        Native
+    };
 
-    /** Analyses the system; `state` gives instance variables (gravity, disabled elements) and is
-    copied.
+    /** Analyses the system; `state` gives instance variables (gravity, disabled elements, locks)
+    and is copied.
     @param differentiated  foreign forces whose Jacobian is wanted
     @throws std::invalid_argument that names what cannot be supported. **/
     MultibodyEquations(const SimTK::MultibodySystem& system, const SimTK::State& state,
@@ -61,7 +65,8 @@ public:
     MotionLevel getRowLevel(int row) const;
     /** True if a lock or Motion prescribes this speed, at whatever level. **/
     bool isPrescribed(int speed) const;
-    /** Blocks 0 … n−1 are flexible bodies: q = (quaternion, p_GB, ξ), u = (ω_B, v_G, ξ̇). **/
+    /** Blocks 0 … n−1 are flexible bodies: q = (quaternion, p_GB, ξ), u = (ω_B, v_G, ξ̇), without ξ
+    and ξ̇ if the body is rigid (Setting::Implicit). **/
     int numFlexibleBlocks() const { return int(m_flexible.size()); }
     const SimTK::SimbodyMatterSubsystem& getMatter() const { return m_system.getMatterSubsystem(); }
     /** Where a body's coordinates and speeds stand in the solver's vectors, if it belongs to a
@@ -253,6 +258,8 @@ private:
     bool isDifferenced(int block) const;
     /** Simbody's speeds and what they move. **/
     std::vector<ForceDifferences::Speed> listSimbodySpeeds() const;
+    /** True for the modes of a body that is rigid: they have no speeds here. **/
+    bool isHeld(SimTK::MobilizedBodyIndex body) const;
     PrescribedMotion::Mobilizer findMobilizer(SimTK::MobilizedBodyIndex body) const;
     FrameRef makeFrame(const Attachment& attachment);
     void linkJointsToFrames();
