@@ -70,9 +70,10 @@ public:
     **/
     /**@{**/
     /** Sets modal coordinates and speeds to zero and holds them there. The frame keeps its pose and
-    velocity: what was a deformation or a vibration is lost, and joints on a deformed interface
-    are assembled anew when an integrator takes the State (call
-    FlexibleBodySubsystem::initializeNative() before a run of Simbody's own). **/
+    velocity: what was a deformation or a vibration is lost. Joints that no longer meet are
+    assembled when an implicit integrator takes the State, from its handlers too; before a run of
+    Simbody's own integrators, and in its handlers, call FlexibleBodySubsystem::initializeNative().
+    **/
     void setRigid(SimTK::State& state) const;
     /** Frees all modes, also those that were locked one mobilizer at a time; coordinates and speeds
     stay what they are, zero after setRigid(). A part without modes stays rigid. **/

@@ -70,13 +70,15 @@ protected:
             body.X = getBodyTransformFromState(state, side.body);
             body.V = getBodyVelocityFromState(state, side.body);
             body.A = getBodyAcceleration(A_AB, side.body);
+            const std::vector<Real> xiDotDot =
+                gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
+                    return getOneQDotDot(state, qDotDot, m, i);
+                });
             return calcMotion(
                 state, side, body, gatherXi(state, side),
                 gather(side, [&](ConstrainedMobilizerIndex m,
                                  MobilizerQIndex i) { return getOneQDotFromState(state, m, i); }),
-                gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
-                    return getOneQDotDot(state, qDotDot, m, i);
-                }));
+                &xiDotDot);
         });
         m_equations->calcErrorDotDots(state.getTime(), motions.frames(), errors.begin());
     }
@@ -148,15 +150,15 @@ private:
      * given. **/
     static FrameMotion calcMotion(const State& state, const Side& side, const FrameMotion& body,
                                   const std::vector<Real>& xi, const std::vector<Real>& xiDot,
-                                  const std::vector<Real>& xiDotDot = {}) {
+                                  const std::vector<Real>* xiDotDot = nullptr) {
         if (!side.attachment.isFlexible()) return shiftMotion(body, side.attachment.getFrame());
         const FrameAtXi frame(side.attachment.getFlexibleFrame(), xi.data(),
                               side.attachment.getFrameOrder(state));
         const BodyFrame bodyFrame{body.X.R(), body.X.p(), ~body.X.R() * body.V[0], body.V[1]};
         FrameMotion motion = frame.calcMotion(bodyFrame, xiDot.data());
-        if (!xiDotDot.empty())
+        if (xiDotDot)
             motion.A = frame.calcAcceleration(bodyFrame, xiDot.data(), ~body.X.R() * body.A[0],
-                                              body.A[1], xiDotDot.data());
+                                              body.A[1], xiDotDot->data());
         return motion;
     }
 

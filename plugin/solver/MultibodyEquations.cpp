@@ -393,8 +393,9 @@ void MultibodyEquations::makeParts() {
     for (int b = 0; b < int(m_flexible.size()); ++b) {
         // Constrained or prescribed modes have no place in an arrow, nor shapes that change.
         const Block& block = *m_blocks[size_t(b)];
-        if (m_flexible[size_t(b)]->hasCurvedFrames() || !m_simbodyColumns[size_t(b)].empty() ||
-            isDifferenced(b) || (m_prescribed && m_prescribed->touches(block.firstU, block.numU)))
+        if (m_flexible[size_t(b)]->getModel().n == 0 || m_flexible[size_t(b)]->hasCurvedFrames() ||
+            !m_simbodyColumns[size_t(b)].empty() || isDifferenced(b) ||
+            (m_prescribed && m_prescribed->touches(block.firstU, block.numU)))
             continue;
         const auto found = std::find_if(m_parts.begin(), m_parts.end(), [&](const PartGroup& part) {
             return sharesPart(b, part.firstBlock);

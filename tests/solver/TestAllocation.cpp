@@ -148,6 +148,17 @@ TEST(Allocation, NorDoGearsAndPrescribedMotions) {
     }
 }
 
+TEST(Allocation, NorDoBodiesThatAreRigid) {
+    for (auto form : {BdfIntegrator::BlockForm::Arrow, BdfIntegrator::BlockForm::Dense}) {
+        const test::FlexibleSliderCrank model;
+        State state = model.state;
+        model.rod.setRigid(state);
+        long iterations = 0;
+        EXPECT_EQ(countAllocations(model.system, state, form, &iterations), 0);
+        EXPECT_GT(iterations, 30);
+    }
+}
+
 }  // namespace
 }  // namespace simflex
 

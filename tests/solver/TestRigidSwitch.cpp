@@ -78,7 +78,10 @@ class RigidSwitch : public testing::TestWithParam<Way> {};
 /** Switches a body to rigid at 0.1 s and back at 0.2 s. **/
 class SwitchTwice : public ScheduledEventHandler {
 public:
-    explicit SwitchTwice(const FlexibleBody& body) : m_body(body) {}
+    /** @param native  if Simbody's own integrator runs, to which handlers owe an assembled State
+     * **/
+    SwitchTwice(const FlexibleBody& body, const FlexibleBodySubsystem* native)
+        : m_body(body), m_native(native) {}
     Real getNextEventTime(const State& state, bool includeCurrent) const override {
         for (const Real time : {0.1, 0.2})
             if (state.getTime() < time || (includeCurrent && state.getTime() == time)) return time;
@@ -89,10 +92,12 @@ public:
             m_body.setRigid(state);
         else
             m_body.setFlexible(state);
+        if (m_native) m_native->initializeNative(state);
     }
 
 private:
     FlexibleBody m_body;
+    const FlexibleBodySubsystem* m_native;
 };
 
 struct Pendulum {
@@ -189,9 +194,8 @@ TEST_P(RigidSwitch, RigidBodyMovesAsSimbodysOwn) {
             errors[k] = calcDifference(model.boom.getFramePose(end), expected);
             EXPECT_EQ(model.boom.getModalCoordinates(end).normInf(), 0);
             EXPECT_EQ(model.boom.getModalSpeeds(end).normInf(), 0);
-            if (k == 1)
-                EXPECT_NEAR(model.flexible.calcEnergy(end), energy,
-                            1e-5 * model.flexible.calcKineticEnergy(end));
+            const Real allowed = (k == 0 ? 1e-2 : 1e-5) * model.flexible.calcKineticEnergy(end);
+            EXPECT_NEAR(model.flexible.calcEnergy(end), energy, allowed);
         }
         EXPECT_LT(errors[1], 0.1 * errors[0]);
         EXPECT_LT(errors[1], 2e-6);
@@ -201,7 +205,8 @@ TEST_P(RigidSwitch, RigidBodyMovesAsSimbodysOwn) {
 
 TEST_P(RigidSwitch, HandlersSwitchAsFreshRunsDo) {
     Pendulum model;
-    model.system.addEventHandler(new SwitchTwice(model.boom));
+    const bool isNative = GetParam() == Way::RungeKuttaMerson;
+    model.system.addEventHandler(new SwitchTwice(model.boom, isNative ? &model.flexible : nullptr));
     const State start = model.makeState();
     constexpr Real Accuracy = 1e-9;
     const State bent = run(model.system, start, 0.0999, Accuracy, GetParam());
@@ -221,7 +226,7 @@ TEST_P(RigidSwitch, HandlersSwitchAsFreshRunsDo) {
     second.updU() = first.getU();
     second.setTime(0.1);
     held.boom.setRigid(second);
-    if (GetParam() == Way::RungeKuttaMerson) held.flexible.initializeNative(second);
+    if (isNative) held.flexible.initializeNative(second);
     second = run(held.system, second, 0.2, Accuracy, GetParam());
     Pendulum freed;
     State third = freed.makeState();
@@ -242,6 +247,9 @@ TEST_P(RigidSwitch, AFreedBodyIsAFlexibleOneStartedFromThere) {
     model.boom.setRigid(state);
     state = run(model.system, state, 0.15, 1e-9, GetParam());
     model.boom.setFlexible(state);
+    // Simbody 3.7 may take Force::Gravity's old energy for a copy's if the original is not
+    // realized.
+    model.system.realize(state, Stage::Velocity);
     State same = fresh.makeState();
     same.setTime(0.15);
     same.updQ() = state.getQ();
@@ -251,7 +259,6 @@ TEST_P(RigidSwitch, AFreedBodyIsAFlexibleOneStartedFromThere) {
     EXPECT_EQ((end.getQ() - expected.getQ()).normInf(), 0);
     EXPECT_EQ((end.getU() - expected.getU()).normInf(), 0);
     EXPECT_GT(model.boom.calcLargestDisplacement(end), 5e-4);
-    // The State after the switch holds all energy there is.
     model.system.realize(state, Stage::Dynamics);
     EXPECT_NEAR(model.flexible.calcEnergy(end), model.flexible.calcEnergy(state),
                 1e-4 * model.flexible.calcKineticEnergy(end));
@@ -383,12 +390,11 @@ TEST(RigidBodies, HaveSixUnknownsInTheNewtonSystem) {
     BdfIntegrator integrator(model.system);
     int sizes[2] = {0, 0};
     integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
-        for (int b = 0; b < 2; ++b) {
-            sizes[b] = system.blocks[size_t(b)].size;
-            EXPECT_EQ(system.blocks[size_t(b)].form, NewtonSystem::Block::Form::Arrow);
-        }
+        for (size_t b = 0; b < 2; ++b) sizes[b] = system.blocks[b].size;
+        EXPECT_EQ(system.blocks[0].form, NewtonSystem::Block::Form::Arrow);
     });
     integrator.initialize(state);
+    integrator.stepTo(1e-3);
     EXPECT_EQ(sizes[0], 6 + model.crank.getNumModes());
     EXPECT_EQ(sizes[1], 6);
 }
@@ -421,6 +427,7 @@ TEST(RigidBodies, HangAndSwingAsAPhysicalPendulum) {
     StaticEquilibrium equilibrium(system);
     equilibrium.solve(state);
     const State hanging = equilibrium.getState();
+    system.realize(hanging, Stage::Velocity);
     EXPECT_TRUE(boom.isRigid(hanging));
     EXPECT_EQ(boom.getModalCoordinates(hanging).normInf(), 0);
     const ReducedBody& part = boom.getPart();
