@@ -188,14 +188,16 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
     J.block<3, 3>(3, 3).diagonal().setConstant(model.mass / mass);
 
     // ω rows against ξ̇, column j: C/γ + B_jω + ω×C_j + γ[B_jω̇ + N_jξ̈ + Ḃ_jω + ω×(B_jω) + ω×(N_jξ̇)].
-    // Kept from call to call: nothing is allocated once they are as large as the largest part.
-    thread_local Eigen::Matrix<double, Eigen::Dynamic, 6> B, I2XiDot;
-    thread_local Eigen::Matrix<double, Eigen::Dynamic, 3> CTransposed, NXiDotDot;
+    // Kept from call to call: nothing is allocated once it is large enough for the largest part.
+    thread_local VectorXd storage;
+    if (storage.size() < 18 * n) storage.resize(18 * n);
+    Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> B(storage.data(), n, 6);
+    Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> I2XiDot(storage.data() + 6 * n, n, 6);
+    Map<Eigen::Matrix<double, Eigen::Dynamic, 3>> CTransposed(storage.data() + 12 * n, n, 3);
+    Map<Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDotDot(storage.data() + 15 * n, n, 3);
     B = model.getI1() +
         2 * Map<const Eigen::Matrix<double, Eigen::Dynamic, 6>>(data.I2Xi.data(), n, 6);
     CTransposed = data.getCTransposed();
-    I2XiDot.resize(n, 6);
-    NXiDotDot.resize(n, 3);
     const auto N = [&](int a) { return model.N.middleRows(a * n, n); };
     for (int c = 0; c < 6; ++c) I2XiDot.col(c).noalias() = model.I2.middleRows(c * n, n) * xiDot;
     const Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> NXiDot(data.NXiDot.data(), n, 3);
