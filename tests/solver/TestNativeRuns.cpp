@@ -1,5 +1,5 @@
-// Simbody's own integrators under TimeStepper on soft flexible bodies: against BDF, and against
-// conservation laws.
+// Simbody's own integrators under TimeStepper on soft flexible bodies, against conservation laws
+// (against BDF: validation/TestDoublePendulum).
 
 #include <gtest/gtest.h>
 
@@ -8,111 +8,14 @@
 
 #include "SliderCrankModel.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
-#include "simflex/forces/ModalDamping.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "support/DoublePendulum.h"
 #include "support/NativeReference.h"
 
 namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-
-PointMassPart makeSoftPart(unsigned seed, int numModes) {
-    PointMassPartOptions options;
-    options.seed = seed;
-    options.numModes = numModes;
-    options.lowestFrequency = 6;
-    options.highestFrequency = 25;
-    return makePointMassPart(options);
-}
-
-/** Two soft links on balls under gravity; the second starts to swing out of the plane. **/
-struct DoublePendulum {
-    DoublePendulum()
-        : matter(system),
-          forces(system),
-          gravity(forces, matter, -YAxis, 9.81),
-          flexible(system, matter),
-          upper(flexible, makeSoftPart(3, 5).body, "upper"),
-          lower(flexible, makeSoftPart(4, 6).body, "lower"),
-          root(flexible, matter.Ground(), upper.interface("A"), "root"),
-          knee(flexible, upper.interface("B"), lower.interface("A"), "knee") {}
-
-    State makeState() {
-        State state = system.realizeTopology();
-        upper.setPoseByInterface(state, "A", Transform());
-        system.realize(state, Stage::Velocity);
-        lower.setPoseByInterface(state, "A", upper.interface("B").calcMotion(state).X);
-        lower.setFrameVelocity(state, SpatialVec(Vec3(0, 1, 0.5), Vec3(0)));
-        flexible.initializeNative(state);
-        return state;
-    }
-
-    /** Where both ends are at t = 0.1, 0.2 and 0.3 s. **/
-    template <class Step>
-    Vector sample(Step stepTo) {
-        Vector places(18);
-        for (int k = 1; k <= 3; ++k) {
-            const State& state = stepTo(0.1 * k);
-            system.realize(state, Stage::Velocity);
-            const Vec3 a = upper.interface("B").calcMotion(state).X.p(),
-                       b = lower.interface("B").calcMotion(state).X.p();
-            for (int i = 0; i < 3; ++i)
-                places[6 * (k - 1) + i] = a[i], places[6 * k - 3 + i] = b[i];
-        }
-        return places;
-    }
-
-    MultibodySystem system;
-    SimbodyMatterSubsystem matter;
-    GeneralForceSubsystem forces;
-    Force::Gravity gravity;
-    FlexibleBodySubsystem flexible;
-    FlexibleBody upper, lower;
-    Joint::Ball root, knee;
-};
-
-Vector runBdf(DoublePendulum& model, const State& state, Real accuracy) {
-    BdfIntegrator integrator(model.system);
-    integrator.setAccuracy(accuracy);
-    integrator.setMaximumOrder(5);
-    integrator.initialize(state);
-    return model.sample([&](Real t) -> const State& {
-        integrator.stepTo(t);
-        return integrator.getState();
-    });
-}
-
-template <class NativeIntegrator>
-void expectDifferenceFallsWithAccuracy() {
-    DoublePendulum model;
-    const State state = model.makeState();
-    const Vector expected = runBdf(model, state, 1e-11);
-    EXPECT_GT((expected(15, 3) - expected(3, 3)).norm(), 0.1);  // it moves
-    Vector differences(3);
-    for (int k = 0; k < 3; ++k) {
-        NativeIntegrator integrator(model.system);
-        integrator.setAccuracy(std::pow(10, -4 - 2 * k));
-        TimeStepper stepper(model.system, integrator);
-        stepper.initialize(state);
-        const Vector places = model.sample([&](Real t) -> const State& {
-            stepper.stepTo(t);
-            return stepper.getState();
-        });
-        differences[k] = (places - expected).normInf();
-    }
-    EXPECT_LT(differences[1], 0.3 * differences[0]);
-    EXPECT_LT(differences[2], 0.3 * differences[1]);
-    EXPECT_LT(differences[2], 1e-6);
-}
-
-TEST(NativeRuns, RungeKuttaMersonFindsTheMotionOfBdf) {
-    expectDifferenceFallsWithAccuracy<RungeKuttaMersonIntegrator>();
-}
-
-TEST(NativeRuns, CPodesFindsTheMotionOfBdf) {
-    expectDifferenceFallsWithAccuracy<CPodesIntegrator>();
-}
 
 /** A free soft body, deformed and tumbling. **/
 struct Tumbling {

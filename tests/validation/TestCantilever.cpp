@@ -3,36 +3,17 @@
 
 #include <gtest/gtest.h>
 
-#include "simflex/body/FlexibleBody.h"
-#include "simflex/body/Joint.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/StaticEquilibrium.h"
 #include "validation/BrickParts.h"
+#include "validation/Cantilever.h"
 
 namespace simflex {
 namespace {
 
 using namespace SimTK;
 using simflex::testing::Brick;
-
-struct Cantilever {
-    MultibodySystem system;
-    SimbodyMatterSubsystem matter{system};
-    GeneralForceSubsystem forces{system};
-    Force::Gravity gravity;
-    FlexibleBodySubsystem flexible{system, matter};
-    FlexibleBody beam;
-    Joint::Weld clamp;
-    State state;
-
-    Cantilever(const std::shared_ptr<const ReducedBody>& part, const Vec3& g)
-        : gravity(forces, matter, g),
-          beam(flexible, part),
-          clamp(flexible, matter.Ground(), beam.interface("left"), "clamp"),
-          state(system.realizeTopology()) {
-        beam.setPoseByInterface(state, "left", Transform());
-    }
-};
+using test::Cantilever;
 
 TEST(Cantilever, FrequenciesMatchEulerBernoulli) {
     Brick brick;
@@ -40,9 +21,9 @@ TEST(Cantilever, FrequenciesMatchEulerBernoulli) {
     brick.elements = {50, 1, 1};
     brick.type = "C3D20";
     brick.nu = 0;
-    const Cantilever model(test::reduceBrick(brick, 30), Vec3(0));
+    Cantilever model(test::reduceBrick(brick, 30), Vec3(0));
     const std::vector<Eigenmode> modes =
-        calcEigenmodes(calcLinearization(model.system, model.state));
+        calcEigenmodes(calcLinearization(model.system, model.makeState()));
     std::vector<std::pair<double, double>> expected;  // and what shear and rotation lower it by
     for (const double root : {1.8751, 4.6941, 7.8548})
         for (const double depth : {brick.size[1], brick.size[2]})
@@ -64,10 +45,10 @@ TEST(Cantilever, SagsUnderItsWeightAsInCalculix) {
     const std::array<double, 6> expected =
         simflex::testing::calcCalculixSag(folder, folder / "brick.inp", {"LEFT", {0, 0, 0}},
                                           {"RIGHT", {brick.size[0], 0, 0}}, 9.81, {0, -0.8, 0.6});
-    const Cantilever model(test::reduceBrick(brick, 50), 9.81 * Vec3(0, -0.8, 0.6));
+    Cantilever model(test::reduceBrick(brick, 50), 9.81 * Vec3(0, -0.8, 0.6));
     StaticEquilibrium equilibrium(model.system);
     equilibrium.setTolerance(1e-14);
-    equilibrium.solve(model.state);
+    equilibrium.solve(model.makeState());
     const Transform X = model.beam.interface("right").calcMotion(equilibrium.getState()).X;
     const Vec3 shift = X.p() - Vec3(brick.size[0], 0, 0);
     const Vec4 turn = X.R().convertRotationToAngleAxis();

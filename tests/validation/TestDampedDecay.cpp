@@ -1,4 +1,5 @@
-// A damped part in motion decays as its complex eigenvalue says.
+// A damped part in motion decays as its complex eigenvalue says; damping ratios are recovered from
+// free decay.
 
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "support/PointMassPart.h"
+#include "validation/FreeDecay.h"
 
 namespace simflex {
 namespace {
@@ -56,6 +58,15 @@ TEST(DampedDecay, TransientFollowsTheComplexMode) {
             EXPECT_NEAR(found[i], std::real(c * shape[i] * std::exp(mode.eigenvalue * time)),
                         3e-4 * std::abs(xi[largest]))
                 << "mode " << i << " after " << 1.3 * k << " periods";
+    }
+}
+
+TEST(DampedDecay, RatiosAreRecoveredFromIt) {
+    for (const Real ratio : {0.005, 0.02, 0.05}) {
+        const auto history = test::FreeDecay(ratio).run(10, 3e-10);
+        EXPECT_NEAR(history.tip.front(), test::FreeDecay::Deflection,
+                    1e-3 * test::FreeDecay::Deflection);
+        EXPECT_NEAR(test::recoverDampingRatio(history), ratio, 5e-3 * ratio);
     }
 }
 

@@ -3,11 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "simflex/body/FlexibleBody.h"
-#include "simflex/body/Joint.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/StaticEquilibrium.h"
 #include "validation/BrickParts.h"
+#include "validation/HangingPendulum.h"
 
 namespace simflex {
 namespace {
@@ -15,30 +14,19 @@ namespace {
 using namespace SimTK;
 
 TEST(HangingPendulum, SwingsWithTheFrequencyOfAPhysicalPendulum) {
-    constexpr Real Gravity = 9.81;
     const ReducedBody soft = *test::reduceBrick({}, 30);
     for (const double stiffening : {1.0, 1e4}) {
         const auto part = std::make_shared<const ReducedBody>(soft.withScaledStiffness(stiffening));
-        MultibodySystem system;
-        SimbodyMatterSubsystem matter(system);
-        GeneralForceSubsystem forces(system);
-        Force::Gravity gravity(forces, matter, -YAxis, Gravity);
-        FlexibleBodySubsystem flexible(system, matter);
-        const FlexibleBody body(flexible, part);
-        Joint::Pin pin(flexible, matter.Ground(), body.interface("left"), "pin");
-        State state = system.realizeTopology();
+        test::HangingPendulum model(part);
         // Started somewhere, found hanging: x of the brick points down.
-        body.setPoseByInterface(state, "left", Transform(Rotation(-0.4, ZAxis)));
-        StaticEquilibrium equilibrium(system);
-        equilibrium.solve(state);
-        const Vec3 center = body.getFramePose(equilibrium.getState()).p();
+        StaticEquilibrium equilibrium(model.system);
+        equilibrium.solve(model.makeState(1.2));
+        const Vec3 center = model.body.getFramePose(equilibrium.getState()).p();
         EXPECT_NEAR(center[0], 0, 1e-9);
 
         const std::vector<Eigenmode> modes =
-            calcEigenmodes(calcLinearization(system, equilibrium.getState()));
-        const Real d = -part->interfaces[0].position[0];
-        const Real I = part->inertia[2] + part->mass * d * d;
-        const Real omega = std::sqrt(part->mass * Gravity * d / I);
+            calcEigenmodes(calcLinearization(model.system, equilibrium.getState()));
+        const Real omega = model.calcRigidFrequency();
         const Real lowest = std::sqrt(part->omegaSquared[0]);
         // Bending makes it slower by about (ω/Ω)².
         EXPECT_NEAR(2 * Pi * modes[0].frequency, omega, omega * (2 * square(omega / lowest) + 1e-9))
