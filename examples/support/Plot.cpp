@@ -1,7 +1,10 @@
 #include "support/Plot.h"
 
 #include <algorithm>
+#include <fstream>
+#include <limits>
 #include <sstream>
+#include <stdexcept>
 
 #include "support/Gnuplot.h"
 
@@ -18,6 +21,26 @@ void writeSeries(std::ostream& script, const Plot::Panel& panel, int panelIndex)
     }
 }
 
+/** Ranges of both axes, a little more than all values, with the same length for a unit on both.
+@param aspect  width over height of the panel **/
+std::string makeEqualRanges(const Plot::Panel& panel, double aspect) {
+    double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
+    for (const Plot::Series& series : panel.series)
+        for (int a = 0; a < 2; ++a)
+            for (const double value : a == 0 ? series.x : series.y) {
+                low[a] = std::min(low[a], value);
+                high[a] = std::max(high[a], value);
+            }
+    const double height = 1.05 * std::max(high[1] - low[1], (high[0] - low[0]) / aspect);
+    std::ostringstream text;
+    for (int a = 0; a < 2; ++a) {
+        const double half = 0.5 * height * (a == 0 ? aspect : 1), middle = 0.5 * (low[a] + high[a]);
+        text << "set " << (a == 0 ? 'x' : 'y') << "range [" << middle - half << ":" << middle + half
+             << "]\n";
+    }
+    return text.str();
+}
+
 void writePanel(std::ostream& script, const Plot& plot, int index) {
     const Plot::Panel& panel = plot.panels[index];
     const bool isLast = index + 1 == int(plot.panels.size());
@@ -31,12 +54,17 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
     script << "set tmargin at screen " << upper << "\nset bmargin at screen " << upper - height
            << '\n';
     script << "set label 1 " << quoteForGnuplot("{/:Bold " + panel.title + "}")
-           << " at graph 0,1.055 left textcolor rgb '#202020'\n"
-           << "set key at graph 1,1.105 right top horizontal samplen 2.5 width -3\n";
+           << " at screen 0.085," << upper + 0.021 << " left textcolor rgb '#202020'\n"
+           << "set key at screen 0.93," << upper + 0.04
+           << " right top horizontal samplen 2.5 width -1\n";
     script << "set ylabel " << quoteForGnuplot(panel.yLabel) << " offset 0.5,0\n";
     script << (hasRightAxis ? "set y2tics\n" : "unset y2tics\n");
     script << "set y2label " << quoteForGnuplot(panel.rightLabel) << " offset -0.5,0\n";
-    script << (panel.isLogarithmic ? "set logscale y\n" : "unset logscale y\n")
+    // Lines keep off the frame; logarithmic axes end at a power of ten.
+    script << (panel.isLogarithmic
+                   ? "set logscale y\nset format y '10^{%T}'\nunset offsets\nset autoscale y\n"
+                   : "unset logscale y\nset format y '%g'\nset autoscale yfix\n"
+                     "set offsets graph 0, graph 0, graph 0.06, graph 0.06\n")
            << (plot.hasLogarithmicX ? "set logscale x\n" : "unset logscale x\n");
     for (size_t i = 0; i < plot.marks.size(); ++i) {
         const Plot::Mark& mark = plot.marks[i];
@@ -51,15 +79,20 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
                << "\nset xlabel " << quoteForGnuplot(plot.xLabel) << "\n";
     else
         script << "set format x ''\nunset xlabel\n";
+    if (plot.hasEqualScales) script << makeEqualRanges(panel, 1400 * 0.84 / (900 * height));
     script << "plot ";
     for (size_t i = 0; i < panel.series.size(); ++i) {
         const Plot::Series& series = panel.series[i];
         script << (i ? ", " : "") << "$data_" << index << "_" << i << " using 1:2 axes "
                << (series.onRightAxis ? "x1y2" : "x1y1")
-               << (series.hasPoints ? " with linespoints pt 7 ps 1.3 lw " : " with lines lw ")
+               << (!series.hasLine    ? " with points pt 6 ps 1.6 lw "
+                   : series.hasPoints ? " with linespoints pt 7 ps 1.3 lw "
+                                      : " with lines lw ")
                << series.width << " lc rgb " << quoteForGnuplot(series.color)
-               << (series.isDashed ? " dt (12,6)" : " dt 1") << " title "
-               << quoteForGnuplot(series.label);
+               << (!series.hasLine   ? ""
+                   : series.isDashed ? " dt (12,6)"
+                                     : " dt 1")
+               << " title " << quoteForGnuplot(series.label);
     }
     script << '\n';
 }
@@ -74,16 +107,28 @@ std::string makeScript(const Plot& plot, const std::string& pngFile) {
         << "set output " << quoteForGnuplot(pngFile) << '\n'
         << "set border lc rgb '#606060' lw 1\nset tics textcolor rgb '#202020' nomirror scale 0.6\n"
         << "set grid lc rgb '#d4d4d4' lw 0.8 lt 1 dt 1\nset autoscale xfix\n"
-        << "set lmargin at screen 0.075\nset rmargin at screen 0.925\n"
+        << "set lmargin at screen 0.085\nset rmargin at screen 0.925\n"
         << "set multiplot\n"
         << "set label 2 " << quoteForGnuplot("{/:Bold*1.25 " + plot.title + "}")
-        << " at screen 0.075,0.965 left textcolor rgb '#202020'\n";
+        << " at screen 0.085,0.965 left textcolor rgb '#202020'\n";
     for (size_t i = 0; i < plot.panels.size(); ++i) writePanel(script, plot, int(i));
     script << "unset multiplot\n";
     return script.str();
 }
 
 }  // namespace
+
+void writePlotValues(const Plot& plot, const std::string& csvFile) {
+    std::ofstream file(csvFile);
+    file.precision(std::numeric_limits<double>::max_digits10);
+    file << "panel,series,x,y\n";
+    for (const Plot::Panel& panel : plot.panels)
+        for (const Plot::Series& series : panel.series)
+            for (size_t k = 0; k < std::min(series.x.size(), series.y.size()); ++k)
+                file << '"' << panel.title << "\",\"" << series.label << "\"," << series.x[k] << ','
+                     << series.y[k] << '\n';
+    if (!file) throw std::runtime_error("cannot write " + csvFile);
+}
 
 bool writePlot(const Plot& plot, const std::string& pngFile) {
     if (!isGnuplotAvailable()) return false;

@@ -27,11 +27,12 @@ struct Plot {
         bool isDashed = false;
         bool onRightAxis = false;
         bool hasPoints = false;  ///< a dot at each value
+        bool hasLine = true;     ///< else circles only: of what a line is compared with
     };
     struct Panel {
         std::string title, yLabel;
         std::vector<Series> series;
-        std::string rightLabel;      ///< of the right axis, if a series wants one
+        std::string rightLabel = {};  ///< of the right axis, if a series wants one
         bool isLogarithmic = false;  ///< left axis
     };
     /** A vertical line through all panels, with a word above. **/
@@ -43,7 +44,11 @@ struct Plot {
     std::vector<Panel> panels;
     std::vector<Mark> marks = {};
     bool hasLogarithmicX = false;
+    bool hasEqualScales = false;  ///< y as long as x, for paths; with one panel
 };
+
+/** All values as "panel,series,x,y". @throws std::runtime_error if it cannot be written. **/
+void writePlotValues(const Plot& plot, const std::string& csvFile);
 
 /** @return false, with nothing written, when there is no gnuplot on this machine.
 @throws std::runtime_error when gnuplot fails. **/

@@ -202,31 +202,48 @@ namespace {
 
 using Tie = std::pair<std::string, std::array<double, 3>>;
 
-/** Displacement and rotation of the second tie in a *STATIC step with the loads given as cards. **/
-std::array<double, 6> calcStaticMotion(const TestFolder& folder, const std::string& deck,
-                                       const Tie& held, const Tie& watched,
-                                       const std::string& loads) {
+/** Displacements of the nodes of `set` in a *STATIC step with the loads given as cards; the first
+tie is held. **/
+std::map<int, std::array<double, 3>> calcStaticDisplacements(const TestFolder& folder,
+                                                             const std::string& deck,
+                                                             const Tie& held, const Tie& other,
+                                                             const std::string& set,
+                                                             const std::string& loads) {
     std::ostringstream text;
     text << "*INCLUDE, INPUT=" << withoutSkin(folder, deck) << "\n"
-         << tieText(0, held.first, held.second) << tieText(1, watched.first, watched.second)
+         << tieText(0, held.first, held.second) << tieText(1, other.first, other.second)
          << "*BOUNDARY\nTIE0, 1, 3, 0\n*STEP\n*STATIC\n"
-         << loads << "*NODE PRINT, NSET=TIE1\nU\n*END STEP\n";
+         << loads << "*NODE PRINT, NSET=" << set << "\nU\n*END STEP\n";
     writeText(folder / "static.inp", text.str());
     runOrThrow("cd '" + folder.path() + "' && ccx static", folder / "ccx.log");
 
     std::ifstream in(folder / "static.dat");
-    std::array<double, 6> u{};
-    int found = 0;
+    std::map<int, std::array<double, 3>> u;
     for (std::string line; std::getline(in, line);) {
         std::istringstream numbers(line);
         int node;
         std::array<double, 3> x;
-        if (!(numbers >> node >> x[0] >> x[1] >> x[2])) continue;
-        std::copy(x.begin(), x.end(), u.begin() + (node == kTieNode + 2 ? 0 : 3));
-        ++found;
+        if (numbers >> node >> x[0] >> x[1] >> x[2]) u[node] = x;
     }
-    if (found != 2) throw std::runtime_error(readText(folder / "ccx.log"));
+    if (u.empty()) throw std::runtime_error(readText(folder / "ccx.log"));
     return u;
+}
+
+/** Displacement and rotation of the second tie. **/
+std::array<double, 6> calcStaticMotion(const TestFolder& folder, const std::string& deck,
+                                       const Tie& held, const Tie& watched,
+                                       const std::string& loads) {
+    const auto u = calcStaticDisplacements(folder, deck, held, watched, "TIE1", loads);
+    const auto shift = u.at(kTieNode + 2), turn = u.at(kTieNode + 3);
+    return {shift[0], shift[1], shift[2], turn[0], turn[1], turn[2]};
+}
+
+std::string gravityText(double gravity, const std::array<double, 3>& direction) {
+    std::ostringstream cards;
+    cards << "*DLOAD\nBODY, GRAV, " << gravity;
+    for (const double component : direction) cards << ", " << component;
+    cards << "\n";
+    return cards.str();
 }
 
 }  // namespace
@@ -248,11 +265,15 @@ std::array<double, 6> calcCalculixSag(const TestFolder& folder, const std::strin
                                       const std::pair<std::string, std::array<double, 3>>& held,
                                       const std::pair<std::string, std::array<double, 3>>& watched,
                                       double gravity, const std::array<double, 3>& direction) {
-    std::ostringstream cards;
-    cards << "*DLOAD\nBODY, GRAV, " << gravity;
-    for (const double component : direction) cards << ", " << component;
-    cards << "\n";
-    return calcStaticMotion(folder, deck, held, watched, cards.str());
+    return calcStaticMotion(folder, deck, held, watched, gravityText(gravity, direction));
+}
+
+std::map<int, std::array<double, 3>> calcCalculixSagOfSet(
+    const TestFolder& folder, const std::string& deck,
+    const std::pair<std::string, std::array<double, 3>>& held,
+    const std::pair<std::string, std::array<double, 3>>& tied, const std::string& set,
+    double gravity, const std::array<double, 3>& direction) {
+    return calcStaticDisplacements(folder, deck, held, tied, set, gravityText(gravity, direction));
 }
 
 }  // namespace testing

@@ -4,6 +4,7 @@ Decks for tests: bricks written node by node, example parts meshed coarsely by G
 own answers to them. **/
 
 #include <array>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,13 @@ std::array<double, 6> calcCalculixSag(const TestFolder& folder, const std::strin
                                       const std::pair<std::string, std::array<double, 3>>& held,
                                       const std::pair<std::string, std::array<double, 3>>& watched,
                                       double gravity, const std::array<double, 3>& direction);
+
+/** The same, displacements [m] of the nodes of `set` by their numbers; both ends are tied. **/
+std::map<int, std::array<double, 3>> calcCalculixSagOfSet(
+    const TestFolder& folder, const std::string& deck,
+    const std::pair<std::string, std::array<double, 3>>& held,
+    const std::pair<std::string, std::array<double, 3>>& tied, const std::string& set,
+    double gravity, const std::array<double, 3>& direction);
 
 }  // namespace testing
 }  // namespace simflex
