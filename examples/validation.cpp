@@ -1,9 +1,8 @@
-// Problems with known answers, those of tests/validation: what simflex gives, drawn over the
-// answer.
+// Problems with known answers, those of tests/validation: simflex drawn over the answers.
 //
 // Answers are closed forms, published figures and CalculiX's own results on the whole mesh. The
-// models themselves: tests/validation. Writes a picture (lines: simflex, circles: the answer) and
-// a table (CSV) for every problem, and prints how near it comes.
+// models themselves: tests/validation. Writes a picture (lines: simflex, circles: the answer) and a
+// table (CSV) for every problem, and prints how near it comes.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -117,7 +116,7 @@ void drawSpinUp(const Arguments& arguments) {
         "Spin-up of a beam (Simo, Vu-Quoc): 10 m, from rest to 6 rad/s in 15 s", "time [s]", {}};
     Plot::Panel lag{"tip's lag behind a rigid beam", "[m]", {}};
     lag.series = {makeLine("stiffened by tension", on.time, on.lag, Plot::Blue),
-                  makeLine("not so", off.time, off.lag, Plot::Orange),
+                  makeLine("not stiffened", off.time, off.lag, Plot::Orange),
                   makeAnswer("published peak", {SpinUpBeam::PeakTime}, {SpinUpBeam::PeakLag})};
     plot.panels = {lag};
     write(arguments, plot, "spin_up");
@@ -301,8 +300,8 @@ void drawWeldedParts(const Arguments& arguments) {
         if (i == 2) frequencies.series.push_back(makeDots(label, numbers, hertz, colors[i]));
         errors.series.push_back(
             makeDots(std::to_string(modes[i]) + " modes", numbers, percent, colors[i]));
-        print("lowest frequency, " + std::to_string(modes[i]) + " modes", hertz[0], answer[0],
-              "Hz");
+        print("eighth frequency, " + std::to_string(modes[i]) + " modes", hertz.back(),
+              answer[count - 1], "Hz");
     }
     frequencies.series.push_back(makeAnswer("CalculiX, both in one mesh", numbers,
                                             Values(answer.begin(), answer.begin() + count)));

@@ -33,7 +33,7 @@ struct Plot {
         std::string title, yLabel;
         std::vector<Series> series;
         std::string rightLabel = {};  ///< of the right axis, if a series wants one
-        bool isLogarithmic = false;  ///< left axis
+        bool isLogarithmic = false;   ///< left axis
     };
     /** A vertical line through all panels, with a word above. **/
     struct Mark {
