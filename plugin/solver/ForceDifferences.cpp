@@ -85,14 +85,19 @@ void ForceDifferences::move(const State& state, const Speed& speed, double dq, d
 
 const Vector& ForceDifferences::calcForce() {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
-    if (m_selection.force.isEmptyHandle()) {
-        m_system.realize(m_moved, Stage::Dynamics);
-        m_bodyForces = m_system.getRigidBodyForces(m_moved, Stage::Dynamics);
-        m_mobilityForces = m_system.getMobilityForces(m_moved, Stage::Dynamics);
-    } else {
-        m_system.realize(m_moved, Stage::Velocity);
-        m_selection.force.calcForceContribution(m_moved, m_bodyForces, m_particleForces,
-                                                m_mobilityForces);
+    try {
+        if (m_selection.force.isEmptyHandle()) {
+            m_system.realize(m_moved, Stage::Dynamics);
+            m_bodyForces = m_system.getRigidBodyForces(m_moved, Stage::Dynamics);
+            m_mobilityForces = m_system.getMobilityForces(m_moved, Stage::Dynamics);
+        } else {
+            m_system.realize(m_moved, Stage::Velocity);
+            m_selection.force.calcForceContribution(m_moved, m_bodyForces, m_particleForces,
+                                                    m_mobilityForces);
+        }
+    } catch (const std::exception& error) {
+        throw std::runtime_error(m_selection.describe() + " failed near t = " +
+                                 std::to_string(m_moved.getTime()) + " s: " + error.what());
     }
     matter.multiplyBySystemJacobianTranspose(m_moved, m_bodyForces, m_force);
     m_force += m_mobilityForces;

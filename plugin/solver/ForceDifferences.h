@@ -59,7 +59,8 @@ public:
 
 private:
     void findSpeeds(const std::vector<Speed>& candidates);
-    /** Generalized force at m_moved's q and u. **/
+    /** Generalized force at m_moved's q and u.
+    @throws std::runtime_error naming the element that threw **/
     const SimTK::Vector& calcForce();
     /** Moves one coordinate from where `state` is. **/
     void move(const SimTK::State& state, const Speed& speed, double dq, double du);

@@ -394,7 +394,7 @@ void MultibodyEquations::makeParts() {
         // Constrained or prescribed modes have no place in an arrow, nor shapes that change.
         const Block& block = *m_blocks[size_t(b)];
         if (m_flexible[size_t(b)]->getModel().n == 0 || m_flexible[size_t(b)]->hasCurvedFrames() ||
-            !m_simbodyColumns[size_t(b)].empty() || isDifferenced(b) ||
+            !m_simbodyColumns[size_t(b)].empty() || hasDifferencedModes(b) ||
             (m_prescribed && m_prescribed->touches(block.firstU, block.numU)))
             continue;
         const auto found = std::find_if(m_parts.begin(), m_parts.end(), [&](const PartGroup& part) {
@@ -508,10 +508,17 @@ void MultibodyEquations::makeForceDifferences(const std::vector<ForceSelection>&
     }
 }
 
-bool MultibodyEquations::isDifferenced(int block) const {
+bool MultibodyEquations::hasDifferencedModes(int block) const {
+    const bool hasFrame =
+        !m_blockSides[size_t(block)].empty() || !m_elementSides[size_t(block)].empty();
     for (const DifferencedForce& forces : m_differenced)
-        for (const DifferencedForce::Side& side : forces.sides)
-            if (side.block == block) return true;
+        for (const DifferencedForce::Side& side : forces.sides) {
+            if (side.block != block) continue;
+            if (!hasFrame) return true;
+            const MobilizedBodyIndex frame = m_guts->body(FlexibleBodyIndex(block)).frame;
+            for (int k : side.speeds)
+                if (forces.differences.getSpeeds()[size_t(k)].body != frame) return true;
+        }
     return false;
 }
 
@@ -540,6 +547,11 @@ NewtonSystem MultibodyEquations::makeNewtonSystem() const {
             sides.push_back({side.partFrame, m_joints[size_t(side.joint)].numRows()});
         for (const ElementSide& side : m_elementSides[b])
             sides.push_back({side.partFrame, int(m_elements[size_t(side.element)].signs.size())});
+        // Differenced forces act on the body's rigid motion: the frame's shapes get no coefficient.
+        for (const DifferencedForce& forces : m_differenced)
+            for (const DifferencedForce::Side& side : forces.sides)
+                if (side.block == int(b))
+                    sides.push_back({sides.front().frame, forces.differences.getNumTerms()});
         system.blocks[b].resize(m_partOfBlock[b], m_blocks[b]->numU - 6, std::move(sides),
                                 m_blockRows[b]);
     }
@@ -922,6 +934,7 @@ void MultibodyEquations::formDifferencedColumns(const NewtonFactors& factors,
     const Vector_<SpatialVec> bodyForces(m_system.getMatterSubsystem().getNumBodies(),
                                          SpatialVec(Vec3(0), Vec3(0)));
     Vector mobilityForces(m_numSimbodyU, Real(0));
+    std::vector<double> column;
     for (DifferencedForce& forces : m_differenced) {
         ForceDifferences& differences = forces.differences;
         differences.calcTerms(m_private, factors.stiffness);
@@ -933,11 +946,12 @@ void MultibodyEquations::formDifferencedColumns(const NewtonFactors& factors,
                 for (int k : side.speeds)
                     mobilityForces[differences.getSpeeds()[size_t(k)].u] =
                         -differences.getDirection(term, k);
-                double* column =
-                    block.Gt.data() + size_t(side.firstColumn + term) * size_t(block.size);
-                std::fill_n(column, block.size, 0.0);
+                column.assign(size_t(block.size), 0.0);
                 m_blocks[size_t(side.block)]->subtractSimbodyForces(bodyForces, mobilityForces,
-                                                                    column);
+                                                                    column.data());
+                const int rows = block.part < 0 ? block.size : 6;
+                std::copy_n(column.data(), rows,
+                            block.Gt.data() + size_t(side.firstColumn + term) * size_t(rows));
                 for (int k : side.speeds) mobilityForces[differences.getSpeeds()[size_t(k)].u] = 0;
             }
         }
@@ -1010,6 +1024,13 @@ void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
                 setColumn(b, m_elements[size_t(side.element)].frames[size_t(side.attachment)].frame,
                           side.firstColumn + int(i), SpatialVec(Vec3(0), Vec3(0)),
                           system.blocks[size_t(b)]);
+    for (const DifferencedForce& forces : m_differenced)
+        for (const DifferencedForce::Side& side : forces.sides) {
+            NewtonSystem::Block& block = system.blocks[size_t(side.block)];
+            const int rows = block.part < 0 ? block.size : 6;
+            std::fill_n(block.Gt.data() + size_t(side.firstColumn) * size_t(rows),
+                        rows * forces.differences.getNumTerms(), 0.0);
+        }
     formSimbodyColumns(MotionLevel::Acceleration, system);
 }
 

@@ -255,7 +255,9 @@ private:
     void makeJoints();
     void makeForceElements();
     void makeForceDifferences(const std::vector<ForceSelection>& selections);
-    bool isDifferenced(int block) const;
+    /** True if a differenced force acts on the block in a way that an arrow has no columns for:
+     * on its modes, or where no frame of its part stands for the columns. **/
+    bool hasDifferencedModes(int block) const;
     /** Simbody's speeds and what they move. **/
     std::vector<ForceDifferences::Speed> listSimbodySpeeds() const;
     /** True for the modes of a body that is rigid: they have no speeds here. **/

@@ -11,12 +11,14 @@
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/ForceDifferences.h"
+#include "simflex/solver/MultibodyEquations.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {
 namespace {
 
 using namespace SimTK;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /** What a user would write: a spring and damper between stations of two bodies. **/
@@ -199,6 +201,74 @@ TEST(ForceJacobian, TermsOfASpringAreThoseOfItsClosedForm) {
         }
 }
 
+/** Σ σ d dᵀ of rows beyond the constraints, in all speeds of the solver's. **/
+Matrix expandTerms(const NewtonSystem& system, int numConstraints) {
+    const int n = system.numSpeeds();
+    Matrix Gt(n, int(system.c.size()), Real(0)), sum(n, n, Real(0));
+    int first = 0;
+    for (const NewtonSystem::Block& block : system.blocks) {
+        std::vector<double> columns(size_t(block.size * block.numColumns()));
+        system.expandGt(block, columns.data());
+        for (int k = 0; k < block.numColumns(); ++k)
+            for (int i = 0; i < block.size; ++i)
+                Gt(first + i, block.rows[size_t(k)]) += columns[size_t(k * block.size + i)];
+        first += block.size;
+    }
+    for (int row = numConstraints; row < Gt.ncol(); ++row)
+        sum += system.compliance[size_t(row)] * (Gt(row) * ~Gt(row));
+    return sum;
+}
+
+/** Flexible bodies with and without joints, that is, with and without an arrow. **/
+TEST(ForceJacobian, TermsAreTheDerivativesOfTheResidual) {
+    const Real stiffness = 1e4, gamma = 2e-3, h = 1e-5;
+    SprungBodies model(stiffness), bare(0);
+    const State state = model.makeState(), bareState = bare.makeState();
+    model.system.realize(state, Stage::Velocity);
+    bare.system.realize(bareState, Stage::Velocity);
+    MultibodyEquations with(model.system, state, MultibodyEquations::Setting::Implicit,
+                            {{model.between, {}}, {model.strut, {}}}),
+        without(bare.system, bareState);
+    const int n = with.numU();
+    ASSERT_EQ(without.numU(), n);
+    std::vector<double> q(size_t(with.numQ())), u(size_t(n), 0), uDot(size_t(n), 0),
+        lambda(size_t(with.numMultipliers()), 0);
+    with.getFromState(state, q.data(), u.data());
+
+    const auto calcForce = [&](int speed, double step) {
+        std::vector<double> moved = q, movedU = u, delta(size_t(n), 0), r(size_t(n), 0), bareR = r;
+        delta[size_t(speed)] = step;
+        movedU[size_t(speed)] += step / gamma;
+        with.realize(0, q.data(), u.data());
+        with.moveQ(delta.data(), moved.data());
+        with.realize(0, moved.data(), movedU.data());
+        with.calcResidual(moved.data(), movedU.data(), uDot.data(), lambda.data(), r.data());
+        without.realize(0, moved.data(), movedU.data());
+        without.calcResidual(moved.data(), movedU.data(), uDot.data(), lambda.data(), bareR.data());
+        Vector force(n);
+        for (int i = 0; i < n; ++i) force[i] = r[size_t(i)] - bareR[size_t(i)];
+        return force;
+    };
+    Matrix expected(n, n);
+    for (int j = 0; j < n; ++j)
+        expected(j) = gamma / (2 * h) * (calcForce(j, h) - calcForce(j, -h));
+
+    with.realize(0, q.data(), u.data());
+    std::vector<double> r(size_t(n), 0);
+    with.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), r.data());
+    NewtonSystem system = with.makeNewtonSystem();
+    with.formNewtonSystem(NewtonFactors(gamma), false, u.data(), uDot.data(), system);
+    system.checkSizes();
+    EXPECT_GE(system.blocks[0].part, 0);
+    const Real scale = gamma * stiffness + 1e-3 * stiffness;
+    EXPECT_GT(expected.norm(), 0.1 * scale);
+    EXPECT_LT((expandTerms(system, with.numMultipliers()) - expected).norm(), 1e-6 * scale);
+
+    // No force has a part in accelerations.
+    with.formMassSystem(system);
+    EXPECT_EQ(expandTerms(system, with.numMultipliers()).norm(), 0);
+}
+
 /** A force that is not defined on one side. **/
 class OneSided : public Force::Custom::Implementation {
 public:
@@ -213,6 +283,40 @@ public:
 private:
     const MobilizedBody& m_slider;
 };
+
+/** A force that refuses to be evaluated beyond its range. **/
+class Ranged : public Force::Custom::Implementation {
+public:
+    explicit Ranged(const MobilizedBody& slider) : m_slider(slider) {}
+    void calcForce(const State& state, Vector_<SpatialVec>&, Vector_<Vec3>&,
+                   Vector& mobilityForces) const override {
+        if (m_slider.getOneQ(state, 0) < 0) throw std::out_of_range("table ends at 0");
+        m_slider.applyOneMobilityForce(state, 0, -1, mobilityForces);
+    }
+    Real calcPotentialEnergy(const State&) const override { return 0; }
+
+private:
+    const MobilizedBody& m_slider;
+};
+
+TEST(ForceJacobian, ForcesThatThrowAreNamed) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    const MobilizedBody::Slider slider(matter.Ground(), makeBrick());
+    Force::Custom ranged(forces, new Ranged(slider));
+    const State state = system.realizeTopology();
+    system.realize(state, Stage::Velocity);
+    const MobilizedBodyIndex body = slider.getMobilizedBodyIndex();
+    ForceDifferences differences(system, {ranged, {}}, {{body, 0, 1, 1e-6}}, state);
+    try {
+        differences.calcTerms(state, 1e-3);
+        FAIL() << "the table was left";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), AllOf(HasSubstr("force element 0 failed near t = 0"),
+                                        HasSubstr("table ends at 0")));
+    }
+}
 
 TEST(ForceJacobian, WhatCannotBeDifferentiatedIsNamed) {
     const auto messageOf = [](const std::function<void()>& action) -> std::string {

@@ -296,10 +296,11 @@ struct Links {
             AttachmentForce(flexible, (*body)->node(3),
                             SpatialVec(Vec3(0.1, 0.2, -0.3), Vec3(3, 2, 1)),
                             AttachmentForce::Axes::Attachment);
-            Force::TwoPointLinearSpring(forces, matter.Ground(), Vec3(0.1, 0.5, 0),
-                                        (*body)->getFrame(), Vec3(0.05, 0.02, 0.01), 300, 0.3);
-            Force::MobilityConstantForce(forces, (*body)->getModalMobilizer(0), MobilizerUIndex(2),
-                                         4.0);
+            springs.push_back(Force::TwoPointLinearSpring(forces, matter.Ground(),
+                                                          Vec3(0.1, 0.5, 0), (*body)->getFrame(),
+                                                          Vec3(0.05, 0.02, 0.01), 300, 0.3));
+            modalSprings.push_back(Force::MobilityLinearSpring(
+                forces, (*body)->getModalMobilizer(0), MobilizerQIndex(2), 500, 0.01));
         }
         // A constraint that reads a mode beside a rigid motion.
         Array_<MobilizedBodyIndex> bodies(2);
@@ -324,6 +325,7 @@ struct Links {
     GeneralForceSubsystem forces;
     FlexibleBodySubsystem flexible;
     std::unique_ptr<FlexibleBody> first, second, third;
+    std::vector<Force> springs, modalSprings;  ///< by body
     State state;
 };
 
@@ -372,6 +374,13 @@ TEST(RigidBodies, StepsAreThoseOfBodiesWhoseModesAMotionHolds) {
             integrator->setBlockForm(form);
             integrator->setFixedStep(1e-3);
             integrator->setAccuracy(1e-9);
+            const Links& own = integrator == &rigid ? links : other;
+            for (int k : {0, 1}) integrator->addForceJacobian(own.springs[size_t(k)]);
+            integrator->addForceJacobian(own.modalSprings[0],
+                                         {own.first->getModalMobilizer(0).getMobilizedBodyIndex()});
+            integrator->addForceJacobian(own.springs[2],
+                                         {own.third->getFrame().getMobilizedBodyIndex(),
+                                          own.third->getModalMobilizer(0).getMobilizedBodyIndex()});
         }
         rigid.initialize(state);
         held.initialize(motions);
