@@ -73,7 +73,7 @@ public:
     velocity: what was a deformation or a vibration is lost. Joints that no longer meet are
     assembled when an implicit integrator takes the State, from its handlers too; before a run of
     Simbody's own integrators, and in its handlers, call FlexibleBodySubsystem::initializeNative().
-    **/
+    To keep the deformed shape instead, lock() every getModalMobilizer(). **/
     void setRigid(SimTK::State& state) const;
     /** Frees all modes, also those that were locked one mobilizer at a time; coordinates and speeds
     stay what they are, zero after setRigid(). A part without modes stays rigid. **/

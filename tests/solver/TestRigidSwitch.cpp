@@ -146,11 +146,12 @@ Vec3 positionOf(const ReducedBody& part, const std::string& interface) {
 /** The same body, rigid, on one of Simbody's own Ball mobilizers. **/
 struct RigidPendulum {
     explicit RigidPendulum(const ReducedBody& part)
+        : RigidPendulum(massPropertiesOf(part), positionOf(part, "A")) {}
+    RigidPendulum(const MassProperties& properties, const Vec3& hook)
         : matter(system),
           forces(system),
           gravity(forces, matter, GravityVector),
-          ball(matter.Ground(), Transform(), Body::Rigid(massPropertiesOf(part)),
-               Transform(positionOf(part, "A"))) {}
+          ball(matter.Ground(), Transform(), Body::Rigid(properties), Transform(hook)) {}
 
     /** Pose of the body `time` after a State of the flexible model. **/
     Transform moveFrom(const Pendulum& model, const State& start, Real time) {
@@ -201,6 +202,45 @@ TEST_P(RigidSwitch, RigidBodyMovesAsSimbodysOwn) {
         EXPECT_LT(errors[1], 2e-6);
         EXPECT_GT(calcDifference(model.boom.getFramePose(state), expected), 0.1);
     }
+}
+
+TEST_P(RigidSwitch, BodyLockedInABentShapeMovesAsARigidOneOfThatShape) {
+    Pendulum model;
+    State state = model.makeState();
+    const int n = model.boom.getNumModes();
+    Vector xi(n);
+    for (int i = 0; i < n; ++i) xi[i] = 0.03 * std::cos(1.0 + i);
+    model.boom.setModalCoordinates(state, xi);
+    model.boom.setModalSpeeds(state, Vector(n, Real(0)));
+    for (int k = 0; k < model.boom.getNumModalMobilizers(); ++k)
+        model.boom.getModalMobilizer(k).lock(state);
+    EXPECT_FALSE(model.boom.isRigid(state));
+    model.flexible.initializeNative(state);
+
+    // The point masses themselves, where ξ has put them.
+    const PointMassPart part = makePointMassPart(makeOptions(3, 8));
+    const size_t rows = part.body->Phi.size() / size_t(n);
+    Inertia inertia(0);
+    Vec3 hook = positionOf(*part.body, "A");
+    for (int i = 0; i < n; ++i)
+        for (int a = 0; a < 3; ++a)
+            hook[a] += xi[i] * part.body->getInterface("A").Phi[size_t(3 * i + a)];
+    for (size_t node = 0; node < part.masses.size(); ++node) {
+        Vec3 s;
+        for (size_t a = 0; a < 3; ++a) {
+            s[int(a)] = part.body->mesh.positions[3 * node + a];
+            for (int i = 0; i < n; ++i)
+                s[int(a)] += xi[i] * part.body->Phi[rows * size_t(i) + 3 * node + a];
+        }
+        inertia += Inertia(s, part.masses[node]);
+    }
+    RigidPendulum rigid(MassProperties(part.body->mass, Vec3(0), inertia), hook);
+    const Transform expected = rigid.moveFrom(model, state, 0.4);
+    const State end = run(model.system, state, 0.4, 1e-9, GetParam());
+    EXPECT_LT(calcDifference(model.boom.getFramePose(end), expected), 2e-6);
+    EXPECT_EQ((model.boom.getModalCoordinates(end) - xi).normInf(), 0);
+    RigidPendulum straight(model.boom.getPart());
+    EXPECT_GT(calcDifference(straight.moveFrom(model, state, 0.4), expected), 1e-3);
 }
 
 TEST_P(RigidSwitch, HandlersSwitchAsFreshRunsDo) {
