@@ -155,6 +155,25 @@ TEST(ForceJacobian, ChangesConvergenceAndNotTheSolution) {
     EXPECT_GT((end[1] - SprungBodies(1e6).getStart()).norm(), 1e-3);
 }
 
+TEST(ForceJacobian, SolutionIsThatOfSimbodysIntegrator) {
+    SprungBodies model(1e6), native(1e6);
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracy(1e-8);
+    const Vec3 end = model.run(integrator, Jacobian::Found, 0.02);
+
+    State state = native.makeState();
+    native.flexible.initializeNative(state);
+    RungeKuttaMersonIntegrator rungeKutta(native.system);
+    rungeKutta.setAccuracy(1e-8);
+    TimeStepper stepper(native.system, rungeKutta);
+    stepper.initialize(state);
+    stepper.stepTo(0.02);
+    const Vec3 expected =
+        native.brick.findStationLocationInGround(stepper.getState(), Vec3(0.1, 0, 0));
+    EXPECT_GT((expected - native.getStart()).norm(), 1e-4);
+    EXPECT_LT((end - expected).norm(), 1e-6);
+}
+
 /** At its free length a spring has the stiffness k d dᵀ alone, d = ∂(length)/∂q·N, and a damper
 along it c d dᵀ. **/
 TEST(ForceJacobian, TermsOfASpringAreThoseOfItsClosedForm) {
