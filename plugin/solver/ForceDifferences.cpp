@@ -34,10 +34,6 @@ ForceDifferences::ForceDifferences(const MultibodySystem& system, const ForceSel
     m_unit.resize(state.getNU());
     m_unit = 0;
     findSpeeds(candidates);
-    if (m_speeds.empty())
-        throw std::invalid_argument(
-            "addForceJacobian(): " + selection.describe() +
-            " acts on no body in the initial State; name the bodies that it can act on");
     const int n = int(m_speeds.size());
     m_numTerms = std::min(n, MostTerms);
     m_matrix.resize(n, n);

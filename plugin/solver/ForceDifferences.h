@@ -43,7 +43,7 @@ public:
 
     /** @param candidates  speeds of all bodies
     @param state  what stands in it besides q, u and z is kept
-    @throws std::invalid_argument if the element is another system's, or no body is found. **/
+    @throws std::invalid_argument if the element is another system's or a body does not exist. **/
     ForceDifferences(const SimTK::MultibodySystem& system, const ForceSelection& selection,
                      const std::vector<Speed>& candidates, const SimTK::State& state);
 

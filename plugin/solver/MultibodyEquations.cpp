@@ -479,17 +479,18 @@ void MultibodyEquations::makeForceDifferences(const std::vector<ForceSelection>&
     const std::vector<ForceDifferences::Speed> candidates = listSimbodySpeeds();
     for (const ForceSelection& selection : selections) {
         if (!selection.force.isEmptyHandle() && selection.force.isDisabled(m_private)) continue;
-        // Modes that are held feel no stiffness.
-        if (!selection.bodies.empty() &&
-            std::all_of(selection.bodies.begin(), selection.bodies.end(),
-                        [&](MobilizedBodyIndex body) {
-                            return body > GroundIndex && int(body) < int(m_blockOfBody.size()) &&
-                                   isHeld(body);
-                        }))
-            continue;
         DifferencedForce forces{ForceDifferences(m_system, selection, candidates, m_private),
                                 m_numMultipliers + m_numElementRows,
                                 {}};
+        if (forces.differences.getSpeeds().empty()) {
+            // Modes that are held feel no stiffness.
+            if (std::any_of(m_flexible.begin(), m_flexible.end(),
+                            [](const FlexibleBlock* block) { return block->hasHeldModes(); }))
+                continue;
+            throw std::invalid_argument(
+                "addForceJacobian(): " + selection.describe() +
+                " acts on no body in the initial State; name the bodies that it can act on");
+        }
         const int terms = forces.differences.getNumTerms();
         m_numElementRows += terms;
         for (const ForceDifferences::Speed& speed : forces.differences.getSpeeds()) {
