@@ -510,7 +510,7 @@ void drawTopConservation(const Arguments& arguments, double period) {
         momentum.series.push_back(makeLine(label, time, m, colors[i]));
         std::snprintf(label, sizeof label, "%.0e m", accuracy);
         print(std::string("largest change of energy, accuracy ") + label,
-              *std::max_element(e.begin(), e.end()), 0, "");
+              *std::max_element(e.begin(), e.end()), 0, "mgd");
     }
     plot.panels = {energy, momentum};
     write(arguments, plot, "heavy_top_conservation");
