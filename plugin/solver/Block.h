@@ -56,6 +56,11 @@ public:
     /** r −= Jᵀ F for a spatial force F_G at a frame's origin. **/
     virtual void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const = 0;
 
+    /** Loads of the block's own, which calcResidual() has. **/
+    virtual bool hasLoads() const { return false; }
+    /** r −= these loads at q, as calcResidual() has them. @pre realize() at this q. **/
+    virtual void subtractLoads(const EvaluationContext&, const double* /*q*/, double* /*r*/) {}
+
     /** r −= forces that Simbody accumulated on the block's bodies and mobilities. **/
     virtual void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                                        const SimTK::Vector& mobilityForces, double* r) const = 0;

@@ -149,7 +149,10 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, const double*
     // ∑mφ = 0: uniform gravity acts at the frame's origin and on no mode.
     const Vec3& gravity = context.gravity->atBody[m_record.frame];
     for (int a = 0; a < 3; ++a) r[3 + a] = m_model.mass * (uDot[3 + a] - gravity[a]);
-    if (m_record.loads.empty()) return;
+    if (hasLoads()) subtractLoads(context, q, r);
+}
+
+void FlexibleBlock::subtractLoads(const EvaluationContext& context, const double* q, double* r) {
     Vec3 torque_B(0), force_G(0);
     m_loads.setZero();
     addInLoads(m_record.loads, context.time, m_body.R_GB, findXi(q), torque_B, force_G,

@@ -52,6 +52,8 @@ public:
     void realize(const EvaluationContext& context, const double* q, const double* u) override;
     void calcResidual(const EvaluationContext& context, const double* q, const double* u,
                       const double* uDot, double* r) override;
+    bool hasLoads() const override { return !m_record.loads.empty(); }
+    void subtractLoads(const EvaluationContext& context, const double* q, double* r) override;
     void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const override;
     void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                                const SimTK::Vector& mobilityForces, double* r) const override;

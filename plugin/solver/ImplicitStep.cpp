@@ -63,10 +63,12 @@ bool ImplicitStep::useDense() const {
            (blockForm == BlockForm::Automatic && m_denseStepsLeft > 0);
 }
 
-void ImplicitStep::formAndFactor(const NewtonFactors& factors, const std::vector<double>& u,
-                                 const std::vector<double>& uDot, MotionLevel level) {
+void ImplicitStep::formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
+                                 const std::vector<double>& u, const std::vector<double>& uDot,
+                                 MotionLevel level) {
     const auto start = Clock::now();
-    m_equations.formNewtonSystem(factors, useDense(), u.data(), uDot.data(), m_system, level);
+    m_equations.formNewtonSystem(factors, useDense(), q.data(), u.data(), uDot.data(), m_system,
+                                 level);
     m_statistics.evaluationSeconds += secondsSince(start);
     factor();
     if (useDense()) ++m_statistics.denseFactorizations;
@@ -225,7 +227,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         }
 
         if (refresh) {
-            formAndFactor(formula.factors, u, uDot);
+            formAndFactor(formula.factors, q, u, uDot);
             m_rate = 0.5;
             refresh = false;
             allowed = iteration + tolerances.maxIterations;
@@ -314,7 +316,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
         if (iteration > 0 && !isFresh && error > SlowRate * previous) {
             // G has turned away since the matrix was factored.
-            formAndFactor(m_factored, u, m_lastUDot);
+            formAndFactor(m_factored, q, u, m_lastUDot);
             isFresh = true;
         }
         previous = error;
@@ -368,7 +370,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) break;
         const BlockForm form = blockForm;
         blockForm = BlockForm::Arrow;
-        formAndFactor(1, u, uDot, MotionLevel::Position);
+        formAndFactor(1, q, u, uDot, MotionLevel::Position);
         blockForm = form;
         m_solver.solveForConstraints(m_system);
 
@@ -404,7 +406,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
         const BlockForm form = blockForm;
         blockForm = BlockForm::Arrow;
-        formAndFactor(1, u, uDot, MotionLevel::Velocity);
+        formAndFactor(1, q, u, uDot, MotionLevel::Velocity);
         blockForm = form;
         const double speedError = projectSpeeds(t, q, u, &worst);
         if (!(speedError <= 1e-8 * (1 + largestAbs(u)))) {

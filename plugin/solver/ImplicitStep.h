@@ -100,8 +100,8 @@ private:
     /** One functional iteration on z; returns the largest weighted change. **/
     double updateZ(const StepFormula& formula, SolutionPoint& point);
     void factor();
-    void formAndFactor(const NewtonFactors& factors, const std::vector<double>& u,
-                       const std::vector<double>& uDot,
+    void formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
+                       const std::vector<double>& u, const std::vector<double>& uDot,
                        MotionLevel level = MotionLevel::Acceleration);
     void solveLinear();
     bool useDense() const;

@@ -392,9 +392,58 @@ void MultibodyEquations::formSimbodyColumns(MotionLevel level, NewtonSystem& sys
                 m_prescribed->mask(level, m_blocks[size_t(b)]->firstU, system.blocks[size_t(b)]);
 }
 
-void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool dense, const double* u,
-                                          const double* uDot, NewtonSystem& system,
-                                          MotionLevel level) const {
+void MultibodyEquations::calcLoadResidual(LoadedBlock& loaded, const double* q, const double* u,
+                                          double* r) {
+    Block& block = *m_blocks[size_t(loaded.block)];
+    FlexibleBlock::calcShapeProducts(loaded.flexible, q, u);
+    block.realize(m_context, q + block.firstQ, u + block.firstU);
+    std::fill_n(r, block.numU, 0.0);
+    if (block.hasLoads()) block.subtractLoads(m_context, q + block.firstQ, r);
+    for (int e : loaded.elements) {
+        ElementRef& element = m_elements[size_t(e)];
+        const int frame = element.frames[0].frame;
+        element.motions[0] = block.frames[size_t(frame)];
+        element.forces[0] = SpatialVec(Vec3(0), Vec3(0));
+        element.element->addInForces(m_time, element.motions, element.forces);
+        if (m_loadFraction != 1) element.forces[0] *= m_loadFraction;
+        block.subtractForce(frame, element.forces[0], r);
+    }
+}
+
+void MultibodyEquations::addInLoadJacobian(LoadedBlock& loaded, const NewtonFactors& factors,
+                                           const double* q, const double* u,
+                                           NewtonSystem::Block& block) {
+    const Block& own = *m_blocks[size_t(loaded.block)];
+    const size_t n = size_t(own.numU), nq = size_t(own.numQ), first = size_t(own.firstU);
+    block.form = NewtonSystem::Block::Form::General;
+    // While the block still stands at q.
+    std::vector<double>& delta = loaded.r;
+    std::fill(delta.begin(), delta.end(), 0.0);
+    for (size_t j = 0; j < n; ++j) {
+        double* moved = loaded.movedQ.data() + j * nq;
+        std::copy_n(q + own.firstQ, nq, moved);
+        delta[j] = loaded.steps[j];
+        own.moveQ(m_context, delta.data(), moved);
+        delta[j] = 0;
+    }
+    std::copy_n(q, m_numQ, loaded.q.data());
+    std::copy_n(u, m_numU, loaded.u.data());
+    calcLoadResidual(loaded, q, u, loaded.r0.data());
+    for (size_t j = 0; j < n; ++j) {
+        const double h = loaded.steps[j];
+        std::copy_n(loaded.movedQ.data() + j * nq, nq, loaded.q.data() + own.firstQ);
+        loaded.u[first + j] += h / factors.stiffness;
+        calcLoadResidual(loaded, loaded.q.data(), loaded.u.data(), loaded.r.data());
+        loaded.u[first + j] = u[first + j];
+        for (size_t i = 0; i < n; ++i)
+            block.matrix[i + j * n] += factors.stiffness / h * (loaded.r[i] - loaded.r0[i]);
+    }
+    calcLoadResidual(loaded, q, u, loaded.r0.data());  // back to where it stood
+}
+
+void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool dense, const double* q,
+                                          const double* u, const double* uDot, NewtonSystem& system,
+                                          MotionLevel level) {
     updateJacobians();
     for (size_t p = 0; p < m_parts.size(); ++p)
         m_flexible[size_t(m_parts[p].firstBlock)]->calcDiagonal(factors,
@@ -407,6 +456,9 @@ void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool den
     });
     formElementColumns(factors, system);
     formDifferencedColumns(factors, system);
+    if (dense && level == MotionLevel::Acceleration)
+        for (LoadedBlock& loaded : m_loadedBlocks)
+            addInLoadJacobian(loaded, factors, q, u, system.blocks[size_t(loaded.block)]);
     formSimbodyColumns(level, system);
 }
 

@@ -135,11 +135,14 @@ public:
 
     /** @name After calcResidual() **/
     /**@{**/
-    /** @param level  Position: only rows of holonomic constraints and only coordinates whose q is
+    /** @param dense  with everything that depends on a block's own q and u: gyroscopic and
+    centrifugal terms, and what its motion changes in loads on it (AttachmentForces and
+    DistributedLoads, by differences)
+    @param level  Position: only rows of holonomic constraints and only coordinates whose q is
     prescribed take part; Velocity: all but what is prescribed of accelerations only. **/
-    void formNewtonSystem(const NewtonFactors& factors, bool dense, const double* u,
-                          const double* uDot, NewtonSystem& system,
-                          MotionLevel level = MotionLevel::Acceleration) const;
+    void formNewtonSystem(const NewtonFactors& factors, bool dense, const double* q,
+                          const double* u, const double* uDot, NewtonSystem& system,
+                          MotionLevel level = MotionLevel::Acceleration);
     /** J = M. **/
     void formMassSystem(NewtonSystem& system) const;
     /** Adds −ΔM u̇, what Simbody's mass matrix lacks of the flexible bodies'. **/
@@ -231,6 +234,16 @@ private:
         };
         std::vector<Side> sides;
     };
+    /** A block with loads that its own motion can change. **/
+    struct LoadedBlock {
+        int block;
+        std::vector<FlexibleBlock*> flexible;  ///< the block, if it is flexible
+        std::vector<int> elements;             ///< on frames of its own
+        std::vector<double> steps;             ///< for differences, of each speed
+        std::vector<double> movedQ;            ///< the block's q, moved along each speed
+        std::vector<double> q, u;              ///< of the whole system
+        std::vector<double> r, r0;
+    };
     /** Blocks evaluated together: flexible ones of one part, or rigid trees. **/
     struct Batch {
         std::vector<int> blocks;
@@ -254,6 +267,7 @@ private:
     void makeBatches();
     void makeJoints();
     void makeForceElements();
+    void makeLoadedBlocks();
     void makeForceDifferences(const std::vector<ForceSelection>& selections);
     /** True if a differenced force acts on the block in a way that an arrow has no columns for:
      * on its modes, or where no frame of its part stands for the columns. **/
@@ -282,6 +296,10 @@ private:
                                const double* lambda, double* r);
     /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
     void formElementColumns(const NewtonFactors& factors, NewtonSystem& system) const;
+    void addInLoadJacobian(LoadedBlock& loaded, const NewtonFactors& factors, const double* q,
+                           const double* u, NewtonSystem::Block& block);
+    /** Moves a block to q and u of the whole system and writes −Q of the loads on it. **/
+    void calcLoadResidual(LoadedBlock& loaded, const double* q, const double* u, double* r);
     void formDifferencedColumns(const NewtonFactors& factors, NewtonSystem& system) const;
     void formSimbodyColumns(MotionLevel level, NewtonSystem& system) const;
     /** Asks Simbody for what Motions prescribe at this time, unless it is known. **/
@@ -313,6 +331,7 @@ private:
     mutable std::vector<const FrameMotion*> m_acceleratedFrames;
     mutable std::vector<ElementRef> m_elements;  ///< Jacobians are made with the Newton matrix
     mutable std::vector<DifferencedForce> m_differenced;
+    std::vector<LoadedBlock> m_loadedBlocks;
     int m_numElementRows = 0;                   ///< of elements and differenced forces
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;

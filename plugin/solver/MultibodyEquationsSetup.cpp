@@ -18,6 +18,9 @@ using namespace SimTK;
 
 namespace {
 
+/** Of CoordinateScales' steps: contacts and steep springs change within micrometres. **/
+constexpr double DifferenceStep = 3e-3;
+
 /** "mobilized body 7", or the flexible body it belongs to. **/
 std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index) {
     if (guts)
@@ -74,6 +77,7 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
         m_private.clear();
     else
         preparePrivateStates(state);
+    makeLoadedBlocks();
     makeForceDifferences(differentiated);
     linkJointsToFrames();
     makeParts();
@@ -451,6 +455,38 @@ void MultibodyEquations::makeForceElements() {
     }
 }
 
+void MultibodyEquations::makeLoadedBlocks() {
+    if (m_setting != Setting::Implicit) return;
+    for (int b = 0; b < numBlocks(); ++b) {
+        // Where Simbody's State gives the kinematics, the block cannot be moved by itself.
+        const int tree = b - numFlexibleBlocks();
+        if (tree >= 0 && m_rigid[size_t(tree)]->needsSimbody()) continue;
+        LoadedBlock loaded;
+        loaded.block = b;
+        if (tree < 0) loaded.flexible.push_back(m_flexible[size_t(b)]);
+        for (size_t e = 0; e < m_elements.size(); ++e) {
+            const ElementRef& element = m_elements[e];
+            if (element.frames.size() == 1 && element.frames[0].block == b && element.signs.empty())
+                loaded.elements.push_back(int(e));
+        }
+        const Block& block = *m_blocks[size_t(b)];
+        if (loaded.elements.empty() && !block.hasLoads()) continue;
+        loaded.movedQ.resize(size_t(block.numU * block.numQ));
+        loaded.r.resize(size_t(block.numU));
+        loaded.r0 = loaded.r;
+        loaded.q.resize(size_t(m_numQ));
+        loaded.u.resize(size_t(m_numU));
+        m_loadedBlocks.push_back(std::move(loaded));
+    }
+    if (m_loadedBlocks.empty()) return;
+    const CoordinateScales scales(*this);
+    for (LoadedBlock& loaded : m_loadedBlocks) {
+        const Block& block = *m_blocks[size_t(loaded.block)];
+        for (int i = 0; i < block.numU; ++i)
+            loaded.steps.push_back(DifferenceStep * scales.step[size_t(block.firstU + i)]);
+    }
+}
+
 std::vector<ForceDifferences::Speed> MultibodyEquations::listSimbodySpeeds() const {
     const CoordinateScales scales(*this);
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
@@ -461,9 +497,8 @@ std::vector<ForceDifferences::Speed> MultibodyEquations::listSimbodySpeeds() con
         const int first = matter.getMobilizedBody(i).getFirstUIndex(m_private);
         for (int k = 0; k < mobilizer.nu; ++k) {
             const size_t own = size_t(mobilizer.u0 + k);
-            // Contacts and steep springs change within micrometres.
-            speeds.push_back(
-                {i, first + k, std::max(scales.metres[own], 1e-9), 3e-3 * scales.step[own]});
+            speeds.push_back({i, first + k, std::max(scales.metres[own], 1e-9),
+                              DifferenceStep * scales.step[own]});
         }
     }
     return speeds;

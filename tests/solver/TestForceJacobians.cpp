@@ -276,7 +276,7 @@ TEST(ForceJacobian, TermsAreTheDerivativesOfTheResidual) {
     std::vector<double> r(size_t(n), 0);
     with.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), r.data());
     NewtonSystem system = with.makeNewtonSystem();
-    with.formNewtonSystem(NewtonFactors(gamma), false, u.data(), uDot.data(), system);
+    with.formNewtonSystem(NewtonFactors(gamma), false, q.data(), u.data(), uDot.data(), system);
     system.checkSizes();
     EXPECT_GE(system.blocks[0].part, 0);
     const Real scale = gamma * stiffness + 1e-3 * stiffness;
