@@ -21,8 +21,9 @@ public:
     /** Spatial force (torque [N m], force [N]) at a time [s]. **/
     using Function = std::function<SimTK::SpatialVec(SimTK::Real time)>;
 
-    /** The same from time and the frame's own motion in Ground, for laws of one's own. It acts in
-    the residual only: a very stiff law wants a small step. **/
+    /** The same from time and the frame's own motion in Ground, for laws of one's own. What the
+    body's motion changes in it stands in the dense Newton matrix, by differences: it is evaluated
+    at positions and speeds close by. **/
     using Law = std::function<SimTK::SpatialVec(SimTK::Real time, const FrameMotion& motion)>;
 
     AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment, Function force,

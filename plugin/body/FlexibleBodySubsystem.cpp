@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "simflex/body/Assembly.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/Joint.h"
@@ -114,16 +115,21 @@ void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const
     const MultibodySystem& system = getMultibodySystem();
     const Guts& own = getGuts();
     system.realizeModel(state);
+    const State start = state;
     own.setWeights(state, Guts::Weights::Assembly);
     try {
         system.prescribe(state);
         system.project(state, tolerance);
-    } catch (const std::exception& error) {
-        throw std::runtime_error(
-            std::string("FlexibleBodySubsystem::initializeNative(): the constraints cannot be "
-                        "assembled; check the attachment frames, or start closer to an assembled "
-                        "position. Simbody says: ") +
-            error.what());
+    } catch (const std::exception&) {
+        // Rigid motions alone, all but, do not do.
+        state = start;
+        try {
+            assemble(system, state, tolerance);
+        } catch (const std::exception& error) {
+            state = start;
+            throw std::runtime_error(std::string("FlexibleBodySubsystem::initializeNative(): ") +
+                                     error.what());
+        }
     }
     own.setWeights(state, Guts::Weights::Displacement);
     system.realize(state, Stage::Velocity);

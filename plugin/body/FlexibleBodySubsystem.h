@@ -63,7 +63,8 @@ public:
     translation, the part's radius for rotation, for a mode the largest displacement it causes.
     Weights of other bodies are left alone. The State is realized to Stage::Velocity.
     @param tolerance  largest constraint error left [m, rad]
-    @throws std::runtime_error if the constraints cannot be assembled. **/
+    @throws std::runtime_error if the constraints cannot be assembled, naming the worst one; the
+    State is what it was then. **/
     void initializeNative(SimTK::State& state, SimTK::Real tolerance = 1e-10) const;
 
     /** @name Quantities of the whole system, flexible bodies with their full inertia. The same in

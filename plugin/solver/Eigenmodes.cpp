@@ -166,7 +166,7 @@ Eigenmode makeMode(const Linearization& linear, const ReducedPencil& pencil, con
     mode.eigenvalue = pencil.rate * pair.nu;
     const double size = std::abs(mode.eigenvalue);
     mode.frequency = size / (2 * Pi);
-    mode.dampingRatio = size > 0 ? -mode.eigenvalue.real() / size : 0;
+    mode.dampingRatio = size > 0 ? 0 - mode.eigenvalue.real() / size : 0;  // not −0
     if (pair.nu.imag() == 0 && size > 0) mode.dampingRatio = pair.nu.real() < 0 ? 1 : -1;
     const double modalMass =
         std::real(Complex(pair.y.adjoint() * (pencil.M * pair.y))) / (pencil.rate * pencil.rate);

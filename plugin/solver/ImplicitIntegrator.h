@@ -29,7 +29,8 @@ so far or further, cost one block elimination more.
 
 What else of Simbody may stand in the system:
 - rigid bodies on any mobilizer, forward or reversed, with quaternions or Euler angles;
-- force elements and contact subsystems of any kind;
+- force elements and contact subsystems of any kind; on the frame of a flexible body they move it
+  but bend nothing, which forces in simflex/forces and on a Hub do;
 - constraints of any kind, built-in or custom, holonomic, nonholonomic or on accelerations, on
   rigid bodies, on the frame of a flexible body and on its modal coordinates;
 - lock() and lockAt() at any level and Motions on any mobilizer; with its modal mobilizers locked
@@ -43,8 +44,9 @@ forces on its mobilities are modal forces.
 
 The Newton matrix holds elasticity, damping, inertia, and the stiffness and damping of the elements
 in simflex/forces. Simbody's own force elements, Force::Custom among them, act in the residual only
-unless addForceJacobian() is told of them; so do AttachmentForces and DistributedLoads. Very stiff
-ones slow Newton's iteration down and shorten the step.
+unless addForceJacobian() is told of them; what a body's motion changes in AttachmentForces and
+DistributedLoads stands in its dense form alone. Very stiff ones slow Newton's iteration down and
+shorten the step.
 
 Near a singular position, where a mechanism can branch (all bars of a four-bar in one line), G loses
 rank and changes faster than the iteration follows. A step of StabilizedIndex2 that fails to
@@ -115,11 +117,11 @@ public:
     /** Skips the initial projection of positions and speeds: the State is taken as consistent
      * already. **/
     void setProjectInitialState(bool project);
-    /** Takes the stiffness and damping of one of Simbody's force elements, a Force::Custom say,
-    into the Newton matrix: by central differences in the speeds that it depends on, two evaluations
-    of it for each speed whenever the matrix is formed. Only convergence changes, not the solution.
-    The symmetric part is taken, in its 24 largest terms: springs, dampers and contacts, not what
-    follower forces and friction have besides.
+    /** Before initialize(): takes the stiffness and damping of one of Simbody's force elements, a
+    Force::Custom say, into the Newton matrix: by central differences in the speeds that it depends
+    on, two evaluations of it for each speed whenever the matrix is formed. Only convergence
+    changes, not the solution. The symmetric part is taken, in its 24 largest terms: springs,
+    dampers and contacts, not what follower forces and friction have besides.
     @param bodies  what it acts on and depends on. Flexible bodies by FlexibleBody::getFrame() and
         their modal mobilizers. None: those that it acts on or depends on in the State given to
         initialize(), found by trying, which does not see contacts that are open then. **/

@@ -48,12 +48,7 @@ void ImplicitIntegrator::Implementation::requireInitialized(const char* method) 
 
 void ImplicitIntegrator::Implementation::setUp(const State& state) {
     m_isInitialized = m_isTerminated = m_isFinished = false;
-    if (!m_system.systemTopologyHasBeenRealized())
-        throw std::invalid_argument(name +
-                                    "::initialize(): call realizeTopology() on the system first");
-    if (state.getSystemStage() < Stage::Topology)
-        throw std::invalid_argument(
-            name + "::initialize(): an empty State; take one from realizeTopology()");
+    requireTopology(m_system, state, name + "::initialize()");
     checkSettings(state.getTime());
     m_state = state;
     m_system.realize(m_state, Stage::Velocity);

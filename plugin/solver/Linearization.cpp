@@ -70,6 +70,7 @@ MovingAxes calcMovingAxes(MultibodyEquations& equations, const CoordinateScales&
 }  // namespace
 
 Linearization calcLinearization(const MultibodySystem& system, const State& state) {
+    requireTopology(system, state, "calcLinearization()");
     Linearization result;
     result.state = state;
     system.realize(result.state, Stage::Velocity);

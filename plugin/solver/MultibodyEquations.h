@@ -353,4 +353,9 @@ private:
     mutable double m_simbodySeconds = 0;
 };
 
+/** @throws std::invalid_argument naming `method` if the system has changed since realizeTopology(),
+or the State is empty. **/
+void requireTopology(const SimTK::MultibodySystem& system, const SimTK::State& state,
+                     const std::string& method);
+
 }  // namespace simflex

@@ -644,4 +644,11 @@ void MultibodyEquations::setLoadFraction(double fraction) {
         m_gravity.atBody[i] = fraction * m_fullGravity.atBody[i];
 }
 
+void requireTopology(const MultibodySystem& system, const State& state, const std::string& method) {
+    if (!system.systemTopologyHasBeenRealized())
+        throw std::invalid_argument(method + ": call realizeTopology() on the system first");
+    if (state.getSystemStage() < Stage::Topology)
+        throw std::invalid_argument(method + ": an empty State; take one from realizeTopology()");
+}
+
 }  // namespace simflex

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "simflex/solver/ImplicitStep.h"
+#include "simflex/body/Assembly.h"
 #include "simflex/solver/SteadyMotion.h"
 
 namespace simflex {
@@ -316,18 +316,8 @@ State StaticEquilibrium::assemble(const State& state) const {
     State held = start;
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     for (MobilizedBodyIndex index : m_held) matter.getMobilizedBody(index).lock(held);
-    m_system.realize(held, Stage::Velocity);
-    MultibodyEquations equations(m_system, held);
-    std::vector<double> q(size_t(equations.numQ())), u(size_t(equations.numU()));
-    equations.getFromState(held, q.data(), u.data());
-    equations.prescribe(start.getTime(), 0, nullptr, q.data(), u.data());
-    if (equations.numMultipliers() > 0) {
-        IntegratorStatistics statistics;
-        ImplicitStep step(equations, statistics);
-        std::vector<double> speeds = u;
-        step.assemble(start.getTime(), m_constraintTolerance, q, speeds);
-    }
-    equations.putIntoState(start.getTime(), q.data(), u.data(), start);
+    simflex::assemble(m_system, held, m_constraintTolerance);
+    start.updQ() = held.getQ();
     m_system.realize(start, Stage::Velocity);
     return start;
 }
@@ -341,6 +331,7 @@ void StaticEquilibrium::solveSteadyMotion(const State& state) {
 }
 
 void StaticEquilibrium::run(const State& state, Speeds speeds) {
+    requireTopology(m_system, state, "StaticEquilibrium::solve()");
     m_numIterations = m_numLoadSteps = 0;
     m_freeMotions.clear();
     State start = state;

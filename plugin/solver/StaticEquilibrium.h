@@ -6,7 +6,8 @@ Positions in which a multibody system stays at rest, or in which it turns steadi
 
 with u = u̇ = 0, or with the speeds of the State and the accelerations of a steady motion. Newton's
 iteration on q and λ in the null space of G, with the whole stiffness: ∂(Gᵀλ)/∂q and ∂(Mu̇)/∂q
-included. Where that is not positive it steps downhill instead, so that a pendulum is found hanging.
+included. Where that is not positive it steps downhill instead, so that a pendulum is found hanging
+(but if it starts exactly upright, where nothing tells it which way is down).
 
     StaticEquilibrium equilibrium(system);
     equilibrium.solve(state);

@@ -9,6 +9,7 @@
 #include "SliderCrankModel.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/StaticEquilibrium.h"
 #include "support/DoublePendulum.h"
 #include "support/NativeReference.h"
 
@@ -191,6 +192,30 @@ TEST(InitializeNative, AssemblesJointsWithoutStrainingTheParts) {
     model.flexible.initializeNative(state);
     EXPECT_LT(calcErrors(state), 1e-10);
     EXPECT_LT(calcStrainEnergy(state), 1e-9);
+}
+
+// Of all assembled shapes the one in equilibrium has the least strain energy.
+TEST(InitializeNative, StrainsPartsAsLittleAsTheirJointsAllow) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody body(flexible, makePointMassPart().body, "body");
+    State state = system.realizeTopology();
+    body.setPoseByInterface(state, "A", Transform());
+    system.realize(state, Stage::Velocity);
+    const Vec3 end = body.interface("B").calcMotion(state).X.p();
+    Joint::Weld(flexible, matter.Ground(), body.interface("A"), "clamp");
+    Joint::Ball far(flexible, Attachment(matter.Ground(), 1.001 * end), body.interface("B"), "far");
+
+    state = system.realizeTopology();
+    body.setPoseByInterface(state, "A", Transform());
+    StaticEquilibrium equilibrium(system);
+    equilibrium.solve(state);
+    const Real least = body.calcStrainEnergy(equilibrium.getState());
+    flexible.initializeNative(state);
+    EXPECT_LT(far.calcPositionErrors(state).norm(), 1e-9);
+    EXPECT_GT(least, 1e-3);
+    EXPECT_NEAR(body.calcStrainEnergy(state), least, 1e-3 * least);
 }
 
 TEST(InitializeNative, SpeedsAreMadeConsistentByRigidMotion) {

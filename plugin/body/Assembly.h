@@ -1,0 +1,16 @@
+#pragma once
+/** @file
+Assembly of joints and constraints (private header): implemented in plugin/solver. **/
+
+#include "Simbody.h"
+
+namespace simflex {
+
+/** Sets locked and prescribed coordinates, brings positions onto joints and constraints by least
+deformation, then speeds. The State is realized to Stage::Velocity.
+@param tolerance  largest position error left [m, rad]
+@throws std::runtime_error naming the worst joint or constraint and its error
+@throws std::invalid_argument that names what cannot be supported (see ImplicitIntegrator) **/
+void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::Real tolerance);
+
+}  // namespace simflex
