@@ -392,8 +392,8 @@ void MultibodyEquations::formSimbodyColumns(MotionLevel level, NewtonSystem& sys
                 m_prescribed->mask(level, m_blocks[size_t(b)]->firstU, system.blocks[size_t(b)]);
 }
 
-void MultibodyEquations::calcLoadResidual(LoadedBlock& loaded, const double* q, const double* u,
-                                          double* r) {
+void MultibodyEquations::calcLoadResidual(const LoadedBlock& loaded, const double* q,
+                                          const double* u, double* r) {
     Block& block = *m_blocks[size_t(loaded.block)];
     FlexibleBlock::calcShapeProducts(loaded.flexible, q, u);
     block.realize(m_context, q + block.firstQ, u + block.firstU);
@@ -410,35 +410,36 @@ void MultibodyEquations::calcLoadResidual(LoadedBlock& loaded, const double* q, 
     }
 }
 
-void MultibodyEquations::addInLoadJacobian(LoadedBlock& loaded, const NewtonFactors& factors,
+void MultibodyEquations::addInLoadJacobian(const LoadedBlock& loaded, const NewtonFactors& factors,
                                            const double* q, const double* u,
                                            NewtonSystem::Block& block) {
     const Block& own = *m_blocks[size_t(loaded.block)];
-    const size_t n = size_t(own.numU), nq = size_t(own.numQ), first = size_t(own.firstU);
+    const size_t n = size_t(own.numU), nq = size_t(own.numQ);
+    const double *ownQ = q + own.firstQ, *ownU = u + own.firstU;
+    auto& [movedQ, wholeQ, wholeU, r, r0] = m_loadScratch;
     block.form = NewtonSystem::Block::Form::General;
     // While the block still stands at q.
-    std::vector<double>& delta = loaded.r;
-    std::fill(delta.begin(), delta.end(), 0.0);
+    std::fill_n(r.begin(), n, 0.0);
     for (size_t j = 0; j < n; ++j) {
-        double* moved = loaded.movedQ.data() + j * nq;
-        std::copy_n(q + own.firstQ, nq, moved);
-        delta[j] = loaded.steps[j];
-        own.moveQ(m_context, delta.data(), moved);
-        delta[j] = 0;
+        double* moved = movedQ.data() + j * nq;
+        std::copy_n(ownQ, nq, moved);
+        r[j] = loaded.steps[j];
+        own.moveQ(m_context, r.data(), moved);
+        r[j] = 0;
     }
-    std::copy_n(q, m_numQ, loaded.q.data());
-    std::copy_n(u, m_numU, loaded.u.data());
-    calcLoadResidual(loaded, q, u, loaded.r0.data());
+    calcLoadResidual(loaded, q, u, r0.data());
+    double *atQ = wholeQ.data() + own.firstQ, *atU = wholeU.data() + own.firstU;
+    std::copy_n(ownU, n, atU);
     for (size_t j = 0; j < n; ++j) {
         const double h = loaded.steps[j];
-        std::copy_n(loaded.movedQ.data() + j * nq, nq, loaded.q.data() + own.firstQ);
-        loaded.u[first + j] += h / factors.stiffness;
-        calcLoadResidual(loaded, loaded.q.data(), loaded.u.data(), loaded.r.data());
-        loaded.u[first + j] = u[first + j];
+        std::copy_n(movedQ.data() + j * nq, nq, atQ);
+        atU[j] += h / factors.stiffness;
+        calcLoadResidual(loaded, wholeQ.data(), wholeU.data(), r.data());
+        atU[j] = ownU[j];
         for (size_t i = 0; i < n; ++i)
-            block.matrix[i + j * n] += factors.stiffness / h * (loaded.r[i] - loaded.r0[i]);
+            block.matrix[i + j * n] += factors.stiffness / h * (r[i] - r0[i]);
     }
-    calcLoadResidual(loaded, q, u, loaded.r0.data());  // back to where it stood
+    calcLoadResidual(loaded, q, u, r0.data());  // back to where it stood
 }
 
 void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool dense, const double* q,
@@ -457,7 +458,7 @@ void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool den
     formElementColumns(factors, system);
     formDifferencedColumns(factors, system);
     if (dense && level == MotionLevel::Acceleration)
-        for (LoadedBlock& loaded : m_loadedBlocks)
+        for (const LoadedBlock& loaded : m_loadedBlocks)
             addInLoadJacobian(loaded, factors, q, u, system.blocks[size_t(loaded.block)]);
     formSimbodyColumns(level, system);
 }

@@ -240,8 +240,11 @@ private:
         std::vector<FlexibleBlock*> flexible;  ///< the block, if it is flexible
         std::vector<int> elements;             ///< on frames of its own
         std::vector<double> steps;             ///< for differences, of each speed
-        std::vector<double> movedQ;            ///< the block's q, moved along each speed
-        std::vector<double> q, u;              ///< of the whole system
+    };
+    /** What loaded blocks share, one after the other. **/
+    struct LoadScratch {
+        std::vector<double> movedQ;  ///< the block's q, moved along each speed
+        std::vector<double> q, u;    ///< of the whole system; the block's part counts
         std::vector<double> r, r0;
     };
     /** Blocks evaluated together: flexible ones of one part, or rigid trees. **/
@@ -296,10 +299,10 @@ private:
                                const double* lambda, double* r);
     /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
     void formElementColumns(const NewtonFactors& factors, NewtonSystem& system) const;
-    void addInLoadJacobian(LoadedBlock& loaded, const NewtonFactors& factors, const double* q,
+    void addInLoadJacobian(const LoadedBlock& loaded, const NewtonFactors& factors, const double* q,
                            const double* u, NewtonSystem::Block& block);
     /** Moves a block to q and u of the whole system and writes −Q of the loads on it. **/
-    void calcLoadResidual(LoadedBlock& loaded, const double* q, const double* u, double* r);
+    void calcLoadResidual(const LoadedBlock& loaded, const double* q, const double* u, double* r);
     void formDifferencedColumns(const NewtonFactors& factors, NewtonSystem& system) const;
     void formSimbodyColumns(MotionLevel level, NewtonSystem& system) const;
     /** Asks Simbody for what Motions prescribe at this time, unless it is known. **/
@@ -332,6 +335,7 @@ private:
     mutable std::vector<ElementRef> m_elements;  ///< Jacobians are made with the Newton matrix
     mutable std::vector<DifferencedForce> m_differenced;
     std::vector<LoadedBlock> m_loadedBlocks;
+    LoadScratch m_loadScratch;
     int m_numElementRows = 0;                   ///< of elements and differenced forces
     std::vector<std::vector<int>> m_blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> m_parts;

@@ -457,26 +457,26 @@ void MultibodyEquations::makeForceElements() {
 
 void MultibodyEquations::makeLoadedBlocks() {
     if (m_setting != Setting::Implicit) return;
+    std::vector<std::vector<int>> elements(m_blocks.size());
+    for (size_t e = 0; e < m_elements.size(); ++e) {
+        const ElementRef& element = m_elements[e];
+        if (element.frames.size() == 1 && element.frames[0].block >= 0 && element.signs.empty())
+            elements[size_t(element.frames[0].block)].push_back(int(e));
+    }
+    size_t mostU = 0, mostMoved = 0;
     for (int b = 0; b < numBlocks(); ++b) {
+        const Block& block = *m_blocks[size_t(b)];
+        if (elements[size_t(b)].empty() && !block.hasLoads()) continue;
         // Where Simbody's State gives the kinematics, the block cannot be moved by itself.
         const int tree = b - numFlexibleBlocks();
         if (tree >= 0 && m_rigid[size_t(tree)]->needsSimbody()) continue;
         LoadedBlock loaded;
         loaded.block = b;
         if (tree < 0) loaded.flexible.push_back(m_flexible[size_t(b)]);
-        for (size_t e = 0; e < m_elements.size(); ++e) {
-            const ElementRef& element = m_elements[e];
-            if (element.frames.size() == 1 && element.frames[0].block == b && element.signs.empty())
-                loaded.elements.push_back(int(e));
-        }
-        const Block& block = *m_blocks[size_t(b)];
-        if (loaded.elements.empty() && !block.hasLoads()) continue;
-        loaded.movedQ.resize(size_t(block.numU * block.numQ));
-        loaded.r.resize(size_t(block.numU));
-        loaded.r0 = loaded.r;
-        loaded.q.resize(size_t(m_numQ));
-        loaded.u.resize(size_t(m_numU));
+        loaded.elements = std::move(elements[size_t(b)]);
         m_loadedBlocks.push_back(std::move(loaded));
+        mostU = std::max(mostU, size_t(block.numU));
+        mostMoved = std::max(mostMoved, size_t(block.numU) * size_t(block.numQ));
     }
     if (m_loadedBlocks.empty()) return;
     const CoordinateScales scales(*this);
@@ -485,6 +485,11 @@ void MultibodyEquations::makeLoadedBlocks() {
         for (int i = 0; i < block.numU; ++i)
             loaded.steps.push_back(DifferenceStep * scales.step[size_t(block.firstU + i)]);
     }
+    m_loadScratch.movedQ.resize(mostMoved);
+    m_loadScratch.q.resize(size_t(m_numQ));
+    m_loadScratch.u.resize(size_t(m_numU));
+    m_loadScratch.r.resize(mostU);
+    m_loadScratch.r0.resize(mostU);
 }
 
 std::vector<ForceDifferences::Speed> MultibodyEquations::listSimbodySpeeds() const {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 
+#include "simflex/forces/AttachmentForce.h"
 #include "solver/SliderCrankModel.h"
 #include "support/PointMassPart.h"
 
@@ -107,6 +108,26 @@ TEST(Allocation, NorDoBodiesWithGeometricStiffening) {
     options.stiffening = 1;
     const FlexibleBody body(flexible, test::makePointMassPart(options).body);
     Joint::Pin(flexible, matter.Ground(), body.interface("A"));
+    State state = system.realizeTopology();
+    body.setPoseByInterface(state, "A", Transform());
+    body.setModalSpeeds(state, Vector(body.getNumModes(), 0.1));
+    for (auto form : {BdfIntegrator::BlockForm::Arrow, BdfIntegrator::BlockForm::Dense}) {
+        long iterations = 0;
+        EXPECT_EQ(countAllocations(system, state, form, &iterations), 0);
+        EXPECT_GT(iterations, 30);
+    }
+}
+
+TEST(Allocation, NorDoLoads) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    MobilizedBody::Free brick(matter.Ground(), MassProperties(2, Vec3(0), 2 * UnitInertia(0.1)));
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody body(flexible, test::makePointMassPart().body);
+    Joint::Pin(flexible, matter.Ground(), body.interface("A"));
+    for (const Attachment& place : {body.interface("B"), Attachment(brick, Vec3(0.1, 0, 0))})
+        AttachmentForce(flexible, place, SpatialVec(Vec3(0), Vec3(3, 2, 1)),
+                        AttachmentForce::Axes::Attachment);
     State state = system.realizeTopology();
     body.setPoseByInterface(state, "A", Transform());
     body.setModalSpeeds(state, Vector(body.getNumModes(), 0.1));
