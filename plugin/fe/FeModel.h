@@ -40,6 +40,24 @@ struct SymmetricMatrix {
                                        const std::vector<double>& values);
 };
 
+/** Homogeneous linear constraints among the nodal translations, solved for the independent ones:
+
+    u = T q
+
+with one row of T for each degree of freedom, q any generalized coordinates: translations of
+independent nodes, or translation and rotation of a rigid cluster of nodes. The rigid motions of
+the part must satisfy them: R = T q_R for some q_R. Multi-point constraints, ties and the knots of
+shells and beams take this form. **/
+struct NodalConstraints {
+    int numCoordinates = 0;               ///< size of q; every one is used by some row
+    std::vector<std::int64_t> rowStarts;  ///< 3·numNodes+1
+    std::vector<std::int32_t> columns;    ///< q index of each coefficient, ascending within a row
+    std::vector<double> coefficients;
+
+    /** True where the nodes' translations are the coordinates: nothing is constrained. **/
+    bool empty() const { return rowStarts.empty(); }
+};
+
 /** Stiffness and mass of one free part on its mesh. **/
 struct FeModel {
     std::string source;              ///< the deck or matrix file it was read from
@@ -47,6 +65,7 @@ struct FeModel {
     Mesh mesh;                       ///< positions in deck coordinates [m]
     SymmetricMatrix K;               ///< 3·numNodes, dof = 3·node + axis [N/m]
     SymmetricMatrix m;               ///< numNodes, M = m ⊗ 1₃ [kg]
+    NodalConstraints constraints;    ///< what ties nodes to each other; K and m are without them
     std::vector<std::string> notes;  ///< what the reader left out or changed, for people
 
     /** Total mass [kg]: the sum of all entries of m. **/

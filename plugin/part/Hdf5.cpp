@@ -110,6 +110,10 @@ Handle openGroup(hid_t parent, const std::string& name) {
     return Handle(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose, "open '" + name + "'");
 }
 
+bool hasLink(hid_t group, const std::string& name) {
+    return H5Lexists(group, name.c_str(), H5P_DEFAULT) > 0;
+}
+
 size_t countLinks(hid_t group) {
     H5G_info_t info{};
     check(H5Gget_info(group, &info), "count the members of a group");
@@ -167,6 +171,11 @@ void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& sh
 }
 
 void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
+           const float* values) {
+    writeAny(parent, name, shape, H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, values);
+}
+
+void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
            const int* values) {
     writeAny(parent, name, shape, H5T_STD_I32LE, H5T_NATIVE_INT, values);
 }
@@ -174,6 +183,11 @@ void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& sh
 std::vector<double> readNumbers(hid_t parent, const std::string& name,
                                 const std::vector<hsize_t>& shape) {
     return readAny<double>(parent, name, shape, H5T_NATIVE_DOUBLE, H5T_FLOAT);
+}
+
+std::vector<float> readFloats(hid_t parent, const std::string& name,
+                              const std::vector<hsize_t>& shape) {
+    return readAny<float>(parent, name, shape, H5T_NATIVE_FLOAT, H5T_FLOAT);
 }
 
 std::vector<int> readIndices(hid_t parent, const std::string& name,

@@ -46,6 +46,9 @@ Handle openFile(const std::string& path);
 Handle createGroup(hid_t parent, const std::string& name);
 Handle openGroup(hid_t parent, const std::string& name);
 
+/** Whether the group has a member of this name. **/
+bool hasLink(hid_t group, const std::string& name);
+
 /** Number of links of a group. **/
 size_t countLinks(hid_t group);
 
@@ -57,11 +60,15 @@ int readInteger(hid_t object, const std::string& name);
 void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
            const double* values);
 void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
+           const float* values);
+void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
            const int* values);
 
 /** Reads a data set that must have this shape; a 0 stands for any extent. **/
 std::vector<double> readNumbers(hid_t parent, const std::string& name,
                                 const std::vector<hsize_t>& shape);
+std::vector<float> readFloats(hid_t parent, const std::string& name,
+                              const std::vector<hsize_t>& shape);
 std::vector<int> readIndices(hid_t parent, const std::string& name,
                              const std::vector<hsize_t>& shape);
 

@@ -26,7 +26,8 @@ double frequencyOf(const ReducedBody& part, int mode) {
 }
 
 /** Leaves the listed columns, ascending, of a matrix. **/
-void keepColumns(const std::vector<int>& modes, size_t rows, std::vector<double>& values) {
+template <class Number>
+void keepColumns(const std::vector<int>& modes, size_t rows, std::vector<Number>& values) {
     for (size_t k = 0; k < modes.size(); ++k)
         for (size_t i = 0; i < rows; ++i)
             values[k * rows + i] = values[size_t(modes[k]) * rows + i];
@@ -65,6 +66,10 @@ ReducedBody selectModes(ReducedBody part, std::vector<int> modes) {
     for (ReducedBody::Interface& interface : part.interfaces) {
         keepColumns(modes, 3, interface.Phi);
         keepColumns(modes, 3, interface.Psi);
+    }
+    if (part.modalStress) {
+        keepColumns(modes, 6 * part.modalStress->nodes.size(), part.modalStress->stress);
+        keepColumns(modes, 6 * part.modalStress->nodes.size(), part.modalStress->strain);
     }
     if (part.stiffening) {
         keepSquares(modes, n, part.stiffening->turning);

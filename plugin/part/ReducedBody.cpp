@@ -106,6 +106,9 @@ double ReducedBody::calcRadius() const {
 ReducedBody ReducedBody::withScaledStiffness(double factor) const {
     ReducedBody scaled = *this;
     for (double& value : scaled.omegaSquared) value *= factor;
+    if (scaled.modalStress)
+        for (float& value : scaled.modalStress->stress) value = float(value * factor);
+    scaled.report.reset();  // its frequencies are of the original
     return scaled;
 }
 
@@ -153,6 +156,22 @@ void ReducedBody::validate() const {
             if (node < 0 || node >= mesh.numNodes())
                 refuse(name, "interface '" + interface.name + "' names mesh index " +
                                  std::to_string(node) + " of " + std::to_string(mesh.numNodes()));
+        checkSize(name, ("weights of interface '" + interface.name + "'").c_str(),
+                  interface.weights.size(),
+                  interface.tie == TieType::Distributing ? interface.nodes.size() : 0);
+        checkFinite(name, "interface weights", interface.weights);
+    }
+    if (modalStress) {
+        const size_t numValues = 6 * modalStress->nodes.size() * n;
+        checkSize(name, "modal stress", modalStress->stress.size(), numValues);
+        checkSize(name, "modal strain", modalStress->strain.size(), numValues);
+        for (size_t k = 0; k < modalStress->nodes.size(); ++k)
+            if (modalStress->nodes[k] < 0 || modalStress->nodes[k] >= mesh.numNodes() ||
+                (k > 0 && modalStress->nodes[k] <= modalStress->nodes[k - 1]))
+                refuse(name, "modal stress names its nodes out of order or outside the mesh");
+        for (const auto* values : {&modalStress->stress, &modalStress->strain})
+            for (const float value : *values)
+                if (!std::isfinite(value)) refuse(name, "modal stress is not a finite number");
     }
     if (!stiffening) return;
     if (stiffening->interfaces.size() != interfaces.size())

@@ -23,18 +23,25 @@ users no Eigen. **/
 #include <vector>
 
 #include "simflex/part/Mesh.h"
+#include "simflex/part/ReductionReport.h"
 
 namespace simflex {
 
+/** How the nodes of an interface hang on its master point: they follow it rigidly (RBE2), or the
+master is their weighted mean and stiffens nothing (RBE3). **/
+enum class TieType { Rigid, Distributing };
+
 class ReducedBody {
 public:
-    /** A joint seat: a set of mesh nodes tied rigidly to a master point. **/
+    /** A joint seat: a set of mesh nodes tied to a master point. **/
     struct Interface {
         std::string name;
         std::array<double, 3> position{};  ///< master point s_I, from the centre of mass, in B [m]
         std::vector<double> Phi;  ///< 3×n_f translation of the master per mode [m/√kg/m …]
         std::vector<double> Psi;  ///< 3×n_f rotation of the master per mode [rad per unit ξ]
         std::vector<int> nodes;   ///< mesh indices of the tied nodes, ascending
+        TieType tie = TieType::Rigid;
+        std::vector<double> weights = {};  ///< of a distributing tie: per node, sum 1; else empty
     };
 
     /** Where the numbers came from; free text for people and for `simflex info`. **/
@@ -62,6 +69,15 @@ public:
         std::vector<std::array<std::vector<double>, 6>> interfaces;
     };
 
+    /** Cauchy stress and small strain of each mode, averaged over the elements at a node, in B.
+    Row 6·k + component belongs to nodes[k]; components xx yy zz xy xz yz, of strain the tensor's
+    (half the engineering shear). Single precision: linear recovery is no more exact. **/
+    struct ModalStress {
+        std::vector<int> nodes;     ///< mesh indices, ascending
+        std::vector<float> stress;  ///< (6·nodes)×n_f, column-major [Pa per unit ξ]
+        std::vector<float> strain;  ///< the same [1 per unit ξ]
+    };
+
     std::string name;
     double mass = 0;  ///< m [kg]
     std::array<double, 3>
@@ -74,7 +90,9 @@ public:
     std::array<std::vector<double>, 6> I2;  ///< per component n_f×n_f, symmetric
     std::array<std::vector<double>, 3> N;   ///< N_a, n_f×n_f, antisymmetric: ∑m (φ_i × φ_j)_a
     std::vector<Interface> interfaces;
-    std::optional<Stiffening> stiffening;  ///< if the part was reduced with it
+    std::optional<Stiffening> stiffening;    ///< if the part was reduced with it
+    std::optional<ModalStress> modalStress;  ///< if the part was reduced with it
+    std::optional<ReductionReport> report;   ///< how good the reduction is
 
     Mesh mesh;                ///< positions are s: from the centre of mass, in B [m]
     std::vector<double> Phi;  ///< (3·numNodes)×n_f mode shapes on the mesh; row 3·node + axis

@@ -130,9 +130,41 @@ void readSquares(hid_t parent, const std::string& name, hsize_t n,
         matrices[c].assign(joined.begin() + c * n * n, joined.begin() + (c + 1) * n * n);
 }
 
+/** The oldest version that can hold the part. **/
+int findVersion(const ReducedBody& body) {
+    for (const auto& interface : body.interfaces)
+        if (interface.tie != TieType::Rigid) return 3;
+    if (body.modalStress || body.report) return 3;
+    return body.stiffening ? 2 : 1;
+}
+
+void writeReport(hid_t file, const ReductionReport& report) {
+    const auto group = hdf5::createGroup(file, "report");
+    hdf5::writeInteger(group, "num_constraint_modes", report.numConstraintModes);
+    hdf5::writeInteger(group, "num_attachment_modes", report.numAttachmentModes);
+    hdf5::write(group, "normal_frequencies", {report.normalFrequencies.size()},
+                report.normalFrequencies.data());
+    hdf5::write(group, "effective_masses", {report.effectiveMasses.size() / 6, 6},
+                report.effectiveMasses.data());
+    hdf5::write(group, "rigid_masses", {6}, report.rigidMasses.data());
+    const double residuals[5] = {report.massOrthogonality, report.stiffnessOrthogonality,
+                                 report.rigidResidual, report.rigidEnergy, report.conditionNumber};
+    hdf5::write(group, "residuals", {5}, residuals);
+    hdf5::write(group, "full_frequencies", {report.fullFrequencies.size()},
+                report.fullFrequencies.data());
+}
+
+void writeModalStress(hid_t file, const ReducedBody::ModalStress& modal, hsize_t numModes) {
+    const auto group = hdf5::createGroup(file, "modal_stress");
+    const hsize_t numRows = 6 * modal.nodes.size();
+    hdf5::write(group, "nodes", {modal.nodes.size()}, modal.nodes.data());
+    hdf5::write(group, "stress", {numModes, numRows}, modal.stress.data());
+    hdf5::write(group, "strain", {numModes, numRows}, modal.strain.data());
+}
+
 void writeBody(hid_t file, const ReducedBody& body) {
     hdf5::writeText(file, "format", kFormat);
-    hdf5::writeInteger(file, "version", body.stiffening ? 2 : 1);
+    hdf5::writeInteger(file, "version", findVersion(body));
     hdf5::writeText(file, "name", body.name);
     hdf5::writeText(file, "units", body.provenance.units);
     hdf5::writeText(file, "source", body.provenance.source);
@@ -158,7 +190,11 @@ void writeBody(hid_t file, const ReducedBody& body) {
         hdf5::write(one, "Phi", {n, 3}, interface.Phi.data());
         hdf5::write(one, "Psi", {n, 3}, interface.Psi.data());
         hdf5::write(one, "nodes", {interface.nodes.size()}, interface.nodes.data());
+        if (interface.tie == TieType::Distributing)
+            hdf5::write(one, "weights", {interface.weights.size()}, interface.weights.data());
     }
+    if (body.modalStress) writeModalStress(file, *body.modalStress, n);
+    if (body.report) writeReport(file, *body.report);
     if (body.stiffening) {
         const auto stiffening = hdf5::createGroup(file, "stiffening");
         writeSquares(stiffening, "turning", body.stiffening->turning, n);
@@ -209,6 +245,34 @@ Mesh readMesh(hid_t file) {
     return mesh;
 }
 
+ReductionReport readReport(hid_t file) {
+    const auto group = hdf5::openGroup(file, "report");
+    ReductionReport report;
+    report.numConstraintModes = hdf5::readInteger(group, "num_constraint_modes");
+    report.numAttachmentModes = hdf5::readInteger(group, "num_attachment_modes");
+    report.normalFrequencies = hdf5::readNumbers(group, "normal_frequencies", {0});
+    report.effectiveMasses = hdf5::readNumbers(group, "effective_masses", {0, 6});
+    report.rigidMasses = readArray<6>(group, "rigid_masses");
+    const auto residuals = readArray<5>(group, "residuals");
+    report.massOrthogonality = residuals[0];
+    report.stiffnessOrthogonality = residuals[1];
+    report.rigidResidual = residuals[2];
+    report.rigidEnergy = residuals[3];
+    report.conditionNumber = residuals[4];
+    report.fullFrequencies = hdf5::readNumbers(group, "full_frequencies", {0});
+    return report;
+}
+
+ReducedBody::ModalStress readModalStress(hid_t file, hsize_t numModes, int numNodes) {
+    const auto group = hdf5::openGroup(file, "modal_stress");
+    ReducedBody::ModalStress modal;
+    modal.nodes = hdf5::readIndices(group, "nodes", {0});
+    checkNodes(modal.nodes, numNodes, "modal stress");
+    modal.stress = hdf5::readFloats(group, "stress", {numModes, 6 * modal.nodes.size()});
+    modal.strain = hdf5::readFloats(group, "strain", {numModes, 6 * modal.nodes.size()});
+    return modal;
+}
+
 ReducedBody readBody(hid_t file) {
     std::string format;
     try {
@@ -251,9 +315,16 @@ ReducedBody readBody(hid_t file) {
         interface.Phi = hdf5::readNumbers(one, "Phi", {n, 3});
         interface.Psi = hdf5::readNumbers(one, "Psi", {n, 3});
         interface.nodes = hdf5::readIndices(one, "nodes", {0});
+        if (version >= 3 && hdf5::hasLink(one, "weights")) {
+            interface.tie = TieType::Distributing;
+            interface.weights = hdf5::readNumbers(one, "weights", {interface.nodes.size()});
+        }
         body.interfaces.push_back(std::move(interface));
     }
-    if (version >= 2) {
+    if (version >= 3 && hdf5::hasLink(file, "modal_stress"))
+        body.modalStress = readModalStress(file, n, body.mesh.numNodes());
+    if (version >= 3 && hdf5::hasLink(file, "report")) body.report = readReport(file);
+    if (version >= 2 && hdf5::hasLink(file, "stiffening")) {
         const auto stiffening = hdf5::openGroup(file, "stiffening");
         body.stiffening.emplace();
         readSquares(stiffening, "turning", n, body.stiffening->turning);

@@ -2,7 +2,7 @@
 /** @file
 The HDF5 file of a reduced part, one file per part.
 
-Layout, version 2 (SI units; numbers are 64-bit floats, indices 32-bit integers, little-endian;
+Layout, version 3 (SI units; numbers are 64-bit floats, indices 32-bit integers, little-endian;
 matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r data set):
 
     /                 attributes: format = "simflex reduced body", version, name, units,
@@ -12,9 +12,16 @@ matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r dat
     /omega_squared    n_f               /I1                n_f×6
     /I2               6×n_f×n_f         /N                 3×n_f×n_f
     /Phi              n_f×(3·nodes), row 3·node + axis
-    /interfaces/K     K = 0, 1 …: attribute name; position 3, Phi n_f×3, Psi n_f×3, nodes
+    /interfaces/K     K = 0, 1 …: attribute name; position 3, Phi n_f×3, Psi n_f×3, nodes;
+                      since version 3 for a distributing tie: weights, one a node
     /stiffening       since version 2, if the part has geometric stiffness: turning 6×n_f×n_f,
                       interfaces/K 6×n_f×n_f for each interface (see ReducedBody::Stiffening)
+    /modal_stress     since version 3, if there is: nodes, stress and strain n_f×(6·nodes),
+                      32-bit floats (see ReducedBody::ModalStress)
+    /report           since version 3, if there is: attributes num_constraint_modes,
+                      num_attachment_modes; normal_frequencies, effective_masses modes×6,
+                      rigid_masses 6, residuals 5 (mass and stiffness orthogonality, rigid residual,
+                      rigid energy, condition number), full_frequencies (see ReductionReport)
     /mesh             node_numbers, positions nodes×3 from the centre of mass
     /mesh/elements/K  attribute type ("Hex8" …); nodes elements×(nodes per element)
     /mesh/node_sets/K attribute name; nodes
@@ -34,8 +41,8 @@ namespace simflex {
 
 /** Newest version of the layout; the library reads this one and all before. A file gets the oldest
 version that can hold its part, so that older programs read it or refuse it, but never leave part of
-it out: 1 without geometric stiffness. **/
-constexpr int kReducedBodyFileVersion = 2;
+it out: 1 without anything optional, 2 with geometric stiffness. **/
+constexpr int kReducedBodyFileVersion = 3;
 
 /** Writes a part. The file appears under its name only when it is complete: it is written beside
 it first and then renamed; nothing is left behind after an error. The same part gives the same
