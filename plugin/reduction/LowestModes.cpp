@@ -1,6 +1,5 @@
 #include "LowestModes.h"
 
-#include <Spectra/SymEigsSolver.h>
 #include <dlfcn.h>
 
 #include <stdexcept>
@@ -8,44 +7,23 @@
 namespace simflex {
 namespace {
 
-constexpr double kConverged = 1e-12;      // relative accuracy of μ that Lanczos is asked for
-constexpr double kNoMode = 1e-14;         // μ over the largest μ below which M sees no motion
-constexpr double kProductsPerMode = 3.5;  // about what Lanczos takes
-constexpr int kMostRestarts = 500;
-constexpr int kDenseSize = 400;  // below this a dense eigensolver is as quick
-
-/** y ← L⁻¹ M L⁻ᵀ x, in the form Spectra asks for. **/
-class InverseOperator {
+/** C = L⁻¹ M L⁻ᵀ. **/
+class InverseOperator : public SymmetricOperator {
 public:
-    using Scalar = double;
+    InverseOperator(const SparseCholesky& factored, const MassProduct& multiplyMass)
+        : _factored(factored), _multiplyMass(multiplyMass) {}
 
-    /** @param expected  about how many products will be asked for, for the progress. **/
-    InverseOperator(const SparseCholesky& factored, const FullRows& m, long expected,
-                    const ProgressCallback& progress)
-        : _factored(factored),
-          _m(m),
-          _expected(expected),
-          _progress(progress),
-          _u(3 * m.size(), 1) {}
+    Eigen::Index size() const override { return _factored.size(); }
 
-    Eigen::Index rows() const { return _u.rows(); }
-    Eigen::Index cols() const { return _u.rows(); }
-
-    void perform_op(const double* x, double* y) const {
-        if (++_numProducts % 10 == 0)
-            reportProgress(_progress, "normal modes",
-                           std::min(1.0, double(_numProducts) / double(_expected)));
-        _factored.solveUpper(x, _u.data());
-        _factored.solveLower(_m.multiplyPerAxis(_u).data(), y);
+    void apply(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const override {
+        _factored.solveUpper(X, Y);
+        Y = _multiplyMass(Y);
+        _factored.solveLower(Y, Y);
     }
 
 private:
     const SparseCholesky& _factored;
-    const FullRows& _m;
-    const long _expected;
-    const ProgressCallback& _progress;
-    mutable Shapes _u;
-    mutable long _numProducts = 0;
+    const MassProduct& _multiplyMass;
 };
 
 /** Keeps OpenBLAS, if that is the BLAS, to one thread while this lives: solves with one vector are
@@ -82,42 +60,24 @@ private:
 
 }  // namespace
 
+Eigen::MatrixXd calcLowestModes(const SparseCholesky& factored, const MassProduct& multiplyMass,
+                                const ModeRange& range, const ProgressCallback& progress) {
+    const bool counted = range.count != ModeRange().count;
+    if (counted && range.count > factored.size()) refuseModes(range.count, factored.size());
+    const OneBlasThread oneThread;
+    const Eigenpairs pairs = calcLargestEigenpairs(InverseOperator(factored, multiplyMass), range,
+                                                   "normal modes", progress);
+    if (counted && range.smallest == 0 && pairs.values.size() < range.count)
+        refuseModes(range.count, pairs.values.size());
+    Eigen::MatrixXd modes;
+    factored.solveUpper(pairs.vectors, modes);
+    return modes;
+}
+
 Eigen::MatrixXd calcLowestModes(const SparseCholesky& factored, const FullRows& m, int numModes,
                                 const ProgressCallback& progress) {
-    const int size = 3 * m.size();
-    if (numModes > size) refuseModes(numModes, size);
-    const OneBlasThread oneThread;
-    const bool dense = size <= kDenseSize || numModes > size / 3;
-    const InverseOperator C(factored, m, dense ? size : long(kProductsPerMode * numModes),
-                            progress);
-    Eigen::VectorXd mu;
-    Eigen::MatrixXd y;
-    if (dense) {
-        Eigen::MatrixXd full(size, size);
-        const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(size, size);
-        for (int k = 0; k < size; ++k) C.perform_op(identity.col(k).data(), full.col(k).data());
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 *
-                                                                    (full + full.transpose()));
-        mu = solver.eigenvalues().reverse().head(numModes);
-        y = solver.eigenvectors().rowwise().reverse().leftCols(numModes);
-    } else {
-        const int subspace = std::min(size, std::max(2 * numModes + 1, numModes + 20));
-        Spectra::SymEigsSolver<InverseOperator> solver(const_cast<InverseOperator&>(C), numModes,
-                                                       subspace);
-        solver.init();
-        solver.compute(Spectra::SortRule::LargestAlge, kMostRestarts, kConverged,
-                       Spectra::SortRule::LargestAlge);
-        if (solver.info() != Spectra::CompInfo::Successful)
-            throw std::runtime_error("the normal modes did not converge in " +
-                                     std::to_string(kMostRestarts) + " restarts of Lanczos");
-        mu = solver.eigenvalues();
-        y = solver.eigenvectors();
-    }
-    const long available = (mu.array() > kNoMode * mu[0]).count();
-    if (available < numModes) refuseModes(numModes, available);
-    Eigen::MatrixXd modes(size, numModes);
-    for (int k = 0; k < numModes; ++k) factored.solveUpper(y.col(k).data(), modes.col(k).data());
-    return modes;
+    return calcLowestModes(
+        factored, [&m](const Shapes& U) { return m.multiplyPerAxis(U); }, {numModes}, progress);
 }
 
 }  // namespace simflex

@@ -41,19 +41,20 @@ struct SparseCholesky::Data {
         cholmod_l_finish(&common);
     }
 
-    /** One triangular solve into `result`. **/
-    void solve(int system, double* values) {
-        cholmod_dense b = viewOf(values, factor->n, 1);
+    /** A triangular solve into `result`. **/
+    Eigen::Map<const Eigen::MatrixXd> solve(int system, Eigen::MatrixXd& values) {
+        cholmod_dense b = viewOf(values.data(), size_t(values.rows()), size_t(values.cols()));
         if (!cholmod_l_solve2(system, factor, &b, nullptr, &result, nullptr, &work, &work2,
                               &common))
             throw std::runtime_error("CHOLMOD could not solve (status " +
                                      std::to_string(common.status) + ")");
+        return {static_cast<const double*>(result->x), values.rows(), values.cols()};
     }
 
     cholmod_common common;
     cholmod_factor* factor = nullptr;
     cholmod_dense *result = nullptr, *work = nullptr, *work2 = nullptr;
-    std::vector<double> permuted;
+    Eigen::MatrixXd permuted;
 };
 
 SparseCholesky::SparseCholesky() : _data(std::make_unique<Data>()) {}
@@ -89,7 +90,6 @@ void SparseCholesky::factor(const SymmetricMatrix& A) {
         throw std::runtime_error("CHOLMOD could not factor a matrix of " + std::to_string(A.size) +
                                  " rows: out of memory?");
     if (cholmod_l_rcond(d.factor, &d.common) < kSingular) throw SingularMatrix(-1);
-    d.permuted.resize(d.factor->n);
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {
@@ -103,21 +103,23 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {
     return copy;
 }
 
-void SparseCholesky::solveLower(const double* x, double* y) const {
+void SparseCholesky::solveLower(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
     Data& d = *_data;
     const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
-    for (size_t k = 0; k < d.factor->n; ++k) d.permuted[k] = x[order[k]];
-    d.solve(CHOLMOD_L, d.permuted.data());
-    std::copy_n(static_cast<const double*>(d.result->x), d.factor->n, y);
+    d.permuted.resize(X.rows(), X.cols());
+    for (Eigen::Index j = 0; j < X.cols(); ++j)
+        for (Eigen::Index k = 0; k < X.rows(); ++k) d.permuted(k, j) = X(order[k], j);
+    Y = d.solve(CHOLMOD_L, d.permuted);
 }
 
-void SparseCholesky::solveUpper(const double* x, double* y) const {
+void SparseCholesky::solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
     Data& d = *_data;
     const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
-    std::copy_n(x, d.factor->n, d.permuted.data());
-    d.solve(CHOLMOD_Lt, d.permuted.data());
-    const double* result = static_cast<const double*>(d.result->x);
-    for (size_t k = 0; k < d.factor->n; ++k) y[order[k]] = result[k];
+    d.permuted = X;
+    const auto result = d.solve(CHOLMOD_Lt, d.permuted);
+    Y.resize(X.rows(), X.cols());
+    for (Eigen::Index j = 0; j < X.cols(); ++j)
+        for (Eigen::Index k = 0; k < X.rows(); ++k) Y(order[k], j) = result(k, j);
 }
 
 int SparseCholesky::size() const {

@@ -21,11 +21,11 @@ public:
     /** A⁻¹ B for many right-hand sides. @pre factor(). **/
     Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;
 
-    /** y ← L⁻¹ P x. @pre factor(). **/
-    void solveLower(const double* x, double* y) const;
+    /** Y ← L⁻¹ P X for many right-hand sides. @pre factor(). **/
+    void solveLower(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const;
 
-    /** y ← Pᵀ L⁻ᵀ x. @pre factor(). **/
-    void solveUpper(const double* x, double* y) const;
+    /** Y ← Pᵀ L⁻ᵀ X for many right-hand sides. @pre factor(). **/
+    void solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const;
 
     int size() const;
     long numFactorEntries() const;

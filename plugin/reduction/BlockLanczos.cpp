@@ -1,0 +1,336 @@
+#include "BlockLanczos.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+namespace simflex {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr Index kDenseSize = 400;    // below this a dense eigensolver is as quick
+constexpr double kNothing = 1e-14;   // eigenvalues over the largest that are nothing but round-off
+constexpr double kCoincide = 1e-8;   // eigenvalues this close to each other may be one, many times
+constexpr double kIllScaled = 1e-6;  // squared singular values of a block that need another pass
+constexpr int kStepsOfFreshBlock = 8;
+constexpr int kMostRestarts = 300;
+constexpr Index kChunk = 512;  // rows that stay in the cache
+constexpr Index kSums = 64;    // partial sums, of consecutive chunks each
+
+/** The basis V and what is done with all of it, in chunks of rows. **/
+class Basis {
+public:
+    Basis(Index size, Index capacity) : _V(size, capacity) {}
+
+    Index size() const { return _V.rows(); }
+    Index count() const { return _count; }
+    Index capacity() const { return _V.cols(); }
+
+    void grow(Index capacity) { _V.conservativeResize(Eigen::NoChange, capacity); }
+
+    void append(const MatrixXd& block) {
+        _V.middleCols(_count, block.cols()) = block;
+        _count += block.cols();
+    }
+
+    /** W ← W − V VᵀW, twice. @returns the coefficients taken out, count×k. **/
+    MatrixXd orthogonalize(MatrixXd& W) const {
+        const auto V = _V.leftCols(_count);
+        MatrixXd first = sum(_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
+            part.noalias() += V.middleRows(row, rows).transpose() * W.middleRows(row, rows);
+        });
+        const MatrixXd second = sum(_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
+            W.middleRows(row, rows).noalias() -= V.middleRows(row, rows) * first;
+            part.noalias() += V.middleRows(row, rows).transpose() * W.middleRows(row, rows);
+        });
+        forChunks([&](Index row, Index rows) {
+            W.middleRows(row, rows).noalias() -= V.middleRows(row, rows) * second;
+        });
+        return first + second;
+    }
+
+    /** Brings W to orthonormal columns Q, W = Q B, both orthogonal to V; directions shorter than
+    `shortest` are dropped. @returns B. **/
+    MatrixXd orthonormalize(MatrixXd& W, double shortest) const {
+        MatrixXd B = MatrixXd::Identity(W.cols(), W.cols());
+        for (int pass = 0; W.cols() > 0; ++pass) {
+            const Index width = W.cols();
+            MatrixXd gram = sum(width, width, [&](Index row, Index rows, MatrixXd& part) {
+                part.noalias() += W.middleRows(row, rows).transpose() * W.middleRows(row, rows);
+            });
+            const VectorXd norms = gram.diagonal().cwiseSqrt();
+            const VectorXd scale = norms.unaryExpr([](double x) { return x > 0 ? 1 / x : 0.0; });
+            gram = scale.asDiagonal() * gram * scale.asDiagonal();
+            const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram);
+            const VectorXd& lambda = solver.eigenvalues();  // ascending
+            // A direction's true length is at most its scaled one times the largest norm.
+            const double longest = norms.maxCoeff(), least = pass == 0 ? shortest : 0.5;
+            Index dropped = 0;
+            while (dropped < width &&
+                   (lambda[dropped] <= 1e-15 || std::sqrt(lambda[dropped]) * longest <= least))
+                ++dropped;
+            const Index kept = width - dropped;
+            const MatrixXd U = solver.eigenvectors().rightCols(kept);
+            const VectorXd root = lambda.tail(kept).cwiseSqrt();
+            const MatrixXd toQ = scale.asDiagonal() * U * root.cwiseInverse().asDiagonal();
+            B = root.asDiagonal() * U.transpose() * norms.asDiagonal() * B;
+            MatrixXd Q(size(), kept);
+            forChunks([&](Index row, Index rows) {
+                Q.middleRows(row, rows).noalias() = W.middleRows(row, rows) * toQ;
+            });
+            W.swap(Q);
+            const bool good = dropped == 0 && lambda[0] > kIllScaled &&
+                              norms.minCoeff() > std::sqrt(kIllScaled) * longest;
+            if (kept == 0 || (pass > 0 && good)) break;
+            if (!good) orthogonalize(W);
+            if (pass > 8) throw std::runtime_error("a block of Lanczos vectors lost its rank");
+        }
+        return B;
+    }
+
+    /** V S. **/
+    MatrixXd combine(const MatrixXd& S) const {
+        const auto V = _V.leftCols(_count);
+        MatrixXd result(size(), S.cols());
+        forChunks([&](Index row, Index rows) {
+            result.middleRows(row, rows).noalias() = V.middleRows(row, rows) * S;
+        });
+        return result;
+    }
+
+    /** V ← V S. **/
+    void replaceBy(const MatrixXd& S) {
+        forChunks([&](Index row, Index rows) {
+            const MatrixXd part = _V.block(row, 0, rows, _count) * S;
+            _V.block(row, 0, rows, S.cols()) = part;
+        });
+        _count = S.cols();
+    }
+
+private:
+    template <class Work>
+    void forChunks(const Work& work) const {
+        const Index numChunks = (size() + kChunk - 1) / kChunk;
+#pragma omp parallel for schedule(static)
+        for (Index chunk = 0; chunk < numChunks; ++chunk) {
+            const Index row = chunk * kChunk;
+            work(row, std::min(kChunk, size() - row));
+        }
+    }
+
+    template <class Work>
+    MatrixXd sum(Index numRows, Index numColumns, const Work& work) const {
+        const Index numChunks = (size() + kChunk - 1) / kChunk,
+                    numSums = std::min(kSums, numChunks);
+        std::vector<MatrixXd> parts(static_cast<size_t>(numSums));
+#pragma omp parallel for schedule(static)
+        for (Index k = 0; k < numSums; ++k) {
+            MatrixXd part = MatrixXd::Zero(numRows, numColumns);
+            const Index end = (k + 1) * numChunks / numSums;
+            for (Index chunk = k * numChunks / numSums; chunk < end; ++chunk) {
+                const Index row = chunk * kChunk;
+                work(row, std::min(kChunk, size() - row), part);
+            }
+            parts[size_t(k)] = std::move(part);
+        }
+        for (size_t k = 1; k < parts.size(); ++k) parts[0] += parts[k];
+        return parts[0];
+    }
+
+    MatrixXd _V;  // columns from _count on are not touched, and take no memory
+    Index _count = 0;
+};
+
+/** Numbers in −½…½ that are the same everywhere. **/
+class RandomBlock {
+public:
+    MatrixXd make(Index size, Index width) {
+        MatrixXd block(size, width);
+        for (Index k = 0; k < block.size(); ++k)
+            block.data()[k] = double(_generator() >> 11) * 0x1p-53 - 0.5;
+        return block;
+    }
+
+private:
+    std::mt19937_64 _generator{20250401};
+};
+
+/** Ritz values and vectors of T, descending, with their residuals. **/
+struct Ritz {
+    Ritz(const MatrixXd& T, const MatrixXd& B) {
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(T);
+        values = solver.eigenvalues().reverse();
+        vectors = solver.eigenvectors().rowwise().reverse();
+        residuals = (B * vectors.bottomRows(B.cols())).colwise().norm();
+    }
+    VectorXd values, residuals;
+    MatrixXd vectors;
+};
+
+/** What the Ritz values say about the wanted eigenvalues. **/
+struct Verdict {
+    Index numFound = 0;       ///< the first so many are eigenvalues, wanted and converged
+    bool complete = false;    ///< and there are no more
+    bool suspicious = false;  ///< there might be more of the same
+};
+
+Verdict judge(const Ritz& ritz, const ModeRange& range, double accuracy, Index blockSize) {
+    Verdict verdict;
+    const Index n = ritz.values.size();
+    const double nothing = kNothing * ritz.values[0];
+    for (Index k = 0; k < n && !verdict.complete; ++k) {
+        const double value = ritz.values[k], residual = ritz.residuals[k];
+        if (value <= nothing && residual <= nothing) {
+            verdict.complete = verdict.suspicious = true;  // are these all?
+        } else if (value + residual < range.smallest) {
+            verdict.complete = true;
+        } else if (value > nothing && residual <= accuracy * value) {
+            if (value < range.smallest) {
+                verdict.complete = true;
+            } else {
+                ++verdict.numFound;
+                verdict.complete = verdict.numFound == range.count;
+            }
+        } else {
+            break;
+        }
+    }
+    for (Index k = blockSize - 1; k < verdict.numFound; ++k)
+        if (ritz.values[k - blockSize + 1] - ritz.values[k] <= kCoincide * ritz.values[k])
+            verdict.suspicious = true;
+    return verdict;
+}
+
+Eigenpairs solveDensely(const SymmetricOperator& C, const ModeRange& range,
+                        const std::string& phase, const ProgressCallback& progress) {
+    const Index size = C.size(), width = 32;
+    MatrixXd full(size, size), Y;
+    for (Index k = 0; k < size; k += width) {
+        reportProgress(progress, phase, double(k) / double(size));
+        const Index columns = std::min(width, size - k);
+        MatrixXd X = MatrixXd::Zero(size, columns);
+        X.middleRows(k, columns).setIdentity();
+        C.apply(X, Y);
+        full.middleCols(k, columns) = Y;
+    }
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (full + full.transpose()));
+    const VectorXd values = solver.eigenvalues().reverse();
+    const double least = std::max(range.smallest, kNothing * values[0]);
+    Index count = 0;
+    while (count < std::min<Index>(range.count, size) && values[count] > 0 &&
+           values[count] >= least)
+        ++count;
+    return {values.head(count), solver.eigenvectors().rowwise().reverse().leftCols(count),
+            int((size + width - 1) / width)};
+}
+
+}  // namespace
+
+int estimateLanczosBasis(int count, int blockSize) {
+    return 2 * count + 10 * blockSize;
+}
+
+Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& range,
+                                 const std::string& phase, const ProgressCallback& progress,
+                                 const LanczosOptions& options) {
+    const Index size = C.size();
+    const bool bounded = range.count < size;
+    if (size <= kDenseSize || (bounded && range.smallest == 0 && range.count > size / 3) ||
+        (!bounded && range.smallest == 0))
+        return solveDensely(C, range, phase, progress);
+
+    const Index blockSize = std::min<Index>(options.blockSize, size);
+    const Index guess = bounded ? estimateLanczosBasis(range.count, int(blockSize)) : 400;
+    Index capacity = options.largestBasis > 0 ? options.largestBasis
+                                              : 3 * guess + (range.smallest > 0 ? 1000 : 0);
+    if (bounded) capacity = std::max<Index>(capacity, range.count + 8 * blockSize);
+    capacity = std::min(capacity, size);
+
+    Basis basis(size, capacity);
+    RandomBlock random;
+    MatrixXd T(0, 0), W = random.make(size, blockSize), Y;
+    basis.orthonormalize(W, 0);
+    Eigenpairs result;
+    VectorXd found;                                                   // before the last fresh block
+    double largest = 0;                                               // of |C|, from below
+    Index numApplied = 0, nextJudgement = bounded ? range.count : 0;  // vectors
+    int sinceFresh = kStepsOfFreshBlock, numRestarts = 0;
+    for (;;) {
+        // One step: V takes the block W, which becomes C W less what V spans.
+        const Index width = W.cols(), before = basis.count();
+        basis.append(W);
+        C.apply(W, Y);
+        W.swap(Y);
+        numApplied += width;
+        ++result.numBlocks;
+        ++sinceFresh;
+        if (!W.allFinite())
+            throw std::runtime_error(
+                "Lanczos met a number that is not finite: the matrix is singular");
+        const MatrixXd H = basis.orthogonalize(W);
+        const Index count = basis.count();
+        T.conservativeResize(count, count);
+        T.rightCols(width) = H;
+        T.bottomLeftCorner(width, before) = H.topRows(before).transpose();
+        T.bottomRightCorner(width, width) =
+            0.5 * (H.bottomRows(width) + H.bottomRows(width).transpose());
+        largest = std::max(largest, H.bottomRows(width).norm());
+        const MatrixXd B = basis.orthonormalize(W, 1e-15 * largest);
+        reportProgress(progress, phase, std::min(0.99, double(numApplied) / double(guess)));
+
+        const bool full = count + W.cols() > capacity, exhausted = W.cols() == 0;
+        if (count < nextJudgement && !full && !exhausted) continue;
+        nextJudgement = count + count / 16;  // the eigenvalues of a large T cost
+        const Ritz ritz(T, B);
+        Verdict verdict = judge(ritz, range, options.accuracy, blockSize);
+        if (exhausted) verdict.suspicious = true;
+        bool wantsFresh = exhausted;
+        if ((verdict.complete && (sinceFresh >= kStepsOfFreshBlock || exhausted)) ||
+            count == size) {
+            const VectorXd values = ritz.values.head(verdict.numFound);
+            const bool confirmed =
+                values.size() == found.size() &&
+                ((values - found).array().abs() <= kCoincide * values.array()).all();
+            if (!verdict.suspicious || confirmed || count == size) {
+                result.values = values;
+                result.vectors = basis.combine(ritz.vectors.leftCols(verdict.numFound));
+                return result;
+            }
+            found = values;
+            wantsFresh = true;
+        }
+        if (full || (wantsFresh && count + W.cols() + blockSize > capacity)) {
+            if (++numRestarts > kMostRestarts)
+                throw std::runtime_error("Lanczos did not converge in " +
+                                         std::to_string(kMostRestarts) + " restarts");
+            if (verdict.numFound > capacity / 2 && capacity < size) {
+                capacity = std::min(2 * capacity, size);
+                basis.grow(capacity);
+            }
+            const Index wanted = bounded ? std::max<Index>(range.count, verdict.numFound)
+                                         : verdict.numFound,
+                        room = capacity - 4 * blockSize;
+            const Index kept =
+                std::min({count, room, std::max(wanted + blockSize, (wanted + room) / 2)});
+            basis.replaceBy(ritz.vectors.leftCols(kept));
+            T = ritz.values.head(kept).asDiagonal();
+            nextJudgement = 0;
+        }
+        if (wantsFresh) {
+            sinceFresh = 0;
+            const Index fresh = std::min(blockSize, size - basis.count() - W.cols());
+            MatrixXd both(size, W.cols() + fresh);
+            both << W, random.make(size, fresh);
+            basis.orthogonalize(both);
+            basis.orthonormalize(both, 0);
+            W.swap(both);
+        }
+    }
+}
+
+}  // namespace simflex
