@@ -1,57 +1,166 @@
 #include "CraigBampton.h"
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <stdexcept>
 
-#include "LowestModes.h"
+#include "BlockLanczos.h"
+#include "FixedInterfaces.h"
 #include "MeanAxis.h"
-#include "SparseCholesky.h"
+#include "OneBlasThread.h"
+#include "simflex/fe/NodeSelection.h"
 
 namespace simflex {
 namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+/** Part of an attachment mode's energy below which the normal modes hold all of it. **/
+constexpr double kNothingNew = 1e-12;
 
 [[noreturn]] void refuse(const ReductionOptions& options, const std::string& what) {
     throw std::invalid_argument("part '" + options.name + "': " + what);
 }
 
-/** Finds the limit of memory before CHOLMOD does, and names a node of a singular pivot. **/
-void factor(SparseCholesky& cholesky, const SymmetricMatrix& A, const FeModel& model,
-            const std::vector<int>& nodes, const ReductionOptions& options) {
-    try {
-        cholesky.factor(A);
-    } catch (const SparseCholesky::SingularMatrix& singular) {
-        refuse(
-            options,
-            "the stiffness matrix is singular beyond the six rigid motions" +
-                (singular.row >= 0
-                     ? " at node " + std::to_string(model.mesh.nodeNumbers[nodes[singular.row / 3]])
-                     : std::string()) +
-                "; look for pieces that hang on a single node or edge, and for elements without "
-                "stiffness");
+/** Θᵀ M Θ: its eigenvalues are 1/ω² of the normal modes. **/
+class FixedModesOperator : public SymmetricOperator {
+public:
+    FixedModesOperator(const FixedInterfaces& held, const FullRows& m) : _held(held), _m(m) {}
+    Index size() const override { return _held.size(); }
+    void apply(const MatrixXd& X, MatrixXd& Y) const override {
+        Y = _held.fromForces(_m.multiplyPerAxis(_held.toShapes(X)));
     }
+
+private:
+    const FixedInterfaces& _held;
+    const FullRows& _m;
+};
+
+/** Ξᵀ M Ξ: its eigenvalues are 1/ω² of the free-free modes of the tied model. Ξ joins to Θ the
+constraint modes, orthonormal in energy, and leaves rigid motions out by M. **/
+class FreeModesOperator : public SymmetricOperator {
+public:
+    FreeModesOperator(const FeProducts& products, const RigidMotion& rigid,
+                      const FixedInterfaces& held, const Shapes& constraint)
+        : _m(products.m), _held(held), _R(rigid.R), _MR(products.m.multiplyPerAxis(rigid.R)) {
+        _RMR = Eigen::LDLT<MatrixXd>(MatrixXd(_R.transpose() * _MR));
+        if (constraint.cols() <= 6) {
+            _static = Shapes::Zero(constraint.rows(), 0);
+            return;
+        }
+        const MatrixXd K = constraint.transpose() * products.K.multiply(constraint);
+        const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(
+            scale.asDiagonal() * (0.5 * (K + K.transpose())) * scale.asDiagonal());
+        const Index elastic = K.rows() - 6;
+        _static = constraint *
+                  (scale.asDiagonal() * solver.eigenvectors().rightCols(elastic) *
+                   solver.eigenvalues().tail(elastic).cwiseSqrt().cwiseInverse().asDiagonal());
+    }
+
+    Index size() const override { return _static.cols() + _held.size(); }
+
+    /** Ξ x. **/
+    Shapes toShapes(const MatrixXd& X) const {
+        Shapes u = _held.toShapes(X.bottomRows(_held.size()));
+        u.noalias() += _static * X.topRows(_static.cols());
+        u -= _R * _RMR.solve(MatrixXd(_MR.transpose() * u));
+        return u;
+    }
+
+    void apply(const MatrixXd& X, MatrixXd& Y) const override {
+        Shapes f = _m.multiplyPerAxis(toShapes(X));
+        f -= _MR * _RMR.solve(MatrixXd(_R.transpose() * f));
+        Y.resize(X.rows(), X.cols());
+        Y.topRows(_static.cols()) = _static.transpose() * f;
+        Y.bottomRows(_held.size()) = _held.fromForces(f);
+    }
+
+private:
+    const FullRows& _m;
+    const FixedInterfaces& _held;
+    const Shapes& _R;
+    const Shapes _MR;
+    Eigen::LDLT<MatrixXd> _RMR;
+    Shapes _static;
+};
+
+/** Unit forces at the load points, a column for each direction. **/
+Shapes makeLoads(const FeModel& model, const InterfaceTies& ties, const ReductionOptions& options) {
+    std::vector<std::pair<std::vector<int>, int>> loads;
+    for (const LoadPoint& point : options.loadPoints) {
+        const std::string where = "load point '" + point.nodes + "': ";
+        std::vector<int> nodes;
+        try {
+            nodes = selectNodes(model.mesh, point.nodes);
+        } catch (const std::invalid_argument& error) {
+            refuse(options, where + error.what());
+        }
+        for (const int node : nodes)
+            if (ties.rigidTieOf(node) >= 0)
+                refuse(options, where + "node " +
+                                    std::to_string(model.mesh.nodeNumbers[size_t(node)]) +
+                                    " is tied to interface '" +
+                                    ties.ties()[size_t(ties.rigidTieOf(node))].name +
+                                    "', whose constraint modes carry loads already");
+        if (point.axes.empty()) refuse(options, where + "has no direction; give some of xyz");
+        for (const char letter : point.axes) {
+            const size_t axis =
+                std::string("xyz").find(char(std::tolower((unsigned char)(letter))));
+            if (axis == std::string::npos)
+                refuse(options, where + "'" + point.axes + "' are no directions; give some of xyz");
+            loads.emplace_back(nodes, int(axis));
+        }
+    }
+    Shapes f = Shapes::Zero(model.K.size, Index(loads.size()));
+    for (size_t k = 0; k < loads.size(); ++k)
+        for (const int node : loads[k].first)
+            f(3 * node + loads[k].second, Index(k)) = 1 / double(loads[k].first.size());
+    return f;
 }
 
-/** ω² of a bent shape of the part: the order of magnitude of its lowest elastic mode [rad²/s²]. **/
-double estimateLowestEigenvalue(const FeModel& model, const FeProducts& products) {
-    const RigidMotion rigid = calcRigidMotions(model, products);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(rigid.inertia);
-    const Eigen::Matrix3d axes = principal.eigenvectors();  // column 0: the long axis
-    Shapes bent(model.K.size, 2);
-    for (int node = 0; node < model.mesh.numNodes(); ++node) {
-        const Eigen::Vector3d s =
-            Eigen::Map<const Eigen::Vector3d>(&model.mesh.positions[3 * node]) - rigid.center;
-        const Eigen::Vector3d local = axes.transpose() * s;
-        for (int k = 0; k < 2; ++k)
-            bent.block<3, 1>(3 * node, k) =
-                axes.col(1 + k) * 0.5 * local[0] * local[0] - axes.col(0) * local[0] * local[1 + k];
+/** Attachment modes less what the normal modes hold already, orthonormal in energy. **/
+MatrixXd makeAttachments(MatrixXd z, const MatrixXd& normal) {
+    if (z.cols() == 0) return z;
+    const Eigen::VectorXd before = z.colwise().squaredNorm();
+    for (int pass = 0; pass < 2; ++pass) z -= normal * (normal.transpose() * z).eval();
+    for (Index k = 0; k < z.cols(); ++k) z.col(k) /= std::sqrt(before[k]);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(z.transpose() * z);
+    const Index kept = (gram.eigenvalues().array() > kNothingNew).count();
+    return z * gram.eigenvectors().rightCols(kept) *
+           gram.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+/** How many normal modes are wanted, and down to which 1/ω². **/
+ModeRange chooseNormalModes(const ReductionOptions& options, int numStatic, Index numFree,
+                            bool hasInterfaces) {
+    const Index most = numStatic + numFree;
+    ModeRange range;
+    if (options.highestFrequency) {
+        if (!(*options.highestFrequency > 0) || !std::isfinite(*options.highestFrequency))
+            refuse(options, "the highest frequency is " +
+                                std::to_string(*options.highestFrequency) +
+                                " Hz, must be positive");
+        range.smallest = std::pow(2 * M_PI * *options.highestFrequency, -2);
+        return range;
     }
-    removeRigidMotion(rigid, products, bent);
-    const Shapes Kb = products.K.multiply(bent), Mb = products.m.multiplyPerAxis(bent);
-    double lowest = 0;
-    for (int k = 0; k < 2; ++k) {
-        const double value = bent.col(k).dot(Kb.col(k)) / bent.col(k).dot(Mb.col(k));
-        if (k == 0 || value < lowest) lowest = value;
-    }
-    return lowest;
+    if (options.numModes < std::max(7, numStatic))
+        refuse(options,
+               std::to_string(options.numModes) +
+                   (hasInterfaces ? " modes are too few: interfaces and load points need " +
+                                        std::to_string(numStatic) +
+                                        " static modes, and six rigid modes are taken out"
+                                  : std::string(" modes are too few: the six rigid modes are among "
+                                                "them")) +
+                   "; ask for at least " + std::to_string(std::max(7, numStatic)));
+    if (options.numModes > most)
+        refuse(options, std::to_string(options.numModes) + " modes are too many: the mesh has " +
+                            std::to_string(numFree) + " free degrees of freedom; ask for at most " +
+                            std::to_string(most) + ", or refine the mesh");
+    range.count = options.numModes - numStatic;
+    return range;
 }
 
 }  // namespace
@@ -64,113 +173,85 @@ double lapTime(std::chrono::steady_clock::time_point& start) {
 }
 
 ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products,
-                                const InterfaceTies& ties, const ReductionOptions& options,
-                                const ProgressCallback& progress, ReductionTimings& timings) {
+                                const RigidMotion& rigid, const InterfaceTies& ties,
+                                const ReductionOptions& options, const ProgressCallback& progress,
+                                ReductionTimings& timings) {
     auto lap = std::chrono::steady_clock::now();
-    const int numBoundary = ties.numBoundaryDofs(), numNormal = options.numModes - numBoundary;
-    const auto& free = ties.freeNodes();
-    if (numNormal < 0 || options.numModes < 7)
-        refuse(options, std::to_string(options.numModes) +
-                            " modes are too few: " + std::to_string(ties.ties().size()) +
-                            " interfaces need " + std::to_string(numBoundary) +
-                            " constraint modes, and six rigid modes are "
-                            "taken out; ask for at least " +
-                            std::to_string(std::max(7, numBoundary)));
-    if (numNormal > 3 * int(free.size()))
-        refuse(options, std::to_string(options.numModes) + " modes are too many: the mesh has " +
-                            std::to_string(3 * free.size()) +
-                            " free degrees of freedom; ask for at most " +
-                            std::to_string(numBoundary + 3 * free.size()) + ", or refine the mesh");
-
-    ModeBasis basis;
-    basis.Psi = Shapes::Zero(model.K.size, options.numModes);
-    basis.boundary = Shapes::Zero(numBoundary, options.numModes);
-    basis.boundary.leftCols(numBoundary).setIdentity();
-    basis.Psi.leftCols(numBoundary) = ties.calcTiedMotion(model.mesh);
-    if (free.empty()) return basis;
-
     reportProgress(progress, "factoring K", -1);
-    const auto factored = std::make_shared<SparseCholesky>();
-    SparseCholesky& cholesky = *factored;
-    factor(cholesky, ties.takeFree(model.K, 3), model, free, options);
-    basis.fixedInterfaces = factored;
+    const Shapes loads = makeLoads(model, ties, options);
+    const auto held = std::make_shared<FixedInterfaces>(options.name, model, products, rigid, ties);
+    const bool hasInterfaces = !ties.ties().empty();
+    const int numConstraint = hasInterfaces ? ties.numBoundaryDofs() : 6;
+    held->factor();
+    const ModeRange wanted =
+        chooseNormalModes(options, numConstraint + int(loads.cols()), held->size(), hasInterfaces);
     timings.factor = lapTime(lap);
-    timings.numFactorEntries = cholesky.numFactorEntries();
+    timings.numFactorEntries = held->numFactorEntries();
 
     reportProgress(progress, "constraint modes", -1);
-    const Shapes KT = products.K.multiply(basis.Psi.leftCols(numBoundary));
-    Eigen::MatrixXd Kib(3 * free.size(), numBoundary);
-    for (size_t k = 0; k < free.size(); ++k)
-        Kib.middleRows<3>(3 * k) = KT.middleRows<3>(3 * free[k]);
-    const Eigen::MatrixXd constraint = cholesky.solve(Kib);
-    for (size_t k = 0; k < free.size(); ++k)
-        basis.Psi.block(3 * free[k], 0, 3, numBoundary) = -constraint.middleRows<3>(3 * k);
+    const Shapes constraint = hasInterfaces ? held->calcConstraintModes() : rigid.R;
+    MatrixXd attachments = held->fromForces(loads);
     timings.constraintModes = lapTime(lap);
 
-    if (numNormal == 0) return basis;
     reportProgress(progress, "normal modes", -1);
-    Eigen::MatrixXd normal;
-    try {
-        normal =
-            calcLowestModes(cholesky, FullRows(ties.takeFree(model.m, 1)), numNormal, progress);
-    } catch (const std::invalid_argument& error) {
-        refuse(options, error.what());
+    Eigenpairs normal{Eigen::VectorXd(0), MatrixXd(held->size(), 0)};
+    if (wanted.count > 0 && held->size() > 0) {
+        const OneBlasThread oneThread;
+        normal = calcLargestEigenpairs(FixedModesOperator(*held, products.m), wanted,
+                                       "normal modes", progress);
+        if (!options.highestFrequency && normal.values.size() < wanted.count)
+            refuse(options, std::to_string(wanted.count) +
+                                " normal modes are asked for, but the mesh has only " +
+                                std::to_string(normal.values.size()) +
+                                ": ask for fewer modes or refine the mesh");
     }
-    for (size_t k = 0; k < free.size(); ++k)
-        basis.Psi.block(3 * free[k], numBoundary, 3, numNormal) = normal.middleRows<3>(3 * k);
+    attachments = makeAttachments(attachments, normal.vectors);
+
+    ModeBasis basis;
+    const Index numNormal = normal.values.size(),
+                numModes = numConstraint + attachments.cols() + numNormal;
+    if (numModes < 7)
+        refuse(options,
+               "no elastic mode is left; raise the highest frequency or the number of "
+               "modes");
+    basis.numConstraint = numConstraint;
+    basis.numAttachment = int(attachments.cols());
+    basis.normalOmegaSquared = normal.values.cwiseInverse();
+    basis.Psi.resize(model.K.size, numModes);
+    basis.Psi.leftCols(numConstraint) = constraint;
+    if (attachments.cols() > 0)
+        basis.Psi.middleCols(numConstraint, attachments.cols()) = held->toShapes(attachments);
+    if (numNormal > 0) basis.Psi.rightCols(numNormal) = held->toShapes(normal.vectors);
+    basis.boundary = Shapes::Zero(ties.numBoundaryDofs(), numModes);
+    basis.boundary.leftCols(ties.numBoundaryDofs()).setIdentity();
+    basis.held = held;
+    if (hasInterfaces) {
+        const Shapes MR = products.m.multiplyPerAxis(rigid.R);
+        basis.effectiveMasses = (MR.transpose() * basis.Psi.rightCols(numNormal)).cwiseAbs2() *
+                                basis.normalOmegaSquared.asDiagonal();
+    }
     timings.normalModes = lapTime(lap);
     return basis;
 }
 
-ModeBasis calcFreeBasis(const FeModel& model, const FeProducts& products,
-                        const ReductionOptions& options, const ProgressCallback& progress,
-                        ReductionTimings& timings) {
-    auto lap = std::chrono::steady_clock::now();
-    if (options.numModes < 7)
-        refuse(options, std::to_string(options.numModes) +
-                            " modes are too few: the six rigid modes "
-                            "are among them; ask for at least 7");
-    // K is singular: shift it by about the lowest elastic eigenvalue.
-    const double shift = estimateLowestEigenvalue(model, products);
-    std::vector<std::int32_t> rows, columns;
-    std::vector<double> values;
-    const size_t numEntries = model.K.values.size() + 3 * model.m.values.size();
-    rows.reserve(numEntries);
-    columns.reserve(numEntries);
-    values.reserve(numEntries);
-    for (int column = 0; column < model.K.size; ++column)
-        for (auto k = model.K.columnStarts[column]; k < model.K.columnStarts[column + 1]; ++k) {
-            rows.push_back(model.K.rows[k]);
-            columns.push_back(column);
-            values.push_back(model.K.values[k]);
-        }
-    for (int column = 0; column < model.m.size; ++column)
-        for (auto k = model.m.columnStarts[column]; k < model.m.columnStarts[column + 1]; ++k)
-            for (int a = 0; a < 3; ++a) {
-                rows.push_back(3 * model.m.rows[k] + a);
-                columns.push_back(3 * column + a);
-                values.push_back(shift * model.m.values[k]);
-            }
-    std::vector<int> allNodes(model.mesh.numNodes());
-    for (size_t node = 0; node < allNodes.size(); ++node) allNodes[node] = int(node);
-
-    reportProgress(progress, "factoring K", -1);
-    SparseCholesky cholesky;
-    factor(cholesky, SymmetricMatrix::fromEntries(model.K.size, rows, columns, values), model,
-           allNodes, options);
-    timings.factor = lapTime(lap);
-    timings.numFactorEntries = cholesky.numFactorEntries();
-
-    reportProgress(progress, "normal modes", -1);
-    ModeBasis basis;
-    try {
-        basis.Psi = calcLowestModes(cholesky, products.m, options.numModes, progress);
-    } catch (const std::invalid_argument& error) {
-        refuse(options, error.what());
-    }
-    basis.boundary.resize(0, options.numModes);
-    timings.normalModes = lapTime(lap);
-    return basis;
+std::vector<double> calcFullFrequencies(const FeProducts& products, const RigidMotion& rigid,
+                                        const ModeBasis& basis, int count,
+                                        const ProgressCallback& progress) {
+    const FreeModesOperator C(products, rigid, *basis.held,
+                              basis.Psi.leftCols(basis.numConstraint));
+    ModeRange range;
+    range.count = int(std::min<Index>(count, C.size()));
+    const OneBlasThread oneThread;
+    const Eigenpairs pairs =
+        calcLargestEigenpairs(C, range, "frequencies of the full model", progress);
+    const Shapes phi = C.toShapes(pairs.vectors);
+    const Shapes Kphi = products.K.multiply(phi), Mphi = products.m.multiplyPerAxis(phi);
+    std::vector<double> hertz;
+    for (Index k = 0; k < phi.cols(); ++k)
+        hertz.push_back(std::sqrt(phi.col(k).dot(Kphi.col(k)) / phi.col(k).dot(Mphi.col(k))) /
+                        (2 * M_PI));
+    std::sort(hertz.begin(), hertz.end());
+    return hertz;
 }
 
 }  // namespace simflex

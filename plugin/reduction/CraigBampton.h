@@ -1,43 +1,44 @@
 #pragma once
 /** @file
-The Craig–Bampton basis of a part with tied interfaces, and free-free modes of a part without.
-Internal to reduction. **/
+The Craig–Bampton basis of a part with tied interfaces, or free-free modes of a part without; and
+the full model's own free-free frequencies to compare with. Internal to reduction. **/
 
+#include <Eigen/Dense>
 #include <chrono>
 #include <memory>
 
 #include "InterfaceTie.h"
-#include "SparseCholesky.h"
+#include "RigidMotion.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
 
-/** The finite element matrices in the form that the reduction multiplies with. **/
-struct FeProducts {
-    explicit FeProducts(const FeModel& model) : K(model.K), m(model.m) {}
-    FullRows K;  ///< numDofs
-    FullRows m;  ///< numNodes, M = m ⊗ 1₃
-};
+class FixedInterfaces;
 
-/** Shapes on the mesh with the motion of the interface masters in each. **/
+/** Shapes on the mesh with the motion of the interface masters in each: constraint modes (the rigid
+motions of a part without interfaces), attachment modes, normal modes. **/
 struct ModeBasis {
     Shapes Psi;       ///< numDofs×N
     Shapes boundary;  ///< numBoundaryDofs×N: per interface three translations, three rotations
-    /** K_ii of the nodes of no interface, factored; null where all or none are tied. **/
-    std::shared_ptr<const SparseCholesky> fixedInterfaces;
+    int numConstraint = 0, numAttachment = 0;
+    Eigen::VectorXd normalOmegaSquared;  ///< of the normal modes, ascending
+    Eigen::MatrixXd effectiveMasses;     ///< 6×normal modes, see ReductionReport
+    std::shared_ptr<const FixedInterfaces> held;
 };
 
-/** Constraint modes, then fixed-interface normal modes: N = options.numModes.
-@throws std::invalid_argument if K_ii is singular or there are too few or too many modes. **/
+/** The Craig–Bampton basis, N = options.numModes unless options.highestFrequency says otherwise.
+@throws std::invalid_argument if K is singular, there are too few or too many modes, or a load point
+    is no use. **/
 ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products,
-                                const InterfaceTies& ties, const ReductionOptions& options,
-                                const ProgressCallback& progress, ReductionTimings& timings);
+                                const RigidMotion& rigid, const InterfaceTies& ties,
+                                const ReductionOptions& options, const ProgressCallback& progress,
+                                ReductionTimings& timings);
 
-/** The options.numModes lowest free-free modes, the rigid ones among them; no boundary rows.
-@throws std::invalid_argument if there are too few or too many modes. **/
-ModeBasis calcFreeBasis(const FeModel& model, const FeProducts& products,
-                        const ReductionOptions& options, const ProgressCallback& progress,
-                        ReductionTimings& timings);
+/** The lowest free-free frequencies of the full model with its interfaces tied [Hz], the rigid ones
+left out, ascending: Rayleigh quotients of converged shapes. **/
+std::vector<double> calcFullFrequencies(const FeProducts& products, const RigidMotion& rigid,
+                                        const ModeBasis& basis, int count,
+                                        const ProgressCallback& progress);
 
 /** Seconds since `start`, which is set to now. **/
 double lapTime(std::chrono::steady_clock::time_point& start);

@@ -1,9 +1,10 @@
 #include "InterfaceTie.h"
 
 #include <algorithm>
-#include <cctype>
-#include <sstream>
 #include <stdexcept>
+
+#include "RigidMotion.h"
+#include "simflex/fe/NodeSelection.h"
 
 namespace simflex {
 namespace {
@@ -11,25 +12,13 @@ namespace {
 /** Second singular value of the node positions over the first, below which nodes are collinear. **/
 constexpr double kCollinear = 1e-6;
 
-std::string upperCase(std::string text) {
-    for (char& c : text) c = char(std::toupper((unsigned char)(c)));
-    return text;
-}
-
-std::string listNodeSets(const Mesh& mesh) {
-    std::string list;
-    for (const auto& [name, nodes] : mesh.nodeSets)
-        list += (list.empty() ? "" : ", ") + name + " (" + std::to_string(nodes.size()) + ")";
-    return list.empty() ? "none" : list;
-}
-
 /** An interface needs three nodes that do not lie on one line: else rotations cost nothing. **/
-void checkNodes(const std::string& where, const std::string& set, const Mesh& mesh,
+void checkNodes(const std::string& where, const std::string& selection, const Mesh& mesh,
                 const std::vector<int>& nodes) {
     const std::string cure =
         "; an interface needs at least three nodes that do not lie on one line";
     if (nodes.size() < 3)
-        throw std::invalid_argument(where + "node set '" + set + "' has only " +
+        throw std::invalid_argument(where + "'" + selection + "' has only " +
                                     std::to_string(nodes.size()) +
                                     (nodes.size() == 1 ? " node" : " nodes") + cure);
     Eigen::Matrix3Xd x(3, nodes.size());
@@ -40,24 +29,16 @@ void checkNodes(const std::string& where, const std::string& set, const Mesh& me
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(x * x.transpose(), Eigen::EigenvaluesOnly)
             .eigenvalues();
     if (spread[1] <= kCollinear * kCollinear * spread[2] || !(spread[2] > 0))
-        throw std::invalid_argument(where + "the " + std::to_string(nodes.size()) +
-                                    " nodes of node set '" + set + "' are collinear" + cure);
+        throw std::invalid_argument(where + "the " + std::to_string(nodes.size()) + " nodes of '" +
+                                    selection + "' are collinear" + cure);
 }
 
 }  // namespace
 
-Eigen::Matrix<double, 3, 6> calcRigidMotion(const Eigen::Vector3d& arm) {
-    Eigen::Matrix<double, 3, 6> R;
-    R << 1, 0, 0, 0, arm.z(), -arm.y(),  //
-        0, 1, 0, -arm.z(), 0, arm.x(),   //
-        0, 0, 1, arm.y(), -arm.x(), 0;
-    return R;
-}
-
 InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& options)
-    : _freeIndexOf(model.mesh.numNodes(), 0) {
+    : _rigidTieOf(size_t(model.mesh.numNodes()), -1) {
     const Mesh& mesh = model.mesh;
-    std::vector<int> tieOf(mesh.numNodes(), -1);
+    std::vector<int> tieOf(size_t(mesh.numNodes()), -1);
     for (const InterfaceOptions& wanted : options.interfaces) {
         const std::string where = "part '" + options.name + "', interface '" + wanted.name + "': ";
         if (wanted.name.empty())
@@ -65,65 +46,60 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
         for (const Tie& other : _ties)
             if (other.name == wanted.name)
                 throw std::invalid_argument(where + "the name is given to two interfaces");
-        const auto set = mesh.nodeSets.find(upperCase(wanted.nodeSet));
-        if (set == mesh.nodeSets.end())
-            throw std::invalid_argument(where + "the deck has no node set '" + wanted.nodeSet +
-                                        "'; it has " + listNodeSets(mesh));
         Tie tie;
         tie.name = wanted.name;
-        tie.nodes = set->second;
-        checkNodes(where, set->first, mesh, tie.nodes);
+        tie.type = wanted.tie;
+        try {
+            tie.nodes = selectNodes(mesh, wanted.nodes);
+        } catch (const std::invalid_argument& error) {
+            throw std::invalid_argument(where + error.what());
+        }
+        checkNodes(where, wanted.nodes, mesh, tie.nodes);
         if (wanted.master) {
             tie.master = *wanted.master;
         } else {
             for (const int node : tie.nodes)
-                for (int a = 0; a < 3; ++a)
-                    tie.master[a] += mesh.positions[3 * node + a] / double(tie.nodes.size());
+                for (size_t a = 0; a < 3; ++a)
+                    tie.master[a] += mesh.position(node)[a] / double(tie.nodes.size());
         }
         for (const int node : tie.nodes) {
-            if (tieOf[node] >= 0)
+            int& owner = tieOf[size_t(node)];
+            if (owner >= 0)
                 throw std::invalid_argument(where + "node " +
-                                            std::to_string(mesh.nodeNumbers[node]) +
-                                            " belongs to interface '" + _ties[tieOf[node]].name +
+                                            std::to_string(mesh.nodeNumbers[size_t(node)]) +
+                                            " belongs to interface '" + _ties[size_t(owner)].name +
                                             "' as well; interfaces must not overlap");
-            tieOf[node] = int(_ties.size());
+            owner = int(_ties.size());
+            if (tie.type == TieType::Rigid) _rigidTieOf[size_t(node)] = owner;
         }
         _ties.push_back(std::move(tie));
     }
-    for (int node = 0; node < mesh.numNodes(); ++node) {
-        _freeIndexOf[node] = tieOf[node] < 0 ? int(_freeNodes.size()) : -1;
-        if (tieOf[node] < 0) _freeNodes.push_back(node);
+}
+
+bool InterfaceTies::hasRigid() const {
+    return std::any_of(_ties.begin(), _ties.end(),
+                       [](const Tie& tie) { return tie.type == TieType::Rigid; });
+}
+
+Eigen::MatrixXd InterfaceTies::calcMean(const Mesh& mesh, const Tie& tie) const {
+    const Eigen::Index count = Eigen::Index(tie.nodes.size());
+    const Eigen::Map<const Eigen::Vector3d> master(tie.master.data());
+    Eigen::MatrixXd R(3 * count, 6);
+    double radius = 0;  // turns rotations into lengths, so that the fit is well conditioned
+    for (Eigen::Index k = 0; k < count; ++k) {
+        const Eigen::Map<const Eigen::Vector3d> x(
+            &mesh.positions[3 * size_t(tie.nodes[size_t(k)])]);
+        R.middleRows<3>(3 * k) = calcRigidMotion(x - master);
+        radius = std::max(radius, (x - master).norm());
     }
-}
-
-Shapes InterfaceTies::calcTiedMotion(const Mesh& mesh) const {
-    Shapes T = Shapes::Zero(3 * mesh.numNodes(), numBoundaryDofs());
-    for (size_t k = 0; k < _ties.size(); ++k)
-        for (const int node : _ties[k].nodes) {
-            const Eigen::Map<const Eigen::Vector3d> x(&mesh.positions[3 * node]);
-            const Eigen::Map<const Eigen::Vector3d> master(_ties[k].master.data());
-            T.block<3, 6>(3 * node, 6 * k) = calcRigidMotion(x - master);
-        }
-    return T;
-}
-
-SymmetricMatrix InterfaceTies::takeFree(const SymmetricMatrix& A, int dofsPerNode) const {
-    SymmetricMatrix result;
-    result.size = dofsPerNode * int(_freeNodes.size());
-    result.columnStarts.reserve(result.size + 1);
-    for (const int node : _freeNodes)
-        for (int a = 0; a < dofsPerNode; ++a) {
-            const int column = dofsPerNode * node + a;
-            result.columnStarts.push_back(result.numEntries());
-            for (auto k = A.columnStarts[column]; k < A.columnStarts[column + 1]; ++k) {
-                const int row = A.rows[k], place = _freeIndexOf[row / dofsPerNode];
-                if (place < 0) continue;
-                result.rows.push_back(dofsPerNode * place + row % dofsPerNode);
-                result.values.push_back(A.values[k]);
-            }
-        }
-    result.columnStarts.push_back(result.numEntries());
-    return result;
+    Eigen::Matrix<double, 6, 1> scale = Eigen::Matrix<double, 6, 1>::Ones();
+    scale.tail<3>().setConstant(1 / radius);
+    const Eigen::MatrixXd scaled = R * scale.asDiagonal();
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(scaled);
+    const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(3 * count, 6);
+    const Eigen::MatrixXd D =
+        qr.matrixQR().topRows<6>().triangularView<Eigen::Upper>().solve(Q.transpose());
+    return scale.asDiagonal() * D;
 }
 
 }  // namespace simflex

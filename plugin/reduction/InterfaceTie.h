@@ -1,18 +1,17 @@
 #pragma once
 /** @file
-Rigid interface ties (RBE2) by transformation. Internal to reduction.
+The interfaces of a part: which nodes hang on which master point, and how. Internal to reduction.
 
-The nodes of an interface follow its master point x_I: u = u_I + θ_I × (x − x_I), or u_s = T q_b
-with the boundary degrees of freedom q_b = (u_I, θ_I) of all interfaces. Nothing is eliminated from
-K: with the free nodes i and the tied nodes s,
+- rigid (RBE2): the nodes follow the master, u = u_I + θ_I × (x − x_I).
+- distributing (RBE3): the master is the weighted mean of the nodes, the rigid motion that fits them
+  best, (u_I, θ_I) = D u with D = (Σ w RᵀR)⁻¹ wRᵀ, R = [1₃, −(x − x_I)×]. Its load is shared out
+  among the nodes by Dᵀ; it stiffens nothing. **/
 
-    K_ib = K_is T,   K_bb = Tᵀ K_ss T,   and the same for M. **/
-
+#include <Eigen/Dense>
 #include <array>
 #include <string>
 #include <vector>
 
-#include "SymmetricProduct.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
@@ -21,6 +20,7 @@ class InterfaceTies {
 public:
     struct Tie {
         std::string name;
+        TieType type = TieType::Rigid;
         std::array<double, 3> master{};  ///< deck coordinates [m]
         std::vector<int> nodes;          ///< mesh indices, ascending
     };
@@ -31,25 +31,17 @@ public:
 
     const std::vector<Tie>& ties() const { return _ties; }
     int numBoundaryDofs() const { return 6 * int(_ties.size()); }
+    bool hasRigid() const;
 
-    /** Nodes that belong to no interface, ascending. **/
-    const std::vector<int>& freeNodes() const { return _freeNodes; }
+    /** The rigid tie that a node belongs to, −1 if none. **/
+    int rigidTieOf(int node) const { return _rigidTieOf[size_t(node)]; }
 
-    /** Displacement of every node for a unit of each boundary DOF with the free nodes held:
-    numDofs×numBoundaryDofs. **/
-    Shapes calcTiedMotion(const Mesh& mesh) const;
-
-    /** Rows and columns of the free nodes out of a nodal matrix (dofsPerNode 1) or one of
-    translations (dofsPerNode 3). **/
-    SymmetricMatrix takeFree(const SymmetricMatrix& A, int dofsPerNode) const;
+    /** D of a distributing tie: 6×(3·its nodes). **/
+    Eigen::MatrixXd calcMean(const Mesh& mesh, const Tie& tie) const;
 
 private:
     std::vector<Tie> _ties;
-    std::vector<int> _freeNodes;
-    std::vector<int> _freeIndexOf;  ///< per node: place among the free nodes, −1 if tied
+    std::vector<int> _rigidTieOf;  ///< per node
 };
-
-/** Velocity of position `arm` for the six rigid motions about the origin: [1₃, −arm×], 3×6. **/
-Eigen::Matrix<double, 3, 6> calcRigidMotion(const Eigen::Vector3d& arm);
 
 }  // namespace simflex

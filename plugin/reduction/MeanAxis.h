@@ -6,19 +6,6 @@ Takes the rigid motions out of a mode basis and makes it orthonormal. Internal t
 
 namespace simflex {
 
-/** The six rigid motions about the centre of mass. **/
-struct RigidMotion {
-    double mass = 0;
-    Eigen::Vector3d center;   ///< deck coordinates [m]
-    Eigen::Matrix3d inertia;  ///< about the centre of mass, with the FE mass matrix [kg m²]
-    Shapes R;                 ///< numDofs×6: translations, rotations about the centre of mass
-};
-
-RigidMotion calcRigidMotions(const FeModel& model, const FeProducts& products);
-
-/** X ← X − R (RᵀMR)⁻¹ RᵀM X, twice, for round-off. @returns the coefficients taken out, 6×k. **/
-Eigen::MatrixXd removeRigidMotion(const RigidMotion& rigid, const FeProducts& products, Shapes& X);
-
 /** Orthonormal modes of the mean-axis frame. **/
 struct MeanAxisModes {
     Shapes Phi;                    ///< numDofs×n_f

@@ -97,6 +97,9 @@ void setModalInvariants(const FeModel& model, const FeProducts& products, const 
         ReducedBody::Interface interface;
         interface.name = tie.name;
         interface.nodes = tie.nodes;
+        interface.tie = tie.type;
+        if (tie.type == TieType::Distributing)
+            interface.weights.assign(tie.nodes.size(), 1 / double(tie.nodes.size()));
         for (int a = 0; a < 3; ++a) interface.position[a] = tie.master[a] - rigid.center[a];
         interface.Phi = toVector(modes.boundary.middleRows(6 * k, 3));
         interface.Psi = toVector(modes.boundary.middleRows(6 * k + 3, 3));

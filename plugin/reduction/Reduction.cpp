@@ -1,13 +1,63 @@
 #include "simflex/reduction/Reduction.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <stdexcept>
 
 #include "CraigBampton.h"
+#include "FixedInterfaces.h"
 #include "MeanAxis.h"
 #include "ModalInvariants.h"
 #include "Stiffening.h"
 
 namespace simflex {
+namespace {
+
+/** What the reduction says of itself; see ReductionReport. **/
+ReductionReport makeReport(const FeProducts& products, const RigidMotion& rigid,
+                           const ModeBasis& basis, const MeanAxisModes& modes) {
+    ReductionReport report;
+    report.numConstraintModes = basis.numConstraint;
+    report.numAttachmentModes = basis.numAttachment;
+    for (const double omegaSquared : basis.normalOmegaSquared)
+        report.normalFrequencies.push_back(std::sqrt(omegaSquared) / (2 * M_PI));
+    report.effectiveMasses.assign(basis.effectiveMasses.data(),
+                                  basis.effectiveMasses.data() + basis.effectiveMasses.size());
+    report.rigidMasses = {rigid.mass,          rigid.mass,          rigid.mass,
+                          rigid.inertia(0, 0), rigid.inertia(1, 1), rigid.inertia(2, 2)};
+
+    const Eigen::Index n = modes.Phi.cols();
+    const Shapes MPhi = products.m.multiplyPerAxis(modes.Phi);
+    const Eigen::MatrixXd mass = modes.Phi.transpose() * MPhi,
+                          stiffness = modes.Phi.transpose() * products.K.multiply(modes.Phi);
+    const Eigen::MatrixXd Omega2 = modes.omegaSquared.asDiagonal();
+    report.massOrthogonality = (mass - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff();
+    report.stiffnessOrthogonality =
+        (stiffness - Omega2).cwiseAbs().maxCoeff() / modes.omegaSquared[n - 1];
+    const Shapes MR = products.m.multiplyPerAxis(rigid.R), KR = products.K.multiply(rigid.R);
+    for (Eigen::Index j = 0; j < 6; ++j) {
+        const double modalMass = rigid.R.col(j).dot(MR.col(j));
+        report.rigidResidual = std::max(
+            report.rigidResidual,
+            (rigid.R.col(j).transpose() * MPhi).cwiseAbs().maxCoeff() / std::sqrt(modalMass));
+        report.rigidEnergy = std::max(report.rigidEnergy, std::abs(rigid.R.col(j).dot(KR.col(j))) /
+                                                              modalMass / modes.omegaSquared[0]);
+    }
+    report.conditionNumber = basis.held->estimateConditionNumber();
+    return report;
+}
+
+/** Geometric stiffness is made by CalculiX on the model's deck, which knows no constraints. **/
+void checkStiffening(const FeModel& model, const ReductionOptions& options) {
+    if (options.stiffening && !model.constraints.empty())
+        throw std::invalid_argument("part '" + options.name +
+                                    "': geometric stiffness of a model with constraints (ties, "
+                                    "equations, shells or beams) is not possible; mesh it with "
+                                    "solids that share their nodes");
+}
+
+}  // namespace
 
 ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
                    const ProgressCallback& progress, ReductionTimings* timings) {
@@ -17,6 +67,7 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     time.numDofs = model.K.size;
     auto start = std::chrono::steady_clock::now(), lap = start;
     model.validate();
+    checkStiffening(model, options);
 
     const InterfaceTies ties(model, options);
     Eigen::Matrix3Xd masters(3, ties.ties().size());
@@ -24,14 +75,11 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
         masters.col(k) = Eigen::Map<const Eigen::Vector3d>(ties.ties()[k].master.data());
 
     const FeProducts products(model);
-    ModeBasis basis = ties.ties().empty()
-                          ? calcFreeBasis(model, products, options, progress, time)
-                          : calcCraigBamptonBasis(model, products, ties, options, progress, time);
+    const RigidMotion rigid = calcRigidMotions(model, products);
+    ModeBasis basis = calcCraigBamptonBasis(model, products, rigid, ties, options, progress, time);
 
     reportProgress(progress, "orthonormal modes", -1);
-    if (!options.stiffening) basis.fixedInterfaces.reset();
     lapTime(lap);
-    const RigidMotion rigid = calcRigidMotions(model, products);
     const MeanAxisModes modes = calcMeanAxisModes(options.name, products, rigid, masters, basis);
     time.orthonormalize = lapTime(lap);
 
@@ -39,6 +87,7 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     ReducedBody body;
     body.name = options.name;
     setModalInvariants(model, products, rigid, modes, ties, body);
+    body.report = makeReport(products, rigid, basis, modes);
     body.provenance.source = model.source;
     body.provenance.program = model.program;
     time.invariants = lapTime(lap);
@@ -46,6 +95,10 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
         body.stiffening = calcStiffening(model, products, rigid, ties, basis, modes,
                                          *options.stiffening, progress);
     time.stiffening = lapTime(lap);
+    if (options.numCheckedModes > 0)
+        body.report->fullFrequencies = calcFullFrequencies(
+            products, rigid, basis, std::min(options.numCheckedModes, body.numModes), progress);
+    time.check = lapTime(lap);
     body.validate();
     time.total = lapTime(start);
     return body;

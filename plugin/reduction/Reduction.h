@@ -2,9 +2,10 @@
 /** @file
 Reduces a finite element model to a ReducedBody by the Craig–Bampton method.
 
-1. Interfaces are tied rigidly (RBE2) to their master points: u_slave = u_I + θ_I × (x − x_I).
-2. Basis Ψ: constraint modes −K_ii⁻¹K_ib, one per boundary degree of freedom, and the lowest
-   fixed-interface normal modes of K_ii φ = ω² M_ii φ.
+1. Interfaces are tied to their master points: rigidly (RBE2), u_slave = u_I + θ_I × (x − x_I), or
+   distributing (RBE3), the master being the rigid motion that fits the nodes best.
+2. Basis Ψ: constraint modes, one per boundary degree of freedom; static attachment modes of load
+   points; the lowest normal modes with all interfaces held, K_ii φ = ω² M_ii φ.
 3. The small pencil (ΨᵀKΨ, ΨᵀMΨ) is solved, its six zeros are dropped, the rest is projected off
    the analytic rigid motions R and made orthonormal again: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0.
 4. The second-order invariants of the mean-axis frame (see ReducedBody).
@@ -30,16 +31,25 @@ Journal 6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 
 
 namespace simflex {
 
-/** One joint seat: which nodes are tied to which master point. **/
+/** One joint seat: which nodes are tied to which master point, and how. **/
 struct InterfaceOptions {
     InterfaceOptions() = default;
-    InterfaceOptions(std::string interfaceName, std::string deckNodeSet)
-        : name(std::move(interfaceName)), nodeSet(std::move(deckNodeSet)) {}
+    InterfaceOptions(std::string interfaceName, std::string whichNodes,
+                     TieType tieType = TieType::Rigid)
+        : name(std::move(interfaceName)), nodes(std::move(whichNodes)), tie(tieType) {}
 
-    std::string name;     ///< as joints will call it
-    std::string nodeSet;  ///< of the deck; upper and lower case are the same
+    std::string name;   ///< as joints will call it
+    std::string nodes;  ///< a node set of the model or a shape, see selectNodes()
+    TieType tie = TieType::Rigid;
     std::optional<std::array<double, 3>>
         master;  ///< deck coordinates [m]; default: mean of the nodes
+};
+
+/** A place where forces will act that is no interface. Its static (attachment) modes, one a
+direction, make the part bend under them as the full model does. **/
+struct LoadPoint {
+    std::string nodes;         ///< share the force evenly; see selectNodes()
+    std::string axes = "xyz";  ///< directions, of the deck
 };
 
 /** How geometric stiffness is made: by a static run of CalculiX for each of its 6 + 6·interfaces
@@ -52,10 +62,16 @@ struct StiffeningOptions {
 struct ReductionOptions {
     std::string name = "part";
     std::vector<InterfaceOptions> interfaces;
-    /** Craig–Bampton modes before the six rigid ones are removed: 6 per interface plus the normal
-    modes; the part gets numModes − 6. Without interfaces: free-free modes, the six rigid ones
-    among them. **/
+    std::vector<LoadPoint> loadPoints;
+    /** Craig–Bampton modes before the six rigid ones are removed: 6 per interface, one per
+    direction of each load point, the rest normal modes; the part gets numModes − 6. Without
+    interfaces: free-free modes, the six rigid ones among them. **/
     int numModes = 50;
+    /** If given, all normal modes up to this frequency are taken instead of numModes [Hz]. **/
+    std::optional<double> highestFrequency;
+    /** So many of the part's frequencies are compared with the full model's, which are found to
+    full accuracy for this: ReductionReport::fullFrequencies. **/
+    int numCheckedModes = 0;
     /** Asks for ReducedBody::stiffening. **/
     std::optional<StiffeningOptions> stiffening;
 };
@@ -63,9 +79,10 @@ struct ReductionOptions {
 /** Wall time of the phases [s], and the size of the problem. **/
 struct ReductionTimings {
     double factor = 0;           ///< Cholesky of K_ii
-    double constraintModes = 0;  ///< K_ii⁻¹K_ib
+    double constraintModes = 0;  ///< K_ii⁻¹K_ib, and attachment modes
     double normalModes = 0;      ///< Lanczos
     double orthonormalize = 0;   ///< small pencil, projection, second pencil
+    double check = 0;            ///< frequencies of the full model
     double invariants = 0;
     double stiffening = 0;  ///< loads, CalculiX, products
     double total = 0;
@@ -76,8 +93,9 @@ struct ReductionTimings {
 /** Reduces a part. O(factor) + O(numModes²·numDofs). The same model and options give the same bits.
 @param timings  if not null, receives the time of each phase.
 @throws std::invalid_argument naming part, interface or number, and the cure: an interface with
-    an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface; too
-    few or too many modes; K singular beyond its six rigid motions.
+    an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface; a load
+    point without nodes or on a rigid interface; too few or too many modes; K singular beyond its
+six rigid motions; stiffening of a model with constraints.
 @throws std::runtime_error for stiffening, if CalculiX fails (names the load) or the deck has
 changed since the model was read.
 @throws Cancelled if progress asks to stop. **/

@@ -104,6 +104,10 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {
 }
 
 void SparseCholesky::solveLower(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
+    if (X.cols() == 0) {  // CHOLMOD refuses that
+        Y.resize(X.rows(), 0);
+        return;
+    }
     Data& d = *_data;
     const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
     d.permuted.resize(X.rows(), X.cols());
@@ -113,6 +117,10 @@ void SparseCholesky::solveLower(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) co
 }
 
 void SparseCholesky::solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
+    if (X.cols() == 0) {  // CHOLMOD refuses that
+        Y.resize(X.rows(), 0);
+        return;
+    }
     Data& d = *_data;
     const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
     d.permuted = X;
@@ -120,6 +128,10 @@ void SparseCholesky::solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) co
     Y.resize(X.rows(), X.cols());
     for (Eigen::Index j = 0; j < X.cols(); ++j)
         for (Eigen::Index k = 0; k < X.rows(); ++k) Y(order[k], j) = result(k, j);
+}
+
+double SparseCholesky::estimateReciprocalCondition() const {
+    return cholmod_l_rcond(_data->factor, &_data->common);
 }
 
 int SparseCholesky::size() const {

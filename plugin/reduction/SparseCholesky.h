@@ -27,6 +27,9 @@ public:
     /** Y ← Pᵀ L⁻ᵀ X for many right-hand sides. @pre factor(). **/
     void solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const;
 
+    /** A rough estimate of 1/cond(A). @pre factor(). **/
+    double estimateReciprocalCondition() const;
+
     int size() const;
     long numFactorEntries() const;
 

@@ -1,5 +1,6 @@
 #include "Stiffening.h"
 
+#include "FixedInterfaces.h"
 #include "simflex/fe/GeometricStiffness.h"
 
 namespace simflex {
@@ -14,8 +15,8 @@ constexpr int kAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 /** The loads, a column each. **/
 struct Loads {
     std::vector<std::string> names;
-    Shapes applied;   ///< f, in equilibrium but for the interfaces' unit loads
-    MatrixXd onTies;  ///< 6·interfaces×loads: forces and moments on the interfaces' masters
+    Shapes applied;   ///< f, in equilibrium but for the rigid interfaces' unit loads
+    MatrixXd onTies;  ///< 6·interfaces×loads: forces and moments on the rigid interfaces' masters
 };
 
 /** −ω×(ω×s) for a unit of ω_aω_b, both orders. **/
@@ -43,6 +44,7 @@ Loads makeLoads(const FeModel& model, const FeProducts& products, const RigidMot
         const auto& tie = ties.ties()[size_t(k / 6)];
         loads.names.push_back(std::string(k % 6 < 3 ? "force " : "moment ") + "xyz"[k % 3] +
                               " on interface '" + tie.name + "'");
+        if (tie.type == TieType::Distributing) continue;
         loads.onTies(k, 6 + k) = 1;
         Eigen::Matrix<double, 6, 6> atMaster = Eigen::Matrix<double, 6, 6>::Identity();
         atMaster.topRows<3>() =
@@ -50,6 +52,14 @@ Loads makeLoads(const FeModel& model, const FeProducts& products, const RigidMot
         resultant.col(6 + k) = atMaster.row(k % 6).transpose();
     }
     loads.applied = products.m.multiplyPerAxis(acceleration);
+    for (int k = 0; k < numTies; ++k) {
+        const auto& tie = ties.ties()[size_t(k)];
+        if (tie.type == TieType::Rigid) continue;
+        const MatrixXd D = ties.calcMean(model.mesh, tie);
+        for (size_t i = 0; i < tie.nodes.size(); ++i)
+            loads.applied.block<3, 6>(3 * tie.nodes[i], 6 + 6 * k) =
+                D.middleCols<3>(3 * Eigen::Index(i)).transpose();
+    }
     const Shapes MR = products.m.multiplyPerAxis(rigid.R);
     const Eigen::LDLT<MatrixXd> RMR(MatrixXd(rigid.R.transpose() * MR));
     for (int pass = 0; pass < 2; ++pass) {  // twice, for round-off
@@ -60,12 +70,12 @@ Loads makeLoads(const FeModel& model, const FeProducts& products, const RigidMot
 }
 
 /** Displacements under the loads, up to a rigid motion. **/
-Shapes solve(const FeModel& model, const FeProducts& products, const InterfaceTies& ties,
-             const ModeBasis& basis, const Loads& loads) {
+Shapes solve(const FeProducts& products, const InterfaceTies& ties, const ModeBasis& basis,
+             const Loads& loads) {
     const Eigen::Index numBoundary = ties.numBoundaryDofs(), count = loads.applied.cols();
     // The first interface held: in equilibrium it carries nothing.
     const Shapes constraint = basis.Psi.leftCols(numBoundary);
-    Shapes u = Shapes::Zero(model.K.size, count);
+    Shapes u = Shapes::Zero(constraint.rows(), count);
     if (numBoundary > 6) {
         const Eigen::Index rest = numBoundary - 6;
         const MatrixXd stiffness = constraint.transpose() * products.K.multiply(constraint);
@@ -73,15 +83,7 @@ Shapes solve(const FeModel& model, const FeProducts& products, const InterfaceTi
         u = constraint.rightCols(rest) *
             stiffness.bottomRightCorner(rest, rest).ldlt().solve(force.bottomRows(rest));
     }
-    const auto& free = ties.freeNodes();
-    if (free.empty()) return u;
-    MatrixXd onFree(3 * Eigen::Index(free.size()), count);
-    for (size_t k = 0; k < free.size(); ++k)
-        onFree.middleRows<3>(3 * Eigen::Index(k)) = loads.applied.middleRows<3>(3 * free[k]);
-    const MatrixXd inside = basis.fixedInterfaces->solve(onFree);
-    for (size_t k = 0; k < free.size(); ++k)
-        u.middleRows<3>(3 * free[k]) += inside.middleRows<3>(3 * Eigen::Index(k));
-    return u;
+    return u + basis.held->solve(loads.applied);
 }
 
 std::vector<double> toVector(const MatrixXd& A) {
@@ -99,8 +101,9 @@ ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& p
     const Loads loads = makeLoads(model, products, rigid, ties);
     Shapes tieForces = Shapes::Zero(model.K.size, loads.applied.cols());  // c, on tied nodes alone
     if (!ties.ties().empty()) {
-        tieForces = products.K.multiply(solve(model, products, ties, basis, loads)) - loads.applied;
-        for (const int node : ties.freeNodes()) tieForces.middleRows<3>(3 * node).setZero();
+        tieForces = products.K.multiply(solve(products, ties, basis, loads)) - loads.applied;
+        for (int node = 0; node < model.mesh.numNodes(); ++node)
+            if (ties.rigidTieOf(node) < 0) tieForces.middleRows<3>(3 * node).setZero();
     }
     const Shapes total = loads.applied + tieForces;
 
@@ -124,6 +127,7 @@ ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& p
         MatrixXd& ofLoad = K[size_t(c)];
         for (size_t j = 0; j < ties.ties().size(); ++j) {
             const auto& tie = ties.ties()[j];
+            if (tie.type == TieType::Distributing) continue;
             Matrix3d S = Matrix3d::Zero();
             for (const int node : tie.nodes) {
                 const Vector3d arm =

@@ -9,8 +9,9 @@ the forces c by which rigid interfaces hold their nodes: K u = f + c. Under that
     K = ΦᵀK_gΦ + Σ_J Ψ_JᵀB_JΨ_J,    B_J = S_J − tr(S_J)1,    S_J = sym Σ c rᵀ
 
 the second term because a node at r from the master of a rigid interface J that turns by θ = Ψ_Jξ
-moves by ½ θ×(θ×r) to second order. Then f·u₂ = −½ ξᵀKξ for the displacement u₂ that modes cause to
-second order, as rotations shorten a beam. **/
+moves by ½ θ×(θ×r) to second order. The load of a distributing interface is shared out among its
+nodes. Then f·u₂ = −½ ξᵀKξ for the displacement u₂ that modes cause to second order, as rotations
+shorten a beam. **/
 
 #include "MeanAxis.h"
 

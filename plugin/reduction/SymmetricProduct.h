@@ -35,4 +35,11 @@ private:
     std::vector<double> _values;
 };
 
+/** The finite element matrices in the form that the reduction multiplies with. **/
+struct FeProducts {
+    explicit FeProducts(const FeModel& model) : K(model.K), m(model.m) {}
+    FullRows K;  ///< numDofs
+    FullRows m;  ///< numNodes, M = m ⊗ 1₃
+};
+
 }  // namespace simflex

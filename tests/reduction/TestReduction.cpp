@@ -116,25 +116,25 @@ TEST_F(ReductionTest, ProgressCanStopTheWork) {
 
 TEST_F(ReductionTest, AnUnknownNodeSetIsNamedWithThoseThatExist) {
     ReductionOptions options = twoEnds(20);
-    options.interfaces[0].nodeSet = "SHAFT";
+    options.interfaces[0].nodes = "SHAFT";
     EXPECT_THAT(errorOf(options), AllOf(HasSubstr("'brick'"), HasSubstr("'left'"),
                                         HasSubstr("'SHAFT'"), HasSubstr("RIGHT (9)")));
 }
 
 TEST_F(ReductionTest, AnInterfaceNeedsThreeNodesThatAreNotCollinear) {
     ReductionOptions options = twoEnds(20);
-    options.interfaces[0].nodeSet = "ONE";
+    options.interfaces[0].nodes = "ONE";
     EXPECT_THAT(errorOf(options),
                 AllOf(HasSubstr("'left'"), HasSubstr("only 1 node"), HasSubstr("three nodes")));
-    options.interfaces[0].nodeSet = "TWO";
+    options.interfaces[0].nodes = "TWO";
     EXPECT_THAT(errorOf(options), HasSubstr("only 2 nodes"));
-    options.interfaces[0].nodeSet = "LINE";
+    options.interfaces[0].nodes = "LINE";
     EXPECT_THAT(errorOf(options), HasSubstr("collinear"));
 }
 
 TEST_F(ReductionTest, InterfacesMustNotOverlapOrShareAName) {
     ReductionOptions options = twoEnds(20);
-    options.interfaces[1].nodeSet = "CORNERS";
+    options.interfaces[1].nodes = "CORNERS";
     EXPECT_THAT(errorOf(options),
                 AllOf(HasSubstr("'left'"), HasSubstr("'right'"), HasSubstr("overlap")));
     options = twoEnds(20);
@@ -224,8 +224,7 @@ TEST_F(ReductionTest, AHingeInsideThePartIsRefused) {
         EXPECT_THAT(errorOf(one, hinged), HasSubstr("singular beyond the six rigid motions"));
         ReductionOptions none = both;
         none.interfaces.clear();
-        EXPECT_THAT(errorOf(none, hinged),
-                    HasSubstr(std::to_string(shared == 1 ? 9 : 7) + " rigid modes, must have 6"));
+        EXPECT_THAT(errorOf(none, hinged), HasSubstr("singular beyond the six rigid motions"));
     }
 }
 

@@ -1,0 +1,28 @@
+#pragma once
+/** @file
+Chooses nodes of a mesh: by node set, number or geometry. Deck coordinates, metres.
+
+    selectNodes(mesh, "SHAFT")                           the nodes of a set (or surface) of the deck
+    selectNodes(mesh, "node:17")                         one node by its number in the deck
+    selectNodes(mesh, "sphere:0,0,0,0.01")               x,y,z,r: nodes no farther than r from x,y,z
+    selectNodes(mesh, "cylinder:0,0,0,0,0,1,0.005")      x,y,z,ax,ay,az,r: nodes no farther than r
+                                                         from the axis through x,y,z along a
+    selectNodes(mesh, "cylinder:0,0,0,0,0,1,0.005,0.02") the same, at most 0.02 up the axis
+    selectNodes(mesh, "plane:0.2,0,0,1,0,0")             x,y,z,nx,ny,nz: nodes on the plane
+
+Every shape takes round-off with it: one millionth of the mesh's size. **/
+
+#include <string>
+#include <vector>
+
+#include "simflex/part/Mesh.h"
+
+namespace simflex {
+
+/** Mesh indices, ascending; upper and lower case of a set's name are the same.
+@throws std::invalid_argument for a set or node that does not exist (lists those that do), a shape
+    with the wrong number of numbers or an impossible one, or one that holds no node (says how far
+    away the nearest is). **/
+std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection);
+
+}  // namespace simflex
