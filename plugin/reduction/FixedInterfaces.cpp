@@ -17,7 +17,8 @@ constexpr double kRank = 1e-10;
 
 /** An orthonormal basis of the columns of X, which are scaled to unit length first. **/
 MatrixXd orthonormalize(MatrixXd X) {
-    X = X * X.colwise().norm().cwiseInverse().asDiagonal();
+    const Eigen::VectorXd norms = X.colwise().norm();
+    for (Index k = 0; k < X.cols(); ++k) X.col(k) /= norms[k];
     const Eigen::HouseholderQR<MatrixXd> qr(X);
     return qr.householderQ() * MatrixXd::Identity(X.rows(), X.cols());
 }
@@ -165,7 +166,7 @@ void FixedInterfaces::Data::findCoordinates() {
     if (isSupported()) {
         // The six coordinates whose rigid motions are the farthest from dependent.
         MatrixXd motions = rigidCoordinates.transpose();
-        motions = motions.rowwise().norm().cwiseInverse().asDiagonal() * motions;
+        for (Index j = 0; j < 6; ++j) motions.row(j).normalize();
         const Eigen::ColPivHouseholderQR<MatrixXd> pivoted(motions);
         for (Index k = 0; k < 6; ++k) tieOf[size_t(pivoted.colsPermutation().indices()[k])] = 0;
     }

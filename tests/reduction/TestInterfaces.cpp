@@ -1,0 +1,556 @@
+/** @file
+Interfaces, load points, constraints and the report of a reduction against dense linear algebra on
+the same K and M, and distributing ties against CalculiX's own distributing coupling. **/
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "fe/TestDecks.h"
+#include "simflex/fe/CalculixDeck.h"
+#include "simflex/reduction/Reduction.h"
+
+namespace simflex {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using ::testing::AllOf;
+using testing::Brick;
+using ::testing::HasSubstr;
+using testing::TestFolder;
+
+MatrixXd toDense(const SymmetricMatrix& A, int dofsPerRow = 1) {
+    MatrixXd dense = MatrixXd::Zero(dofsPerRow * A.size, dofsPerRow * A.size);
+    for (int column = 0; column < A.size; ++column)
+        for (auto k = A.columnStarts[column]; k < A.columnStarts[column + 1]; ++k)
+            for (int a = 0; a < dofsPerRow; ++a) {
+                dense(dofsPerRow * A.rows[k] + a, dofsPerRow * column + a) = A.values[k];
+                dense(dofsPerRow * column + a, dofsPerRow * A.rows[k] + a) = A.values[k];
+            }
+    return dense;
+}
+
+/** Rigid motions about a point at all nodes, or some. **/
+MatrixXd rigidMotions(const Mesh& mesh, const Vector3d& about, std::vector<int> nodes = {}) {
+    if (nodes.empty())
+        for (int node = 0; node < mesh.numNodes(); ++node) nodes.push_back(node);
+    MatrixXd R = MatrixXd::Zero(3 * Eigen::Index(nodes.size()), 6);
+    for (size_t k = 0; k < nodes.size(); ++k) {
+        const Vector3d r =
+            Eigen::Map<const Vector3d>(&mesh.positions[3 * size_t(nodes[k])]) - about;
+        for (int j = 0; j < 3; ++j) {
+            R.block<3, 1>(3 * Eigen::Index(k), j) = Vector3d::Unit(j);
+            R.block<3, 1>(3 * Eigen::Index(k), 3 + j) = Vector3d::Unit(j).cross(r);
+        }
+    }
+    return R;
+}
+
+Vector3d meanOf(const Mesh& mesh, const std::string& set) {
+    Vector3d mean = Vector3d::Zero();
+    for (const int node : mesh.nodeSets.at(set))
+        mean += Eigen::Map<const Vector3d>(&mesh.positions[3 * size_t(node)]);
+    return mean / double(mesh.nodeSets.at(set).size());
+}
+
+/** The rigid motion of a set's mean point that fits its nodes best: 6×numDofs. **/
+MatrixXd meanMotion(const Mesh& mesh, const std::string& set) {
+    const auto& nodes = mesh.nodeSets.at(set);
+    const MatrixXd R = rigidMotions(mesh, meanOf(mesh, set), nodes);
+    const MatrixXd fit = (R.transpose() * R).inverse() * R.transpose();
+    MatrixXd D = MatrixXd::Zero(6, 3 * mesh.numNodes());
+    for (size_t k = 0; k < nodes.size(); ++k)
+        D.middleCols<3>(3 * nodes[k]) = fit.middleCols<3>(3 * Eigen::Index(k));
+    return D;
+}
+
+/** Columns that span the shapes with set tied rigidly: its 6 motions first, then the other DOF. **/
+MatrixXd tieRigidly(const Mesh& mesh, const std::string& set) {
+    const auto& nodes = mesh.nodeSets.at(set);
+    const Eigen::Index n = 3 * mesh.numNodes();
+    MatrixXd T = MatrixXd::Zero(n, 6 + n - 3 * Eigen::Index(nodes.size()));
+    const MatrixXd R = rigidMotions(mesh, meanOf(mesh, set), nodes);
+    for (size_t k = 0; k < nodes.size(); ++k)
+        T.block(3 * nodes[k], 0, 3, 6) = R.middleRows<3>(3 * Eigen::Index(k));
+    Eigen::Index column = 6;
+    for (int node = 0; node < mesh.numNodes(); ++node)
+        if (!std::binary_search(nodes.begin(), nodes.end(), node))
+            for (int a = 0; a < 3; ++a) T(3 * node + a, column++) = 1;
+    return T;
+}
+
+/** Frequencies [Hz] of a pencil, ascending. **/
+VectorXd frequenciesOf(const MatrixXd& K, const MatrixXd& M) {
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(K, M, Eigen::EigenvaluesOnly);
+    return solver.eigenvalues().cwiseMax(0).cwiseSqrt() / (2 * M_PI);
+}
+
+/** An orthonormal basis of the shapes with D u = 0. **/
+MatrixXd nullSpace(const MatrixXd& D) {
+    const Eigen::FullPivLU<MatrixXd> lu(D);
+    const MatrixXd kernel = lu.kernel();
+    const Eigen::HouseholderQR<MatrixXd> qr(kernel);
+    return qr.householderQ() * MatrixXd::Identity(kernel.rows(), kernel.cols());
+}
+
+double hertzOf(const ReducedBody& body, int mode) {
+    return std::sqrt(body.omegaSquared[size_t(mode)]) / (2 * M_PI);
+}
+
+class InterfacesTest : public ::testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        TestFolder folder;
+        testing::writeText(folder / "brick.inp", Brick().text());
+        model = new FeModel(readCalculixDeck(folder / "brick.inp"));
+        K = toDense(model->K);
+        M = toDense(model->m, 3);
+    }
+    static void TearDownTestSuite() { delete model; }
+
+    static ReductionOptions twoEnds(TieType left, TieType right, int numModes) {
+        ReductionOptions options;
+        options.name = "brick";
+        options.interfaces = {{"left", "LEFT", left}, {"right", "RIGHT", right}};
+        options.numModes = numModes;
+        return options;
+    }
+
+    static std::string errorOf(const ReductionOptions& options) {
+        try {
+            reduce(*model, options);
+        } catch (const std::exception& error) {
+            return error.what();
+        }
+        return "accepted";
+    }
+
+    /** Displacement of all nodes under f with interface 'left' of the part held still. **/
+    static VectorXd deflect(const ReducedBody& body, const VectorXd& f, const FeModel& of) {
+        const Eigen::Index n = body.numModes, numDofs = 3 * body.mesh.numNodes();
+        const MatrixXd R =
+            rigidMotions(of.mesh, Eigen::Map<const Vector3d>(body.centerOfMass.data()));
+        MatrixXd B(numDofs, 6 + n);
+        B << R, Eigen::Map<const MatrixXd>(body.Phi.data(), numDofs, n);
+        const auto& left = body.getInterface("left");
+        MatrixXd A(6, 6 + n);
+        A << MatrixXd::Identity(6, 6), MatrixXd::Zero(6, n);
+        for (int j = 0; j < 3; ++j)
+            A.block<3, 1>(0, 3 + j) =
+                Vector3d::Unit(j).cross(Eigen::Map<const Vector3d>(left.position.data()));
+        A.block(0, 6, 3, n) = Eigen::Map<const MatrixXd>(left.Phi.data(), 3, n);
+        A.block(3, 6, 3, n) = Eigen::Map<const MatrixXd>(left.Psi.data(), 3, n);
+        MatrixXd system = MatrixXd::Zero(12 + n, 12 + n);
+        VectorXd scale = VectorXd::Ones(12 + n);
+        for (Eigen::Index i = 0; i < n; ++i) {
+            system(6 + i, 6 + i) = body.omegaSquared[size_t(i)];
+            scale[6 + i] = 1 / std::sqrt(body.omegaSquared[size_t(i)]);
+        }
+        system.bottomLeftCorner(6, 6 + n) = A;
+        system.topRightCorner(6 + n, 6) = A.transpose();
+        VectorXd right = VectorXd::Zero(12 + n);
+        right.head(6 + n) = B.transpose() * f;
+        const MatrixXd scaled = scale.asDiagonal() * system * scale.asDiagonal();
+        const VectorXd x =
+            scale.asDiagonal() * scaled.fullPivLu().solve(scale.asDiagonal() * right).eval();
+        return B * x.head(6 + n);
+    }
+
+    /** The same by dense linear algebra, with D u = 0 (rows of D). **/
+    static VectorXd deflectDense(const MatrixXd& D, const VectorXd& f) {
+        const MatrixXd Z = nullSpace(D);
+        return Z * (Z.transpose() * K * Z).ldlt().solve(Z.transpose() * f);
+    }
+
+    static FeModel* model;
+    static MatrixXd K, M;
+};
+
+FeModel* InterfacesTest::model = nullptr;
+MatrixXd InterfacesTest::K, InterfacesTest::M;
+
+TEST_F(InterfacesTest, DistributingTiesStiffenNothing) {
+    // Every mode that there is: the part is the whole model.
+    const ReducedBody body = reduce(
+        *model, twoEnds(TieType::Distributing, TieType::Distributing, 3 * model->mesh.numNodes()));
+    const VectorXd expected = frequenciesOf(K, M);
+    ASSERT_EQ(body.numModes, expected.size() - 6);
+    for (int i = 0; i < body.numModes; ++i)
+        EXPECT_NEAR(hertzOf(body, i), expected[6 + i], 1e-8 * expected[6 + i]) << "mode " << i + 1;
+}
+
+TEST_F(InterfacesTest, RigidAndDistributingTiesTogetherMatchDenseAlgebra) {
+    const MatrixXd T = tieRigidly(model->mesh, "LEFT");
+    const ReducedBody body =
+        reduce(*model, twoEnds(TieType::Rigid, TieType::Distributing, int(T.cols())));
+    const VectorXd expected = frequenciesOf(T.transpose() * K * T, T.transpose() * M * T);
+    ASSERT_EQ(body.numModes, expected.size() - 6);
+    for (int i = 0; i < body.numModes; ++i)
+        EXPECT_NEAR(hertzOf(body, i), expected[6 + i], 1e-8 * expected[6 + i]) << "mode " << i + 1;
+    EXPECT_EQ(body.getInterface("left").tie, TieType::Rigid);
+    EXPECT_TRUE(body.getInterface("left").weights.empty());
+    EXPECT_EQ(body.getInterface("right").tie, TieType::Distributing);
+    EXPECT_THAT(body.getInterface("right").weights, ::testing::Each(::testing::DoubleEq(1.0 / 9)));
+}
+
+TEST_F(InterfacesTest, ADistributingInterfaceMovesAsTheMeanOfItsNodes) {
+    const ReducedBody body = reduce(*model, twoEnds(TieType::Distributing, TieType::Rigid, 30));
+    const MatrixXd D = meanMotion(model->mesh, "LEFT");
+    const Eigen::Map<const MatrixXd> Phi(body.Phi.data(), 3 * body.mesh.numNodes(), body.numModes);
+    const auto& left = body.getInterface("left");
+    MatrixXd master(6, body.numModes);
+    master << Eigen::Map<const MatrixXd>(left.Phi.data(), 3, body.numModes),
+        Eigen::Map<const MatrixXd>(left.Psi.data(), 3, body.numModes);
+    EXPECT_LT((D * Phi - master).cwiseAbs().maxCoeff(), 1e-9 * master.cwiseAbs().maxCoeff());
+}
+
+TEST_F(InterfacesTest, LoadsOnInterfacesBendThePartAsTheFullModel) {
+    for (const TieType left : {TieType::Rigid, TieType::Distributing})
+        for (const TieType right : {TieType::Rigid, TieType::Distributing}) {
+            const ReducedBody body = reduce(*model, twoEnds(left, right, 14));
+            VectorXd load(6);
+            load << 100, 40, -25, 0.3, -0.2, 0.5;
+            const VectorXd f = meanMotion(model->mesh, "RIGHT").transpose() * load;
+            // A rigid tie is a mean that moves as its nodes do: all their motion but the rigid one
+            // is held.
+            MatrixXd held = meanMotion(model->mesh, "LEFT");
+            for (const auto& [set, tie] : {std::pair{"LEFT", left}, std::pair{"RIGHT", right}}) {
+                if (tie == TieType::Distributing) continue;
+                const auto& nodes = model->mesh.nodeSets.at(set);
+                const MatrixXd R = rigidMotions(model->mesh, meanOf(model->mesh, set), nodes),
+                               others = nullSpace(R.transpose()).transpose();
+                MatrixXd rows = MatrixXd::Zero(others.rows(), 3 * model->mesh.numNodes());
+                for (size_t k = 0; k < nodes.size(); ++k)
+                    rows.middleCols<3>(3 * nodes[k]) = others.middleCols<3>(3 * Eigen::Index(k));
+                MatrixXd both(held.rows() + rows.rows(), held.cols());
+                both << held, rows;
+                held = both;
+            }
+            const VectorXd expected = deflectDense(held, f), found = deflect(body, f, *model);
+            EXPECT_LT((found - expected).norm(), 1e-8 * expected.norm())
+                << int(left) << " " << int(right);
+        }
+}
+
+TEST_F(InterfacesTest, NormalModesAndEffectiveMassesMatchDenseAlgebra) {
+    const ReducedBody body =
+        reduce(*model, twoEnds(TieType::Distributing, TieType::Distributing, 30));
+    MatrixXd D(12, K.cols());
+    D << meanMotion(model->mesh, "LEFT"), meanMotion(model->mesh, "RIGHT");
+    const MatrixXd Z = nullSpace(D);
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(Z.transpose() * K * Z,
+                                                                    Z.transpose() * M * Z);
+    ASSERT_TRUE(body.report);
+    ASSERT_EQ(body.report->normalFrequencies.size(), 18u);
+    ASSERT_EQ(body.report->effectiveMasses.size(), 6 * 18u);
+    const MatrixXd R =
+        rigidMotions(model->mesh, Eigen::Map<const Vector3d>(body.centerOfMass.data()));
+    const MatrixXd L = R.transpose() * M * Z * solver.eigenvectors();
+    for (int k = 0; k < 18; ++k) {
+        const double hertz = std::sqrt(solver.eigenvalues()[k]) / (2 * M_PI);
+        EXPECT_NEAR(body.report->normalFrequencies[size_t(k)], hertz, 1e-8 * hertz);
+        for (int j = 0; j < 6; ++j)
+            EXPECT_NEAR(body.report->effectiveMasses[size_t(6 * k + j)], L(j, k) * L(j, k),
+                        1e-7 * body.report->rigidMasses[size_t(j)])
+                << "mode " << k + 1 << " direction " << j;
+    }
+    const double m = body.mass;
+    EXPECT_THAT(body.report->rigidMasses,
+                ::testing::ElementsAre(m, m, m, body.inertia[0], body.inertia[1], body.inertia[2]));
+}
+
+TEST_F(InterfacesTest, FullFrequenciesAreThoseOfTheWholeTiedModel) {
+    for (const TieType right : {TieType::Rigid, TieType::Distributing}) {
+        ReductionOptions options = twoEnds(TieType::Rigid, right, 24);
+        options.numCheckedModes = 10;
+        const ReducedBody body = reduce(*model, options);
+        MatrixXd T = tieRigidly(model->mesh, "LEFT");
+        if (right == TieType::Rigid) {
+            // Only what leaves the right end rigid.
+            const auto& nodes = model->mesh.nodeSets.at("RIGHT");
+            const MatrixXd R = rigidMotions(model->mesh, meanOf(model->mesh, "RIGHT"), nodes);
+            const MatrixXd others = nullSpace(R.transpose()).transpose();
+            MatrixXd rows = MatrixXd::Zero(others.rows(), K.cols());
+            for (size_t k = 0; k < nodes.size(); ++k)
+                rows.middleCols<3>(3 * nodes[k]) = others.middleCols<3>(3 * Eigen::Index(k));
+            T = T * nullSpace(rows * T);
+        }
+        const VectorXd expected = frequenciesOf(T.transpose() * K * T, T.transpose() * M * T);
+        ASSERT_EQ(body.report->fullFrequencies.size(), 10u);
+        for (int i = 0; i < 10; ++i) {
+            EXPECT_NEAR(body.report->fullFrequencies[size_t(i)], expected[6 + i],
+                        1e-8 * expected[6 + i]);
+            // Ritz: a reduced part is never softer than its model.
+            EXPECT_GT(hertzOf(body, i), expected[6 + i] * (1 - 1e-9));
+        }
+    }
+}
+
+TEST_F(InterfacesTest, FreePartsAreCheckedTooAndAgreeToTheLast) {
+    ReductionOptions options;
+    options.numModes = 20;
+    options.numCheckedModes = 14;
+    const ReducedBody body = reduce(*model, options);
+    ASSERT_EQ(body.report->fullFrequencies.size(), 14u);
+    for (int i = 0; i < 14; ++i)
+        EXPECT_NEAR(body.report->fullFrequencies[size_t(i)], hertzOf(body, i),
+                    1e-8 * hertzOf(body, i));
+    EXPECT_TRUE(body.report->effectiveMasses.empty());
+}
+
+TEST_F(InterfacesTest, AHighestFrequencyTakesAllNormalModesBelowIt) {
+    ReductionOptions options = twoEnds(TieType::Rigid, TieType::Rigid, 60);
+    const auto all = reduce(*model, options).report->normalFrequencies;
+    options.highestFrequency = 0.5 * (all[20] + all[21]);
+    options.numModes = 1;  // not used
+    const ReducedBody body = reduce(*model, options);
+    ASSERT_EQ(body.report->normalFrequencies.size(), 21u);
+    EXPECT_EQ(body.numModes, 21 + 12 - 6);
+    options.highestFrequency = 0.5 * all[0];
+    EXPECT_EQ(reduce(*model, options).numModes, 6);  // constraint modes alone
+    options.highestFrequency = -1;
+    EXPECT_THAT(errorOf(options), HasSubstr("highest frequency"));
+}
+
+TEST_F(InterfacesTest, AttachmentModesMakeLoadPointsBendAsTheFullModel) {
+    // The middle of the brick's long edge; and a whole set along one axis.
+    for (const TieType tie : {TieType::Rigid, TieType::Distributing}) {
+        ReductionOptions options = twoEnds(tie, TieType::Distributing, 12 + 3 + 1 + 4);
+        options.loadPoints = {{"node:5", "xyz"}, {"sphere:0.1,0.015,0.01,0.001", "z"}};
+        const ReducedBody body = reduce(*model, options);
+        EXPECT_EQ(body.report->numAttachmentModes, 4);
+        EXPECT_EQ(body.numModes, 14);
+        MatrixXd held = meanMotion(model->mesh, "LEFT");
+        if (tie == TieType::Rigid) {
+            held = MatrixXd::Zero(27, K.cols());
+            Eigen::Index row = 0;
+            for (const int node : model->mesh.nodeSets.at("LEFT"))
+                for (int a = 0; a < 3; ++a) held(row++, 3 * node + a) = 1;
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            VectorXd f = VectorXd::Zero(K.cols());
+            f[3 * model->mesh.indexOf(5) + axis] = 50;
+            const VectorXd expected = deflectDense(held, f), found = deflect(body, f, *model);
+            EXPECT_LT((found - expected).norm(), 1e-8 * expected.norm()) << "axis " << axis;
+        }
+    }
+}
+
+TEST_F(InterfacesTest, AttachmentModesThatNormalModesHoldAreDropped) {
+    ReductionOptions options = twoEnds(TieType::Rigid, TieType::Rigid, 12 + 6 + 20);
+    options.loadPoints = {{"node:5", "xyz"}, {"node:5", "xyz"}};
+    const ReducedBody body = reduce(*model, options);
+    EXPECT_EQ(body.report->numAttachmentModes, 3);
+    EXPECT_EQ(body.numModes, 12 + 3 + 20 - 6);
+}
+
+TEST_F(InterfacesTest, WithoutInterfacesAttachmentModesAreInertiaRelieved) {
+    ReductionOptions options;
+    options.numModes = 6 + 3 + 4;
+    options.loadPoints = {{"node:5"}};
+    const ReducedBody body = reduce(*model, options);
+    EXPECT_EQ(body.numModes, 7);
+    // The elastic deflection under a load balanced by inertia, K u = f − M R (RᵀMR)⁻¹ Rᵀ f.
+    const MatrixXd R =
+        rigidMotions(model->mesh, Eigen::Map<const Vector3d>(body.centerOfMass.data()));
+    VectorXd f = VectorXd::Zero(K.cols());
+    f[3 * model->mesh.indexOf(5) + 1] = 1;
+    const MatrixXd MR = M * R, RMR = R.transpose() * MR;
+    const VectorXd balanced = f - MR * RMR.ldlt().solve(R.transpose() * f);
+    const VectorXd expected = deflectDense(MR.transpose(), balanced);
+    const Eigen::Map<const MatrixXd> Phi(body.Phi.data(), K.cols(), body.numModes);
+    const Eigen::Map<const VectorXd> omegaSquared(body.omegaSquared.data(), body.numModes);
+    const VectorXd found = Phi * (Phi.transpose() * f).cwiseQuotient(omegaSquared);
+    EXPECT_LT((found - expected).norm(), 1e-8 * expected.norm());
+}
+
+TEST_F(InterfacesTest, TheReportMeasuresWhatItSays) {
+    const ReducedBody body = reduce(*model, twoEnds(TieType::Rigid, TieType::Distributing, 30));
+    const Eigen::Map<const MatrixXd> Phi(body.Phi.data(), K.cols(), body.numModes);
+    const MatrixXd mass = Phi.transpose() * M * Phi;
+    EXPECT_LT((mass - MatrixXd::Identity(mass.rows(), mass.cols())).cwiseAbs().maxCoeff(), 1e-10);
+    EXPECT_LT(body.report->massOrthogonality, 1e-10);
+    EXPECT_LT(body.report->stiffnessOrthogonality, 1e-10);
+    EXPECT_LT(body.report->rigidResidual, 1e-9);
+    EXPECT_LT(body.report->rigidEnergy, 1e-6);  // ccx writes K in 14 digits
+    EXPECT_EQ(body.report->numConstraintModes, 12);
+    // The factored matrix is that of the coordinates that the rigid tie leaves free.
+    const MatrixXd T = tieRigidly(model->mesh, "LEFT").rightCols(K.cols() - 27);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(T.transpose() * K * T,
+                                                         Eigen::EigenvaluesOnly);
+    const double condition =
+        solver.eigenvalues()[solver.eigenvalues().size() - 1] / solver.eigenvalues()[0];
+    EXPECT_GT(body.report->conditionNumber, 1);
+    EXPECT_LT(body.report->conditionNumber, 1.01 * condition);  // an estimate from below
+}
+
+TEST_F(InterfacesTest, WhatIsWrongWithALoadPointIsSaid) {
+    ReductionOptions options = twoEnds(TieType::Rigid, TieType::Distributing, 30);
+    options.loadPoints = {{"node:1"}};
+    EXPECT_THAT(errorOf(options), AllOf(HasSubstr("node 1 "), HasSubstr("'left'")));
+    options.loadPoints = {{"NOWHERE"}};
+    EXPECT_THAT(errorOf(options), AllOf(HasSubstr("'NOWHERE'"), HasSubstr("RIGHT (9)")));
+    options.loadPoints = {{"node:5", "w"}};
+    EXPECT_THAT(errorOf(options), HasSubstr("xyz"));
+}
+
+/** A brick cut in two at its middle, the nodes of the cut doubled. **/
+FeModel readCutBrick(bool joined) {
+    TestFolder folder;
+    Brick half;
+    half.elements = {4, 2, 2};
+    half.size[0] = 0.1;
+    const std::string first = half.meshText();
+    std::istringstream lines(half.meshText(1001, 1001));
+    std::string second;
+    bool inNodes = false;
+    for (std::string line; std::getline(lines, line);) {
+        if (line[0] == '*') {
+            inNodes = line == "*NODE";
+            const size_t at = line.find("NSET=");
+            second +=
+                (at == std::string::npos ? line : "*NSET, NSET=SECOND_" + line.substr(at + 5)) +
+                "\n";
+            continue;
+        }
+        if (inNodes) {
+            const size_t from = line.find(',') + 1, to = line.find(',', from);
+            std::ostringstream x;
+            x << std::setprecision(15) << std::stod(line.substr(from)) + 0.1;
+            line = line.substr(0, from) + x.str() + line.substr(to);
+        }
+        second += line + "\n";
+    }
+    testing::writeText(folder / "first.inp", first + half.materialText());
+    if (!joined) return readCalculixDeck(folder / "first.inp");
+    // Assembled apart, put together here: K and m of both pieces beside each other.
+    testing::writeText(folder / "second.inp", second + half.materialText());
+    FeModel a = readCalculixDeck(folder / "first.inp");
+    const FeModel b = readCalculixDeck(folder / "second.inp");
+    const int numFirst = a.mesh.numNodes();
+    const auto join = [](SymmetricMatrix& A, const SymmetricMatrix& B) {
+        A.columnStarts.pop_back();
+        for (const auto start : B.columnStarts) A.columnStarts.push_back(A.numEntries() + start);
+        for (const auto row : B.rows) A.rows.push_back(row + A.size);
+        A.values.insert(A.values.end(), B.values.begin(), B.values.end());
+        A.size += B.size;
+    };
+    join(a.K, b.K);
+    join(a.m, b.m);
+    a.mesh.nodeNumbers.insert(a.mesh.nodeNumbers.end(), b.mesh.nodeNumbers.begin(),
+                              b.mesh.nodeNumbers.end());
+    a.mesh.positions.insert(a.mesh.positions.end(), b.mesh.positions.begin(),
+                            b.mesh.positions.end());
+    a.mesh.elements.push_back(b.mesh.elements[0]);
+    for (int& node : a.mesh.elements[1].nodes) node += numFirst;
+    for (const auto& [name, nodes] : b.mesh.nodeSets)
+        for (const int node : nodes) a.mesh.nodeSets[name].push_back(node + numFirst);
+    // Each node of the second piece's left face is a node of the first's right face.
+    std::vector<int> coordinateOf(size_t(a.mesh.numNodes()), -1);
+    int next = 0;
+    for (int node = 0; node < a.mesh.numNodes(); ++node) {
+        int twin = -1;
+        for (int other = 0; other < numFirst && node >= numFirst; ++other) {
+            double distance = 0;
+            for (size_t axis = 0; axis < 3; ++axis)
+                distance += std::abs(a.mesh.position(node)[axis] - a.mesh.position(other)[axis]);
+            if (distance < 1e-9) twin = other;
+        }
+        coordinateOf[size_t(node)] = twin >= 0 ? coordinateOf[size_t(twin)] : next++;
+    }
+    NodalConstraints& T = a.constraints;
+    T.numCoordinates = 3 * next;
+    T.rowStarts = {0};
+    for (int node = 0; node < a.mesh.numNodes(); ++node)
+        for (int axis = 0; axis < 3; ++axis) {
+            T.columns.push_back(3 * coordinateOf[size_t(node)] + axis);
+            T.coefficients.push_back(1);
+            T.rowStarts.push_back(std::int64_t(T.columns.size()));
+        }
+    return a;
+}
+
+TEST_F(InterfacesTest, PiecesJoinedByConstraintsAreOnePart) {
+    const FeModel cut = readCutBrick(true);
+    for (const TieType tie : {TieType::Rigid, TieType::Distributing}) {
+        const ReducedBody whole = reduce(*model, twoEnds(tie, TieType::Rigid, 30));
+        ReductionOptions options = twoEnds(tie, TieType::Rigid, 30);
+        options.interfaces[1].nodes = "SECOND_RIGHT";
+        const ReducedBody joined = reduce(cut, options);
+        ASSERT_EQ(joined.numModes, whole.numModes);
+        EXPECT_NEAR(joined.mass, whole.mass, 1e-12 * whole.mass);
+        for (int i = 0; i < whole.numModes; ++i)
+            EXPECT_NEAR(hertzOf(joined, i), hertzOf(whole, i), 1e-9 * hertzOf(whole, i));
+        for (size_t c = 0; c < 6; ++c)
+            EXPECT_NEAR(joined.inertia[c], whole.inertia[c], 1e-12 * whole.inertia[0]);
+    }
+}
+
+TEST_F(InterfacesTest, ConstraintsToGroundAreRefused) {
+    FeModel held = *model;
+    NodalConstraints& T = held.constraints;
+    T.numCoordinates = held.K.size - 1;
+    T.rowStarts = {0, 0};  // the first translation is zero
+    for (int dof = 1; dof < held.K.size; ++dof) {
+        T.columns.push_back(dof - 1);
+        T.coefficients.push_back(1);
+        T.rowStarts.push_back(dof);
+    }
+    try {
+        reduce(held, twoEnds(TieType::Rigid, TieType::Rigid, 30));
+        FAIL() << "accepted";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_THAT(error.what(), HasSubstr("constraints"));
+    }
+}
+
+/** CalculiX's own *DISTRIBUTING COUPLING: displacements of all nodes under a load at the point. **/
+std::map<int, std::array<double, 3>> calcCoupledDeflection(const TestFolder& folder,
+                                                           const Brick& brick,
+                                                           const std::array<double, 6>& load) {
+    std::ostringstream text;
+    text << brick.text() << "*NODE, NSET=POINT\n90001," << brick.size[0] << ",0,0\n"
+         << "*ELEMENT, TYPE=DCOUP3D, ELSET=COUPLING\n90001, 90001\n"
+         << "*DISTRIBUTING COUPLING, ELSET=COUPLING\nRIGHT, 1.\n"
+         << "*BOUNDARY\nLEFT, 1, 3, 0\n*STEP\n*STATIC\n*CLOAD\n";
+    for (int k = 0; k < 6; ++k)
+        if (load[size_t(k)] != 0) text << "90001," << k + 1 << "," << load[size_t(k)] << "\n";
+    text << "*NODE PRINT, NSET=ALL\nU\n*END STEP\n";
+    testing::writeText(folder / "coupled.inp", text.str());
+    if (std::system(("cd '" + folder.path() + "' && ccx coupled > coupled.log 2>&1").c_str()) != 0)
+        throw std::runtime_error(testing::readText(folder / "coupled.log"));
+    std::ifstream in(folder / "coupled.dat");
+    std::map<int, std::array<double, 3>> u;
+    for (std::string line; std::getline(in, line);) {
+        std::istringstream numbers(line);
+        int node;
+        std::array<double, 3> x;
+        if (numbers >> node >> x[0] >> x[1] >> x[2]) u[node] = x;
+    }
+    if (u.empty()) throw std::runtime_error(testing::readText(folder / "coupled.log"));
+    return u;
+}
+
+TEST_F(InterfacesTest, DistributingTieMatchesCalculixDistributingCoupling) {
+    const TestFolder folder;
+    const std::array<double, 6> load{300, 40, -25, 0, 0, 0};
+    const auto expected = calcCoupledDeflection(folder, Brick(), load);
+    const ReducedBody body = reduce(*model, twoEnds(TieType::Rigid, TieType::Distributing, 12));
+    const VectorXd f =
+        meanMotion(model->mesh, "RIGHT").transpose() * Eigen::Map<const VectorXd>(load.data(), 6);
+    const VectorXd u = deflect(body, f, *model);
+    const double largest = u.cwiseAbs().maxCoeff();
+    ASSERT_EQ(expected.size(), size_t(model->mesh.numNodes()));
+    for (const auto& [number, x] : expected)
+        for (int a = 0; a < 3; ++a)
+            EXPECT_NEAR(u[3 * model->mesh.indexOf(number) + a], x[size_t(a)], 2e-6 * largest)
+                << "node " << number;
+}
+
+}  // namespace
+}  // namespace simflex
