@@ -7,6 +7,7 @@ simflex reduce: a CalculiX deck becomes a part file. **/
 
 #include "Commands.h"
 #include "ProgressBar.h"
+#include "ReductionArguments.h"
 #include "simflex/fe/CalculixDeck.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
@@ -25,60 +26,42 @@ const std::vector<std::pair<std::string, double>> kPhases = {
     {"constraint modes", 2},  {"normal modes", 42},
     {"orthonormal modes", 2}, {"invariants", 1}};
 
+/** The same for the frequencies of the full model. **/
+const std::pair<std::string, double> kCheckPhase{"frequencies of the full model", 45};
+
 /** The same for geometric stiffness, with two interfaces and two processors. **/
 const std::vector<std::pair<std::string, double>> kStiffeningPhases = {
     {"loads that stiffen", 2}, {"geometric stiffness", 400}};
 
 struct ReduceArguments {
     std::string deck, output, name, program;
-    std::vector<std::string> interfaces, masters;
-    int numModes = 50;
+    ReductionArguments reduction;
     bool stiffening = false, quiet = false, timings = false;
 };
-
-/** Splits "NAME=REST"; @throws CLI::ValidationError if it is not of that form. **/
-std::pair<std::string, std::string> splitAssignment(const std::string& option,
-                                                    const std::string& text) {
-    const size_t equals = text.find('=');
-    if (equals == 0 || equals == std::string::npos || equals + 1 == text.size())
-        throw CLI::ValidationError(option, "'" + text + "' is not of the form NAME=VALUE");
-    return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
-std::vector<InterfaceOptions> parseInterfaces(const ReduceArguments& arguments) {
-    std::vector<InterfaceOptions> interfaces;
-    for (const std::string& text : arguments.interfaces) {
-        const auto [name, set] = splitAssignment("--interface", text);
-        interfaces.emplace_back(name, set);
-    }
-    for (const std::string& text : arguments.masters) {
-        const auto [name, point] = splitAssignment("--master", text);
-        std::array<double, 3> x{};
-        char end = 0;
-        if (std::sscanf(point.c_str(), "%lf,%lf,%lf%c", &x[0], &x[1], &x[2], &end) != 3)
-            throw CLI::ValidationError("--master", "'" + text + "' is not of the form NAME=X,Y,Z");
-        bool found = false;
-        for (InterfaceOptions& interface : interfaces)
-            if (interface.name == name) interface.master = x, found = true;
-        if (!found) throw CLI::ValidationError("--master", "there is no interface '" + name + "'");
-    }
-    return interfaces;
-}
 
 void printTimings(const ReductionTimings& t, double deckSeconds) {
     std::printf(
         "deck and CalculiX %.2f s, factor %.2f s (%d DOF, %.1f M entries), constraint modes %.2f "
         "s, normal "
         "modes %.2f s, orthonormal modes %.2f s, invariants %.2f s, geometric stiffness %.2f s, "
-        "total %.2f s\n",
+        "check %.2f s, total %.2f s\n",
         deckSeconds, t.factor, t.numDofs, double(t.numFactorEntries) * 1e-6, t.constraintModes,
-        t.normalModes, t.orthonormalize, t.invariants, t.stiffening, deckSeconds + t.total);
+        t.normalModes, t.orthonormalize, t.invariants, t.stiffening, t.check,
+        deckSeconds + t.total);
+}
+
+/** The part's frequencies beside those of the full model. **/
+void printCheck(const ReducedBody& body) {
+    std::printf("  mode     part [Hz]    full [Hz]   error\n");
+    for (size_t i = 0; i < body.report->fullFrequencies.size(); ++i) {
+        const double part = std::sqrt(body.omegaSquared[i]) / (2 * M_PI),
+                     full = body.report->fullFrequencies[i];
+        std::printf("%6zu  %12.6g %12.6g  %.1e\n", i + 1, part, full, part / full - 1);
+    }
 }
 
 void runReduce(const ReduceArguments& arguments) {
-    ReductionOptions options;
-    options.interfaces = parseInterfaces(arguments);
-    options.numModes = arguments.numModes;
+    ReductionOptions options = arguments.reduction.parse();
     if (arguments.stiffening) {
         options.stiffening.emplace();
         options.stiffening->program = arguments.program;
@@ -94,6 +77,7 @@ void runReduce(const ReduceArguments& arguments) {
     auto phases = kPhases;
     if (arguments.stiffening)
         phases.insert(phases.end(), kStiffeningPhases.begin(), kStiffeningPhases.end());
+    if (options.numCheckedModes > 0) phases.push_back(kCheckPhase);
     ProgressBar bar(arguments.quiet, phases);
     const ProgressCallback progress = [&](const std::string& phase, double fraction) {
         return bar.show(phase, fraction);
@@ -120,6 +104,7 @@ void runReduce(const ReduceArguments& arguments) {
                     body.name.c_str(), body.numModes, body.interfaces.size(), body.mass,
                     std::sqrt(body.omegaSquared[0]) / (2 * M_PI),
                     body.stiffening ? ", geometric stiffness" : "", output.c_str());
+    if (!arguments.quiet && options.numCheckedModes > 0) printCheck(body);
     if (arguments.timings) printTimings(timings, deckSeconds);
 }
 
@@ -131,23 +116,7 @@ void addReduceCommand(CLI::App& app) {
         app.add_subcommand("reduce", "Reduce a CalculiX deck to a flexible part (Craig-Bampton)");
     command->add_option("DECK", arguments->deck, "CalculiX input deck (.inp), SI units")
         ->required();
-    command
-        ->add_option("-i,--interface", arguments->interfaces,
-                     "joint seat: NAME=NSET ties a node set of the deck rigidly to its mean point")
-        ->type_name("NAME=NSET")
-        ->expected(1)
-        ->take_all();
-    command
-        ->add_option("--master", arguments->masters,
-                     "master point of an interface, deck coordinates [m]")
-        ->type_name("NAME=X,Y,Z")
-        ->expected(1)
-        ->take_all();
-    command
-        ->add_option("-m,--modes", arguments->numModes,
-                     "Craig-Bampton modes, 6 per interface among them; the part keeps 6 fewer")
-        ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+    arguments->reduction.addTo(*command);
     command
         ->add_option("-o,--output", arguments->output,
                      "part file to write (default: deck's name .h5, here)")

@@ -187,8 +187,8 @@ Verdict judge(const Ritz& ritz, const ModeRange& range, double accuracy, Index b
         const double value = ritz.values[k], residual = ritz.residuals[k];
         if (value <= nothing && residual <= nothing) {
             verdict.complete = verdict.suspicious = true;  // are these all?
-        } else if (value + residual < range.smallest) {
-            verdict.complete = true;
+        } else if (k > 0 && value + residual < range.smallest) {
+            verdict.complete = true;  // k = 0 must converge: early on, the largest are not seen yet
         } else if (value > nothing && residual <= accuracy * value) {
             if (value < range.smallest) {
                 verdict.complete = true;

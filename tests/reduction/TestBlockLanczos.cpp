@@ -95,6 +95,15 @@ TEST(BlockLanczos, StopsAtTheSmallestThatIsWanted) {
     EXPECT_EQ(calcLargestEigenpairs(C, range, "modes").values.size(), 0);
 }
 
+TEST(BlockLanczos, FindsFewWantedAmongVeryManyOthers) {
+    // A random start holds next to nothing of the three: its first Ritz values are below them all.
+    const VectorXd d = beamSpectrum(20000);
+    const TurnedDiagonal C(d);
+    ModeRange range;
+    range.smallest = 0.5 * (d[2] + d[3]);
+    expectEigenpairs(C, calcLargestEigenpairs(C, range, "modes"), d.head(3));
+}
+
 TEST(BlockLanczos, CountsTheEigenvaluesThatAreThere) {
     VectorXd d = VectorXd::Zero(1500);
     d.head(37) = VectorXd::LinSpaced(37, 2, 1);

@@ -1,0 +1,101 @@
+#include "ReductionArguments.h"
+
+#include <cstdio>
+
+namespace simflex {
+namespace cli {
+namespace {
+
+/** Splits "NAME=REST"; @throws CLI::ValidationError if it is not of that form. **/
+std::pair<std::string, std::string> splitAssignment(const std::string& option,
+                                                    const std::string& text) {
+    const size_t equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos || equals + 1 == text.size())
+        throw CLI::ValidationError(option, "'" + text + "' is not of the form NAME=VALUE");
+    return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+}  // namespace
+
+void ReductionArguments::addTo(CLI::App& command) {
+    command
+        .add_option("-i,--interface", _rigid,
+                    "joint seat tied rigidly to its master point. NODES: a node set or surface, or "
+                    "sphere:x,y,z,r, cylinder:x,y,z,ax,ay,az,r[,length], plane:x,y,z,nx,ny,nz in "
+                    "metres")
+        ->type_name("NAME=NODES")
+        ->expected(1)
+        ->take_all();
+    command
+        .add_option("--distributing", _distributing,
+                    "joint seat whose master point is the mean of its nodes and stiffens nothing")
+        ->type_name("NAME=NODES")
+        ->expected(1)
+        ->take_all();
+    command
+        .add_option("--master", _masters,
+                    "master point of an interface [m] (default: mean of its nodes)")
+        ->type_name("NAME=X,Y,Z")
+        ->expected(1)
+        ->take_all();
+    command
+        .add_option("--load-point", _loadPoints,
+                    "static (attachment) modes for forces on NODES (also node:NUMBER), along x, y "
+                    "and z or the AXES given")
+        ->type_name("NODES[=AXES]")
+        ->expected(1)
+        ->take_all();
+    CLI::Option* modes = command.add_option(
+        "-m,--modes", _numModes,
+        "Craig-Bampton modes, 6 per interface among them; the part keeps 6 fewer");
+    modes->capture_default_str()->check(CLI::PositiveNumber);
+    command
+        .add_option("--up-to", _highestFrequency,
+                    "all normal modes up to this frequency, instead of --modes")
+        ->type_name("HZ")
+        ->check(CLI::PositiveNumber)
+        ->excludes(modes);
+    command
+        .add_option("--check", _numCheckedModes,
+                    "compare so many frequencies of the part with those of the full model")
+        ->type_name("COUNT")
+        ->check(CLI::PositiveNumber);
+}
+
+ReductionOptions ReductionArguments::parse() const {
+    ReductionOptions options;
+    for (const std::string& text : _rigid) {
+        const auto [name, nodes] = splitAssignment("--interface", text);
+        options.interfaces.emplace_back(name, nodes);
+    }
+    for (const std::string& text : _distributing) {
+        const auto [name, nodes] = splitAssignment("--distributing", text);
+        options.interfaces.emplace_back(name, nodes, TieType::Distributing);
+    }
+    for (const std::string& text : _masters) {
+        const auto [name, point] = splitAssignment("--master", text);
+        std::array<double, 3> x{};
+        char end = 0;
+        if (std::sscanf(point.c_str(), "%lf,%lf,%lf%c", &x[0], &x[1], &x[2], &end) != 3)
+            throw CLI::ValidationError("--master", "'" + text + "' is not of the form NAME=X,Y,Z");
+        bool found = false;
+        for (InterfaceOptions& interface : options.interfaces)
+            if (interface.name == name) interface.master = x, found = true;
+        if (!found) throw CLI::ValidationError("--master", "there is no interface '" + name + "'");
+    }
+    for (const std::string& text : _loadPoints) {
+        const size_t equals = text.find('=');
+        LoadPoint point{text.substr(0, equals)};
+        if (equals != std::string::npos) point.axes = text.substr(equals + 1);
+        if (point.nodes.empty())
+            throw CLI::ValidationError("--load-point", "'" + text + "' names no nodes");
+        options.loadPoints.push_back(point);
+    }
+    options.numModes = _numModes;
+    if (_highestFrequency > 0) options.highestFrequency = _highestFrequency;
+    options.numCheckedModes = _numCheckedModes;
+    return options;
+}
+
+}  // namespace cli
+}  // namespace simflex
