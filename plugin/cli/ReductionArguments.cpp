@@ -60,6 +60,12 @@ void ReductionArguments::addTo(CLI::App& command) {
                     "compare so many frequencies of the part with those of the full model")
         ->type_name("COUNT")
         ->check(CLI::PositiveNumber);
+    command
+        .add_option("--memory", _memory,
+                    "memory the reduction may take; more is refused before K is factored (default: "
+                    "what the machine has left)")
+        ->type_name("GIB")
+        ->check(CLI::PositiveNumber);
 }
 
 ReductionOptions ReductionArguments::parse() const {
@@ -94,6 +100,7 @@ ReductionOptions ReductionArguments::parse() const {
     options.numModes = _numModes;
     if (_highestFrequency > 0) options.highestFrequency = _highestFrequency;
     options.numCheckedModes = _numCheckedModes;
+    if (_memory > 0) options.memoryLimit = _memory * 1073741824;
     return options;
 }
 

@@ -23,7 +23,7 @@ public:
 private:
     std::vector<std::string> _rigid, _distributing, _masters, _loadPoints;
     int _numModes = 50, _numCheckedModes = 0;
-    double _highestFrequency = 0;
+    double _highestFrequency = 0, _memory = 0;
 };
 
 }  // namespace cli

@@ -182,7 +182,7 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
     const auto held = std::make_shared<FixedInterfaces>(options.name, model, products, rigid, ties);
     const bool hasInterfaces = !ties.ties().empty();
     const int numConstraint = hasInterfaces ? ties.numBoundaryDofs() : 6;
-    held->factor();
+    held->factor(options.numModes, options, progress);
     const ModeRange wanted =
         chooseNormalModes(options, numConstraint + int(loads.cols()), held->size(), hasInterfaces);
     timings.factor = lapTime(lap);

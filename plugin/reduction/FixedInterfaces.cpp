@@ -1,9 +1,12 @@
 #include "FixedInterfaces.h"
 
 #include <algorithm>
+#include <sstream>
 #include <stdexcept>
 
+#include "BlockLanczos.h"
 #include "Coordinates.h"
+#include "Memory.h"
 #include "SparseCholesky.h"
 
 namespace simflex {
@@ -118,7 +121,10 @@ struct FixedInterfaces::Data {
     }
 
     void findCoordinates();
-    void factorFree();
+    void factorFree(int numModes, const ReductionOptions& options,
+                    const ProgressCallback& progress);
+    void checkMemory(const SparseCholesky::Prediction& prediction, int numModes,
+                     const ReductionOptions& options) const;
     void prepareMeans();
 };
 
@@ -174,13 +180,40 @@ void FixedInterfaces::Data::findCoordinates() {
         if (tieOf[q] < 0) free.push_back(int(q));
 }
 
-void FixedInterfaces::Data::factorFree() {
+void FixedInterfaces::Data::checkMemory(const SparseCholesky::Prediction& prediction, int numModes,
+                                        const ReductionOptions& options) const {
+    // After factoring: the Lanczos basis and Ritz vectors, then the modes and products with them.
+    const double rows = double(model.K.size), modes = double(numModes);
+    const double modesBytes =
+        8 * rows * std::max(estimateLanczosBasis(numModes) + modes, 6 * modes);
+    const double needed =
+        double(prediction.factorBytes) + std::max(double(prediction.workingBytes), modesBytes);
+    const double available =
+        options.memoryLimit ? *options.memoryLimit : double(calcAvailableMemory());
+    if (needed <= available) return;
+    std::ostringstream text;
+    text << "reducing it needs about " << formatMemory(needed) << " of memory ("
+         << formatMemory(double(prediction.factorBytes)) << " for the factor of its " << free.size()
+         << " free degrees of freedom, " << formatMemory(modesBytes) << " for " << numModes
+         << " modes), but " << (options.memoryLimit ? "the limit is " : "the machine has ")
+         << formatMemory(available) << (options.memoryLimit ? "" : " left")
+         << "; take a coarser mesh, linear instead of quadratic elements, fewer modes or a larger "
+            "machine, or set the memory limit (--memory) if you know better";
+    refuse(text.str());
+}
+
+void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& options,
+                                       const ProgressCallback& progress) {
     std::vector<int> place(size_t(coordinates.size()), -1);
     for (size_t k = 0; k < free.size(); ++k) place[size_t(free[k])] = int(k);
     try {
-        cholesky.factor(model.constraints.empty()
-                            ? takeListed(model.K, free, place)
-                            : takeListed(coordinates.assemble(model.K), free, place));
+        const SymmetricMatrix K = model.constraints.empty()
+                                      ? takeListed(model.K, free, place)
+                                      : takeListed(coordinates.assemble(model.K), free, place);
+        reportProgress(progress, "ordering K", -1);
+        checkMemory(cholesky.analyze(K), numModes, options);
+        reportProgress(progress, "factoring K", 0);
+        cholesky.factor(K, progress);
     } catch (const SparseCholesky::SingularMatrix& singular) {
         refuse("the stiffness matrix is singular beyond the six rigid motions" +
                (singular.row >= 0 ? " at node " + std::to_string(coordinates.nodeNumberOf(
@@ -218,9 +251,10 @@ FixedInterfaces::FixedInterfaces(const std::string& part, const FeModel& model,
 
 FixedInterfaces::~FixedInterfaces() = default;
 
-void FixedInterfaces::factor() {
+void FixedInterfaces::factor(int numModes, const ReductionOptions& options,
+                             const ProgressCallback& progress) {
     _data->findCoordinates();
-    if (!_data->free.empty()) _data->factorFree();
+    if (!_data->free.empty()) _data->factorFree(numModes, options, progress);
     _data->prepareMeans();
 }
 

@@ -28,8 +28,9 @@ public:
     ~FixedInterfaces();
 
     /** Factors K. @throws std::invalid_argument that names a node if K is singular beyond the rigid
-    motions, or if interfaces overlap through constraints. **/
-    void factor();
+    motions, if interfaces overlap through constraints, or, before it is factored, if that and as
+    many modes take more memory than there is. **/
+    void factor(int numModes, const ReductionOptions& options, const ProgressCallback& progress);
 
     /** Number of the coordinates z. @pre factor(), as for all below. **/
     Eigen::Index size() const;

@@ -74,6 +74,9 @@ struct ReductionOptions {
     int numCheckedModes = 0;
     /** Asks for ReducedBody::stiffening. **/
     std::optional<StiffeningOptions> stiffening;
+    /** Memory that the reduction may take beyond the model; what it will take is known before K is
+    factored [bytes]. If not given: what the machine has left. **/
+    std::optional<double> memoryLimit;
 };
 
 /** Wall time of the phases [s], and the size of the problem. **/
@@ -95,7 +98,7 @@ struct ReductionTimings {
 @throws std::invalid_argument naming part, interface or number, and the cure: an interface with
     an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface; a load
     point without nodes or on a rigid interface; too few or too many modes; K singular beyond its
-six rigid motions; stiffening of a model with constraints.
+six rigid motions; stiffening of a model with constraints; more memory than there is.
 @throws std::runtime_error for stiffening, if CalculiX fails (names the load) or the deck has
 changed since the model was read.
 @throws Cancelled if progress asks to stop. **/

@@ -2,8 +2,16 @@
 
 #include <cholmod.h>
 
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <future>
 #include <stdexcept>
+#include <string>
+#include <thread>
 #include <vector>
+
+#include "SupernodalSolve.h"
 
 namespace simflex {
 namespace {
@@ -11,17 +19,9 @@ namespace {
 /** A reciprocal condition below this means that pivots are nothing but round-off. **/
 constexpr double kSingular = 1e-15;
 
-cholmod_dense viewOf(double* values, size_t rows, size_t columns) {
-    cholmod_dense view{};
-    view.nrow = rows;
-    view.ncol = columns;
-    view.nzmax = rows * columns;
-    view.d = rows;
-    view.x = values;
-    view.xtype = CHOLMOD_REAL;
-    view.dtype = CHOLMOD_DOUBLE;
-    return view;
-}
+/** A guess, for the progress: of one processor. **/
+constexpr double kFlopsPerSecond = 1e10;
+constexpr auto kPollInterval = std::chrono::milliseconds(50);
 
 }  // namespace
 
@@ -34,100 +34,176 @@ struct SparseCholesky::Data {
     }
 
     ~Data() {
-        cholmod_l_free_dense(&result, &common);
-        cholmod_l_free_dense(&work, &common);
-        cholmod_l_free_dense(&work2, &common);
         cholmod_l_free_factor(&factor, &common);
         cholmod_l_finish(&common);
     }
 
-    /** A triangular solve into `result`. **/
-    Eigen::Map<const Eigen::MatrixXd> solve(int system, Eigen::MatrixXd& values) {
-        cholmod_dense b = viewOf(values.data(), size_t(values.rows()), size_t(values.cols()));
-        if (!cholmod_l_solve2(system, factor, &b, nullptr, &result, nullptr, &work, &work2,
-                              &common))
-            throw std::runtime_error("CHOLMOD could not solve (status " +
-                                     std::to_string(common.status) + ")");
-        return {static_cast<const double*>(result->x), values.rows(), values.cols()};
+    /** Solves eight columns at a time. `take` and `give` say which rows of X and Y stand for a row
+    of L: `order` or, where null, itself. **/
+    template <class Solve>
+    void solve(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y, const SuiteSparse_long* take,
+               const SuiteSparse_long* give, const Solve& solveBlock) {
+        constexpr int kWidth = SupernodalSolve::kWidth;
+        const Eigen::Index size = X.rows();
+        Y.resize(size, X.cols());
+        block.resize(size_t(size));
+        for (Eigen::Index first = 0; first < X.cols(); first += kWidth) {
+            const int width = int(std::min<Eigen::Index>(kWidth, X.cols() - first));
+#pragma omp parallel for schedule(static)
+            for (Eigen::Index k = 0; k < size; ++k) {
+                const Eigen::Index row = take ? take[k] : k;
+                for (int j = 0; j < width; ++j) block[size_t(k)].x[j] = X(row, first + j);
+                for (int j = width; j < kWidth; ++j) block[size_t(k)].x[j] = 0;
+            }
+            solveBlock(block[0].x);
+#pragma omp parallel for schedule(static)
+            for (Eigen::Index k = 0; k < size; ++k) {
+                const Eigen::Index row = give ? give[k] : k;
+                for (int j = 0; j < width; ++j) Y(row, first + j) = block[size_t(k)].x[j];
+            }
+        }
+    }
+
+    const SuiteSparse_long* order() const {
+        return static_cast<const SuiteSparse_long*>(factor->Perm);
+    }
+
+    [[noreturn]] void fail(const char* what, int size) const {
+        throw std::runtime_error(std::string("CHOLMOD could not ") + what + " a matrix of " +
+                                 std::to_string(size) + " rows (status " +
+                                 std::to_string(common.status) + "): out of memory?");
     }
 
     cholmod_common common;
     cholmod_factor* factor = nullptr;
-    cholmod_dense *result = nullptr, *work = nullptr, *work2 = nullptr;
-    Eigen::MatrixXd permuted;
+    Prediction prediction;
+    std::unique_ptr<SupernodalSolve> solver;
+    struct alignas(64) Eight {
+        double x[SupernodalSolve::kWidth];
+    };
+    std::vector<Eight> block;
 };
 
 SparseCholesky::SparseCholesky() : _data(std::make_unique<Data>()) {}
 SparseCholesky::~SparseCholesky() = default;
 
-void SparseCholesky::factor(const SymmetricMatrix& A) {
-    std::vector<SuiteSparse_long> rows(A.rows.begin(), A.rows.end());
-    std::vector<SuiteSparse_long> starts(A.columnStarts.begin(), A.columnStarts.end());
-    cholmod_sparse view{};
-    view.nrow = view.ncol = size_t(A.size);
-    view.nzmax = A.values.size();
-    view.p = starts.data();
-    view.i = rows.data();
-    view.x = const_cast<double*>(A.values.data());
-    view.stype = -1;
-    view.itype = CHOLMOD_LONG;
-    view.xtype = CHOLMOD_REAL;
-    view.dtype = CHOLMOD_DOUBLE;
-    view.sorted = 1;
-    view.packed = 1;
+namespace {
 
+/** The lower triangle as CHOLMOD sees it, with long indices. **/
+class LongView {
+public:
+    explicit LongView(const SymmetricMatrix& A)
+        : _rows(A.rows.begin(), A.rows.end()),
+          _starts(A.columnStarts.begin(), A.columnStarts.end()) {
+        view.nrow = view.ncol = size_t(A.size);
+        view.nzmax = A.values.size();
+        view.p = _starts.data();
+        view.i = _rows.data();
+        view.x = const_cast<double*>(A.values.data());
+        view.stype = -1;
+        view.itype = CHOLMOD_LONG;
+        view.xtype = CHOLMOD_REAL;
+        view.dtype = CHOLMOD_DOUBLE;
+        view.sorted = 1;
+        view.packed = 1;
+    }
+    cholmod_sparse view{};
+
+private:
+    std::vector<SuiteSparse_long> _rows, _starts;
+};
+
+/** Calls progress while a thread works, by what it is expected to take. **/
+void reportWhile(const ProgressCallback& progress, double expectedSeconds,
+                 const std::function<void()>& work) {
+    if (!progress) return work();
+    std::promise<void> promise;
+    std::future<void> done = promise.get_future();
+    std::thread worker([&] {
+        try {
+            work();
+            promise.set_value();
+        } catch (...) {
+            promise.set_exception(std::current_exception());
+        }
+    });
+    const auto start = std::chrono::steady_clock::now();
+    bool wanted = true;
+    while (done.wait_for(kPollInterval) != std::future_status::ready) {
+        const double spent =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        // Towards the end more slowly, should it take longer.
+        const double share = spent / expectedSeconds;
+        try {
+            wanted = wanted && progress("factoring K", 1 - std::exp(-1.5 * share));
+        } catch (...) {
+            worker.join();
+            throw;
+        }
+    }
+    worker.join();
+    done.get();
+    if (!wanted) throw Cancelled();
+}
+
+}  // namespace
+
+const SparseCholesky::Prediction& SparseCholesky::analyze(const SymmetricMatrix& A) {
     Data& d = *_data;
+    d.solver.reset();
     cholmod_l_free_factor(&d.factor, &d.common);
-    d.factor = cholmod_l_analyze(&view, &d.common);
-    if (!d.factor)
-        throw std::runtime_error("CHOLMOD could not analyse a matrix of " + std::to_string(A.size) +
-                                 " rows: out of memory?");
-    cholmod_l_factorize(&view, d.factor, &d.common);
-    const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
+    LongView view(A);
+    d.factor = cholmod_l_analyze(&view.view, &d.common);
+    if (!d.factor) d.fail("analyse", A.size);
+    const cholmod_factor& L = *d.factor;
+    Prediction& p = d.prediction;
+    p.numEntries = std::int64_t(L.xsize);
+    p.flops = d.common.fl;
+    p.factorBytes = std::int64_t(8 * L.xsize + (8 + 4) * L.ssize + 8 * 8 * L.n);
+    // A with long indices as it is given and twice permuted, and the largest update.
+    p.workingBytes = 8 * A.numEntries() + 2 * 16 * A.numEntries() + 8 * std::int64_t(L.maxcsize);
+    p.order = L.ordering == CHOLMOD_METIS ? "METIS" : "AMD";
+    return p;
+}
+
+void SparseCholesky::factor(const SymmetricMatrix& A, const ProgressCallback& progress) {
+    Data& d = *_data;
+    if (!d.factor || d.solver || d.factor->n != size_t(A.size)) analyze(A);
+    {
+        LongView view(A);
+        const double threads = std::max(1u, std::thread::hardware_concurrency());
+        reportWhile(progress, 0.2 + d.prediction.flops / (kFlopsPerSecond * threads),
+                    [&] { cholmod_l_factorize(&view.view, d.factor, &d.common); });
+    }
     if (d.common.status == CHOLMOD_NOT_POSDEF)
-        throw SingularMatrix(int(order[std::min(d.factor->minor, d.factor->n - 1)]));
-    if (d.common.status < CHOLMOD_OK)
-        throw std::runtime_error("CHOLMOD could not factor a matrix of " + std::to_string(A.size) +
-                                 " rows: out of memory?");
-    if (cholmod_l_rcond(d.factor, &d.common) < kSingular) throw SingularMatrix(-1);
+        throw SingularMatrix(int(d.order()[std::min(d.factor->minor, d.factor->n - 1)]));
+    if (d.common.status < CHOLMOD_OK) d.fail("factor", A.size);
+    if (estimateReciprocalCondition() < kSingular) throw SingularMatrix(-1);
+    const cholmod_factor& L = *d.factor;
+    const auto indices = [](const void* p) { return static_cast<const std::int64_t*>(p); };
+    d.solver = std::make_unique<SupernodalSolve>(
+        SupernodalFactor{std::int64_t(L.n), std::int64_t(L.nsuper), indices(L.super), indices(L.pi),
+                         indices(L.px), indices(L.s), static_cast<const double*>(L.x)});
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {
     Data& d = *_data;
-    Eigen::MatrixXd copy = B;
-    cholmod_dense b = viewOf(copy.data(), size_t(B.rows()), size_t(B.cols()));
-    cholmod_dense* x = cholmod_l_solve(CHOLMOD_A, d.factor, &b, &d.common);
-    if (!x) throw std::runtime_error("CHOLMOD could not solve: out of memory?");
-    copy = Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(x->x), B.rows(), B.cols());
-    cholmod_l_free_dense(&x, &d.common);
-    return copy;
+    Eigen::MatrixXd X;
+    d.solve(B, X, d.order(), d.order(), [&](double* x) {
+        d.solver->solveLower(x);
+        d.solver->solveUpper(x);
+    });
+    return X;
 }
 
 void SparseCholesky::solveLower(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
-    if (X.cols() == 0) {  // CHOLMOD refuses that
-        Y.resize(X.rows(), 0);
-        return;
-    }
     Data& d = *_data;
-    const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
-    d.permuted.resize(X.rows(), X.cols());
-    for (Eigen::Index j = 0; j < X.cols(); ++j)
-        for (Eigen::Index k = 0; k < X.rows(); ++k) d.permuted(k, j) = X(order[k], j);
-    Y = d.solve(CHOLMOD_L, d.permuted);
+    d.solve(X, Y, d.order(), nullptr, [&](double* x) { d.solver->solveLower(x); });
 }
 
 void SparseCholesky::solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
-    if (X.cols() == 0) {  // CHOLMOD refuses that
-        Y.resize(X.rows(), 0);
-        return;
-    }
     Data& d = *_data;
-    const auto* order = static_cast<const SuiteSparse_long*>(d.factor->Perm);
-    d.permuted = X;
-    const auto result = d.solve(CHOLMOD_Lt, d.permuted);
-    Y.resize(X.rows(), X.cols());
-    for (Eigen::Index j = 0; j < X.cols(); ++j)
-        for (Eigen::Index k = 0; k < X.rows(); ++k) Y(order[k], j) = result(k, j);
+    d.solve(X, Y, nullptr, d.order(), [&](double* x) { d.solver->solveUpper(x); });
 }
 
 double SparseCholesky::estimateReciprocalCondition() const {

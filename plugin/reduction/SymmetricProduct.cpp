@@ -1,5 +1,6 @@
 #include "SymmetricProduct.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace simflex {
@@ -38,6 +39,41 @@ Shapes FullRows::multiplyBlocks(const Shapes& X, int rowsPerEntry) const {
             const double* x = X.data() + _columns[k] * width;
             for (Eigen::Index j = 0; j < width; ++j) y[j] += value * x[j];
         }
+    }
+    return Y;
+}
+
+Shapes LowerTriangle::multiply(const Shapes& X) const {
+    constexpr Eigen::Index kWidth = 8;  // vectors a pass over the matrix
+    using Row = Eigen::Array<double, kWidth, 1>;
+    const int size = _lower.size;
+    Shapes Y(X.rows(), X.cols());
+    const Eigen::Index numPasses = (X.cols() + kWidth - 1) / kWidth;
+#pragma omp parallel for schedule(dynamic, 1)
+    for (Eigen::Index pass = 0; pass < numPasses; ++pass) {
+        const Eigen::Index first = pass * kWidth, width = std::min(kWidth, X.cols() - first);
+        std::vector<Row> x(static_cast<size_t>(size)), y(static_cast<size_t>(size), Row::Zero());
+        for (int row = 0; row < size; ++row) {
+            x[size_t(row)].setZero();
+            for (Eigen::Index j = 0; j < width; ++j) x[size_t(row)][j] = X(row, first + j);
+        }
+        for (int column = 0; column < size; ++column) {
+            const Row own = x[size_t(column)];
+            Row sum = Row::Zero();
+            for (auto k = _lower.columnStarts[column]; k < _lower.columnStarts[column + 1]; ++k) {
+                const int row = _lower.rows[k];
+                const double value = _lower.values[k];
+                if (row == column) {
+                    sum += value * own;
+                    continue;
+                }
+                sum += value * x[size_t(row)];
+                y[size_t(row)] += value * own;
+            }
+            y[size_t(column)] += sum;
+        }
+        for (int row = 0; row < size; ++row)
+            for (Eigen::Index j = 0; j < width; ++j) Y(row, first + j) = y[size_t(row)][j];
     }
     return Y;
 }

@@ -35,11 +35,25 @@ private:
     std::vector<double> _values;
 };
 
+/** Products with a symmetric matrix of which the lower triangle is at hand: slower than those of
+FullRows for few vectors, but it takes no memory. **/
+class LowerTriangle {
+public:
+    /** Keeps a reference. **/
+    explicit LowerTriangle(const SymmetricMatrix& lower) : _lower(lower) {}
+
+    /** A·X, X and the result size×k. Bits do not depend on the number of threads. **/
+    Shapes multiply(const Shapes& X) const;
+
+private:
+    const SymmetricMatrix& _lower;
+};
+
 /** The finite element matrices in the form that the reduction multiplies with. **/
 struct FeProducts {
     explicit FeProducts(const FeModel& model) : K(model.K), m(model.m) {}
-    FullRows K;  ///< numDofs
-    FullRows m;  ///< numNodes, M = m ⊗ 1₃
+    LowerTriangle K;  ///< numDofs
+    FullRows m;       ///< numNodes, M = m ⊗ 1₃
 };
 
 }  // namespace simflex

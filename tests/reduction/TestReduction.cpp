@@ -56,6 +56,15 @@ TEST_F(ReductionTest, ModeCountIsCraigBamptonCountLessSix) {
     EXPECT_EQ(body.getInterface("left").nodes.size(), 9u);
 }
 
+TEST_F(ReductionTest, WantOfMemoryIsSeenBeforeFactoring) {
+    ReductionOptions options = twoEnds(20);
+    options.memoryLimit = 1e5;
+    EXPECT_THAT(errorOf(options), AllOf(HasSubstr("memory"), HasSubstr("free degrees of freedom"),
+                                        HasSubstr("20 modes"), HasSubstr("coarser mesh")));
+    options.memoryLimit = 1e9;
+    EXPECT_EQ(errorOf(options), "accepted");
+}
+
 TEST_F(ReductionTest, ConstraintModesAloneAreEnough) {
     EXPECT_EQ(reduce(*model, twoEnds(12)).numModes, 6);
 }

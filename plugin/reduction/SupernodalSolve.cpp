@@ -1,0 +1,298 @@
+#include "SupernodalSolve.h"
+
+#include <algorithm>
+#include <queue>
+
+namespace simflex {
+namespace {
+
+using Index = std::int64_t;
+
+constexpr int kWidth = SupernodalSolve::kWidth;
+constexpr int kPanel = 8;               // columns whose right-hand sides stay in registers
+constexpr int kShared = 64;             // columns of a large supernode between two barriers
+constexpr Index kWorthSharing = 65536;  // entries for which threads are woken
+constexpr Index kRowsPerShare = 256;
+constexpr Index kSubtrees = 24;  // the largest subtree has one part in so many of all entries
+
+typedef double Row __attribute__((vector_size(kWidth * sizeof(double))));
+
+using Buffer = std::vector<Row>;
+
+/** y_r ← y_r − Σ_c L_rc x_c for the rows of a panel of `Columns` columns. **/
+template <int Columns>
+inline void subtractProduct(const double* L, Index stride, Index numRows, const Row* x, Row* y) {
+    Row held[Columns];
+    for (int c = 0; c < Columns; ++c) held[c] = x[c];
+    for (Index r = 0; r < numRows; ++r) {
+        Row sum = y[r];
+        for (int c = 0; c < Columns; ++c) sum -= L[r + c * stride] * held[c];
+        y[r] = sum;
+    }
+}
+
+inline void subtractProduct(const double* L, Index stride, Index numRows, int numColumns,
+                            const Row* x, Row* y) {
+    int c = 0;
+    for (; c + kPanel <= numColumns; c += kPanel)
+        subtractProduct<kPanel>(L + c * stride, stride, numRows, x + c, y);
+    for (; c + 3 <= numColumns; c += 3)
+        subtractProduct<3>(L + c * stride, stride, numRows, x + c, y);
+    for (; c < numColumns; ++c) subtractProduct<1>(L + c * stride, stride, numRows, x + c, y);
+}
+
+/** x_c ← x_c − Σ_r L_rc y_r. **/
+template <int Columns>
+inline void subtractTransposed(const double* L, Index stride, Index numRows, const Row* y, Row* x) {
+    Row sum[Columns];
+    for (int c = 0; c < Columns; ++c) sum[c] = x[c];
+    for (Index r = 0; r < numRows; ++r) {
+        const Row value = y[r];
+        for (int c = 0; c < Columns; ++c) sum[c] -= L[r + c * stride] * value;
+    }
+    for (int c = 0; c < Columns; ++c) x[c] = sum[c];
+}
+
+inline void subtractTransposed(const double* L, Index stride, Index numRows, int numColumns,
+                               const Row* y, Row* x) {
+    int c = 0;
+    for (; c + kPanel <= numColumns; c += kPanel)
+        subtractTransposed<kPanel>(L + c * stride, stride, numRows, y, x + c);
+    for (; c + 3 <= numColumns; c += 3)
+        subtractTransposed<3>(L + c * stride, stride, numRows, y, x + c);
+    for (; c < numColumns; ++c) subtractTransposed<1>(L + c * stride, stride, numRows, y, x + c);
+}
+
+/** x ← L⁻¹ x with the triangle of `size` columns. **/
+inline void solveTriangle(const double* L, Index stride, int size, Row* x) {
+    for (int first = 0; first < size; first += kPanel) {
+        const int end = std::min(first + kPanel, size);
+        for (int c = first; c < end; ++c) {
+            const double* column = L + c * stride;
+            x[c] /= column[c];
+            for (int r = c + 1; r < end; ++r) x[r] -= column[r] * x[c];
+        }
+        subtractProduct(L + first * stride + end, stride, size - end, end - first, x + first,
+                        x + end);
+    }
+}
+
+/** x ← L⁻ᵀ x with the triangle of `size` columns. **/
+inline void solveTransposedTriangle(const double* L, Index stride, int size, Row* x) {
+    for (int first = (size - 1) / kPanel * kPanel; first >= 0; first -= kPanel) {
+        const int end = std::min(first + kPanel, size);
+        subtractTransposed(L + first * stride + end, stride, size - end, end - first, x + end,
+                           x + first);
+        for (int c = end - 1; c >= first; --c) {
+            const double* column = L + c * stride;
+            for (int r = c + 1; r < end; ++r) x[c] -= column[r] * x[r];
+            x[c] /= column[c];
+        }
+    }
+}
+
+}  // namespace
+
+struct SupernodalSolve::Subtree {
+    Index first = 0, root = 0;  // its supernodes lie between
+    Buffer above;               // sums for the rows above it
+};
+
+struct SupernodalSolve::Workspace {
+    Buffer shared;  // rows below a supernode of the top
+};
+
+SupernodalSolve::SupernodalSolve(const SupernodalFactor& L)
+    : _L(L), _work(std::make_unique<Workspace>()) {
+    findSubtrees();
+    for (Index s = 0; s < L.numSupernodes; ++s)
+        _mostRows = std::max<Index>(_mostRows, numRowsOf(s));
+    _work->shared.resize(size_t(_mostRows));
+}
+
+SupernodalSolve::~SupernodalSolve() = default;
+
+void SupernodalSolve::findSubtrees() {
+    const Index n = _L.numSupernodes;
+    std::vector<Index> supernodeOf(static_cast<size_t>(_L.size));
+    for (Index s = 0; s < n; ++s)
+        std::fill(supernodeOf.begin() + _L.super[s], supernodeOf.begin() + _L.super[s + 1], s);
+    std::vector<Index> parent(size_t(n), -1), entries(size_t(n), 0), first(static_cast<size_t>(n));
+    std::vector<std::vector<Index>> children(static_cast<size_t>(n));
+    for (Index s = 0; s < n; ++s) first[s] = s;
+    for (Index s = 0; s < n; ++s) {
+        entries[s] += Index(numRowsOf(s)) * numColumnsOf(s);
+        if (numRowsOf(s) == numColumnsOf(s)) continue;
+        parent[s] = supernodeOf[_L.rows[_L.rowStarts[s] + numColumnsOf(s)]];
+        entries[parent[s]] += entries[s];
+        first[parent[s]] = std::min(first[parent[s]], first[s]);
+        children[parent[s]].push_back(s);
+    }
+
+    // Supernodes are numbered in postorder, so that a subtree is a run of them.
+    Index total = 0;
+    std::vector<Index> open;
+    for (Index s = 0; s < n; ++s)
+        if (parent[s] < 0) {
+            total += entries[s];
+            open.push_back(s);
+        }
+    const auto isRun = [&](Index root) {  // no matter how they are numbered
+        Index count = 0;
+        std::vector<Index> stack{root};
+        while (!stack.empty()) {
+            const Index s = stack.back();
+            stack.pop_back();
+            ++count;
+            stack.insert(stack.end(), children[s].begin(), children[s].end());
+        }
+        return count == root - first[root] + 1;
+    };
+    std::vector<char> inTop(size_t(n), 0);
+    while (!open.empty()) {
+        const Index s = open.back();
+        open.pop_back();
+        if (entries[s] * kSubtrees <= total && isRun(s)) {
+            Subtree subtree;
+            subtree.first = first[s];
+            subtree.root = s;
+            subtree.above.resize(size_t(numRowsOf(s) - numColumnsOf(s)));
+            _subtrees.push_back(std::move(subtree));
+        } else {
+            inTop[s] = 1;
+            open.insert(open.end(), children[s].begin(), children[s].end());
+        }
+    }
+    for (Index s = 0; s < n; ++s)
+        if (inTop[s]) _top.push_back(s);
+    // The largest first, so that none is left over at the end.
+    std::sort(_subtrees.begin(), _subtrees.end(), [&](const Subtree& a, const Subtree& b) {
+        return entries[a.root] != entries[b.root] ? entries[a.root] > entries[b.root]
+                                                  : a.root < b.root;
+    });
+
+    _rows.assign(_L.rows, _L.rows + _L.rowStarts[n]);
+    for (const Subtree& subtree : _subtrees) {
+        // What lies above the subtree are the rows below its root.
+        const Index* above = _L.rows + _L.rowStarts[subtree.root] + numColumnsOf(subtree.root);
+        const Index* end = _L.rows + _L.rowStarts[subtree.root + 1];
+        const Index limit = _L.super[subtree.root + 1];
+        for (Index s = subtree.first; s <= subtree.root; ++s) {
+            const Index* at = above;
+            for (Index k = _L.rowStarts[s] + numColumnsOf(s); k < _L.rowStarts[s + 1]; ++k) {
+                if (_L.rows[k] < limit) continue;
+                at = std::lower_bound(at, end, _L.rows[k]);
+                _rows[k] = std::int32_t(-1 - (at - above));
+            }
+        }
+    }
+}
+
+void SupernodalSolve::solveLower(double* values) {
+    Row* x = reinterpret_cast<Row*>(values);
+#pragma omp parallel
+    {
+        Buffer below(static_cast<size_t>(_mostRows));
+#pragma omp for schedule(dynamic, 1)
+        for (size_t t = 0; t < _subtrees.size(); ++t) {
+            Subtree& subtree = _subtrees[t];
+            std::fill(subtree.above.begin(), subtree.above.end(), Row{});
+            for (Index s = subtree.first; s <= subtree.root; ++s) {
+                const int numColumns = numColumnsOf(s), numBelow = numRowsOf(s) - numColumns;
+                const Index stride = numRowsOf(s);
+                const double* L = _L.values + _L.valueStarts[s];
+                Row* own = x + _L.super[s];
+                solveTriangle(L, stride, numColumns, own);
+                std::fill_n(below.begin(), numBelow, Row{});
+                subtractProduct(L + numColumns, stride, numBelow, numColumns, own, below.data());
+                const std::int32_t* rows = _rows.data() + _L.rowStarts[s] + numColumns;
+                for (int r = 0; r < numBelow; ++r)
+                    if (rows[r] >= 0)
+                        x[rows[r]] += below[size_t(r)];
+                    else
+                        subtree.above[size_t(-1 - rows[r])] += below[size_t(r)];
+            }
+        }
+    }
+    for (const Subtree& subtree : _subtrees) {
+        const Index* rows = _L.rows + _L.rowStarts[subtree.root] + numColumnsOf(subtree.root);
+        for (size_t r = 0; r < subtree.above.size(); ++r) x[rows[r]] += subtree.above[r];
+    }
+    Row* below = _work->shared.data();
+    for (const Index s : _top) {
+        const int numColumns = numColumnsOf(s);
+        const Index stride = numRowsOf(s), numBelow = stride - numColumns;
+        const double* L = _L.values + _L.valueStarts[s];
+        Row* own = x + _L.super[s];
+        std::fill_n(below, numBelow, Row{});
+        for (int first = 0; first < numColumns; first += kShared) {
+            const int width = std::min(kShared, numColumns - first), end = first + width;
+            const double* panel = L + first * stride;
+            solveTriangle(panel + first, stride, width, own + first);
+            const Index numInside = numColumns - end;  // rows of the supernode's own columns
+            const Index numShares = (stride - end + kRowsPerShare - 1) / kRowsPerShare;
+#pragma omp parallel for schedule(static) if (stride * width >= kWorthSharing)
+            for (Index share = 0; share < numShares; ++share) {
+                const Index begin = share * kRowsPerShare,
+                            stop = std::min(begin + kRowsPerShare, stride - end);
+                const Index middle = std::clamp(numInside, begin, stop);
+                subtractProduct(panel + end + begin, stride, middle - begin, width, own + first,
+                                own + end + begin);
+                subtractProduct(panel + end + middle, stride, stop - middle, width, own + first,
+                                below + (middle - numInside));
+            }
+        }
+        const Index* rows = _L.rows + _L.rowStarts[s] + numColumns;
+        for (Index r = 0; r < numBelow; ++r) x[rows[r]] += below[r];
+    }
+}
+
+void SupernodalSolve::solveUpper(double* values) {
+    Row* x = reinterpret_cast<Row*>(values);
+    Row* below = _work->shared.data();
+    for (auto at = _top.rbegin(); at != _top.rend(); ++at) {
+        const Index s = *at;
+        const int numColumns = numColumnsOf(s);
+        const Index stride = numRowsOf(s), numBelow = stride - numColumns;
+        const double* L = _L.values + _L.valueStarts[s];
+        Row* own = x + _L.super[s];
+        const Index* rows = _L.rows + _L.rowStarts[s] + numColumns;
+        for (Index r = 0; r < numBelow; ++r) below[r] = x[rows[r]];
+        for (int first = (numColumns - 1) / kShared * kShared; first >= 0; first -= kShared) {
+            const int width = std::min(kShared, numColumns - first), end = first + width;
+            const double* panel = L + first * stride;
+            const int numPanels = (width + kPanel - 1) / kPanel;
+#pragma omp parallel for schedule(static) if (stride * width >= kWorthSharing)
+            for (int k = 0; k < numPanels; ++k) {
+                const int column = k * kPanel, columns = std::min(kPanel, width - column);
+                const double* part = panel + column * stride;
+                subtractTransposed(part + end, stride, numColumns - end, columns, own + end,
+                                   own + first + column);
+                subtractTransposed(part + numColumns, stride, numBelow, columns, below,
+                                   own + first + column);
+            }
+            solveTransposedTriangle(panel + first, stride, width, own + first);
+        }
+    }
+#pragma omp parallel
+    {
+        Buffer gathered(static_cast<size_t>(_mostRows));
+#pragma omp for schedule(dynamic, 1)
+        for (size_t t = 0; t < _subtrees.size(); ++t) {
+            const Subtree& subtree = _subtrees[t];
+            for (Index s = subtree.root; s >= subtree.first; --s) {
+                const int numColumns = numColumnsOf(s), numBelow = numRowsOf(s) - numColumns;
+                const Index stride = numRowsOf(s);
+                const double* L = _L.values + _L.valueStarts[s];
+                Row* own = x + _L.super[s];
+                const Index* rows = _L.rows + _L.rowStarts[s] + numColumns;
+                for (int r = 0; r < numBelow; ++r) gathered[size_t(r)] = x[rows[r]];
+                subtractTransposed(L + numColumns, stride, numBelow, numColumns, gathered.data(),
+                                   own);
+                solveTransposedTriangle(L, stride, numColumns, own);
+            }
+        }
+    }
+}
+
+}  // namespace simflex
