@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -17,7 +16,10 @@
 #include <fstream>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
+
+#include "CalculixMatrix.h"
 
 extern char** environ;
 
@@ -109,7 +111,7 @@ std::string tailOf(const fs::path& log) {
     return result;
 }
 
-/** Walks through the whitespace-separated numbers of a file held in memory. **/
+/** Walks through the whitespace-separated integers of a file held in memory. **/
 class NumberReader {
 public:
     explicit NumberReader(const fs::path& path) : _path(path) {
@@ -133,20 +135,9 @@ public:
         return int(value);
     }
 
-    double readNumber() {
-        skipBlanks();
-        double value = 0;
-        const auto result = std::from_chars(_at, _text.data() + _text.size(), value);
-        if (result.ec != std::errc()) fail();
-        _at = result.ptr;
-        return value;
-    }
-
     void skip(char expected) {
         if (*_at++ != expected) fail();
     }
-
-    double fraction() const { return double(_at - _text.data()) / double(_text.size() + 1); }
 
 private:
     void skipBlanks() {
@@ -187,70 +178,42 @@ std::vector<int> readEquations(const fs::path& path, const Mesh& mesh) {
     return dofs;
 }
 
-/** Entries of a matrix file, in dof numbers. **/
-struct Entries {
-    std::vector<std::int32_t> rows, columns;
-    std::vector<double> values;
-};
-
-Entries readEntries(const fs::path& path, const std::vector<int>& dofs, const char* phase,
-                    const ProgressCallback& progress) {
-    NumberReader reader(path);
-    Entries entries;
-    while (!reader.atEnd()) {
-        const int row = reader.readInteger(), column = reader.readInteger();
-        const double value = reader.readNumber();
-        if (row < 1 || column < 1 || size_t(std::max(row, column)) > dofs.size())
-            throw std::runtime_error("CalculiX names an equation outside the matrix in " +
-                                     path.filename().string());
-        if (!std::isfinite(value))
-            throw std::invalid_argument("the matrix in " + path.filename().string() + " has " +
-                                        std::to_string(value) + " in row " + std::to_string(row) +
-                                        ", column " + std::to_string(column) +
-                                        ", must be a finite number");
-        entries.rows.push_back(dofs[row - 1]);
-        entries.columns.push_back(dofs[column - 1]);
-        entries.values.push_back(value);
-        if (entries.values.size() % 200000 == 0) reportProgress(progress, phase, reader.fraction());
-    }
-    return entries;
-}
-
 /** Takes m out of M = m ⊗ 1₃. @throws std::invalid_argument if M is not that. **/
-SymmetricMatrix takeNodalMass(const Entries& M, const Mesh& mesh) {
+SymmetricMatrix takeNodalMass(const SymmetricMatrix& M, const Mesh& mesh) {
     constexpr double kTolerance = 1e-10;
     double largest = 0;
     for (const double value : M.values) largest = std::max(largest, std::abs(value));
-    Entries axes[3];
-    for (size_t k = 0; k < M.values.size(); ++k) {
-        const int a = M.rows[k] % 3, b = M.columns[k] % 3;
-        if (a == b) {
-            axes[a].rows.push_back(M.rows[k] / 3);
-            axes[a].columns.push_back(M.columns[k] / 3);
-            axes[a].values.push_back(M.values[k]);
-        } else if (std::abs(M.values[k]) > kTolerance * largest) {
-            throw std::invalid_argument(
-                "the mass matrix couples direction " + std::to_string(a + 1) + " of node " +
-                std::to_string(mesh.nodeNumbers[M.rows[k] / 3]) + " to direction " +
-                std::to_string(b + 1) + "; simflex needs plain solids, M = m ⊗ 1₃");
-        }
+    SymmetricMatrix axes[3];
+    for (int column = 0; column < M.size; ++column) {
+        const int axis = column % 3;
+        SymmetricMatrix& m = axes[axis];
+        m.columnStarts.push_back(m.numEntries());
+        for (auto k = M.columnStarts[column]; k < M.columnStarts[column + 1]; ++k)
+            if (M.rows[k] % 3 == axis) {
+                m.rows.push_back(M.rows[k] / 3);
+                m.values.push_back(M.values[k]);
+            } else if (std::abs(M.values[k]) > kTolerance * largest) {
+                throw std::invalid_argument("the mass matrix couples direction " +
+                                            std::to_string(M.rows[k] % 3 + 1) + " of node " +
+                                            std::to_string(mesh.nodeNumbers[M.rows[k] / 3]) +
+                                            " to direction " + std::to_string(axis + 1) +
+                                            "; simflex needs plain solids, M = m ⊗ 1₃");
+            }
     }
-    const int n = mesh.numNodes();
-    auto build = [n](const Entries& e) {
-        return SymmetricMatrix::fromEntries(n, e.rows, e.columns, e.values);
-    };
-    SymmetricMatrix m = build(axes[0]);
+    for (SymmetricMatrix& m : axes) {
+        m.size = mesh.numNodes();
+        m.columnStarts.push_back(m.numEntries());
+    }
     for (int a = 1; a < 3; ++a) {
-        const SymmetricMatrix other = build(axes[a]);
-        bool same = other.rows == m.rows && other.columnStarts == m.columnStarts;
-        for (size_t k = 0; same && k < m.values.size(); ++k)
-            same = std::abs(m.values[k] - other.values[k]) <= kTolerance * largest;
+        bool same = axes[a].rows == axes[0].rows && axes[a].columnStarts == axes[0].columnStarts;
+        for (size_t k = 0; same && k < axes[0].values.size(); ++k)
+            same = std::abs(axes[0].values[k] - axes[a].values[k]) <= kTolerance * largest;
         if (!same)
             throw std::invalid_argument("the mass matrix differs between the directions 1 and " +
                                         std::to_string(a + 1) +
                                         "; simflex needs plain solids, M = m ⊗ 1₃");
     }
-    return m;
+    return std::move(axes[0]);
 }
 
 }  // namespace
@@ -339,13 +302,9 @@ void runCalculix(const std::string& program, const fs::path& folder, const std::
 void readCalculixMatrices(const fs::path& folder, const std::string& job, FeModel& model,
                           const ProgressCallback& progress) {
     const auto dofs = readEquations(folder / (job + ".dof"), model.mesh);
-    {
-        const Entries K = readEntries(folder / (job + ".sti"), dofs, "reading K", progress);
-        model.K =
-            SymmetricMatrix::fromEntries(3 * model.mesh.numNodes(), K.rows, K.columns, K.values);
-    }
-    model.m = takeNodalMass(readEntries(folder / (job + ".mas"), dofs, "reading M", progress),
-                            model.mesh);
+    model.K = readCalculixMatrix(folder / (job + ".sti"), dofs, "reading K", progress);
+    model.m = takeNodalMass(
+        readCalculixMatrix(folder / (job + ".mas"), dofs, "reading M", progress), model.mesh);
 }
 
 }  // namespace simflex
