@@ -24,20 +24,6 @@ constexpr double kNothingNew = 1e-12;
     throw std::invalid_argument("part '" + options.name + "': " + what);
 }
 
-/** Θᵀ M Θ: its eigenvalues are 1/ω² of the normal modes. **/
-class FixedModesOperator : public SymmetricOperator {
-public:
-    FixedModesOperator(const FixedInterfaces& held, const FullRows& m) : _held(held), _m(m) {}
-    Index size() const override { return _held.size(); }
-    void apply(const MatrixXd& X, MatrixXd& Y) const override {
-        Y = _held.fromForces(_m.multiplyPerAxis(_held.toShapes(X)));
-    }
-
-private:
-    const FixedInterfaces& _held;
-    const FullRows& _m;
-};
-
 /** Ξᵀ M Ξ: its eigenvalues are 1/ω² of the free-free modes of the tied model. Ξ joins to Θ the
 constraint modes, orthonormal in energy, and leaves rigid motions out by M. **/
 class FreeModesOperator : public SymmetricOperator {
@@ -121,16 +107,18 @@ Shapes makeLoads(const FeModel& model, const InterfaceTies& ties, const Reductio
     return f;
 }
 
-/** Attachment modes less what the normal modes hold already, orthonormal in energy. **/
-MatrixXd makeAttachments(MatrixXd z, const MatrixXd& normal) {
-    if (z.cols() == 0) return z;
-    const Eigen::VectorXd before = z.colwise().squaredNorm();
-    for (int pass = 0; pass < 2; ++pass) z -= normal * (normal.transpose() * z).eval();
-    for (Index k = 0; k < z.cols(); ++k) z.col(k) /= std::sqrt(before[k]);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(z.transpose() * z);
-    const Index kept = (gram.eigenvalues().array() > kNothingNew).count();
-    return z * gram.eigenvectors().rightCols(kept) *
-           gram.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+/** Deflections u under the loads less what the normal modes hold of them, orthonormal in energy:
+u_iᵀKu_j = f_iᵀu_j, as long as the interfaces are held in all. **/
+Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
+    if (loads.cols() == 0) return u;
+    const Eigen::VectorXd before = (loads.transpose() * u).diagonal();
+    u -= normal * (normal.transpose() * loads);
+    const Eigen::VectorXd scale = before.cwiseSqrt().cwiseInverse();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> energy(
+        scale.asDiagonal() * symmetricGram(loads, u) * scale.asDiagonal());
+    const Index kept = (energy.eigenvalues().array() > kNothingNew).count();
+    return u * (scale.asDiagonal() * energy.eigenvectors().rightCols(kept) *
+                energy.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal());
 }
 
 /** How many normal modes are wanted, and down to which 1/ω². **/
@@ -179,6 +167,10 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
     auto lap = std::chrono::steady_clock::now();
     reportProgress(progress, "factoring K", -1);
     const Shapes loads = makeLoads(model, ties, options);
+    if (options.solver && options.numCheckedModes > 0)
+        refuse(options,
+               "frequencies of the full model are checked by the library's own solver "
+               "alone; leave the check out");
     const auto held = std::make_shared<FixedInterfaces>(options.name, model, products, rigid, ties);
     const bool hasInterfaces = !ties.ties().empty();
     const int numConstraint = hasInterfaces ? ties.numBoundaryDofs() : 6;
@@ -190,38 +182,29 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
 
     reportProgress(progress, "constraint modes", -1);
     const Shapes constraint = hasInterfaces ? held->calcConstraintModes() : rigid.R;
-    MatrixXd attachments = held->fromForces(loads);
+    const Shapes deflection = held->solve(loads);
     timings.constraintModes = lapTime(lap);
 
     reportProgress(progress, "normal modes", -1);
-    Eigenpairs normal{Eigen::VectorXd(0), MatrixXd(held->size(), 0)};
-    if (wanted.count > 0 && held->size() > 0) {
-        const OneBlasThread oneThread;
-        normal = calcLargestEigenpairs(FixedModesOperator(*held, products.m), wanted,
-                                       "normal modes", progress);
-        if (!options.highestFrequency && normal.values.size() < wanted.count)
-            refuse(options, std::to_string(wanted.count) +
-                                " normal modes are asked for, but the mesh has only " +
-                                std::to_string(normal.values.size()) +
-                                ": ask for fewer modes or refine the mesh");
-    }
-    attachments = makeAttachments(attachments, normal.vectors);
+    const FixedInterfaces::NormalModes normal = held->calcNormalModes(wanted, progress);
+    const Index numNormal = normal.omegaSquared.size();
+    if (!options.highestFrequency && numNormal < wanted.count)
+        refuse(options, std::to_string(wanted.count) +
+                            " normal modes are asked for, but the mesh has only " +
+                            std::to_string(numNormal) + ": ask for fewer modes or refine the mesh");
+    const Shapes attachments = makeAttachments(loads, deflection, normal.shapes);
 
     ModeBasis basis;
-    const Index numNormal = normal.values.size(),
-                numModes = numConstraint + attachments.cols() + numNormal;
+    const Index numModes = numConstraint + attachments.cols() + numNormal;
     if (numModes < 7)
         refuse(options,
                "no elastic mode is left; raise the highest frequency or the number of "
                "modes");
     basis.numConstraint = numConstraint;
     basis.numAttachment = int(attachments.cols());
-    basis.normalOmegaSquared = normal.values.cwiseInverse();
+    basis.normalOmegaSquared = normal.omegaSquared;
     basis.Psi.resize(model.K.size, numModes);
-    basis.Psi.leftCols(numConstraint) = constraint;
-    if (attachments.cols() > 0)
-        basis.Psi.middleCols(numConstraint, attachments.cols()) = held->toShapes(attachments);
-    if (numNormal > 0) basis.Psi.rightCols(numNormal) = held->toShapes(normal.vectors);
+    basis.Psi << constraint, attachments, normal.shapes;
     basis.boundary = Shapes::Zero(ties.numBoundaryDofs(), numModes);
     basis.boundary.leftCols(ties.numBoundaryDofs()).setIdentity();
     basis.held = held;

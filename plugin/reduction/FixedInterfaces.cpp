@@ -7,7 +7,9 @@
 #include "BlockLanczos.h"
 #include "Coordinates.h"
 #include "Memory.h"
+#include "OneBlasThread.h"
 #include "SparseCholesky.h"
+#include "StiffnessSolver.h"
 
 namespace simflex {
 namespace {
@@ -51,6 +53,39 @@ SymmetricMatrix takeListed(const SymmetricMatrix& A, const std::vector<int>& lis
     return result;
 }
 
+/** m ⊗ 1₃. **/
+SymmetricMatrix tripleAxes(const SymmetricMatrix& m) {
+    SymmetricMatrix M;
+    M.size = 3 * m.size;
+    M.columnStarts.reserve(size_t(M.size) + 1);
+    M.rows.reserve(3 * m.rows.size());
+    M.values.reserve(3 * m.values.size());
+    for (int column = 0; column < m.size; ++column)
+        for (int axis = 0; axis < 3; ++axis) {
+            M.columnStarts.push_back(M.numEntries());
+            for (auto k = m.columnStarts[column]; k < m.columnStarts[column + 1]; ++k) {
+                M.rows.push_back(3 * m.rows[k] + axis);
+                M.values.push_back(m.values[k]);
+            }
+        }
+    M.columnStarts.push_back(M.numEntries());
+    return M;
+}
+
+/** Θᵀ M Θ: its eigenvalues are 1/ω² of the normal modes. **/
+class NormalModesOperator : public SymmetricOperator {
+public:
+    NormalModesOperator(const FixedInterfaces& held, const FullRows& m) : _held(held), _m(m) {}
+    Index size() const override { return _held.size(); }
+    void apply(const MatrixXd& X, MatrixXd& Y) const override {
+        Y = _held.fromForces(_m.multiplyPerAxis(_held.toShapes(X)));
+    }
+
+private:
+    const FixedInterfaces& _held;
+    const FullRows& _m;
+};
+
 }  // namespace
 
 struct FixedInterfaces::Data {
@@ -70,6 +105,7 @@ struct FixedInterfaces::Data {
     const InterfaceTies& ties;
     const Coordinates coordinates;
     SparseCholesky cholesky;
+    std::shared_ptr<StiffnessSolver> solver;  ///< instead of cholesky, if there is one
 
     std::vector<int> free;  ///< coordinates that are neither tied nor supported, ascending
     std::vector<int> tied;  ///< those that follow a rigid interface, ascending
@@ -81,10 +117,12 @@ struct FixedInterfaces::Data {
         MatrixXd D;  ///< 6×(3·nodes)
     };
     std::vector<Mean> means;
-    Shapes MR;          ///< numDofs×6 of a part without interfaces, D = (M R)ᵀ; else empty
-    MatrixXd X;         ///< L⁻¹TᵀDᵀ
-    MatrixXd Q;         ///< may have no columns
-    MatrixXd N, G, DR;  ///< of a part without rigid ties; else empty
+    Shapes MR;      ///< numDofs×6 of a part without interfaces, D = (M R)ᵀ; else empty
+    MatrixXd N;     ///< loads on the interfaces that are in equilibrium if the part is supported
+    MatrixXd G;     ///< (DR)⁺ of a supported part
+    MatrixXd C, Y;  ///< TᵀDᵀ of the free coordinates, times N if supported; K⁻¹C
+    Eigen::LDLT<MatrixXd> CY;
+    MatrixXd Q;  ///< orthonormal basis of L⁻¹C
 
     bool isSupported() const { return !ties.hasRigid(); }
     Index numMeans() const { return MR.size() > 0 ? 6 : 6 * Index(means.size()); }
@@ -118,6 +156,32 @@ struct FixedInterfaces::Data {
                 f.middleRows<3>(3 * nodes[i]) = local.middleRows<3>(3 * Index(i));
         }
         return f;
+    }
+
+    /** K⁻¹ B of the free coordinates. **/
+    MatrixXd solveFree(const MatrixXd& B) const {
+        return solver ? solver->solve(B) : cholesky.solve(B);
+    }
+
+    /** Loads on the free coordinates; of a supported part, in equilibrium. **/
+    MatrixXd takeForces(const Shapes& f) const {
+        if (!isSupported()) return coordinates.contract(free, f);
+        return coordinates.contract(free, f - spread(G.transpose() * (rigid.R.transpose() * f)));
+    }
+
+    /** Shapes of the free coordinates; of a supported part, with its interfaces put back. **/
+    Shapes makeShapes(const MatrixXd& x) const {
+        Shapes u = coordinates.expand(free, x);
+        if (isSupported()) u.noalias() -= rigid.R * (G * calcMean(u));
+        return u;
+    }
+
+    /** Rows and columns of the free coordinates. **/
+    SymmetricMatrix takeFree(const SymmetricMatrix& A) const {
+        std::vector<int> place(size_t(coordinates.size()), -1);
+        for (size_t k = 0; k < free.size(); ++k) place[size_t(free[k])] = int(k);
+        return model.constraints.empty() ? takeListed(A, free, place)
+                                         : takeListed(coordinates.assemble(A), free, place);
     }
 
     void findCoordinates();
@@ -204,12 +268,14 @@ void FixedInterfaces::Data::checkMemory(const SparseCholesky::Prediction& predic
 
 void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& options,
                                        const ProgressCallback& progress) {
-    std::vector<int> place(size_t(coordinates.size()), -1);
-    for (size_t k = 0; k < free.size(); ++k) place[size_t(free[k])] = int(k);
     try {
-        const SymmetricMatrix K = model.constraints.empty()
-                                      ? takeListed(model.K, free, place)
-                                      : takeListed(coordinates.assemble(model.K), free, place);
+        const SymmetricMatrix K = takeFree(model.K);
+        if (options.solver) {
+            solver = options.solver;
+            reportProgress(progress, "factoring K", -1);
+            solver->factor(K);
+            return;
+        }
         reportProgress(progress, "ordering K", -1);
         checkMemory(cholesky.analyze(K), numModes, options);
         reportProgress(progress, "factoring K", 0);
@@ -229,19 +295,23 @@ void FixedInterfaces::Data::prepareMeans() {
     Q.resize(Index(free.size()), 0);
     const Index count = numMeans();
     if (count == 0) return;
-    cholesky.solveLower(coordinates.contract(free, spread(MatrixXd::Identity(count, count))), X);
-    if (!isSupported()) {
-        Q = orthonormalize(X);
-        return;
+    N = MatrixXd::Identity(count, count);
+    if (isSupported()) {
+        const MatrixXd DR = calcMean(rigid.R);
+        const Eigen::JacobiSVD<MatrixXd> svd(DR, Eigen::ComputeFullU | Eigen::ComputeThinV);
+        if (svd.singularValues()[5] <= kRank * kRank * svd.singularValues()[0])
+            refuse("its interfaces do not hold it: a rigid motion moves none of them");
+        N = svd.matrixU().rightCols(count - 6).eval();
+        G = svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() *
+            svd.matrixU().leftCols(6).transpose();
     }
-    DR = calcMean(rigid.R);
-    const Eigen::JacobiSVD<MatrixXd> svd(DR, Eigen::ComputeFullU | Eigen::ComputeThinV);
-    if (svd.singularValues()[5] <= kRank * kRank * svd.singularValues()[0])
-        refuse("its interfaces do not hold it: a rigid motion moves none of them");
-    N = svd.matrixU().rightCols(count - 6);
-    G = svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() *
-        svd.matrixU().leftCols(6).transpose();
-    if (count > 6) Q = orthonormalize(X * N);
+    C = coordinates.contract(free, spread(N));
+    if (C.cols() == 0) return;
+    Y = solveFree(C);
+    CY = Eigen::LDLT<MatrixXd>(C.transpose() * Y);
+    if (solver) return;
+    cholesky.solveLower(C, Q);
+    Q = orthonormalize(Q);
 }
 
 FixedInterfaces::FixedInterfaces(const std::string& part, const FeModel& model,
@@ -268,24 +338,24 @@ Shapes FixedInterfaces::toShapes(const MatrixXd& z) const {
     MatrixXd x = z;
     if (d.Q.cols() > 0) x.noalias() -= d.Q * (d.Q.transpose() * z);
     d.cholesky.solveUpper(x, x);
-    Shapes u = d.coordinates.expand(d.free, x);
-    if (d.isSupported()) u.noalias() -= d.rigid.R * (d.G * d.calcMean(u));
-    return u;
+    return d.makeShapes(x);
 }
 
 MatrixXd FixedInterfaces::fromForces(const Shapes& f) const {
     const Data& d = *_data;
     if (d.free.empty()) return MatrixXd::Zero(0, f.cols());
-    MatrixXd y;
-    if (d.isSupported()) {
-        const Shapes balanced = f - d.spread(d.G.transpose() * (d.rigid.R.transpose() * f));
-        y = d.coordinates.contract(d.free, balanced);
-    } else {
-        y = d.coordinates.contract(d.free, f);
-    }
+    MatrixXd y = d.takeForces(f);
     d.cholesky.solveLower(y, y);
     if (d.Q.cols() > 0) y -= d.Q * (d.Q.transpose() * y).eval();
     return y;
+}
+
+Shapes FixedInterfaces::solve(const Shapes& f) const {
+    const Data& d = *_data;
+    if (d.free.empty() || f.cols() == 0) return Shapes::Zero(d.model.K.size, f.cols());
+    MatrixXd x = d.solveFree(d.takeForces(f));
+    if (d.C.cols() > 0) x -= d.Y * d.CY.solve(d.C.transpose() * x);
+    return d.makeShapes(x);
 }
 
 Shapes FixedInterfaces::calcConstraintModes() const {
@@ -296,30 +366,54 @@ Shapes FixedInterfaces::calcConstraintModes() const {
         prescribed.block(6 * Index(k), 6 * Index(d.means[k].tie), 6, 6).setIdentity();
     if (d.isSupported()) {
         // Loads in equilibrium on the interfaces, then the rigid motion that is left.
-        const MatrixXd XN = d.X * d.N;
-        MatrixXd inside = MatrixXd::Zero(d.X.rows(), numBoundary);
-        if (d.N.cols() > 0)
-            inside = XN * (XN.transpose() * XN).ldlt().solve(d.N.transpose() * prescribed);
-        d.cholesky.solveUpper(inside, inside);
-        const Shapes u = d.coordinates.expand(d.free, inside);
+        Shapes u = Shapes::Zero(d.model.K.size, numBoundary);
+        if (d.C.cols() > 0)
+            u = d.coordinates.expand(d.free, d.Y * d.CY.solve(d.N.transpose() * prescribed));
         return u + d.rigid.R * (d.G * (prescribed - d.calcMean(u)));
     }
-    Shapes u = d.coordinates.expand(d.tied, d.tiedMotion);
+    const Shapes u = d.coordinates.expand(d.tied, d.tiedMotion);
     if (d.free.empty()) return u;
-    MatrixXd y = -d.coordinates.contract(d.free, d.products.K.multiply(u));
-    d.cholesky.solveLower(y, y);
-    if (numMeans > 0)
-        y += d.X * (d.X.transpose() * d.X).ldlt().solve(prescribed - d.X.transpose() * y);
-    d.cholesky.solveUpper(y, y);
-    return u + d.coordinates.expand(d.free, y);
+    MatrixXd x = d.solveFree(-d.coordinates.contract(d.free, d.products.K.multiply(u)));
+    if (d.C.cols() > 0) x += d.Y * d.CY.solve(prescribed - d.C.transpose() * x);
+    return u + d.coordinates.expand(d.free, x);
+}
+
+FixedInterfaces::NormalModes FixedInterfaces::calcNormalModes(
+    const ModeRange& range, const ProgressCallback& progress) const {
+    const Data& d = *_data;
+    constexpr const char* kPhase = "normal modes";
+    if (d.free.empty() || range.count == 0)
+        return {Eigen::VectorXd(0), Shapes::Zero(d.model.K.size, 0)};
+    if (!d.solver) {
+        const OneBlasThread oneThread;
+        const Eigenpairs pairs = calcLargestEigenpairs(NormalModesOperator(*this, d.products.m),
+                                                       range, kPhase, progress);
+        return {pairs.values.cwiseInverse(), toShapes(pairs.vectors)};
+    }
+    // The mass of x with the rigid motion of makeShapes() in it, (1 − R Aᵀ)ᵀ M (1 − R Aᵀ).
+    const SymmetricMatrix M = d.takeFree(tripleAxes(d.model.m));
+    MatrixXd U(Index(d.free.size()), 0), S(0, 0);
+    if (d.isSupported()) {
+        const Shapes MR = d.products.m.multiplyPerAxis(d.rigid.R);
+        U.resize(Eigen::NoChange, 12);
+        U << d.coordinates.contract(d.free, MR),
+            d.coordinates.contract(d.free, d.spread(d.G.transpose()));
+        S.setZero(12, 12);
+        S.topRightCorner(6, 6) = S.bottomLeftCorner(6, 6) = -MatrixXd::Identity(6, 6);
+        S.bottomRightCorner(6, 6) = symmetricGram(d.rigid.R, MR);
+    }
+    const Eigenpairs pairs = d.solver->calcModes({M, U, S}, d.C, range, kPhase, progress);
+    return {pairs.values.cwiseInverse(), d.makeShapes(pairs.vectors)};
 }
 
 long FixedInterfaces::numFactorEntries() const {
-    return _data->free.empty() ? 0 : _data->cholesky.numFactorEntries();
+    if (_data->free.empty()) return 0;
+    return _data->solver ? _data->solver->numFactorEntries() : _data->cholesky.numFactorEntries();
 }
 
 double FixedInterfaces::estimateConditionNumber() const {
-    return _data->free.empty() ? 1 : 1 / _data->cholesky.estimateReciprocalCondition();
+    if (_data->free.empty()) return 1;
+    return _data->solver ? 0 : 1 / _data->cholesky.estimateReciprocalCondition();
 }
 
 }  // namespace simflex

@@ -12,10 +12,13 @@ InterfaceTie.h) take their coordinates out of K before it is factored. Distribut
 constraints D u = 0, met by the projection: Q is an orthonormal basis of L⁻¹TᵀDᵀ. A part without any
 rigid tie is factored on a statically determinate support of six coordinates; there only loads N in
 equilibrium, (DR)ᵀN = 0, enter Q, and the rigid motion R G D, G = (DR)⁺, puts the interfaces back. A
-part without interfaces is held in the mean, D = RᵀM: Θ then makes its free-free shapes. **/
+part without interfaces is held in the mean, D = RᵀM: Θ then makes its free-free shapes.
+
+A StiffnessSolver of the options knows no L; with Y = K⁻¹TᵀDᵀ it does the same by whole solves. **/
 
 #include <memory>
 
+#include "BlockLanczos.h"
 #include "CraigBampton.h"
 
 namespace simflex {
@@ -32,17 +35,28 @@ public:
     many modes take more memory than there is. **/
     void factor(int numModes, const ReductionOptions& options, const ProgressCallback& progress);
 
-    /** Number of the coordinates z. @pre factor(), as for all below. **/
+    /** Number of free coordinates, which is that of z. @pre factor(), as for all below. **/
     Eigen::Index size() const;
 
-    Shapes toShapes(const Eigen::MatrixXd& z) const;    ///< Θ z
-    Eigen::MatrixXd fromForces(const Shapes& f) const;  ///< Θᵀ f
-    Shapes solve(const Shapes& f) const { return toShapes(fromForces(f)); }
+    /** Deflection under forces with the interfaces held. **/
+    Shapes solve(const Shapes& f) const;
 
     /** Static shapes for a unit of each boundary coordinate: numDofs×numBoundaryDofs. **/
     Shapes calcConstraintModes() const;
 
+    struct NormalModes {
+        Eigen::VectorXd omegaSquared;  ///< ascending
+        Shapes shapes;                 ///< φᵀKφ = 1
+    };
+
+    /** The lowest modes with the interfaces held; `range` is of 1/ω². **/
+    NormalModes calcNormalModes(const ModeRange& range, const ProgressCallback& progress) const;
+
+    Shapes toShapes(const Eigen::MatrixXd& z) const;    ///< Θ z; not of another StiffnessSolver
+    Eigen::MatrixXd fromForces(const Shapes& f) const;  ///< Θᵀ f; not of another StiffnessSolver
+
     long numFactorEntries() const;
+    /** Of the factored matrix; 0 where another StiffnessSolver does not know. **/
     double estimateConditionNumber() const;
 
 private:

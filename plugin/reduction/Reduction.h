@@ -21,6 +21,7 @@ Source: R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic ana
 Journal 6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 5–6. **/
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,8 @@ Journal 6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
+
+class StiffnessSolver;
 
 /** One joint seat: which nodes are tied to which master point, and how. **/
 struct InterfaceOptions {
@@ -77,6 +80,9 @@ struct ReductionOptions {
     /** Memory that the reduction may take beyond the model; what it will take is known before K is
     factored [bytes]. If not given: what the machine has left. **/
     std::optional<double> memoryLimit;
+    /** Factors and finds modes in another way, over many machines for instance (SlepcSolver.h).
+    Null: the library's own. **/
+    std::shared_ptr<StiffnessSolver> solver;
 };
 
 /** Wall time of the phases [s], and the size of the problem. **/
