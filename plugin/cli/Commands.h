@@ -11,6 +11,7 @@ namespace cli {
 that fails throws a std::exception, whose text the program prints. **/
 void addReduceCommand(CLI::App& app);
 void addInfoCommand(CLI::App& app);
+void addExportCommand(CLI::App& app);
 
 }  // namespace cli
 }  // namespace simflex

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
     app.get_formatter()->column_width(34);
     simflex::cli::addReduceCommand(app);
     simflex::cli::addInfoCommand(app);
+    simflex::cli::addExportCommand(app);
     simflex::cli::catchInterrupts();
     try {
         app.parse(argc, argv);
