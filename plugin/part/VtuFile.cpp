@@ -36,10 +36,11 @@ VtkCell describeCell(ElementType type) {
             return {12, {}};
         case ElementType::Hex20:
             return {25, {}};
-        case ElementType::Wedge6:  // the first triangle's normal points outwards
+        // The normal of VTK's first triangle points out of a wedge, that of ours into it.
+        case ElementType::Wedge6:
             return {13, {0, 2, 1, 3, 5, 4}};
-        case ElementType::Wedge15:  // inwards, unlike that of the linear one
-            return {26, {}};
+        case ElementType::Wedge15:
+            return {26, {0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13}};
     }
     throw std::invalid_argument("VtuFile: unknown element type");
 }
