@@ -12,6 +12,7 @@ that fails throws a std::exception, whose text the program prints. **/
 void addReduceCommand(CLI::App& app);
 void addInfoCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
+void addModesCommand(CLI::App& app);
 
 }  // namespace cli
 }  // namespace simflex

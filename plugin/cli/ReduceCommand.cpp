@@ -6,6 +6,7 @@ simflex reduce: a CalculiX deck becomes a part file. **/
 #include <memory>
 
 #include "Commands.h"
+#include "InterfacePicture.h"
 #include "ProgressBar.h"
 #include "ReductionArguments.h"
 #include "simflex/fe/CalculixDeck.h"
@@ -35,7 +36,7 @@ const std::vector<std::pair<std::string, double>> kStiffeningPhases = {
     {"loads that stiffen", 2}, {"geometric stiffness", 400}};
 
 struct ReduceArguments {
-    std::string deck, output, name, program;
+    std::string deck, output, name, program, picture;
     ReductionArguments reduction;
     bool stiffening = false, quiet = false, timings = false;
 };
@@ -98,6 +99,7 @@ void runReduce(const ReduceArguments& arguments) {
     const ReducedBody body = reduce(model, options, progress, &timings);
     if (wasInterrupted()) throw Cancelled();
     writeReducedBody(output, body);
+    if (!arguments.picture.empty()) drawInterfaces(body).writePng(arguments.picture);
     bar.clear();
 
     if (!arguments.quiet)
@@ -127,6 +129,10 @@ void addReduceCommand(CLI::App& app) {
     command->add_flag("--stiffening", arguments->stiffening,
                       "geometric stiffness too, for fast rotation and large loads on interfaces: 6 "
                       "static runs of CalculiX and 6 more an interface");
+    command
+        ->add_option("--picture", arguments->picture,
+                     "draw the part with the tied nodes of its interfaces")
+        ->type_name("FILE.png");
     command->add_option("--ccx", arguments->program,
                         "CalculiX program (default: $SIMFLEX_CCX, else ccx)");
     command->add_flag("-q,--quiet", arguments->quiet, "print errors only");
