@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "PartView.h"
-#include "simflex/part/MeshFaces.h"
+#include "simflex/render/SurfaceMesh.h"
 
 namespace simflex {
 namespace cli {
@@ -27,17 +27,13 @@ const char* nameOf(TieType tie) {
     return tie == TieType::Rigid ? "rigid" : "distributing";
 }
 
-/** Corner faces of the skin. **/
 SimTK::PolygonalMesh makeSkin(const Mesh& mesh) {
+    const SurfaceMesh surface = extractSurface(mesh);
     SimTK::PolygonalMesh skin;
-    std::vector<int> vertex(size_t(mesh.numNodes()), -1);
-    for (const MeshFace& face : extractBoundaryFaces(mesh)) {
+    for (const int node : surface.nodes) skin.addVertex(positionOf(mesh, node));
+    for (const auto& [a, b, c] : surface.triangles) {
         SimTK::Array_<int> corners;
-        for (int k = 0; k < face.numCorners(); ++k) {
-            int& index = vertex[size_t(face.corners[size_t(k)])];
-            if (index < 0) index = skin.addVertex(positionOf(mesh, face.corners[size_t(k)]));
-            corners.push_back(index);
-        }
+        for (const int corner : {a, b, c}) corners.push_back(corner);
         skin.addFace(corners);
     }
     return skin;

@@ -25,7 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kWidth = 960, kHeight = 640;
 constexpr int kFramesPerPeriod = 24, kPeriodsOfVideo = 3;  // a video does not repeat by itself
 constexpr double kFramesPerSecond = 20;
 constexpr int kColumns = 4;
@@ -33,7 +32,7 @@ constexpr double kUsualScale = 0.06;      // largest displacement drawn, to the 
 constexpr double kSteepestDrawing = 0.5;  // difference of displacement along an edge, to its length
 
 struct ModesArguments {
-    std::string part, folder, modes = "1-12";
+    std::string part, folder, modes = "1-12", size = "960x640";
     double scale = 0;
     bool gif = false, mp4 = false, quiet = false;
 };
@@ -70,6 +69,20 @@ std::vector<int> parseModes(const std::string& text, const ReducedBody& part, bo
             if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
     }
     return modes;
+}
+
+/** Width and height of a picture [pixel]. **/
+std::pair<int, int> parseSize(const std::string& text) {
+    constexpr int smallest = 64, largest = 8192;
+    int width = 0, height = 0;
+    char end = 0;
+    if (std::sscanf(text.c_str(), "%5dx%5d%c", &width, &height, &end) != 2 || width < smallest ||
+        height < smallest || width > largest || height > largest)
+        throw CLI::ValidationError("--size", "'" + text +
+                                                 "' is not of the form WIDTHxHEIGHT, from " +
+                                                 std::to_string(smallest) + " to " +
+                                                 std::to_string(largest) + " pixels each");
+    return {width, height};
 }
 
 /** Largest displacement of a mode and its steepest change along an edge of the skin, for ξ = 1. **/
@@ -160,11 +173,12 @@ private:
 /** Draws modes of one part. **/
 class ModePainter {
 public:
-    ModePainter(std::shared_ptr<const ReducedBody> part, std::vector<int> modes, double scale)
+    ModePainter(std::shared_ptr<const ReducedBody> part, std::vector<int> modes,
+                std::pair<int, int> size, double scale)
         : _part(std::move(part)),
           _modes(std::move(modes)),
           _hertz(calcFrequencies(*_part)),
-          _visualizer(_empty.system, kWidth, kHeight) {
+          _visualizer(_empty.system, size.first, size.second) {
         const SurfaceMesh skin = extractSurface(_part->mesh);
         for (const int mode : _modes) {
             _sizes.push_back(measureMode(*_part, skin, mode));
@@ -237,6 +251,7 @@ int findTwin(int frame) {
 void runModes(const ModesArguments& arguments, bool areModesDefault) {
     auto part = std::make_shared<const ReducedBody>(readReducedBody(arguments.part));
     const std::vector<int> modes = parseModes(arguments.modes, *part, areModesDefault);
+    const std::pair<int, int> size = parseSize(arguments.size);
     const bool isVideoWanted = arguments.gif || arguments.mp4;
     if (isVideoWanted && !isVideoAvailable())
         throw std::runtime_error("--gif and --mp4 need the program ffmpeg (apt install ffmpeg)");
@@ -256,7 +271,7 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
         throw std::runtime_error("cannot write to the folder '" + folder.string() + "'" +
                                  (error ? ": " + error.message() : ""));
 
-    ModePainter painter(part, modes, arguments.scale);
+    ModePainter painter(part, modes, size, arguments.scale);
     std::vector<std::pair<std::string, double>> phases;
     for (size_t k = 0; k < modes.size(); ++k) phases.emplace_back(painter.describe(k), 1);
     ProgressBar bar(arguments.quiet, phases);
@@ -331,6 +346,9 @@ void addModesCommand(CLI::App& app) {
                      "largest displacement drawn, as a share of the part's size (default: 0.06, "
                      "less where a mode bends sharply)")
         ->check(CLI::Range(1e-6, 10.0));
+    command->add_option("--size", arguments->size, "width and height of a picture [pixel]")
+        ->type_name("WxH")
+        ->capture_default_str();
     command->add_flag("--mp4", arguments->mp4, "films as MP4 (the default)");
     command->add_flag("--gif", arguments->gif, "films as animated GIF, which repeat without end");
     command->add_flag("-q,--quiet", arguments->quiet, "print errors only");

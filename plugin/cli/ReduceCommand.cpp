@@ -72,9 +72,12 @@ void runReduce(const ReduceArguments& arguments) {
                                    ? fs::path(arguments.deck).stem().string() + ".h5"
                                    : arguments.output;
     options.name = arguments.name.empty() ? fs::path(output).stem().string() : arguments.name;
-    const fs::path folder = fs::absolute(output).parent_path();
-    if (!fs::is_directory(folder))
-        throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
+    for (const std::string& file : {output, arguments.picture}) {
+        if (file.empty()) continue;
+        const fs::path folder = fs::absolute(file).parent_path();
+        if (!fs::is_directory(folder))
+            throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
+    }
 
     auto phases = kPhases;
     if (arguments.stiffening)

@@ -139,6 +139,9 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_F(CliTest, AFolderThatDoesNotExistIsFoundBeforeTheWork) {
     EXPECT_EQ(run("reduce brick.inp -o no/where.h5"), 1);
     EXPECT_THAT(err, AllOf(StartsWith("simflex: "), HasSubstr("no folder")));
+    EXPECT_EQ(run("reduce brick.inp -o part.h5 --picture no/where.png"), 1);
+    EXPECT_THAT(err, AllOf(StartsWith("simflex: "), HasSubstr("no folder")));
+    EXPECT_THAT(testing::listFiles(folder.path()), ElementsAre("brick.inp", "tmp"));
 }
 
 TEST_F(CliTest, InfoOfAnythingElseFails) {

@@ -6,6 +6,7 @@ What other programs read, and pictures, made by the simflex program. **/
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <thread>
 
@@ -23,6 +24,15 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+
+/** Hue of a strong colour [degrees]: red 0, green 120, blue 240; -1 for a pale one. **/
+double calcHue(const Image::Pixel& pixel) {
+    const double r = pixel[0], g = pixel[1], b = pixel[2];
+    const double most = std::max({r, g, b}), chroma = most - std::min({r, g, b});
+    if (chroma < 0.4 * most || most < 80) return -1;
+    if (most == r) return std::fmod(60 * (g - b) / chroma + 360, 360);
+    return most == g ? 60 * (b - r) / chroma + 120 : 60 * (r - g) / chroma + 240;
+}
 
 class ExchangeTest : public CliTest {
 protected:
@@ -120,15 +130,15 @@ TEST_F(ExchangeTest, PictureOfInterfacesHasDotsInTheirColoursWhereTheyAre) {
         << err;
     const Image image = Image::readPng(folder / "interfaces.png");
     EXPECT_TRUE(Image::readPng(folder / "same.png") == image);
-    // Dots of the first interface are orange, of the second blue; the brick runs along x.
+    // Dots of the first interface are orange, of the second sky blue; axes are red, green and blue.
+    // The brick runs along x.
     int orangeLeft = 0, orangeRight = 0, blueLeft = 0, blueRight = 0;
     for (int y = 0; y < image.getHeight(); ++y)
         for (int x = 0; x < image.getWidth(); ++x) {
-            const auto pixel = image.getPixel(x, y);
-            const int redness = int(pixel[0]) - int(pixel[2]);
+            const double hue = calcHue(image.getPixel(x, y));
             const bool isLeft = x < image.getWidth() / 2;
-            if (redness > 60 && pixel[0] > pixel[1] + 25) ++(isLeft ? orangeLeft : orangeRight);
-            if (redness < -60 && pixel[1] > 80) ++(isLeft ? blueLeft : blueRight);
+            if (hue > 15 && hue < 40) ++(isLeft ? orangeLeft : orangeRight);
+            if (hue > 190 && hue < 209) ++(isLeft ? blueLeft : blueRight);
         }
     EXPECT_GT(orangeLeft, 9 * 4);
     EXPECT_GT(blueRight, 9 * 4);
@@ -139,12 +149,12 @@ TEST_F(ExchangeTest, PictureOfInterfacesHasDotsInTheirColoursWhereTheyAre) {
 }
 
 TEST_F(ExchangeTest, ModesMakesAFilmOfEachAndASheet) {
-    ASSERT_EQ(run("modes part.h5 --modes 2,7-8 --gif --out shapes"), 0) << err;
+    ASSERT_EQ(run("modes part.h5 --modes 2,7-8 --gif --size 320x200 --out shapes"), 0) << err;
     EXPECT_THAT(out, HasSubstr("3 modes -> shapes/contact_sheet.png"));
     EXPECT_THAT(testing::listFiles(folder / "shapes"),
                 ElementsAre("contact_sheet.png", "mode_02.gif", "mode_07.gif", "mode_08.gif"));
     const std::string gif = testing::readText(folder / "shapes/mode_02.gif");
-    EXPECT_EQ(gif.substr(0, 6), "GIF89a");
+    EXPECT_EQ(gif.substr(0, 10), std::string("GIF89a\x40\x01\xC8\x00", 10));  // 320 × 200
     int frames = 0;  // each has a graphic control extension of four bytes
     for (size_t at = 0; (at = gif.find("\x21\xF9\x04", at)) != std::string::npos; ++at) ++frames;
     EXPECT_EQ(frames, 24);
@@ -167,13 +177,15 @@ TEST_F(ExchangeTest, ModesSaysWhatItCannotDoBeforeItDraws) {
     EXPECT_THAT(err, HasSubstr("none.h5"));
     EXPECT_EQ(run("modes part.h5 --modes 3,99"), 1);
     EXPECT_THAT(err, HasSubstr("has no mode 99; it has modes 1 to 14"));
-    for (const char* list : {"3-1", "0", "1,,2", "1-", "two", "1-2-3", "-1", "''", "1,"}) {
+    for (const char* list : {"3-1", "0", "1,,2", "1-", "two", "1-2-3", "-1", "1,"}) {
         EXPECT_EQ(run("modes part.h5 --modes=" + std::string(list)), 2) << list;
         EXPECT_THAT(err, HasSubstr("list of modes")) << list;
     }
     EXPECT_EQ(run("modes part.h5 --out part.h5/shapes"), 1);
     EXPECT_THAT(err, HasSubstr("part.h5/shapes"));
     EXPECT_EQ(run("modes part.h5 --scale 0"), 2);
+    for (const char* size : {"640", "640x", "10x10", "99999x100", "640x480x3"})
+        EXPECT_EQ(run("modes part.h5 --size " + std::string(size)), 2) << size;
     EXPECT_THAT(testing::listFiles(folder.path()), ElementsAre("brick.inp", "part.h5", "tmp"));
 }
 
@@ -181,8 +193,8 @@ TEST_F(ExchangeTest, ControlCKeepsTheModesThatAreDone) {
     const pid_t pid = fork();
     if (pid == 0) {
         if (chdir(folder.path().c_str()) != 0 || !freopen("err.txt", "w", stderr)) _exit(99);
-        execl(SIMFLEX_PROGRAM, "simflex", "modes", "part.h5", "--modes", "all", "--gif", "-o",
-              "shapes", nullptr);
+        execl(SIMFLEX_PROGRAM, "simflex", "modes", "part.h5", "--modes", "all", "--gif", "--size",
+              "240x160", "-o", "shapes", nullptr);
         _exit(99);
     }
     for (int k = 0; k < 6000 && access((folder / "shapes/mode_02.gif").c_str(), F_OK) != 0; ++k)
