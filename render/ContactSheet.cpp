@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "Font.h"
+
 namespace simflex {
 
 Image makeContactSheet(const std::vector<Image>& images, int columns, int cellWidth, int gap) {
@@ -29,6 +31,28 @@ Image makeContactSheet(const std::vector<Image>& images, int columns, int cellWi
             cells[i], gap + (i % columns) * (cellWidth + gap),
             gap + (i / columns) * (cellHeight + gap) + (cellHeight - cells[i].getHeight()) / 2);
     return sheet;
+}
+
+Image makeContactSheet(const std::vector<Image>& images, const std::vector<std::string>& captions,
+                       int columns, int cellWidth, int gap) {
+    if (images.size() != captions.size())
+        throw std::invalid_argument("makeContactSheet: " + std::to_string(images.size()) +
+                                    " pictures, but " + std::to_string(captions.size()) +
+                                    " captions");
+    const Image::Pixel ink{28, 34, 44, 255};
+    Font font(Font::Weight::Regular);
+    std::vector<Image> cells;
+    for (size_t i = 0; i < images.size(); ++i) {
+        // Letters have the same height on the sheet whatever the size of the picture.
+        const int width = images[i].getWidth();
+        const int letters = std::max(8, 17 * width / std::max(1, cellWidth));
+        Image cell(width, images[i].getHeight() + 2 * letters);
+        cell.paste(images[i], 0, 0);
+        font.draw(cell, 0.5 * width, images[i].getHeight() + 1.35 * letters, captions[i], letters,
+                  ink, Font::Anchor::Center);
+        cells.push_back(std::move(cell));
+    }
+    return makeContactSheet(cells, columns, cellWidth, gap);
 }
 
 Image makeContactSheet(const std::vector<std::string>& pngFiles, int columns, int cellWidth,

@@ -15,6 +15,12 @@ ratio; cells are as high as the highest picture. `gap` pixels of white lie aroun
 Image makeContactSheet(const std::vector<Image>& images, int columns, int cellWidth = 480,
                        int gap = 6);
 
+/** The same with a line of text under each picture.
+@throws std::invalid_argument, too, unless there are as many captions as pictures.
+@throws std::runtime_error when there is no font. **/
+Image makeContactSheet(const std::vector<Image>& images, const std::vector<std::string>& captions,
+                       int columns, int cellWidth = 480, int gap = 6);
+
 /** The same from PNG files. **/
 Image makeContactSheet(const std::vector<std::string>& pngFiles, int columns, int cellWidth = 480,
                        int gap = 6);

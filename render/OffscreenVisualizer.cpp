@@ -266,6 +266,17 @@ OffscreenVisualizer& OffscreenVisualizer::setShowSimTime(bool show) {
     return *this;
 }
 
+OffscreenVisualizer& OffscreenVisualizer::setShowColorBar(bool show) {
+    impl->showColorBar = show;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowDeformationFactor(bool show) {
+    impl->showDeformationFactor = show;
+    return *this;
+}
+
 OffscreenVisualizer& OffscreenVisualizer::setShowFrameNumber(bool show) {
     impl->showFrameNumber = show;
     return *this;

@@ -131,6 +131,10 @@ public:
     /** Ends of the colour bar in the frame drawn last [m]. **/
     SimTK::Vec2 getContourRange() const;
     OffscreenVisualizer& setColorMap(ColorMap map);
+    /** The bar that says what colours mean; default shown. **/
+    OffscreenVisualizer& setShowColorBar(bool show);
+    /** The caption with the deformation factor; default shown. **/
+    OffscreenVisualizer& setShowDeformationFactor(bool show);
     /** A translucent ghost of the undeformed part; default shown. **/
     OffscreenVisualizer& setShowUndeformed(bool show);
     /** Edges of the part's finite elements; default hidden. **/

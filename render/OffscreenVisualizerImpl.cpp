@@ -190,8 +190,7 @@ void OffscreenVisualizer::Impl::fitScene(const std::vector<Vec3>& bounds_G) {
         camera.X_GC.updR() = calcViewRotation(upward, front, azimuth, elevation);
     if (cameraMode != CameraMode::Fixed) {
         Margins margins;
-        const bool hasColorBar = !parts.empty() && contour != Contour::None;
-        margins.right = hasColorBar ? 145.0 / 1280 : 0.06;
+        margins.right = hasColorBar() ? 145.0 / 1280 : 0.06;
         margins.left = 0.06;
         margins.top = title.empty() ? 0.09 : 0.13;
         margins.bottom = 0.11;
@@ -314,13 +313,13 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const State& state, const 
     content.title = title;
     if (showSimTime) content.captions.push_back("t = " + formatTime(state.getTime(), 4) + " s");
     if (showFrameNumber) content.captions.push_back("frame " + std::to_string(numFrames));
-    if (!parts.empty())
+    if (showDeformationFactor && !parts.empty())
         content.captions.push_back("deformation ×" + formatNumber(getDeformationFactor()));
     content.screenTexts = scene.screenTexts;
     if (hasGround) content.footnote = "grid " + formatLength(style.ground.gridSpacing);
     content.hasTriad = showAxes;
     content.R_GC = frameCamera.X_GC.R();
-    content.hasColorBar = !parts.empty() && contour != Contour::None;
+    content.hasColorBar = hasColorBar();
     content.colorBar = {"displacement", style.contourLow, style.contourHigh, style.colorMap};
     return content;
 }

@@ -80,6 +80,7 @@ public:
     bool isGroundHeightFixed = false;
     double groundHeight = 0;
     bool showSimTime = true, showFrameNumber = false;
+    bool showColorBar = true, showDeformationFactor = true;
     std::string title;
 
     FrameStyle lastStyle;
@@ -93,6 +94,7 @@ private:
     void checkCoordinates(const SimTK::State& state) const;
     double calcLargestDisplacement(const SimTK::State& state);
     void fitScene(const std::vector<SimTK::Vec3>& bounds_G);
+    bool hasColorBar() const { return showColorBar && !parts.empty() && contour != Contour::None; }
     Camera calcFrameCamera(const SimTK::State& state, const Scene& scene) const;
     FrameStyle calcStyle() const;
     OverlayContent calcOverlay(const SimTK::State& state, const Scene& scene,

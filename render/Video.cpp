@@ -29,6 +29,11 @@ bool isOnPath(const std::string& program) {
     return false;
 }
 
+bool hasSuffix(const std::string& text, const std::string& suffix) {
+    return text.size() >= suffix.size() &&
+           text.compare(text.size() - suffix.size(), suffix.size(), suffix) == 0;
+}
+
 // Runs a program with its messages in a file; returns its exit status.
 int runProgram(const std::vector<std::string>& arguments, const std::string& logFile) {
     std::vector<char*> argv;
@@ -67,22 +72,28 @@ bool writeVideo(const std::string& folder, const std::string& videoFile, double 
         throw std::runtime_error("writeVideo: no frame_00000.png in '" + folder + "'");
     if (!isVideoAvailable()) return false;
 
+    const bool isGif = hasSuffix(videoFile, ".gif");
     const std::string stem = videoFile + "." + std::to_string(getpid());
-    const std::string partial = stem + ".part.mp4", log = stem + ".log";
+    const std::string partial = stem + (isGif ? ".part.gif" : ".part.mp4"), log = stem + ".log";
     std::ostringstream rate;
     rate << framesPerSecond;
-    const int status = runProgram({"ffmpeg",     "-y",
-                                   "-loglevel",  "error",
-                                   "-framerate", rate.str(),
-                                   "-i",         folder + "/frame_%05d.png",
-                                   "-vf",        "pad=ceil(iw/2)*2:ceil(ih/2)*2",
-                                   "-c:v",       "libx264",
-                                   "-crf",       "16",
-                                   "-preset",    "medium",
-                                   "-pix_fmt",   "yuv420p",
-                                   "-movflags",  "+faststart",
-                                   partial},
-                                  log);
+    std::vector<std::string> arguments = {
+        "ffmpeg",     "-y",       "-loglevel", "error",
+        "-framerate", rate.str(), "-i",        folder + "/frame_%05d.png"};
+    const std::vector<std::string> coding =
+        isGif ? std::vector<std::string>{"-filter_complex",
+                                         "[0:v]split[a][b];[a]palettegen=stats_mode=full[p];"
+                                         "[b][p]paletteuse=dither=bayer:bayer_scale=3",
+                                         "-loop", "0"}
+              : std::vector<std::string>{"-vf",       "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                                         "-c:v",      "libx264",
+                                         "-crf",      "16",
+                                         "-preset",   "medium",
+                                         "-pix_fmt",  "yuv420p",
+                                         "-movflags", "+faststart"};
+    arguments.insert(arguments.end(), coding.begin(), coding.end());
+    arguments.push_back(partial);
+    const int status = runProgram(arguments, log);
 
     std::ostringstream messages;
     messages << std::ifstream(log).rdbuf();

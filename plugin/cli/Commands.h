@@ -11,6 +11,8 @@ namespace cli {
 that fails throws a std::exception, whose text the program prints. **/
 void addReduceCommand(CLI::App& app);
 void addInfoCommand(CLI::App& app);
+void addExportCommand(CLI::App& app);
+void addModesCommand(CLI::App& app);
 
 }  // namespace cli
 }  // namespace simflex

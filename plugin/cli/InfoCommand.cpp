@@ -1,12 +1,16 @@
 /** @file
 simflex info: what is in a part file, for people or as JSON. **/
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "Commands.h"
+#include "InterfacePicture.h"
 #include "Json.h"
+#include "simflex/part/Frequency.h"
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
@@ -15,15 +19,9 @@ namespace {
 
 struct InfoArguments {
     std::string part;
+    std::string picture;
     bool json = false;
 };
-
-std::vector<double> calcFrequencies(const ReducedBody& body) {
-    std::vector<double> hertz;
-    for (const double omegaSquared : body.omegaSquared)
-        hertz.push_back(std::sqrt(omegaSquared) / (2 * M_PI));
-    return hertz;
-}
 
 std::array<double, 3> inDeck(const ReducedBody& body, const std::array<double, 3>& s) {
     return {s[0] + body.centerOfMass[0], s[1] + body.centerOfMass[1], s[2] + body.centerOfMass[2]};
@@ -35,7 +33,90 @@ int countElements(const Mesh& mesh) {
     return count;
 }
 
-void printJson(const ReducedBody& body) {
+const char* nameOf(TieType tie) {
+    return tie == TieType::Rigid ? "rigid" : "distributing";
+}
+
+/** Distance of the farthest tied node from the master [m]. **/
+double calcReach(const ReducedBody& body, const ReducedBody::Interface& interface) {
+    double reach = 0;
+    for (const int node : interface.nodes) {
+        const auto x = body.mesh.position(node);
+        reach =
+            std::max(reach, std::hypot(x[0] - interface.position[0], x[1] - interface.position[1],
+                                       x[2] - interface.position[2]));
+    }
+    return reach;
+}
+
+/** One line of the table of modes. **/
+struct ModeLine {
+    double frequency = 0;            ///< [Hz]
+    double largestDisplacement = 0;  ///< for ξ = 1 [m]
+    int node = 0;                    ///< number in the deck of the node that moves most
+    double fullFrequency = NAN;      ///< of the full model [Hz]
+
+    double error() const { return frequency / fullFrequency - 1; }
+};
+
+std::vector<ModeLine> calcModeLines(const ReducedBody& body) {
+    const std::vector<double> hertz = calcFrequencies(body);
+    const size_t numNodes = size_t(body.mesh.numNodes());
+    std::vector<ModeLine> lines(hertz.size());
+    for (size_t i = 0; i < lines.size(); ++i) {
+        ModeLine& line = lines[i];
+        line.frequency = hertz[i];
+        const double* Phi = body.Phi.data() + 3 * numNodes * i;
+        for (size_t node = 0; node < numNodes; ++node) {
+            const double moved = std::hypot(Phi[3 * node], Phi[3 * node + 1], Phi[3 * node + 2]);
+            if (moved <= line.largestDisplacement) continue;
+            line.largestDisplacement = moved;
+            line.node = body.mesh.nodeNumbers[node];
+        }
+        if (body.report && i < body.report->fullFrequencies.size())
+            line.fullFrequency = body.report->fullFrequencies[i];
+    }
+    return lines;
+}
+
+std::string formatSize(std::uintmax_t bytes) {
+    char text[40];
+    const double size = double(bytes);
+    if (size < 1e6) {
+        std::snprintf(text, sizeof text, "%.1f kB", size * 1e-3);
+    } else {
+        std::snprintf(text, sizeof text, "%.1f MB", size * 1e-6);
+    }
+    return text;
+}
+
+void addReport(JsonWriter& json, const ReductionReport& report) {
+    json.beginObject("report");
+    json.add("num_constraint_modes", report.numConstraintModes);
+    json.add("num_attachment_modes", report.numAttachmentModes);
+    json.add("mass_orthogonality", report.massOrthogonality);
+    json.add("stiffness_orthogonality", report.stiffnessOrthogonality);
+    json.add("rigid_residual", report.rigidResidual);
+    json.add("rigid_energy", report.rigidEnergy);
+    json.add("condition_number", report.conditionNumber);
+    json.add("rigid_masses", report.rigidMasses);
+    json.add("full_frequencies", report.fullFrequencies);
+    json.beginArray("normal_modes");
+    for (size_t i = 0; i < report.normalFrequencies.size(); ++i) {
+        json.beginObject();
+        json.add("frequency", report.normalFrequencies[i]);
+        if (report.effectiveMasses.size() >= 6 * (i + 1))
+            json.add(
+                "effective_masses",
+                std::vector<double>(report.effectiveMasses.begin() + std::ptrdiff_t(6 * i),
+                                    report.effectiveMasses.begin() + std::ptrdiff_t(6 * i + 6)));
+        json.endObject();
+    }
+    json.endArray();
+    json.endObject();
+}
+
+void printJson(const ReducedBody& body, std::uintmax_t fileSize) {
     JsonWriter json;
     json.beginObject();
     json.add("name", body.name);
@@ -45,16 +126,37 @@ void printJson(const ReducedBody& body) {
     json.add("num_modes", body.numModes);
     json.add("frequencies", calcFrequencies(body));
     json.add("geometric_stiffness", body.stiffening.has_value());
+    json.add("modal_stress", body.modalStress.has_value());
+    json.add("num_stress_nodes", body.modalStress ? int(body.modalStress->nodes.size()) : 0);
+    json.add("file_size", double(fileSize));
     json.beginArray("interfaces");
     for (const auto& interface : body.interfaces) {
         json.beginObject();
         json.add("name", interface.name);
+        json.add("tie", nameOf(interface.tie));
         json.add("position", interface.position);
         json.add("deck_position", inDeck(body, interface.position));
         json.add("num_nodes", int(interface.nodes.size()));
+        json.add("reach", calcReach(body, interface));
         json.endObject();
     }
     json.endArray();
+    json.beginArray("modes");
+    int number = 0;
+    for (const ModeLine& line : calcModeLines(body)) {
+        json.beginObject();
+        json.add("number", ++number);
+        json.add("frequency", line.frequency);
+        json.add("largest_displacement", line.largestDisplacement);
+        json.add("node", line.node);
+        if (std::isfinite(line.fullFrequency)) {
+            json.add("full_frequency", line.fullFrequency);
+            json.add("frequency_error", line.error());
+        }
+        json.endObject();
+    }
+    json.endArray();
+    if (body.report) addReport(json, *body.report);
     json.beginObject("mesh");
     json.add("num_nodes", body.mesh.numNodes());
     json.add("num_elements", countElements(body.mesh));
@@ -69,53 +171,149 @@ void printJson(const ReducedBody& body) {
     std::puts(json.text().c_str());
 }
 
-void printTable(const ReducedBody& body) {
-    const auto& c = body.centerOfMass;
-    const auto& I = body.inertia;
+/** Zero for what is round-off beside numbers of this size. **/
+double withoutNoise(double number, double size) {
+    return std::abs(number) < 1e-12 * size ? 0 : number;
+}
+
+/** UTF-8 text filled up with spaces to `width` characters. **/
+std::string pad(const std::string& text, int width) {
+    const auto isStart = [](char c) { return ((unsigned char)(c)&0xC0) != 0x80; };
+    const int length = int(std::count_if(text.begin(), text.end(), isStart));
+    return text + std::string(size_t(std::max(0, width - length)), ' ');
+}
+
+void printInterfaces(const ReducedBody& body) {
+    std::printf("interfaces      %zu\n", body.interfaces.size());
+    if (body.interfaces.empty()) return;
+    std::printf("  %s  %-12s %8s  %36s  %12s\n", pad("name", 20).c_str(), "tie", "nodes",
+                "master x, y, z in the deck [m]", "reach [m]");
+    for (const auto& interface : body.interfaces) {
+        auto x = inDeck(body, interface.position);
+        for (double& number : x) number = withoutNoise(number, body.calcRadius());
+        std::printf("  %s  %-12s %8zu  %12.6g%12.6g%12.6g  %12.6g\n",
+                    pad(interface.name, 20).c_str(), nameOf(interface.tie), interface.nodes.size(),
+                    x[0], x[1], x[2], calcReach(body, interface));
+    }
+}
+
+void printModes(const ReducedBody& body) {
+    std::printf("modes           %d, free-free\n", body.numModes);
+    if (body.numModes == 0) return;
+    const std::vector<ModeLine> lines = calcModeLines(body);
+    const bool hasFull = body.report && !body.report->fullFrequencies.empty();
+    std::printf("  %4s  %14s  %16s  %10s%s\n", "mode", "frequency [Hz]", "largest [m/unit]",
+                "at node", hasFull ? "  full model [Hz]   error [%]" : "");
+    for (size_t i = 0; i < lines.size(); ++i) {
+        const ModeLine& line = lines[i];
+        std::printf("  %4zu  %14.7g  %16.6g  %10d", i + 1, line.frequency, line.largestDisplacement,
+                    line.node);
+        if (std::isfinite(line.fullFrequency))
+            std::printf("  %15.7g  %10.2g", line.fullFrequency, 100 * line.error());
+        std::printf("\n");
+    }
+}
+
+void printReport(const ReducedBody& body) {
+    if (!body.report) {
+        std::printf("reduction       no report in this file\n");
+        return;
+    }
+    const ReductionReport& report = *body.report;
+    std::printf("reduction       %d constraint, %d attachment, %zu normal modes\n",
+                report.numConstraintModes, report.numAttachmentModes,
+                report.normalFrequencies.size());
+    std::printf("residuals       of unit modal mass %.1e, stiffness %.1e, rigid motion %.1e\n",
+                report.massOrthogonality, report.stiffnessOrthogonality, report.rigidResidual);
+    std::printf(
+        "                rigid energy %.1e of the lowest mode; condition of the factor %.1e\n",
+        report.rigidEnergy, report.conditionNumber);
+    if (report.normalFrequencies.empty()) return;
+
+    const bool hasMasses = report.effectiveMasses.size() == 6 * report.normalFrequencies.size();
+    std::printf("normal modes    with the interfaces held%s\n",
+                hasMasses ? "; effective mass and inertia in % of the part's" : "");
+    std::printf("  %4s  %14s", "mode", "frequency [Hz]");
+    if (hasMasses)
+        std::printf("  %9s%9s%9s  %9s%9s%9s", "x", "y", "z", "about x", "about y", "about z");
+    std::printf("\n");
+    std::array<double, 6> sum{};
+    const auto printMasses = [&](const double* masses) {
+        for (size_t c = 0; c < 6; ++c)
+            std::printf("%s%9.3f", c % 3 == 0 ? "  " : "", 100 * masses[c] / report.rigidMasses[c]);
+    };
+    for (size_t i = 0; i < report.normalFrequencies.size(); ++i) {
+        std::printf("  %4zu  %14.7g", i + 1, report.normalFrequencies[i]);
+        if (hasMasses) {
+            printMasses(&report.effectiveMasses[6 * i]);
+            for (size_t c = 0; c < 6; ++c) sum[c] += report.effectiveMasses[6 * i + c];
+        }
+        std::printf("\n");
+    }
+    if (!hasMasses) return;
+    std::printf("  %4s  %14s", "sum", "");
+    printMasses(sum.data());
+    std::printf("\n");
+}
+
+void printTable(const ReducedBody& body, const std::string& path, std::uintmax_t fileSize) {
+    auto c = body.centerOfMass;
+    auto I = body.inertia;
+    const double radius = body.calcRadius();
+    for (double& number : c) number = withoutNoise(number, radius);
+    for (double& number : I) number = withoutNoise(number, body.mass * radius * radius);
     std::printf("part            %s\n", body.name.c_str());
-    std::printf("mass            %.9g kg\n", body.mass);
-    std::printf("centre of mass  %.6g %.6g %.6g m (deck)\n", c[0], c[1], c[2]);
-    std::printf("inertia         xx %.6g  yy %.6g  zz %.6g  xy %.6g  xz %.6g  yz %.6g kg m2\n",
-                I[0], I[1], I[2], I[3], I[4], I[5]);
-    std::printf("mesh            %d nodes, %d elements\n", body.mesh.numNodes(),
-                countElements(body.mesh));
+    std::printf("file            %s, %s\n", path.c_str(), formatSize(fileSize).c_str());
     std::printf("source          %s\n", body.provenance.source.c_str());
     std::printf("program         %s\n", body.provenance.program.c_str());
     std::printf("units           %s\n", body.provenance.units.c_str());
     if (!body.provenance.created.empty())
         std::printf("created         %s\n", body.provenance.created.c_str());
-    std::printf("interfaces      %zu\n", body.interfaces.size());
-    for (const auto& interface : body.interfaces) {
-        const auto x = inDeck(body, interface.position);
-        std::printf("  %-13s %zu nodes, master at %.6g %.6g %.6g m (deck)\n",
-                    interface.name.c_str(), interface.nodes.size(), x[0], x[1], x[2]);
-    }
+    std::printf("mesh            %d nodes, %d elements\n", body.mesh.numNodes(),
+                countElements(body.mesh));
+    std::printf("mass            %.9g kg\n", body.mass);
+    std::printf("centre of mass  %.6g %.6g %.6g m (deck)\n", c[0], c[1], c[2]);
+    std::printf("inertia         xx %.6g  yy %.6g  zz %.6g kg m2, about the centre of mass\n", I[0],
+                I[1], I[2]);
+    std::printf("                xy %.6g  xz %.6g  yz %.6g kg m2\n", I[3], I[4], I[5]);
     std::printf("stiffening      %s\n",
                 body.stiffening ? "yes: geometric stiffness by rotation and interface loads"
                                 : "none (simflex reduce --stiffening)");
-    std::printf("modes           %d, free-free frequencies in Hz:\n", body.numModes);
-    const auto hertz = calcFrequencies(body);
-    constexpr size_t kPerLine = 6;
-    for (size_t i = 0; i < hertz.size(); ++i)
-        std::printf("%12.6g%s", hertz[i],
-                    i + 1 == hertz.size() || (i + 1) % kPerLine == 0 ? "\n" : "");
+    if (body.modalStress) {
+        std::printf("stress          yes: stress and strain of each mode at %zu of %d nodes\n",
+                    body.modalStress->nodes.size(), body.mesh.numNodes());
+    } else {
+        std::printf("stress          none (simflex reduce --stress)\n");
+    }
+    std::printf("\n");
+    printInterfaces(body);
+    std::printf("\n");
+    printModes(body);
+    std::printf("\n");
+    printReport(body);
 }
 
 }  // namespace
 
 void addInfoCommand(CLI::App& app) {
     auto arguments = std::make_shared<InfoArguments>();
-    CLI::App* command =
-        app.add_subcommand("info", "Show mass, inertia, interfaces and frequencies of a part file");
+    CLI::App* command = app.add_subcommand(
+        "info", "Show mass, interfaces, modes and quality of the reduction of a part file");
     command->add_option("PART", arguments->part, "part file (.h5)")->required();
     command->add_flag("--json", arguments->json,
                       "print one JSON object; SI units, frequencies in Hz");
+    command
+        ->add_option("--picture", arguments->picture,
+                     "draw the part with the tied nodes of its interfaces, too")
+        ->type_name("FILE.png");
     command->callback([arguments] {
         const ReducedBody body = readReducedBody(arguments->part);
+        if (!arguments->picture.empty()) drawInterfaces(body).writePng(arguments->picture);
+        const auto fileSize = std::filesystem::file_size(arguments->part);
         if (arguments->json) {
-            printJson(body);
+            printJson(body, fileSize);
         } else {
-            printTable(body);
+            printTable(body, arguments->part, fileSize);
         }
     });
 }

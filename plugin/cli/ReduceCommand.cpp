@@ -6,6 +6,7 @@ simflex reduce: a CalculiX deck becomes a part file. **/
 #include <memory>
 
 #include "Commands.h"
+#include "InterfacePicture.h"
 #include "ProgressBar.h"
 #include "ReductionArguments.h"
 #include "simflex/fe/CalculixDeck.h"
@@ -35,7 +36,7 @@ const std::vector<std::pair<std::string, double>> kStiffeningPhases = {
     {"loads that stiffen", 2}, {"geometric stiffness", 400}};
 
 struct ReduceArguments {
-    std::string deck, output, name, program;
+    std::string deck, output, name, program, picture;
     ReductionArguments reduction;
     bool stiffening = false, quiet = false, timings = false;
 };
@@ -71,9 +72,12 @@ void runReduce(const ReduceArguments& arguments) {
                                    ? fs::path(arguments.deck).stem().string() + ".h5"
                                    : arguments.output;
     options.name = arguments.name.empty() ? fs::path(output).stem().string() : arguments.name;
-    const fs::path folder = fs::absolute(output).parent_path();
-    if (!fs::is_directory(folder))
-        throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
+    for (const std::string& file : {output, arguments.picture}) {
+        if (file.empty()) continue;
+        const fs::path folder = fs::absolute(file).parent_path();
+        if (!fs::is_directory(folder))
+            throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
+    }
 
     auto phases = kPhases;
     if (arguments.stiffening)
@@ -98,6 +102,7 @@ void runReduce(const ReduceArguments& arguments) {
     const ReducedBody body = reduce(model, options, progress, &timings);
     if (wasInterrupted()) throw Cancelled();
     writeReducedBody(output, body);
+    if (!arguments.picture.empty()) drawInterfaces(body).writePng(arguments.picture);
     bar.clear();
 
     if (!arguments.quiet)
@@ -127,6 +132,10 @@ void addReduceCommand(CLI::App& app) {
     command->add_flag("--stiffening", arguments->stiffening,
                       "geometric stiffness too, for fast rotation and large loads on interfaces: 6 "
                       "static runs of CalculiX and 6 more an interface");
+    command
+        ->add_option("--picture", arguments->picture,
+                     "draw the part with the tied nodes of its interfaces")
+        ->type_name("FILE.png");
     command->add_option("--ccx", arguments->program,
                         "CalculiX program (default: $SIMFLEX_CCX, else ccx)");
     command->add_flag("-q,--quiet", arguments->quiet, "print errors only");

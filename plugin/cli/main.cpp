@@ -7,6 +7,7 @@ The simflex program. Exit status: 0 done, 1 failed, 2 wrong usage, 130 stopped b
 
 #include "Commands.h"
 #include "ProgressBar.h"
+#include "Stopped.h"
 #include "simflex/fe/Progress.h"
 
 int main(int argc, char** argv) {
@@ -18,6 +19,8 @@ int main(int argc, char** argv) {
     app.get_formatter()->column_width(34);
     simflex::cli::addReduceCommand(app);
     simflex::cli::addInfoCommand(app);
+    simflex::cli::addModesCommand(app);
+    simflex::cli::addExportCommand(app);
     simflex::cli::catchInterrupts();
     try {
         app.parse(argc, argv);
@@ -28,6 +31,9 @@ int main(int argc, char** argv) {
         return 2;
     } catch (const simflex::Cancelled&) {
         std::fprintf(stderr, "simflex: stopped; nothing was written\n");
+        return 130;
+    } catch (const simflex::cli::Stopped& stopped) {
+        std::fprintf(stderr, "simflex: stopped; %s\n", stopped.what());
         return 130;
     } catch (const std::exception& error) {
         if (simflex::cli::wasInterrupted()) {

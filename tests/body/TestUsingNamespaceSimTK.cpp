@@ -14,11 +14,13 @@ using namespace SimTK;
 #include "simflex/body/Joint.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/body/ModalMobilizer.h"
+#include "simflex/body/VtkReporter.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/part/Mesh.h"
 #include "simflex/part/ReducedBody.h"
 #include "simflex/part/ReducedBodyFile.h"
+#include "simflex/part/VtuFile.h"
 
 #include <gtest/gtest.h>
 

@@ -11,40 +11,18 @@ The simflex program, driven as a user drives it. **/
 #include <cstdlib>
 #include <thread>
 
-#include "fe/TestDecks.h"
+#include "cli/CliTest.h"
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
 namespace {
 
 using ::testing::AllOf;
-using testing::Brick;
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
-using testing::TestFolder;
-
-class CliTest : public ::testing::Test {
-protected:
-    void SetUp() override { testing::writeText(folder / "brick.inp", Brick().text()); }
-
-    /** Runs simflex with these arguments in the folder; keeps its output. @returns exit status. **/
-    int run(const std::string& arguments) {
-        const std::string command = "cd '" + folder.path() + "' && '" SIMFLEX_PROGRAM "' " +
-                                    arguments + " >tmp.out 2>tmp.err";
-        const int status = std::system(command.c_str());
-        out = testing::readText(folder / "tmp.out");
-        err = testing::readText(folder / "tmp.err");
-        unlink((folder / "tmp.out").c_str());
-        unlink((folder / "tmp.err").c_str());
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-    }
-
-    TestFolder folder;
-    std::string out, err;
-};
 
 TEST_F(CliTest, ReduceWritesAPartThatInfoShows) {
     ASSERT_EQ(
@@ -59,7 +37,7 @@ TEST_F(CliTest, ReduceWritesAPartThatInfoShows) {
     ASSERT_EQ(run("info part.h5"), 0) << err;
     EXPECT_THAT(
         out, AllOf(ContainsRegex("part +part"), ContainsRegex("mass +0\\.324 kg"),
-                   HasSubstr("brick.inp"), ContainsRegex("left +9 nodes"), HasSubstr("CalculiX")));
+                   HasSubstr("brick.inp"), ContainsRegex("left +rigid +9"), HasSubstr("CalculiX")));
 
     ASSERT_EQ(run("info part.h5 --json"), 0) << err;
     const ReducedBody body = readReducedBody(folder / "part.h5");
@@ -161,6 +139,9 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_F(CliTest, AFolderThatDoesNotExistIsFoundBeforeTheWork) {
     EXPECT_EQ(run("reduce brick.inp -o no/where.h5"), 1);
     EXPECT_THAT(err, AllOf(StartsWith("simflex: "), HasSubstr("no folder")));
+    EXPECT_EQ(run("reduce brick.inp -o part.h5 --picture no/where.png"), 1);
+    EXPECT_THAT(err, AllOf(StartsWith("simflex: "), HasSubstr("no folder")));
+    EXPECT_THAT(testing::listFiles(folder.path()), ElementsAre("brick.inp", "tmp"));
 }
 
 TEST_F(CliTest, InfoOfAnythingElseFails) {

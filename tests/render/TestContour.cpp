@@ -52,6 +52,31 @@ TEST(Contour, ColourAtANodeIsThatOfItsDisplacement) {
     }
 }
 
+TEST(Contour, WithoutBarAndFactorNothingIsWritten) {
+    EmptyScene scene;
+    OffscreenVisualizer viz(scene.system);
+    makePlain(viz, 12);
+    viz.addDeformableMesh(
+        makeStill(makeBrickPart(Vec3(1, 1, 0.1), 4, 4, 1), Vector(Vec3(0, 1e-3, 0))));
+    // The brick is in the middle half of the picture, all writing at its sides.
+    const auto countAtTheSides = [&] {
+        const Image image = viz.drawFrame(scene.state);
+        int count = 0;
+        for (int y = 0; y < image.getHeight(); ++y)
+            for (int x = 0; x < image.getWidth(); ++x)
+                if (x < image.getWidth() / 4 || x > 3 * image.getWidth() / 4)
+                    count += image.getPixel(x, y) != Image::Pixel{255, 255, 255, 255};
+        return count;
+    };
+    const int withBoth = countAtTheSides();
+    viz.setShowDeformationFactor(false);
+    const int withBar = countAtTheSides();
+    EXPECT_GT(withBoth, withBar + 200);
+    EXPECT_GT(withBar, 16 * 300);  // its colours
+    viz.setShowColorBar(false);
+    EXPECT_EQ(countAtTheSides(), 0);
+}
+
 TEST(Contour, RangesPerRunAndPerFrame) {
     EmptyScene scene;
     OffscreenVisualizer viz(scene.system, 320, 180);

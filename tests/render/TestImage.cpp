@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "simflex/render/ColorMap.h"
 #include "simflex/render/ContactSheet.h"
@@ -101,6 +102,26 @@ TEST(ContactSheet, PlacesPicturesRowByRow) {
     EXPECT_THROW(makeContactSheet(std::vector<Image>(), 2), std::invalid_argument);
 }
 
+TEST(ContactSheet, CaptionsStandUnderTheMiddleOfTheirPictures) {
+    const Image red(400, 200, {255, 0, 0, 255}), green(400, 200, {0, 255, 0, 255});
+    const Image sheet = makeContactSheet({red, green}, {"", "mode 7"}, 2, 400, 10);
+    EXPECT_EQ(sheet.getWidth(), 2 * 400 + 3 * 10);
+    EXPECT_GT(sheet.getHeight(), 200 + 2 * 10 + 17);
+    EXPECT_EQ(sheet.getPixel(11, 11), (Image::Pixel{255, 0, 0, 255}));
+    EXPECT_EQ(sheet.getPixel(421, 11), (Image::Pixel{0, 255, 0, 255}));
+    double ink = 0, column = 0;
+    for (int y = 10 + 200; y < sheet.getHeight(); ++y)
+        for (int x = 0; x < sheet.getWidth(); ++x) {
+            const double darkness = 255 - sheet.getPixel(x, y)[0];
+            EXPECT_TRUE(darkness == 0 || x >= 420) << x << " " << y;
+            ink += darkness;
+            column += darkness * (x + 0.5);
+        }
+    EXPECT_GT(ink, 255 * 50);
+    EXPECT_NEAR(column / ink, 420 + 200, 4);  // letters differ
+    EXPECT_THROW(makeContactSheet({red}, {"a", "b"}, 1), std::invalid_argument);
+}
+
 TEST(ColorMap, EndsAreThoseOfViridis) {
     EXPECT_EQ(calcColor(ColorMap::Viridis, 0), SimTK::Vec3(0x44, 0x01, 0x54) / 255.0);
     EXPECT_EQ(calcColor(ColorMap::Viridis, 1), SimTK::Vec3(0xFD, 0xE7, 0x25) / 255.0);
@@ -129,6 +150,31 @@ TEST(Video, FramesBecomeOneFile) {
     if (wasWritten) {
         EXPECT_THROW(writeVideo(folder, "/no/such/folder/v.mp4"), std::runtime_error);
     }
+}
+
+TEST(Video, ASuffixOfGifGivesAnAnimationThatRepeats) {
+    if (!isVideoAvailable()) GTEST_SKIP() << "no ffmpeg";
+    const std::string folder = makeFolder("gif");
+    for (int i = 0; i < 3; ++i)
+        makePattern(63 + i % 2, 41, false)
+            .resized(64, 42)
+            .writePng(folder + "/frame_0000" + std::to_string(i) + ".png");
+    ASSERT_TRUE(writeVideo(folder, folder + "/v.gif", 20));
+    std::ostringstream text;
+    text << std::ifstream(folder + "/v.gif", std::ios::binary).rdbuf();
+    const std::string gif = text.str();
+    ASSERT_GT(gif.size(), 10u);
+    EXPECT_EQ(gif.substr(0, 6), "GIF89a");
+    EXPECT_EQ((unsigned char)(gif[6]), 64);  // width
+    EXPECT_EQ((unsigned char)(gif[8]), 42);
+    // The application extension with a count of 0: for ever; 3 frames of 5 hundredths of a second.
+    EXPECT_NE(gif.find(std::string("NETSCAPE2.0\x03\x01\0\0", 15)), std::string::npos);
+    int frames = 0;
+    for (size_t at = 0; (at = gif.find("\x21\xF9\x04", at)) != std::string::npos; ++at) {
+        EXPECT_EQ(gif[at + 4], 5);
+        ++frames;
+    }
+    EXPECT_EQ(frames, 3);
 }
 
 }  // namespace

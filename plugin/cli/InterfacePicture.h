@@ -1,0 +1,17 @@
+#pragma once
+/** @file
+A picture of what a part's interfaces tie. **/
+
+#include "simflex/part/ReducedBody.h"
+#include "simflex/render/Image.h"
+
+namespace simflex {
+namespace cli {
+
+/** The undeformed part, translucent; the tied nodes of each interface as dots of one colour, its
+name and the frame of its master point.
+@throws std::runtime_error when there is no OpenGL or no font. **/
+Image drawInterfaces(const ReducedBody& part);
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,359 @@
+/** @file
+simflex modes: animated pictures of a part's mode shapes and a sheet of all of them. **/
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "Commands.h"
+#include "PartView.h"
+#include "ProgressBar.h"
+#include "Stopped.h"
+#include "simflex/part/Frequency.h"
+#include "simflex/part/ReducedBodyFile.h"
+#include "simflex/render/ContactSheet.h"
+#include "simflex/render/SurfaceMesh.h"
+#include "simflex/render/Video.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kFramesPerPeriod = 24, kPeriodsOfVideo = 3;  // a video does not repeat by itself
+constexpr double kFramesPerSecond = 20;
+constexpr int kColumns = 4;
+constexpr double kUsualScale = 0.06;      // largest displacement drawn, to the part's size
+constexpr double kSteepestDrawing = 0.5;  // difference of displacement along an edge, to its length
+
+struct ModesArguments {
+    std::string part, folder, modes = "1-12", size = "960x640";
+    double scale = 0;
+    bool gif = false, mp4 = false, quiet = false;
+};
+
+/** Numbers of modes from 1, in the order asked for, from "1-6,9" or "all".
+@throws CLI::ValidationError if it is not of that form.
+@throws std::runtime_error if there is no such mode. **/
+std::vector<int> parseModes(const std::string& text, const ReducedBody& part, bool isDefault) {
+    std::vector<int> modes;
+    if (text == "all" || isDefault) {
+        const int last = isDefault ? std::min(12, part.numModes) : part.numModes;
+        for (int mode = 1; mode <= last; ++mode) modes.push_back(mode);
+        if (modes.empty()) throw std::runtime_error("part '" + part.name + "' has no modes");
+        return modes;
+    }
+    const std::string usage = "'" + text + "' is not a list of modes such as 1-6,9 or all";
+    for (size_t at = 0; at <= text.size();) {
+        const size_t comma = std::min(text.find(',', at), text.size());
+        const std::string item = text.substr(at, comma - at);
+        at = comma + 1;
+        int first = 0, last = 0;
+        char end = 0;
+        const int found = std::sscanf(item.c_str(), "%9d-%9d%c", &first, &last, &end);
+        if (found == 1 && item.find_first_not_of("0123456789") == std::string::npos) last = first;
+        const bool isRange =
+            found == 2 && item.find_first_not_of("0123456789-") == std::string::npos;
+        if (!(isRange || (found == 1 && last == first)) || first > last || first < 1)
+            throw CLI::ValidationError("--modes", usage);
+        if (last > part.numModes)
+            throw std::runtime_error("part '" + part.name + "' has no mode " +
+                                     std::to_string(last) + "; it has modes 1 to " +
+                                     std::to_string(part.numModes));
+        for (int mode = first; mode <= last; ++mode)
+            if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
+    }
+    return modes;
+}
+
+/** Width and height of a picture [pixel]. **/
+std::pair<int, int> parseSize(const std::string& text) {
+    constexpr int smallest = 64, largest = 8192;
+    int width = 0, height = 0;
+    char end = 0;
+    if (std::sscanf(text.c_str(), "%5dx%5d%c", &width, &height, &end) != 2 || width < smallest ||
+        height < smallest || width > largest || height > largest)
+        throw CLI::ValidationError("--size", "'" + text +
+                                                 "' is not of the form WIDTHxHEIGHT, from " +
+                                                 std::to_string(smallest) + " to " +
+                                                 std::to_string(largest) + " pixels each");
+    return {width, height};
+}
+
+/** Largest displacement of a mode and its steepest change along an edge of the skin, for ξ = 1. **/
+struct ModeSize {
+    double displacement = 0, slope = 0;
+};
+
+ModeSize measureMode(const ReducedBody& part, const SurfaceMesh& skin, int mode) {
+    const double* Phi = part.Phi.data() + 3 * size_t(part.mesh.numNodes()) * size_t(mode - 1);
+    const auto vectorAt = [](const double* all, int node) {
+        return SimTK::Vec3(all[3 * node], all[3 * node + 1], all[3 * node + 2]);
+    };
+    ModeSize size;
+    for (int node = 0; node < part.mesh.numNodes(); ++node)
+        size.displacement = std::max(size.displacement, vectorAt(Phi, node).norm());
+    std::vector<double> slopes;
+    for (const auto& [a, b] : skin.elementEdges) {
+        const int i = skin.nodes[size_t(a)], j = skin.nodes[size_t(b)];
+        const double* s = part.mesh.positions.data();
+        const double length = (vectorAt(s, i) - vectorAt(s, j)).norm();
+        if (length > 0) slopes.push_back((vectorAt(Phi, i) - vectorAt(Phi, j)).norm() / length);
+    }
+    if (slopes.empty()) return size;
+    // A few sharp corners may be steeper.
+    const auto steep = slopes.begin() + std::ptrdiff_t(0.98 * double(slopes.size() - 1));
+    std::nth_element(slopes.begin(), steep, slopes.end());
+    size.slope = *steep;
+    return size;
+}
+
+/** ξ with which a mode is drawn. **/
+double chooseAmplitude(const ReducedBody& part, const ModeSize& size, double scale) {
+    const double wanted = (scale > 0 ? scale : kUsualScale) * 2 * part.calcRadius();
+    const double amplitude = size.displacement > 0 ? wanted / size.displacement : 0;
+    if (scale > 0 || !(size.slope > 0)) return amplitude;
+    return std::min(amplitude, kSteepestDrawing / size.slope);
+}
+
+/** Cuts all pictures to the rectangle that holds what is not white in any of them. **/
+void cropTogether(std::vector<Image>& pictures) {
+    const int width = pictures[0].getWidth(), height = pictures[0].getHeight();
+    int left = width, right = -1, top = height, bottom = -1;
+    for (const Image& picture : pictures)
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const std::uint8_t* pixel =
+                    picture.getData() + 4 * (size_t(y) * size_t(width) + size_t(x));
+                if (pixel[0] == 255 && pixel[1] == 255 && pixel[2] == 255) continue;
+                left = std::min(left, x);
+                right = std::max(right, x);
+                top = std::min(top, y);
+                bottom = std::max(bottom, y);
+            }
+    if (right < left) return;
+    constexpr int gap = 16;
+    for (Image& picture : pictures) {
+        Image cut(right - left + 1 + 2 * gap, bottom - top + 1 + 2 * gap);
+        cut.paste(picture, gap - left, gap - top);
+        picture = std::move(cut);
+    }
+}
+
+/** Frames of one mode, in a folder that goes with this. **/
+class FrameFolder {
+public:
+    explicit FrameFolder(const fs::path& path) : _path(path) {
+        fs::remove_all(_path);
+        fs::create_directories(_path);
+    }
+    FrameFolder(const FrameFolder&) = delete;
+    FrameFolder& operator=(const FrameFolder&) = delete;
+    ~FrameFolder() {
+        std::error_code ignored;
+        fs::remove_all(_path, ignored);
+    }
+
+    std::string frame(int number) const {
+        char name[32];
+        std::snprintf(name, sizeof name, "frame_%05d.png", number);
+        return (_path / name).string();
+    }
+    std::string path() const { return _path.string(); }
+
+private:
+    fs::path _path;
+};
+
+/** Draws modes of one part. **/
+class ModePainter {
+public:
+    ModePainter(std::shared_ptr<const ReducedBody> part, std::vector<int> modes,
+                std::pair<int, int> size, double scale)
+        : _part(std::move(part)),
+          _modes(std::move(modes)),
+          _hertz(calcFrequencies(*_part)),
+          _visualizer(_empty.system, size.first, size.second) {
+        const SurfaceMesh skin = extractSurface(_part->mesh);
+        for (const int mode : _modes) {
+            _sizes.push_back(measureMode(*_part, skin, mode));
+            _amplitudes.push_back(chooseAmplitude(*_part, _sizes.back(), scale));
+        }
+        choosePartView(_visualizer, *_part);
+        _visualizer.setShowSimTime(false)
+            .setShowColorBar(false)
+            .setShowDeformationFactor(false)
+            .setShowUndeformed(false)
+            .setBackgroundType(SimTK::Visualizer::SolidColor)
+            .addDeformableMesh({_part, _part->name,
+                                [](const SimTK::State&) { return SimTK::Transform(); },
+                                [this](const SimTK::State& state) { return calcXi(state); }});
+        std::vector<SimTK::State> extremes;
+        for (size_t k = 0; k < _modes.size(); ++k)
+            for (const int frame : {kFramesPerPeriod / 4, 3 * kFramesPerPeriod / 4})
+                extremes.push_back(makeState(k, frame));
+        _visualizer.setWindowTitle(" ");  // keeps room for one
+        _visualizer.fitToMotion(extremes);
+    }
+
+    std::string describe(size_t k) const {
+        return "mode " + std::to_string(_modes[k]) + "   " +
+               formatFrequency(_hertz[size_t(_modes[k] - 1)]);
+    }
+
+    Image draw(size_t k, int frame, const std::string& title) {
+        const double largest = _amplitudes[k] * _sizes[k].displacement;
+        if (largest > 0) _visualizer.setContourRange(0, largest);
+        _visualizer.setWindowTitle(title).setShowAxes(!title.empty());
+        return _visualizer.drawFrame(makeState(k, frame));
+    }
+
+private:
+    /** Frames are told apart by their time: the mode's place, then the frame of its period. **/
+    SimTK::State makeState(size_t k, int frame) const {
+        SimTK::State state = _empty.state;
+        state.setTime(double(k * kFramesPerPeriod + size_t(frame % kFramesPerPeriod)));
+        return state;
+    }
+
+    SimTK::Vector calcXi(const SimTK::State& state) const {
+        const size_t number = size_t(std::lround(state.getTime()));
+        const size_t k = number / kFramesPerPeriod;
+        SimTK::Vector xi(_part->numModes, 0.0);
+        xi[_modes[k] - 1] =
+            _amplitudes[k] *
+            std::sin(2 * SimTK::Pi * double(number % kFramesPerPeriod) / kFramesPerPeriod);
+        return xi;
+    }
+
+    std::shared_ptr<const ReducedBody> _part;
+    std::vector<int> _modes;
+    std::vector<double> _hertz;
+    std::vector<ModeSize> _sizes;
+    std::vector<double> _amplitudes;
+    EmptySystem _empty;
+    OffscreenVisualizer _visualizer;
+};
+
+/** The first frame of a period that looks the same: sin(π − x) = sin x. **/
+int findTwin(int frame) {
+    constexpr int quarter = kFramesPerPeriod / 4;
+    if (frame > quarter && frame <= 2 * quarter) return 2 * quarter - frame;
+    if (frame > 3 * quarter) return 6 * quarter - frame;
+    return frame;
+}
+
+void runModes(const ModesArguments& arguments, bool areModesDefault) {
+    auto part = std::make_shared<const ReducedBody>(readReducedBody(arguments.part));
+    const std::vector<int> modes = parseModes(arguments.modes, *part, areModesDefault);
+    const std::pair<int, int> size = parseSize(arguments.size);
+    const bool isVideoWanted = arguments.gif || arguments.mp4;
+    if (isVideoWanted && !isVideoAvailable())
+        throw std::runtime_error("--gif and --mp4 need the program ffmpeg (apt install ffmpeg)");
+    std::vector<std::string> suffixes;
+    if (arguments.gif) suffixes.push_back(".gif");
+    if (arguments.mp4 || (!isVideoWanted && isVideoAvailable())) suffixes.push_back(".mp4");
+    if (part->mesh.elements.empty())
+        throw std::runtime_error("part '" + part->name +
+                                 "' has no elements in its mesh, so there is nothing to draw");
+
+    const fs::path folder = arguments.folder.empty()
+                                ? fs::path(arguments.part).stem().string() + "_modes"
+                                : arguments.folder;
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error || !fs::is_directory(folder) || access(folder.c_str(), W_OK) != 0)
+        throw std::runtime_error("cannot write to the folder '" + folder.string() + "'" +
+                                 (error ? ": " + error.message() : ""));
+
+    ModePainter painter(part, modes, size, arguments.scale);
+    std::vector<std::pair<std::string, double>> phases;
+    for (size_t k = 0; k < modes.size(); ++k) phases.emplace_back(painter.describe(k), 1);
+    ProgressBar bar(arguments.quiet, phases);
+    std::vector<Image> pictures;
+    std::vector<std::string> captions;
+    const auto finishSheet = [&] {
+        bar.clear();
+        if (pictures.empty()) return;
+        cropTogether(pictures);
+        makeContactSheet(pictures, captions, kColumns)
+            .writePng((folder / "contact_sheet.png").string());
+    };
+    try {
+        for (size_t k = 0; k < modes.size(); ++k) {
+            const std::string stem = "mode_" + formatModeNumber(modes[k], part->numModes);
+            if (!suffixes.empty()) {
+                const FrameFolder frames(folder / ("." + stem + ".frames"));
+                std::vector<Image> period(kFramesPerPeriod);
+                for (int frame = 0; frame < kFramesPerPeriod; ++frame) {
+                    if (!bar.show(painter.describe(k), double(frame) / (kFramesPerPeriod + 6)))
+                        throw Stopped("");
+                    const int twin = findTwin(frame);
+                    Image& image = period[size_t(frame)];
+                    image = twin < frame ? period[size_t(twin)]
+                                         : painter.draw(k, frame, painter.describe(k));
+                    image.writePng(frames.frame(frame));
+                }
+                for (const std::string& suffix : suffixes) {
+                    if (suffix == ".mp4")
+                        for (int n = kFramesPerPeriod; n < kPeriodsOfVideo * kFramesPerPeriod; ++n)
+                            fs::copy_file(frames.frame(n % kFramesPerPeriod), frames.frame(n));
+                    writeVideo(frames.path(), (folder / (stem + suffix)).string(),
+                               kFramesPerSecond);
+                }
+            }
+            if (!bar.show(painter.describe(k), 1)) throw Stopped("");
+            pictures.push_back(painter.draw(k, kFramesPerPeriod / 4, ""));
+            captions.push_back(painter.describe(k));
+        }
+    } catch (const std::exception&) {
+        if (!wasInterrupted()) throw;
+        finishSheet();
+        throw Stopped(std::to_string(pictures.size()) + " of " + std::to_string(modes.size()) +
+                      " modes are in '" + folder.string() + "'");
+    }
+    finishSheet();
+    if (arguments.quiet) return;
+    if (suffixes.empty())
+        std::fprintf(stderr, "simflex: note: no program ffmpeg here: a contact sheet only\n");
+    std::printf("%s: %zu modes -> %s\n", part->name.c_str(), modes.size(),
+                (folder / "contact_sheet.png").c_str());
+}
+
+}  // namespace
+
+void addModesCommand(CLI::App& app) {
+    auto arguments = std::make_shared<ModesArguments>();
+    CLI::App* command = app.add_subcommand(
+        "modes", "Draw a part's mode shapes: a short film of each and a contact sheet");
+    command->add_option("PART", arguments->part, "part file (.h5)")->required();
+    command
+        ->add_option("-o,--out", arguments->folder,
+                     "folder to write to (default: the part file's name with _modes, here)")
+        ->type_name("FOLDER");
+    const CLI::Option* modes =
+        command
+            ->add_option("-m,--modes", arguments->modes,
+                         "modes to draw, from 1: 1-6,9 or all (default: the lowest 12)")
+            ->type_name("LIST");
+    command
+        ->add_option("--scale", arguments->scale,
+                     "largest displacement drawn, as a share of the part's size (default: 0.06, "
+                     "less where a mode bends sharply)")
+        ->check(CLI::Range(1e-6, 10.0));
+    command->add_option("--size", arguments->size, "width and height of a picture [pixel]")
+        ->type_name("WxH")
+        ->capture_default_str();
+    command->add_flag("--mp4", arguments->mp4, "films as MP4 (the default)");
+    command->add_flag("--gif", arguments->gif, "films as animated GIF, which repeat without end");
+    command->add_flag("-q,--quiet", arguments->quiet, "print errors only");
+    command->callback([arguments, modes] { runModes(*arguments, modes->count() == 0); });
+}
+
+}  // namespace cli
+}  // namespace simflex

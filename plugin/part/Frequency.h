@@ -1,0 +1,41 @@
+#pragma once
+/** @file
+Frequencies of a part's modes, as numbers and as text. **/
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "simflex/part/ReducedBody.h"
+
+namespace simflex {
+
+/** Free-free frequencies of the part [Hz], ascending. **/
+inline std::vector<double> calcFrequencies(const ReducedBody& part) {
+    constexpr double pi = 3.14159265358979323846;
+    std::vector<double> hertz;
+    for (const double omegaSquared : part.omegaSquared)
+        hertz.push_back(std::sqrt(omegaSquared) / (2 * pi));
+    return hertz;
+}
+
+/** "123.4 Hz": about five digits, never an exponent unless the number is very small. **/
+inline std::string formatFrequency(double hertz) {
+    char text[64];
+    const char* format = hertz >= 99.995 || hertz == 0 ? "%.1f Hz"
+                         : hertz >= 9.9995             ? "%.2f Hz"
+                         : hertz >= 0.1                ? "%.3f Hz"
+                                                       : "%.4g Hz";
+    std::snprintf(text, sizeof text, format, hertz);
+    return text;
+}
+
+/** "07": number of a mode, from 1, with as many digits as the last of them has (at least two). **/
+inline std::string formatModeNumber(int number, int numModes) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%0*d", numModes < 100 ? 2 : numModes < 1000 ? 3 : 6, number);
+    return text;
+}
+
+}  // namespace simflex

@@ -1,0 +1,36 @@
+#pragma once
+/** @file
+The simflex program in a folder of a test's own, with a brick's deck in it. **/
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "fe/TestDecks.h"
+
+namespace simflex {
+
+class CliTest : public ::testing::Test {
+protected:
+    void SetUp() override { testing::writeText(folder / "brick.inp", testing::Brick().text()); }
+
+    /** Runs simflex with these arguments in the folder; keeps its output. @returns exit status. **/
+    int run(const std::string& arguments) {
+        const std::string command = "cd '" + folder.path() + "' && '" SIMFLEX_PROGRAM "' " +
+                                    arguments + " >tmp.out 2>tmp.err";
+        const int status = std::system(command.c_str());
+        out = testing::readText(folder / "tmp.out");
+        err = testing::readText(folder / "tmp.err");
+        unlink((folder / "tmp.out").c_str());
+        unlink((folder / "tmp.err").c_str());
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    }
+
+    testing::TestFolder folder;
+    std::string out, err;
+};
+
+}  // namespace simflex
