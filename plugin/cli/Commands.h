@@ -3,13 +3,17 @@
 The subcommands of the simflex program: one function each, in a file of its own. **/
 
 #include <CLI/CLI.hpp>
+#include <memory>
 
 namespace simflex {
+
+class StiffnessSolver;
+
 namespace cli {
 
 /** Each adds its subcommand to `app`; what the subcommand does runs when it is chosen. A command
 that fails throws a std::exception, whose text the program prints. **/
-void addReduceCommand(CLI::App& app);
+void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& solver = {});
 void addInfoCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addModesCommand(CLI::App& app);

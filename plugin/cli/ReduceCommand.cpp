@@ -62,8 +62,9 @@ void printCheck(const ReducedBody& body) {
     }
 }
 
-void runReduce(const ReduceArguments& arguments) {
+void runReduce(const ReduceArguments& arguments, const std::shared_ptr<StiffnessSolver>& solver) {
     ReductionOptions options = arguments.reduction.parse();
+    options.solver = solver;
     if (arguments.stiffening) {
         options.stiffening.emplace();
         options.stiffening->program = arguments.program;
@@ -116,7 +117,7 @@ void runReduce(const ReduceArguments& arguments) {
 
 }  // namespace
 
-void addReduceCommand(CLI::App& app) {
+void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& solver) {
     auto arguments = std::make_shared<ReduceArguments>();
     CLI::App* command =
         app.add_subcommand("reduce", "Reduce a CalculiX deck to a flexible part (Craig-Bampton)");
@@ -140,7 +141,7 @@ void addReduceCommand(CLI::App& app) {
                         "CalculiX program (default: $SIMFLEX_CCX, else ccx)");
     command->add_flag("-q,--quiet", arguments->quiet, "print errors only");
     command->add_flag("--timings", arguments->timings, "print the wall time of each phase");
-    command->callback([arguments] { runReduce(*arguments); });
+    command->callback([arguments, solver] { runReduce(*arguments, solver); });
 }
 
 }  // namespace cli

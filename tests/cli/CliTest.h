@@ -18,9 +18,11 @@ protected:
     void SetUp() override { testing::writeText(folder / "brick.inp", testing::Brick().text()); }
 
     /** Runs simflex with these arguments in the folder; keeps its output. @returns exit status. **/
-    int run(const std::string& arguments) {
-        const std::string command = "cd '" + folder.path() + "' && '" SIMFLEX_PROGRAM "' " +
-                                    arguments + " >tmp.out 2>tmp.err";
+    int run(const std::string& arguments) { return runProgram("'" SIMFLEX_PROGRAM "'", arguments); }
+
+    int runProgram(const std::string& program, const std::string& arguments) {
+        const std::string command =
+            "cd '" + folder.path() + "' && " + program + " " + arguments + " >tmp.out 2>tmp.err";
         const int status = std::system(command.c_str());
         out = testing::readText(folder / "tmp.out");
         err = testing::readText(folder / "tmp.err");

@@ -1,0 +1,19 @@
+#pragma once
+/** @file
+What the programs simflex and simflex_mpi do. **/
+
+#include <memory>
+
+namespace simflex {
+
+class StiffnessSolver;
+
+namespace cli {
+
+/** Parses the command line and runs the subcommand. @returns the exit status: 0 done, 1 failed, 2
+wrong usage, 130 stopped by Ctrl-C.
+@param solver  of `reduce`; null: the library's own. **/
+int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& solver = {});
+
+}  // namespace cli
+}  // namespace simflex

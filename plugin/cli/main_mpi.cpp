@@ -1,0 +1,12 @@
+// simflex_mpi: `mpirun -n 4 simflex_mpi reduce …` is simflex with its stiffness matrix shared out
+// over MPI processes, on as many machines as they run on. Rank 0 reads the model and writes the
+// part.
+
+#include "Program.h"
+#include "simflex/reduction/SlepcSolver.h"
+
+int main(int argc, char** argv) {
+    return simflex::runWithSlepc(argc, argv, [&] {
+        return simflex::cli::runProgram(argc, argv, std::make_shared<simflex::SlepcSolver>());
+    });
+}
