@@ -19,6 +19,7 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     model.source = path;
     model.program = readCalculixVersion(program);
     model.mesh = deck.mesh;
+    model.constraints = deck.constraints;
     model.notes = deck.notes;
 
     const std::string job = "part";

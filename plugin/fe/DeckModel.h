@@ -8,11 +8,11 @@ What a CalculiX deck means to simflex: solid elements, sets, materials. Internal
 #include <vector>
 
 #include "InpCards.h"
-#include "simflex/part/Mesh.h"
+#include "simflex/fe/FeModel.h"
 
 namespace simflex {
 
-/** The solid part of a deck, by the deck's own numbers. **/
+/** The solid part of a deck, by the deck's own numbers; shells and beams as solids. **/
 struct DeckModel {
     struct Solid {
         int number = 0;
@@ -20,9 +20,10 @@ struct DeckModel {
     };
 
     std::string path;
-    Mesh mesh;  ///< nodes that belong to solid elements; deck coordinates
+    Mesh mesh;  ///< nodes of solids and those only tied to them; deck coordinates
     std::map<std::string, std::vector<Solid>> solids;     ///< by CalculiX type, C3D8R …
     std::map<std::string, std::vector<int>> elementSets;  ///< element numbers, solids only
+    NodalConstraints constraints;                         ///< what ties nodes to each other
     std::vector<DeckCard> materials;                      ///< *MATERIAL with its properties
     std::vector<DeckCard> sections;                       ///< *ORIENTATION, *SOLID SECTION
     std::vector<std::string> notes;                       ///< what was left out or changed
