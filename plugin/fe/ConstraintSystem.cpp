@@ -106,10 +106,12 @@ bool ConstraintSystem::correct(std::vector<Term>& terms, const std::string& wher
     std::ostringstream text;
     text << where << " holds the part to the ground: rigid "
          << (worst < 3 ? "translation along " : "rotation about ") << "xyz"[worst % 3]
-         << " violates it by " << miss << " of its largest coefficient, allowed " << kRounded
-         << ". Write it so that a motion of the whole part satisfies it, or take it out and hold "
-            "the "
-            "part in the multibody model.";
+         << " violates it by " << miss << " of its largest coefficient"
+         << (miss <= kRounded
+                 ? ", and no other coefficients would do. Let nodes that are to coincide "
+                   "do so to the last digit, or use *TIE."
+                 : ". Write it so that a motion of the whole part satisfies it, or take "
+                   "it out and hold the part in the multibody model.");
     throw std::invalid_argument(text.str());
 }
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "BeamMatrices.h"
 #include "DeckConstraints.h"
 
 namespace simflex {
@@ -75,9 +76,10 @@ const std::set<std::string> kMaterialLeftOut = {
 
 /** The solids of the deck, and their place in Mesh. **/
 const std::map<std::string, ElementType> kSolids = {
-    {"C3D4", ElementType::Tet4},     {"C3D6", ElementType::Wedge6}, {"C3D8", ElementType::Hex8},
-    {"C3D8R", ElementType::Hex8},    {"C3D10", ElementType::Tet10}, {"C3D10T", ElementType::Tet10},
-    {"C3D15", ElementType::Wedge15}, {"C3D20", ElementType::Hex20}, {"C3D20R", ElementType::Hex20},
+    {"C3D4", ElementType::Tet4},      {"C3D6", ElementType::Wedge6}, {"C3D8", ElementType::Hex8},
+    {"C3D8R", ElementType::Hex8},     {"C3D10", ElementType::Tet10}, {"C3D10T", ElementType::Tet10},
+    {"C3D15", ElementType::Wedge15},  {"C3D20", ElementType::Hex20}, {"C3D20R", ElementType::Hex20},
+    {kBeamSolid, ElementType::Hex20},
 };
 
 /** Elements that are refused, and why. **/
@@ -91,6 +93,8 @@ const std::map<std::string, std::string> kRefusedElements = {
     {"B31",
      "CalculiX expands B31 to C3D8I, which has internal degrees of freedom that carry mass; use "
      "B32R"},
+    {"B31R",
+     "CalculiX expands B31R to C3D8R, which has no inertia about the beam's axis; use B32R"},
 };
 
 /** Elements that meshers write along the skin of a solid; number of nodes of each. **/
@@ -241,16 +245,15 @@ private:
 
     void addElements(const DeckCard& card) {
         const std::string& type = card.get("TYPE");
-        const auto solid = kSolids.find(type);
-        const auto skin = kSkin.find(type);
         const ThinType* thin = findThinType(type);
+        const auto solid = thin ? kSolids.end() : kSolids.find(type);
+        const auto skin = kSkin.find(type);
         const auto reason = kRefusedElements.find(type);
         if (reason != kRefusedElements.end()) refuse(card, reason->second);
         if (solid == kSolids.end() && skin == kSkin.end() && !thin)
             refuse(card, "element type " + type +
                              " is none that simflex knows: solids C3D4, C3D6, C3D8, C3D8R, C3D10, "
-                             "C3D15, C3D20, C3D20R, shells S3, S4R, S6, S8, S8R, beams B31R, B32, "
-                             "B32R");
+                             "C3D15, C3D20, C3D20R, shells S3, S4R, S6, S8, S8R, beams B32, B32R");
         const int size = solid != kSolids.end() ? numNodesOf(solid->second)
                          : thin                 ? thin->numNodes
                                                 : skin->second;
@@ -490,6 +493,7 @@ private:
         if (_thin.empty()) return;
         _constraints.thin = expandThinElements(_nodes, _thin, readNodalThickness());
         const ThinExpansion& thin = _constraints.thin;
+        noteHinges();
         for (const auto& solid : thin.solids) {
             _model.solids[solid.type].push_back({solid.number, solid.nodes});
             _solidNumbers[solid.number] = solid.type;
@@ -506,6 +510,23 @@ private:
                                " expanded to solids as CalculiX does; the expanded nodes have the "
                                "numbers from " +
                                std::to_string(thin.nodes.begin()->first));
+    }
+
+    /** A shell or beam that ends at one row of nodes of a solid turns there freely. **/
+    void noteHinges() {
+        std::set<int> betweens;
+        for (const auto& between : _constraints.thin.betweens) betweens.insert(between.node);
+        std::set<int> shared;
+        for (const auto& [type, solids] : _model.solids)
+            for (const auto& solid : solids)
+                for (const int node : solid.nodes)
+                    if (betweens.count(node)) shared.insert(node);
+        if (shared.empty()) return;
+        _model.notes.push_back(
+            plural(shared.size(), "node") + " shared by solids and shells or beams, the first " +
+            std::to_string(*shared.begin()) +
+            ": as in CalculiX the translation alone is shared, so that one row of "
+            "such nodes is a hinge");
     }
 
     void readEquationCards() {
@@ -779,7 +800,12 @@ DeckModel DeckModel::fromCards(const std::string& path, std::vector<DeckCard> ca
     return Builder(path, std::move(cards)).build();
 }
 
-void DeckModel::writeModel(std::ostream& out) const {
+bool DeckModel::isForCalculix() const {
+    return std::any_of(solids.begin(), solids.end(),
+                       [](const auto& entry) { return entry.first != kBeamSolid; });
+}
+
+void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
     out << "*NODE\n";
     char text[128];
     for (int node = 0; node < mesh.numNodes(); ++node) {
@@ -789,26 +815,41 @@ void DeckModel::writeModel(std::ostream& out) const {
         out << text;
     }
     for (const auto& [type, elements] : solids) {
-        out << "*ELEMENT, TYPE=" << type << "\n";
+        if (elements.empty() || leftOut.count(elements.front().number)) continue;
+        out << "*ELEMENT, TYPE=" << (type == kBeamSolid ? "C3D20" : type) << "\n";
         for (const Solid& solid : elements) {
             out << solid.number << ",";
             writeNumbers(out, solid.nodes, 1);
         }
     }
-    for (const auto& [name, numbers] : elementSets) {
-        out << "*ELSET, ELSET=" << name << "\n";
-        for (const int number : numbers) out << number << ",\n";
-    }
+    std::set<std::string> written;
+    for (const auto& [name, numbers] : elementSets)
+        for (const int number : numbers) {
+            if (leftOut.count(number)) continue;
+            if (written.insert(name).second) out << "*ELSET, ELSET=" << name << "\n";
+            out << number << ",\n";
+        }
     for (const DeckCard& card : materials) writeCard(out, card);
     for (const DeckCard& card : sections) {
         DeckCard bare = card;
-        if (card.keyword == "SOLIDSECTION") bare.data.clear();
+        if (card.keyword == "SOLIDSECTION") {
+            if (!leftOut.empty() && !written.count(card.get("ELSET"))) continue;
+            bare.data.clear();
+        }
         writeCard(out, bare);
     }
 }
 
+void DeckModel::writeModel(std::ostream& out) const {
+    write(out, {});
+}
+
 void DeckModel::writeClean(std::ostream& out) const {
-    writeModel(out);
+    std::set<int> beams;
+    const auto found = solids.find(kBeamSolid);
+    if (found != solids.end())
+        for (const Solid& solid : found->second) beams.insert(solid.number);
+    write(out, beams);
     out << "*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n*END STEP\n";
 }
 

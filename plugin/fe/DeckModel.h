@@ -4,6 +4,7 @@ What a CalculiX deck means to simflex: solid elements, sets, materials. Internal
 
 #include <map>
 #include <ostream>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,11 +33,18 @@ struct DeckModel {
     @throws std::invalid_argument naming file and line for what cannot be a free solid part. **/
     static DeckModel fromCards(const std::string& path, std::vector<DeckCard> cards);
 
-    /** Writes nodes, elements, sets, materials and sections. No field is longer than the 20
-    characters that ccx reads. **/
+    /** Writes nodes, elements, sets, materials and sections; the solids of B32R beams as C3D20. No
+    field is longer than the 20 characters that ccx reads. **/
     void writeModel(std::ostream& out) const;
-    /** The same and a step that stores K and M. **/
+    /** The same without the solids of B32R beams (see BeamMatrices.h), and a step that stores K and
+    M. **/
     void writeClean(std::ostream& out) const;
+
+    /** True if there are elements whose matrices CalculiX assembles. **/
+    bool isForCalculix() const;
+
+private:
+    void write(std::ostream& out, const std::set<int>& leftOut) const;
 };
 
 /** The element type of a CalculiX solid, "C3D8R". @throws std::out_of_range for another type. **/

@@ -184,7 +184,9 @@ void checkFree(const FeModel& model) {
                  << " loads node " << model.mesh.nodeNumbers[row / 3] << " by "
                  << std::abs(product[row][j]) / largest << " of its stiffness, allowed "
                  << kRigidTolerance
-                 << ". Take supports, springs and ties to ground out of the model.";
+                 << ". Take supports, springs and ties to ground out of the model; of CalculiX's "
+                    "elements C3D8R (S4R too) resists turning where it is more than sheared: use "
+                    "C3D8, C3D20R or S8R.";
             throw std::invalid_argument(text.str());
         }
 }

@@ -14,8 +14,8 @@ constexpr double kFlat = 1e-8;            // share of the largest moment that co
 
 const std::map<std::string, ThinType> kThin = {
     {"S3", {false, 3, "C3D6"}},  {"S4R", {false, 4, "C3D8R"}},  {"S6", {false, 6, "C3D15"}},
-    {"S8", {false, 8, "C3D20"}}, {"S8R", {false, 8, "C3D20R"}}, {"B31R", {true, 2, "C3D8R"}},
-    {"B32", {true, 3, "C3D20"}}, {"B32R", {true, 3, "C3D20R"}}};
+    {"S8", {false, 8, "C3D20"}}, {"S8R", {false, 8, "C3D20R"}}, {"B32", {true, 3, "C3D20"}},
+    {"B32R", {true, 3, "B32R"}}};
 
 /** Places of a beam's expanded nodes in its section, ξ along n₁ and η along n₂ of −1…1: corners,
 then the middles of the sides. **/

@@ -47,7 +47,7 @@ struct ThinElement {
 struct ThinType {
     bool isBeam;
     int numNodes;
-    const char* solid;  ///< "C3D20R"
+    const char* solid;  ///< "C3D20R"; "B32R" for the hexahedron of B32R, see BeamMatrices.h
 };
 /** Null if it is none that simflex expands. **/
 const ThinType* findThinType(const std::string& type);

@@ -179,6 +179,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCard{"Unknown", "*FLUX CAPACITOR\n", "not known to simflex"},
         BadCard{"ShellElement", "*ELEMENT,TYPE=S4\n9001,1,2,11,10\n", "S4R"},
         BadCard{"BeamElement", "*ELEMENT,TYPE=B31\n9001,1,2\n", "B32R"},
+        BadCard{"ReducedBeamElement", "*ELEMENT,TYPE=B31R\n9001,1,2\n", "inertia"},
         BadCard{"ShellWithoutSection", "*ELEMENT,TYPE=S4R\n9001,1,2,11,10\n", "no section"},
         BadCard{"IncompatibleModes", "*ELEMENT,TYPE=C3D8I\n9001,1,2,11,10,28,29,38,37\n",
                 "internal"},

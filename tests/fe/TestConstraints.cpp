@@ -72,10 +72,8 @@ protected:
                 line = text;
             }
             const size_t set = line.find("SET=");
-            if (set != std::string::npos)
-                {
-                if (line.find("BODY") == std::string::npos) line.insert(set + 4, "X");
-            }
+            if (set != std::string::npos && line.find("BODY") == std::string::npos)
+                line.insert(set + 4, "X");
             moved += line + "\n";
         }
         return first.meshText() + moved + first.materialText();
