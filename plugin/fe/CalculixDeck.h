@@ -3,17 +3,30 @@
 Reads a CalculiX input deck into an FeModel: mesh, node sets and the free matrices K and M.
 
 simflex reads the deck itself, writes a clean one (nodes, solid elements, materials, sections) in
-a temporary folder and runs `ccx` on it with `*FREQUENCY, SOLVER=MATRIXSTORAGE`.
+a temporary folder and runs `ccx` on it with `*FREQUENCY, SOLVER=MATRIXSTORAGE`. K and m are those
+of the solids alone; what ties their nodes to each other is FeModel::constraints, u = T q.
 
 - Kept: *NODE, *ELEMENT (C3D4, C3D6, C3D8, C3D8R, C3D10, C3D10T, C3D15, C3D20, C3D20R), *NSET
   and *ELSET (GENERATE, sets of sets), *MATERIAL, *ELASTIC, *DENSITY, *ORIENTATION, *SOLID SECTION,
   *INCLUDE.
+- Shells S3, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS) and
+  beams B32, B32R with *BEAM SECTION (RECT, CIRC; OFFSET1, OFFSET2), isotropic, become solids as ccx
+  expands them (ThinElements.h), with new nodes that have numbers behind the deck's. The deck's own
+  node stays as a place between its expanded nodes; node sets take both in, so that an interface on
+  the edge of a shell holds rotation too. Where normals, thicknesses or kinds differ, the node is a
+  knot. A shell or beam that shares one row of nodes with solids is hinged there, as in ccx.
+- *EQUATION among translations; *MPC of STRAIGHT, PLANE, BEAM, linear at zero displacement. Rigid
+  motions must satisfy them.
+- *SURFACE (TYPE=ELEMENT of faces S1…S6, SNEG, SPOS; TYPE=NODE) also becomes a node set of its name.
+- *TIE of a slave surface to a master's faces (POSITION TOLERANCE, ADJUST): as ccx does, slave nodes
+  are moved onto the master. With ADJUST=NO they stay, and the gap turns with the face, where ccx
+  would resist a rotation of the part.
 - Left out and reported: steps, *BOUNDARY, loads, *RIGID BODY and *COUPLING (interfaces are tied by
-  the reduction), amplitudes, surfaces, initial conditions, surface and line elements that Gmsh
-  writes, nodes of no element.
-- Refused, with file and line: what makes K other than that of free solids, such as *EQUATION,
-  *MPC, *TIE, *TRANSFORM, contact, shells, beams, springs, point masses, and C3D8I (ccx gives it
-  internal degrees of freedom with mass).
+  the reduction), amplitudes, initial conditions, surface and line elements that Gmsh writes, nodes
+  of no element that nothing ties.
+- Refused, with file and line: what makes K other than that of free solids, such as *TRANSFORM,
+  contact, springs, point masses, membranes, equations of rotations, composite shells, other beam
+  sections, and C3D8I, S4, B31 (ccx gives them internal degrees of freedom with mass).
 
     CalculixOptions options;
     options.note = [](const std::string& text) { std::cerr << text << "\n"; };

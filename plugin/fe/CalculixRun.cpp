@@ -156,7 +156,8 @@ private:
 };
 
 /** dof = 3·node + axis of each equation. **/
-std::vector<int> readEquations(const fs::path& path, const Mesh& mesh) {
+std::vector<int> readEquations(const fs::path& path, const Mesh& mesh,
+                               const std::vector<char>& expected) {
     NumberReader reader(path);
     std::vector<int> dofs;
     std::vector<char> seen(3 * size_t(mesh.numNodes()), 0);
@@ -171,7 +172,7 @@ std::vector<int> readEquations(const fs::path& path, const Mesh& mesh) {
         seen[dofs.back()] = 1;
     }
     for (size_t dof = 0; dof < seen.size(); ++dof)
-        if (!seen[dof])
+        if (!seen[dof] && expected[dof / 3])
             throw std::invalid_argument(
                 "CalculiX left out direction " + std::to_string(dof % 3 + 1) + " of node " +
                 std::to_string(mesh.nodeNumbers[dof / 3]) + "; K must be free");
@@ -299,12 +300,19 @@ void runCalculix(const std::string& program, const fs::path& folder, const std::
     process.checkResult();
 }
 
-void readCalculixMatrices(const fs::path& folder, const std::string& job, FeModel& model,
+void readCalculixMatrices(const fs::path& folder, const std::string& job,
+                          const std::vector<char>& expected, FeModel& model,
                           const ProgressCallback& progress) {
-    const auto dofs = readEquations(folder / (job + ".dof"), model.mesh);
-    model.K = readCalculixMatrix(folder / (job + ".sti"), dofs, "reading K", progress);
-    model.m = takeNodalMass(
-        readCalculixMatrix(folder / (job + ".mas"), dofs, "reading M", progress), model.mesh);
+    const auto dofs = readEquations(folder / (job + ".dof"), model.mesh, expected);
+    const auto read = [&](const char* ending, const char* phase) {
+        SymmetricMatrix A = readCalculixMatrix(folder / (job + ending), dofs, phase, progress);
+        // Nodes that are only tied may come last.
+        A.size = 3 * model.mesh.numNodes();
+        A.columnStarts.resize(size_t(A.size) + 1, A.numEntries());
+        return A;
+    };
+    model.K = read(".sti", "reading K");
+    model.m = takeNodalMass(read(".mas", "reading M"), model.mesh);
 }
 
 }  // namespace simflex

@@ -7,6 +7,7 @@ Runs ccx on a clean deck and reads the matrices it stores. Internal to fe. **/
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/Progress.h"
@@ -64,9 +65,11 @@ void runCalculix(const std::string& program, const std::filesystem::path& folder
                  const std::string& job, const ProgressCallback& progress);
 
 /** Reads JOB.sti, JOB.mas and JOB.dof into model.K and model.m; model.mesh must be set.
+@param expected  of each node: true if its degrees of freedom must be there
 @throws std::runtime_error for a missing or broken file.
 @throws std::invalid_argument if a degree of freedom is missing or M is not m ⊗ 1₃. **/
 void readCalculixMatrices(const std::filesystem::path& folder, const std::string& job,
-                          FeModel& model, const ProgressCallback& progress);
+                          const std::vector<char>& expected, FeModel& model,
+                          const ProgressCallback& progress);
 
 }  // namespace simflex

@@ -6,6 +6,9 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "BeamMatrices.h"
+#include "DeckConstraints.h"
+
 namespace simflex {
 namespace {
 
@@ -21,7 +24,6 @@ const std::set<std::string> kLeftOut = {"HEADING",
                                         "COUPLING",
                                         "KINEMATIC",
                                         "DISTRIBUTING",
-                                        "SURFACE",
                                         "TIMEPOINTS",
                                         "INITIALCONDITIONS",
                                         "DISTRIBUTINGCOUPLING",
@@ -39,17 +41,12 @@ const std::set<std::string> kLeftOut = {"HEADING",
 
 /** Cards that change K so that it is not that of free solids, and why each is refused. **/
 const std::map<std::string, std::string> kRefused = {
-    {"EQUATION", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
-    {"MPC", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
     {"NETWORKMPC", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
-    {"TIE",
-     "it ties degrees of freedom, so that K is not one of plain nodal translations; merge "
-     "the nodes instead"},
     {"TRANSFORM", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
-    {"SHELLSECTION", "shells have no plain nodal translations in ccx; mesh the part with solids"},
-    {"BEAMSECTION", "beams have no plain nodal translations in ccx; mesh the part with solids"},
-    {"BEAMGENERALSECTION", "beams have no plain nodal translations in ccx"},
-    {"MEMBRANESECTION", "membranes have no plain nodal translations in ccx"},
+    {"BEAMGENERALSECTION", "its stiffness is not that of a solid; use *BEAM SECTION"},
+    {"MEMBRANESECTION",
+     "membranes are hinged at their nodes, so that the part is a mechanism; use shells"},
+    {"NORMAL", "simflex finds the normals of shells and the axes of beams itself"},
     {"FLUIDSECTION", "fluid elements have no place in a solid part"},
     {"GASKETSECTION", "gaskets are not linear"},
     {"PRE-TENSIONSECTION", "a pre-tension section ties degrees of freedom"},
@@ -79,9 +76,25 @@ const std::set<std::string> kMaterialLeftOut = {
 
 /** The solids of the deck, and their place in Mesh. **/
 const std::map<std::string, ElementType> kSolids = {
-    {"C3D4", ElementType::Tet4},     {"C3D6", ElementType::Wedge6}, {"C3D8", ElementType::Hex8},
-    {"C3D8R", ElementType::Hex8},    {"C3D10", ElementType::Tet10}, {"C3D10T", ElementType::Tet10},
-    {"C3D15", ElementType::Wedge15}, {"C3D20", ElementType::Hex20}, {"C3D20R", ElementType::Hex20},
+    {"C3D4", ElementType::Tet4},      {"C3D6", ElementType::Wedge6}, {"C3D8", ElementType::Hex8},
+    {"C3D8R", ElementType::Hex8},     {"C3D10", ElementType::Tet10}, {"C3D10T", ElementType::Tet10},
+    {"C3D15", ElementType::Wedge15},  {"C3D20", ElementType::Hex20}, {"C3D20R", ElementType::Hex20},
+    {kBeamSolid, ElementType::Hex20},
+};
+
+/** Elements that are refused, and why. **/
+const std::map<std::string, std::string> kRefusedElements = {
+    {"C3D8I",
+     "C3D8I has internal degrees of freedom that carry mass, so that M is not one of plain nodal "
+     "translations; use C3D8, C3D8R or C3D20R"},
+    {"S4",
+     "CalculiX expands S4 to C3D8I, which has internal degrees of freedom that carry mass; use S4R "
+     "or S8R"},
+    {"B31",
+     "CalculiX expands B31 to C3D8I, which has internal degrees of freedom that carry mass; use "
+     "B32R"},
+    {"B31R",
+     "CalculiX expands B31R to C3D8R, which has no inertia about the beam's axis; use B32R"},
 };
 
 /** Elements that meshers write along the skin of a solid; number of nodes of each. **/
@@ -140,8 +153,17 @@ public:
             } else if (keyword == "ORIENTATION") {
                 keepNumbers(card);
                 _model.sections.push_back(card);
-            } else if (keyword == "SOLIDSECTION") {
+            } else if (keyword == "SOLIDSECTION" || keyword == "SHELLSECTION" ||
+                       keyword == "BEAMSECTION") {
                 _model.sections.push_back(card);
+            } else if (keyword == "NODALTHICKNESS") {
+                _thicknessCards.push_back(card);
+            } else if (keyword == "EQUATION" || keyword == "MPC") {
+                _equationCards.push_back(card);
+            } else if (keyword == "TIE") {
+                _tieCards.push_back(card);
+            } else if (keyword == "SURFACE") {
+                _surfaceCards.push_back(card);
             } else if (kLeftOut.count(keyword) || kMaterialLeftOut.count(keyword)) {
                 if (keyword != "HEADING") noteLeftOut(card.title, card);
             } else {
@@ -154,10 +176,19 @@ public:
                                  "M stay those of a free solid; take it out of the deck");
             }
         }
-        if (_numSolids == 0)
+        if (_numSolids == 0 && _thin.empty())
             throw std::invalid_argument(_model.path + ": the deck has no solid elements");
+        finishSections();
+        expandThin();
+        readEquationCards();
         finishMesh();
         finishElementSets();
+        finishSurfaces();
+        readTies();
+        std::vector<char> hasElement(_model.mesh.nodeNumbers.size(), 0);
+        for (const ElementBlock& block : _model.mesh.elements)
+            for (const int node : block.nodes) hasElement[size_t(node)] = 1;
+        _model.constraints = applyConstraints(_constraints, hasElement, _model.mesh, _model.notes);
         for (const auto& [what, count] : _leftOut)
             _model.notes.push_back("left out " + what + count.first +
                                    (count.second > 1
@@ -214,17 +245,18 @@ private:
 
     void addElements(const DeckCard& card) {
         const std::string& type = card.get("TYPE");
-        const auto solid = kSolids.find(type);
+        const ThinType* thin = findThinType(type);
+        const auto solid = thin ? kSolids.end() : kSolids.find(type);
         const auto skin = kSkin.find(type);
-        if (type == "C3D8I")
-            refuse(card,
-                   "C3D8I has internal degrees of freedom that carry mass, so that M is not one of "
-                   "plain nodal translations; use C3D8, C3D8R or C3D20R");
-        if (solid == kSolids.end() && skin == kSkin.end())
+        const auto reason = kRefusedElements.find(type);
+        if (reason != kRefusedElements.end()) refuse(card, reason->second);
+        if (solid == kSolids.end() && skin == kSkin.end() && !thin)
             refuse(card, "element type " + type +
-                             " is not a solid that simflex knows (C3D4, C3D6, "
-                             "C3D8, C3D8R, C3D10, C3D15, C3D20, C3D20R)");
-        const int size = solid != kSolids.end() ? numNodesOf(solid->second) : skin->second;
+                             " is none that simflex knows: solids C3D4, C3D6, C3D8, C3D8R, C3D10, "
+                             "C3D15, C3D20, C3D20R, shells S3, S4R, S6, S8, S8R, beams B32, B32R");
+        const int size = solid != kSolids.end() ? numNodesOf(solid->second)
+                         : thin                 ? thin->numNodes
+                                                : skin->second;
         std::vector<int> numbers;
         int firstLine = 0;
         std::vector<int>* set = card.has("ELSET") ? &_elementSets[card.get("ELSET")] : nullptr;
@@ -239,7 +271,7 @@ private:
                        "element " + std::to_string(numbers[0]) + " has more than the " +
                            std::to_string(size) + " nodes of a " + type,
                        firstLine);
-            if (solid != kSolids.end()) {
+            if (solid != kSolids.end() || thin) {
                 if (!_solidNumbers.insert({numbers[0], type}).second)
                     refuse(card, "element " + std::to_string(numbers[0]) + " is given twice",
                            firstLine);
@@ -250,8 +282,19 @@ private:
                                    std::to_string(numbers[k]) +
                                    ", which the deck does not define (yet)",
                                firstLine);
-                _model.solids[type].push_back({numbers[0], {numbers.begin() + 1, numbers.end()}});
-                ++_numSolids;
+                if (thin) {
+                    ThinElement element;
+                    element.number = numbers[0];
+                    element.type = type;
+                    element.nodes.assign(numbers.begin() + 1, numbers.end());
+                    element.where = card.where(firstLine);
+                    _thinIndex[numbers[0]] = _thin.size();
+                    _thin.push_back(std::move(element));
+                } else {
+                    _model.solids[type].push_back(
+                        {numbers[0], {numbers.begin() + 1, numbers.end()}});
+                    ++_numSolids;
+                }
             } else {
                 _skin.insert(numbers[0]);
                 noteLeftOut("surface or line elements " + type, card);
@@ -303,15 +346,342 @@ private:
         set.insert(set.end(), members.begin(), members.end());
     }
 
-    /** Nodes of solids, in the order of their numbers, and the node sets on them. **/
+    double numberOf(const DeckCard& card, const DeckLine& data, size_t field,
+                    const char* what) const {
+        if (field >= data.fields.size() || data.fields[field].empty())
+            refuse(card, card.title + std::string(" needs ") + what, data.line);
+        return parseDeckNumber(data.fields[field], card.where(data.line));
+    }
+
+    /** Thicknesses and axes of shells and beams; their cards become those of solids. **/
+    void finishSections() {
+        for (DeckCard& card : _model.sections) {
+            if (card.keyword != "SOLIDSECTION" && card.keyword != "SHELLSECTION" &&
+                card.keyword != "BEAMSECTION")
+                continue;
+            const std::string& set = card.get("ELSET");
+            const auto members = _elementSets.find(set);
+            if (members == _elementSets.end()) refuse(card, "the deck has no element set " + set);
+            const bool isSolid = card.keyword == "SOLIDSECTION";
+            ThinElement section;
+            if (!isSolid) section = readThinSection(card);
+            for (const int number : members->second) {
+                const auto found = _thinIndex.find(number);
+                const bool fits =
+                    found == _thinIndex.end()
+                        ? isSolid || !_solidNumbers.count(number)
+                        : !isSolid && (card.keyword == "BEAMSECTION") ==
+                                          findThinType(_thin[found->second].type)->isBeam;
+                if (!fits)
+                    refuse(card, card.title + " does not fit element " + std::to_string(number) +
+                                     ", a " + _solidNumbers.at(number));
+                if (found == _thinIndex.end()) continue;
+                ThinElement& element = _thin[found->second];
+                if (section.section == BeamSection::Circle && element.nodes.size() == 2)
+                    refuse(card, "beam " + std::to_string(number) +
+                                     " is linear, which can have no circular section; use B32R");
+                section.number = element.number;
+                section.type = element.type;
+                section.nodes = element.nodes;
+                section.where = element.where;
+                section.hasSection = true;
+                element = section;
+            }
+            if (isSolid) continue;
+            const std::map<std::string, std::string> kept = {{"ELSET", set},
+                                                             {"MATERIAL", card.get("MATERIAL")}};
+            card.keyword = "SOLIDSECTION";
+            card.title = "*SOLID SECTION";
+            card.parameters = kept;
+            card.data.clear();
+        }
+        for (const ThinElement& element : _thin)
+            if (!element.hasSection)
+                throw std::invalid_argument(element.where + "element " +
+                                            std::to_string(element.number) + ", a " + element.type +
+                                            ", has no section");
+    }
+
+    /** What a *SHELL SECTION or *BEAM SECTION says. **/
+    ThinElement readThinSection(const DeckCard& card) const {
+        const bool isBeam = card.keyword == "BEAMSECTION";
+        ThinElement section;
+        for (const auto& [parameter, value] : card.parameters) {
+            const std::string where = card.where();
+            if (parameter == "ELSET" || parameter == "MATERIAL" || parameter == "SECTION") continue;
+            if (parameter == "NODALTHICKNESS") {
+                section.hasNodalThickness = true;
+            } else if (parameter == (isBeam ? "OFFSET1" : "OFFSET")) {
+                section.offset[0] = parseDeckNumber(value, where);
+            } else if (isBeam && parameter == "OFFSET2") {
+                section.offset[1] = parseDeckNumber(value, where);
+            } else if (parameter == "COMPOSITE") {
+                refuse(card,
+                       "composite shells are not known to simflex; mesh the layers as solids");
+            } else {
+                refuse(card, card.title + " with " + parameter + " is not known to simflex");
+            }
+        }
+        checkIsotropic(card);
+        if (isBeam) {
+            const std::string& shape = card.get("SECTION");
+            if (shape != "RECT" && shape != "CIRC")
+                refuse(card,
+                       "section " + shape +
+                           " has no geometry of its own in CalculiX; use RECT or CIRC, or mesh "
+                           "the beam with shells or solids");
+            if (shape == "CIRC") section.section = BeamSection::Circle;
+        }
+        size_t line = 0;
+        if (!section.hasNodalThickness) {
+            if (card.data.empty()) refuse(card, card.title + " needs its thickness");
+            section.thickness[0] = numberOf(card, card.data[0], 0, "its thickness");
+            section.thickness[1] = card.data[0].fields.size() > 1 && isBeam
+                                       ? numberOf(card, card.data[0], 1, "its second thickness")
+                                       : section.thickness[0];
+            line = 1;
+        } else if (isBeam && !card.data.empty()) {
+            line = 1;
+        }
+        if (isBeam && line < card.data.size())
+            for (size_t a = 0; a < 3; ++a)
+                section.n1[a] = numberOf(card, card.data[line], a, "three numbers of its axis n1");
+        if (normOf(section.n1) == 0) refuse(card, "the axis n1 of the beam is zero");
+        return section;
+    }
+
+    /** CalculiX turns the axes of a material into each shell; only without axes is that no matter.
+     * **/
+    void checkIsotropic(const DeckCard& section) const {
+        const std::string& name = section.get("MATERIAL");
+        bool isInside = false;
+        for (const DeckCard& card : _model.materials) {
+            if (card.keyword == "MATERIAL") isInside = card.get("NAME") == name;
+            if (!isInside || card.keyword != "ELASTIC" || !card.has("TYPE")) continue;
+            if (card.get("TYPE") != "ISO" && card.get("TYPE") != "ISOTROPIC")
+                refuse(section, "material " + name +
+                                    " is not isotropic, which simflex does not do in shells and "
+                                    "beams; mesh the part with solids");
+        }
+    }
+
+    std::map<int, std::array<double, 2>> readNodalThickness() const {
+        std::map<int, std::array<double, 2>> result;
+        for (const DeckCard& card : _thicknessCards)
+            for (const DeckLine& data : card.data) {
+                std::array<double, 2> thickness{};
+                thickness[0] = numberOf(card, data, 1, "a node and its thickness");
+                thickness[1] = data.fields.size() > 2 ? numberOf(card, data, 2, "") : thickness[0];
+                for (const int node : findNodes(card, data)) result[node] = thickness;
+            }
+        return result;
+    }
+
+    /** The node or the nodes of the set named in the first field. **/
+    std::vector<int> findNodes(const DeckCard& card, const DeckLine& data) const {
+        const std::string& field = data.fields[0];
+        if (isNumber(field)) return {parseDeckInteger(field, card.where(data.line))};
+        const auto set = _nodeSets.find(field);
+        if (set == _nodeSets.end())
+            refuse(card, card.title + " names node set " + field + ", which the deck does not have",
+                   data.line);
+        return set->second;
+    }
+
+    /** Solids for shells and beams; node sets take in the expanded nodes. **/
+    void expandThin() {
+        if (_thin.empty()) return;
+        _constraints.thin = expandThinElements(_nodes, _thin, readNodalThickness());
+        const ThinExpansion& thin = _constraints.thin;
+        noteHinges();
+        for (const auto& solid : thin.solids) {
+            _model.solids[solid.type].push_back({solid.number, solid.nodes});
+            _solidNumbers[solid.number] = solid.type;
+        }
+        for (const auto& [number, position] : thin.nodes) _nodes[number] = position;
+        for (const auto& [node, expanded] : thin.expandedOf) _extraNodes.push_back(node);
+        for (auto& [name, numbers] : _nodeSets)
+            for (size_t k = 0, given = numbers.size(); k < given; ++k) {
+                const auto found = thin.expandedOf.find(numbers[k]);
+                if (found == thin.expandedOf.end()) continue;
+                numbers.insert(numbers.end(), found->second.begin(), found->second.end());
+            }
+        _model.notes.push_back(plural(thin.solids.size(), "shell or beam element") +
+                               " expanded to solids as CalculiX does; the expanded nodes have the "
+                               "numbers from " +
+                               std::to_string(thin.nodes.begin()->first));
+    }
+
+    /** A shell or beam that ends at one row of nodes of a solid turns there freely. **/
+    void noteHinges() {
+        std::set<int> betweens;
+        for (const auto& between : _constraints.thin.betweens) betweens.insert(between.node);
+        std::set<int> shared;
+        for (const auto& [type, solids] : _model.solids)
+            for (const auto& solid : solids)
+                for (const int node : solid.nodes)
+                    if (betweens.count(node)) shared.insert(node);
+        if (shared.empty()) return;
+        _model.notes.push_back(
+            plural(shared.size(), "node") + " shared by solids and shells or beams, the first " +
+            std::to_string(*shared.begin()) +
+            ": as in CalculiX the translation alone is shared, so that one row of "
+            "such nodes is a hinge");
+    }
+
+    void readEquationCards() {
+        for (const DeckCard& card : _equationCards) {
+            const auto positionOf = [&](int node) -> Vec3d {
+                const auto found = _nodes.find(node);
+                if (found == _nodes.end())
+                    refuse(card, card.title + " names node " + std::to_string(node) +
+                                     ", which the deck does not define");
+                return found->second;
+            };
+            auto equations = card.keyword == "MPC" ? readMultiPointConstraints(card, positionOf)
+                                                   : readEquations(card);
+            for (DeckEquation& equation : equations) {
+                for (const auto& term : equation.terms) {
+                    positionOf(term.node);
+                    _extraNodes.push_back(term.node);
+                }
+                _constraints.equations.push_back(std::move(equation));
+            }
+        }
+    }
+
+    /** A *SURFACE in mesh indices, or why it could not be found. **/
+    struct Surface {
+        std::vector<std::vector<int>> faces;
+        std::vector<int> nodes;
+        std::string problem;
+    };
+
+    /** Surfaces, and the node sets of their names. **/
+    void finishSurfaces() {
+        if (_surfaceCards.empty()) return;
+        std::unordered_map<int, std::pair<ElementType, const DeckModel::Solid*>> solidOf;
+        for (const auto& [type, solids] : _model.solids)
+            for (const auto& solid : solids) solidOf[solid.number] = {kSolids.at(type), &solid};
+        for (const DeckCard& card : _surfaceCards) {
+            const std::string& name = card.get("NAME");
+            Surface& surface = _surfaces[name];
+            try {
+                for (const DeckLine& data : card.data) {
+                    if (card.has("TYPE") && card.get("TYPE") == "NODE") {
+                        for (const int number : findNodes(card, data)) {
+                            const auto found = _indexOf.find(number);
+                            if (found != _indexOf.end()) surface.nodes.push_back(found->second);
+                        }
+                        continue;
+                    }
+                    for (const int number : findElements(card, data)) {
+                        const auto found = solidOf.find(number);
+                        if (found == solidOf.end())
+                            refuse(card, "element " + std::to_string(number) + " is no solid",
+                                   data.line);
+                        surface.faces.push_back(findFace(card, data, number, found->second.first,
+                                                         found->second.second));
+                    }
+                }
+            } catch (const std::invalid_argument& error) {
+                surface.problem = error.what();
+                _model.notes.push_back("left out *SURFACE " + name + ": " + surface.problem);
+                continue;
+            }
+            for (const auto& face : surface.faces)
+                surface.nodes.insert(surface.nodes.end(), face.begin(), face.end());
+            sortUnique(surface.nodes);
+            if (surface.nodes.empty()) continue;
+            const auto [set, isNew] = _model.mesh.nodeSets.insert({name, surface.nodes});
+            if (!isNew && set->second != surface.nodes)
+                _model.notes.push_back(card.where() + "the deck has a *NSET " + name +
+                                       " too; it, not the *SURFACE, is what an interface of that "
+                                       "name takes");
+        }
+    }
+
+    std::vector<int> findElements(const DeckCard& card, const DeckLine& data) const {
+        const std::string& field = data.fields[0];
+        if (isNumber(field)) return {parseDeckInteger(field, card.where(data.line))};
+        const auto set = _elementSets.find(field);
+        if (set == _elementSets.end())
+            refuse(card,
+                   card.title + " names element set " + field + ", which the deck does not have",
+                   data.line);
+        return set->second;
+    }
+
+    std::vector<int> findFace(const DeckCard& card, const DeckLine& data, int number,
+                              ElementType type, const DeckModel::Solid* solid) const {
+        std::string label = data.fields.size() > 1 ? data.fields[1] : "";
+        const auto thin = _thinIndex.find(number);
+        if (thin != _thinIndex.end()) {
+            if (findThinType(_thin[thin->second].type)->isBeam)
+                refuse(card, "element " + std::to_string(number) + " is a beam, which has no faces",
+                       data.line);
+            if (label == "SNEG") label = "S1";
+            if (label == "SPOS") label = "S2";
+        }
+        std::vector<int> face;
+        if (label.size() == 2 && label[0] == 'S') face = getFaceNodes(type, label[1] - '0');
+        if (face.empty())
+            refuse(card,
+                   "'" + label + "' is no face of element " + std::to_string(number) + ", a " +
+                       _solidNumbers.at(number) + "; faces are S1, S2, …",
+                   data.line);
+        for (int& node : face) node = _indexOf.at(solid->nodes[size_t(node)]);
+        return face;
+    }
+
+    void readTies() {
+        for (const DeckCard& card : _tieCards) {
+            DeckTie tie;
+            for (const auto& [parameter, value] : card.parameters) {
+                if (parameter == "NAME") continue;
+                if (parameter == "POSITIONTOLERANCE") {
+                    tie.tolerance = parseDeckNumber(card.get(parameter), card.where());
+                } else if (parameter == "ADJUST") {
+                    tie.adjust = value != "NO";
+                } else {
+                    refuse(card, "*TIE with " + parameter + " is not known to simflex");
+                }
+            }
+            tie.where = card.where() + "*TIE" + (card.has("NAME") ? " " + card.get("NAME") : "");
+            if (card.data.empty() || card.data[0].fields.size() != 2)
+                refuse(card, "*TIE needs a line 'slave surface, master surface'");
+            const int line = card.data[0].line;
+            const auto find = [&](size_t field) -> const Surface& {
+                const std::string& name = card.data[0].fields[field];
+                const auto found = _surfaces.find(name);
+                if (found == _surfaces.end())
+                    refuse(card, "*TIE names surface " + name + ", which the deck does not have",
+                           line);
+                if (!found->second.problem.empty())
+                    throw std::invalid_argument(found->second.problem);
+                return found->second;
+            };
+            tie.slaves = find(0).nodes;
+            tie.faces = find(1).faces;
+            if (tie.slaves.empty()) refuse(card, "the slave surface of *TIE has no nodes", line);
+            if (tie.faces.empty())
+                refuse(card, "the master surface of *TIE has no faces; TYPE=ELEMENT is needed",
+                       line);
+            _constraints.ties.push_back(std::move(tie));
+        }
+    }
+
+    /** Nodes of solids and others that something ties, in the order of their numbers, and the node
+    sets on them. **/
     void finishMesh() {
         Mesh& mesh = _model.mesh;
+        mesh.nodeNumbers = _extraNodes;
         for (const auto& [type, solids] : _model.solids)
             for (const auto& solid : solids)
                 mesh.nodeNumbers.insert(mesh.nodeNumbers.end(), solid.nodes.begin(),
                                         solid.nodes.end());
         sortUnique(mesh.nodeNumbers);
-        std::unordered_map<int, int> indexOf;
+        std::unordered_map<int, int>& indexOf = _indexOf;
         indexOf.reserve(mesh.nodeNumbers.size());
         for (const int number : mesh.nodeNumbers) {
             indexOf[number] = int(indexOf.size());
@@ -388,6 +758,13 @@ private:
     std::map<int, std::array<double, 3>> _nodes;
     Sets _nodeSets, _elementSets;
     std::unordered_map<int, std::string> _solidNumbers;
+    std::unordered_map<int, size_t> _thinIndex;
+    std::vector<ThinElement> _thin;
+    std::vector<DeckCard> _thicknessCards, _equationCards, _tieCards, _surfaceCards;
+    std::map<std::string, Surface> _surfaces;
+    DeckConstraints _constraints;
+    std::vector<int> _extraNodes;  ///< that belong to the mesh, of an element or not
+    std::unordered_map<int, int> _indexOf;
     std::set<int> _skin;
     size_t _numSolids = 0;
     std::map<std::string, std::pair<std::string, int>> _leftOut;
@@ -423,7 +800,12 @@ DeckModel DeckModel::fromCards(const std::string& path, std::vector<DeckCard> ca
     return Builder(path, std::move(cards)).build();
 }
 
-void DeckModel::writeModel(std::ostream& out) const {
+bool DeckModel::isForCalculix() const {
+    return std::any_of(solids.begin(), solids.end(),
+                       [](const auto& entry) { return entry.first != kBeamSolid; });
+}
+
+void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
     out << "*NODE\n";
     char text[128];
     for (int node = 0; node < mesh.numNodes(); ++node) {
@@ -433,26 +815,41 @@ void DeckModel::writeModel(std::ostream& out) const {
         out << text;
     }
     for (const auto& [type, elements] : solids) {
-        out << "*ELEMENT, TYPE=" << type << "\n";
+        if (elements.empty() || leftOut.count(elements.front().number)) continue;
+        out << "*ELEMENT, TYPE=" << (type == kBeamSolid ? "C3D20" : type) << "\n";
         for (const Solid& solid : elements) {
             out << solid.number << ",";
             writeNumbers(out, solid.nodes, 1);
         }
     }
-    for (const auto& [name, numbers] : elementSets) {
-        out << "*ELSET, ELSET=" << name << "\n";
-        for (const int number : numbers) out << number << ",\n";
-    }
+    std::set<std::string> written;
+    for (const auto& [name, numbers] : elementSets)
+        for (const int number : numbers) {
+            if (leftOut.count(number)) continue;
+            if (written.insert(name).second) out << "*ELSET, ELSET=" << name << "\n";
+            out << number << ",\n";
+        }
     for (const DeckCard& card : materials) writeCard(out, card);
     for (const DeckCard& card : sections) {
         DeckCard bare = card;
-        if (card.keyword == "SOLIDSECTION") bare.data.clear();
+        if (card.keyword == "SOLIDSECTION") {
+            if (!leftOut.empty() && !written.count(card.get("ELSET"))) continue;
+            bare.data.clear();
+        }
         writeCard(out, bare);
     }
 }
 
+void DeckModel::writeModel(std::ostream& out) const {
+    write(out, {});
+}
+
 void DeckModel::writeClean(std::ostream& out) const {
-    writeModel(out);
+    std::set<int> beams;
+    const auto found = solids.find(kBeamSolid);
+    if (found != solids.end())
+        for (const Solid& solid : found->second) beams.insert(solid.number);
+    write(out, beams);
     out << "*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n*END STEP\n";
 }
 

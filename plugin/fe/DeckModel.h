@@ -4,15 +4,16 @@ What a CalculiX deck means to simflex: solid elements, sets, materials. Internal
 
 #include <map>
 #include <ostream>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "InpCards.h"
-#include "simflex/part/Mesh.h"
+#include "simflex/fe/FeModel.h"
 
 namespace simflex {
 
-/** The solid part of a deck, by the deck's own numbers. **/
+/** The solid part of a deck, by the deck's own numbers; shells and beams as solids. **/
 struct DeckModel {
     struct Solid {
         int number = 0;
@@ -20,9 +21,10 @@ struct DeckModel {
     };
 
     std::string path;
-    Mesh mesh;  ///< nodes that belong to solid elements; deck coordinates
+    Mesh mesh;  ///< nodes of solids and those only tied to them; deck coordinates
     std::map<std::string, std::vector<Solid>> solids;     ///< by CalculiX type, C3D8R …
     std::map<std::string, std::vector<int>> elementSets;  ///< element numbers, solids only
+    NodalConstraints constraints;                         ///< what ties nodes to each other
     std::vector<DeckCard> materials;                      ///< *MATERIAL with its properties
     std::vector<DeckCard> sections;                       ///< *ORIENTATION, *SOLID SECTION
     std::vector<std::string> notes;                       ///< what was left out or changed
@@ -31,11 +33,18 @@ struct DeckModel {
     @throws std::invalid_argument naming file and line for what cannot be a free solid part. **/
     static DeckModel fromCards(const std::string& path, std::vector<DeckCard> cards);
 
-    /** Writes nodes, elements, sets, materials and sections. No field is longer than the 20
-    characters that ccx reads. **/
+    /** Writes nodes, elements, sets, materials and sections; the solids of B32R beams as C3D20. No
+    field is longer than the 20 characters that ccx reads. **/
     void writeModel(std::ostream& out) const;
-    /** The same and a step that stores K and M. **/
+    /** The same without the solids of B32R beams (see BeamMatrices.h), and a step that stores K and
+    M. **/
     void writeClean(std::ostream& out) const;
+
+    /** True if there are elements whose matrices CalculiX assembles. **/
+    bool isForCalculix() const;
+
+private:
+    void write(std::ostream& out, const std::set<int>& leftOut) const;
 };
 
 /** The element type of a CalculiX solid, "C3D8R". @throws std::out_of_range for another type. **/

@@ -1,5 +1,6 @@
 #include "simflex/fe/FeModel.h"
 
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -32,8 +33,27 @@ void checkShape(const std::string& source, const char* quantity, const Symmetric
                                 std::to_string(expected));
 }
 
-/** The mesh must hang together through its elements. **/
-void checkConnected(const std::string& source, const Mesh& mesh) {
+void checkShape(const FeModel& model) {
+    const NodalConstraints& T = model.constraints;
+    if (T.empty()) return;
+    const size_t numRows = 3 * size_t(model.mesh.numNodes());
+    bool isGood = T.rowStarts.size() == numRows + 1 && T.columns.size() == T.coefficients.size() &&
+                  T.rowStarts.front() == 0 && T.rowStarts.back() == std::int64_t(T.columns.size());
+    for (size_t row = 0; isGood && row < numRows; ++row)
+        isGood = T.rowStarts[row] <= T.rowStarts[row + 1];
+    for (size_t k = 0; isGood && k < T.columns.size(); ++k)
+        isGood = T.columns[k] >= 0 && T.columns[k] < T.numCoordinates &&
+                 std::isfinite(T.coefficients[k]);
+    if (!isGood)
+        throw std::invalid_argument(
+            model.source +
+            ": the constraints do not fit the mesh, or a coefficient is no finite "
+            "number: expected " +
+            std::to_string(numRows) + " rows and " + std::to_string(T.numCoordinates) + " columns");
+}
+
+/** The mesh must hang together through its elements and constraints. **/
+void checkConnected(const std::string& source, const Mesh& mesh, const NodalConstraints& T) {
     std::vector<int> parent(mesh.numNodes());
     std::iota(parent.begin(), parent.end(), 0);
     auto root = [&](int node) {
@@ -50,9 +70,26 @@ void checkConnected(const std::string& source, const Mesh& mesh) {
                 parent[std::max(a, b)] = std::min(a, b);
             }
     }
+    // A coordinate connects the nodes that it moves; one of an element must be among them.
+    std::vector<int> nodeOf(size_t(T.numCoordinates), -1);
+    for (const bool pass : {true, false})
+        for (int node = 0; !T.empty() && node < mesh.numNodes(); ++node) {
+            if (bool(used[node]) != pass) continue;
+            for (auto k = T.rowStarts[3 * node]; k < T.rowStarts[3 * node + 3]; ++k) {
+                int& other = nodeOf[size_t(T.columns[size_t(k)])];
+                if (other < 0 && !pass)
+                    throw std::invalid_argument(source + ": node " +
+                                                std::to_string(mesh.nodeNumbers[node]) +
+                                                " belongs to no element, and what it is tied to "
+                                                "leaves it free");
+                if (other < 0) other = node;
+                const int a = root(other), b = root(node);
+                parent[std::max(a, b)] = std::min(a, b);
+            }
+        }
     std::vector<int> roots;
     for (int node = 0; node < mesh.numNodes(); ++node) {
-        if (!used[node])
+        if (!used[node] && T.empty())
             throw std::invalid_argument(source + ": node " +
                                         std::to_string(mesh.nodeNumbers[node]) +
                                         " belongs to no element");
@@ -60,9 +97,9 @@ void checkConnected(const std::string& source, const Mesh& mesh) {
     }
     if (roots.size() == 1) return;
     std::ostringstream text;
-    text << source << ": the mesh is in " << roots.size()
-         << " pieces that share no node, so that K has more than six rigid modes; the pieces "
-            "begin at nodes";
+    text << source << ": the mesh is in " << roots.size() << " pieces that share no node"
+         << (T.empty() ? "" : " and that nothing ties together")
+         << ", so that K has more than six rigid modes; the pieces begin at nodes";
     for (size_t i = 0; i < std::min<size_t>(roots.size(), 5); ++i)
         text << (i ? ", " : " ") << mesh.nodeNumbers[roots[i]];
     text << (roots.size() > 5 ? ", …" : "")
@@ -70,16 +107,15 @@ void checkConnected(const std::string& source, const Mesh& mesh) {
     throw std::invalid_argument(text.str());
 }
 
-/** K R must vanish for the six rigid motions R about the centre of mass. **/
-void checkFree(const FeModel& model) {
-    const int n = model.K.size;
+/** Rows of the six rigid motions about the centre of mass, rotations by 1/radius of the part. **/
+std::vector<std::array<double, 6>> calcRigidMotions(const FeModel& model) {
     const auto center = model.calcCenterOfMass();
     double radius = 0;
     for (int node = 0; node < model.mesh.numNodes(); ++node) {
         const auto x = model.mesh.position(node);
         for (int a = 0; a < 3; ++a) radius = std::max(radius, std::abs(x[a] - center[a]));
     }
-    std::vector<std::array<double, 6>> R(n), product(n);
+    std::vector<std::array<double, 6>> R(3 * size_t(model.mesh.numNodes()));
     for (int node = 0; node < model.mesh.numNodes(); ++node) {
         auto s = model.mesh.position(node);
         for (int a = 0; a < 3; ++a) s[a] = (s[a] - center[a]) / radius;
@@ -87,6 +123,46 @@ void checkFree(const FeModel& model) {
         R[3 * node + 1] = {0, 1, 0, -s[2], 0, s[0]};
         R[3 * node + 2] = {0, 0, 1, s[1], -s[0], 0};
     }
+    return R;
+}
+
+/** The constraints must let the rigid motions be: min |T q − R| = 0. **/
+void checkConstraintsFree(const FeModel& model) {
+    constexpr double kTolerance = 1e-9;
+    const NodalConstraints& T = model.constraints;
+    if (T.empty()) return;
+    const auto R = calcRigidMotions(model);
+    Eigen::SparseMatrix<double> matrix(Eigen::Index(R.size()), T.numCoordinates);
+    std::vector<Eigen::Triplet<double>> entries;
+    Eigen::MatrixXd right(Eigen::Index(R.size()), 6);
+    for (size_t row = 0; row < R.size(); ++row) {
+        for (auto k = size_t(T.rowStarts[row]); k < size_t(T.rowStarts[row + 1]); ++k)
+            entries.emplace_back(int(row), T.columns[k], T.coefficients[k]);
+        for (size_t j = 0; j < 6; ++j) right(Eigen::Index(row), Eigen::Index(j)) = R[row][j];
+    }
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::SparseMatrix<double> normal = matrix.transpose() * matrix;
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
+    Eigen::MatrixXd left = right;
+    if (solver.info() == Eigen::Success)
+        left -= matrix * solver.solve(matrix.transpose() * right).eval();
+    Eigen::Index row = 0, motion = 0;
+    const double worst = left.cwiseAbs().maxCoeff(&row, &motion);
+    if (worst <= kTolerance) return;
+    std::ostringstream text;
+    text << model.source << ": the constraints are not free: rigid "
+         << (motion < 3 ? "translation along " : "rotation about ") << "xyz"[motion % 3]
+         << " cannot move node " << model.mesh.nodeNumbers[size_t(row) / 3] << ", which lags by "
+         << worst << " of the motion, allowed " << kTolerance
+         << ". Take what ties nodes to the ground out of the model.";
+    throw std::invalid_argument(text.str());
+}
+
+/** K R must vanish for the six rigid motions R about the centre of mass. **/
+void checkFree(const FeModel& model) {
+    const int n = model.K.size;
+    const auto R = calcRigidMotions(model);
+    std::vector<std::array<double, 6>> product(n);
     std::vector<double> scale(n, 0.0);
     for (int column = 0; column < n; ++column)
         for (auto k = model.K.columnStarts[column]; k < model.K.columnStarts[column + 1]; ++k) {
@@ -108,7 +184,9 @@ void checkFree(const FeModel& model) {
                  << " loads node " << model.mesh.nodeNumbers[row / 3] << " by "
                  << std::abs(product[row][j]) / largest << " of its stiffness, allowed "
                  << kRigidTolerance
-                 << ". Take supports, springs and ties to ground out of the model.";
+                 << ". Take supports, springs and ties to ground out of the model; of CalculiX's "
+                    "elements C3D8R (S4R too) resists turning where it is more than sheared: use "
+                    "C3D8, C3D20R or S8R.";
             throw std::invalid_argument(text.str());
         }
 }
@@ -194,8 +272,10 @@ void FeModel::validate() const {
     if (!(mass > 0))
         throw std::invalid_argument(source + ": the mass is " + std::to_string(mass) +
                                     ", must be positive. Is *DENSITY given?");
-    checkConnected(source, mesh);
+    checkShape(*this);
+    checkConnected(source, mesh, constraints);
     checkFree(*this);
+    checkConstraintsFree(*this);
 }
 
 }  // namespace simflex

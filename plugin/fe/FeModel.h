@@ -74,8 +74,9 @@ struct FeModel {
     /** Centre of mass with the FE mass matrix, deck coordinates [m]. **/
     std::array<double, 3> calcCenterOfMass() const;
 
-    /** Checks sizes, finite numbers, positive mass, that every node belongs to an element, that
-    the mesh is one connected piece and that the six rigid motions cost no energy (K R = 0).
+    /** Checks sizes, finite numbers, positive mass, that every node belongs to an element or is
+    tied to one that does, that elements and constraints connect the mesh to one piece, that the six
+    rigid motions cost no energy (K R = 0) and that they satisfy the constraints (R = T q_R).
     @throws std::invalid_argument that names what is wrong, where, and what to do. **/
     void validate() const;
 };

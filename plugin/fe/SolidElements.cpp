@@ -88,7 +88,8 @@ std::vector<WeightedPoint> makeRule(const std::string& type) {
     const double two = 1 / std::sqrt(3.0), three = std::sqrt(0.6);
     if (type == "C3D8R") return makeHexRule({{0, 2}});
     if (type == "C3D8" || type == "C3D20R") return makeHexRule({{-two, 1}, {two, 1}});
-    if (type == "C3D20") return makeHexRule({{-three, 5.0 / 9}, {0, 8.0 / 9}, {three, 5.0 / 9}});
+    if (type == "C3D20" || type == "B32R")
+        return makeHexRule({{-three, 5.0 / 9}, {0, 8.0 / 9}, {three, 5.0 / 9}});
     if (type == "C3D4") return {{{0.25, 0.25, 0.25}, 1.0 / 6}};
     if (type == "C3D10" || type == "C3D10T") {
         const double a = (5 + 3 * std::sqrt(5.0)) / 20, b = (5 - std::sqrt(5.0)) / 20;
@@ -113,13 +114,10 @@ std::vector<WeightedPoint> makeRule(const std::string& type) {
                                 " are not known");
 }
 
-}  // namespace
-
-std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixType,
-                                                    ElementType type) {
+std::vector<IntegrationPoint> makePoints(const std::vector<WeightedPoint>& rule, ElementType type) {
     constexpr double kStep = 1e-30;  // derivatives by a complex step are exact
     std::vector<IntegrationPoint> points;
-    for (const WeightedPoint& at : makeRule(calculixType)) {
+    for (const WeightedPoint& at : rule) {
         IntegrationPoint point;
         point.weight = at.weight;
         point.gradients.resize(size_t(numNodesOf(type)));
@@ -128,10 +126,34 @@ std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixT
             x[axis] += Complex(0, kStep);
             const auto N = calcShapes(type, x);
             for (size_t k = 0; k < N.size(); ++k) point.gradients[k][axis] = N[k].imag() / kStep;
+            if (axis > 0) continue;
+            for (const Complex& value : N) point.values.push_back(value.real());
         }
         points.push_back(std::move(point));
     }
     return points;
+}
+
+}  // namespace
+
+std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixType,
+                                                    ElementType type) {
+    return makePoints(makeRule(calculixType), type);
+}
+
+std::vector<IntegrationPoint> makeBeamIntegrationPoints() {
+    // Kronrod's five points about Gauss's two.
+    const double inner = 1 / std::sqrt(3.0), outer = std::sqrt(6.0 / 7);
+    const std::pair<double, double> line[5] = {{-outer, 98.0 / 495},
+                                               {-inner, 27.0 / 55},
+                                               {0, 28.0 / 45},
+                                               {inner, 27.0 / 55},
+                                               {outer, 98.0 / 495}};
+    std::vector<WeightedPoint> rule;
+    for (const auto& [z, wz] : line)
+        for (const auto& [y, wy] : line)
+            for (const double x : {-inner, inner}) rule.push_back({{x, y, z}, wy * wz});
+    return makePoints(rule, ElementType::Hex20);
 }
 
 }  // namespace simflex

@@ -13,10 +13,11 @@ along their height. **/
 
 namespace simflex {
 
-/** An integration point: its weight and the gradients of the shape functions in natural coordinates
-there. **/
+/** An integration point: its weight, and the shape functions and their gradients in natural
+coordinates there. **/
 struct IntegrationPoint {
     double weight = 0;
+    std::vector<double> values;                    ///< of the shape functions
     std::vector<std::array<double, 3>> gradients;  ///< of each node
 };
 
@@ -24,5 +25,9 @@ struct IntegrationPoint {
 @throws std::invalid_argument for another type. **/
 std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixType,
                                                     ElementType type);
+
+/** Those of the hexahedra of 20 nodes that B32R beams become: 2 along the first natural coordinate,
+5×5 across. **/
+std::vector<IntegrationPoint> makeBeamIntegrationPoints();
 
 }  // namespace simflex

@@ -1,0 +1,232 @@
+#include "DeckConstraints.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include "ConstraintSystem.h"
+#include "SurfaceTies.h"
+
+namespace simflex {
+namespace {
+
+using Term = ConstraintSystem::Term;
+using Outcome = ConstraintSystem::Outcome;
+
+constexpr double kTinyCoefficient = 1e-14;
+
+/** A slave node and its place on a face of the master. **/
+struct TiedNode {
+    int slave;
+    const std::vector<int>* face;
+    double xi, eta;
+};
+
+class Tier {
+public:
+    Tier(const DeckConstraints& constraints, const std::vector<char>& hasElement, Mesh& mesh,
+         std::vector<std::string>& notes)
+        : _constraints(constraints), _hasElement(hasElement), _mesh(mesh), _notes(notes) {}
+
+    NodalConstraints apply() {
+        std::vector<std::vector<TiedNode>> tied;
+        for (const DeckTie& tie : _constraints.ties) tied.push_back(findPlaces(tie));
+        placeBetweenNodes();
+        ConstraintSystem system(_mesh.positions);
+        addKnots(system);
+        addBetweens(system);
+        addEquations(system);
+        for (size_t k = 0; k < tied.size(); ++k) addTie(system, _constraints.ties[k], tied[k]);
+        return system.empty() ? NodalConstraints() : system.solve();
+    }
+
+private:
+    void setPosition(int node, const Vec3d& x) {
+        for (size_t a = 0; a < 3; ++a) _mesh.positions[3 * size_t(node) + a] = x[a];
+    }
+
+    std::vector<Vec3d> positionsOf(const std::vector<int>& nodes) const {
+        std::vector<Vec3d> x;
+        for (const int node : nodes) x.push_back(_mesh.position(node));
+        return x;
+    }
+
+    std::string nameOf(int node) const {
+        return "node " + std::to_string(_mesh.nodeNumbers[size_t(node)]);
+    }
+
+    /** Places of the slave nodes; moves those that are to be adjusted. **/
+    std::vector<TiedNode> findPlaces(const DeckTie& tie) {
+        std::vector<TieFace> faces;
+        for (const auto& nodes : tie.faces) faces.push_back({nodes, positionsOf(nodes)});
+        const TieSurface surface(std::move(faces));
+        const double tolerance = tie.tolerance > 0 ? tie.tolerance : surface.calcDefaultTolerance();
+        std::vector<TiedNode> tied;
+        size_t numFar = 0;
+        double largestMove = 0;
+        std::string farthest;
+        for (const int slave : tie.slaves) {
+            const Vec3d x = _mesh.position(slave);
+            const TiePlace place = surface.findPlace(x);
+            if (place.face < 0 || place.normalGap > tolerance ||
+                place.tangentGap > surface.calcDefaultTolerance()) {
+                if (numFar++ == 0) {
+                    std::ostringstream text;
+                    text << nameOf(slave) << ", " << std::hypot(place.normalGap, place.tangentGap)
+                         << " m away, allowed " << tolerance << " m";
+                    farthest = text.str();
+                }
+                continue;
+            }
+            const auto& face = tie.faces[size_t(place.face)];
+            if (std::find(face.begin(), face.end(), slave) != face.end()) continue;
+            tied.push_back({slave, &face, place.xi, place.eta});
+            if (!tie.adjust || !_hasElement[size_t(slave)]) continue;
+            largestMove = std::max(largestMove, std::hypot(place.normalGap, place.tangentGap));
+            setPosition(slave, place.position);
+        }
+        if (tied.empty())
+            throw std::invalid_argument(tie.where + " ties no node: " +
+                                        (farthest.empty() ? "its slave nodes are the master's own"
+                                                          : "the first is " + farthest +
+                                                                "; give a POSITION TOLERANCE or "
+                                                                "move the surfaces together"));
+        std::ostringstream text;
+        text << tie.where << " ties " << tied.size() << (tied.size() == 1 ? " node" : " nodes");
+        if (largestMove > 0) text << ", moved onto the master by up to " << largestMove << " m";
+        if (numFar) text << "; " << numFar << " stay free, the first is " << farthest;
+        _notes.push_back(text.str());
+        return tied;
+    }
+
+    /** Nodes between expanded ones that ties have moved stay between them. **/
+    void placeBetweenNodes() {
+        for (const auto& between : _constraints.thin.betweens) {
+            const int node = _mesh.indexOf(between.node);
+            if (_hasElement[size_t(node)]) continue;
+            Vec3d x{};
+            for (const auto& [number, weight] : between.weights)
+                x = sumOf(x, weight, _mesh.position(_mesh.indexOf(number)));
+            setPosition(node, x);
+        }
+    }
+
+    void addBetweens(ConstraintSystem& system) {
+        for (const auto& between : _constraints.thin.betweens) {
+            const int node = _mesh.indexOf(between.node);
+            for (int a = 0; a < 3; ++a) {
+                std::vector<Term> terms{{3 * node + a, -1.0}};
+                for (const auto& [number, weight] : between.weights)
+                    terms.emplace_back(3 * _mesh.indexOf(number) + a, weight);
+                system.add(terms, _mesh.nodeNumbers.empty() ? "" : "shell or beam " + nameOf(node));
+            }
+        }
+    }
+
+    /** u = u_node + θ × r + stretch; θ and stretch by the knot's size, so that they are lengths.
+     * **/
+    void addKnots(ConstraintSystem& system) {
+        for (const auto& knot : _constraints.thin.knots) {
+            const int node = _mesh.indexOf(knot.node);
+            const Vec3d center = _mesh.position(node);
+            std::vector<int> turns, stretches;
+            for (const Vec3d& axis : knot.turns) {
+                std::array<double, 6> rigid{};
+                for (size_t a = 0; a < 3; ++a) rigid[3 + a] = knot.size * axis[a];
+                turns.push_back(system.addCoordinate(rigid));
+            }
+            for (size_t k = 0; k < knot.stretches.size(); ++k)
+                stretches.push_back(system.addCoordinate({}));
+            for (const int number : knot.members) {
+                const int member = _mesh.indexOf(number);
+                const Vec3d arm = sumOf(_mesh.position(member), -1, center);
+                std::array<std::vector<Term>, 3> terms;
+                for (int a = 0; a < 3; ++a)
+                    terms[size_t(a)] = {{3 * member + a, -1.0}, {3 * node + a, 1.0}};
+                const auto add = [&](int variable, const Vec3d& u) {
+                    for (size_t a = 0; a < 3; ++a)
+                        if (u[a] != 0) terms[a].emplace_back(variable, u[a] / knot.size);
+                };
+                for (size_t k = 0; k < turns.size(); ++k) add(turns[k], cross(knot.turns[k], arm));
+                for (size_t k = 0; k < stretches.size(); ++k) {
+                    const auto& A = knot.stretches[k];
+                    Vec3d u{};
+                    for (size_t i = 0; i < 3; ++i)
+                        u[i] = A[3 * i] * arm[0] + A[3 * i + 1] * arm[1] + A[3 * i + 2] * arm[2];
+                    add(stretches[k], u);
+                }
+                for (const auto& equation : terms) system.add(equation, "knot at " + nameOf(node));
+            }
+        }
+        if (!_constraints.thin.knots.empty())
+            _notes.push_back(
+                std::to_string(_constraints.thin.knots.size()) +
+                " nodes of shells and beams are knots: the expanded nodes of each move "
+                "as one body that can stretch");
+    }
+
+    void addEquations(ConstraintSystem& system) {
+        std::map<Outcome, std::pair<size_t, std::string>> seen;
+        for (const DeckEquation& equation : _constraints.equations) {
+            std::vector<Term> terms;
+            for (const auto& term : equation.terms)
+                terms.emplace_back(3 * _mesh.indexOf(term.node) + term.axis, term.coefficient);
+            auto& entry = seen[system.add(terms, equation.where)];
+            if (entry.first++ == 0) entry.second = equation.where;
+        }
+        const auto say = [&](Outcome outcome, const char* what) {
+            const auto found = seen.find(outcome);
+            if (found == seen.end()) return;
+            const auto& [count, where] = found->second;
+            _notes.push_back(
+                where + (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") + what);
+        };
+        say(Outcome::Redundant, ": other equations say it already; left out");
+        say(Outcome::Corrected,
+            ": rigid motions violate it in the last digits of its coefficients; corrected");
+    }
+
+    void addTie(ConstraintSystem& system, const DeckTie& tie, const std::vector<TiedNode>& tied) {
+        size_t numDependent = 0;
+        for (const TiedNode& at : tied) {
+            const auto W =
+                calcTieCoefficients(positionsOf(*at.face), at.xi, at.eta, _mesh.position(at.slave));
+            for (int a = 0; a < 3; ++a) {
+                if (system.isDependent(3 * at.slave + a)) {
+                    ++numDependent;
+                    continue;
+                }
+                std::vector<Term> terms{{3 * at.slave + a, -1.0}};
+                for (size_t k = 0; k < W.size(); ++k)
+                    for (int b = 0; b < 3; ++b) {
+                        const double w = W[k][size_t(3 * a + b)];
+                        if (std::abs(w) > kTinyCoefficient)
+                            terms.emplace_back(3 * (*at.face)[k] + b, w);
+                    }
+                system.add(terms, tie.where + " at " + nameOf(at.slave));
+            }
+        }
+        if (numDependent)
+            _notes.push_back(tie.where + " leaves " + std::to_string(numDependent) +
+                             " translations of slave nodes to the equations that determine them "
+                             "already");
+    }
+
+    const DeckConstraints& _constraints;
+    const std::vector<char>& _hasElement;
+    Mesh& _mesh;
+    std::vector<std::string>& _notes;
+};
+
+}  // namespace
+
+NodalConstraints applyConstraints(const DeckConstraints& constraints,
+                                  const std::vector<char>& hasElement, Mesh& mesh,
+                                  std::vector<std::string>& notes) {
+    if (constraints.empty()) return {};
+    return Tier(constraints, hasElement, mesh, notes).apply();
+}
+
+}  // namespace simflex

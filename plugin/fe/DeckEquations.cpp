@@ -1,0 +1,180 @@
+#include "DeckEquations.h"
+
+#include <cctype>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace simflex {
+namespace {
+
+constexpr size_t kMostTermsPerLine = 4;
+/** Nodes may miss their line or plane by this share of its size. **/
+constexpr double kStraight = 1e-6;
+
+[[noreturn]] void refuse(const DeckCard& card, int line, const std::string& why) {
+    throw std::invalid_argument(card.where(line) + card.title + " " + why);
+}
+
+int parseAxis(const DeckCard& card, const DeckLine& data, const std::string& field) {
+    const int direction = parseDeckInteger(field, card.where(data.line));
+    if (direction >= 4 && direction <= 6)
+        refuse(card, data.line,
+               "names rotation " + field +
+                   ", but simflex has nodal translations alone; tie nodes around the node instead");
+    if (direction < 1 || direction > 3)
+        refuse(card, data.line, "names direction " + field + ", allowed are 1, 2, 3");
+    return direction - 1;
+}
+
+/** One *MPC: its kind and nodes, which may go over several lines. **/
+struct NodeList {
+    std::string kind;
+    int line = 0;
+    std::vector<int> nodes;
+};
+
+std::vector<NodeList> readNodeLists(const DeckCard& card) {
+    std::vector<NodeList> lists;
+    for (const DeckLine& data : card.data)
+        for (size_t k = 0; k < data.fields.size(); ++k) {
+            const std::string& field = data.fields[k];
+            if (field.empty()) continue;
+            if (k == 0 && std::isalpha((unsigned char)(field[0]))) {
+                lists.push_back({field, data.line, {}});
+                continue;
+            }
+            if (lists.empty()) refuse(card, data.line, "needs its kind before the nodes");
+            const int node = parseDeckInteger(field, card.where(data.line));
+            if (node != 0) lists.back().nodes.push_back(node);
+        }
+    return lists;
+}
+
+void addTerms(DeckEquation& equation, int node, const Vec3d& direction) {
+    for (int a = 0; a < 3; ++a)
+        if (direction[size_t(a)] != 0) equation.terms.push_back({node, a, direction[size_t(a)]});
+}
+
+Vec3d scaled(double factor, const Vec3d& a) {
+    return sumOf({0, 0, 0}, factor, a);
+}
+
+/** Unit vectors across the line a–b. **/
+std::array<Vec3d, 2> acrossOf(const Vec3d& along) {
+    size_t least = 0;
+    for (size_t a = 1; a < 3; ++a)
+        if (std::abs(along[a]) < std::abs(along[least])) least = a;
+    Vec3d axis{};
+    axis[least] = 1;
+    Vec3d first = cross(along, axis);
+    first = scaled(1 / normOf(first), first);
+    Vec3d second = cross(along, first);
+    return {first, scaled(1 / normOf(second), second)};
+}
+
+}  // namespace
+
+std::vector<DeckEquation> readEquations(const DeckCard& card) {
+    for (const auto& [parameter, value] : card.parameters)
+        refuse(card, card.line, "with " + parameter + " is not known to simflex");
+    std::vector<DeckEquation> equations;
+    size_t missing = 0;
+    for (const DeckLine& data : card.data) {
+        const std::string where = card.where(data.line);
+        if (missing == 0) {
+            const int count = parseDeckInteger(data.fields[0], where);
+            if (count < 1) refuse(card, data.line, "needs at least one term");
+            missing = size_t(count);
+            equations.push_back({{}, where + card.title});
+            continue;
+        }
+        const size_t here = std::min(missing, kMostTermsPerLine);
+        if (data.fields.size() < 3 * here && data.fields.size() % 3 != 0)
+            refuse(card, data.line, "needs node, direction, coefficient of each term");
+        for (size_t k = 0; 3 * k + 2 < data.fields.size() && missing > 0; ++k, --missing) {
+            const int node = parseDeckInteger(data.fields[3 * k], where);
+            const int axis = parseAxis(card, data, data.fields[3 * k + 1]);
+            equations.back().terms.push_back(
+                {node, axis, parseDeckNumber(data.fields[3 * k + 2], where)});
+        }
+    }
+    if (missing > 0)
+        refuse(card, card.data.empty() ? card.line : card.data.back().line,
+               "ends with " + std::to_string(missing) + " terms missing");
+    return equations;
+}
+
+std::vector<DeckEquation> readMultiPointConstraints(
+    const DeckCard& card, const std::function<Vec3d(int node)>& positionOf) {
+    std::vector<DeckEquation> equations;
+    for (const NodeList& list : readNodeLists(card)) {
+        const std::string where = card.where(list.line) + card.title + " " + list.kind;
+        const auto add = [&](const std::vector<std::pair<int, Vec3d>>& parts) {
+            equations.push_back({{}, where});
+            for (const auto& [node, direction] : parts) addTerms(equations.back(), node, direction);
+        };
+        const auto needNodes = [&](size_t count) {
+            if (list.nodes.size() >= count) return;
+            refuse(card, list.line,
+                   list.kind + " has " + std::to_string(list.nodes.size()) + " nodes, needs " +
+                       std::to_string(count));
+        };
+        const auto checkOn = [&](int node, double miss, double size, const char* what) {
+            if (miss <= kStraight * size) return;
+            std::ostringstream text;
+            text << list.kind << ": node " << node << " lies " << miss << " m off the " << what
+                 << " before any load, so that the constraint would strain the part; allowed "
+                 << kStraight * size << ". Move the node.";
+            refuse(card, list.line, text.str());
+        };
+        std::vector<Vec3d> x;
+        for (const int node : list.nodes) x.push_back(positionOf(node));
+        if (list.kind == "BEAM") {
+            needNodes(2);
+            const Vec3d along = sumOf(x[1], -1, x[0]);
+            if (normOf(along) == 0) refuse(card, list.line, "BEAM: its nodes coincide");
+            add({{list.nodes[0], along}, {list.nodes[1], scaled(-1, along)}});
+        } else if (list.kind == "STRAIGHT") {
+            needNodes(3);
+            const Vec3d line = sumOf(x[1], -1, x[0]);
+            const double length = normOf(line);
+            if (length == 0) refuse(card, list.line, "STRAIGHT: its first two nodes coincide");
+            const Vec3d along = scaled(1 / length, line);
+            for (size_t k = 2; k < list.nodes.size(); ++k) {
+                const Vec3d r = sumOf(x[k], -1, x[0]);
+                const double at = dot(r, along) / length;
+                checkOn(list.nodes[k], normOf(sumOf(r, -at, line)), length, "line");
+                for (const Vec3d& across : acrossOf(along))
+                    add({{list.nodes[k], across},
+                         {list.nodes[0], scaled(at - 1, across)},
+                         {list.nodes[1], scaled(-at, across)}});
+            }
+        } else if (list.kind == "PLANE") {
+            needNodes(4);
+            const Vec3d a = sumOf(x[1], -1, x[0]), b = sumOf(x[2], -1, x[0]);
+            const Vec3d normal = cross(a, b);
+            const double area = normOf(normal);
+            if (area <= kStraight * normOf(a) * normOf(b))
+                refuse(card, list.line, "PLANE: its first three nodes lie on a line");
+            const Vec3d n = scaled(1 / area, normal);
+            for (size_t k = 3; k < list.nodes.size(); ++k) {
+                const Vec3d r = sumOf(x[k], -1, x[0]);
+                checkOn(list.nodes[k], std::abs(dot(r, n)), std::sqrt(area), "plane");
+                // r = α a + β b
+                const double alpha = dot(cross(r, b), n) / area, beta = dot(cross(a, r), n) / area;
+                add({{list.nodes[k], n},
+                     {list.nodes[0], scaled(alpha + beta - 1, n)},
+                     {list.nodes[1], scaled(-alpha, n)},
+                     {list.nodes[2], scaled(-beta, n)}});
+            }
+        } else {
+            refuse(card, list.line,
+                   list.kind +
+                       " is not known to simflex to be linear; it knows STRAIGHT, PLANE and BEAM");
+        }
+    }
+    return equations;
+}
+
+}  // namespace simflex

@@ -1,0 +1,54 @@
+#pragma once
+/** @file
+Shape functions of element faces and shells of 3, 4, 6 or 8 nodes (corners, then mid-edge nodes;
+mid-edge node k lies between corners k and k+1). Internal to fe.
+
+Natural coordinates as in CalculiX: triangles 0…1 with ξ+η ≤ 1, quadrilaterals −1…1. **/
+
+#include <array>
+#include <vector>
+
+#include "simflex/part/Mesh.h"
+
+namespace simflex {
+
+using Vec3d = std::array<double, 3>;
+
+inline double dot(const Vec3d& a, const Vec3d& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline Vec3d cross(const Vec3d& a, const Vec3d& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+/** a + factor·b **/
+inline Vec3d sumOf(const Vec3d& a, double factor, const Vec3d& b) {
+    return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
+}
+double normOf(const Vec3d& a);
+
+/** Values and derivatives by ξ and η at one point of a face. **/
+struct FaceShapes {
+    std::array<double, 8> N{}, dXi{}, dEta{};
+};
+
+/** @pre numNodes is 3, 4, 6 or 8. **/
+FaceShapes calcFaceShapes(int numNodes, double xi, double eta);
+
+/** Natural coordinates of a node of a face. **/
+std::array<double, 2> getFaceNodeCoordinates(int numNodes, int node);
+
+/** True in the face or on its border. **/
+bool isOnFace(int numNodes, double xi, double eta);
+
+/** The point of a face with these node positions. **/
+struct FacePoint {
+    FaceShapes shapes;
+    Vec3d position{}, tangentXi{}, tangentEta{};
+};
+FacePoint calcFacePoint(const std::vector<Vec3d>& nodes, double xi, double eta);
+
+/** Nodes of face 1…6 of a solid as CalculiX numbers its faces (S1, S2, …): indices into the
+element, corners first. Empty if the element has no such face. **/
+std::vector<int> getFaceNodes(ElementType type, int face);
+
+}  // namespace simflex

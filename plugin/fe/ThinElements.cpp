@@ -1,0 +1,349 @@
+#include "ThinElements.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace simflex {
+namespace {
+
+constexpr double kSameNormal = 0.939693;  // cosine of 20°, CalculiX's digits
+constexpr double kSameSize = 1e-10;       // thicknesses [m] and offsets, CalculiX's too
+constexpr double kFlat = 1e-8;            // share of the largest moment that counts as none
+
+const std::map<std::string, ThinType> kThin = {
+    {"S3", {false, 3, "C3D6"}},  {"S4R", {false, 4, "C3D8R"}},  {"S6", {false, 6, "C3D15"}},
+    {"S8", {false, 8, "C3D20"}}, {"S8R", {false, 8, "C3D20R"}}, {"B32", {true, 3, "C3D20"}},
+    {"B32R", {true, 3, "B32R"}}};
+
+/** Places of a beam's expanded nodes in its section, ξ along n₁ and η along n₂ of −1…1: corners,
+then the middles of the sides. **/
+constexpr double kSection[8][2] = {{-1, 1}, {-1, -1}, {1, -1}, {1, 1},
+                                   {-1, 0}, {0, -1},  {1, 0},  {0, 1}};
+
+/** Of a quadratic beam's hexahedron: section place and node along the beam. **/
+constexpr int kBeamHex[20][2] = {{0, 0}, {0, 2}, {1, 2}, {1, 0}, {3, 0}, {3, 2}, {2, 2},
+                                 {2, 0}, {0, 1}, {4, 2}, {1, 1}, {4, 0}, {3, 1}, {6, 2},
+                                 {2, 1}, {6, 0}, {7, 0}, {7, 2}, {5, 2}, {5, 0}};
+
+Vec3d unit(const Vec3d& a) {
+    return sumOf({0, 0, 0}, 1 / normOf(a), a);
+}
+
+/** One element at one node: its directions there and the expansion it takes part in. **/
+struct Corner {
+    const ThinElement* element;
+    int local;
+    Vec3d normal{};   ///< shell: normal; beam: n₂
+    Vec3d tangent{};  ///< beams
+    std::array<double, 2> thickness{};
+    int expansion = -1;
+};
+
+/** The expansion of one node for one group of elements. **/
+struct Expansion {
+    Vec3d normal{};  ///< shell: normal; beam: n₂
+    Vec3d first{};   ///< beam: n₁
+    std::array<double, 2> thickness{};
+    std::array<double, 2> offset{};
+    BeamSection section = BeamSection::Rectangle;
+    bool isBeam = false;
+    std::array<int, 8> numbers{};  ///< of expanded nodes: shell bottom, middle, top; 0: none yet
+};
+
+class Expander {
+public:
+    Expander(const std::map<int, std::array<double, 3>>& nodes,
+             const std::vector<ThinElement>& elements,
+             const std::map<int, std::array<double, 2>>& nodeThickness)
+        : _nodes(nodes), _elements(elements), _nodeThickness(nodeThickness) {
+        _nextNumber = nodes.empty() ? 1 : nodes.rbegin()->first + 1;
+    }
+
+    ThinExpansion expand() {
+        for (const ThinElement& element : _elements)
+            for (int k = 0; k < int(element.nodes.size()); ++k)
+                _corners[element.nodes[size_t(k)]].push_back(makeCorner(element, k));
+        for (auto& [node, corners] : _corners) {
+            std::stable_sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
+                return a.element->number < b.element->number;
+            });
+            groupShells(node, corners);
+            groupBeams(node, corners);
+        }
+        for (const ThinElement& element : _elements) addSolid(element);
+        for (auto& [node, expansions] : _expansions) {
+            if (expansions.size() > 1) {
+                addKnot(node, expansions);
+            } else {
+                addBetween(node, expansions[0]);
+            }
+        }
+        return std::move(_result);
+    }
+
+private:
+    static bool isBeam(const ThinElement& element) { return findThinType(element.type)->isBeam; }
+
+    std::vector<Vec3d> positionsOf(const ThinElement& element) const {
+        std::vector<Vec3d> x;
+        for (const int node : element.nodes) x.push_back(_nodes.at(node));
+        return x;
+    }
+
+    Corner makeCorner(const ThinElement& element, int local) const {
+        Corner corner{&element, local};
+        corner.thickness = element.thickness;
+        const int node = element.nodes[size_t(local)];
+        if (element.hasNodalThickness) {
+            const auto given = _nodeThickness.find(node);
+            if (given == _nodeThickness.end())
+                throw std::invalid_argument(element.where + "element " +
+                                            std::to_string(element.number) +
+                                            " takes the thickness of its nodes, but node " +
+                                            std::to_string(node) + " has no *NODAL THICKNESS");
+            corner.thickness = given->second;
+        }
+        for (int k = 0; k < (isBeam(element) ? 2 : 1); ++k)
+            if (!(corner.thickness[size_t(k)] > 0))
+                throw std::invalid_argument(
+                    element.where + "element " + std::to_string(element.number) +
+                    " has thickness " + std::to_string(corner.thickness[size_t(k)]) + " at node " +
+                    std::to_string(node) + ", must be positive");
+        const auto x = positionsOf(element);
+        if (isBeam(element)) {
+            const double xi = local - 1;
+            corner.tangent =
+                x.size() == 2
+                    ? sumOf(x[1], -1, x[0])
+                    : sumOf(sumOf(sumOf({0, 0, 0}, xi - 0.5, x[0]), -2 * xi, x[1]), xi + 0.5, x[2]);
+            check(corner.tangent, element, node, "tangent");
+            corner.tangent = unit(corner.tangent);
+            corner.normal = cross(corner.tangent, unit(element.n1));
+            if (normOf(corner.normal) < 1e-6)
+                throw std::invalid_argument(
+                    element.where + "beam " + std::to_string(element.number) +
+                    " points along the first axis n1 of its section; give another n1 on the second "
+                    "line of *BEAM SECTION (0, 0, -1 where there is none)");
+        } else {
+            const auto at = getFaceNodeCoordinates(int(x.size()), local);
+            const FacePoint point = calcFacePoint(x, at[0], at[1]);
+            corner.normal = cross(point.tangentXi, point.tangentEta);
+            check(corner.normal, element, node, "normal");
+        }
+        corner.normal = unit(corner.normal);
+        return corner;
+    }
+
+    static void check(const Vec3d& v, const ThinElement& element, int node, const char* what) {
+        if (normOf(v) > 0) return;
+        throw std::invalid_argument(element.where + "element " + std::to_string(element.number) +
+                                    " has no " + what + " at node " + std::to_string(node) +
+                                    "; do its nodes coincide?");
+    }
+
+    static bool isSame(double a, double b) { return std::abs(a - b) < kSameSize; }
+
+    /** Groups of shells with nearly the same normal; corners come by element number. **/
+    void groupShells(int node, std::vector<Corner>& corners) {
+        for (size_t first = 0; first < corners.size(); ++first) {
+            const Corner& lead = corners[first];
+            if (isBeam(*lead.element) || lead.expansion >= 0) continue;
+            Expansion expansion;
+            const int index = int(_expansions[node].size());
+            for (size_t k = first; k < corners.size(); ++k) {
+                Corner& other = corners[k];
+                if (isBeam(*other.element) || other.expansion >= 0) continue;
+                if (k != first && !(dot(other.normal, lead.normal) > kSameNormal &&
+                                    isSame(other.thickness[0], lead.thickness[0]) &&
+                                    isSame(other.element->offset[0], lead.element->offset[0])))
+                    continue;
+                expansion.normal = sumOf(expansion.normal, 1, other.normal);
+                other.expansion = index;
+            }
+            expansion.normal = unit(expansion.normal);
+            expansion.thickness = lead.thickness;
+            expansion.offset = lead.element->offset;
+            _expansions[node].push_back(expansion);
+        }
+    }
+
+    /** The same for beams: axes and sections must agree. **/
+    void groupBeams(int node, std::vector<Corner>& corners) {
+        for (size_t first = 0; first < corners.size(); ++first) {
+            const Corner& lead = corners[first];
+            if (!isBeam(*lead.element) || lead.expansion >= 0) continue;
+            Expansion expansion;
+            Vec3d tangent{};
+            const int index = int(_expansions[node].size());
+            for (size_t k = 0; k < corners.size(); ++k) {
+                Corner& other = corners[k];
+                if (!isBeam(*other.element)) continue;
+                if (k != first && !(dot(other.normal, lead.normal) > kSameNormal &&
+                                    dot(other.tangent, lead.tangent) > kSameNormal &&
+                                    isSame(other.thickness[0], lead.thickness[0]) &&
+                                    isSame(other.thickness[1], lead.thickness[1]) &&
+                                    isSame(other.element->offset[0], lead.element->offset[0]) &&
+                                    isSame(other.element->offset[1], lead.element->offset[1]) &&
+                                    other.element->section == lead.element->section))
+                    continue;
+                expansion.normal = sumOf(expansion.normal, 1, other.normal);
+                tangent = sumOf(tangent, 1, other.tangent);
+                other.expansion = index;
+            }
+            tangent = unit(tangent);
+            expansion.normal =
+                unit(sumOf(expansion.normal, -dot(expansion.normal, tangent), tangent));
+            expansion.first = cross(expansion.normal, tangent);
+            expansion.thickness = lead.thickness;
+            expansion.offset = lead.element->offset;
+            expansion.section = lead.element->section;
+            expansion.isBeam = true;
+            _expansions[node].push_back(expansion);
+        }
+    }
+
+    /** Place of an expanded node from its deck node. **/
+    static Vec3d armOf(const Expansion& e, int place) {
+        if (!e.isBeam)
+            return sumOf({0, 0, 0}, e.thickness[0] * (0.5 * (place - 1) - e.offset[0]), e.normal);
+        const auto& at = kSection[place];
+        // Corners of a circle's hexahedron lie on the circle.
+        const double reach =
+            place < 4 && e.section == BeamSection::Circle ? 0.5 / std::sqrt(2.0) : 0.5;
+        const Vec3d first =
+            sumOf({0, 0, 0}, e.thickness[0] * (reach * at[0] - e.offset[0]), e.first);
+        return sumOf(first, e.thickness[1] * (reach * at[1] - e.offset[1]), e.normal);
+    }
+
+    /** Number of an expanded node, made when first asked for. **/
+    int numberOf(int node, int expansion, int place) {
+        Expansion& e = _expansions[node][size_t(expansion)];
+        int& number = e.numbers[size_t(place)];
+        if (number == 0) {
+            number = _nextNumber++;
+            _result.nodes[number] = sumOf(_nodes.at(node), 1, armOf(e, place));
+            _result.expandedOf[node].push_back(number);
+        }
+        return number;
+    }
+
+    void addSolid(const ThinElement& element) {
+        const size_t count = element.nodes.size();
+        std::vector<int> expansion;
+        for (size_t k = 0; k < count; ++k) {
+            const auto& corners = _corners.at(element.nodes[k]);
+            expansion.push_back(std::find_if(corners.begin(), corners.end(), [&](const Corner& c) {
+                                    return c.element == &element && c.local == int(k);
+                                })->expansion);
+        }
+        ThinExpansion::Solid solid{element.number, findThinType(element.type)->solid, {}};
+        const auto add = [&](size_t node, int place) {
+            solid.nodes.push_back(numberOf(element.nodes[node], expansion[node], place));
+        };
+        if (isBeam(element)) {
+            for (int k = 0; k < (count == 3 ? 20 : 8); ++k)
+                add(size_t(std::min(kBeamHex[k][1], int(count) - 1)), kBeamHex[k][0]);
+        } else {
+            const size_t edges = count == 3 || count == 6 ? 3 : 4;
+            for (const int place : {0, 2})
+                for (size_t k = 0; k < edges; ++k) add(k, place);
+            for (const int place : {0, 2})
+                for (size_t k = edges; k < count; ++k) add(k, place);
+            for (size_t k = 0; count > edges && k < edges; ++k) add(k, 1);
+        }
+        _result.solids.push_back(std::move(solid));
+    }
+
+    void addBetween(int node, const Expansion& e) {
+        ThinExpansion::Between between{node, {}};
+        if (!e.isBeam) {
+            between.weights = {{e.numbers[0], 0.5 - e.offset[0]},
+                               {e.numbers[2], 0.5 + e.offset[0]}};
+        } else {
+            const double reach = e.section == BeamSection::Circle ? 0.5 / std::sqrt(2.0) : 0.5;
+            for (size_t place = 0; place < 4; ++place) {
+                double weight = 1;
+                for (size_t a = 0; a < 2; ++a)
+                    weight *= 0.5 + kSection[place][a] * e.offset[a] / (2 * reach);
+                between.weights.emplace_back(e.numbers[place], weight);
+            }
+        }
+        _result.betweens.push_back(std::move(between));
+    }
+
+    void addKnot(int node, const std::vector<Expansion>& expansions) {
+        ThinExpansion::Knot knot;
+        knot.node = node;
+        knot.members = _result.expandedOf[node];
+        // Scatter of all places, also of those that no solid needs.
+        bool hasBeam = false;
+        Eigen::Matrix3d about = Eigen::Matrix3d::Zero();  // Σ r rᵀ about the node
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        int count = 0;
+        for (const Expansion& e : expansions) {
+            hasBeam |= e.isBeam;
+            for (int place = 0; place < (e.isBeam ? 8 : 3); ++place, ++count) {
+                const Vec3d arm = armOf(e, place);
+                const Eigen::Vector3d r(arm[0], arm[1], arm[2]);
+                about += r * r.transpose();
+                sum += r;
+            }
+        }
+        knot.size = std::sqrt(about.trace() / count);
+
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> scatter(about -
+                                                                     sum * sum.transpose() / count);
+        const bool isPlanar = scatter.eigenvalues()[0] < kFlat * scatter.eigenvalues()[2];
+        const bool isLine = scatter.eigenvalues()[1] < kFlat * scatter.eigenvalues()[2];
+        if (hasBeam && isPlanar && !isLine) {
+            for (const Eigen::Index axis : {1, 2}) {
+                const Eigen::Vector3d e = scatter.eigenvectors().col(axis);
+                addStretch(knot, e * e.transpose());
+            }
+        } else {
+            addStretch(knot, Eigen::Matrix3d::Identity());
+        }
+
+        // Moments about the node: no turn about a line on which all lie.
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(
+            about.trace() * Eigen::Matrix3d::Identity() - about);
+        for (Eigen::Index k = 0; k < 3; ++k)
+            if (moments.eigenvalues()[k] > kFlat * moments.eigenvalues()[2]) {
+                const Eigen::Vector3d axis = moments.eigenvectors().col(k);
+                knot.turns.push_back({axis[0], axis[1], axis[2]});
+            }
+        _result.knots.push_back(std::move(knot));
+    }
+
+    static void addStretch(ThinExpansion::Knot& knot, const Eigen::Matrix3d& A) {
+        std::array<double, 9> rows;
+        for (Eigen::Index i = 0; i < 3; ++i)
+            for (Eigen::Index j = 0; j < 3; ++j) rows[size_t(3 * i + j)] = A(i, j);
+        knot.stretches.push_back(rows);
+    }
+
+    const std::map<int, std::array<double, 3>>& _nodes;
+    const std::vector<ThinElement>& _elements;
+    const std::map<int, std::array<double, 2>>& _nodeThickness;
+    std::map<int, std::vector<Corner>> _corners;
+    std::map<int, std::vector<Expansion>> _expansions;
+    ThinExpansion _result;
+    int _nextNumber = 1;
+};
+
+}  // namespace
+
+const ThinType* findThinType(const std::string& type) {
+    const auto found = kThin.find(type);
+    return found == kThin.end() ? nullptr : &found->second;
+}
+
+ThinExpansion expandThinElements(const std::map<int, std::array<double, 3>>& nodes,
+                                 const std::vector<ThinElement>& elements,
+                                 const std::map<int, std::array<double, 2>>& nodeThickness) {
+    return Expander(nodes, elements, nodeThickness).expand();
+}
+
+}  // namespace simflex

@@ -1,0 +1,88 @@
+#pragma once
+/** @file
+Shells and beams as the solids that CalculiX makes of them. Internal to fe.
+
+A shell of thickness t and offset o (share of t) becomes a solid between x − (½+o) t n and
+x + (½−o) t n. Its normals n are averaged at each node over elements of the same thickness and
+offset whose normals are within 20° of that of the lowest element number. A beam becomes a
+hexahedron about its axis, its section spanned by n₁ (as given) and n₂ = tangent × n₁, averaged
+likewise; a circle becomes a quadratic hexahedron with its sides on the circle.
+
+Where the elements of one node need several normals, thicknesses or offsets, or beams and shells
+meet, the node is a *knot*: its expanded nodes move with it as one,
+
+    u = u_node + θ × r + α r,    r from the node
+
+with one stretch α, or where a beam is among them and all lie in a plane, one stretch along each
+principal axis of their places (as CalculiX does, so that Poisson's effect is not locked).
+Elsewhere the node itself is the place between its expanded nodes: u_node = Σ w u. **/
+
+#include <array>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "FaceShapes.h"
+
+namespace simflex {
+
+enum class BeamSection { Rectangle, Circle };
+
+/** A shell or beam of the deck. **/
+struct ThinElement {
+    int number = 0;
+    std::string type;        ///< of CalculiX: S8R
+    std::vector<int> nodes;  ///< deck numbers
+    std::string where;       ///< "FILE:LINE: "
+    bool hasSection = false;
+    bool hasNodalThickness = false;     ///< else `thickness` holds
+    std::array<double, 2> thickness{};  ///< [m]; of beams along n₁ and n₂
+    std::array<double, 2> offset{};     ///< shares of the thickness
+    BeamSection section = BeamSection::Rectangle;
+    Vec3d n1{0, 0, -1};  ///< of beams, as given
+};
+
+/** What a shell or beam type of CalculiX becomes. **/
+struct ThinType {
+    bool isBeam;
+    int numNodes;
+    const char* solid;  ///< "C3D20R"; "B32R" for the hexahedron of B32R, see BeamMatrices.h
+};
+/** Null if it is none that simflex expands. **/
+const ThinType* findThinType(const std::string& type);
+
+/** The solids and what ties their nodes to those of the deck. **/
+struct ThinExpansion {
+    struct Solid {
+        int number;
+        std::string type;
+        std::vector<int> nodes;  ///< numbers of expanded nodes
+    };
+    struct Knot {
+        int node;                                      ///< deck number
+        std::vector<int> members;                      ///< expanded nodes
+        std::vector<std::array<double, 9>> stretches;  ///< u = A r of each stretch, by rows
+        std::vector<Vec3d> turns;                      ///< axes about which members turn
+        double size;                                   ///< a length of the knot [m], > 0
+    };
+    struct Between {
+        int node;
+        std::vector<std::pair<int, double>> weights;  ///< expanded nodes
+    };
+    std::map<int, Vec3d> nodes;  ///< expanded nodes
+    std::vector<Solid> solids;
+    std::vector<Knot> knots;
+    std::vector<Between> betweens;
+    std::map<int, std::vector<int>> expandedOf;  ///< deck node → its expanded nodes
+};
+
+/** Expands all shells and beams of a deck.
+@param nodes           of the deck
+@param nodeThickness   *NODAL THICKNESS of nodes
+@throws std::invalid_argument naming file and line. **/
+ThinExpansion expandThinElements(const std::map<int, std::array<double, 3>>& nodes,
+                                 const std::vector<ThinElement>& elements,
+                                 const std::map<int, std::array<double, 2>>& nodeThickness);
+
+}  // namespace simflex

@@ -1,0 +1,261 @@
+/** @file
+Decks with equations, multi-point constraints and surface ties, against CalculiX's own frequencies
+of the same deck. **/
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "fe/FreeModes.h"
+#include "fe/TestDecks.h"
+#include "simflex/fe/CalculixDeck.h"
+
+namespace simflex {
+namespace {
+
+using ::testing::AllOf;
+using testing::Brick;
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using testing::TestFolder;
+
+class ConstraintsTest : public ::testing::Test {
+protected:
+    FeModel read(const std::string& text) {
+        testing::writeText(folder / "deck.inp", text);
+        return readCalculixDeck(folder / "deck.inp");
+    }
+
+    std::string errorOf(const std::string& text) {
+        try {
+            read(text);
+        } catch (const std::exception& error) {
+            return error.what();
+        }
+        return "accepted";
+    }
+
+    /** CalculiX prints 7 digits. **/
+    void expectCalculixFrequencies(const std::string& text, double tolerance = 1e-5) {
+        const FeModel model = read(text);
+        constexpr int kNumModes = 16;
+        const auto own = testing::calcFreeFrequencies(model, kNumModes);
+        const auto reference =
+            testing::calcCalculixFrequencies(folder, folder / "deck.inp", {}, kNumModes);
+        for (int i = 0; i < 6; ++i) EXPECT_LT(own[i], 1e-3 * own[6]) << "rigid mode " << i + 1;
+        for (int i = 6; i < kNumModes; ++i)
+            EXPECT_NEAR(own[i], reference[i], tolerance * reference[i]) << "mode " << i + 1;
+    }
+
+    /** Two boxes end to end along x, of other meshes; the first ends and the second begins at x =
+    0.1, plus a gap. Numbers of the second from 1001. **/
+    std::string twoBricks(const std::string& firstType, const std::string& secondType,
+                          double gap = 0) {
+        first.type = firstType;
+        first.size = {0.1, 0.03, 0.02};
+        first.elements = {4, 2, 2};
+        second = first;
+        second.type = secondType;
+        second.elements = {3, 3, 3};
+        std::istringstream lines(second.meshText(1001, 1001));
+        std::string moved;
+        bool isNode = false;
+        for (std::string line; std::getline(lines, line);) {
+            if (line[0] == '*') isNode = line == "*NODE";
+            int number;
+            double x, y, z;
+            if (isNode && std::sscanf(line.c_str(), "%d,%lf,%lf,%lf", &number, &x, &y, &z) == 4) {
+                char text[100];
+                std::snprintf(text, sizeof text, "%d,%.14g,%.14g,%.14g", number, x + 0.1 + gap, y,
+                              z);
+                line = text;
+            }
+            const size_t set = line.find("SET=");
+            if (set != std::string::npos && line.find("BODY") == std::string::npos)
+                line.insert(set + 4, "X");
+            moved += line + "\n";
+        }
+        return first.meshText() + moved + first.materialText();
+    }
+
+    /** Element surfaces on the facing ends: END of the first box, BEGIN of the second. **/
+    std::string facingSurfaces() const {
+        std::ostringstream text;
+        text << "*SURFACE, NAME=END, TYPE=ELEMENT\n";
+        for (int k = 0; k < 4; ++k) text << 4 * (k + 1) << ", S4\n";
+        text << "*SURFACE, NAME=BEGIN, TYPE=ELEMENT\n";
+        for (int k = 0; k < 9; ++k) text << 1001 + 3 * k << ", S6\n";
+        return text.str();
+    }
+
+    TestFolder folder;
+    Brick first, second;
+};
+
+TEST_F(ConstraintsTest, SurfacesBecomeNodeSetsOfTheirFaces) {
+    const FeModel model = read(Brick().text() +
+                               "*SURFACE, NAME=Front\n8, S4\n16,S4\n24,S4\n32,S4\n"
+                               "*SURFACE, NAME=POINTS, TYPE=NODE\nCORNERS\n2\n");
+    EXPECT_EQ(model.mesh.nodeSets.at("FRONT"), model.mesh.nodeSets.at("RIGHT"));
+    EXPECT_EQ(model.mesh.nodeSets.at("POINTS").size(), 9u);
+    EXPECT_TRUE(model.constraints.empty());
+}
+
+TEST_F(ConstraintsTest, ANodeSetKeepsItsNameBesideASurface) {
+    const FeModel model = read(Brick().text() + "*SURFACE, NAME=LEFT\n8, S4\n");
+    EXPECT_EQ(model.mesh.nodeSets.at("LEFT").size(), 9u);
+    EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("*NSET LEFT too")));
+}
+
+TEST_F(ConstraintsTest, BoxesJoinedByEquationsHaveCalculixFrequencies) {
+    std::string text = twoBricks("C3D8", "C3D8");
+    // Corners and the middle of the faces' edges coincide in no other node: join the four corners.
+    const int end[4] = {5, 15, 35, 45}, begin[4] = {1001, 1013, 1049, 1061};
+    text += "*EQUATION\n";
+    for (int k = 0; k < 4; ++k)
+        for (int a = 1; a <= 3; ++a)
+            text += "2\n" + std::to_string(begin[k]) + "," + std::to_string(a) + ",1.," +
+                    std::to_string(end[k]) + "," + std::to_string(a) + ",-1.\n";
+    expectCalculixFrequencies(text);
+}
+
+TEST_F(ConstraintsTest, EquationsThatCascadeHaveCalculixFrequencies) {
+    // 20 follows 2 and 11, 2 follows 1 and 3 (a straight edge): nodes 1, 2, 3 lie on a line.
+    std::string text = Brick().text() + "*EQUATION\n";
+    for (int a = 1; a <= 3; ++a) {
+        const std::string d = "," + std::to_string(a) + ",";
+        text += "3\n2" + d + "2.,1" + d + "-1.,3" + d + "-1.\n";
+        text += "3\n11" + d + "1.,2" + d + "-.5,20" + d + "-.5\n";
+    }
+    expectCalculixFrequencies(text);
+}
+
+TEST_F(ConstraintsTest, EquationsThatGoInACircleSayTheLastOnceOnly) {
+    const FeModel model = read(
+        Brick().text() + "*EQUATION\n2\n1,1,1.,2,1,-1.\n2\n2,1,1.,3,1,-1.\n2\n3,1,1.,1,1,-1.\n");
+    EXPECT_EQ(model.constraints.numCoordinates, model.K.size - 2);
+    EXPECT_THAT(model.notes,
+                ::testing::Contains(AllOf(HasSubstr("deck.inp:"), HasSubstr("already"))));
+}
+
+TEST_F(ConstraintsTest, EquationsThatHoldThePartAreRefusedWithTheirLine) {
+    const std::string text = Brick().text();
+    const long line = std::count(text.begin(), text.end(), '\n') + 2;
+    const std::string where = "deck.inp:" + std::to_string(line) + ":";
+    EXPECT_THAT(errorOf(text + "*EQUATION\n1\n1,1,1.\n"),
+                AllOf(HasSubstr(where), HasSubstr("translation along x")));
+    // Equal z of nodes apart along x: no rotation about y.
+    EXPECT_THAT(errorOf(text + "*EQUATION\n2\n1,3,1.,9,3,-1.\n"),
+                AllOf(HasSubstr(where), HasSubstr("rotation about y")));
+}
+
+TEST_F(ConstraintsTest, CoefficientsOfFiveDigitsAreCorrectedToTheLast) {
+    const FeModel model = read(Brick().text() +
+                               "*EQUATION\n3\n2,2,1.,1,2,-.66667,4,2,-.33333\n"
+                               "3\n2,3,1.,1,3,-.66667,4,3,-.33333\n");
+    EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("corrected")));
+    EXPECT_EQ(model.constraints.numCoordinates, model.K.size - 2);
+}
+
+TEST_F(ConstraintsTest, EquationsOfRotationsAndUnfinishedOnesAreRefused) {
+    EXPECT_THAT(errorOf(Brick().text() + "*EQUATION\n2\n1,4,1.,2,4,-1.\n"),
+                HasSubstr("rotation 4"));
+    EXPECT_THAT(errorOf(Brick().text() + "*EQUATION\n2\n1,1,1.\n"), HasSubstr("1 terms missing"));
+    EXPECT_THAT(errorOf(Brick().text() + "*EQUATION\n1\n1,1\n"), HasSubstr("coefficient"));
+    EXPECT_THAT(errorOf(Brick().text() + "*EQUATION\n1\n777,1,1.\n"), HasSubstr("node 777"));
+}
+
+// CalculiX itself takes *MPC for a nonlinear analysis, which it cannot do of a free part: compare
+// with the same written as equations.
+TEST_F(ConstraintsTest, MultiPointConstraintsAreTheirLinearEquations) {
+    std::ostringstream equations;
+    equations << "*EQUATION\n";
+    for (const char* d : {",2,", ",3,"})  // nodes 1…9 along x
+        for (int k = 2; k <= 6; k += 2)
+            equations << "3\n" << k + 1 << d << "8.,1" << d << k - 8 << ".,9" << d << -k << ".\n";
+    // Nodes of the plane z = 0, 28 and 36 along x, 28 and 46 along y.
+    equations << "3\n29,3,8.,28,3,-7.,36,3,-1.\n3\n30,3,8.,28,3,-6.,36,3,-2.\n"
+                 "4\n38,3,8.,28,3,-3.,36,3,-1.,46,3,-4.\n"
+                 "4\n55,1,20.,55,2,3.,81,1,-20.,81,2,-3.\n";
+    const FeModel model =
+        read(Brick().text() + "*MPC\nSTRAIGHT,1,9,3,5,7\nPLANE,28,36,46,29,30,\n38\nBEAM,55,81\n");
+    testing::writeText(folder / "equations.inp", Brick().text() + equations.str());
+    const auto own = testing::calcFreeFrequencies(model, 16);
+    const auto reference =
+        testing::calcCalculixFrequencies(folder, folder / "equations.inp", {}, 16);
+    for (size_t i = 6; i < own.size(); ++i) EXPECT_NEAR(own[i], reference[i], 1e-5 * reference[i]);
+}
+
+TEST_F(ConstraintsTest, NodesOffTheirLineOrUnknownKindsAreRefused) {
+    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nSTRAIGHT,1,9,12\n"), HasSubstr("off the line"));
+    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nPLANE,1,2,3,12\n"), HasSubstr("on a line"));
+    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nMEANROT,1,9,12\n"), HasSubstr("MEANROT"));
+}
+
+struct TiePair {
+    const char *first, *second;
+};
+
+class TiedBoxes : public ConstraintsTest, public ::testing::WithParamInterface<TiePair> {};
+
+TEST_P(TiedBoxes, HaveCalculixFrequencies) {
+    expectCalculixFrequencies(twoBricks(GetParam().first, GetParam().second) + facingSurfaces() +
+                              "*TIE, NAME=SEAM\nEND, BEGIN\n");
+}
+
+INSTANTIATE_TEST_SUITE_P(Types, TiedBoxes,
+                         ::testing::Values(TiePair{"C3D8", "C3D8"}, TiePair{"C3D20R", "C3D20R"},
+                                           TiePair{"C3D8", "C3D20"}, TiePair{"C3D20", "C3D8"}),
+                         [](const auto& pair) {
+                             return std::string(pair.param.first) + "_" + pair.param.second;
+                         });
+
+TEST_F(ConstraintsTest, ATiePullsSlaveNodesOntoTheMasterAsCalculixDoes) {
+    const std::string text = twoBricks("C3D8", "C3D8", 2e-4) + facingSurfaces() +
+                             "*TIE, NAME=SEAM, POSITION TOLERANCE=1e-3\nEND, BEGIN\n";
+    expectCalculixFrequencies(text);
+    const FeModel model = read(text);
+    EXPECT_NEAR(model.mesh.position(model.mesh.indexOf(5))[0], 0.1 + 2e-4, 1e-12);
+}
+
+TEST_F(ConstraintsTest, ATieAcrossAGapTurnsWithItsMaster) {
+    const FeModel model = read(twoBricks("C3D20", "C3D20", 2e-4) + facingSurfaces() +
+                               "*TIE, NAME=SEAM, POSITION TOLERANCE=1e-3, ADJUST=NO\nEND, BEGIN\n");
+    // validate() has checked that the rigid motions satisfy the tie.
+    EXPECT_NEAR(model.mesh.position(model.mesh.indexOf(9))[0], 0.1, 1e-12);
+    EXPECT_FALSE(model.constraints.empty());
+}
+
+TEST_F(ConstraintsTest, ATieThatReachesNoNodeIsAnErrorAndOneThatReachesSomeANote) {
+    EXPECT_THAT(errorOf(twoBricks("C3D8", "C3D8", 5e-3) + facingSurfaces() +
+                        "*TIE, NAME=SEAM\nEND, BEGIN\n"),
+                AllOf(HasSubstr("SEAM ties no node"), HasSubstr("POSITION TOLERANCE")));
+    const FeModel model =
+        read(twoBricks("C3D8", "C3D8") + facingSurfaces() +
+             "*SURFACE, NAME=MANY, TYPE=NODE\nALL\n*TIE, NAME=SEAM\nMANY, BEGIN\n");
+    EXPECT_THAT(model.notes,
+                ::testing::Contains(AllOf(HasSubstr("ties 9 nodes"), HasSubstr("36 stay free"))));
+}
+
+TEST_F(ConstraintsTest, ATieNamesASurfaceOrFaceThatIsNotThere) {
+    EXPECT_THAT(errorOf(Brick().text() + "*TIE, NAME=T\nA, B\n"), HasSubstr("surface A"));
+    EXPECT_THAT(errorOf(Brick().text() + "*SURFACE, NAME=A\n1, S7\n*TIE, NAME=T\nA, A\n"),
+                HasSubstr("'S7' is no face"));
+}
+
+TEST_F(ConstraintsTest, LoosePiecesUnderATieAreConnected) {
+    EXPECT_THAT(errorOf(twoBricks("C3D8", "C3D8")), HasSubstr("2 pieces"));
+    EXPECT_EQ(
+        errorOf(twoBricks("C3D8", "C3D8") + facingSurfaces() + "*TIE, NAME=SEAM\nEND, BEGIN\n"),
+        "accepted");
+}
+
+TEST_F(ConstraintsTest, ANodeOfNoElementMustBeHeldByWhatItIsTiedTo) {
+    EXPECT_THAT(errorOf(Brick().text() + "*NODE\n500,1,0,0\n501,1,0,0\n"
+                                         "*EQUATION\n2\n500,1,1.,501,1,-1.\n"),
+                AllOf(HasSubstr("node 500"), HasSubstr("leaves it free")));
+}
+
+}  // namespace
+}  // namespace simflex

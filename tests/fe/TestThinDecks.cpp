@@ -1,0 +1,292 @@
+/** @file
+Decks of shells and beams, against CalculiX's own frequencies of the same deck. **/
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fe/FreeModes.h"
+#include "fe/TestDecks.h"
+#include "fe/ThinDeck.h"
+#include "simflex/fe/CalculixDeck.h"
+
+namespace simflex {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::TestFolder;
+using testing::ThinDeck;
+using Point = ThinDeck::Point;
+
+Point flat(double u, double v) {
+    return {0.3 * u, 0.2 * v, 0};
+}
+
+class ThinDecks : public ::testing::Test {
+protected:
+    FeModel read(const std::string& text) {
+        testing::writeText(folder / "deck.inp", text);
+        return readCalculixDeck(folder / "deck.inp");
+    }
+
+    std::string errorOf(const std::string& text) {
+        try {
+            read(text);
+        } catch (const std::exception& error) {
+            return error.what();
+        }
+        return "accepted";
+    }
+
+    /** CalculiX prints 7 digits. **/
+    FeModel expectCalculixFrequencies(int numZero = 6) {
+        const FeModel model = read(deck.text());
+        constexpr int kNumModes = 16;
+        const auto own = testing::calcFreeFrequencies(model, kNumModes);
+        const auto reference =
+            testing::calcCalculixFrequencies(folder, folder / "deck.inp", {}, kNumModes);
+        for (int i = 0; i < numZero; ++i)
+            EXPECT_LT(own[i], 1e-3 * own[numZero]) << "rigid mode " << i + 1;
+        for (int i = numZero; i < kNumModes; ++i)
+            EXPECT_NEAR(own[i], reference[i], 1e-5 * reference[i]) << "mode " << i + 1;
+        return model;
+    }
+
+    TestFolder folder;
+    ThinDeck deck;
+};
+
+class EveryShell : public ThinDecks, public ::testing::WithParamInterface<const char*> {};
+
+TEST_P(EveryShell, AsAFlatPlateHasCalculixFrequencies) {
+    deck.addPatch(GetParam(), "PLATE", 6, 4, flat);
+    deck.addShellSection("PLATE", 0.004);
+    const FeModel model = expectCalculixFrequencies();
+    EXPECT_NEAR(model.calcMass(), 2700 * 0.3 * 0.2 * 0.004, 1e-9);
+}
+
+class EveryCurvedShell : public EveryShell {};
+
+TEST_P(EveryCurvedShell, AsACylinderHasCalculixFrequencies) {
+    deck.addPatch(GetParam(), "SHELL", 24, 3, [](double u, double v) -> Point {
+        const double angle = 2 * M_PI * (u == 1 ? 0 : u);
+        return {0.1 * std::cos(angle), 0.1 * std::sin(angle), 0.15 * v};
+    });
+    deck.addShellSection("SHELL", 0.003);
+    expectCalculixFrequencies();
+}
+
+TEST_P(EveryShell, AsAnAngleWithAKnotHasCalculixFrequencies) {
+    deck.addPatch(GetParam(), "A", 4, 3, [](double u, double v) -> Point {
+        return {0.2 * u, 0.15 * v, 0};
+    });
+    deck.addPatch(GetParam(), "A", 3, 3, [](double u, double v) -> Point {
+        return {0, 0.15 * v, 0.12 * u};
+    });
+    deck.addShellSection("A", 0.004);
+    expectCalculixFrequencies();
+}
+
+INSTANTIATE_TEST_SUITE_P(Types, EveryShell, ::testing::Values("S3", "S4R", "S6", "S8", "S8R"));
+INSTANTIATE_TEST_SUITE_P(Types, EveryCurvedShell, ::testing::Values("S3", "S6", "S8", "S8R"));
+
+TEST_F(ThinDecks, CurvedS4RIsRefusedForItResistsTurning) {
+    deck.addPatch("S4R", "SHELL", 6, 3, [](double u, double v) -> Point {
+        return {0.1 * std::cos(u), 0.1 * std::sin(u), 0.15 * v};
+    });
+    deck.addShellSection("SHELL", 0.003);
+    EXPECT_THAT(errorOf(deck.text()), AllOf(HasSubstr("not free"), HasSubstr("S8R")));
+}
+
+TEST_F(ThinDecks, PlatesOfTwoThicknessesMeetInAKnotOnALine) {
+    deck.addPatch("S8R", "THIN", 3, 3, [](double u, double v) -> Point {
+        return {0.1 * u, 0.15 * v, 0};
+    });
+    deck.addPatch("S8R", "THICK", 3, 3, [](double u, double v) -> Point {
+        return {0.1 + 0.1 * u, 0.15 * v, 0};
+    });
+    deck.addShellSection("THIN", 0.003);
+    deck.addShellSection("THICK", 0.006);
+    expectCalculixFrequencies();
+}
+
+TEST_F(ThinDecks, AnOffsetPlateHasCalculixFrequencies) {
+    deck.addPatch("S8R", "PLATE", 6, 4, flat);
+    deck.addShellSection("PLATE", 0.004, 0.5);
+    expectCalculixFrequencies();
+}
+
+TEST_F(ThinDecks, NodalThicknessHasCalculixFrequencies) {
+    deck.addPatch("S8R", "PLATE", 6, 4, flat);
+    deck.add("*NODAL THICKNESS\nALL, 0.003\n1, 0.005\n");
+    deck.add("*SHELL SECTION, ELSET=PLATE, MATERIAL=METAL, NODAL THICKNESS\n0.1\n");
+    expectCalculixFrequencies();
+}
+
+struct BeamType {
+    const char *type, *shape;
+};
+
+class EveryBeam : public ThinDecks, public ::testing::WithParamInterface<BeamType> {};
+
+TEST_P(EveryBeam, StraightHasCalculixFrequencies) {
+    deck.addBeam(GetParam().type, "BEAM", 12, {0, 0, 0}, {0.4, 0.1, 0.05});
+    deck.addBeamSection("BEAM", GetParam().shape, 0.012, 0.008, "0,1,0");
+    expectCalculixFrequencies();
+}
+
+TEST_P(EveryBeam, AsATeeWithAKnotHasCalculixFrequencies) {
+    deck.addBeam(GetParam().type, "BEAM", 8, {0, 0, 0}, {0.4, 0, 0});
+    deck.addBeam(GetParam().type, "BEAM", 4, {0.2, 0, 0}, {0.2, 0.2, 0});
+    deck.addBeamSection("BEAM", GetParam().shape, 0.012, 0.008, "0,0,1");
+    expectCalculixFrequencies();
+}
+
+TEST_P(EveryBeam, AsAFrameInSpaceHasCalculixFrequencies) {
+    const char* type = GetParam().type;
+    deck.addBeam(type, "X", 4, {0, 0, 0}, {0.4, 0, 0});
+    deck.addBeam(type, "X", 4, {0, 0.3, 0}, {0.4, 0.3, 0});
+    deck.addBeam(type, "X", 3, {0, 0, 0}, {0, 0.3, 0});
+    deck.addBeam(type, "X", 3, {0.4, 0, 0}, {0.4, 0.3, 0});
+    for (const double x : {0.0, 0.4})
+        for (const double y : {0.0, 0.3}) deck.addBeam(type, "Z", 3, {x, y, 0}, {x, y, -0.25});
+    deck.addBeamSection("X", GetParam().shape, 0.012, 0.012, "0,0,1");
+    deck.addBeamSection("Z", GetParam().shape, 0.01, 0.02, "1,0,0");
+    expectCalculixFrequencies();
+}
+
+INSTANTIATE_TEST_SUITE_P(Types, EveryBeam,
+                         ::testing::Values(BeamType{"B32", "RECT"}, BeamType{"B32", "CIRC"},
+                                           BeamType{"B32R", "RECT"}, BeamType{"B32R", "CIRC"}),
+                         [](const auto& beam) {
+                             return std::string(beam.param.type) + "_" + beam.param.shape;
+                         });
+
+TEST_F(ThinDecks, AShellThatEndsAtASolidIsHingedThereAsInCalculix) {
+    deck.addPatch("S8R", "PLATE", 4, 3, [](double u, double v) -> Point {
+        return {0.2 * u, 0.15 * v, 0};
+    });
+    deck.addBox("BLOCK", {2, 3, 2}, {-0.05, 0, -0.02}, {0, 0.15, 0.02});
+    deck.addShellSection("PLATE", 0.006);
+    deck.add("*SOLID SECTION, ELSET=BLOCK, MATERIAL=HEAVY\n");
+    const FeModel model = expectCalculixFrequencies(7);
+    EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("hinge")));
+}
+
+TEST_F(ThinDecks, AShellThatReachesIntoASolidHasCalculixFrequencies) {
+    deck.addPatch("S8R", "PLATE", 5, 3, [](double u, double v) -> Point {
+        return {-0.05 + 0.25 * u, 0.15 * v, 0};
+    });
+    deck.addBox("BLOCK", {2, 3, 2}, {-0.1, 0, -0.02}, {0, 0.15, 0.02});
+    deck.addShellSection("PLATE", 0.006);
+    deck.add("*SOLID SECTION, ELSET=BLOCK, MATERIAL=HEAVY\n");
+    expectCalculixFrequencies();
+}
+
+TEST_F(ThinDecks, BeamStiffenedShellHasCalculixFrequencies) {
+    deck.addPatch("S8R", "PLATE", 6, 4, flat);
+    deck.addBeam("B32R", "RIB", 6, {0, 0.1, 0}, {0.3, 0.1, 0});
+    deck.addShellSection("PLATE", 0.004);
+    deck.add(
+        "*BEAM SECTION, ELSET=RIB, MATERIAL=HEAVY, SECTION=RECT, OFFSET1=-.6\n.01,.006\n0,0,1\n");
+    expectCalculixFrequencies();
+}
+
+TEST_F(ThinDecks, EquationsOfShellNodesHaveCalculixFrequencies) {
+    const auto right = [](double u, double v) -> Point { return {0.1 + 0.1 * u, 0.15 * v, 0}; };
+    deck.addPatch("S8R", "PLATE", 3, 3, [](double u, double v) -> Point {
+        return {0.1 * u, 0.15 * v, 0};
+    });
+    std::vector<int> numbers;
+    for (int k = 0; k <= 6; ++k) numbers.push_back(deck.addNode(right(0, k / 6.0)));
+    deck.startPiece();
+    deck.addPatch("S8R", "PLATE", 3, 3, right);
+    deck.addShellSection("PLATE", 0.004);
+    deck.add("*EQUATION\n");
+    for (int k = 0; k <= 6; ++k)
+        for (int a = 1; a <= 3; ++a)
+            deck.add("2\n" + std::to_string(deck.addNode(right(0, k / 6.0))) + "," +
+                     std::to_string(a) + ",1.," + std::to_string(numbers[size_t(k)]) + "," +
+                     std::to_string(a) + ",-1.\n");
+    expectCalculixFrequencies(7);  // the seam is a hinge
+}
+
+TEST_F(ThinDecks, NodeSetsHoldTheExpandedNodesToo) {
+    deck.addPatch("S8R", "PLATE", 2, 2, flat);
+    deck.addShellSection("PLATE", 0.004);
+    deck.addNodeSet("EDGE", [](const Point& x) { return x[0] == 0; });
+    deck.add("*SURFACE, NAME=TOP\nPLATE, SPOS\n");
+    const FeModel model = read(deck.text());
+    // 5 nodes, of which 3 corners have bottom, middle and top, 2 middles bottom and top.
+    EXPECT_EQ(model.mesh.nodeSets.at("EDGE").size(), 5u + 3 * 3 + 2 * 2);
+    std::vector<double> heights;
+    for (const int node : model.mesh.nodeSets.at("EDGE"))
+        heights.push_back(model.mesh.position(node)[2]);
+    EXPECT_NEAR(*std::max_element(heights.begin(), heights.end()), 0.002, 1e-12);
+    EXPECT_NEAR(*std::min_element(heights.begin(), heights.end()), -0.002, 1e-12);
+    for (const int node : model.mesh.nodeSets.at("TOP"))
+        EXPECT_NEAR(model.mesh.position(node)[2], 0.002, 1e-12);
+    EXPECT_EQ(model.mesh.nodeSets.at("TOP").size(), 21u);
+}
+
+TEST_F(ThinDecks, ReadAgainGiveTheSameBits) {
+    deck.addPatch("S8R", "PLATE", 3, 2, flat);
+    deck.addBeam("B32R", "RIB", 3, {0, 0.1, 0}, {0.3, 0.1, 0});
+    deck.addShellSection("PLATE", 0.004);
+    deck.addBeamSection("RIB", "RECT", 0.01, 0.006, "0,0,1");
+    const FeModel a = read(deck.text()), b = read(deck.text());
+    EXPECT_EQ(a.K.values, b.K.values);
+    EXPECT_EQ(a.mesh.positions, b.mesh.positions);
+    EXPECT_EQ(a.constraints.coefficients, b.constraints.coefficients);
+    EXPECT_EQ(a.constraints.columns, b.constraints.columns);
+}
+
+struct BadSection {
+    const char* name;
+    const char* card;
+    const char* message;
+};
+
+class RefusedSection : public ThinDecks, public ::testing::WithParamInterface<BadSection> {};
+
+TEST_P(RefusedSection, IsNamedWithFileLineAndReason) {
+    deck.addPatch("S8R", "PLATE", 1, 1, flat);
+    deck.addBeam("B32R", "RIB", 1, {0, 0, 0}, {0.3, 0, 0});
+    deck.add(
+        "*MATERIAL, NAME=PLY\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
+        "1e9,2e9,3e9,.1,.1,.1,1e9,1e9,\n1e9\n*DENSITY\n1000\n");
+    const std::string card = GetParam().card;
+    if (card.find("PLATE") == std::string::npos) deck.addShellSection("PLATE", 0.004);
+    if (card.find("RIB") == std::string::npos)
+        deck.addBeamSection("RIB", "RECT", .01, .01, "0,0,1");
+    deck.add(card);
+    EXPECT_THAT(errorOf(deck.text()), AllOf(HasSubstr(GetParam().message),
+                                            ::testing::ContainsRegex("deck.inp:[0-9]+: ")));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Cards, RefusedSection,
+    ::testing::Values(
+        BadSection{"Composite", "*SHELL SECTION,ELSET=PLATE,MATERIAL=METAL,COMPOSITE\n.1,,METAL\n",
+                   "layers"},
+        BadSection{"Axes", "*SHELL SECTION,ELSET=PLATE,MATERIAL=METAL,ORIENTATION=O\n.1\n",
+                   "ORIENTATION"},
+        BadSection{"Anisotropic", "*SHELL SECTION,ELSET=PLATE,MATERIAL=PLY\n.1\n", "isotropic"},
+        BadSection{"NoThickness", "*SHELL SECTION,ELSET=PLATE,MATERIAL=METAL\n", "thickness"},
+        BadSection{"ZeroThickness", "*SHELL SECTION,ELSET=PLATE,MATERIAL=METAL\n0.\n", "positive"},
+        BadSection{"NoNodalThickness",
+                   "*SHELL SECTION,ELSET=PLATE,MATERIAL=METAL,NODAL THICKNESS\n",
+                   "*NODAL THICKNESS"},
+        BadSection{"SolidSection", "*SOLID SECTION,ELSET=PLATE,MATERIAL=METAL\n", "does not fit"},
+        BadSection{"Box", "*BEAM SECTION,ELSET=RIB,MATERIAL=METAL,SECTION=BOX\n.1,.1,.01\n",
+                   "section BOX"},
+        BadSection{"AxisAlongBeam",
+                   "*BEAM SECTION,ELSET=RIB,MATERIAL=METAL,SECTION=RECT\n.1,.1\n1,0,0\n", "n1"},
+        BadSection{"NoShape", "*BEAM SECTION,ELSET=RIB,MATERIAL=METAL\n.1,.1\n", "SECTION="},
+        BadSection{"Normals", "*NORMAL\n1,1,0,0,1\n", "*NORMAL"}),
+    [](const auto& section) { return section.param.name; });
+
+}  // namespace
+}  // namespace simflex

@@ -1,0 +1,58 @@
+#pragma once
+/** @file
+Decks of shells, beams and solids for tests, written node by node. **/
+
+#include <array>
+#include <functional>
+#include <map>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace simflex {
+namespace testing {
+
+/** Patches of shells, chains of beams and boxes of solids; nodes at the same place are one.
+Materials METAL (70 GPa, 2700 kg/m³) and HEAVY (200 GPa, 7800 kg/m³); node set ALL. **/
+class ThinDeck {
+public:
+    using Point = std::array<double, 3>;
+
+    double nu = 0.3;  ///< of METAL
+
+    /** n × m shells over 0…1 × 0…1, mapped into space. **/
+    void addPatch(const std::string& type, const std::string& set, int n, int m,
+                  const std::function<Point(double, double)>& at);
+    /** n beams from a to b. **/
+    void addBeam(const std::string& type, const std::string& set, int n, const Point& a,
+                 const Point& b);
+    /** n[0]×n[1]×n[2] hexahedra C3D20R in a box. **/
+    void addBox(const std::string& set, const std::array<int, 3>& n, const Point& low,
+                const Point& high);
+
+    void addShellSection(const std::string& set, double thickness, double offset = 0);
+    void addBeamSection(const std::string& set, const std::string& shape, double a, double b,
+                        const std::string& n1);
+    void addNodeSet(const std::string& set, const std::function<bool(const Point&)>& isIn);
+    /** More cards, after the materials. **/
+    void add(const std::string& cards) { _cards += cards; }
+
+    /** From here on no node is shared with what was before. **/
+    void startPiece() { ++_piece; }
+    /** Number of the node at this place. **/
+    int addNode(const Point& x);
+
+    std::string text() const;
+
+private:
+    void addElement(const std::vector<int>& numbers);
+
+    std::map<std::array<long, 4>, std::pair<int, Point>> _nodes;
+    std::ostringstream _elements;
+    std::string _cards;
+    int _numElements = 0, _piece = 0;
+};
+
+}  // namespace testing
+}  // namespace simflex

@@ -1,0 +1,156 @@
+/** @file
+Reduced parts of shells, beams and ties against CalculiX's own frequencies and the theory of plates
+and rings. **/
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "fe/TestDecks.h"
+#include "fe/ThinDeck.h"
+#include "simflex/fe/CalculixDeck.h"
+#include "simflex/reduction/Reduction.h"
+
+namespace simflex {
+namespace {
+
+using testing::TestFolder;
+using testing::ThinDeck;
+using Point = ThinDeck::Point;
+
+class ThinParts : public ::testing::Test {
+protected:
+    ReducedBody reduceDeck(const ReductionOptions& options) {
+        testing::writeText(folder / "deck.inp", deck.text());
+        return reduce(readCalculixDeck(folder / "deck.inp"), options);
+    }
+
+    static double hertzOf(const ReducedBody& body, int mode) {
+        return std::sqrt(body.omegaSquared[size_t(mode)]) / (2 * M_PI);
+    }
+
+    /** √(D/ρh) of a plate of METAL of thickness h [m²/s]. **/
+    double plateFactor(double h) const {
+        return h * std::sqrt(70e9 / (12 * (1 - deck.nu * deck.nu) * 2700));
+    }
+
+    /** Frequencies [rad/s] of the part with an interface held, from the reduced part alone. **/
+    static std::vector<double> calcClamped(const ReducedBody& body, const std::string& name) {
+        const auto& interface = body.getInterface(name);
+        const auto& s = interface.position;
+        const Eigen::Index n = 6 + body.numModes;
+        Eigen::MatrixXd A = Eigen::MatrixXd::Zero(6, n);
+        A.leftCols(6).setIdentity();
+        A.block<3, 3>(0, 3) << 0, s[2], -s[1], -s[2], 0, s[0], s[1], -s[0], 0;
+        A.block(0, 6, 3, body.numModes) =
+            Eigen::Map<const Eigen::MatrixXd>(interface.Phi.data(), 3, body.numModes);
+        A.block(3, 6, 3, body.numModes) =
+            Eigen::Map<const Eigen::MatrixXd>(interface.Psi.data(), 3, body.numModes);
+        Eigen::MatrixXd M = Eigen::MatrixXd::Identity(n, n), K = Eigen::MatrixXd::Zero(n, n);
+        M.topLeftCorner<3, 3>() *= body.mass;
+        const auto& I = body.inertia;
+        M.block<3, 3>(3, 3) << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
+        for (int i = 0; i < body.numModes; ++i) K(6 + i, 6 + i) = body.omegaSquared[size_t(i)];
+        // Rigid motion follows from the modes, since the interface is held.
+        Eigen::MatrixXd N(n, body.numModes);
+        N.topRows(6) = -A.leftCols(6).inverse() * A.rightCols(body.numModes);
+        N.bottomRows(body.numModes).setIdentity();
+        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+            N.transpose() * K * N, N.transpose() * M * N);
+        std::vector<double> omega;
+        for (const double square : solver.eigenvalues()) omega.push_back(std::sqrt(square));
+        return omega;
+    }
+
+    TestFolder folder;
+    ThinDeck deck;
+};
+
+TEST_F(ThinParts, AFreeSquarePlateHasItsTheorysFrequencies) {
+    const double h = 0.004;
+    deck.addPatch("S8R", "PLATE", 10, 10, [](double u, double v) -> Point { return {u, v, 0}; });
+    deck.addShellSection("PLATE", h);
+    ReductionOptions options;
+    options.numModes = 6 + 6;
+    const ReducedBody body = reduceDeck(options);
+    // λ = ωa²√(ρh/D) of a thin plate, ν = 0.3 (Ritz's series carried to convergence).
+    const double lambda[6] = {13.468, 19.596, 24.270, 34.801, 34.801, 61.093};
+    for (int i = 0; i < 6; ++i) {
+        const double expected = lambda[i] * plateFactor(h) / (2 * M_PI);
+        EXPECT_NEAR(hertzOf(body, i), expected, 3e-3 * expected) << "mode " << i + 1;
+    }
+}
+
+TEST_F(ThinParts, AClampedDiscHasItsTheorysFrequencies) {
+    const double h = 0.01;
+    // A square in the middle and four patches around it, radius 1.
+    deck.addPatch("S8R", "DISC", 4, 4, [](double u, double v) -> Point {
+        return {0.8 * u - 0.4, 0.8 * v - 0.4, 0};
+    });
+    for (int side = 0; side < 4; ++side)
+        deck.addPatch("S8R", "DISC", 4, 4, [&](double u, double v) -> Point {
+            const double angle = M_PI / 4 * (2 * v - 1);
+            const double x = (1 - u) * 0.4 + u * std::cos(angle),
+                         y = (1 - u) * 0.4 * (2 * v - 1) + u * std::sin(angle);
+            const int c[4] = {1, 0, -1, 0}, s[4] = {0, 1, 0, -1};
+            return {c[side] * x - s[side] * y, s[side] * x + c[side] * y, 0};
+        });
+    deck.addShellSection("DISC", h);
+    deck.addNodeSet("RIM", [](const Point& x) { return std::hypot(x[0], x[1]) > 1 - 1e-9; });
+    ReductionOptions options;
+    options.interfaces = {{"rim", "RIM"}};
+    options.numModes = 6 + 8;
+    const auto omega = calcClamped(reduceDeck(options), "rim");
+    const double lambda[6] = {10.2158, 21.260, 21.260, 34.877, 34.877, 39.771};
+    for (size_t i = 0; i < 6; ++i) {
+        const double expected = lambda[i] * plateFactor(h);
+        EXPECT_NEAR(omega[i], expected, 5e-3 * expected) << "mode " << i + 1;
+    }
+}
+
+TEST_F(ThinParts, ARingHasItsTheorysFrequencies) {
+    const double R = 0.1, h = 0.001;
+    deck.nu = 0;
+    deck.addPatch("S8R", "RING", 32, 2, [&](double u, double v) -> Point {
+        const double angle = 2 * M_PI * (u == 1 ? 0 : u);
+        return {R * std::cos(angle), R * std::sin(angle), 0.02 * v};
+    });
+    deck.addShellSection("RING", h);
+    ReductionOptions options;
+    options.numModes = 6 + 16;
+    const ReducedBody body = reduceDeck(options);
+    for (int n = 2; n <= 4; ++n) {
+        const double expected = n * (n * n - 1.0) / std::sqrt(n * n + 1.0) * h / (R * R) *
+                                std::sqrt(70e9 / (12 * 2700)) / (2 * M_PI);
+        int count = 0;
+        for (int i = 0; i < body.numModes; ++i)
+            count += std::abs(hertzOf(body, i) - expected) < 3e-3 * expected;
+        EXPECT_GE(count, 2) << "mode " << n;  // sine and cosine
+    }
+}
+
+TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
+    deck.addPatch("S8R", "PLATE", 5, 3, [](double u, double v) -> Point {
+        return {-0.05 + 0.25 * u, 0.15 * v, 0};
+    });
+    deck.addBox("BLOCK", {2, 3, 2}, {-0.1, 0, -0.02}, {0, 0.15, 0.02});
+    deck.addBox("FOOT", {2, 2, 1}, {-0.1, 0.02, -0.05}, {0, 0.13, -0.02 - 1e-5});
+    deck.addBeam("B32R", "MAST", 3, {0.2, 0.15, 0}, {0.2, 0.15, 0.2});
+    deck.addShellSection("PLATE", 0.006);
+    deck.addBeamSection("MAST", "CIRC", 0.012, 0.012, "1,0,0");
+    deck.add(
+        "*SOLID SECTION, ELSET=BLOCK, MATERIAL=HEAVY\n*SOLID SECTION, ELSET=FOOT, MATERIAL=METAL\n"
+        "*SURFACE, NAME=BELOW\n16,S1\n17,S1\n18,S1\n19,S1\n20,S1\n21,S1\n"
+        "*SURFACE, NAME=TOP\nFOOT,S2\n*TIE, NAME=T, POSITION TOLERANCE=1e-4\nTOP,BELOW\n");
+    ReductionOptions options;
+    options.numModes = 6 + 10;
+    const ReducedBody body = reduceDeck(options);
+    const auto reference = testing::calcCalculixFrequencies(folder, folder / "deck.inp", {}, 16);
+    for (int i = 0; i < 10; ++i)
+        EXPECT_NEAR(hertzOf(body, i), reference[size_t(6 + i)], 1e-5 * reference[size_t(6 + i)])
+            << "mode " << i + 1;
+}
+
+}  // namespace
+}  // namespace simflex
