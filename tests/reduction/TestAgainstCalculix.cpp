@@ -6,6 +6,9 @@ against beam theory. **/
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <iomanip>
+#include <map>
+#include <sstream>
 
 #include "fe/TestDecks.h"
 #include "simflex/fe/CalculixDeck.h"
@@ -115,6 +118,95 @@ INSTANTIATE_TEST_SUITE_P(
                       ExamplePart{"rod", "C3D8R", 0.002, "BIG_END", "SMALL_END", 0.18},
                       ExamplePart{"shapely_rod", "C3D10", 0.004, "BIG_END", "SMALL_END", 0.18}),
     [](const auto& part) { return std::string(part.param.name) + "_" + part.param.elementType; });
+
+/** A bar along x of cells that are split into two wedges or six tetrahedra each; node sets LEFT and
+RIGHT, the ends. **/
+std::string splitBarText(const std::string& type) {
+    const bool isWedge = type == "C3D6" || type == "C3D15",
+               isQuadratic = type == "C3D15" || type == "C3D10";
+    const int n[3] = {8, 2, 2};
+    const double size[3] = {0.12, 0.02, 0.03};
+    std::map<std::array<int, 3>, int> numbers;  // by twice the place in the grid
+    std::ostringstream nodes, elements, left, right;
+    nodes << std::setprecision(14);
+    const auto numberOf = [&](const std::array<int, 3>& at) {
+        const auto [found, isNew] = numbers.emplace(at, int(numbers.size()) + 1);
+        if (isNew) {
+            nodes << found->second;
+            for (size_t a = 0; a < 3; ++a) nodes << "," << size[a] * at[a] / (2 * n[a]);
+            nodes << "\n";
+            if (at[0] == 0) left << found->second << ",\n";
+            if (at[0] == 2 * n[0]) right << found->second << ",\n";
+        }
+        return found->second;
+    };
+    const std::vector<std::vector<int>> pieces =
+        isWedge ? std::vector<std::vector<int>>{{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}}
+                : std::vector<std::vector<int>>{{0, 1, 2, 6}, {0, 5, 1, 6}, {0, 4, 5, 6},
+                                                {0, 7, 4, 6}, {0, 3, 7, 6}, {0, 2, 3, 6}};
+    const std::vector<std::pair<int, int>> edges =
+        isWedge ? std::vector<std::pair<int, int>>{{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5},
+                                                   {5, 3}, {0, 3}, {1, 4}, {2, 5}}
+                : std::vector<std::pair<int, int>>{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+    constexpr int kCorners[8][3] = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0},
+                                    {0, 0, 2}, {2, 0, 2}, {2, 2, 2}, {0, 2, 2}};
+    int element = 0;
+    for (int k = 0; k < n[2]; ++k)
+        for (int j = 0; j < n[1]; ++j)
+            for (int i = 0; i < n[0]; ++i)
+                for (const auto& piece : pieces) {
+                    std::vector<std::array<int, 3>> places;
+                    for (const int c : piece)
+                        places.push_back({2 * i + kCorners[c][0], 2 * j + kCorners[c][1],
+                                          2 * k + kCorners[c][2]});
+                    if (isQuadratic)
+                        for (const auto& [from, to] : edges) {
+                            const auto a = places[size_t(from)], b = places[size_t(to)];
+                            places.push_back(
+                                {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2});
+                        }
+                    elements << ++element;
+                    for (const auto& place : places) elements << "," << numberOf(place);
+                    elements << "\n";
+                }
+    return "*NODE\n" + nodes.str() + "*ELEMENT, TYPE=" + type + ", ELSET=BODY\n" + elements.str() +
+           "*NSET, NSET=LEFT\n" + left.str() + "*NSET, NSET=RIGHT\n" + right.str() +
+           Brick().materialText();
+}
+
+class SplitBarTest : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(SplitBarTest, FrequenciesAndTipDeflectionMatchCalculix) {
+    TestFolder folder;
+    testing::writeText(folder / "bar.inp", splitBarText(GetParam()));
+    ReductionOptions options;
+    options.interfaces = {{"left", "LEFT"}, {"right", "RIGHT"}};
+    options.interfaces[0].master = {0, 0.01, 0.015};
+    options.interfaces[1].master = {0.12, 0.01, 0.015};
+    options.numModes = 100;
+    options.numCheckedModes = 6;
+    const ReducedBody body = reduce(readCalculixDeck(folder / "bar.inp"), options);
+    const std::pair<std::string, std::array<double, 3>> left{"LEFT", {0, 0.01, 0.015}},
+        right{"RIGHT", {0.12, 0.01, 0.015}};
+    const auto reference =
+        testing::calcCalculixFrequencies(folder, folder / "bar.inp", {left, right}, 12);
+    for (int i = 0; i < 6; ++i) {
+        // The full model is CalculiX's to its seven digits; the part is close above it.
+        const double full = body.report->fullFrequencies[size_t(i)], part = hertzOf(body, i);
+        EXPECT_NEAR(full, reference[size_t(6 + i)], 1e-5 * full) << "mode " << i + 1;
+        EXPECT_GT(part, full * (1 - 1e-9)) << "mode " << i + 1;
+        EXPECT_LT(part, full * (1 + 1e-3)) << "mode " << i + 1;
+    }
+    const std::array<double, 6> load{100, 40, -25, 0.3, -0.2, 0.5};
+    const auto expected =
+        testing::calcCalculixDeflection(folder, folder / "bar.inp", left, right, load);
+    const Eigen::VectorXd u = calcDeflection(body, "left", "right", load);
+    for (int k = 0; k < 6; ++k)
+        EXPECT_NEAR(u[k], expected[size_t(k)], 1e-5 * std::abs(expected[size_t(k)]) + 1e-12)
+            << "component " << k;
+}
+
+INSTANTIATE_TEST_SUITE_P(Types, SplitBarTest, ::testing::Values("C3D4", "C3D10", "C3D6", "C3D15"));
 
 TEST(CrankPartFile, OfOneMillimetreMeshMatchesCalculix) {
     const std::string parts = SIMFLEX_BINARY_DIR "/parts/";
