@@ -46,9 +46,9 @@ void printTimings(const ReductionTimings& t, double deckSeconds) {
         "deck and CalculiX %.2f s, factor %.2f s (%d DOF, %.1f M entries), constraint modes %.2f "
         "s, normal "
         "modes %.2f s, orthonormal modes %.2f s, invariants %.2f s, geometric stiffness %.2f s, "
-        "check %.2f s, total %.2f s\n",
+        "stress %.2f s, check %.2f s, total %.2f s\n",
         deckSeconds, t.factor, t.numDofs, double(t.numFactorEntries) * 1e-6, t.constraintModes,
-        t.normalModes, t.orthonormalize, t.invariants, t.stiffening, t.check,
+        t.normalModes, t.orthonormalize, t.invariants, t.stiffening, t.stress, t.check,
         deckSeconds + t.total);
 }
 
@@ -83,6 +83,7 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     auto phases = kPhases;
     if (arguments.stiffening)
         phases.insert(phases.end(), kStiffeningPhases.begin(), kStiffeningPhases.end());
+    if (options.stress) phases.emplace_back("modal stress", 4);
     if (options.numCheckedModes > 0) phases.push_back(kCheckPhase);
     ProgressBar bar(arguments.quiet, phases);
     const ProgressCallback progress = [&](const std::string& phase, double fraction) {
@@ -106,11 +107,15 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     if (!arguments.picture.empty()) drawInterfaces(body).writePng(arguments.picture);
     bar.clear();
 
+    const std::string stress =
+        body.modalStress
+            ? ", stress at " + std::to_string(body.modalStress->nodes.size()) + " nodes"
+            : "";
     if (!arguments.quiet)
-        std::printf("%s: %d modes, %zu interfaces, %.6g kg, lowest frequency %.6g Hz%s -> %s\n",
+        std::printf("%s: %d modes, %zu interfaces, %.6g kg, lowest frequency %.6g Hz%s%s -> %s\n",
                     body.name.c_str(), body.numModes, body.interfaces.size(), body.mass,
                     std::sqrt(body.omegaSquared[0]) / (2 * M_PI),
-                    body.stiffening ? ", geometric stiffness" : "", output.c_str());
+                    body.stiffening ? ", geometric stiffness" : "", stress.c_str(), output.c_str());
     if (!arguments.quiet && options.numCheckedModes > 0) printCheck(body);
     if (arguments.timings) printTimings(timings, deckSeconds);
 }

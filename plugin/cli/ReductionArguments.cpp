@@ -1,5 +1,6 @@
 #include "ReductionArguments.h"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace simflex {
@@ -13,6 +14,26 @@ std::pair<std::string, std::string> splitAssignment(const std::string& option,
     if (equals == 0 || equals == std::string::npos || equals + 1 == text.size())
         throw CLI::ValidationError(option, "'" + text + "' is not of the form NAME=VALUE");
     return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+StressOptions parseStress(const std::string& text) {
+    StressOptions options;
+    if (text == "skin") return options;
+    options.nodes = StressOptions::Nodes::All;
+    if (text == "all") return options;
+    options.nodes = StressOptions::Nodes::Sets;
+    if (text.find(':') != std::string::npos) {  // a shape, whose numbers have commas
+        options.sets = {text};
+        return options;
+    }
+    for (size_t begin = 0; begin <= text.size();) {
+        const size_t comma = std::min(text.find(',', begin), text.size());
+        if (comma == begin)
+            throw CLI::ValidationError("--stress", "'" + text + "' is not all, skin or SET,SET…");
+        options.sets.push_back(text.substr(begin, comma - begin));
+        begin = comma + 1;
+    }
+    return options;
 }
 
 }  // namespace
@@ -60,6 +81,9 @@ void ReductionArguments::addTo(CLI::App& command) {
                     "compare so many frequencies of the part with those of the full model")
         ->type_name("COUNT")
         ->check(CLI::PositiveNumber);
+    command.add_flag("--stress{skin}", _stress,
+                     "stress and strain of the modes at the nodes of the part's skin, at `all`, or "
+                     "at NODES (--stress=SET,SET or =sphere:x,y,z,r)");
     command
         .add_option("--memory", _memory,
                     "memory the reduction may take; more is refused before K is factored (default: "
@@ -100,6 +124,7 @@ ReductionOptions ReductionArguments::parse() const {
     options.numModes = _numModes;
     if (_highestFrequency > 0) options.highestFrequency = _highestFrequency;
     options.numCheckedModes = _numCheckedModes;
+    if (!_stress.empty()) options.stress = parseStress(_stress);
     if (_memory > 0) options.memoryLimit = _memory * 1073741824;
     return options;
 }

@@ -22,6 +22,7 @@ public:
 
 private:
     std::vector<std::string> _rigid, _distributing, _masters, _loadPoints;
+    std::string _stress;  ///< all, skin or nodes; empty: none
     int _numModes = 50, _numCheckedModes = 0;
     double _highestFrequency = 0, _memory = 0;
 };

@@ -1,5 +1,6 @@
 #include "SolidElements.h"
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <complex>
 #include <stdexcept>
@@ -114,6 +115,57 @@ std::vector<WeightedPoint> makeRule(const std::string& type) {
                                 " are not known");
 }
 
+ElementType findLinear(ElementType type) {
+    switch (type) {
+        case ElementType::Tet10:
+            return ElementType::Tet4;
+        case ElementType::Hex20:
+            return ElementType::Hex8;
+        case ElementType::Wedge15:
+            return ElementType::Wedge6;
+        default:
+            return type;
+    }
+}
+
+/** Natural coordinates of a node, and the corners that the middle of an edge lies between. **/
+struct Node {
+    std::array<double, 3> xi{};
+    std::array<int, 2> ends{};
+};
+
+std::vector<Node> getNodes(ElementType type) {
+    std::vector<Node> nodes;
+    std::vector<std::array<int, 2>> edges;
+    const ElementType linear = findLinear(type);
+    if (linear == ElementType::Tet4) {
+        for (int k = 0; k < 4; ++k)
+            nodes.push_back({{double(k == 1), double(k == 2), double(k == 3)}, {k, k}});
+        for (const auto& edge : kTetEdges) edges.push_back({edge[0], edge[1]});
+    } else if (linear == ElementType::Wedge6) {
+        for (int k = 0; k < 6; ++k)
+            nodes.push_back({{double(k % 3 == 1), double(k % 3 == 2), k < 3 ? -1.0 : 1.0}, {k, k}});
+        for (const int first : {0, 3})
+            for (const auto& edge : kTriangleEdges)
+                edges.push_back({first + edge[0], first + edge[1]});
+        for (int k = 0; k < 3; ++k) edges.push_back({k, k + 3});
+    } else {
+        for (int k = 0; k < 8; ++k) {
+            const auto& c = kHexCorners[k];
+            nodes.push_back({{double(c[0]), double(c[1]), double(c[2])}, {k, k}});
+        }
+        for (const auto& edge : kHexEdges) edges.push_back({edge[0], edge[1]});
+    }
+    if (type == linear) return nodes;
+    for (const auto& ends : edges) {
+        Node middle{{}, ends};
+        for (size_t a = 0; a < 3; ++a)
+            middle.xi[a] = 0.5 * (nodes[size_t(ends[0])].xi[a] + nodes[size_t(ends[1])].xi[a]);
+        nodes.push_back(middle);
+    }
+    return nodes;
+}
+
 std::vector<IntegrationPoint> makePoints(const std::vector<WeightedPoint>& rule, ElementType type) {
     constexpr double kStep = 1e-30;  // derivatives by a complex step are exact
     std::vector<IntegrationPoint> points;
@@ -154,6 +206,43 @@ std::vector<IntegrationPoint> makeBeamIntegrationPoints() {
         for (const auto& [y, wy] : line)
             for (const double x : {-inner, inner}) rule.push_back({{x, y, z}, wy * wz});
     return makePoints(rule, ElementType::Hex20);
+}
+
+std::vector<double> makeExtrapolation(const std::string& calculixType, ElementType type) {
+    const auto rule = makeRule(calculixType);
+    const auto nodes = getNodes(type);
+    const ElementType linear = findLinear(type);
+    const size_t numCorners = size_t(numNodesOf(linear));
+    // Functions fitted to the values at the points, by least squares if there are more points.
+    const auto fitted = [&](const std::array<double, 3>& x) -> std::vector<double> {
+        if (calculixType == "C3D8R" || calculixType == "C3D4") return {1};
+        if (calculixType == "C3D6") return {1, x[2]};
+        if (calculixType == "C3D15") return {1, x[0], x[1], x[2], x[0] * x[2], x[1] * x[2]};
+        std::vector<double> values;
+        for (const Complex& N :
+             calcShapes(calculixType == "C3D20" ? type : linear, {x[0], x[1], x[2]}))
+            values.push_back(N.real());
+        return values;
+    };
+    const auto toMatrix = [&](size_t count, const auto& place) {
+        Eigen::MatrixXd F(Eigen::Index(count), Eigen::Index(fitted(place(0)).size()));
+        for (size_t k = 0; k < count; ++k) {
+            const auto row = fitted(place(k));
+            F.row(Eigen::Index(k)) =
+                Eigen::Map<const Eigen::RowVectorXd>(row.data(), Eigen::Index(row.size()));
+        }
+        return F;
+    };
+    const Eigen::MatrixXd atPoints = toMatrix(rule.size(), [&](size_t k) { return rule[k].xi; });
+    Eigen::MatrixXd A = toMatrix(nodes.size(), [&](size_t k) { return nodes[k].xi; }) *
+                        Eigen::MatrixXd(atPoints.completeOrthogonalDecomposition().pseudoInverse());
+    if (calculixType != "C3D20")
+        for (size_t k = numCorners; k < nodes.size(); ++k)
+            A.row(Eigen::Index(k)) = 0.5 * (A.row(nodes[k].ends[0]) + A.row(nodes[k].ends[1]));
+    std::vector<double> result;
+    for (Eigen::Index k = 0; k < A.rows(); ++k)
+        for (Eigen::Index p = 0; p < A.cols(); ++p) result.push_back(A(k, p));
+    return result;
 }
 
 }  // namespace simflex

@@ -30,4 +30,12 @@ std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixT
 5×5 across. **/
 std::vector<IntegrationPoint> makeBeamIntegrationPoints();
 
+/** How CalculiX carries values from the integration points to the nodes of an element:
+nodes×points, row by row. C3D8, C3D20R: trilinear to the corners. C3D10: linear to the corners.
+C3D15: linear to the corners, along the height by least squares. C3D20: least squares by its own
+shape functions. C3D8R, C3D4: constant. C3D6: constant in the triangle, linear along the height.
+Middles of edges, but for C3D20, lie between their corners.
+@throws std::invalid_argument for another type. **/
+std::vector<double> makeExtrapolation(const std::string& calculixType, ElementType type);
+
 }  // namespace simflex

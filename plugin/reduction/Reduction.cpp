@@ -9,6 +9,7 @@
 #include "FixedInterfaces.h"
 #include "MeanAxis.h"
 #include "ModalInvariants.h"
+#include "ModalStress.h"
 #include "Stiffening.h"
 
 namespace simflex {
@@ -95,6 +96,8 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
         body.stiffening = calcStiffening(model, products, rigid, ties, basis, modes,
                                          *options.stiffening, progress);
     time.stiffening = lapTime(lap);
+    if (options.stress) body.modalStress = calcModalStress(model, body, *options.stress, progress);
+    time.stress = lapTime(lap);
     if (options.numCheckedModes > 0)
         body.report->fullFrequencies = calcFullFrequencies(
             products, rigid, basis, std::min(options.numCheckedModes, body.numModes), progress);

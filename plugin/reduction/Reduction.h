@@ -62,6 +62,15 @@ struct StiffeningOptions {
     int numProcesses = 0;  ///< CalculiX runs at the same time; 0: one a processor
 };
 
+/** Where stress and strain of the modes are kept. They come from the displacements by the elements
+and materials of the model's own deck, as CalculiX has them (averaged at a node over its elements,
+different materials too); nothing is run. **/
+struct StressOptions {
+    enum class Nodes { Skin, All, Sets };
+    Nodes nodes = Nodes::Skin;      ///< Skin: those of faces of one element only
+    std::vector<std::string> sets;  ///< for Nodes::Sets, see selectNodes()
+};
+
 struct ReductionOptions {
     std::string name = "part";
     std::vector<InterfaceOptions> interfaces;
@@ -83,6 +92,8 @@ struct ReductionOptions {
     /** Factors and finds modes in another way, over many machines for instance (SlepcSolver.h).
     Null: the library's own. **/
     std::shared_ptr<StiffnessSolver> solver;
+    /** Asks for ReducedBody::modalStress. **/
+    std::optional<StressOptions> stress;
 };
 
 /** Wall time of the phases [s], and the size of the problem. **/
@@ -94,6 +105,7 @@ struct ReductionTimings {
     double check = 0;            ///< frequencies of the full model
     double invariants = 0;
     double stiffening = 0;  ///< loads, CalculiX, products
+    double stress = 0;      ///< of the modes
     double total = 0;
     int numDofs = 0;            ///< of the finite element model
     long numFactorEntries = 0;  ///< nonzeros of the Cholesky factor
@@ -105,8 +117,10 @@ struct ReductionTimings {
     an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface; a load
     point without nodes or on a rigid interface; too few or too many modes; K singular beyond its
 six rigid motions; stiffening of a model with constraints; more memory than there is.
+@throws std::invalid_argument for stress, if the model was read from no deck, or has materials that
+    are not understood (they do not make K), or if its nodes do not exist.
 @throws std::runtime_error for stiffening, if CalculiX fails (names the load) or the deck has
-changed since the model was read.
+    changed since the model was read; so for stress.
 @throws Cancelled if progress asks to stop. **/
 ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
                    const ProgressCallback& progress = {}, ReductionTimings* timings = nullptr);

@@ -24,6 +24,25 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
+TEST_F(CliTest, ReduceKeepsTheStressThatIsAskedFor) {
+    const std::string command = "reduce brick.inp --interface left=LEFT --modes 12 -o part.h5";
+    const auto numNodes = [&] {
+        return readReducedBody(folder / "part.h5").modalStress.value().nodes.size();
+    };
+    ASSERT_EQ(run(command), 0) << err;
+    EXPECT_FALSE(readReducedBody(folder / "part.h5").modalStress);
+    ASSERT_EQ(run(command + " --stress"), 0) << err;
+    EXPECT_EQ(numNodes(), 9u * 9 - 7);  // all but those along the middle
+    EXPECT_THAT(out, HasSubstr("stress at 74 nodes"));
+    ASSERT_EQ(run(command + " --stress=all"), 0) << err;
+    EXPECT_EQ(numNodes(), 81u);
+    ASSERT_EQ(run(command + " --stress=LINE,right"), 0) << err;
+    EXPECT_EQ(numNodes(), 9u + 9 - 1);
+    EXPECT_NE(run(command + " --stress=TOP"), 0);
+    EXPECT_THAT(err, AllOf(HasSubstr("'TOP'"), HasSubstr("LINE")));
+    EXPECT_NE(run(command + " --stress=LEFT,,RIGHT"), 0);
+}
+
 TEST_F(CliTest, ReduceWritesAPartThatInfoShows) {
     ASSERT_EQ(
         run("reduce brick.inp --interface left=LEFT --interface right=right --modes 20 -o part.h5"),

@@ -1,6 +1,7 @@
 #include "fe/TestDecks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -159,6 +160,59 @@ std::string Brick::materialText() const {
     return text.str();
 }
 
+DistortedCube::DistortedCube(const std::string& type)
+    : nodes{{0, 0, 0},     {1, 0.1, 0}, {1.2, 1, 0.1}, {-0.1, 0.9, 0},
+            {0, 0.1, 0.8}, {1.1, 0, 1}, {1, 1.1, 1.2}, {0.1, 1, 0.9}},
+      _type(type) {
+    const std::vector<std::pair<int, int>> hex{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
+                                               {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}},
+        wedge{{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}},
+        tet{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+    if (type.compare(0, 4, "C3D8") == 0 || type.compare(0, 5, "C3D20") == 0) {
+        nodes.insert(nodes.end(), {{2, 0.1, 0.1}, {2.1, 0.8, 0.2}, {2.2, 0.1, 1}, {1.9, 1.2, 1.1}});
+        elements = {{0, 1, 2, 3, 4, 5, 6, 7}, {1, 8, 9, 2, 5, 10, 11, 6}};
+        if (type.compare(0, 4, "C3D8") != 0) addMiddles(hex);
+    } else if (type == "C3D6" || type == "C3D15") {
+        elements = {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}};
+        if (type == "C3D15") addMiddles(wedge);
+    } else {
+        elements = {{0, 1, 3, 4}, {1, 2, 3, 6}, {1, 6, 4, 5}, {3, 4, 6, 7}, {1, 3, 4, 6}};
+        if (type != "C3D4") addMiddles(tet);
+    }
+}
+
+void DistortedCube::addMiddles(const std::vector<std::pair<int, int>>& edges) {
+    constexpr double kOff = 0.03;
+    std::map<std::pair<int, int>, int> middles;
+    for (auto& element : elements)
+        for (const auto& edge : edges) {
+            const int a = element[size_t(edge.first)], b = element[size_t(edge.second)];
+            const auto [found, isNew] = middles.emplace(std::minmax(a, b), int(nodes.size()));
+            element.push_back(found->second);
+            if (!isNew) continue;
+            std::array<double, 3> middle{};
+            for (size_t k = 0; k < 3; ++k)
+                middle[k] = 0.5 * (nodes[size_t(a)][k] + nodes[size_t(b)][k]) +
+                            kOff * std::sin(double(nodes.size() + 2 * k));
+            nodes.push_back(middle);
+        }
+}
+
+std::string DistortedCube::meshText() const {
+    std::ostringstream out;
+    out << std::setprecision(12) << "*NODE\n";
+    for (size_t k = 0; k < nodes.size(); ++k)
+        out << k + 1 << "," << nodes[k][0] << "," << nodes[k][1] << "," << nodes[k][2] << "\n";
+    out << "*ELEMENT, TYPE=" << _type << ", ELSET=BODY\n";
+    for (size_t e = 0; e < elements.size(); ++e) {
+        out << e + 1;
+        for (size_t k = 0; k < elements[e].size(); ++k)
+            out << (k == 12 ? ",\n" : ",") << elements[e][k] + 1;
+        out << "\n";
+    }
+    return out.str() + "*ELSET, ELSET=ONE\n1,\n";
+}
+
 std::string meshExamplePart(const TestFolder& folder, const std::string& name,
                             const std::string& elementType, double h) {
     const std::string parts = std::string(SIMFLEX_SOURCE_DIR) + "/examples/parts/";
@@ -274,6 +328,64 @@ std::map<int, std::array<double, 3>> calcCalculixSagOfSet(
     const std::pair<std::string, std::array<double, 3>>& tied, const std::string& set,
     double gravity, const std::array<double, 3>& direction) {
     return calcStaticDisplacements(folder, deck, held, tied, set, gravityText(gravity, direction));
+}
+
+std::string makeTieCards(int index, const std::string& set, const std::array<double, 3>& point) {
+    return tieText(index, set, point);
+}
+
+int getTieNode(int index) {
+    return kTieNode + 2 * index;
+}
+
+namespace {
+
+/** The blocks of a .frd file by their names, numbers by node. **/
+std::map<std::string, std::map<int, std::vector<double>>> readFrd(const std::string& path) {
+    constexpr size_t kFirst = 13, kWidth = 12;
+    std::map<std::string, std::map<int, std::vector<double>>> blocks;
+    std::string name;
+    std::ifstream in(path);
+    for (std::string line; std::getline(in, line);) {
+        const std::string key = line.substr(0, 3);
+        if (key == " -4") std::istringstream(line.substr(3)) >> name;
+        if (key == " -3") name.clear();
+        if (key != " -1" || name.empty()) continue;
+        auto& values = blocks[name][std::stoi(line.substr(3, 10))];
+        for (size_t at = kFirst; at + kWidth <= line.size(); at += kWidth)
+            values.push_back(std::stod(line.substr(at, kWidth)));
+    }
+    return blocks;
+}
+
+}  // namespace
+
+CalculixStress calcCalculixStress(const TestFolder& folder, const std::string& deck,
+                                  const std::string& modelCards, const std::string& stepCards) {
+    writeText(folder / "stress.inp",
+              "*INCLUDE, INPUT=" + withoutSkin(folder, deck) + "\n" + modelCards +
+                  "*STEP\n*STATIC\n" + stepCards +
+                  "*EL FILE\nS, E\n*EL PRINT, ELSET=BODY, GLOBAL=YES\nS\n*END STEP\n");
+    runOrThrow("cd '" + folder.path() + "' && ccx stress", folder / "ccx.log");
+    CalculixStress result;
+    const auto blocks = readFrd(folder / "stress.frd");
+    const auto take = [&](const char* name, std::map<int, CalculixStress::Tensor>& to) {
+        const auto block = blocks.find(name);
+        if (block == blocks.end()) throw std::runtime_error(readText(folder / "ccx.log"));
+        for (const auto& [node, v] : block->second)
+            to[node] = {v[0], v[1], v[2], v[3], v[5], v[4]};  // there xy yz zx
+    };
+    take("STRESS", result.stress);
+    take("TOSTRAIN", result.strain);
+    std::ifstream in(folder / "stress.dat");
+    for (std::string line; std::getline(in, line);) {
+        std::istringstream numbers(line);
+        int element, point;
+        CalculixStress::Tensor s;
+        if (numbers >> element >> point >> s[0] >> s[1] >> s[2] >> s[3] >> s[4] >> s[5])
+            result.atPoints[{element, point}] = s;
+    }
+    return result;
 }
 
 }  // namespace testing

@@ -50,6 +50,23 @@ struct Brick {
     std::string text() const { return meshText() + materialText(); }
 };
 
+/** Two distorted hexahedra (C3D8, C3D8R, C3D20, C3D20R), or a distorted cube of two wedges (C3D6,
+C3D15) or five tetrahedra (C3D4, C3D10, C3D10T), with mid-edge nodes off the straight where asked
+for; one element set BODY, and ONE of element 1. **/
+struct DistortedCube {
+    std::vector<std::array<double, 3>> nodes;  ///< numbers from 1
+    std::vector<std::vector<int>> elements;    ///< indices of nodes
+
+    explicit DistortedCube(const std::string& type);
+    std::string meshText() const;
+    std::string text() const { return meshText() + Brick().materialText(); }
+
+private:
+    void addMiddles(const std::vector<std::pair<int, int>>& edges);
+
+    std::string _type;
+};
+
 /** Meshes examples/parts/NAME.geo with elements of size h [m] into folder/NAME.inp.
 @returns the path of the deck. **/
 std::string meshExamplePart(const TestFolder& folder, const std::string& name,
@@ -82,6 +99,24 @@ std::map<int, std::array<double, 3>> calcCalculixSagOfSet(
     const std::pair<std::string, std::array<double, 3>>& held,
     const std::pair<std::string, std::array<double, 3>>& tied, const std::string& set,
     double gravity, const std::array<double, 3>& direction);
+
+/** Stress and strain (tensors, xx yy zz xy xz yz) as CalculiX puts them out. **/
+struct CalculixStress {
+    using Tensor = std::array<double, 6>;
+    std::map<int, Tensor> stress, strain;            ///< at nodes by their numbers, from the .frd
+    std::map<std::pair<int, int>, Tensor> atPoints;  ///< by element and integration point
+};
+
+/** Those of a linear *STATIC step on a deck with further cards of the model and of the step. The
+points are those of element set BODY. **/
+CalculixStress calcCalculixStress(const TestFolder& folder, const std::string& deck,
+                                  const std::string& modelCards, const std::string& stepCards);
+
+/** Nodes REF and ROT of tie `index` (set TIE`index`) and the *RIGID BODY card of a node set. **/
+std::string makeTieCards(int index, const std::string& set, const std::array<double, 3>& point);
+
+/** Number of the node that forces on the tie act on; moments act on the next. **/
+int getTieNode(int index);
 
 }  // namespace testing
 }  // namespace simflex

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 
+#include "simflex/body/StressRecovery.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "solver/SliderCrankModel.h"
 #include "support/PointMassPart.h"
@@ -189,6 +190,43 @@ TEST(Allocation, NorDoRigidBodiesOrSmallerPartsBesideLargeOnes) {
         EXPECT_EQ(countAllocations(system, state, form, &iterations), 0);
         EXPECT_GT(iterations, 30);
     }
+}
+
+TEST(Allocation, StressOfManyNodesNeedsNoneOnceItsResultsHaveTheirSize) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    ReducedBody part = *test::makePointMassPart().body;
+    part.modalStress.emplace();
+    for (int node = 0; node < part.mesh.numNodes(); ++node) part.modalStress->nodes.push_back(node);
+    part.modalStress->stress.assign(6 * part.modalStress->nodes.size() * size_t(part.numModes), 1);
+    part.modalStress->strain = part.modalStress->stress;
+    const FlexibleBody body(flexible, std::make_shared<const ReducedBody>(std::move(part)));
+    const State state = [&] {
+        State start = system.realizeTopology();
+        body.setModalCoordinates(start, Vector(body.getNumModes(), 0.1));
+        system.realize(start, Stage::Velocity);
+        return start;
+    }();
+    std::vector<int> numbers;  // enough for several threads
+    for (int k = 0; k < 20000; ++k)
+        numbers.push_back(body.getPart().mesh.nodeNumbers[size_t(k % 8)]);
+    StressRecovery nodes(body, numbers);
+    Array_<SymMat33> stress, strain;
+    Array_<Vec3> principal, velocity;
+    Vector vonMises;
+    for (const bool counted : {false, true}) {
+        numAllocations = 0;
+        isCounting = counted;
+        nodes.calcStress(state, stress, StressRecovery::Axes::Ground);
+        nodes.calcStrain(state, strain);
+        nodes.calcVonMises(state, vonMises);
+        nodes.calcPrincipalStress(state, principal);
+        nodes.calcVelocity(state, velocity);
+        isCounting = false;
+    }
+    EXPECT_EQ(numAllocations, 0);
+    EXPECT_GT(vonMises.normInf() + principal[0].norm(), 0);
 }
 
 }  // namespace

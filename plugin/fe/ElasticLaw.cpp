@@ -1,0 +1,194 @@
+#include "ElasticLaw.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace simflex {
+namespace {
+
+using Vec3 = std::array<double, 3>;
+constexpr int kPairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+
+[[noreturn]] void refuse(const DeckCard& card, const std::string& why) {
+    throw std::invalid_argument(card.where() + card.title + ": " + why);
+}
+
+double dot(const Vec3& a, const Vec3& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+Vec3 cross(const Vec3& a, const Vec3& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Vec3 minus(const Vec3& a, const Vec3& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+
+Vec3 scaled(const Vec3& a, double factor) {
+    return {a[0] * factor, a[1] * factor, a[2] * factor};
+}
+
+Vec3 across(const Vec3& a, const Vec3& unit) {
+    return minus(a, scaled(unit, dot(a, unit)));
+}
+
+double norm(const Vec3& a) {
+    return std::sqrt(dot(a, a));
+}
+
+Axes toAxes(const Vec3& e1, const Vec3& e2, const Vec3& e3) {
+    Axes axes;
+    for (size_t i = 0; i < 3; ++i) axes[i] = {e1[i], e2[i], e3[i]};
+    return axes;
+}
+
+/** The constants of the first temperature: so many of each line; what is missing is zero. **/
+std::vector<double> readConstants(const DeckCard& card, const std::vector<size_t>& perLine) {
+    if (card.data.size() < perLine.size())
+        refuse(card, "has " + std::to_string(card.data.size()) + " lines of constants, needs " +
+                         std::to_string(perLine.size()));
+    std::vector<double> constants;
+    for (size_t line = 0; line < perLine.size(); ++line)
+        for (size_t k = 0; k < perLine[line]; ++k) {
+            const auto& fields = card.data[line].fields;
+            constants.push_back(k < fields.size() && !fields[k].empty()
+                                    ? parseDeckNumber(fields[k], card.where(card.data[line].line))
+                                    : 0.0);
+        }
+    return constants;
+}
+
+ElasticMatrix makeOrthotropic(const std::array<double, 9>& c) {
+    ElasticMatrix D{};
+    D[0][0] = c[0];
+    D[0][1] = D[1][0] = c[1];
+    D[1][1] = c[2];
+    D[0][2] = D[2][0] = c[3];
+    D[1][2] = D[2][1] = c[4];
+    D[2][2] = c[5];
+    for (size_t k = 0; k < 3; ++k) D[3 + k][3 + k] = c[6 + k];
+    return D;
+}
+
+ElasticMatrix makeIsotropic(const DeckCard& card) {
+    const auto c = readConstants(card, {2});
+    const double E = c[0], nu = c[1];
+    if (!(E > 0) || !(nu > -1 && nu < 0.5))
+        refuse(card, "E = " + std::to_string(E) + ", ν = " + std::to_string(nu) +
+                         "; a solid has E > 0 and −1 < ν < 0.5");
+    const double lambda = E * nu / ((1 + nu) * (1 - 2 * nu)), mu = E / (2 * (1 + nu)),
+                 M = lambda + 2 * mu;
+    return makeOrthotropic({M, lambda, M, lambda, lambda, M, mu, mu, mu});
+}
+
+/** E₁ E₂ E₃ ν₁₂ ν₁₃ ν₂₃ G₁₂ G₁₃ | G₂₃; ν_ij = −ε_jj/ε_ii under σ_ii. **/
+ElasticMatrix makeFromEngineeringConstants(const DeckCard& card) {
+    const auto c = readConstants(card, {8, 1});
+    for (const size_t k : {0, 1, 2, 6, 7, 8})
+        if (!(c[k] > 0)) refuse(card, "its moduli must be positive");
+    const double nu12 = c[3], nu13 = c[4], nu23 = c[5], nu21 = nu12 * c[1] / c[0],
+                 nu31 = nu13 * c[2] / c[0], nu32 = nu23 * c[2] / c[1],
+                 rest = 1 - nu12 * nu21 - nu23 * nu32 - nu31 * nu13 - 2 * nu21 * nu32 * nu13;
+    if (!(rest > 0)) refuse(card, "its Poisson's ratios make no solid");
+    return makeOrthotropic({c[0] * (1 - nu23 * nu32) / rest, c[0] * (nu21 + nu31 * nu23) / rest,
+                            c[1] * (1 - nu13 * nu31) / rest, c[0] * (nu31 + nu21 * nu32) / rest,
+                            c[1] * (nu32 + nu12 * nu31) / rest, c[2] * (1 - nu12 * nu21) / rest,
+                            c[6], c[7], c[8]});
+}
+
+/** Columns of the upper triangle, 21 constants. **/
+ElasticMatrix makeAnisotropic(const DeckCard& card) {
+    const auto c = readConstants(card, {8, 8, 5});
+    ElasticMatrix D{};
+    size_t next = 0;
+    for (size_t column = 0; column < 6; ++column)
+        for (size_t row = 0; row <= column; ++row) D[row][column] = D[column][row] = c[next++];
+    return D;
+}
+
+}  // namespace
+
+ElasticMatrix parseElasticLaw(const DeckCard& elastic) {
+    const std::string type = elastic.has("TYPE") ? elastic.get("TYPE").substr(0, 3) : "ISO";
+    if (type == "ISO") return makeIsotropic(elastic);
+    if (type == "ENG") return makeFromEngineeringConstants(elastic);
+    if (type == "ORT") {
+        const auto c = readConstants(elastic, {8, 1});
+        std::array<double, 9> constants{};
+        for (size_t k = 0; k < 9; ++k) constants[k] = c[k];
+        return makeOrthotropic(constants);
+    }
+    if (type == "ANI") return makeAnisotropic(elastic);
+    refuse(elastic, "TYPE=" + elastic.get("TYPE") +
+                        " is not known; known are ISO, ENGINEERING CONSTANTS, ORTHO and ANISO");
+}
+
+Orientation::Orientation(const DeckCard& orientation) {
+    _isCylindrical = orientation.has("SYSTEM") && orientation.get("SYSTEM")[0] == 'C';
+    const auto c = readConstants(orientation, {6});
+    _a = {c[0], c[1], c[2]};
+    _b = {c[3], c[4], c[5]};
+    if (_isCylindrical) {
+        if (!(norm(minus(_b, _a)) > 0)) refuse(orientation, "its two points are the same");
+        return;
+    }
+    if (!(norm(cross(_a, _b)) > 0)) refuse(orientation, "its two points lie on one line");
+    const Vec3 e1 = scaled(_a, 1 / norm(_a)), inPlane = across(_b, e1),
+               e2 = scaled(inPlane, 1 / norm(inPlane));
+    const Vec3 e[3] = {e1, e2, cross(e1, e2)};
+    _axes = toAxes(e[0], e[1], e[2]);
+    if (orientation.data.size() < 2) return;
+
+    // A further turn about one of the local axes, in degrees.
+    const DeckLine& line = orientation.data[1];
+    const std::string where = orientation.where(line.line);
+    const int axis = parseDeckInteger(line.fields[0], where);
+    if (axis < 1 || axis > 3) refuse(orientation, "the axis of its turn must be 1, 2 or 3");
+    const double angle =
+        (line.fields.size() > 1 ? parseDeckNumber(line.fields[1], where) : 0) * M_PI / 180;
+    Vec3 turned[3];
+    for (size_t k = 0; k < 3; ++k) {
+        const Vec3 &p = e[axis - 1], side = cross(p, e[k]);
+        for (size_t i = 0; i < 3; ++i)
+            turned[k][i] = std::cos(angle) * e[k][i] + std::sin(angle) * side[i] +
+                           (1 - std::cos(angle)) * dot(p, e[k]) * p[i];
+    }
+    _axes = toAxes(turned[0], turned[1], turned[2]);
+}
+
+Axes Orientation::calcAxes(const Vec3& point) const {
+    if (!_isCylindrical) return _axes;
+    constexpr double kOnAxis = 1e-10;
+    const Vec3 line = minus(_b, _a), e3 = scaled(line, 1 / norm(line));
+    Vec3 radial = across(minus(point, _a), e3);
+    if (norm(radial) < kOnAxis)  // any direction will do
+        radial = across(std::abs(e3[0]) > 0.5 ? Vec3{0, 1, 0} : Vec3{1, 0, 0}, e3);
+    const Vec3 e1 = scaled(radial, 1 / norm(radial));
+    return toAxes(e1, cross(e3, e1), e3);
+}
+
+ElasticMatrix turnElasticLaw(const ElasticMatrix& D, const Axes& axes) {
+    double T[6][6];  // local strain of the deck's
+    for (size_t k = 0; k < 6; ++k)
+        for (size_t l = 0; l < 6; ++l) {
+            const auto [a, b] = kPairs[k];
+            const auto [i, j] = kPairs[l];
+            const auto entry = [&](int row, int column) {
+                return axes[size_t(row)][size_t(column)];
+            };
+            T[k][l] = entry(i, a) * entry(j, b) + (i != j ? entry(j, a) * entry(i, b) : 0);
+            if (k < 3 && l >= 3) T[k][l] /= 2;
+            if (k >= 3 && l < 3) T[k][l] *= 2;
+        }
+    ElasticMatrix DT{}, turned{};
+    for (size_t k = 0; k < 6; ++k)
+        for (size_t l = 0; l < 6; ++l)
+            for (size_t j = 0; j < 6; ++j) DT[k][j] += D[k][l] * T[l][j];
+    for (size_t i = 0; i < 6; ++i)
+        for (size_t k = 0; k < 6; ++k)
+            for (size_t j = 0; j < 6; ++j) turned[i][j] += T[k][i] * DT[k][j];
+    return turned;
+}
+
+}  // namespace simflex
