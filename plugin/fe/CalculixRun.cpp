@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "CalculixMatrix.h"
+#include "MatrixEntries.h"
 
 extern char** environ;
 
@@ -177,44 +178,6 @@ std::vector<int> readEquations(const fs::path& path, const Mesh& mesh,
                 "CalculiX left out direction " + std::to_string(dof % 3 + 1) + " of node " +
                 std::to_string(mesh.nodeNumbers[dof / 3]) + "; K must be free");
     return dofs;
-}
-
-/** Takes m out of M = m ⊗ 1₃. @throws std::invalid_argument if M is not that. **/
-SymmetricMatrix takeNodalMass(const SymmetricMatrix& M, const Mesh& mesh) {
-    constexpr double kTolerance = 1e-10;
-    double largest = 0;
-    for (const double value : M.values) largest = std::max(largest, std::abs(value));
-    SymmetricMatrix axes[3];
-    for (int column = 0; column < M.size; ++column) {
-        const int axis = column % 3;
-        SymmetricMatrix& m = axes[axis];
-        m.columnStarts.push_back(m.numEntries());
-        for (auto k = M.columnStarts[column]; k < M.columnStarts[column + 1]; ++k)
-            if (M.rows[k] % 3 == axis) {
-                m.rows.push_back(M.rows[k] / 3);
-                m.values.push_back(M.values[k]);
-            } else if (std::abs(M.values[k]) > kTolerance * largest) {
-                throw std::invalid_argument("the mass matrix couples direction " +
-                                            std::to_string(M.rows[k] % 3 + 1) + " of node " +
-                                            std::to_string(mesh.nodeNumbers[M.rows[k] / 3]) +
-                                            " to direction " + std::to_string(axis + 1) +
-                                            "; simflex needs plain solids, M = m ⊗ 1₃");
-            }
-    }
-    for (SymmetricMatrix& m : axes) {
-        m.size = mesh.numNodes();
-        m.columnStarts.push_back(m.numEntries());
-    }
-    for (int a = 1; a < 3; ++a) {
-        bool same = axes[a].rows == axes[0].rows && axes[a].columnStarts == axes[0].columnStarts;
-        for (size_t k = 0; same && k < axes[0].values.size(); ++k)
-            same = std::abs(axes[0].values[k] - axes[a].values[k]) <= kTolerance * largest;
-        if (!same)
-            throw std::invalid_argument("the mass matrix differs between the directions 1 and " +
-                                        std::to_string(a + 1) +
-                                        "; simflex needs plain solids, M = m ⊗ 1₃");
-    }
-    return std::move(axes[0]);
 }
 
 }  // namespace
