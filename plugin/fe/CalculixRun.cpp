@@ -1,8 +1,6 @@
 #include "CalculixRun.h"
 
-#include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -21,8 +19,7 @@
 
 #include "CalculixMatrix.h"
 #include "MatrixEntries.h"
-
-extern char** environ;
+#include "ProgramRun.h"
 
 namespace simflex {
 namespace {
@@ -31,51 +28,7 @@ namespace fs = std::filesystem;
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
 constexpr int kMostErrorLines = 12, kTailLines = 8;
 
-/** The environment with one thread for ccx. **/
-std::vector<std::string> singleThreadEnvironment() {
-    std::vector<std::string> result;
-    for (char** entry = environ; *entry; ++entry)
-        if (std::strncmp(*entry, "OMP_NUM_THREADS=", 16) != 0 &&
-            std::strncmp(*entry, "CCX_NPROC", 9) != 0 &&
-            std::strncmp(*entry, "NUMBER_OF_CPUS=", 15) != 0)
-            result.emplace_back(*entry);
-    result.emplace_back("OMP_NUM_THREADS=1");
-    return result;
-}
-
-/** Starts `program argument` in `folder` with its output in `log`; returns the process id. **/
-pid_t startProgram(const std::string& program, const std::string& argument, const fs::path& folder,
-                   const fs::path& log) {
-    auto environment = singleThreadEnvironment();
-    std::vector<char*> env;
-    for (std::string& entry : environment) env.push_back(entry.data());
-    env.push_back(nullptr);
-    std::string name = program, first = argument;
-    char* argv[] = {name.data(), first.data(), nullptr};
-
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(),
-                                     O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-    posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-    pid_t pid = -1;
-    const int error = posix_spawnp(&pid, name.c_str(), &actions, nullptr, argv, env.data());
-    posix_spawn_file_actions_destroy(&actions);
-    if (error != 0)
-        throw std::runtime_error(
-            "cannot run CalculiX as '" + program + "': " + std::strerror(error) +
-            ". Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.");
-    return pid;
-}
-
-/** True once the process has ended, with its wait status. **/
-bool hasEnded(pid_t pid, int& status) {
-    const pid_t done = waitpid(pid, &status, WNOHANG);
-    if (done < 0 && errno != EINTR) throw std::runtime_error("lost the CalculiX process");
-    return done == pid;
-}
+const char* const kCure = "Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.";
 
 /** ccx's own *ERROR lines with the lines that go on below them. **/
 std::string errorTextOf(const fs::path& log) {
@@ -206,7 +159,7 @@ std::string chooseCalculixProgram(const std::string& program) {
 
 std::string readCalculixVersion(const std::string& program) {
     TemporaryFolder folder;
-    const pid_t pid = startProgram(program, "-v", folder.path(), folder.path() / "log");
+    const pid_t pid = startProgram(program, {"-v"}, folder.path(), folder.path() / "log", kCure);
     for (int status = 0; !hasEnded(pid, status);) std::this_thread::sleep_for(kPollInterval);
     std::ifstream in(folder.path() / "log");
     for (std::string text; std::getline(in, text);) {
@@ -226,7 +179,7 @@ void CalculixProcess::start(const std::string& program, const fs::path& folder,
                             const std::string& job) {
     _program = program;
     _log = folder / (job + ".log");
-    _pid = startProgram(program, job, folder, _log);
+    _pid = startProgram(program, {job}, folder, _log, kCure);
 }
 
 bool CalculixProcess::poll() {
@@ -238,9 +191,7 @@ void CalculixProcess::checkResult() const {
     const std::string errors = errorTextOf(_log);
     const bool exited = WIFEXITED(_status);
     if (exited && WEXITSTATUS(_status) == 127)
-        throw std::runtime_error(
-            "cannot run CalculiX as '" + _program +
-            "'. Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.");
+        throw std::runtime_error("cannot run '" + _program + "'. " + kCure);
     if (exited && WEXITSTATUS(_status) == 0 && errors.empty()) return;
     const std::string text =
         exited
