@@ -53,12 +53,16 @@ std::string_view trimBlanks(std::string_view text);
 void splitFields(std::string_view line, std::vector<std::string_view>& fields);
 
 /** Reads a whole field as a finite number. Too small a number is zero. @returns false if it is
-  *none.
+ *none.
  **/
 bool readNumber(std::string_view field, double& value);
 bool readInteger(std::string_view field, int& value);
 
 /** A field as messages show it: quoted, cut short, without what a terminal would obey. **/
 std::string quoteField(std::string_view field);
+
+/** Writes a file that appears under its name only when it is complete.
+@throws std::runtime_error if it cannot be written. **/
+void writeWholeFile(const std::string& path, const std::string& text);
 
 }  // namespace simflex
