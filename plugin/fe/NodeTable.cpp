@@ -209,6 +209,7 @@ private:
 
     void addSet(const DeckCard& card) {
         std::vector<int> members;
+        std::set<std::string> included;
         for (const DeckLine& data : card.data) {
             const std::string where = card.where(data.line);
             if (card.has("GENERATE")) {
@@ -231,6 +232,7 @@ private:
                 if (field.empty()) continue;
                 const auto other = _sets.find(field);
                 if (other != _sets.end()) {
+                    if (!included.insert(field).second) continue;
                     members.insert(members.end(), other->second.begin(), other->second.end());
                 } else if (std::isdigit((unsigned char)(field[0]))) {
                     members.push_back(parseDeckInteger(field, where));

@@ -605,7 +605,11 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
         if (numModes < n)
             notes->push_back("left out " + std::to_string(n - numModes) + " rigid modes");
     }
-    body.validate();
+    try {
+        body.validate();
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(path + ": " + error.what());
+    }
     return body;
 }
 
