@@ -27,6 +27,8 @@ constexpr double kRoundOff = 1e-11;
 /** A combination of modes with a smaller part of its mass left beside rigid motion is rigid. **/
 constexpr double kRigid = 1e-9;
 
+constexpr int kMostNodes = 100000000, kMostModes = 1000000, kMostNumber = 2000000000;
+
 Matrix3d crossMatrix(const Vector3d& a) {
     Matrix3d A;
     A << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
@@ -129,10 +131,13 @@ public:
                                     ": record group " + std::to_string(group) + " " + why);
     }
 
-    int toCount(int group, double value, const char* what, int least) const {
-        if (!(value >= least && value <= 1e9) || value != std::floor(value))
-            refuse(group, std::string("has ") + what + " " + std::to_string(value) +
-                              ", must be a whole number of at least " + std::to_string(least));
+    int toCount(int group, double value, const char* what, int least, int most) const {
+        if (!(value >= least && value <= most) || value != std::floor(value)) {
+            std::ostringstream text;
+            text << "has " << what << " " << value << ", must be a whole number from " << least
+                 << " to " << most;
+            refuse(group, text.str());
+        }
         return int(value);
     }
 
@@ -480,10 +485,11 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
                          std::vector<std::string>* notes) {
     const FemFile file(path);
     const auto& header = file.get(1, "header", 5);
-    const int numNodes = file.toCount(1, header[0], "a number of nodes of", 1);
+    const int numNodes = file.toCount(1, header[0], "a number of nodes of", 1, kMostNodes);
     int n = 0;
-    for (size_t k = 1; k < 4; ++k) n += file.toCount(1, header[k], "a number of modes of", 0);
-    n -= file.toCount(1, header[4], "a number of rejected modes of", 0);
+    for (size_t k = 1; k < 4; ++k)
+        n += file.toCount(1, header[k], "a number of modes of", 0, kMostModes);
+    n -= file.toCount(1, header[4], "a number of rejected modes of", 0, kMostModes);
     if (n < 1) file.refuse(1, "has no modes");
 
     // Nodes by ascending number.
@@ -494,7 +500,7 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
               [&](int a, int b) { return listed[size_t(a)] < listed[size_t(b)]; });
     ReducedBody body;
     for (const int k : order) {
-        const int number = file.toCount(2, listed[size_t(k)], "a node number of", 1);
+        const int number = file.toCount(2, listed[size_t(k)], "a node number of", 1, kMostNumber);
         if (!body.mesh.nodeNumbers.empty() && body.mesh.nodeNumbers.back() == number)
             file.refuse(2, "lists node " + std::to_string(number) + " twice");
         body.mesh.nodeNumbers.push_back(number);
