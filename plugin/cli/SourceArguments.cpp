@@ -58,7 +58,7 @@ void SourceArguments::addTo(CLI::App& command) {
         ->group(gmsh);
     command
         .add_option("--mesh-size", _options.gmsh.meshSize,
-                    "largest element, in the unit of the geometry")
+                    "largest element, in the unit of the geometry (STEP: metres)")
         ->check(CLI::PositiveNumber)
         ->type_name("H")
         ->group(gmsh);
