@@ -9,7 +9,9 @@ simflex export: a part file in the formats of other programs. **/
 #include <memory>
 
 #include "Commands.h"
+#include "simflex/part/MbdynFem.h"
 #include "simflex/part/ReducedBodyFile.h"
+#include "simflex/part/SidFile.h"
 #include "simflex/part/VtuFile.h"
 
 namespace simflex {
@@ -28,6 +30,10 @@ struct ExportFormat {
 const std::vector<ExportFormat>& getFormats() {
     static const std::vector<ExportFormat> formats = {
         {".vtu", "VTK unstructured grid with every mode, for ParaView", writeVtu},
+        {".fem", "MBDyn's modal data, for its modal joint",
+         [](const std::string& path, const ReducedBody& part) { writeMbdynFem(path, part); }},
+        {".sid_fem", "standard input data (SID) of flexible bodies, for Simpack and others",
+         [](const std::string& path, const ReducedBody& part) { writeSid(path, part); }},
         {".h5", "part file of this version of simflex", writeReducedBody}};
     return formats;
 }
@@ -41,19 +47,50 @@ std::string describeFormats() {
 
 struct ExportArguments {
     std::string part, output;
+    std::vector<std::string> interfaces;
     bool quiet = false;
 };
 
-void runExport(const ExportArguments& arguments) {
-    std::string suffix = fs::path(arguments.output).extension().string();
+std::string lowerSuffix(const std::string& path) {
+    std::string suffix = fs::path(path).extension().string();
     std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                    [](unsigned char c) { return char(std::tolower(c)); });
+    return suffix;
+}
+
+/** A part file, or MBDyn's modal data with their interface nodes. **/
+ReducedBody readPart(const ExportArguments& arguments) {
+    if (lowerSuffix(arguments.part) != ".fem") {
+        if (!arguments.interfaces.empty())
+            throw CLI::ValidationError("--interface", "belongs to .fem files");
+        return readReducedBody(arguments.part);
+    }
+    MbdynFemOptions options;
+    for (const std::string& text : arguments.interfaces) {
+        const size_t equals = text.find('=');
+        int node = 0;
+        char end = 0;
+        if (equals == 0 || equals == std::string::npos ||
+            std::sscanf(text.c_str() + equals + 1, "%d%c", &node, &end) != 1)
+            throw CLI::ValidationError("--interface",
+                                       "'" + text + "' is not of the form NAME=NODE");
+        options.interfaces.emplace_back(text.substr(0, equals), node);
+    }
+    std::vector<std::string> notes;
+    ReducedBody part = readMbdynFem(arguments.part, options, &notes);
+    for (const std::string& note : notes)
+        if (!arguments.quiet) std::fprintf(stderr, "simflex: note: %s\n", note.c_str());
+    return part;
+}
+
+void runExport(const ExportArguments& arguments) {
+    const std::string suffix = lowerSuffix(arguments.output);
     for (const ExportFormat& format : getFormats()) {
         if (suffix != format.suffix) continue;
         const fs::path folder = fs::absolute(arguments.output).parent_path();
         if (!fs::is_directory(folder))
             throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
-        const ReducedBody part = readReducedBody(arguments.part);
+        const ReducedBody part = readPart(arguments);
         format.write(arguments.output, part);
         if (!arguments.quiet)
             std::printf("%s: %d modes, %d nodes -> %s\n", part.name.c_str(), part.numModes,
@@ -71,7 +108,15 @@ void addExportCommand(CLI::App& app) {
     auto arguments = std::make_shared<ExportArguments>();
     CLI::App* command =
         app.add_subcommand("export", "Write a part file in the format of another program");
-    command->add_option("PART", arguments->part, "part file (.h5)")->required();
+    command->add_option("PART", arguments->part, "part file (.h5) or MBDyn's modal data (.fem)")
+        ->required();
+    command
+        ->add_option("-i,--interface", arguments->interfaces,
+                     "of a .fem file: a node becomes an interface (default: those that its "
+                     "comments name)")
+        ->type_name("NAME=NODE")
+        ->expected(1)
+        ->take_all();
     command
         ->add_option("-o,--output", arguments->output,
                      "file to write; its suffix says what: " + describeFormats())

@@ -1,5 +1,5 @@
 /** @file
-simflex reduce: a CalculiX deck becomes a part file. **/
+simflex reduce: a finite element model becomes a part file. **/
 
 #include <cstdio>
 #include <filesystem>
@@ -9,7 +9,7 @@ simflex reduce: a CalculiX deck becomes a part file. **/
 #include "InterfacePicture.h"
 #include "ProgressBar.h"
 #include "ReductionArguments.h"
-#include "simflex/fe/CalculixDeck.h"
+#include "SourceArguments.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
 
@@ -36,7 +36,8 @@ const std::vector<std::pair<std::string, double>> kStiffeningPhases = {
     {"loads that stiffen", 2}, {"geometric stiffness", 400}};
 
 struct ReduceArguments {
-    std::string deck, output, name, program, picture;
+    SourceArguments source;
+    std::string output, name, program, picture;
     ReductionArguments reduction;
     bool stiffening = false, quiet = false, timings = false;
 };
@@ -70,7 +71,7 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
         options.stiffening->program = arguments.program;
     }
     const std::string output = arguments.output.empty()
-                                   ? fs::path(arguments.deck).stem().string() + ".h5"
+                                   ? fs::path(arguments.source.path()).stem().string() + ".h5"
                                    : arguments.output;
     options.name = arguments.name.empty() ? fs::path(output).stem().string() : arguments.name;
     for (const std::string& file : {output, arguments.picture}) {
@@ -89,7 +90,13 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     const ProgressCallback progress = [&](const std::string& phase, double fraction) {
         return bar.show(phase, fraction);
     };
-    CalculixOptions calculix;
+    SourceOptions source = arguments.source.parse();
+    if (arguments.stiffening && !isCalculixDeck(source))
+        throw std::runtime_error("--stiffening needs a CalculiX deck (.inp) in SI units" +
+                                 std::string(source.material.empty()
+                                                 ? ""
+                                                 : ": keep it with --keep-deck and reduce that"));
+    CalculixOptions& calculix = source.calculix;
     calculix.program = arguments.program;
     calculix.progress = progress;
     calculix.note = [&](const std::string& note) {
@@ -97,7 +104,7 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
         if (!arguments.quiet) std::fprintf(stderr, "simflex: note: %s\n", note.c_str());
     };
     auto lap = std::chrono::steady_clock::now();
-    const FeModel model = readCalculixDeck(arguments.deck, calculix);
+    const FeModel model = readModelSource(source);
     const double deckSeconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - lap).count();
     ReductionTimings timings;
@@ -124,14 +131,13 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
 
 void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& solver) {
     auto arguments = std::make_shared<ReduceArguments>();
-    CLI::App* command =
-        app.add_subcommand("reduce", "Reduce a CalculiX deck to a flexible part (Craig-Bampton)");
-    command->add_option("DECK", arguments->deck, "CalculiX input deck (.inp), SI units")
-        ->required();
+    CLI::App* command = app.add_subcommand(
+        "reduce", "Reduce a finite element model to a flexible part (Craig-Bampton)");
+    arguments->source.addTo(*command);
     arguments->reduction.addTo(*command);
     command
         ->add_option("-o,--output", arguments->output,
-                     "part file to write (default: deck's name .h5, here)")
+                     "part file to write (default: the source's name .h5, here)")
         ->type_name("PART.h5");
     command->add_option("--name", arguments->name,
                         "name of the part (default: that of the part file)");

@@ -1,8 +1,6 @@
 #include "CalculixRun.h"
 
-#include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -20,8 +18,8 @@
 #include <vector>
 
 #include "CalculixMatrix.h"
-
-extern char** environ;
+#include "MatrixEntries.h"
+#include "ProgramRun.h"
 
 namespace simflex {
 namespace {
@@ -30,51 +28,7 @@ namespace fs = std::filesystem;
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
 constexpr int kMostErrorLines = 12, kTailLines = 8;
 
-/** The environment with one thread for ccx. **/
-std::vector<std::string> singleThreadEnvironment() {
-    std::vector<std::string> result;
-    for (char** entry = environ; *entry; ++entry)
-        if (std::strncmp(*entry, "OMP_NUM_THREADS=", 16) != 0 &&
-            std::strncmp(*entry, "CCX_NPROC", 9) != 0 &&
-            std::strncmp(*entry, "NUMBER_OF_CPUS=", 15) != 0)
-            result.emplace_back(*entry);
-    result.emplace_back("OMP_NUM_THREADS=1");
-    return result;
-}
-
-/** Starts `program argument` in `folder` with its output in `log`; returns the process id. **/
-pid_t startProgram(const std::string& program, const std::string& argument, const fs::path& folder,
-                   const fs::path& log) {
-    auto environment = singleThreadEnvironment();
-    std::vector<char*> env;
-    for (std::string& entry : environment) env.push_back(entry.data());
-    env.push_back(nullptr);
-    std::string name = program, first = argument;
-    char* argv[] = {name.data(), first.data(), nullptr};
-
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(),
-                                     O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-    posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-    pid_t pid = -1;
-    const int error = posix_spawnp(&pid, name.c_str(), &actions, nullptr, argv, env.data());
-    posix_spawn_file_actions_destroy(&actions);
-    if (error != 0)
-        throw std::runtime_error(
-            "cannot run CalculiX as '" + program + "': " + std::strerror(error) +
-            ". Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.");
-    return pid;
-}
-
-/** True once the process has ended, with its wait status. **/
-bool hasEnded(pid_t pid, int& status) {
-    const pid_t done = waitpid(pid, &status, WNOHANG);
-    if (done < 0 && errno != EINTR) throw std::runtime_error("lost the CalculiX process");
-    return done == pid;
-}
+const char* const kCure = "Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.";
 
 /** ccx's own *ERROR lines with the lines that go on below them. **/
 std::string errorTextOf(const fs::path& log) {
@@ -179,44 +133,6 @@ std::vector<int> readEquations(const fs::path& path, const Mesh& mesh,
     return dofs;
 }
 
-/** Takes m out of M = m ⊗ 1₃. @throws std::invalid_argument if M is not that. **/
-SymmetricMatrix takeNodalMass(const SymmetricMatrix& M, const Mesh& mesh) {
-    constexpr double kTolerance = 1e-10;
-    double largest = 0;
-    for (const double value : M.values) largest = std::max(largest, std::abs(value));
-    SymmetricMatrix axes[3];
-    for (int column = 0; column < M.size; ++column) {
-        const int axis = column % 3;
-        SymmetricMatrix& m = axes[axis];
-        m.columnStarts.push_back(m.numEntries());
-        for (auto k = M.columnStarts[column]; k < M.columnStarts[column + 1]; ++k)
-            if (M.rows[k] % 3 == axis) {
-                m.rows.push_back(M.rows[k] / 3);
-                m.values.push_back(M.values[k]);
-            } else if (std::abs(M.values[k]) > kTolerance * largest) {
-                throw std::invalid_argument("the mass matrix couples direction " +
-                                            std::to_string(M.rows[k] % 3 + 1) + " of node " +
-                                            std::to_string(mesh.nodeNumbers[M.rows[k] / 3]) +
-                                            " to direction " + std::to_string(axis + 1) +
-                                            "; simflex needs plain solids, M = m ⊗ 1₃");
-            }
-    }
-    for (SymmetricMatrix& m : axes) {
-        m.size = mesh.numNodes();
-        m.columnStarts.push_back(m.numEntries());
-    }
-    for (int a = 1; a < 3; ++a) {
-        bool same = axes[a].rows == axes[0].rows && axes[a].columnStarts == axes[0].columnStarts;
-        for (size_t k = 0; same && k < axes[0].values.size(); ++k)
-            same = std::abs(axes[0].values[k] - axes[a].values[k]) <= kTolerance * largest;
-        if (!same)
-            throw std::invalid_argument("the mass matrix differs between the directions 1 and " +
-                                        std::to_string(a + 1) +
-                                        "; simflex needs plain solids, M = m ⊗ 1₃");
-    }
-    return std::move(axes[0]);
-}
-
 }  // namespace
 
 TemporaryFolder::TemporaryFolder() {
@@ -243,7 +159,7 @@ std::string chooseCalculixProgram(const std::string& program) {
 
 std::string readCalculixVersion(const std::string& program) {
     TemporaryFolder folder;
-    const pid_t pid = startProgram(program, "-v", folder.path(), folder.path() / "log");
+    const pid_t pid = startProgram(program, {"-v"}, folder.path(), folder.path() / "log", kCure);
     for (int status = 0; !hasEnded(pid, status);) std::this_thread::sleep_for(kPollInterval);
     std::ifstream in(folder.path() / "log");
     for (std::string text; std::getline(in, text);) {
@@ -263,7 +179,7 @@ void CalculixProcess::start(const std::string& program, const fs::path& folder,
                             const std::string& job) {
     _program = program;
     _log = folder / (job + ".log");
-    _pid = startProgram(program, job, folder, _log);
+    _pid = startProgram(program, {job}, folder, _log, kCure);
 }
 
 bool CalculixProcess::poll() {
@@ -275,9 +191,7 @@ void CalculixProcess::checkResult() const {
     const std::string errors = errorTextOf(_log);
     const bool exited = WIFEXITED(_status);
     if (exited && WEXITSTATUS(_status) == 127)
-        throw std::runtime_error(
-            "cannot run CalculiX as '" + _program +
-            "'. Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.");
+        throw std::runtime_error("cannot run '" + _program + "'. " + kCure);
     if (exited && WEXITSTATUS(_status) == 0 && errors.empty()) return;
     const std::string text =
         exited

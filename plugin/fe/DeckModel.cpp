@@ -12,7 +12,8 @@
 namespace simflex {
 namespace {
 
-constexpr size_t kLongestField = 20;  // ccx reads no more of a number
+constexpr size_t kLongestField = 20;       // ccx reads no more of a number
+constexpr long kMostGenerated = 20000000;  // numbers of one line of *NSET, GENERATE
 
 /** Cards that a free solid part can have had, but that do not belong to K and M. **/
 const std::set<std::string> kLeftOut = {"HEADING",
@@ -313,6 +314,7 @@ private:
     void addSet(const DeckCard& card, const std::string& kind, Sets& sets) {
         const std::string name = card.get(kind);
         std::vector<int> members;
+        std::set<std::string> included;  // a set named twice adds nothing
         for (const DeckLine& data : card.data) {
             if (card.has("GENERATE")) {
                 const std::string where = card.where(data.line);
@@ -324,6 +326,11 @@ private:
                                      ? parseDeckInteger(data.fields[2], where)
                                      : 1;
                 if (step < 1) refuse(card, "the step of GENERATE must be positive", data.line);
+                if ((long(last) - first) / step > kMostGenerated)
+                    refuse(card,
+                           "GENERATE makes more than " + std::to_string(kMostGenerated) +
+                               " numbers; is a digit too many?",
+                           data.line);
                 for (long k = first; k <= last; k += step) members.push_back(int(k));
                 continue;
             }
@@ -339,11 +346,13 @@ private:
                            card.title + " " + name + " names set " + field +
                                ", which the deck does not define before it",
                            data.line);
-                members.insert(members.end(), other->second.begin(), other->second.end());
+                if (included.insert(field).second)
+                    members.insert(members.end(), other->second.begin(), other->second.end());
             }
         }
         std::vector<int>& set = sets[name];
         set.insert(set.end(), members.begin(), members.end());
+        sortUnique(set);
     }
 
     double numberOf(const DeckCard& card, const DeckLine& data, size_t field,

@@ -52,24 +52,35 @@ void checkShape(const FeModel& model) {
             std::to_string(numRows) + " rows and " + std::to_string(T.numCoordinates) + " columns");
 }
 
-/** The mesh must hang together through its elements and constraints. **/
-void checkConnected(const std::string& source, const Mesh& mesh, const NodalConstraints& T) {
+/** The mesh must hang together through its elements (one without elements: through K) and
+constraints. **/
+void checkConnected(const FeModel& model) {
+    const std::string& source = model.source;
+    const Mesh& mesh = model.mesh;
+    const NodalConstraints& T = model.constraints;
     std::vector<int> parent(mesh.numNodes());
     std::iota(parent.begin(), parent.end(), 0);
     auto root = [&](int node) {
         while (parent[node] != node) node = parent[node] = parent[parent[node]];
         return node;
     };
-    std::vector<char> used(mesh.numNodes(), 0);
+    const auto join = [&](int first, int second) {
+        const int a = root(first), b = root(second);
+        parent[std::max(a, b)] = std::min(a, b);
+    };
+    std::vector<char> used(mesh.numNodes(), mesh.elements.empty());
     for (const ElementBlock& block : mesh.elements) {
         const int size = numNodesOf(block.type);
         for (size_t first = 0; first + size <= block.nodes.size(); first += size)
             for (int k = 0; k < size; ++k) {
                 used[block.nodes[first + k]] = 1;
-                const int a = root(block.nodes[first]), b = root(block.nodes[first + k]);
-                parent[std::max(a, b)] = std::min(a, b);
+                join(block.nodes[first], block.nodes[first + k]);
             }
     }
+    const SymmetricMatrix& K = model.K;
+    for (int column = 0; mesh.elements.empty() && column < K.size; ++column)
+        for (auto k = K.columnStarts[column]; k < K.columnStarts[column + 1]; ++k)
+            if (K.values[k] != 0) join(column / 3, K.rows[k] / 3);
     // A coordinate connects the nodes that it moves; one of an element must be among them.
     std::vector<int> nodeOf(size_t(T.numCoordinates), -1);
     for (const bool pass : {true, false})
@@ -83,8 +94,7 @@ void checkConnected(const std::string& source, const Mesh& mesh, const NodalCons
                                                 " belongs to no element, and what it is tied to "
                                                 "leaves it free");
                 if (other < 0) other = node;
-                const int a = root(other), b = root(node);
-                parent[std::max(a, b)] = std::min(a, b);
+                join(other, node);
             }
         }
     std::vector<int> roots;
@@ -273,7 +283,7 @@ void FeModel::validate() const {
         throw std::invalid_argument(source + ": the mass is " + std::to_string(mass) +
                                     ", must be positive. Is *DENSITY given?");
     checkShape(*this);
-    checkConnected(source, mesh, constraints);
+    checkConnected(*this);
     checkFree(*this);
     checkConstraintsFree(*this);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -149,8 +150,8 @@ double parseDeckNumber(const std::string& field, const std::string& where) {
     double value = 0;
     const auto end = text.data() + text.size();
     const auto result = std::from_chars(text.data(), end, value);
-    if (result.ec != std::errc() || result.ptr != end)
-        throw std::invalid_argument(where + "'" + field + "' is not a number");
+    if (result.ec != std::errc() || result.ptr != end || !std::isfinite(value))
+        throw std::invalid_argument(where + "'" + field + "' is not a finite number");
     return value;
 }
 

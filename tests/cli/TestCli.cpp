@@ -12,6 +12,8 @@ The simflex program, driven as a user drives it. **/
 #include <thread>
 
 #include "cli/CliTest.h"
+#include "simflex/fe/CalculixDeck.h"
+#include "simflex/fe/MatrixMarket.h"
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
@@ -22,6 +24,7 @@ using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 TEST_F(CliTest, ReduceKeepsTheStressThatIsAskedFor) {
@@ -83,6 +86,77 @@ TEST_F(CliTest, ReduceMakesGeometricStiffnessOnRequestAndInfoTellsIt) {
     EXPECT_THAT(out, ContainsRegex("stiffening +yes"));
     EXPECT_EQ(run("info part.h5 --json"), 0);
     EXPECT_THAT(out, HasSubstr("\"geometric_stiffness\": true"));
+}
+
+TEST_F(CliTest, ReduceReadsMatricesAndTheirNodes) {
+    writeMatrixMarket(readCalculixDeck(folder / "brick.inp"), folder / "brick");
+    const std::string interfaces = " -i left=LEFT -i right=RIGHT -m 20 ";
+    ASSERT_EQ(run("reduce brick.inp -o deck.h5" + interfaces), 0) << err;
+    ASSERT_EQ(run("reduce brick_K.mtx --mass-matrix brick_M.mtx --nodes brick_nodes.inp -o "
+                  "matrices.h5" +
+                  interfaces),
+              0)
+        << err;
+    const ReducedBody deck = readReducedBody(folder / "deck.h5"),
+                      matrices = readReducedBody(folder / "matrices.h5");
+    for (size_t i = 0; i < deck.omegaSquared.size(); ++i)
+        EXPECT_NEAR(matrices.omegaSquared[i] / deck.omegaSquared[i], 1, 1e-10);
+    EXPECT_EQ(matrices.provenance.program, "Matrix Market");
+
+    EXPECT_EQ(run("reduce brick_K.mtx -o no.h5"), 1);
+    EXPECT_THAT(err, HasSubstr("needs --mass-matrix"));
+    EXPECT_EQ(run("reduce brick_K.mtx --mass-matrix brick_M.mtx --nodes brick_nodes.inp "
+                  "--stiffening -o no.h5"),
+              1);
+    EXPECT_THAT(err, HasSubstr("--stiffening needs a CalculiX deck"));
+}
+
+TEST_F(CliTest, ReduceMeshesGeometryOfAMaterial) {
+    testing::writeText(folder / "box.geo",
+                       "SetFactory(\"OpenCASCADE\"); Box(1) = {0, 0, 0, 60, 20, 10};\n"
+                       "Physical Volume(\"BODY\") = {1}; Physical Surface(\"END\") = {1};\n");
+    ASSERT_EQ(run("reduce box.geo --material titanium --length-unit mm --mesh-size 10 -i end=END "
+                  "-m 12"),
+              0)
+        << err;
+    EXPECT_NEAR(readReducedBody(folder / "box.h5").mass, 0.06 * 0.02 * 0.01 * 4430, 1e-9);
+    EXPECT_THAT(err, HasSubstr("material titanium"));
+    EXPECT_EQ(run("reduce box.geo --material wood"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("'wood'"), HasSubstr("titanium")));
+    EXPECT_EQ(run("reduce box.geo --material steel --length-unit furlong"), 2);
+}
+
+TEST_F(CliTest, ForgottenUnitsAreReported) {
+    Brick brick;
+    brick.E = 210e3;
+    brick.rho = 7.85e-9;
+    for (double& length : brick.size) length *= 1e3;
+    testing::writeText(folder / "brick.inp", brick.text());
+    ASSERT_EQ(run("reduce brick.inp -i left=LEFT -m 12 -o a.h5"), 0) << err;
+    EXPECT_THAT(err, AllOf(HasSubstr("hardly"), HasSubstr("--units mm-t-s")));
+    ASSERT_EQ(run("reduce brick.inp --units mm-t-s -i left=LEFT -m 12 -o b.h5"), 0) << err;
+    EXPECT_THAT(err, Not(HasSubstr("hardly")));
+    EXPECT_NEAR(readReducedBody(folder / "b.h5").mass, 0.2 * 0.03 * 0.02 * 7850, 1e-9);
+}
+
+TEST_F(CliTest, ExportWritesMbdynAndSidAndReadsMbdyn) {
+    ASSERT_EQ(run("reduce -q brick.inp -i left=LEFT -i right=RIGHT -m 20 -o part.h5"), 0) << err;
+    ASSERT_EQ(run("export part.h5 -o part.fem"), 0) << err;
+    ASSERT_EQ(run("export part.h5 -o part.SID_FEM"), 0) << err;
+    EXPECT_THAT(testing::readText(folder / "part.SID_FEM"), HasSubstr("end part"));
+    ASSERT_EQ(run("export part.fem -o back.h5"), 0) << err;
+    const ReducedBody part = readReducedBody(folder / "part.h5"),
+                      back = readReducedBody(folder / "back.h5");
+    for (size_t i = 0; i < part.omegaSquared.size(); ++i)
+        EXPECT_NEAR(back.omegaSquared[i] / part.omegaSquared[i], 1, 1e-14);
+    EXPECT_EQ(back.interfaces.size(), 2u);
+    ASSERT_EQ(run("export part.fem -i seat=" + std::to_string(back.mesh.nodeNumbers.back()) +
+                  " -o one.h5"),
+              0)
+        << err;
+    EXPECT_EQ(readReducedBody(folder / "one.h5").getInterface("seat").Psi,
+              back.getInterface("right").Psi);
+    EXPECT_EQ(run("export part.fem -i seat=x -o one.h5"), 2);
 }
 
 TEST_F(CliTest, SameDeckGivesTheSameFile) {

@@ -187,7 +187,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCard{"TwiceElement", "*ELEMENT,TYPE=C3D8\n1,1,2,11,10,28,29,38,37\n", "twice"},
         BadCard{"UnknownNode", "*ELEMENT,TYPE=C3D4\n9001,1,2,11,77777\n", "77777"},
         BadCard{"UnknownSet", "*NSET,NSET=X\nNOWHERE\n", "NOWHERE"},
-        BadCard{"NotANumber", "*NODE\n9001,1.0,abc,0\n", "'ABC' is not a number"},
+        BadCard{"NotANumber", "*NODE\n9001,1.0,abc,0\n", "'ABC' is not a finite number"},
         BadCard{"SectionOfNothing", "*SOLID SECTION,ELSET=GONE,MATERIAL=METAL\n", "GONE"}),
     [](const auto& card) { return card.param.name; });
 

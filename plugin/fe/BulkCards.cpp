@@ -1,0 +1,123 @@
+#include "BulkCards.h"
+
+#include <algorithm>
+#include <cctype>
+#include <stdexcept>
+
+namespace simflex {
+namespace {
+
+constexpr size_t kNameWidth = 8, kSmallWidth = 8, kLargeWidth = 16;
+constexpr size_t kSmallFields = 8, kLargeFields = 4;
+
+/** Tabs go to the next multiple of eight columns. **/
+std::string withoutTabs(std::string_view line) {
+    std::string text;
+    for (const char c : line) {
+        if (c == '\t') {
+            text.append(kNameWidth - text.size() % kNameWidth, ' ');
+        } else {
+            text += c;
+        }
+    }
+    return text;
+}
+
+std::string_view takeColumns(const std::string& line, size_t begin, size_t width) {
+    if (begin >= line.size()) return {};
+    return trimBlanks(std::string_view(line).substr(begin, width));
+}
+
+/** Appends the fields of one line; they begin behind its name or continuation mark. **/
+void addFields(const std::string& line, bool isLarge, std::vector<std::string>& fields) {
+    const size_t count = isLarge ? kLargeFields : kSmallFields;
+    if (line.find(',') != std::string::npos) {
+        size_t at = line.find(',') + 1;
+        for (size_t k = 0; k < count; ++k) {
+            const size_t comma = std::min(line.find(',', at), line.size());
+            fields.emplace_back(at > line.size()
+                                    ? std::string_view()
+                                    : trimBlanks(std::string_view(line).substr(at, comma - at)));
+            at = comma + 1;
+        }
+        return;
+    }
+    const size_t width = isLarge ? kLargeWidth : kSmallWidth;
+    for (size_t k = 0; k < count; ++k)
+        fields.emplace_back(takeColumns(line, kNameWidth + k * width, width));
+}
+
+/** The name in the first field: up to a comma or eight columns. **/
+std::string takeName(const std::string& line) {
+    const size_t comma = std::min(line.find(','), kNameWidth);
+    std::string name(trimBlanks(std::string_view(line).substr(0, comma)));
+    for (char& c : name) c = char(std::toupper((unsigned char)(c)));
+    return name;
+}
+
+}  // namespace
+
+BulkCards::BulkCards(const std::string& path, const std::string& kind, std::set<std::string> names)
+    : _lines(path, kind), _names(std::move(names)) {}
+
+bool BulkCards::next(BulkCard& card) {
+    while (_lines.next()) {
+        if (_lines.line().empty() || _lines.line()[0] == '$') continue;
+        std::string line = withoutTabs(_lines.line());
+        std::string name = takeName(line);
+        bool isLarge = !name.empty() && name.back() == '*';
+        if (isLarge) name.pop_back();
+        name.resize(trimBlanks(name).size());
+        if (!_names.count(name)) continue;
+
+        card.name = name;
+        card.fields.clear();
+        card.line = _lines.number();
+        addFields(line, isLarge, card.fields);
+        while (_lines.next()) {
+            if (!_lines.line().empty() && _lines.line()[0] == '$') continue;
+            line = withoutTabs(_lines.line());
+            const char mark = line.empty() ? 'x' : line[0];
+            const bool continues = mark == '*' || mark == '+' || mark == ',' ||
+                                   (mark == ' ' && !trimBlanks(line).empty());
+            if (!continues) {
+                _lines.stepBack();
+                break;
+            }
+            addFields(line, mark == '*', card.fields);
+        }
+        return true;
+    }
+    return false;
+}
+
+void BulkCards::refuse(const BulkCard& card, const std::string& why) const {
+    throw std::invalid_argument(_lines.path() + ":" + std::to_string(card.line) + ": " + card.name +
+                                ": " + why);
+}
+
+double BulkCards::parseNumber(const BulkCard& card, std::string_view field,
+                              const char* what) const {
+    if (field.empty()) return 0;
+    std::string text(field);
+    // 1.5-3 is 1.5e-3: a sign that neither begins the number nor follows an exponent's letter.
+    for (size_t k = 1; k < text.size(); ++k)
+        if ((text[k] == '+' || text[k] == '-') &&
+            (std::isdigit((unsigned char)(text[k - 1])) || text[k - 1] == '.')) {
+            text.insert(k, "e");
+            break;
+        }
+    double value = 0;
+    if (!readNumber(text, value))
+        refuse(card, std::string(what) + " is " + quoteField(field) + ", must be a finite number");
+    return value;
+}
+
+int BulkCards::parseInteger(const BulkCard& card, std::string_view field, const char* what) const {
+    int value = 0;
+    if (!field.empty() && !readInteger(field, value))
+        refuse(card, std::string(what) + " is " + quoteField(field) + ", must be a whole number");
+    return value;
+}
+
+}  // namespace simflex

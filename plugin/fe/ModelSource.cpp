@@ -1,0 +1,118 @@
+#include "simflex/fe/ModelSource.h"
+
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "simflex/fe/AbaqusMatrices.h"
+#include "simflex/fe/MatrixMarket.h"
+
+namespace simflex {
+namespace {
+
+enum class Kind { Deck, MatrixMarket, AbaqusMatrices, NastranDmig, Gmsh };
+
+bool isMatrixMarket(const std::string& path) {
+    std::ifstream in(path);
+    std::string word;
+    in >> word;
+    for (char& c : word) c = char(std::tolower((unsigned char)(c)));
+    return word == "%%matrixmarket";
+}
+
+Kind findKind(const std::string& path) {
+    std::string suffix = std::filesystem::path(path).extension().string();
+    for (char& c : suffix) c = char(std::tolower((unsigned char)(c)));
+    if (suffix == ".inp") return Kind::Deck;
+    if (suffix == ".mtx") return isMatrixMarket(path) ? Kind::MatrixMarket : Kind::AbaqusMatrices;
+    if (suffix == ".pch") return Kind::NastranDmig;
+    for (const char* gmsh : {".msh", ".geo", ".step", ".stp", ".brep"})
+        if (suffix == gmsh) return Kind::Gmsh;
+    throw std::invalid_argument(
+        "'" + path + "' ends in " + (suffix.empty() ? "nothing" : "'" + suffix + "'") +
+        "; simflex reads .inp (CalculiX deck), .mtx (Matrix Market or Abaqus matrices), .pch "
+        "(Nastran DMIG), .msh, .geo, .step, .stp and .brep (Gmsh)");
+}
+
+/** Refuses options that the source cannot use, and asks for those it needs. **/
+void checkOptions(const SourceOptions& options, Kind kind) {
+    const bool isMatrix = kind != Kind::Deck && kind != Kind::Gmsh;
+    const bool isMtx = isMatrix && kind != Kind::NastranDmig;
+    const auto need = [&](const std::string& value, const char* option, const char* what) {
+        if (value.empty())
+            throw std::invalid_argument(options.path + ": it needs " + option + " (" + what + ")");
+    };
+    const auto forbid = [&](bool isGiven, const char* option, const char* of) {
+        if (isGiven)
+            throw std::invalid_argument(options.path + ": " + option + " belongs to " + of);
+    };
+    if (isMtx) need(options.massMatrix, "--mass-matrix", "the file of the mass matrix");
+    if (isMatrix) need(options.nodes, "--nodes", "where the nodes are: table, deck or bulk data");
+    if (kind == Kind::Gmsh)
+        need(options.material, "--material", "a name, or E=…,nu=…,rho=… in SI units");
+    forbid(!isMatrix && !options.massMatrix.empty(), "--mass-matrix", ".mtx and .pch");
+    forbid(!isMatrix && !options.nodes.empty(), "--nodes", ".mtx and .pch");
+    forbid(kind != Kind::MatrixMarket && !options.dofs.empty(), "--dofs", "Matrix Market files");
+    forbid(kind != Kind::Gmsh && !options.material.empty(), "--material",
+           "Gmsh meshes; in a deck the material is *ELASTIC and *DENSITY");
+    forbid(kind != Kind::Gmsh &&
+               (options.gmsh.meshSize > 0 || options.gmsh.order || options.gmsh.lengthUnit > 0 ||
+                !options.gmsh.settings.empty() || !options.gmsh.keepDeck.empty()),
+           "an option of the mesh", "Gmsh meshes and geometry");
+    forbid(kind == Kind::Gmsh && options.units != "m-kg-s", "--units",
+           "decks and matrices; of geometry give --length-unit");
+}
+
+FeModel readKind(const SourceOptions& options, Kind kind) {
+    const ProgressCallback& progress = options.calculix.progress;
+    switch (kind) {
+        case Kind::Deck:
+            return readCalculixDeck(options.path, options.calculix);
+        case Kind::MatrixMarket: {
+            MatrixMarketOptions market;
+            market.dofs = options.dofs;
+            market.progress = progress;
+            return readMatrixMarket(options.path, options.massMatrix, options.nodes, market);
+        }
+        case Kind::AbaqusMatrices:
+            return readAbaqusMatrices(options.path, options.massMatrix, options.nodes, progress);
+        case Kind::NastranDmig: {
+            NastranDmigOptions dmig;
+            dmig.stiffnessName = options.stiffnessName;
+            dmig.massName = options.massName;
+            dmig.massFile = options.massMatrix;
+            dmig.progress = progress;
+            return readNastranDmig(options.path, options.nodes, dmig);
+        }
+        case Kind::Gmsh:
+            break;
+    }
+    GmshOptions gmsh = options.gmsh;
+    gmsh.material = parseMaterial(options.material);
+    gmsh.calculix = options.calculix;
+    return readGmshPart(options.path, gmsh);
+}
+
+}  // namespace
+
+bool isCalculixDeck(const SourceOptions& options) {
+    return findKind(options.path) == Kind::Deck && options.units == "m-kg-s";
+}
+
+FeModel readModelSource(const SourceOptions& options) {
+    const Kind kind = findKind(options.path);
+    checkOptions(options, kind);
+    const UnitSystem& units = findUnitSystem(options.units);
+    FeModel model = readKind(options, kind);
+    // Decks have told their notes before CalculiX ran.
+    const bool isTold = kind == Kind::Deck || kind == Kind::Gmsh;
+    const size_t numTold = isTold ? model.notes.size() : 0;
+    if (units.name != "m-kg-s") convertToSI(model, units);
+    for (std::string& warning : checkUnits(model)) model.notes.push_back(std::move(warning));
+    if (options.calculix.note)
+        for (size_t k = numTold; k < model.notes.size(); ++k) options.calculix.note(model.notes[k]);
+    return model;
+}
+
+}  // namespace simflex

@@ -1,0 +1,41 @@
+#pragma once
+/** @file
+Reads a finite element model from whatever there is, by the name of the file:
+
+    .inp                            CalculiX deck                      CalculixDeck.h
+    .mtx + mass matrix + nodes      Matrix Market, or Abaqus           MatrixMarket.h,
+AbaqusMatrices.h .pch [+ mass matrix] + nodes    Nastran DMIG                       NastranDmig.h
+    .msh .geo .step .stp .brep      Gmsh mesh or geometry + material   GmshPart.h
+
+then converts it to SI and warns if its numbers cannot be that. **/
+
+#include <string>
+
+#include "simflex/fe/GmshPart.h"
+#include "simflex/fe/NastranDmig.h"
+#include "simflex/fe/UnitSystem.h"
+
+namespace simflex {
+
+struct SourceOptions {
+    std::string path;
+    std::string massMatrix;                                 ///< of .mtx, .pch
+    std::string nodes;                                      ///< of .mtx, .pch
+    std::string dofs;                                       ///< of Matrix Market
+    std::string stiffnessName = "KAAX", massName = "MAAX";  ///< of .pch
+    std::string material;                                   ///< of Gmsh: see parseMaterial()
+    GmshOptions gmsh;              ///< its material and calculix are taken from here
+    std::string units = "m-kg-s";  ///< see UnitSystem.h
+    CalculixOptions calculix;      ///< also note and progress for all other sources
+};
+
+/** True for a CalculiX deck in SI units: the one source from which CalculiX can compute more
+(geometric stiffness, stress) after the matrices. **/
+bool isCalculixDeck(const SourceOptions& options);
+
+/** Reads, converts and checks. Notes go to options.calculix.note and FeModel::notes.
+@throws std::invalid_argument for a file of unknown kind, an option that is missing or does not
+belong to it; otherwise as the reader it calls. **/
+FeModel readModelSource(const SourceOptions& options);
+
+}  // namespace simflex

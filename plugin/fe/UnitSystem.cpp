@@ -1,0 +1,204 @@
+#include "simflex/fe/UnitSystem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+
+namespace simflex {
+namespace {
+
+/** Solids: foams to osmium, rubber to diamond; both with room for the roughness of the figures. **/
+constexpr double kLightest = 5, kHeaviest = 30000;
+constexpr double kSlowest = 20, kFastest = 40000;
+/** Parts: micromechanics to bridges [m]. **/
+constexpr double kSmallest = 1e-5, kLargest = 1000, kAbsurd = 1e5;
+/** Ranges within which a guess at the units is worth naming. **/
+constexpr double kLikelyDensity[2] = {300, 23000}, kLikelySpeed[2] = {300, 20000};
+
+bool isWithin(double value, double low, double high) {
+    return value >= low && value <= high;
+}
+
+std::string number(double value) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
+}
+
+/** Six times the volume of a tetrahedron. **/
+double calcTripleProduct(const Mesh& mesh, int a, int b, int c, int d) {
+    std::array<double, 3> u[3];
+    const int ends[3] = {b, c, d};
+    const auto origin = mesh.position(a);
+    for (int k = 0; k < 3; ++k)
+        for (size_t axis = 0; axis < 3; ++axis)
+            u[k][axis] = mesh.position(ends[k])[axis] - origin[axis];
+    return u[0][0] * (u[1][1] * u[2][2] - u[1][2] * u[2][1]) +
+           u[0][1] * (u[1][2] * u[2][0] - u[1][0] * u[2][2]) +
+           u[0][2] * (u[1][0] * u[2][1] - u[1][1] * u[2][0]);
+}
+
+/** Volume by the corner nodes of the elements. **/
+double calcVolume(const Mesh& mesh) {
+    static constexpr int kTet[1][4] = {{0, 1, 2, 3}};
+    static constexpr int kWedge[3][4] = {{0, 1, 2, 3}, {1, 2, 3, 4}, {2, 3, 4, 5}};
+    static constexpr int kHex[5][4] = {
+        {0, 1, 3, 4}, {1, 2, 3, 6}, {1, 4, 5, 6}, {3, 4, 6, 7}, {1, 3, 4, 6}};
+    double sixfold = 0;
+    for (const ElementBlock& block : mesh.elements) {
+        const bool isTet = block.type == ElementType::Tet4 || block.type == ElementType::Tet10;
+        const bool isHex = block.type == ElementType::Hex8 || block.type == ElementType::Hex20;
+        const int(*parts)[4] = isTet ? kTet : isHex ? kHex : kWedge;
+        const int numParts = isTet ? 1 : isHex ? 5 : 3, size = numNodesOf(block.type);
+        for (int e = 0; e < block.numElements(); ++e) {
+            const int* nodes = &block.nodes[size_t(size) * size_t(e)];
+            for (int k = 0; k < numParts; ++k)
+                sixfold += std::abs(calcTripleProduct(mesh, nodes[parts[k][0]], nodes[parts[k][1]],
+                                                      nodes[parts[k][2]], nodes[parts[k][3]]));
+        }
+    }
+    return sixfold / 6;
+}
+
+/** Median over nodes of √(K_aa/m) times the distance to the nearest node coupled by K. The mass of
+a node is the sum of its row, which consistent masses of corners may make negative: those are passed
+over. **/
+double estimateWaveSpeed(const FeModel& model) {
+    const int n = model.mesh.numNodes();
+    std::vector<double> mass(size_t(n), 0.0), stiffness(size_t(n), 0.0),
+        distance(size_t(n), std::numeric_limits<double>::infinity());
+    for (int column = 0; column < n; ++column)
+        for (auto k = model.m.columnStarts[size_t(column)];
+             k < model.m.columnStarts[size_t(column) + 1]; ++k) {
+            const int row = model.m.rows[size_t(k)];
+            mass[size_t(row)] += model.m.values[size_t(k)];
+            if (row != column) mass[size_t(column)] += model.m.values[size_t(k)];
+        }
+    for (int column = 0; column < 3 * n; ++column)
+        for (auto k = model.K.columnStarts[size_t(column)];
+             k < model.K.columnStarts[size_t(column) + 1]; ++k) {
+            const int row = model.K.rows[size_t(k)], a = row / 3, b = column / 3;
+            if (row == column) stiffness[size_t(a)] += model.K.values[size_t(k)] / 3;
+            if (a == b || row % 3 != column % 3) continue;
+            const auto x = model.mesh.position(a), y = model.mesh.position(b);
+            const double d = std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
+            if (d > 0)
+                for (const int node : {a, b})
+                    distance[size_t(node)] = std::min(distance[size_t(node)], d);
+        }
+    std::vector<double> speeds;
+    for (size_t node = 0; node < size_t(n); ++node)
+        if (mass[node] > 0 && stiffness[node] > 0 && std::isfinite(distance[node]))
+            speeds.push_back(distance[node] * std::sqrt(stiffness[node] / mass[node]) / 2);
+    if (speeds.empty()) return 0;
+    std::nth_element(speeds.begin(), speeds.begin() + long(speeds.size() / 2), speeds.end());
+    return speeds[speeds.size() / 2];
+}
+
+/** The figures if the numbers taken as SI were in `units`. **/
+PartFigures withUnits(const PartFigures& figures, const UnitSystem& units) {
+    PartFigures result = figures;
+    result.size *= units.length;
+    result.density *= units.density();
+    result.waveSpeed *= units.length / units.time;
+    return result;
+}
+
+bool isPlausible(const PartFigures& f) {
+    if (f.size > 0 && !isWithin(f.size, kSmallest, kLargest)) return false;
+    if (f.density > kHeaviest || (f.isDensityExact && f.density < kLightest)) return false;
+    return f.waveSpeed == 0 || isWithin(f.waveSpeed, kSlowest, kFastest);
+}
+
+bool isLikely(const PartFigures& f) {
+    return isPlausible(f) &&
+           isWithin(f.density, f.isDensityExact ? kLikelyDensity[0] : 1, kLikelyDensity[1]) &&
+           (f.waveSpeed == 0 || isWithin(f.waveSpeed, kLikelySpeed[0], kLikelySpeed[1]));
+}
+
+std::string describe(const PartFigures& f) {
+    return number(f.size) + " m long, " + (f.isDensityExact ? "" : "at least ") +
+           number(f.density) + " kg/m³" +
+           (f.waveSpeed > 0 ? ", wave speed about " + number(f.waveSpeed) + " m/s" : "");
+}
+
+}  // namespace
+
+const std::vector<UnitSystem>& listUnitSystems() {
+    constexpr double inch = 0.0254, pound = 4.4482216152605, foot = 0.3048;
+    static const std::vector<UnitSystem> systems = {
+        {"m-kg-s", 1, 1, 1},
+        {"mm-t-s", 1e-3, 1e3, 1},
+        {"mm-kg-s", 1e-3, 1, 1},
+        {"mm-kg-ms", 1e-3, 1, 1e-3},
+        {"mm-g-ms", 1e-3, 1e-3, 1e-3},
+        {"cm-g-s", 1e-2, 1e-3, 1},
+        {"um-kg-s", 1e-6, 1, 1},
+        {"in-lbf-s", inch, pound / inch, 1},
+        {"ft-slug-s", foot, pound / foot, 1},
+    };
+    return systems;
+}
+
+const UnitSystem& findUnitSystem(const std::string& name) {
+    std::string list;
+    for (const UnitSystem& system : listUnitSystems()) {
+        if (system.name == name) return system;
+        list += (list.empty() ? "" : ", ") + system.name;
+    }
+    throw std::invalid_argument("there is no system of units '" + name + "'; there are " + list);
+}
+
+void convertToSI(FeModel& model, const UnitSystem& units) {
+    for (double& x : model.mesh.positions) x *= units.length;
+    for (double& k : model.K.values) k *= units.mass / (units.time * units.time);
+    for (double& m : model.m.values) m *= units.mass;
+    if (units.name != "m-kg-s")
+        model.notes.push_back("converted from " + units.name + " to metres, kilograms and seconds");
+}
+
+PartFigures calcFigures(const FeModel& model) {
+    PartFigures figures;
+    double box = 1, squared = 0;
+    for (size_t axis = 0; axis < 3; ++axis) {
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        for (size_t k = axis; k < model.mesh.positions.size(); k += 3) {
+            low = std::min(low, model.mesh.positions[k]);
+            high = std::max(high, model.mesh.positions[k]);
+        }
+        box *= high - low;
+        squared += (high - low) * (high - low);
+    }
+    figures.size = std::sqrt(squared);
+    const double volume = model.mesh.elements.empty() ? 0 : calcVolume(model.mesh);
+    figures.isDensityExact = volume > 0;
+    if (volume > 0 || box > 0)
+        figures.density = model.calcMass() / (figures.isDensityExact ? volume : box);
+    figures.waveSpeed = estimateWaveSpeed(model);
+    return figures;
+}
+
+std::vector<std::string> checkUnits(const FeModel& model) {
+    const PartFigures figures = calcFigures(model);
+    std::vector<std::string> warnings;
+    std::string likely;
+    for (const UnitSystem& units : listUnitSystems()) {
+        if (units.name == "m-kg-s") continue;
+        const PartFigures other = withUnits(figures, units);
+        if (!isLikely(other)) continue;
+        likely += (likely.empty() ? " They would make sense in " : " or in ") + units.name + " (" +
+                  describe(other) + ": --units " + units.name + ")";
+    }
+    if (!likely.empty()) likely += ".";
+    if (figures.size > kAbsurd)
+        throw std::invalid_argument(model.source + ": the part is " + number(figures.size / 1e3) +
+                                    " km long in SI units." + likely);
+    if (!isPlausible(figures))
+        warnings.push_back("the numbers are hardly those of a solid part in SI units (" +
+                           describe(figures) + ")." + likely);
+    return warnings;
+}
+
+}  // namespace simflex
