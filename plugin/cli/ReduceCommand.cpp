@@ -35,9 +35,13 @@ const std::pair<std::string, double> kCheckPhase{"frequencies of the full model"
 const std::vector<std::pair<std::string, double>> kStiffeningPhases = {
     {"loads that stiffen", 2}, {"geometric stiffness", 400}};
 
+/** Results of phases shorter than this are not kept for a run that resumes [s]. **/
+constexpr double kWorthKeeping = 5;
+
 struct ReduceArguments {
     std::string deck, output, name, program, picture;
     ReductionArguments reduction;
+    bool resume = true;
     bool stiffening = false, quiet = false, timings = false;
 };
 
@@ -94,6 +98,8 @@ void runReduce(const ReduceArguments& arguments) {
         bar.clear();
         if (!arguments.quiet) std::fprintf(stderr, "simflex: note: %s\n", note.c_str());
     };
+    const Checkpoint checkpoint(output + ".resume", kWorthKeeping, calculix.note);
+    if (arguments.resume) calculix.checkpoint = options.checkpoint = &checkpoint;
     auto lap = std::chrono::steady_clock::now();
     const FeModel model = readCalculixDeck(arguments.deck, calculix);
     const double deckSeconds =
@@ -103,6 +109,7 @@ void runReduce(const ReduceArguments& arguments) {
     if (wasInterrupted()) throw Cancelled();
     writeReducedBody(output, body);
     if (!arguments.picture.empty()) drawInterfaces(body).writePng(arguments.picture);
+    if (arguments.resume) checkpoint.remove();
     bar.clear();
 
     if (!arguments.quiet)
@@ -132,6 +139,9 @@ void addReduceCommand(CLI::App& app) {
     command->add_flag("--stiffening", arguments->stiffening,
                       "geometric stiffness too, for fast rotation and large loads on interfaces: 6 "
                       "static runs of CalculiX and 6 more an interface");
+    command->add_flag("--no-resume{false}", arguments->resume,
+                      "keep nothing of a run that is stopped, and take nothing that was kept "
+                      "(PART.h5.resume)");
     command
         ->add_option("--picture", arguments->picture,
                      "draw the part with the tied nodes of its interfaces")
