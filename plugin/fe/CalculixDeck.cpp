@@ -1,5 +1,6 @@
 #include "simflex/fe/CalculixDeck.h"
 
+#include <chrono>
 #include <fstream>
 #include <stdexcept>
 
@@ -31,11 +32,51 @@ void assembleByCalculix(const DeckModel& deck, const std::string& program,
     readCalculixMatrices(folder.path(), job, expected, model, progress);
 }
 
+/** K and m of the deck's elements. **/
+void assemble(const DeckModel& deck, const std::string& program, const ProgressCallback& progress,
+              FeModel& model) {
+    if (deck.isForCalculix()) {
+        assembleByCalculix(deck, program, progress, model);
+    } else {
+        model.K = SymmetricMatrix::fromEntries(3 * model.mesh.numNodes(), {}, {}, {});
+        model.m = SymmetricMatrix::fromEntries(model.mesh.numNodes(), {}, {}, {});
+    }
+    addBeamMatrices(deck, model);
+}
+
+void putMatrix(CheckpointWriter& out, const SymmetricMatrix& A) {
+    out.put(A.columnStarts);
+    out.put(A.rows);
+    out.put(A.values);
+}
+
+void getMatrix(CheckpointReader& in, SymmetricMatrix& A) {
+    in.get(A.columnStarts);
+    in.get(A.rows);
+    in.get(A.values);
+    A.size = int(A.columnStarts.size()) - 1;
+}
+
+/** Of all in the deck that the matrices depend on. **/
+ContentHash hashCards(const std::vector<DeckCard>& cards) {
+    ContentHash hash;
+    for (const DeckCard& card : cards) {
+        hash.add(card.keyword);
+        for (const auto& [parameter, value] : card.parameters) hash.add(parameter + "=" + value);
+        for (const DeckLine& line : card.data)
+            for (const std::string& field : line.fields) hash.add(field);
+    }
+    return hash;
+}
+
 }  // namespace
 
 FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options) {
     reportProgress(options.progress, "reading the deck", 0);
-    DeckModel deck = DeckModel::fromCards(path, readDeckCards(path));
+    std::vector<DeckCard> cards = readDeckCards(path);
+    ContentHash hash;
+    if (options.checkpoint) hash = hashCards(cards);
+    DeckModel deck = DeckModel::fromCards(path, std::move(cards));
     if (options.note)
         for (const std::string& note : deck.notes) options.note(note);
 
@@ -43,18 +84,27 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     FeModel model;
     model.source = path;
     model.program = readCalculixVersion(program);
+    hash.add(model.program);
     model.mesh = deck.mesh;
     model.constraints = deck.constraints;
     model.notes = deck.notes;
 
     try {
-        if (deck.isForCalculix()) {
-            assembleByCalculix(deck, program, options.progress, model);
-        } else {
-            model.K = SymmetricMatrix::fromEntries(3 * model.mesh.numNodes(), {}, {}, {});
-            model.m = SymmetricMatrix::fromEntries(model.mesh.numNodes(), {}, {}, {});
+        if (!options.checkpoint ||
+            !options.checkpoint->load("matrices", hash.get(), [&](CheckpointReader& in) {
+                getMatrix(in, model.K);
+                getMatrix(in, model.m);
+            })) {
+            const auto start = std::chrono::steady_clock::now();
+            assemble(deck, program, options.progress, model);
+            const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+            if (options.checkpoint)
+                options.checkpoint->save("matrices", hash.get(), spent.count(),
+                                         [&](CheckpointWriter& out) {
+                                             putMatrix(out, model.K);
+                                             putMatrix(out, model.m);
+                                         });
         }
-        addBeamMatrices(deck, model);
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(path + ": " + error.what());
     } catch (const Cancelled&) {

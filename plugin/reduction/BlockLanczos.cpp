@@ -13,14 +13,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kDenseSize = 400;    // below this a dense eigensolver is as quick
-constexpr double kNothing = 1e-14;   // eigenvalues over the largest that are nothing but round-off
-constexpr double kCoincide = 1e-8;   // eigenvalues this close to each other may be one, many times
-constexpr double kIllScaled = 1e-6;  // squared singular values of a block that need another pass
+constexpr Index kDenseSize = 400;   // below this a dense eigensolver is as quick
+constexpr double kNothing = 1e-14;  // eigenvalues over the largest that are nothing but round-off
+constexpr double kCoincide = 1e-8;  // eigenvalues this close to each other may be one, many times
+constexpr double kNearlyThere = 1e-3;  // residual over the eigenvalue of what will not change much
+constexpr double kIllScaled = 1e-6;    // squared singular values of a block that need another pass
 constexpr int kStepsOfFreshBlock = 8;
 constexpr int kMostRestarts = 300;
-constexpr Index kChunk = 512;  // rows that stay in the cache
-constexpr Index kSums = 64;    // partial sums, of consecutive chunks each
+constexpr Index kChunk = 512;           // rows that stay in the cache
+constexpr Index kWorthThreads = 20000;  // rows
+constexpr Index kSums = 64;             // partial sums, of consecutive chunks each
 
 /** The basis V and what is done with all of it, in chunks of rows. **/
 class Basis {
@@ -116,7 +118,7 @@ private:
     template <class Work>
     void forChunks(const Work& work) const {
         const Index numChunks = (size() + kChunk - 1) / kChunk;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (size() >= kWorthThreads)
         for (Index chunk = 0; chunk < numChunks; ++chunk) {
             const Index row = chunk * kChunk;
             work(row, std::min(kChunk, size() - row));
@@ -128,7 +130,7 @@ private:
         const Index numChunks = (size() + kChunk - 1) / kChunk,
                     numSums = std::min(kSums, numChunks);
         std::vector<MatrixXd> parts(static_cast<size_t>(numSums));
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (size() >= kWorthThreads)
         for (Index k = 0; k < numSums; ++k) {
             MatrixXd part = MatrixXd::Zero(numRows, numColumns);
             const Index end = (k + 1) * numChunks / numSums;
@@ -187,8 +189,8 @@ Verdict judge(const Ritz& ritz, const ModeRange& range, double accuracy, Index b
         const double value = ritz.values[k], residual = ritz.residuals[k];
         if (value <= nothing && residual <= nothing) {
             verdict.complete = verdict.suspicious = true;  // are these all?
-        } else if (k > 0 && value + residual < range.smallest) {
-            verdict.complete = true;  // k = 0 must converge: early on, the largest are not seen yet
+        } else if (value + residual < range.smallest && residual <= kNearlyThere * value && k > 0) {
+            verdict.complete = true;  // early on, the largest are not seen yet
         } else if (value > nothing && residual <= accuracy * value) {
             if (value < range.smallest) {
                 verdict.complete = true;
@@ -232,7 +234,7 @@ Eigenpairs solveDensely(const SymmetricOperator& C, const ModeRange& range,
 }  // namespace
 
 int estimateLanczosBasis(int count, int blockSize) {
-    return 2 * count + 10 * blockSize;
+    return 3 * count + 16 * blockSize;  // measured on compact and slender boxes
 }
 
 Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& range,
