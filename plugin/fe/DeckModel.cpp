@@ -806,7 +806,14 @@ ElementType findSolidType(const std::string& calculixType) {
 }
 
 DeckModel DeckModel::fromCards(const std::string& path, std::vector<DeckCard> cards) {
-    return Builder(path, std::move(cards)).build();
+    try {
+        return Builder(path, std::move(cards)).build();
+    } catch (const std::invalid_argument& error) {
+        // What has no line of its own names the deck.
+        const std::string text = error.what();
+        throw std::invalid_argument(text.find(path) == std::string::npos ? path + ": " + text
+                                                                         : text);
+    }
 }
 
 bool DeckModel::isForCalculix() const {
