@@ -19,8 +19,9 @@ constexpr double kCoincide = 1e-8;   // eigenvalues this close to each other may
 constexpr double kIllScaled = 1e-6;  // squared singular values of a block that need another pass
 constexpr int kStepsOfFreshBlock = 8;
 constexpr int kMostRestarts = 300;
-constexpr Index kChunk = 512;  // rows that stay in the cache
-constexpr Index kSums = 64;    // partial sums, of consecutive chunks each
+constexpr Index kChunk = 512;           // rows that stay in the cache
+constexpr Index kWorthThreads = 20000;  // rows
+constexpr Index kSums = 64;             // partial sums, of consecutive chunks each
 
 /** The basis V and what is done with all of it, in chunks of rows. **/
 class Basis {
@@ -116,7 +117,7 @@ private:
     template <class Work>
     void forChunks(const Work& work) const {
         const Index numChunks = (size() + kChunk - 1) / kChunk;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (size() >= kWorthThreads)
         for (Index chunk = 0; chunk < numChunks; ++chunk) {
             const Index row = chunk * kChunk;
             work(row, std::min(kChunk, size() - row));
@@ -128,7 +129,7 @@ private:
         const Index numChunks = (size() + kChunk - 1) / kChunk,
                     numSums = std::min(kSums, numChunks);
         std::vector<MatrixXd> parts(static_cast<size_t>(numSums));
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (size() >= kWorthThreads)
         for (Index k = 0; k < numSums; ++k) {
             MatrixXd part = MatrixXd::Zero(numRows, numColumns);
             const Index end = (k + 1) * numChunks / numSums;

@@ -21,6 +21,7 @@ constexpr double kSingular = 1e-15;
 
 /** A guess, for the progress: of one processor. **/
 constexpr double kFlopsPerSecond = 1e10;
+constexpr Eigen::Index kWorthThreads = 30000;  // rows to copy
 constexpr auto kPollInterval = std::chrono::milliseconds(50);
 
 }  // namespace
@@ -49,14 +50,14 @@ struct SparseCholesky::Data {
         block.resize(size_t(size));
         for (Eigen::Index first = 0; first < X.cols(); first += kWidth) {
             const int width = int(std::min<Eigen::Index>(kWidth, X.cols() - first));
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (size >= kWorthThreads)
             for (Eigen::Index k = 0; k < size; ++k) {
                 const Eigen::Index row = take ? take[k] : k;
                 for (int j = 0; j < width; ++j) block[size_t(k)].x[j] = X(row, first + j);
                 for (int j = width; j < kWidth; ++j) block[size_t(k)].x[j] = 0;
             }
             solveBlock(block[0].x);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (size >= kWorthThreads)
             for (Eigen::Index k = 0; k < size; ++k) {
                 const Eigen::Index row = give ? give[k] : k;
                 for (int j = 0; j < width; ++j) Y(row, first + j) = block[size_t(k)].x[j];

@@ -9,9 +9,10 @@ namespace {
 using Index = std::int64_t;
 
 constexpr int kWidth = SupernodalSolve::kWidth;
-constexpr int kPanel = 8;               // columns whose right-hand sides stay in registers
-constexpr int kShared = 64;             // columns of a large supernode between two barriers
-constexpr Index kWorthSharing = 65536;  // entries for which threads are woken
+constexpr int kPanel = 8;                 // columns whose right-hand sides stay in registers
+constexpr int kShared = 64;               // columns of a large supernode between two barriers
+constexpr Index kWorthSharing = 65536;    // entries for which threads are woken
+constexpr Index kWorthThreads = 1000000;  // entries of the whole factor for the same
 constexpr Index kRowsPerShare = 256;
 constexpr Index kSubtrees = 24;  // the largest subtree has one part in so many of all entries
 
@@ -108,6 +109,7 @@ SupernodalSolve::SupernodalSolve(const SupernodalFactor& L)
     for (Index s = 0; s < L.numSupernodes; ++s)
         _mostRows = std::max<Index>(_mostRows, numRowsOf(s));
     _work->shared.resize(size_t(_mostRows));
+    _shared = L.valueStarts[L.numSupernodes] >= kWorthThreads;
 }
 
 SupernodalSolve::~SupernodalSolve() = default;
@@ -190,7 +192,7 @@ void SupernodalSolve::findSubtrees() {
 
 void SupernodalSolve::solveLower(double* values) {
     Row* x = reinterpret_cast<Row*>(values);
-#pragma omp parallel
+#pragma omp parallel if (_shared)
     {
         Buffer below(static_cast<size_t>(_mostRows));
 #pragma omp for schedule(dynamic, 1)
@@ -231,7 +233,7 @@ void SupernodalSolve::solveLower(double* values) {
             solveTriangle(panel + first, stride, width, own + first);
             const Index numInside = numColumns - end;  // rows of the supernode's own columns
             const Index numShares = (stride - end + kRowsPerShare - 1) / kRowsPerShare;
-#pragma omp parallel for schedule(static) if (stride * width >= kWorthSharing)
+#pragma omp parallel for schedule(static) if (_shared && stride * width >= kWorthSharing)
             for (Index share = 0; share < numShares; ++share) {
                 const Index begin = share * kRowsPerShare,
                             stop = std::min(begin + kRowsPerShare, stride - end);
@@ -262,7 +264,7 @@ void SupernodalSolve::solveUpper(double* values) {
             const int width = std::min(kShared, numColumns - first), end = first + width;
             const double* panel = L + first * stride;
             const int numPanels = (width + kPanel - 1) / kPanel;
-#pragma omp parallel for schedule(static) if (stride * width >= kWorthSharing)
+#pragma omp parallel for schedule(static) if (_shared && stride * width >= kWorthSharing)
             for (int k = 0; k < numPanels; ++k) {
                 const int column = k * kPanel, columns = std::min(kPanel, width - column);
                 const double* part = panel + column * stride;
@@ -274,7 +276,7 @@ void SupernodalSolve::solveUpper(double* values) {
             solveTransposedTriangle(panel + first, stride, width, own + first);
         }
     }
-#pragma omp parallel
+#pragma omp parallel if (_shared)
     {
         Buffer gathered(static_cast<size_t>(_mostRows));
 #pragma omp for schedule(dynamic, 1)

@@ -54,6 +54,7 @@ private:
     std::vector<std::int64_t> _top;  ///< supernodes of no subtree, ascending
     std::vector<std::int32_t> _rows;  ///< as L.rows; where a row lies above its subtree, −1 − place
     std::int64_t _mostRows = 0;
+    bool _shared = false;  ///< among threads: worth it
     std::unique_ptr<Workspace> _work;
 };
 

@@ -4,6 +4,11 @@
 #include <numeric>
 
 namespace simflex {
+namespace {
+
+constexpr size_t kWorthThreads = 2000000;  // multiplications
+
+}  // namespace
 
 FullRows::FullRows(const SymmetricMatrix& lower) : _starts(lower.size + 1, 0) {
     for (int column = 0; column < lower.size; ++column)
@@ -30,7 +35,7 @@ FullRows::FullRows(const SymmetricMatrix& lower) : _starts(lower.size + 1, 0) {
 Shapes FullRows::multiplyBlocks(const Shapes& X, int rowsPerEntry) const {
     const Eigen::Index width = rowsPerEntry * X.cols();
     Shapes Y(X.rows(), X.cols());
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (_values.size() * size_t(width) >= kWorthThreads)
     for (int row = 0; row < size(); ++row) {
         double* y = Y.data() + row * width;
         for (Eigen::Index j = 0; j < width; ++j) y[j] = 0;
@@ -49,7 +54,7 @@ Shapes LowerTriangle::multiply(const Shapes& X) const {
     const int size = _lower.size;
     Shapes Y(X.rows(), X.cols());
     const Eigen::Index numPasses = (X.cols() + kWidth - 1) / kWidth;
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) if (_lower.values.size() * 8 >= kWorthThreads)
     for (Eigen::Index pass = 0; pass < numPasses; ++pass) {
         const Eigen::Index first = pass * kWidth, width = std::min(kWidth, X.cols() - first);
         std::vector<Row> x(static_cast<size_t>(size)), y(static_cast<size_t>(size), Row::Zero());
