@@ -35,10 +35,14 @@ const std::pair<std::string, double> kCheckPhase{"frequencies of the full model"
 const std::vector<std::pair<std::string, double>> kStiffeningPhases = {
     {"loads that stiffen", 2}, {"geometric stiffness", 400}};
 
+/** Results of phases shorter than this are not kept for a run that resumes [s]. **/
+constexpr double kWorthKeeping = 5;
+
 struct ReduceArguments {
     SourceArguments source;
     std::string output, name, program, picture;
     ReductionArguments reduction;
+    bool resume = true;
     bool stiffening = false, quiet = false, timings = false;
 };
 
@@ -103,6 +107,8 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
         bar.clear();
         if (!arguments.quiet) std::fprintf(stderr, "simflex: note: %s\n", note.c_str());
     };
+    const Checkpoint checkpoint(output + ".resume", kWorthKeeping, calculix.note);
+    if (arguments.resume) calculix.checkpoint = options.checkpoint = &checkpoint;
     auto lap = std::chrono::steady_clock::now();
     const FeModel model = readModelSource(source);
     const double deckSeconds =
@@ -112,6 +118,7 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     if (wasInterrupted()) throw Cancelled();
     writeReducedBody(output, body);
     if (!arguments.picture.empty()) drawInterfaces(body).writePng(arguments.picture);
+    if (arguments.resume) checkpoint.remove();
     bar.clear();
 
     const std::string stress =
@@ -144,6 +151,9 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
     command->add_flag("--stiffening", arguments->stiffening,
                       "geometric stiffness too, for fast rotation and large loads on interfaces: 6 "
                       "static runs of CalculiX and 6 more an interface");
+    command->add_flag("--no-resume{false}", arguments->resume,
+                      "keep nothing of a run that is stopped, and take nothing that was kept "
+                      "(PART.h5.resume)");
     command
         ->add_option("--picture", arguments->picture,
                      "draw the part with the tied nodes of its interfaces")

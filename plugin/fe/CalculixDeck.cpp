@@ -1,6 +1,8 @@
 #include "simflex/fe/CalculixDeck.h"
 
+#include <chrono>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 
 #include "BeamMatrices.h"
@@ -10,9 +12,41 @@
 namespace simflex {
 namespace {
 
+void putMatrix(CheckpointWriter& out, const SymmetricMatrix& A) {
+    out.put(A.columnStarts);
+    out.put(A.rows);
+    out.put(A.values);
+}
+
+void getMatrix(CheckpointReader& in, SymmetricMatrix& A) {
+    in.get(A.columnStarts);
+    in.get(A.rows);
+    in.get(A.values);
+    A.size = int(A.columnStarts.size()) - 1;
+}
+
+/** Of all that the matrices depend on. **/
+std::uint64_t calcKey(const DeckModel& deck, const FeModel& model) {
+    std::ostringstream text;
+    deck.writeClean(text);
+    ContentHash hash;
+    hash.add(text.str());
+    hash.add(model.program);
+    hash.add(model.mesh.nodeNumbers);
+    return hash.get();
+}
+
 /** Has ccx assemble all but the solids of beams. **/
 void assembleByCalculix(const DeckModel& deck, const std::string& program,
-                        const ProgressCallback& progress, FeModel& model) {
+                        const CalculixOptions& options, FeModel& model) {
+    const std::uint64_t key = options.checkpoint ? calcKey(deck, model) : 0;
+    if (options.checkpoint && options.checkpoint->load("matrices", key, [&](CheckpointReader& in) {
+            getMatrix(in, model.K);
+            getMatrix(in, model.m);
+        }))
+        return;
+    const auto start = std::chrono::steady_clock::now();
+
     const std::string job = "part";
     const TemporaryFolder folder;
     {
@@ -27,8 +61,14 @@ void assembleByCalculix(const DeckModel& deck, const std::string& program,
         for (const auto& solid : solids)
             for (const int node : solid.nodes)
                 if (type != kBeamSolid) expected[size_t(deck.mesh.indexOf(node))] = 1;
-    runCalculix(program, folder.path(), job, progress);
-    readCalculixMatrices(folder.path(), job, expected, model, progress);
+    runCalculix(program, folder.path(), job, options.progress);
+    readCalculixMatrices(folder.path(), job, expected, model, options.progress);
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    if (options.checkpoint)
+        options.checkpoint->save("matrices", key, spent.count(), [&](CheckpointWriter& out) {
+            putMatrix(out, model.K);
+            putMatrix(out, model.m);
+        });
 }
 
 }  // namespace
@@ -49,7 +89,7 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
 
     try {
         if (deck.isForCalculix()) {
-            assembleByCalculix(deck, program, options.progress, model);
+            assembleByCalculix(deck, program, options, model);
         } else {
             model.K = SymmetricMatrix::fromEntries(3 * model.mesh.numNodes(), {}, {}, {});
             model.m = SymmetricMatrix::fromEntries(model.mesh.numNodes(), {}, {}, {});

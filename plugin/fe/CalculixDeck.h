@@ -36,6 +36,7 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
 #include <functional>
 #include <string>
 
+#include "simflex/fe/Checkpoint.h"
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/Progress.h"
 
@@ -47,6 +48,8 @@ struct CalculixOptions {
     /** Called with each thing left out or changed; FeModel::notes holds them too. **/
     std::function<void(const std::string&)> note;
     ProgressCallback progress;
+    /** If not null, the matrices are kept there, and taken from there if they are of this deck. **/
+    const Checkpoint* checkpoint = nullptr;
 };
 
 /** Reads a deck and assembles its matrices with ccx. Temporary files go to $TMPDIR (else /tmp) and

@@ -13,10 +13,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kDenseSize = 400;    // below this a dense eigensolver is as quick
-constexpr double kNothing = 1e-14;   // eigenvalues over the largest that are nothing but round-off
-constexpr double kCoincide = 1e-8;   // eigenvalues this close to each other may be one, many times
-constexpr double kIllScaled = 1e-6;  // squared singular values of a block that need another pass
+constexpr Index kDenseSize = 400;   // below this a dense eigensolver is as quick
+constexpr double kNothing = 1e-14;  // eigenvalues over the largest that are nothing but round-off
+constexpr double kCoincide = 1e-8;  // eigenvalues this close to each other may be one, many times
+constexpr double kNearlyThere = 1e-3;  // residual over the eigenvalue of what will not change much
+constexpr double kIllScaled = 1e-6;    // squared singular values of a block that need another pass
 constexpr int kStepsOfFreshBlock = 8;
 constexpr int kMostRestarts = 300;
 constexpr Index kChunk = 512;           // rows that stay in the cache
@@ -188,8 +189,8 @@ Verdict judge(const Ritz& ritz, const ModeRange& range, double accuracy, Index b
         const double value = ritz.values[k], residual = ritz.residuals[k];
         if (value <= nothing && residual <= nothing) {
             verdict.complete = verdict.suspicious = true;  // are these all?
-        } else if (k > 0 && value + residual < range.smallest) {
-            verdict.complete = true;  // k = 0 must converge: early on, the largest are not seen yet
+        } else if (value + residual < range.smallest && residual <= kNearlyThere * value && k > 0) {
+            verdict.complete = true;  // early on, the largest are not seen yet
         } else if (value > nothing && residual <= accuracy * value) {
             if (value < range.smallest) {
                 verdict.complete = true;

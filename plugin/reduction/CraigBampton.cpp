@@ -121,6 +121,77 @@ Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
                 energy.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal());
 }
 
+/** Keeps the results of phases, and takes those that were kept. **/
+class Stages {
+public:
+    Stages(const FeModel& model, const ReductionOptions& options)
+        : _checkpoint(options.checkpoint) {
+        if (!_checkpoint) return;
+        for (const SymmetricMatrix* A : {&model.K, &model.m}) {
+            _key.add(A->columnStarts);
+            _key.add(A->rows);
+            _key.add(A->values);
+        }
+        _key.add(model.mesh.positions);
+        _key.add(model.constraints.rowStarts);
+        _key.add(model.constraints.columns);
+        _key.add(model.constraints.coefficients);
+        for (const InterfaceOptions& interface : options.interfaces) {
+            _key.add(interface.name);
+            _key.add(selectNodes(model.mesh, interface.nodes));
+            _key.add(interface.tie == TieType::Rigid ? 0.0 : 1.0);
+            if (interface.master)
+                for (const double x : *interface.master) _key.add(x);
+        }
+        for (const LoadPoint& point : options.loadPoints) {
+            _key.add(selectNodes(model.mesh, point.nodes));
+            _key.add(point.axes);
+        }
+        _key.add(double(options.numModes));
+        _key.add(options.highestFrequency.value_or(-1));
+        _key.add(options.solver ? 1.0 : 0.0);
+    }
+
+    template <class Make>
+    void run(const char* name, const std::vector<Shapes*>& shapes,
+             const std::vector<Eigen::VectorXd*>& vectors, const Make& make) const {
+        if (!_checkpoint) return make();
+        const bool found = _checkpoint->load(name, _key.get(), [&](CheckpointReader& in) {
+            for (Eigen::VectorXd* x : vectors) get(in, *x);
+            for (Shapes* X : shapes) get(in, *X);
+        });
+        if (found) return;
+        auto start = std::chrono::steady_clock::now();
+        make();
+        _checkpoint->save(name, _key.get(), lapTime(start), [&](CheckpointWriter& out) {
+            for (const Eigen::VectorXd* x : vectors) put(out, *x);
+            for (const Shapes* X : shapes) put(out, *X);
+        });
+    }
+
+private:
+    template <class Matrix>
+    static void put(CheckpointWriter& out, const Matrix& X) {
+        const std::int64_t sizes[] = {X.rows(), X.cols()};
+        out.put(sizes, sizeof sizes);
+        out.put(X.data(), size_t(X.size()) * sizeof(double));
+    }
+
+    template <class Matrix>
+    static void get(CheckpointReader& in, Matrix& X) {
+        std::int64_t sizes[2];
+        in.get(sizes, sizeof sizes);
+        for (const std::int64_t size : sizes)
+            in.checkLeft(size < 0 ? ~std::uint64_t(0) : std::uint64_t(size), 1);
+        if (sizes[0] > 0) in.checkLeft(std::uint64_t(sizes[1]), size_t(sizes[0]) * sizeof(double));
+        X.resize(sizes[0], sizes[1]);
+        in.get(X.data(), size_t(X.size()) * sizeof(double));
+    }
+
+    const Checkpoint* _checkpoint;
+    ContentHash _key;
+};
+
 /** How many normal modes are wanted, and down to which 1/ω². **/
 ModeRange chooseNormalModes(const ReductionOptions& options, int numStatic, Index numFree,
                             bool hasInterfaces) {
@@ -181,13 +252,20 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
     timings.numFactorEntries = held->numFactorEntries();
 
     reportProgress(progress, "constraint modes", -1);
-    const Shapes constraint = hasInterfaces ? held->calcConstraintModes() : rigid.R;
-    const Shapes deflection = held->solve(loads);
+    const Stages stages(model, options);
+    Shapes constraint, deflection;
+    stages.run("constraint modes", {&constraint, &deflection}, {}, [&] {
+        constraint = hasInterfaces ? held->calcConstraintModes() : rigid.R;
+        deflection = held->solve(loads);
+    });
     timings.constraintModes = lapTime(lap);
 
     reportProgress(progress, "normal modes", -1);
-    const FixedInterfaces::NormalModes normal = held->calcNormalModes(wanted, progress);
+    FixedInterfaces::NormalModes normal;
+    stages.run("normal modes", {&normal.shapes}, {&normal.omegaSquared},
+               [&] { normal = held->calcNormalModes(wanted, progress); });
     const Index numNormal = normal.omegaSquared.size();
+    timings.numLanczosBlocks = normal.numBlocks;
     if (!options.highestFrequency && numNormal < wanted.count)
         refuse(options, std::to_string(wanted.count) +
                             " normal modes are asked for, but the mesh has only " +

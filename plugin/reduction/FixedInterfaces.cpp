@@ -1,6 +1,7 @@
 #include "FixedInterfaces.h"
 
 #include <algorithm>
+#include <chrono>
 #include <sstream>
 #include <stdexcept>
 
@@ -19,6 +20,17 @@ using Eigen::MatrixXd;
 
 /** Part of the largest singular value below which a direction of loads counts as none. **/
 constexpr double kRank = 1e-10;
+
+/** Writing a factor and reading it again, about. **/
+constexpr double kBytesPerSecond = 4e8;
+
+std::uint64_t calcKey(const SymmetricMatrix& A) {
+    ContentHash hash;
+    hash.add(A.columnStarts);
+    hash.add(A.rows);
+    hash.add(A.values);
+    return hash.get();
+}
 
 /** An orthonormal basis of the columns of X, which are scaled to unit length first. **/
 MatrixXd orthonormalize(MatrixXd X) {
@@ -276,10 +288,24 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
             solver->factor(K);
             return;
         }
+        const std::uint64_t key = options.checkpoint ? calcKey(K) : 0;
+        if (options.checkpoint &&
+            options.checkpoint->load("factor", key,
+                                     [&](CheckpointReader& in) { cholesky.load(in); }))
+            return;
         reportProgress(progress, "ordering K", -1);
-        checkMemory(cholesky.analyze(K), numModes, options);
+        const SparseCholesky::Prediction& prediction = cholesky.analyze(K);
+        checkMemory(prediction, numModes, options);
         reportProgress(progress, "factoring K", 0);
+        const auto start = std::chrono::steady_clock::now();
         cholesky.factor(K, progress);
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+        // Not where reading it again would take as long.
+        if (options.checkpoint &&
+            (options.checkpoint->worthSeconds() == 0 ||
+             spent.count() >= double(prediction.factorBytes) / kBytesPerSecond))
+            options.checkpoint->save("factor", key, spent.count(),
+                                     [&](CheckpointWriter& out) { cholesky.save(out); });
     } catch (const SparseCholesky::SingularMatrix& singular) {
         refuse("the stiffness matrix is singular beyond the six rigid motions" +
                (singular.row >= 0 ? " at node " + std::to_string(coordinates.nodeNumberOf(
@@ -383,12 +409,12 @@ FixedInterfaces::NormalModes FixedInterfaces::calcNormalModes(
     const Data& d = *_data;
     constexpr const char* kPhase = "normal modes";
     if (d.free.empty() || range.count == 0)
-        return {Eigen::VectorXd(0), Shapes::Zero(d.model.K.size, 0)};
+        return {Eigen::VectorXd(0), Shapes::Zero(d.model.K.size, 0), 0};
     if (!d.solver) {
         const OneBlasThread oneThread;
         const Eigenpairs pairs = calcLargestEigenpairs(NormalModesOperator(*this, d.products.m),
                                                        range, kPhase, progress);
-        return {pairs.values.cwiseInverse(), toShapes(pairs.vectors)};
+        return {pairs.values.cwiseInverse(), toShapes(pairs.vectors), pairs.numBlocks};
     }
     // The mass of x with the rigid motion of makeShapes() in it, (1 − R Aᵀ)ᵀ M (1 − R Aᵀ).
     const SymmetricMatrix M = d.takeFree(tripleAxes(d.model.m));
@@ -403,7 +429,7 @@ FixedInterfaces::NormalModes FixedInterfaces::calcNormalModes(
         S.bottomRightCorner(6, 6) = symmetricGram(d.rigid.R, MR);
     }
     const Eigenpairs pairs = d.solver->calcModes({M, U, S}, d.C, range, kPhase, progress);
-    return {pairs.values.cwiseInverse(), d.makeShapes(pairs.vectors)};
+    return {pairs.values.cwiseInverse(), d.makeShapes(pairs.vectors), pairs.numBlocks};
 }
 
 long FixedInterfaces::numFactorEntries() const {

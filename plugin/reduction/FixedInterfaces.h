@@ -47,6 +47,7 @@ public:
     struct NormalModes {
         Eigen::VectorXd omegaSquared;  ///< ascending
         Shapes shapes;                 ///< φᵀKφ = 1
+        int numBlocks = 0;             ///< that Lanczos solved for
     };
 
     /** The lowest modes with the interfaces held; `range` is of 1/ω². **/

@@ -26,6 +26,7 @@ Journal 6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 
 #include <string>
 #include <vector>
 
+#include "simflex/fe/Checkpoint.h"
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/Progress.h"
 #include "simflex/part/ReducedBody.h"
@@ -94,6 +95,9 @@ struct ReductionOptions {
     std::shared_ptr<StiffnessSolver> solver;
     /** Asks for ReducedBody::modalStress. **/
     std::optional<StressOptions> stress;
+    /** If not null, the factor, constraint modes and normal modes are kept there and taken from
+    there, so that a reduction that was stopped goes on where it was, to the same bits. **/
+    const Checkpoint* checkpoint = nullptr;
 };
 
 /** Wall time of the phases [s], and the size of the problem. **/
@@ -109,6 +113,7 @@ struct ReductionTimings {
     double total = 0;
     int numDofs = 0;            ///< of the finite element model
     long numFactorEntries = 0;  ///< nonzeros of the Cholesky factor
+    int numLanczosBlocks = 0;   ///< of eight vectors that Lanczos solved for
 };
 
 /** Reduces a part. O(factor) + O(numModes²·numDofs). The same model and options give the same bits.

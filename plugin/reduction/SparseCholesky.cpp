@@ -46,6 +46,7 @@ struct SparseCholesky::Data {
                const SuiteSparse_long* give, const Solve& solveBlock) {
         constexpr int kWidth = SupernodalSolve::kWidth;
         const Eigen::Index size = X.rows();
+        if (!solver) prepareSolves();  // a loaded factor, found undamaged
         Y.resize(size, X.cols());
         block.resize(size_t(size));
         for (Eigen::Index first = 0; first < X.cols(); first += kWidth) {
@@ -67,6 +68,14 @@ struct SparseCholesky::Data {
 
     const SuiteSparse_long* order() const {
         return static_cast<const SuiteSparse_long*>(factor->Perm);
+    }
+
+    void prepareSolves() {
+        const cholmod_factor& L = *factor;
+        const auto indices = [](const void* p) { return static_cast<const std::int64_t*>(p); };
+        solver = std::make_unique<SupernodalSolve>(SupernodalFactor{
+            std::int64_t(L.n), std::int64_t(L.nsuper), indices(L.super), indices(L.pi),
+            indices(L.px), indices(L.s), static_cast<const double*>(L.x)});
     }
 
     [[noreturn]] void fail(const char* what, int size) const {
@@ -169,7 +178,7 @@ const SparseCholesky::Prediction& SparseCholesky::analyze(const SymmetricMatrix&
 
 void SparseCholesky::factor(const SymmetricMatrix& A, const ProgressCallback& progress) {
     Data& d = *_data;
-    if (!d.factor || d.solver || d.factor->n != size_t(A.size)) analyze(A);
+    if (!d.factor || d.factor->x || d.factor->n != size_t(A.size)) analyze(A);
     {
         LongView view(A);
         const double threads = std::max(1u, std::thread::hardware_concurrency());
@@ -180,11 +189,51 @@ void SparseCholesky::factor(const SymmetricMatrix& A, const ProgressCallback& pr
         throw SingularMatrix(int(d.order()[std::min(d.factor->minor, d.factor->n - 1)]));
     if (d.common.status < CHOLMOD_OK) d.fail("factor", A.size);
     if (estimateReciprocalCondition() < kSingular) throw SingularMatrix(-1);
-    const cholmod_factor& L = *d.factor;
-    const auto indices = [](const void* p) { return static_cast<const std::int64_t*>(p); };
-    d.solver = std::make_unique<SupernodalSolve>(
-        SupernodalFactor{std::int64_t(L.n), std::int64_t(L.nsuper), indices(L.super), indices(L.pi),
-                         indices(L.px), indices(L.s), static_cast<const double*>(L.x)});
+    d.prepareSolves();
+}
+
+void SparseCholesky::save(CheckpointWriter& out) const {
+    const cholmod_factor& L = *_data->factor;
+    const std::uint64_t sizes[] = {L.n, L.nsuper, L.ssize, L.xsize, L.maxcsize, L.maxesize};
+    out.put(sizes, sizeof sizes);
+    out.put(L.Perm, 8 * L.n);
+    for (const void* starts : {L.super, L.pi, L.px}) out.put(starts, 8 * (L.nsuper + 1));
+    out.put(L.s, 8 * L.ssize);
+    out.put(L.x, 8 * L.xsize);
+}
+
+void SparseCholesky::load(CheckpointReader& in) {
+    Data& d = *_data;
+    d.solver.reset();
+    cholmod_l_free_factor(&d.factor, &d.common);
+    std::uint64_t sizes[6];
+    in.get(sizes, sizeof sizes);
+    for (const std::uint64_t size : sizes) in.checkLeft(size, 1);
+    in.checkLeft(sizes[3], 8);
+    d.factor = cholmod_l_allocate_factor(size_t(sizes[0]), &d.common);
+    if (!d.factor) d.fail("hold", int(sizes[0]));
+    cholmod_factor& L = *d.factor;
+    L.nsuper = size_t(sizes[1]);
+    L.ssize = size_t(sizes[2]);
+    L.xsize = size_t(sizes[3]);
+    L.maxcsize = size_t(sizes[4]);
+    L.maxesize = size_t(sizes[5]);
+    L.is_ll = L.is_super = L.is_monotonic = 1;
+    L.xtype = CHOLMOD_REAL;
+    in.get(L.Perm, 8 * L.n);
+    const auto take = [&](size_t count) {
+        void* bytes = cholmod_l_malloc(count, 8, &d.common);
+        if (!bytes) d.fail("hold", int(L.n));
+        return bytes;
+    };
+    L.super = take(L.nsuper + 1);
+    L.pi = take(L.nsuper + 1);
+    L.px = take(L.nsuper + 1);
+    L.s = take(L.ssize);
+    L.x = take(L.xsize);
+    for (void* starts : {L.super, L.pi, L.px}) in.get(starts, 8 * (L.nsuper + 1));
+    in.get(L.s, 8 * L.ssize);
+    in.get(L.x, 8 * L.xsize);
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {

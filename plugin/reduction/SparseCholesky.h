@@ -15,6 +15,7 @@ The order is the better of METIS's nested dissection and, where it is cheap to t
 #include <memory>
 #include <stdexcept>
 
+#include "simflex/fe/Checkpoint.h"
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/Progress.h"
 
@@ -41,6 +42,10 @@ public:
     @throws SingularMatrix if A is not positive definite to round-off.
     @throws Cancelled when it is done, if progress asks to stop. **/
     void factor(const SymmetricMatrix& A, const ProgressCallback& progress = {});
+
+    /** Writes the factor, and takes one that was written. @pre of save: factor(). **/
+    void save(CheckpointWriter& out) const;
+    void load(CheckpointReader& in);
 
     /** A⁻¹ B for many right-hand sides. @pre factor(). **/
     Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;

@@ -1,0 +1,461 @@
+/** @file
+Reduction of boxes of hexahedra with two interfaces: time and peak memory by phase, the floor beside
+them, and SciPy's eigsh with the same matrices.
+
+    bench_reduction [--dof N ...] [--shape brick|bar|plate] [--modes 50] [--assemble ccx|here]
+                    [--rival SECONDS]
+
+The floor is what a reduction by one factorization cannot do without: ordering and factoring K_ii
+(CHOLMOD), the solves for the constraint modes, and one L and one Lᵀ solve for each block of the
+Lanczos run, nothing between them. --rival is the time eigsh is given; 0 leaves it out. The last
+line is a JSON object, of the last size. **/
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "simflex/fe/CalculixDeck.h"
+#include "simflex/reduction/Memory.h"
+#include "simflex/reduction/Reduction.h"
+#include "simflex/reduction/SparseCholesky.h"
+
+namespace simflex {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+constexpr double kGibibyte = 1073741824;
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Arguments {
+    std::vector<long> dofs;
+    std::string shape = "brick", assemble;
+    int numModes = 50;
+    double rivalSeconds = 300;
+};
+
+/** Cubes (plates: square flat bricks) of aluminium along x, with the end faces as interfaces. **/
+struct Box {
+    int n[3];
+    double h = 0.002;  ///< edge of an element [m]
+
+    Box(const std::string& shape, long dofs) {
+        const double nodes = double(dofs) / 3;
+        if (shape == "brick") {  // 2:1:1
+            const double side = std::cbrt(nodes / 2);
+            n[1] = n[2] = std::max(2, int(std::lround(side)) - 1);
+        } else if (shape == "bar") {  // 14 elements thick
+            n[1] = n[2] = 14;
+        } else if (shape == "plate") {  // 4 elements thick, twice as long as wide
+            n[1] = std::max(2, int(std::lround(std::sqrt(nodes / 10))) - 1);
+            n[2] = 4;
+        } else {
+            throw std::invalid_argument("--shape " + shape + ": must be brick, bar or plate");
+        }
+        n[0] = std::max(2, int(std::lround(nodes / ((n[1] + 1) * (n[2] + 1)))) - 1);
+    }
+
+    int indexOf(int i, int j, int k) const { return (i * (n[1] + 1) + j) * (n[2] + 1) + k; }
+    int numNodes() const { return (n[0] + 1) * (n[1] + 1) * (n[2] + 1); }
+
+    void write(std::ostream& out) const {
+        out.precision(12);
+        out << "*NODE\n";
+        for (int i = 0; i <= n[0]; ++i)
+            for (int j = 0; j <= n[1]; ++j)
+                for (int k = 0; k <= n[2]; ++k)
+                    out << indexOf(i, j, k) + 1 << ", " << h * i << ", " << h * j << ", " << h * k
+                        << '\n';
+        out << "*ELEMENT, TYPE=C3D8, ELSET=BODY\n";
+        int element = 0;
+        for (int i = 0; i < n[0]; ++i)
+            for (int j = 0; j < n[1]; ++j)
+                for (int k = 0; k < n[2]; ++k) {
+                    out << ++element;
+                    for (const auto& c : kCorners)
+                        out << ", " << indexOf(i + c[0], j + c[1], k + c[2]) + 1;
+                    out << '\n';
+                }
+        for (const auto& [name, i] : {std::pair("LEFT", 0), std::pair("RIGHT", n[0])}) {
+            out << "*NSET, NSET=" << name << '\n';
+            for (int j = 0; j <= n[1]; ++j)
+                for (int k = 0; k <= n[2]; ++k) out << indexOf(i, j, k) + 1 << ",\n";
+        }
+        out << "*MATERIAL, NAME=ALUMINIUM\n*ELASTIC\n70E9, 0.3\n*DENSITY\n2700\n"
+               "*SOLID SECTION, ELSET=BODY, MATERIAL=ALUMINIUM\n";
+    }
+
+    /** The same with matrices made here: trilinear hexahedra, 2×2×2 points. **/
+    FeModel assemble() const;
+
+    static constexpr int kCorners[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                           {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+};
+
+constexpr int Box::kCorners[8][3];
+
+/** Stiffness (24×24) and nodal mass (8×8) of a cube. **/
+void calcElement(double h, Eigen::MatrixXd& K, Eigen::MatrixXd& m) {
+    const double E = 70e9, nu = 0.3, rho = 2700, shear = E / (2 * (1 + nu)),
+                 lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
+    K = Eigen::MatrixXd::Zero(24, 24);
+    m = Eigen::MatrixXd::Zero(8, 8);
+    for (int p = 0; p < 8; ++p) {
+        double at[3];
+        for (int a = 0; a < 3; ++a) at[a] = 0.5 + (Box::kCorners[p][a] - 0.5) / std::sqrt(3.0);
+        Eigen::VectorXd N(8);
+        Eigen::MatrixXd G(3, 8);
+        for (int c = 0; c < 8; ++c) {
+            double value[3], slope[3];
+            for (int a = 0; a < 3; ++a) {
+                value[a] = Box::kCorners[c][a] ? at[a] : 1 - at[a];
+                slope[a] = (Box::kCorners[c][a] ? 1 : -1) / h;
+            }
+            N[c] = value[0] * value[1] * value[2];
+            G.col(c) << slope[0] * value[1] * value[2], value[0] * slope[1] * value[2],
+                value[0] * value[1] * slope[2];
+        }
+        const double volume = h * h * h / 8;
+        m += rho * volume * N * N.transpose();
+        for (int c = 0; c < 8; ++c)
+            for (int d = 0; d < 8; ++d) {
+                const Eigen::Vector3d g = G.col(c), f = G.col(d);
+                K.block<3, 3>(3 * c, 3 * d) +=
+                    volume * (lambda * g * f.transpose() + shear * f * g.transpose() +
+                              shear * g.dot(f) * Eigen::Matrix3d::Identity());
+            }
+    }
+}
+
+FeModel Box::assemble() const {
+    Eigen::MatrixXd Ke, me;
+    calcElement(h, Ke, me);
+    int cornerAt[2][2][2];
+    for (int c = 0; c < 8; ++c) cornerAt[kCorners[c][0]][kCorners[c][1]][kCorners[c][2]] = c;
+    FeModel model;
+    model.source = "box";
+    model.program = "bench_reduction";
+    model.K.size = 3 * numNodes();
+    model.m.size = numNodes();
+    ElementBlock block;
+    block.type = ElementType::Hex8;
+    std::vector<std::pair<int, std::array<double, 10>>> column;  // row node; 3×3 block, mass
+    for (int i = 0; i <= n[0]; ++i)
+        for (int j = 0; j <= n[1]; ++j)
+            for (int k = 0; k <= n[2]; ++k) {
+                const int node = indexOf(i, j, k);
+                model.mesh.nodeNumbers.push_back(node + 1);
+                for (const int at : {i, j, k}) model.mesh.positions.push_back(h * at);
+                if (i == 0) model.mesh.nodeSets["LEFT"].push_back(node);
+                if (i == n[0]) model.mesh.nodeSets["RIGHT"].push_back(node);
+                if (i < n[0] && j < n[1] && k < n[2])
+                    for (const auto& c : kCorners)
+                        block.nodes.push_back(indexOf(i + c[0], j + c[1], k + c[2]));
+                column.clear();
+                for (int di = 0; di <= 1 && i + di <= n[0]; ++di)
+                    for (int dj = -1; dj <= 1; ++dj)
+                        for (int dk = -1; dk <= 1; ++dk) {
+                            const int I = i + di, J = j + dj, L = k + dk;
+                            if (J < 0 || J > n[1] || L < 0 || L > n[2]) continue;
+                            const int row = indexOf(I, J, L);
+                            if (row < node) continue;
+                            std::array<double, 10> sum{};
+                            for (int e = 0; e < 8; ++e) {  // elements that begin at i−a, j−b, k−c
+                                const int a = e >> 2, b = (e >> 1) & 1, c = e & 1;
+                                const int x = i - a, y = j - b, z = k - c;
+                                if (x < 0 || x >= n[0] || y < 0 || y >= n[1] || z < 0 || z >= n[2])
+                                    continue;
+                                const int p = I - x, q = J - y, r = L - z;
+                                if (p < 0 || p > 1 || q < 0 || q > 1 || r < 0 || r > 1) continue;
+                                const int to = cornerAt[p][q][r], from = cornerAt[a][b][c];
+                                for (int s = 0; s < 9; ++s)
+                                    sum[size_t(s)] += Ke(3 * to + s / 3, 3 * from + s % 3);
+                                sum[9] += me(to, from);
+                            }
+                            column.emplace_back(row, sum);
+                        }
+                std::sort(column.begin(), column.end(),
+                          [](const auto& a, const auto& b) { return a.first < b.first; });
+                model.m.columnStarts.push_back(model.m.numEntries());
+                for (const auto& [row, sum] : column) {
+                    model.m.rows.push_back(row);
+                    model.m.values.push_back(sum[9]);
+                }
+                for (int b = 0; b < 3; ++b) {
+                    model.K.columnStarts.push_back(model.K.numEntries());
+                    for (const auto& [row, sum] : column)
+                        for (int a = row == node ? b : 0; a < 3; ++a) {
+                            model.K.rows.push_back(3 * row + a);
+                            model.K.values.push_back(sum[size_t(3 * a + b)]);
+                        }
+                }
+            }
+    model.K.columnStarts.push_back(model.K.numEntries());
+    model.m.columnStarts.push_back(model.m.numEntries());
+    model.mesh.elements.push_back(std::move(block));
+    return model;
+}
+
+/** Rows and columns of the nodes that no interface holds, out of a matrix with so many rows a node.
+ **/
+SymmetricMatrix takeFree(const SymmetricMatrix& A, const Mesh& mesh, int rowsPerNode) {
+    std::vector<int> place(size_t(mesh.numNodes()), 0);
+    for (const char* set : {"LEFT", "RIGHT"})
+        for (const int node : mesh.nodeSets.at(set)) place[size_t(node)] = -1;
+    int count = 0;
+    for (int& at : place)
+        if (at == 0) at = count++;
+    SymmetricMatrix result;
+    result.size = rowsPerNode * count;
+    for (int column = 0; column < A.size; ++column) {
+        if (place[size_t(column / rowsPerNode)] < 0) continue;
+        result.columnStarts.push_back(result.numEntries());
+        for (auto k = A.columnStarts[size_t(column)]; k < A.columnStarts[size_t(column) + 1]; ++k) {
+            const int row = A.rows[size_t(k)], at = place[size_t(row / rowsPerNode)];
+            if (at < 0) continue;
+            result.rows.push_back(rowsPerNode * at + row % rowsPerNode);
+            result.values.push_back(A.values[size_t(k)]);
+        }
+    }
+    result.columnStarts.push_back(result.numEntries());
+    return result;
+}
+
+double readStatus(const char* key) {
+    std::ifstream in("/proc/self/status");
+    for (std::string line; std::getline(in, line);)
+        if (line.rfind(key, 0) == 0) return 1024 * std::atof(line.c_str() + std::strlen(key));
+    return 0;
+}
+
+/** Time and peak memory of each phase, from the progress. **/
+class PhaseTable {
+public:
+    void enter(const std::string& phase) {
+        if (!_rows.empty() && _rows.back().name == phase) return;
+        leave();
+        _rows.push_back({phase, 0, 0});
+        _start = Clock::now();
+        std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins anew
+    }
+    void leave() {
+        if (_rows.empty() || _rows.back().seconds > 0) return;
+        _rows.back().seconds = secondsSince(_start);
+        _rows.back().peak = readStatus("VmHWM:");
+        _peak = std::max(_peak, _rows.back().peak);
+    }
+    void print() const {
+        for (const Row& row : _rows)
+            std::printf("  %-30s %9.2f s  %8s\n", row.name.c_str(), row.seconds,
+                        formatMemory(row.peak).c_str());
+    }
+    double peak() const { return _peak; }
+
+private:
+    struct Row {
+        std::string name;
+        double seconds, peak;
+    };
+    std::vector<Row> _rows;
+    Clock::time_point _start;
+    double _peak = 0;
+};
+
+/** Ordering, factoring, and the solves alone. **/
+double calcFloor(const SymmetricMatrix& K, const ReductionTimings& timings, int numConstraint) {
+    SparseCholesky cholesky;
+    auto start = Clock::now();
+    const auto& prediction = cholesky.analyze(K);
+    const double ordering = secondsSince(start);
+    start = Clock::now();
+    cholesky.factor(K);
+    const double factoring = secondsSince(start);
+    Eigen::MatrixXd X = Eigen::MatrixXd::Ones(K.size, 8), Y;
+    start = Clock::now();
+    int pairs = 0;
+    while (pairs < 3 || (secondsSince(start) < 0.5 && pairs < 20)) {
+        cholesky.solveUpper(X, Y);
+        cholesky.solveLower(Y, X);
+        ++pairs;
+    }
+    const double pair = secondsSince(start) / pairs;
+    const double solves = pair * (timings.numLanczosBlocks + (numConstraint + 7) / 8);
+    std::printf(
+        "floor: ordering (%s) %.2f s, factoring %.2f s (%.1f M entries, %.1f Gflop/s), "
+        "%d block solves %.2f s\n",
+        prediction.order, ordering, factoring, 1e-6 * double(prediction.numEntries),
+        1e-9 * prediction.flops / factoring, timings.numLanczosBlocks, solves);
+    return ordering + factoring + solves;
+}
+
+template <class T>
+void dump(const fs::path& path, const std::vector<T>& values) {
+    std::ofstream out(path, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(values.data()),
+              std::streamsize(values.size() * sizeof(T)));
+}
+
+void dump(const fs::path& folder, const std::string& name, const SymmetricMatrix& A) {
+    dump(folder / (name + "p"), A.columnStarts);
+    dump(folder / (name + "i"), A.rows);
+    dump(folder / (name + "x"), A.values);
+}
+
+/** SciPy's shift-invert Lanczos on K_ii and M_ii, in a process of its own. **/
+void runRival(const fs::path& folder, const SymmetricMatrix& K, const SymmetricMatrix& m,
+              int numNormal, double seconds) {
+    dump(folder, "K", K);
+    dump(folder, "m", m);
+    std::ofstream(folder / "rival.py") << R"(
+import resource, sys, time
+import numpy as np, scipy, scipy.sparse as sp
+from scipy.sparse.linalg import eigsh
+def load(name):
+    p, i, x = (np.fromfile(name + c, t) for c, t in (('p', np.int64), ('i', np.int32), ('x', float)))
+    n = len(p) - 1
+    A = sp.csc_matrix((x, i, p.astype(np.int32)), shape=(n, n))
+    return (A + sp.tril(A, -1).T).tocsc()
+K, M = load('K'), sp.kron(load('m'), sp.identity(3)).tocsc()
+start = time.time()
+w = eigsh(K, k=int(sys.argv[1]), M=M, sigma=0, which='LM', return_eigenvectors=True)[0]
+print('%.2f s, lowest %.6g Hz, peak %.2f GiB (SciPy %s)' % (time.time() - start, min(w) ** 0.5 / 6.283185307179586,
+      resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1048576, scipy.__version__))
+)";
+    std::printf("rival, scipy.sparse.linalg.eigsh(K_ii, %d, M_ii, sigma=0): ", numNormal);
+    std::fflush(stdout);
+    const std::string command = "cd '" + folder.string() + "' && timeout " +
+                                std::to_string(int(seconds)) + " /usr/bin/python3 rival.py " +
+                                std::to_string(numNormal) + " 2> rival.log";
+    const int status = std::system(command.c_str());
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 124)
+        std::printf("not done after %.0f s\n", seconds);
+    else if (status != 0)
+        std::printf("failed (see SciPy, memory)\n");
+    std::fflush(stdout);
+}
+
+std::string runSize(const Arguments& arguments, long dofs) {
+    const Box box(arguments.shape, dofs);
+    const bool here = arguments.assemble.empty() ? dofs > 400000 : arguments.assemble == "here";
+    std::string pattern =
+        std::string(std::getenv("TMPDIR") ? std::getenv("TMPDIR") : "/tmp") + "/bench-XXXXXX";
+    if (!mkdtemp(pattern.data())) throw std::runtime_error("cannot make " + pattern);
+    const fs::path folder = pattern;
+    struct Remover {
+        fs::path path;
+        ~Remover() { fs::remove_all(path); }
+    } remover{folder};
+
+    std::printf("\n%s of %d×%d×%d hexahedra, %d DOF, 2 interfaces, %d modes; K and M by %s\n",
+                arguments.shape.c_str(), box.n[0], box.n[1], box.n[2], 3 * box.numNodes(),
+                arguments.numModes, here ? "this program" : "ccx");
+    PhaseTable assembly, phases;
+    const auto show = [](PhaseTable& table) {
+        return [&table](const std::string& phase, double) {
+            table.enter(phase);
+            return true;
+        };
+    };
+    FeModel model;
+    if (here) {
+        assembly.enter("assembling K and M");
+        model = box.assemble();
+    } else {
+        {
+            std::ofstream deck(folder / "box.inp");
+            box.write(deck);
+        }
+        CalculixOptions options;
+        options.progress = show(assembly);
+        model = readCalculixDeck((folder / "box.inp").string(), options);
+        fs::remove(folder / "box.inp");
+    }
+    assembly.leave();
+    assembly.print();
+
+    ReductionOptions options;
+    options.name = arguments.shape;
+    options.interfaces = {{"left", "LEFT"}, {"right", "RIGHT"}};
+    options.numModes = arguments.numModes;
+    ReductionTimings timings;
+    phases.enter("checking and tying");
+    const auto start = Clock::now();
+    {
+        const ReducedBody body = reduce(model, options, show(phases), &timings);
+        phases.leave();
+        const double seconds = secondsSince(start);
+        phases.print();
+        std::printf("  %-30s %9.2f s  %8s   lowest frequency %.6g Hz\n", "reduction, all of it",
+                    seconds, formatMemory(phases.peak()).c_str(),
+                    std::sqrt(body.omegaSquared[0]) / (2 * M_PI));
+    }
+    const double seconds = timings.total, peak = std::max(phases.peak(), assembly.peak());
+    const int numDofs = 3 * box.numNodes();
+    SymmetricMatrix K = takeFree(model.K, model.mesh, 3), m = takeFree(model.m, model.mesh, 1);
+    model = FeModel();
+    const double floor = calcFloor(K, timings, 12);
+    std::printf("reduction over floor: %.2f\n", seconds / floor);
+    if (arguments.rivalSeconds > 0)
+        runRival(folder, K, m, arguments.numModes - 12, arguments.rivalSeconds);
+    char json[200];
+    std::snprintf(json, sizeof json,
+                  "{\"dof\": %d, \"seconds\": %.3f, \"floor_seconds\": %.3f, \"peak_gib\": %.3f}",
+                  numDofs, seconds, floor, peak / kGibibyte);
+    return json;
+}
+
+Arguments parse(int argc, char** argv) {
+    Arguments arguments;
+    for (int k = 1; k < argc; ++k) {
+        const std::string option = argv[k];
+        const auto next = [&] {
+            if (k + 1 >= argc) throw std::invalid_argument(option + " needs a value");
+            return std::string(argv[++k]);
+        };
+        if (option == "--dof") {
+            while (k + 1 < argc && argv[k + 1][0] != '-')
+                arguments.dofs.push_back(long(std::stod(argv[++k])));
+        } else if (option == "--shape") {
+            arguments.shape = next();
+        } else if (option == "--modes") {
+            arguments.numModes = std::stoi(next());
+        } else if (option == "--assemble") {
+            arguments.assemble = next();
+        } else if (option == "--rival") {
+            arguments.rivalSeconds = std::stod(next());
+        } else {
+            throw std::invalid_argument("unknown option " + option +
+                                        "; there are --dof, --shape, --modes, --assemble, --rival");
+        }
+    }
+    if (arguments.dofs.empty()) arguments.dofs = {100000};
+    return arguments;
+}
+
+}  // namespace
+}  // namespace simflex
+
+int main(int argc, char** argv) {
+    try {
+        const simflex::Arguments arguments = simflex::parse(argc, argv);
+        std::string json;
+        for (const long dofs : arguments.dofs) json = simflex::runSize(arguments, dofs);
+        std::printf("\n%s\n", json.c_str());
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "bench_reduction: %s\n", error.what());
+        return 1;
+    }
+}
