@@ -234,7 +234,7 @@ Eigenpairs solveDensely(const SymmetricOperator& C, const ModeRange& range,
 }  // namespace
 
 int estimateLanczosBasis(int count, int blockSize) {
-    return 2 * count + 10 * blockSize;
+    return 3 * count + 16 * blockSize;  // measured on compact and slender boxes
 }
 
 Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& range,

@@ -236,7 +236,7 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
                                 const ReductionOptions& options, const ProgressCallback& progress,
                                 ReductionTimings& timings) {
     auto lap = std::chrono::steady_clock::now();
-    reportProgress(progress, "factoring K", -1);
+    reportProgress(progress, "ordering K", -1);
     const Shapes loads = makeLoads(model, ties, options);
     if (options.solver && options.numCheckedModes > 0)
         refuse(options,

@@ -293,7 +293,6 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
             options.checkpoint->load("factor", key,
                                      [&](CheckpointReader& in) { cholesky.load(in); }))
             return;
-        reportProgress(progress, "ordering K", -1);
         const SparseCholesky::Prediction& prediction = cholesky.analyze(K);
         checkMemory(prediction, numModes, options);
         reportProgress(progress, "factoring K", 0);

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::Not;
 using testing::TestFolder;
 
 class CheckpointTest : public ::testing::Test {
