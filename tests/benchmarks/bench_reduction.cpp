@@ -450,6 +450,7 @@ Arguments parse(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     try {
+        std::setvbuf(stdout, nullptr, _IOLBF, 0);
         const simflex::Arguments arguments = simflex::parse(argc, argv);
         std::string json;
         for (const long dofs : arguments.dofs) json = simflex::runSize(arguments, dofs);
