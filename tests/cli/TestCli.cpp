@@ -127,7 +127,7 @@ TEST_F(CliTest, ReduceMeshesGeometryOfAMaterial) {
 }
 
 TEST_F(CliTest, ForgottenUnitsAreReported) {
-    Brick brick;
+    testing::Brick brick;
     brick.E = 210e3;
     brick.rho = 7.85e-9;
     for (double& length : brick.size) length *= 1e3;
