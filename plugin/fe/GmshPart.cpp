@@ -125,14 +125,7 @@ void writeDeck(const std::string& path, const fs::path& mesh, const Material& ma
         } else if (card.keyword != "NODE" && card.keyword != "NSET") {
             continue;
         }
-        out << card.title;
-        for (const auto& [parameter, value] : card.parameters)
-            out << ", " << parameter << (value.empty() ? "" : "=" + value);
-        out << "\n";
-        for (const DeckLine& data : card.data) {
-            for (size_t i = 0; i < data.fields.size(); ++i) out << (i ? "," : "") << data.fields[i];
-            out << (data.continues ? ",\n" : "\n");
-        }
+        writeCard(out, card);
     }
     if (types.empty())
         throw std::invalid_argument(

@@ -164,4 +164,15 @@ int parseDeckInteger(const std::string& field, const std::string& where) {
     return value;
 }
 
+void writeCard(std::ostream& out, const DeckCard& card) {
+    out << card.title;
+    for (const auto& [parameter, value] : card.parameters)
+        out << ", " << parameter << (value.empty() ? "" : "=" + value);
+    out << "\n";
+    for (const DeckLine& data : card.data) {
+        for (size_t i = 0; i < data.fields.size(); ++i) out << (i ? "," : "") << data.fields[i];
+        out << (data.continues ? ",\n" : "\n");
+    }
+}
+
 }  // namespace simflex

@@ -6,6 +6,7 @@ A card is a keyword line `*KEYWORD, PARAMETER=VALUE, …` with the data lines be
 blanks are dropped and letters made upper case; `**` begins a comment. **/
 
 #include <map>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -47,5 +48,8 @@ double parseDeckNumber(const std::string& field, const std::string& where);
 
 /** A whole number. @throws std::invalid_argument that begins with `where`. **/
 int parseDeckInteger(const std::string& field, const std::string& where);
+
+/** Writes a card as a deck holds it. **/
+void writeCard(std::ostream& out, const DeckCard& card);
 
 }  // namespace simflex

@@ -26,7 +26,7 @@ struct ReductionReport {
     double stiffnessOrthogonality = 0;  ///< largest |ΦᵀKΦ − Ω²| over the largest Ω²
     double rigidResidual = 0;           ///< largest |RᵀMΦ|, R of unit modal mass
     double rigidEnergy = 0;             ///< largest ω² of a rigid motion over the lowest Ω²
-    double conditionNumber = 0;         ///< estimate for the factored stiffness matrix, 0: not known
+    double conditionNumber = 0;  ///< estimate, ‖K‖₁‖K⁻¹‖₁ of the factored matrix
 
     /** Lowest free-free frequencies of the full model with its interfaces tied, the six rigid ones
     left out [Hz]; to be compared with those of the part one by one. Empty if not asked for. **/

@@ -57,7 +57,8 @@ public:
     Eigen::MatrixXd fromForces(const Shapes& f) const;  ///< Θᵀ f; not of another StiffnessSolver
 
     long numFactorEntries() const;
-    /** Of the factored matrix; 0 where another StiffnessSolver does not know. **/
+    /** ‖K‖₁‖K⁻¹‖₁ of the factored matrix, from below and seldom by more than a factor of 3. A few
+    solves. **/
     double estimateConditionNumber() const;
 
 private:
