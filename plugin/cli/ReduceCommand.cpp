@@ -95,8 +95,9 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
         return bar.show(phase, fraction);
     };
     SourceOptions source = arguments.source.parse();
-    if (arguments.stiffening && !isCalculixDeck(source))
-        throw std::runtime_error("--stiffening needs a CalculiX deck (.inp) in SI units" +
+    if ((arguments.stiffening || options.stress) && !isCalculixDeck(source))
+        throw std::runtime_error(std::string(arguments.stiffening ? "--stiffening" : "--stress") +
+                                 " needs a CalculiX deck (.inp) in SI units" +
                                  std::string(source.material.empty()
                                                  ? ""
                                                  : ": keep it with --keep-deck and reduce that"));
