@@ -1,6 +1,8 @@
 /** @file
 simflex reduce: a finite element model becomes a part file. **/
 
+#include <unistd.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -10,6 +12,7 @@ simflex reduce: a finite element model becomes a part file. **/
 #include "ProgressBar.h"
 #include "ReductionArguments.h"
 #include "SourceArguments.h"
+#include "Stopped.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
 
@@ -67,22 +70,31 @@ void printCheck(const ReducedBody& body) {
     }
 }
 
+std::string findOutput(const ReduceArguments& arguments) {
+    return arguments.output.empty() ? fs::path(arguments.source.path()).stem().string() + ".h5"
+                                    : arguments.output;
+}
+
 void runReduce(const ReduceArguments& arguments, const std::shared_ptr<StiffnessSolver>& solver) {
     ReductionOptions options = arguments.reduction.parse();
     options.solver = solver;
+    if (solver && options.numCheckedModes > 0)
+        throw std::runtime_error("--check is not possible over MPI: check with simflex");
     if (arguments.stiffening) {
         options.stiffening.emplace();
         options.stiffening->program = arguments.program;
     }
-    const std::string output = arguments.output.empty()
-                                   ? fs::path(arguments.source.path()).stem().string() + ".h5"
-                                   : arguments.output;
+    const std::string output = findOutput(arguments);
     options.name = arguments.name.empty() ? fs::path(output).stem().string() : arguments.name;
     for (const std::string& file : {output, arguments.picture}) {
         if (file.empty()) continue;
         const fs::path folder = fs::absolute(file).parent_path();
         if (!fs::is_directory(folder))
             throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
+        if (access(folder.c_str(), W_OK) != 0 || fs::is_directory(file))
+            throw std::runtime_error(
+                "'" + file + "' cannot be written: " +
+                (fs::is_directory(file) ? "it is a folder" : "its folder is write-protected"));
     }
 
     auto phases = kPhases;
@@ -127,8 +139,9 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
             ? ", stress at " + std::to_string(body.modalStress->nodes.size()) + " nodes"
             : "";
     if (!arguments.quiet)
-        std::printf("%s: %d modes, %zu interfaces, %.6g kg, lowest frequency %.6g Hz%s%s -> %s\n",
-                    body.name.c_str(), body.numModes, body.interfaces.size(), body.mass,
+        std::printf("%s: %d modes, %zu interface%s, %.6g kg, lowest frequency %.6g Hz%s%s -> %s\n",
+                    body.name.c_str(), body.numModes, body.interfaces.size(),
+                    body.interfaces.size() == 1 ? "" : "s", body.mass,
                     std::sqrt(body.omegaSquared[0]) / (2 * M_PI),
                     body.stiffening ? ", geometric stiffness" : "", stress.c_str(), output.c_str());
     if (!arguments.quiet && options.numCheckedModes > 0) printCheck(body);
@@ -163,7 +176,16 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
                         "CalculiX program (default: $SIMFLEX_CCX, else ccx)");
     command->add_flag("-q,--quiet", arguments->quiet, "print errors only");
     command->add_flag("--timings", arguments->timings, "print the wall time of each phase");
-    command->callback([arguments, solver] { runReduce(*arguments, solver); });
+    command->callback([arguments, solver] {
+        try {
+            runReduce(*arguments, solver);
+        } catch (const Cancelled&) {
+            const std::string kept = findOutput(*arguments) + ".resume";
+            if (!fs::exists(kept)) throw;
+            throw Stopped("what was done is kept in " + kept +
+                          ": the same command goes on from it");
+        }
+    });
 }
 
 }  // namespace cli

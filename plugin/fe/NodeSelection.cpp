@@ -154,4 +154,19 @@ std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection) {
     return nodes;
 }
 
+std::array<double, 3> findMiddle(const Mesh& mesh, const std::string& selection) {
+    const std::vector<int> nodes = selectNodes(mesh, selection);
+    Point mean{};
+    for (const int node : nodes)
+        for (size_t a = 0; a < 3; ++a) mean[a] += mesh.position(node)[a] / double(nodes.size());
+    const size_t colon = selection.find(':');
+    if (mesh.nodeSets.count(upperCase(selection)) || colon == std::string::npos ||
+        upperCase(selection.substr(0, colon)) != "CYLINDER")
+        return mean;
+    const auto v = parseNumbers(selection, colon, {7, 8}, "cylinder:…");
+    const Point foot{v[0], v[1], v[2]}, axis = parseDirection(selection, &v[3]);
+    const double along = dot(minus(mean, foot), axis);
+    return {foot[0] + along * axis[0], foot[1] + along * axis[1], foot[2] + along * axis[2]};
+}
+
 }  // namespace simflex

@@ -12,6 +12,7 @@ Chooses nodes of a mesh: by node set, number or geometry. Deck coordinates, metr
 
 Every shape takes round-off with it: one millionth of the mesh's size. **/
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -24,5 +25,10 @@ namespace simflex {
     with the wrong number of numbers or an impossible one, or one that holds no node (says how far
     away the nearest is). **/
 std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection);
+
+/** Where the middle of the selected nodes is taken to be: their mean; for a cylinder that mean's
+foot on the axis, so that a bore is met exactly whatever its mesh. Deck coordinates [m].
+@throws std::invalid_argument as selectNodes(). **/
+std::array<double, 3> findMiddle(const Mesh& mesh, const std::string& selection);
 
 }  // namespace simflex

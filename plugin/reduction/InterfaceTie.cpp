@@ -55,13 +55,7 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
             throw std::invalid_argument(where + error.what());
         }
         checkNodes(where, wanted.nodes, mesh, tie.nodes);
-        if (wanted.master) {
-            tie.master = *wanted.master;
-        } else {
-            for (const int node : tie.nodes)
-                for (size_t a = 0; a < 3; ++a)
-                    tie.master[a] += mesh.position(node)[a] / double(tie.nodes.size());
-        }
+        tie.master = wanted.master ? *wanted.master : findMiddle(mesh, wanted.nodes);
         for (const int node : tie.nodes) {
             int& owner = tieOf[size_t(node)];
             if (owner >= 0)

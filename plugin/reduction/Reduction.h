@@ -46,7 +46,7 @@ struct InterfaceOptions {
     std::string nodes;  ///< a node set of the model or a shape, see selectNodes()
     TieType tie = TieType::Rigid;
     std::optional<std::array<double, 3>>
-        master;  ///< deck coordinates [m]; default: mean of the nodes
+        master;  ///< deck coordinates [m]; default: findMiddle() of the nodes
 };
 
 /** A place where forces will act that is no interface. Its static (attachment) modes, one a

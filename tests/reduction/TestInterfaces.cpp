@@ -388,6 +388,16 @@ TEST_F(InterfacesTest, TheReportMeasuresWhatItSays) {
     EXPECT_LT(body.report->conditionNumber, 1.0001 * condition);  // an estimate from below
 }
 
+TEST_F(InterfacesTest, TheMasterOfACylinderIsOnItsAxis) {
+    ReductionOptions options = twoEnds(TieType::Rigid, TieType::Rigid, 24);
+    // About an axis beside the end's middle line: the mean of its nodes is not on it.
+    options.interfaces[0].nodes = "cylinder:-0.01,0.004,0,1,0,0,0.02,0.011";
+    const auto master = reduce(*model, options).getInterface("left").position;
+    EXPECT_NEAR(master[0], -0.1, 1e-12);
+    EXPECT_NEAR(master[1], 0.004, 1e-12);
+    EXPECT_NEAR(master[2], 0, 1e-12);
+}
+
 TEST_F(InterfacesTest, WhatIsWrongWithALoadPointIsSaid) {
     ReductionOptions options = twoEnds(TieType::Rigid, TieType::Distributing, 30);
     options.loadPoints = {{"node:1"}};
