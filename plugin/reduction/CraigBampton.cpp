@@ -113,7 +113,9 @@ Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
     if (loads.cols() == 0) return u;
     const Eigen::VectorXd before = (loads.transpose() * u).diagonal();
     u -= normal * (normal.transpose() * loads);
-    const Eigen::VectorXd scale = before.cwiseSqrt().cwiseInverse();
+    // A load on nodes that constraints hang on a rigid interface bends nothing.
+    const Eigen::VectorXd scale =
+        before.unaryExpr([](double twice) { return twice > 0 ? 1 / std::sqrt(twice) : 0.0; });
     const Eigen::SelfAdjointEigenSolver<MatrixXd> energy(
         scale.asDiagonal() * symmetricGram(loads, u) * scale.asDiagonal());
     const Index kept = (energy.eigenvalues().array() > kNothingNew).count();
