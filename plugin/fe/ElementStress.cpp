@@ -19,29 +19,6 @@ constexpr const char* kNames[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 constexpr int kGroup = 8;  // fields side by side
 using Lanes = std::array<double, kGroup>;
 
-Vec3 cross(const Vec3& a, const Vec3& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-/** Sets the gradients of the shape functions in space; returns the point's volume. **/
-double calcGradients(const std::vector<Vec3>& positions, const IntegrationPoint& point,
-                     std::vector<Vec3>& gradients) {
-    Vec3 columns[3] = {};  // ∂x/∂ξ_b
-    for (size_t k = 0; k < positions.size(); ++k)
-        for (size_t b = 0; b < 3; ++b)
-            for (size_t a = 0; a < 3; ++a) columns[b][a] += positions[k][a] * point.gradients[k][b];
-    const Vec3 rows[3] = {cross(columns[1], columns[2]), cross(columns[2], columns[0]),
-                          cross(columns[0], columns[1])};
-    const double determinant =
-        columns[0][0] * rows[0][0] + columns[0][1] * rows[0][1] + columns[0][2] * rows[0][2];
-    gradients.assign(positions.size(), Vec3{0, 0, 0});
-    for (size_t k = 0; k < positions.size(); ++k)
-        for (size_t b = 0; b < 3; ++b)
-            for (size_t a = 0; a < 3; ++a)
-                gradients[k][a] += point.gradients[k][b] * rows[b][a] / determinant;
-    return std::abs(determinant) * point.weight;
-}
-
 DeckModel readDeck(const std::string& source) {
     try {
         return DeckModel::fromCards(source, readDeckCards(source));

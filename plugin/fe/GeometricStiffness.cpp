@@ -180,38 +180,18 @@ std::vector<Stress> readStresses(const std::filesystem::path& path, const Elemen
     return stresses;
 }
 
-/** Gradients of the shape functions in space at a point; returns the point's volume. **/
-double calcGradients(const Mesh& mesh, const std::vector<int>& nodes, const IntegrationPoint& point,
-                     std::vector<Vec3>& gradients) {
-    double J[3][3] = {};  // ∂x_a/∂ξ_b
-    for (size_t k = 0; k < nodes.size(); ++k)
-        for (size_t a = 0; a < 3; ++a)
-            for (size_t b = 0; b < 3; ++b)
-                J[a][b] += mesh.positions[3 * size_t(nodes[k]) + a] * point.gradients[k][b];
-    const auto column = [&](int b) { return Vec3{J[0][b], J[1][b], J[2][b]}; };
-    // Rows of the inverse: cross products of columns over the determinant.
-    const Vec3 rows[3] = {cross(column(1), column(2)), cross(column(2), column(0)),
-                          cross(column(0), column(1))};
-    const double determinant = J[0][0] * rows[0][0] + J[1][0] * rows[0][1] + J[2][0] * rows[0][2];
-    gradients.assign(nodes.size(), Vec3{0, 0, 0});
-    for (size_t k = 0; k < nodes.size(); ++k)
-        for (size_t a = 0; a < 3; ++a)
-            for (size_t b = 0; b < 3; ++b)
-                gradients[k][a] += point.gradients[k][b] * rows[b][a] / determinant;
-    return std::abs(determinant) * point.weight;
-}
-
 SymmetricMatrix assemble(const Mesh& mesh, const Elements& elements,
                          const std::vector<Stress>& stresses) {
     std::vector<std::int32_t> rows, columns;
     std::vector<double> values, own;
-    std::vector<Vec3> gradients;
+    std::vector<Vec3> positions, gradients;
     for (const auto& element : elements.elements) {
         const size_t n = element.nodes.size();
         own.assign(n * n, 0);
+        positions.clear();
+        for (const int node : element.nodes) positions.push_back(mesh.position(node));
         for (size_t p = 0; p < element.points->size(); ++p) {
-            const double volume =
-                calcGradients(mesh, element.nodes, (*element.points)[p], gradients);
+            const double volume = calcGradients(positions, (*element.points)[p], gradients);
             const Stress& s = stresses[element.firstPoint + p];
             for (size_t j = 0; j < n; ++j) {
                 const Vec3& g = gradients[j];

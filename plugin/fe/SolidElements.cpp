@@ -186,6 +186,10 @@ std::vector<IntegrationPoint> makePoints(const std::vector<WeightedPoint>& rule,
     return points;
 }
 
+std::array<double, 3> cross(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
 }  // namespace
 
 std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixType,
@@ -243,6 +247,25 @@ std::vector<double> makeExtrapolation(const std::string& calculixType, ElementTy
     for (Eigen::Index k = 0; k < A.rows(); ++k)
         for (Eigen::Index p = 0; p < A.cols(); ++p) result.push_back(A(k, p));
     return result;
+}
+
+double calcGradients(const std::vector<std::array<double, 3>>& positions,
+                     const IntegrationPoint& point, std::vector<std::array<double, 3>>& gradients) {
+    std::array<double, 3> columns[3] = {};  // ∂x/∂ξ_b
+    for (size_t k = 0; k < positions.size(); ++k)
+        for (size_t b = 0; b < 3; ++b)
+            for (size_t a = 0; a < 3; ++a) columns[b][a] += positions[k][a] * point.gradients[k][b];
+    const std::array<double, 3> rows[3] = {cross(columns[1], columns[2]),
+                                           cross(columns[2], columns[0]),
+                                           cross(columns[0], columns[1])};
+    const double determinant =
+        columns[0][0] * rows[0][0] + columns[0][1] * rows[0][1] + columns[0][2] * rows[0][2];
+    gradients.assign(positions.size(), std::array<double, 3>{0, 0, 0});
+    for (size_t k = 0; k < positions.size(); ++k)
+        for (size_t b = 0; b < 3; ++b)
+            for (size_t a = 0; a < 3; ++a)
+                gradients[k][a] += point.gradients[k][b] * rows[b][a] / determinant;
+    return std::abs(determinant) * point.weight;
 }
 
 }  // namespace simflex

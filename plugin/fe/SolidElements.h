@@ -30,6 +30,11 @@ std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixT
 5×5 across. **/
 std::vector<IntegrationPoint> makeBeamIntegrationPoints();
 
+/** Sets the gradients of the shape functions in space at a point of the element whose nodes are at
+`positions`. @returns the point's share of the element's volume. **/
+double calcGradients(const std::vector<std::array<double, 3>>& positions,
+                     const IntegrationPoint& point, std::vector<std::array<double, 3>>& gradients);
+
 /** How CalculiX carries values from the integration points to the nodes of an element:
 nodes×points, row by row. C3D8, C3D20R: trilinear to the corners. C3D10: linear to the corners.
 C3D15: linear to the corners, along the height by least squares. C3D20: least squares by its own
