@@ -2,25 +2,25 @@
 /** @file
 The skin of a reduced part, deformed: positions s + factor·Φξ by one matrix product. Internal.
 
-Only the rows of Φ that belong to the skin are kept, in single precision. **/
+A workspace: each thread has its own of the SkinModes that they share. **/
 
 #include <memory>
 #include <vector>
 
 #include "SimTKcommon.h"
-#include "SurfaceGeometry.h"
-#include "simflex/part/ReducedBody.h"
+#include "SkinModes.h"
 
 namespace simflex {
 
 class DeformedSurface {
 public:
-    /** @throws std::invalid_argument that names the part, when Φ and mesh do not fit together. **/
-    DeformedSurface(std::shared_ptr<const ReducedBody> part, double creaseAngle);
+    explicit DeformedSurface(std::shared_ptr<const SkinModes> skin);
 
-    const ReducedBody& getPart() const { return *part; }
+    const SkinModes& getSkin() const { return *skin; }
+    const ReducedBody& getPart() const { return *skin->part; }
 
-    /** Largest displacement |Φξ| on the skin, not exaggerated [m]. **/
+    /** Largest displacement |Φξ| on the skin, not exaggerated [m].
+    @throws std::invalid_argument that names the part, when ξ has another size, as below. **/
     double calcLargestDisplacement(const SimTK::Vector& xi);
 
     /** Moves vertices to s + factor·Φξ, with normals, and their contour values to |Φξ| [m]. **/
@@ -30,19 +30,16 @@ public:
     SimTK::Vec3 calcNodePosition(int node, const SimTK::Vector& xi, double factor) const;
 
     std::shared_ptr<const SurfaceGeometry> getDeformed() const { return deformed; }
-    std::shared_ptr<const SurfaceGeometry> getUndeformed() const { return undeformed; }
+    std::shared_ptr<const SurfaceGeometry> getUndeformed() const { return skin->undeformed; }
 
 private:
     void calcDisplacements(const SimTK::Vector& xi);
 
-    std::shared_ptr<const ReducedBody> part;
-    std::vector<int> vertexNode;       // skin node of each vertex
-    std::vector<float> restPositions;  // s of skin nodes, 3 each
-    std::vector<float> skinPhi;        // (3·skin nodes)×n_f
+    std::shared_ptr<const SkinModes> skin;
     std::vector<float> displacements;  // Φξ, 3 each
     std::vector<float> modal;          // ξ of `displacements`
     bool hasDisplacements = false;
-    std::shared_ptr<SurfaceGeometry> deformed, undeformed;
+    std::shared_ptr<SurfaceGeometry> deformed;
 };
 
 }  // namespace simflex

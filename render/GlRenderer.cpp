@@ -47,10 +47,9 @@ void append(std::vector<float>& out, const Vec3& v) {
 
 }  // namespace
 
-GlRenderer::GlRenderer(int width, int height) : context(GlContext::create()) {
+GlRenderer::GlRenderer() : context(GlContext::create()) {
     context->makeCurrent();
     gl.load([this](const char* name) { return context->getProcAddress(name); });
-    target = std::make_unique<PictureTarget>(gl, width, height);
     shadow = std::make_unique<ShadowTarget>(gl, shadowSize);
 
     const auto make = [this](const char* vertex, const char* fragment) {
@@ -84,6 +83,7 @@ GlRenderer::GlRenderer(int width, int height) : context(GlContext::create()) {
 
 GlRenderer::~GlRenderer() {
     context->makeCurrent();
+    canvases.clear();
     for (auto& entry : buffersOf) deleteBuffers(entry.second);
     for (auto& entry : texts) gl.DeleteTextures(1, &entry.second.texture);
     gl.DeleteTextures(1, &colorMapTexture);
@@ -152,9 +152,22 @@ void GlRenderer::dropUnused() {
     }
 }
 
-Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera,
-                       const FrameStyle& frameStyle) {
+void GlRenderer::selectCanvas(int width, int height) {
+    constexpr std::size_t manyCanvases = 6;
+    if (canvases.size() >= manyCanvases && canvases.count({width, height}) == 0)
+        canvases.erase(std::min_element(
+            canvases.begin(), canvases.end(),
+            [](const auto& a, const auto& b) { return a.second.lastUse < b.second.lastUse; }));
+    canvas = &canvases[{width, height}];
+    canvas->lastUse = ++numSelections;
+    if (!canvas->target) canvas->target = std::make_unique<PictureTarget>(gl, width, height);
+    target = canvas->target.get();
+}
+
+Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera, const FrameStyle& frameStyle,
+                       int width, int height) {
     context->makeCurrent();
+    selectCanvas(width, height);
     camera = &frameCamera;
     style = &frameStyle;
     projection = camera->calcProjection(getAspect());
@@ -393,8 +406,8 @@ void GlRenderer::updateBackdrop(bool hasGround) {
         key.insert(key.end(), sceneProjection.begin(), sceneProjection.end());
         key.insert(key.end(), modelView.begin(), modelView.end());
     }
-    if (key == backdropKey) return;
-    backdropKey = key;
+    if (key == canvas->backdropKey) return;
+    canvas->backdropKey = key;
     target->bindBackdrop();
     drawBackground();
     if (!hasGround) return;

@@ -7,8 +7,12 @@ from far to near, ghosts, texts, axes; then, plain, background, ground, and the 
 Buffers of a shape live as long as the shape does; a shape that changes is uploaded again into the
 same buffers. **/
 
+#include <map>
 #include <memory>
+#include <string>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "Camera.h"
 #include "Font.h"
@@ -22,14 +26,16 @@ namespace simflex {
 
 class GlRenderer {
 public:
-    /** @throws std::runtime_error when there is no context or it cannot draw such a picture. **/
-    GlRenderer(int width, int height);
+    /** @throws std::runtime_error when there is no context. **/
+    GlRenderer();
     ~GlRenderer();
     GlRenderer(const GlRenderer&) = delete;
     GlRenderer& operator=(const GlRenderer&) = delete;
 
-    /** The picture, without what the overlay writes on it. **/
-    Image draw(const Scene& scene, const Camera& camera, const FrameStyle& style);
+    /** The picture, without what the overlay writes on it.
+    @throws std::runtime_error when the context cannot draw one of this size. **/
+    Image draw(const Scene& scene, const Camera& camera, const FrameStyle& style, int width,
+               int height);
 
 private:
     // One shape on the GPU.
@@ -46,6 +52,14 @@ private:
         bool isUsed = true;
     };
 
+    // Where pictures of one size are drawn.
+    struct Canvas {
+        std::unique_ptr<PictureTarget> target;
+        std::vector<double> backdropKey;  // what the target's backdrop was drawn from
+        int lastUse = 0;
+    };
+
+    void selectCanvas(int width, int height);
     Buffers& getBuffers(const SurfaceGeometryPtr& geometry);
     const TextTexture& getText(const std::string& text);
     void deleteBuffers(Buffers& buffers);
@@ -74,7 +88,8 @@ private:
 
     std::unique_ptr<GlContext> context;
     GlFunctions gl;
-    std::unique_ptr<PictureTarget> target;
+    std::map<std::pair<int, int>, Canvas> canvases;  // by size
+    int numSelections = 0;
     std::unique_ptr<ShadowTarget> shadow;
     std::unique_ptr<GlProgram> surfaceProgram, edgeProgram, lineProgram, pointProgram,
         backgroundProgram, layerProgram, groundProgram, groundShadowProgram, shadowProgram,
@@ -90,10 +105,11 @@ private:
     int loadedColorMap = -1;
 
     // Of the frame being drawn.
+    Canvas* canvas = nullptr;
+    PictureTarget* target = nullptr;
     const Camera* camera = nullptr;
     const FrameStyle* style = nullptr;
     std::array<float, 16> projection{};
-    std::vector<double> backdropKey;
     SimTK::Vec4 shadowRegion{0};  // on the ground: origin x, y, 1 / extent x, y
 };
 

@@ -49,7 +49,7 @@ OffscreenVisualizer& OffscreenVisualizer::addDeformableMesh(const DeformableMesh
     if (!mesh.part || !mesh.getFramePose || !mesh.getModalCoordinates)
         throw std::invalid_argument(
             "addDeformableMesh: the part, getFramePose and getModalCoordinates must be given");
-    Impl::Part part{mesh, std::make_unique<DeformedSurface>(mesh.part, impl->creaseAngle)};
+    Impl::Part part{mesh, extractSkinModes(mesh.part, impl->creaseAngle)};
     if (part.mesh.name.empty()) part.mesh.name = mesh.part->name;
     impl->parts.push_back(std::move(part));
     impl->forgetFit();
@@ -145,7 +145,7 @@ OffscreenVisualizer& OffscreenVisualizer::setDeformationFactor(Real factor) {
     if (!(factor >= 0) || !std::isfinite(factor))
         throw std::invalid_argument("setDeformationFactor: " + std::to_string(factor) +
                                     " is not a finite number >= 0");
-    impl->deformationFactor = factor;
+    impl->partStyle.deformationFactor = factor;
     impl->isFactorAutomatic = false;
     return *this;
 }
@@ -160,7 +160,7 @@ Real OffscreenVisualizer::getDeformationFactor() const {
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setContour(Contour contour) {
-    impl->contour = contour;
+    impl->partStyle.contour.contour = contour;
     return *this;
 }
 
@@ -168,39 +168,39 @@ OffscreenVisualizer& OffscreenVisualizer::setContourRange(Real low, Real high) {
     if (!(low < high))
         throw std::invalid_argument("setContourRange: " + std::to_string(low) + " is not below " +
                                     std::to_string(high));
-    impl->fixedLow = low;
-    impl->fixedHigh = high;
-    impl->isContourRangeFixed = true;
+    impl->partStyle.contour.fixedLow = low;
+    impl->partStyle.contour.fixedHigh = high;
+    impl->partStyle.contour.isRangeFixed = true;
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setContourRange(ContourRange range) {
-    impl->contourRange = range;
-    impl->isContourRangeFixed = false;
+    impl->partStyle.contour.range = range;
+    impl->partStyle.contour.isRangeFixed = false;
     return *this;
 }
 
 Vec2 OffscreenVisualizer::getContourRange() const {
-    return Vec2(impl->lastStyle.contourLow, impl->lastStyle.contourHigh);
+    return impl->lastContourRange;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setColorMap(ColorMap map) {
-    impl->colorMap = map;
+    impl->partStyle.contour.colorMap = map;
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setShowUndeformed(bool show) {
-    impl->showUndeformed = show;
+    impl->partStyle.showUndeformed = show;
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setShowElementEdges(bool show) {
-    impl->showElementEdges = show;
+    impl->partStyle.showElementEdges = show;
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setShowFeatureEdges(bool show) {
-    impl->showFeatureEdges = show;
+    impl->partStyle.showFeatureEdges = show;
     return *this;
 }
 

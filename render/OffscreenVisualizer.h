@@ -27,6 +27,7 @@ else does. The same states in the same order give the same bytes. Not for severa
 
 #include "Simbody.h"
 #include "simflex/render/ColorMap.h"
+#include "simflex/render/Contour.h"
 #include "simflex/render/DeformableMesh.h"
 #include "simflex/render/Image.h"
 
@@ -38,8 +39,8 @@ class OffscreenVisualizer {
 public:
     enum class Theme { Light, Dark };
     enum class Lighting { Shaded, Flat };  ///< Flat: every colour exactly as given
-    enum class Contour { None, Displacement };
-    enum class ContourRange { PerRun, PerFrame };
+    using Contour = simflex::Contour;
+    using ContourRange = simflex::ContourRange;
 
     /** @throws std::invalid_argument unless both sizes are positive. **/
     explicit OffscreenVisualizer(const SimTK::System& system, int width = 1280, int height = 720);

@@ -16,7 +16,6 @@ using SimTK::Vec3;
 namespace {
 
 constexpr double relativeDeformation = 0.04;  // of an automatic factor, to the scene's size
-constexpr double lengthOfNothing = 1e-3;      // end of the colour bar when nothing deforms [m]
 
 const Palette lightPalette = {
     Vec3(0.80, 0.85, 0.91),  Vec3(0.975, 0.98, 0.985), Vec3(0.915, 0.925, 0.935),
@@ -92,46 +91,22 @@ void OffscreenVisualizer::Impl::checkCoordinates(const State& state) const {
     }
 }
 
-double OffscreenVisualizer::Impl::calcLargestDisplacement(const State& state) {
-    double largest = 0;
-    for (Part& part : parts)
-        largest = std::max(
-            largest, part.surface->calcLargestDisplacement(readModalCoordinates(part, state)));
-    return largest;
-}
-
-void OffscreenVisualizer::Impl::addParts(const State& state, Scene& scene) {
-    for (Part& part : parts) {
-        const Transform X_GB = part.mesh.getFramePose(state);
-        if (!X_GB.p().isFinite() || !X_GB.R().isFinite())
+void OffscreenVisualizer::Impl::captureParts(const State& state,
+                                             std::vector<PartSnapshot>& snapshots) const {
+    for (const Part& part : parts) {
+        PartSnapshot snapshot;
+        snapshot.skin = part.skin;
+        snapshot.X_GB = part.mesh.getFramePose(state);
+        if (!snapshot.X_GB.p().isFinite() || !snapshot.X_GB.R().isFinite())
             throw std::runtime_error("the pose of body '" + part.mesh.name +
-                                     "' is not finite: position " + X_GB.p().toString());
-        part.surface->update(readModalCoordinates(part, state), getDeformationFactor());
-
-        SurfaceItem item;
-        item.geometry = part.surface->getDeformed();
-        item.X_GM = X_GB;
-        item.color = Vec3(0.66, 0.70, 0.75);
-        item.style =
-            contour == Contour::None ? SurfaceItem::Style::Solid : SurfaceItem::Style::Contour;
-        item.showElementEdges = showElementEdges;
-        item.showFeatureEdges = showFeatureEdges;
-        scene.surfaces.push_back(item);
-        if (!showUndeformed) continue;
-
-        item.geometry = part.surface->getUndeformed();
-        item.style = SurfaceItem::Style::Ghost;
-        item.color = (theme == Theme::Light ? lightPalette : darkPalette).ghost;
-        item.opacity = 0.42;
-        item.showElementEdges = false;
-        item.showFeatureEdges = false;
-        scene.surfaces.push_back(item);
+                                     "' is not finite: position " + snapshot.X_GB.p().toString());
+        snapshot.xi = readModalCoordinates(part, state);
+        snapshots.push_back(std::move(snapshot));
     }
 }
 
-void OffscreenVisualizer::Impl::buildScene(const State& state, Scene& scene,
-                                           const Camera* detailCamera) {
-    system.realize(state, SimTK::Stage::Position);
+void OffscreenVisualizer::Impl::captureDecorations(const State& state, Scene& scene,
+                                                   const Camera* detailCamera) {
     SimTK::Array_<SimTK::DecorativeGeometry> geometry;
     for (SimTK::Stage stage = SimTK::Stage::Topology; stage <= state.getSystemStage(); ++stage)
         system.calcDecorativeGeometryAndAppend(state, stage, geometry);
@@ -154,7 +129,36 @@ void OffscreenVisualizer::Impl::buildScene(const State& state, Scene& scene,
                           calcBodyPose(state, band.body2) * band.station2);
         builder.add(line);
     }
-    addParts(state, scene);
+    shapes.dropUnused();
+}
+
+FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Camera* detailCamera) {
+    checkCoordinates(state);
+    system.realize(state, SimTK::Stage::Position);
+    FrameSnapshot snapshot;
+    snapshot.number = numFrames;
+    snapshot.time = state.getTime();
+    snapshot.width = width;
+    snapshot.height = height;
+    captureDecorations(state, snapshot.scene, detailCamera);
+    captureParts(state, snapshot.parts);
+    snapshot.partStyle = partStyle;
+    snapshot.partStyle.deformationFactor = getDeformationFactor();
+    snapshot.style = calcStyle();
+    snapshot.center_G = center;
+    snapshot.radius = radius;
+    captureViews(state, snapshot);
+    return snapshot;
+}
+
+void OffscreenVisualizer::Impl::captureViews(const State& state, FrameSnapshot& snapshot) const {
+    ViewSnapshot view;
+    view.width = width;
+    view.height = height;
+    view.camera = calcCamera(state);
+    view.fitsClippingPlanes = !areClippingPlanesFixed;
+    view.overlay = calcOverlay(snapshot, view.camera);
+    snapshot.views.push_back(view);
 }
 
 void OffscreenVisualizer::Impl::fitScene(const std::vector<Vec3>& bounds_G) {
@@ -204,56 +208,48 @@ void OffscreenVisualizer::Impl::fitScene(const std::vector<Vec3>& bounds_G) {
     isFitted = true;
 }
 
+// The round factor below the one that makes a displacement `relativeDeformation` of the scene.
+double OffscreenVisualizer::Impl::calcRoundFactor(double largestDisplacement) const {
+    const double wanted = relativeDeformation * 2 * radius / largestDisplacement;
+    const double above = roundUpToStep(wanted);
+    const double mantissa = above / std::pow(10, std::floor(std::log10(above) + 1e-9));
+    const double below =
+        above <= wanted ? above : above / (std::abs(mantissa - 5) < 1e-6 ? 2.5 : 2);
+    return std::max(1.0, below);
+}
+
 void OffscreenVisualizer::Impl::fitToMotion(const std::vector<State>& states) {
     if (states.empty()) return;
-    Scene scene;
     std::vector<Vec3> bounds;
-
-    largestOfRun = 0;
-    for (const State& state : states) {
-        checkCoordinates(state);
-        system.realize(state, SimTK::Stage::Position);
-        largestOfRun = std::max(largestOfRun, calcLargestDisplacement(state));
-    }
-    if (isFactorAutomatic && largestOfRun > 0) {
+    if (isFactorAutomatic) {
         automaticFactor = 1;
-        buildScene(states.front(), scene, nullptr);
-        scene.appendBounds(bounds);
-        fitScene(bounds);
-        const double wanted = relativeDeformation * 2 * radius / largestOfRun;
-        // The round factor below the wanted one.
-        const double above = roundUpToStep(wanted);
-        const double mantissa = above / std::pow(10, std::floor(std::log10(above) + 1e-9));
-        const double below =
-            above <= wanted ? above : above / (std::abs(mantissa - 5) < 1e-6 ? 2.5 : 2);
-        automaticFactor = std::max(1.0, below);
-        bounds.clear();
+        double largest = 0;
+        for (const State& state : states)
+            largest = std::max(largest, painter.calcLargestDisplacement(capture(state, nullptr)));
+        if (largest > 0) {
+            const FrameSnapshot first = capture(states.front(), nullptr);
+            painter.deform(first);
+            painter.appendBounds(first, bounds);
+            fitScene(bounds);
+            automaticFactor = calcRoundFactor(largest);
+            bounds.clear();
+        }
     }
+    valuesOfRun = {};
     for (const State& state : states) {
-        scene.clear();
-        buildScene(state, scene, nullptr);
-        scene.appendBounds(bounds);
-        shapes.dropUnused();
+        const FrameSnapshot snapshot = capture(state, nullptr);
+        valuesOfRun.include(painter.deform(snapshot));
+        painter.appendBounds(snapshot, bounds);
     }
     fitScene(bounds);
 }
 
-Camera OffscreenVisualizer::Impl::calcFrameCamera(const State& state, const Scene& scene) const {
+Camera OffscreenVisualizer::Impl::calcCamera(const State& state) const {
     Camera result = camera;
     if (orbitRate != 0) {
         const SimTK::Rotation turn(orbitRate * state.getTime(), UnitVec3(up));
         result.X_GC.updR() = turn * camera.X_GC.R();
         result.X_GC.updP() = center + turn * (camera.X_GC.p() - center);
-    }
-    if (!areClippingPlanesFixed) {
-        std::vector<Vec3> bounds;
-        scene.appendBounds(bounds);
-        if (bounds.empty()) bounds.push_back(center);
-        result.fitClippingPlanes(bounds);
-        // Room for the ground in front of the scene and behind it.
-        const double distance = std::max(-result.toCamera(center)[2], radius);
-        result.nearPlane = std::min(result.nearPlane, 0.2 * distance);
-        if (hasGround) result.farPlane = std::max(result.farPlane, distance + 8 * radius);
     }
     return result;
 }
@@ -274,7 +270,7 @@ FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
     style.toLight = isLightFixed ? UnitVec3(lightDirection) : toLight;
     style.isLit = lighting == Lighting::Shaded;
     style.hasTriad = showAxes;
-    style.colorMap = colorMap;
+    style.colorMap = partStyle.contour.colorMap;
 
     GroundStyle& ground = style.ground;
     ground.isShown = hasGround;
@@ -291,61 +287,41 @@ FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
     const double cell = 5 * ground.gridSpacing;
     ground.gridOffset =
         SimTK::Vec2(-std::remainder(fromWorld[0], cell), -std::remainder(fromWorld[1], cell));
-
-    if (isContourRangeFixed) {
-        style.contourLow = fixedLow;
-        style.contourHigh = fixedHigh;
-    } else {
-        const double largest =
-            contourRange == ContourRange::PerFrame ? largestOfFrame : largestOfRun;
-        style.contourLow = 0;
-        style.contourHigh = !(largest > 0)                           ? lengthOfNothing
-                            : contourRange == ContourRange::PerFrame ? largest
-                                                                     : roundUpToRange(largest);
-    }
     return style;
 }
 
-OverlayContent OffscreenVisualizer::Impl::calcOverlay(const State& state, const Scene& scene,
-                                                      const FrameStyle& style,
+OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snapshot,
                                                       const Camera& frameCamera) const {
     OverlayContent content;
     content.title = title;
-    if (showSimTime) content.captions.push_back("t = " + formatTime(state.getTime(), 4) + " s");
+    if (showSimTime) content.captions.push_back("t = " + formatTime(snapshot.time, 4) + " s");
     if (showFrameNumber) content.captions.push_back("frame " + std::to_string(numFrames));
     if (showDeformationFactor && !parts.empty())
         content.captions.push_back("deformation ×" + formatNumber(getDeformationFactor()));
-    content.screenTexts = scene.screenTexts;
-    if (hasGround) content.footnote = "grid " + formatLength(style.ground.gridSpacing);
+    content.screenTexts = snapshot.scene.screenTexts;
+    if (hasGround) content.footnote = "grid " + formatLength(snapshot.style.ground.gridSpacing);
     content.hasTriad = showAxes;
     content.R_GC = frameCamera.X_GC.R();
     content.hasColorBar = hasColorBar();
-    content.colorBar = {"displacement", style.contourLow, style.contourHigh, style.colorMap};
+    content.colorBar = {"displacement", 0, 1, snapshot.style.colorMap};
     return content;
 }
 
 Image OffscreenVisualizer::Impl::drawFrame(const State& state) {
     try {
-        Scene scene;
-        checkCoordinates(state);
-        system.realize(state, SimTK::Stage::Position);
-        largestOfFrame = calcLargestDisplacement(state);
-        largestOfRun = std::max(largestOfRun, largestOfFrame);
         if (!isFitted) {
+            const FrameSnapshot first = capture(state, nullptr);
+            painter.deform(first);
             std::vector<Vec3> bounds;
-            buildScene(state, scene, nullptr);
-            scene.appendBounds(bounds);
+            painter.appendBounds(first, bounds);
             fitScene(bounds);
-            scene.clear();
         }
-        buildScene(state, scene, &camera);
-        if (!renderer) renderer = std::make_unique<GlRenderer>(width, height);
-        lastStyle = calcStyle();
-        lastCamera = calcFrameCamera(state, scene);
-        Image image = renderer->draw(scene, lastCamera, lastStyle);
-        shapes.dropUnused();
-        overlay.draw(image, calcOverlay(state, scene, lastStyle, lastCamera), lastStyle.palette);
-        return image;
+        const FrameSnapshot snapshot = capture(state, &camera);
+        const Extremes values = painter.deform(snapshot);
+        valuesOfRun.include(values);
+        lastContourRange = calcContourRange(partStyle.contour, values, valuesOfRun);
+        lastCamera = snapshot.views.front().camera;
+        return painter.paint(snapshot, lastContourRange);
     } catch (const std::exception& e) {
         throw std::runtime_error("cannot draw the frame at time " + formatNumber(state.getTime()) +
                                  " s: " + e.what());

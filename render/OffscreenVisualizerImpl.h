@@ -7,10 +7,9 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include <vector>
 
 #include "Camera.h"
-#include "DeformedSurface.h"
+#include "FramePainter.h"
+#include "FrameSnapshot.h"
 #include "FrameStyle.h"
-#include "GlRenderer.h"
-#include "Overlay.h"
 #include "SceneBuilder.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
@@ -24,7 +23,7 @@ public:
     void report(const SimTK::State& state);
     void fitToMotion(const std::vector<SimTK::State>& states);
     double getDeformationFactor() const {
-        return isFactorAutomatic ? automaticFactor : deformationFactor;
+        return isFactorAutomatic ? automaticFactor : partStyle.deformationFactor;
     }
 
     /** Makes the next frame choose camera, ground and light again. **/
@@ -37,7 +36,7 @@ public:
     };
     struct Part {
         DeformableMesh mesh;
-        std::unique_ptr<DeformedSurface> surface;
+        std::shared_ptr<const SkinModes> skin;
     };
     enum class CameraMode { View, Fixed, FixedRotation };
 
@@ -58,16 +57,9 @@ public:
     double orbitRate = 0;
     bool areClippingPlanesFixed = false;
 
-    double deformationFactor = 1;
+    PartStyle partStyle;
     bool isFactorAutomatic = false;
     double automaticFactor = 1;
-    Contour contour = Contour::Displacement;
-    bool isContourRangeFixed = false;
-    ContourRange contourRange = ContourRange::PerRun;
-    double fixedLow = 0, fixedHigh = 1;
-    double largestOfRun = 0;
-    ColorMap colorMap = ColorMap::Viridis;
-    bool showUndeformed = true, showElementEdges = false, showFeatureEdges = true;
     double creaseAngle = 35 * SimTK::Pi / 180;
 
     Theme theme = Theme::Light;
@@ -83,26 +75,30 @@ public:
     bool showColorBar = true, showDeformationFactor = true;
     std::string title;
 
-    FrameStyle lastStyle;
+    SimTK::Vec2 lastContourRange{0, 1};
     Camera lastCamera;
 
 private:
     SimTK::Transform calcBodyPose(const SimTK::State& state, int body) const;
-    void buildScene(const SimTK::State& state, Scene& scene, const Camera* detailCamera);
-    void addParts(const SimTK::State& state, Scene& scene);
+    /** All that a frame of this State needs. `detailCamera` decides how fine round things are. **/
+    FrameSnapshot capture(const SimTK::State& state, const Camera* detailCamera);
+    void captureDecorations(const SimTK::State& state, Scene& scene, const Camera* detailCamera);
+    void captureParts(const SimTK::State& state, std::vector<PartSnapshot>& snapshots) const;
+    void captureViews(const SimTK::State& state, FrameSnapshot& snapshot) const;
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
     void checkCoordinates(const SimTK::State& state) const;
-    double calcLargestDisplacement(const SimTK::State& state);
+    double calcRoundFactor(double largestDisplacement) const;
     void fitScene(const std::vector<SimTK::Vec3>& bounds_G);
-    bool hasColorBar() const { return showColorBar && !parts.empty() && contour != Contour::None; }
-    Camera calcFrameCamera(const SimTK::State& state, const Scene& scene) const;
+    bool hasColorBar() const {
+        return showColorBar && !parts.empty() && partStyle.contour.contour != Contour::None;
+    }
+    Camera calcCamera(const SimTK::State& state) const;
     FrameStyle calcStyle() const;
-    OverlayContent calcOverlay(const SimTK::State& state, const Scene& scene,
-                               const FrameStyle& style, const Camera& frameCamera) const;
+    OverlayContent calcOverlay(const FrameSnapshot& snapshot, const Camera& frameCamera) const;
 
-    std::unique_ptr<GlRenderer> renderer;
+    FramePainter painter;
     ShapeCache shapes;
-    Overlay overlay;
+    Extremes valuesOfRun;
 
     // Found by fitScene().
     bool isFitted = false;
@@ -110,7 +106,6 @@ private:
     double radius = 1;
     double lowest = 0;
     SimTK::UnitVec3 toLight{SimTK::YAxis};
-    double largestOfFrame = 0;
 };
 
 }  // namespace simflex

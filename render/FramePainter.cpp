@@ -1,0 +1,107 @@
+#include "FramePainter.h"
+
+#include <algorithm>
+
+namespace simflex {
+
+using SimTK::Vec3;
+
+DeformedSurface& FramePainter::getSurface(const FrameSnapshot& snapshot, std::size_t part) {
+    if (surfaces.size() <= part) surfaces.resize(part + 1);
+    std::unique_ptr<DeformedSurface>& surface = surfaces[part];
+    const auto& skin = snapshot.parts[part].skin;
+    if (!surface || &surface->getSkin() != skin.get())
+        surface = std::make_unique<DeformedSurface>(skin);
+    return *surface;
+}
+
+Extremes FramePainter::deform(const FrameSnapshot& snapshot) {
+    Extremes extremes;
+    for (std::size_t i = 0; i < snapshot.parts.size(); ++i) {
+        DeformedSurface& surface = getSurface(snapshot, i);
+        const SimTK::Vector& xi = snapshot.parts[i].xi;
+        surface.update(xi, snapshot.partStyle.deformationFactor);
+        extremes.include({0, surface.calcLargestDisplacement(xi)});
+    }
+    return extremes;
+}
+
+double FramePainter::calcLargestDisplacement(const FrameSnapshot& snapshot) {
+    double largest = 0;
+    for (std::size_t i = 0; i < snapshot.parts.size(); ++i)
+        largest = std::max(largest,
+                           getSurface(snapshot, i).calcLargestDisplacement(snapshot.parts[i].xi));
+    return largest;
+}
+
+void FramePainter::appendParts(const FrameSnapshot& snapshot, Scene& scene) const {
+    const PartStyle& style = snapshot.partStyle;
+    for (std::size_t i = 0; i < snapshot.parts.size(); ++i) {
+        SurfaceItem item;
+        item.geometry = surfaces[i]->getDeformed();
+        item.X_GM = snapshot.parts[i].X_GB;
+        item.color = Vec3(0.66, 0.70, 0.75);
+        item.style = style.contour.contour == Contour::None ? SurfaceItem::Style::Solid
+                                                            : SurfaceItem::Style::Contour;
+        item.showElementEdges = style.showElementEdges;
+        item.showFeatureEdges = style.showFeatureEdges;
+        scene.surfaces.push_back(item);
+        if (!style.showUndeformed) continue;
+
+        item.geometry = surfaces[i]->getUndeformed();
+        item.style = SurfaceItem::Style::Ghost;
+        item.color = snapshot.style.palette.ghost;
+        item.opacity = 0.42;
+        item.showElementEdges = false;
+        item.showFeatureEdges = false;
+        scene.surfaces.push_back(item);
+    }
+}
+
+void FramePainter::appendBounds(const FrameSnapshot& snapshot, std::vector<Vec3>& points_G) const {
+    snapshot.scene.appendBounds(points_G);
+    Scene parts;
+    appendParts(snapshot, parts);
+    parts.appendBounds(points_G);
+}
+
+Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& contourRange) {
+    if (!renderer) renderer = std::make_unique<GlRenderer>();
+    Scene scene = snapshot.scene;
+    appendParts(snapshot, scene);
+    std::vector<Vec3> bounds;
+    scene.appendBounds(bounds);
+    if (bounds.empty()) bounds.push_back(snapshot.center_G);
+
+    FrameStyle style = snapshot.style;
+    style.contourLow = contourRange[0];
+    style.contourHigh = contourRange[1];
+
+    Image frame;
+    for (const ViewSnapshot& view : snapshot.views) {
+        Camera camera = view.camera;
+        if (view.fitsClippingPlanes) {
+            camera.fitClippingPlanes(bounds);
+            // Room for the ground in front of the scene and behind it.
+            const double distance =
+                std::max(-camera.toCamera(snapshot.center_G)[2], snapshot.radius);
+            camera.nearPlane = std::min(camera.nearPlane, 0.2 * distance);
+            if (style.ground.isShown)
+                camera.farPlane = std::max(camera.farPlane, distance + 8 * snapshot.radius);
+        }
+        Image image = renderer->draw(scene, camera, style, view.width, view.height);
+        OverlayContent content = view.overlay;
+        content.colorBar.low = contourRange[0];
+        content.colorBar.high = contourRange[1];
+        overlay.draw(image, content, style.palette);
+        if (view.width == snapshot.width && view.height == snapshot.height) {
+            frame = std::move(image);
+            continue;
+        }
+        if (frame.isEmpty()) frame = Image(snapshot.width, snapshot.height);
+        frame.paste(image, view.left, view.top);
+    }
+    return frame;
+}
+
+}  // namespace simflex

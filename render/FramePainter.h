@@ -1,0 +1,48 @@
+#pragma once
+/** @file
+Turns snapshots into pictures. Internal to the renderer.
+
+A painter belongs to one thread at a time; several painters give the same bytes. The OpenGL context
+is made when the first picture is wanted.
+
+    const Extremes values = painter.deform(snapshot);
+    run.include(values);
+    Image image = painter.paint(snapshot, calcContourRange(settings, values, run));
+**/
+
+#include <memory>
+#include <vector>
+
+#include "DeformedSurface.h"
+#include "FrameSnapshot.h"
+#include "GlRenderer.h"
+#include "Overlay.h"
+
+namespace simflex {
+
+class FramePainter {
+public:
+    /** Deforms the parts.
+    @return the values that their colours show. **/
+    Extremes deform(const FrameSnapshot& snapshot);
+
+    /** Largest displacement, not exaggerated [m]. **/
+    double calcLargestDisplacement(const FrameSnapshot& snapshot);
+
+    /** Appends points whose convex hull holds the decorations and the parts as deform() left them.
+     **/
+    void appendBounds(const FrameSnapshot& snapshot, std::vector<SimTK::Vec3>& points_G) const;
+
+    /** Draws the snapshot that deform() was called with last. **/
+    Image paint(const FrameSnapshot& snapshot, const SimTK::Vec2& contourRange);
+
+private:
+    DeformedSurface& getSurface(const FrameSnapshot& snapshot, std::size_t part);
+    void appendParts(const FrameSnapshot& snapshot, Scene& scene) const;
+
+    std::vector<std::unique_ptr<DeformedSurface>> surfaces;
+    std::unique_ptr<GlRenderer> renderer;
+    Overlay overlay;
+};
+
+}  // namespace simflex

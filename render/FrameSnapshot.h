@@ -1,0 +1,55 @@
+#pragma once
+/** @file
+All that one frame needs, taken from a State: what is drawn of it later, by whichever thread, needs
+neither the System nor the State. Internal to the renderer. **/
+
+#include <memory>
+#include <vector>
+
+#include "Camera.h"
+#include "ContourScale.h"
+#include "FrameStyle.h"
+#include "Overlay.h"
+#include "Scene.h"
+#include "SkinModes.h"
+
+namespace simflex {
+
+/** The motion of one flexible part. **/
+struct PartSnapshot {
+    std::shared_ptr<const SkinModes> skin;
+    SimTK::Transform X_GB;
+    SimTK::Vector xi;
+    SimTK::SpatialVec V_GB{SimTK::Vec3(0), SimTK::Vec3(0)};  ///< where velocities are shown
+    SimTK::Vector xiDot;                                     ///< likewise; else empty
+};
+
+/** How flexible parts are drawn. **/
+struct PartStyle {
+    double deformationFactor = 1;
+    ContourSettings contour;
+    bool showUndeformed = true, showElementEdges = false, showFeatureEdges = true;
+};
+
+/** One camera's picture and its place in the frame [pixel, from the top left corner]. **/
+struct ViewSnapshot {
+    int left = 0, top = 0, width = 0, height = 0;
+    Camera camera;
+    bool fitsClippingPlanes = true;  ///< around what is drawn
+    OverlayContent overlay;          ///< the range of its colour bar is found by the painter
+};
+
+struct FrameSnapshot {
+    int number = 0;
+    double time = 0;
+    int width = 0, height = 0;
+    Scene scene;  ///< decorations, in Ground
+    std::vector<PartSnapshot> parts;
+    PartStyle partStyle;
+    FrameStyle style;
+    SimTK::Vec3 center_G{0};  ///< of the whole motion's ball, with `radius`
+    double radius = 1;
+    std::vector<ViewSnapshot> views;
+};
+
+}  // namespace simflex

@@ -1,0 +1,31 @@
+#pragma once
+/** @file
+The skin of a reduced part and the rows of Φ that move it: constant, shared by threads. Internal.
+
+Rows are kept in single precision. **/
+
+#include <memory>
+#include <vector>
+
+#include "SurfaceGeometry.h"
+#include "simflex/part/ReducedBody.h"
+
+namespace simflex {
+
+struct SkinModes {
+    std::shared_ptr<const ReducedBody> part;
+    std::vector<int> nodes;            ///< mesh index of each skin node, ascending
+    std::vector<float> restPositions;  ///< s, 3 per skin node [m]
+    std::vector<float> Phi;            ///< (3·skin nodes)×n_f, column-major
+    std::vector<int> vertexNode;       ///< skin node of each vertex of `undeformed`
+    std::shared_ptr<const SurfaceGeometry> undeformed;
+
+    int numNodes() const { return int(nodes.size()); }
+};
+
+/** Edges sharper than `creaseAngle` [rad] are drawn sharp.
+@throws std::invalid_argument that names the part, when Φ and mesh do not fit together. **/
+std::shared_ptr<const SkinModes> extractSkinModes(std::shared_ptr<const ReducedBody> part,
+                                                  double creaseAngle);
+
+}  // namespace simflex
