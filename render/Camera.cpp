@@ -10,16 +10,28 @@ using SimTK::Rotation;
 using SimTK::UnitVec3;
 using SimTK::Vec3;
 
+double Camera::calcPixelSize(double distance, int height) const {
+    return (isOrthographic ? viewHeight : 2 * std::tan(fieldOfView / 2) * distance) / height;
+}
+
 Vec3 Camera::calcPixel(const Vec3& p_G, int width, int height) const {
     const Vec3 p = toCamera(p_G);
-    const double scale = 0.5 * height / (std::tan(fieldOfView / 2) * -p[2]);
-    return Vec3(0.5 * width + scale * p[0], 0.5 * height - scale * p[1], -p[2]);
+    const double size = calcPixelSize(-p[2], height);
+    return Vec3(0.5 * width + p[0] / size, 0.5 * height - p[1] / size, -p[2]);
 }
 
 std::array<float, 16> Camera::calcProjection(double aspect) const {
-    const double f = 1 / std::tan(fieldOfView / 2);
     const double depth = nearPlane - farPlane;
     std::array<float, 16> P{};
+    if (isOrthographic) {
+        P[0] = float(2 / (viewHeight * aspect));
+        P[5] = float(2 / viewHeight);
+        P[10] = float(2 / depth);
+        P[14] = float((farPlane + nearPlane) / depth);
+        P[15] = 1;
+        return P;
+    }
+    const double f = 1 / std::tan(fieldOfView / 2);
     P[0] = float(f / aspect);
     P[5] = float(f);
     P[10] = float((farPlane + nearPlane) / depth);
@@ -28,29 +40,55 @@ std::array<float, 16> Camera::calcProjection(double aspect) const {
     return P;
 }
 
-void Camera::fit(const std::vector<Vec3>& points_G, double aspect, const Margins& margins) {
+void Camera::fit(const std::vector<Vec3>& points_G, double aspect, const Margins& margins,
+                 double zoom) {
     if (points_G.empty()) return;
+    const double none = -SimTK::Infinity;
+    Vec3 lower(SimTK::Infinity), upper(none);  // in the camera's axes
+    for (const Vec3& point : points_G) {
+        const Vec3 p = ~X_GC.R() * point;
+        for (int k = 0; k < 3; ++k) {
+            lower[k] = std::min(lower[k], p[k]);
+            upper[k] = std::max(upper[k], p[k]);
+        }
+    }
+    const Vec3 extent = upper - lower;
+    if (isOrthographic) {
+        viewHeight = std::max(extent[0] / (aspect * (1 - margins.left - margins.right)),
+                              extent[1] / (1 - margins.top - margins.bottom));
+        if (!(viewHeight > 0)) viewHeight = std::max(1.0, extent[2]);  // a single point
+        // The middle of what lies between the margins is that of the points.
+        const double x = 0.5 * (lower[0] + upper[0]) +
+                         0.5 * (margins.right - margins.left) * viewHeight * aspect;
+        const double y =
+            0.5 * (lower[1] + upper[1]) + 0.5 * (margins.top - margins.bottom) * viewHeight;
+        const double distance = 2 * (viewHeight + extent[2]);
+        viewHeight /= zoom;
+        X_GC.updP() = X_GC.R() * Vec3(x, y, upper[2] + distance);
+        return;
+    }
+
     // Tangents of the half angles that stay free on each side.
     const double tanV = std::tan(fieldOfView / 2), tanH = tanV * aspect;
     const double left = tanH * (1 - 2 * margins.left), right = tanH * (1 - 2 * margins.right);
     const double bottom = tanV * (1 - 2 * margins.bottom), top = tanV * (1 - 2 * margins.top);
 
     // A point p is inside when p_x − c_x ≤ right (c_z − p_z), and so for each side.
-    const double none = -SimTK::Infinity;
-    double a = none, b = none, c = none, d = none, nearest = none;
+    double a = none, b = none, c = none, d = none;
     for (const Vec3& point : points_G) {
         const Vec3 p = ~X_GC.R() * point;
         a = std::max(a, p[0] + right * p[2]);
         b = std::max(b, -p[0] + left * p[2]);
         c = std::max(c, p[1] + top * p[2]);
         d = std::max(d, -p[1] + bottom * p[2]);
-        nearest = std::max(nearest, p[2]);
     }
     double z = std::max((a + b) / (left + right), (c + d) / (top + bottom));
-    if (z - nearest < 1e-9 * (1 + std::abs(nearest))) z = nearest + 1;  // a single point
+    const double nearest = upper[2], size = extent.norm();
+    if (z - nearest < 1e-6 * size || !(size > 0)) z = nearest + (size > 0 ? size : 1);
     const double x = 0.5 * ((a - right * z) + (left * z - b));
     const double y = 0.5 * ((c - top * z) + (bottom * z - d));
-    X_GC.updP() = X_GC.R() * Vec3(x, y, z);
+    const double middle = 0.5 * (lower[2] + upper[2]);
+    X_GC.updP() = X_GC.R() * Vec3(x, y, middle + (z - middle) / zoom);
 }
 
 void Camera::fitClippingPlanes(const std::vector<Vec3>& points_G) {

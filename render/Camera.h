@@ -18,7 +18,9 @@ struct Margins {
 
 struct Camera {
     SimTK::Transform X_GC{SimTK::Vec3(0, 0, 1)};
-    double fieldOfView = SimTK::Pi / 6;  ///< vertical [rad]
+    bool isOrthographic = false;
+    double fieldOfView = SimTK::Pi / 6;  ///< vertical, of a perspective [rad]
+    double viewHeight = 1;               ///< of what an orthographic camera sees [m]
     double nearPlane = 0.01;             ///< distances along −z [m]
     double farPlane = 100;
 
@@ -28,11 +30,16 @@ struct Camera {
     /** Column, row (from the top, in pixels) and distance along the view direction. **/
     SimTK::Vec3 calcPixel(const SimTK::Vec3& p_G, int width, int height) const;
 
-    /** Perspective matrix, column-major. **/
+    /** Size of a pixel at a distance along the view direction [m], in a picture of this height. **/
+    double calcPixelSize(double distance, int height) const;
+
+    /** Projection matrix, column-major. **/
     std::array<float, 16> calcProjection(double aspect) const;
 
-    /** Moves the camera, without turning it, to where all points just fit into the picture. **/
-    void fit(const std::vector<SimTK::Vec3>& points_G, double aspect, const Margins& margins);
+    /** Moves the camera, without turning it, to where all points just fit into the picture, or to
+    where the picture is `zoom` times larger about the same middle. **/
+    void fit(const std::vector<SimTK::Vec3>& points_G, double aspect, const Margins& margins,
+             double zoom = 1);
 
     /** Puts the clipping planes around the points. **/
     void fitClippingPlanes(const std::vector<SimTK::Vec3>& points_G);

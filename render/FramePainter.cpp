@@ -89,8 +89,11 @@ Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& cont
             if (style.ground.isShown)
                 camera.farPlane = std::max(camera.farPlane, distance + 8 * snapshot.radius);
         }
+        style.unit = view.unit;
+        style.hasTriad = view.showAxes;
         Image image = renderer->draw(scene, camera, style, view.width, view.height);
         OverlayContent content = view.overlay;
+        content.unit = view.unit;
         content.colorBar.low = contourRange[0];
         content.colorBar.high = contourRange[1];
         overlay.draw(image, content, style.palette);
@@ -98,7 +101,8 @@ Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& cont
             frame = std::move(image);
             continue;
         }
-        if (frame.isEmpty()) frame = Image(snapshot.width, snapshot.height);
+        if (frame.isEmpty())
+            frame = Image(snapshot.width, snapshot.height, style.palette.faintText);
         frame.paste(image, view.left, view.top);
     }
     return frame;

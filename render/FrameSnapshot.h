@@ -36,7 +36,9 @@ struct ViewSnapshot {
     int left = 0, top = 0, width = 0, height = 0;
     Camera camera;
     bool fitsClippingPlanes = true;  ///< around what is drawn
-    OverlayContent overlay;          ///< the range of its colour bar is found by the painter
+    bool showAxes = true;
+    double unit = 1;         ///< as in FrameStyle
+    OverlayContent overlay;  ///< the range of its colour bar is found by the painter
 };
 
 struct FrameSnapshot {

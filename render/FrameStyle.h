@@ -34,6 +34,7 @@ struct FrameStyle {
     ColorMap colorMap = ColorMap::Viridis;
     double contourLow = 0, contourHigh = 1;
     bool hasTriad = true;
+    double unit = 1;  ///< pixels that stand for one of a picture 720 pixels high
 };
 
 /** Place of the small axes in the picture: middle [pixel, from top left] and length of an axis. **/
@@ -43,8 +44,7 @@ struct TriadPlace {
     int getHalfSize() const { return int(1.5 * length); }
 };
 
-inline TriadPlace calcTriadPlace(int height) {
-    const double unit = height / 720.0;
+inline TriadPlace calcTriadPlace(int height, double unit) {
     return {64 * unit, height - 62 * unit, 36 * unit};
 }
 

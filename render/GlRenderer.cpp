@@ -187,7 +187,10 @@ Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera, const Fram
         gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     }
 
-    const bool hasGround = style->ground.isShown && (~style->ground.X_GP * camera->X_GC.p())[2] > 0;
+    // Seen from above only.
+    const Transform X_PC = ~style->ground.X_GP * camera->X_GC;
+    const double aboveGround = camera->isOrthographic ? X_PC.R().z()[2] : X_PC.p()[2];
+    const bool hasGround = style->ground.isShown && aboveGround > 0;
     std::vector<Vec3> bounds;
     scene.appendBounds(bounds);
     const bool hasShadow = hasGround && style->ground.hasShadow && drawShadow(scene);
@@ -276,7 +279,7 @@ void GlRenderer::drawLayer(const std::vector<Vec3>* bounds) {
 
     std::vector<Rectangle> rectangles;
     if (style->hasTriad) {
-        const TriadPlace place = calcTriadPlace(height);
+        const TriadPlace place = calcTriadPlace(height, style->unit);
         const int half = place.getHalfSize();
         const Rectangle triad = {int(place.x) - half, height - int(place.y) - half,
                                  int(place.x) + half, height - int(place.y) + half};
@@ -469,7 +472,7 @@ void GlRenderer::setSurfaceUniforms(const SurfaceItem& item) {
     surfaceProgram->set("up", Vec3(~camera->X_GC.R() * Vec3(style->up)));
     surfaceProgram->set("keyDirection", Vec3(~camera->X_GC.R() * Vec3(style->toLight)));
     surfaceProgram->set("viewDirection", Vec3(0, 0, 1));
-    surfaceProgram->set("isPerspective", true);
+    surfaceProgram->set("isPerspective", !camera->isOrthographic);
     gl.ActiveTexture(GL_TEXTURE0);
     gl.BindTexture(GL_TEXTURE_2D, colorMapTexture);
 }
@@ -579,7 +582,7 @@ void GlRenderer::drawLines(const Scene& scene) {
         append(data, b);
         append(data, line.color);
         data.push_back(float(line.opacity));
-        data.push_back(float(line.width * target->getHeight() / 720.0));
+        data.push_back(float(line.width * style->unit));
     }
     if (data.empty()) return;
 
@@ -607,7 +610,7 @@ void GlRenderer::drawPoints(const Scene& scene) {
         append(data, camera->toCamera(point.location));
         append(data, point.color);
         data.push_back(float(point.opacity));
-        data.push_back(float(point.diameter * target->getHeight() / 720.0));
+        data.push_back(float(point.diameter * style->unit));
     }
     if (data.empty()) return;
 
@@ -684,7 +687,7 @@ void GlRenderer::drawTexts(const Scene& scene) {
 
 void GlRenderer::drawTriad() {
     // Seen by a camera of its own, with the same orientation and no perspective to speak of.
-    const TriadPlace place = calcTriadPlace(target->getHeight());
+    const TriadPlace place = calcTriadPlace(target->getHeight(), style->unit);
     const int half = place.getHalfSize();
     gl.Viewport(int(place.x) - half, target->getHeight() - int(place.y) - half, 2 * half, 2 * half);
     gl.Clear(GL_DEPTH_BUFFER_BIT);

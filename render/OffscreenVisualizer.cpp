@@ -81,53 +81,72 @@ int OffscreenVisualizer::addDecorationGenerator(SimTK::DecorationGenerator* gene
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setCameraTransform(const Transform& X_GC) {
-    impl->camera.X_GC = X_GC;
-    impl->cameraMode = Impl::CameraMode::Fixed;
+    impl->views.front().setTransform(X_GC);
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::pointCameraAt(const Vec3& point,
                                                         const Vec3& upDirection) {
-    impl->camera.pointAt(point, upDirection);
-    impl->cameraMode = Impl::CameraMode::Fixed;
+    impl->views.front().pointAt(point, upDirection);
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setCameraFieldOfView(Real fov) {
-    if (!(fov > 0 && fov < SimTK::Pi))
-        throw std::invalid_argument("setCameraFieldOfView: " + std::to_string(fov) +
-                                    " is not between 0 and pi");
-    impl->camera.fieldOfView = fov;
+    impl->views.front().updSettings().setFieldOfView(fov);
     impl->forgetFit();
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setCameraClippingPlanes(Real nearPlane, Real farPlane) {
-    if (!(nearPlane > 0 && farPlane > nearPlane))
-        throw std::invalid_argument("setCameraClippingPlanes: need 0 < near < far");
-    impl->camera.nearPlane = nearPlane;
-    impl->camera.farPlane = farPlane;
-    impl->areClippingPlanesFixed = true;
+    impl->views.front().updSettings().setClippingPlanes(nearPlane, farPlane);
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::zoomCameraToShowAllGeometry() {
-    if (impl->cameraMode == Impl::CameraMode::Fixed)
-        impl->cameraMode = Impl::CameraMode::FixedRotation;
+    impl->views.front().keepRotationOnly();
     impl->forgetFit();
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setCameraView(Real azimuth, Real elevation) {
-    impl->azimuth = azimuth;
-    impl->elevation = elevation;
-    impl->cameraMode = Impl::CameraMode::View;
+    impl->views.front().updSettings().setDirection(azimuth, elevation);
     impl->forgetFit();
     return *this;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setCameraOrbit(Real rate) {
-    impl->orbitRate = rate;
+    impl->views.front().updSettings().setOrbit(rate);
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCameraFollow(SimTK::MobilizedBodyIndex body, Real size,
+                                                          CameraView::Follow follow) {
+    impl->views.front().updSettings().setFollowedBody(body, size, follow);
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCameraProjection(CameraView::Projection projection) {
+    impl->views.front().updSettings().setProjection(projection);
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCameraZoom(Real zoom) {
+    impl->views.front().updSettings().setZoom(zoom);
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setCamera(const CameraView& view) {
+    impl->views.front() = View(view);
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::addView(const CameraView& view) {
+    impl->views.emplace_back(view);
     impl->forgetFit();
     return *this;
 }
@@ -138,7 +157,8 @@ OffscreenVisualizer& OffscreenVisualizer::fitToMotion(const std::vector<SimTK::S
 }
 
 Vec3 OffscreenVisualizer::calcPixel(const Vec3& point_G) const {
-    return impl->lastCamera.calcPixel(point_G, impl->width, impl->height);
+    const ViewSnapshot& view = impl->lastView;
+    return view.camera.calcPixel(point_G, view.width, view.height) + Vec3(view.left, view.top, 0);
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setDeformationFactor(Real factor) {
@@ -258,6 +278,12 @@ OffscreenVisualizer& OffscreenVisualizer::setShowShadows(bool show) {
 
 OffscreenVisualizer& OffscreenVisualizer::setShowAxes(bool show) {
     impl->showAxes = show;
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowScaleBar(bool show) {
+    impl->showScaleBar = show;
+    impl->isScaleBarChosen = true;
     return *this;
 }
 

@@ -26,6 +26,7 @@ else does. The same states in the same order give the same bytes. Not for severa
 #include <vector>
 
 #include "Simbody.h"
+#include "simflex/render/CameraView.h"
 #include "simflex/render/ColorMap.h"
 #include "simflex/render/Contour.h"
 #include "simflex/render/DeformableMesh.h"
@@ -94,22 +95,29 @@ public:
     /**@{**/
     OffscreenVisualizer& setCameraTransform(const SimTK::Transform& X_GC);
     OffscreenVisualizer& pointCameraAt(const SimTK::Vec3& point, const SimTK::Vec3& upDirection);
-    /** Vertical field of view [rad]; default 30 degrees. **/
     OffscreenVisualizer& setCameraFieldOfView(SimTK::Real fov);
     OffscreenVisualizer& setCameraClippingPlanes(SimTK::Real nearPlane, SimTK::Real farPlane);
     /** Moves the camera, without turning it, to where all of the next frame is visible. **/
     OffscreenVisualizer& zoomCameraToShowAllGeometry();
-    /** Direction from which the scene is seen, fitted: azimuth from the front to the right and
-    elevation above the horizon [rad]. Default: 25 and 16 degrees. **/
+    /** @name As in CameraView, where they are described **/
+    /**@{**/
     OffscreenVisualizer& setCameraView(SimTK::Real azimuth, SimTK::Real elevation);
-    /** Lets the camera circle about the scene with time [rad/s of simulation]; 0 stops it. **/
     OffscreenVisualizer& setCameraOrbit(SimTK::Real rate);
+    OffscreenVisualizer& setCameraFollow(SimTK::MobilizedBodyIndex body, SimTK::Real size = 0,
+                                         CameraView::Follow follow = CameraView::Follow::Position);
+    OffscreenVisualizer& setCameraProjection(CameraView::Projection projection);
+    OffscreenVisualizer& setCameraZoom(SimTK::Real zoom);
+    /**@}**/
+    /** Replaces the camera altogether. **/
+    OffscreenVisualizer& setCamera(const CameraView& view);
+    /** One more camera, whose picture stands beside the first one's in every frame. **/
+    OffscreenVisualizer& addView(const CameraView& view);
     /** Looks at all these States: the camera is placed so that nothing leaves the picture, the
     ground lies below everything, the contour range and an automatic deformation factor are those
     of the whole motion. O(states·(decorations + skin nodes·n_f)). **/
     OffscreenVisualizer& fitToMotion(const std::vector<SimTK::State>& states);
-    /** Column and row in the picture [pixel, from the top left corner] and distance along the
-    view direction [m] of a point, for the camera of the frame drawn last. **/
+    /** Column and row in the frame [pixel, from the top left corner] and distance along the
+    view direction [m] of a point, for the first camera, in the frame drawn last. **/
     SimTK::Vec3 calcPixel(const SimTK::Vec3& point_G) const;
     /**@}**/
 
@@ -161,6 +169,9 @@ public:
     OffscreenVisualizer& setGroundHeight(SimTK::Real height);
     OffscreenVisualizer& setShowShadows(bool show);
     OffscreenVisualizer& setShowAxes(bool show);
+    /** A bar of a round length, which is true at the distance of the scene's middle; default: in
+    orthographic views. **/
+    OffscreenVisualizer& setShowScaleBar(bool show);
     OffscreenVisualizer& setShowSimTime(bool show);      ///< default shown
     OffscreenVisualizer& setShowFrameNumber(bool show);  ///< default hidden
     OffscreenVisualizer& setWindowTitle(const std::string& title);

@@ -51,7 +51,6 @@ OffscreenVisualizer::Impl::Impl(const SimTK::System& drawnSystem, int pictureWid
     }
     up = system.getUpDirection();
     hasGround = !system.getUseUniformBackground();
-    camera.fieldOfView = 30 * SimTK::Pi / 180;
 }
 
 Transform OffscreenVisualizer::Impl::calcBodyPose(const State& state, int body) const {
@@ -105,21 +104,25 @@ void OffscreenVisualizer::Impl::captureParts(const State& state,
     }
 }
 
-void OffscreenVisualizer::Impl::captureDecorations(const State& state, Scene& scene,
-                                                   const Camera* detailCamera) {
+void OffscreenVisualizer::Impl::captureDecorations(const State& state, FrameSnapshot& snapshot) {
     SimTK::Array_<SimTK::DecorativeGeometry> geometry;
     for (SimTK::Stage stage = SimTK::Stage::Topology; stage <= state.getSystemStage(); ++stage)
         system.calcDecorativeGeometryAndAppend(state, stage, geometry);
     for (const auto& generator : generators) generator->generateDecorations(state, geometry);
 
-    SceneBuilder builder(
-        scene, shapes, [&](int body) { return calcBodyPose(state, body); },
-        [&](const Vec3& middle, double ball) {
-            if (!detailCamera) return 100.0;
+    // Round things are as fine as the view that shows them largest needs.
+    const auto calcPixelRadius = [&](const Vec3& middle, double ball) {
+        double largest = 0;
+        for (const ViewSnapshot& view : snapshot.views) {
             const double distance =
-                std::max(-detailCamera->toCamera(middle)[2] - ball, detailCamera->nearPlane);
-            return 0.5 * height * ball / (distance * std::tan(detailCamera->fieldOfView / 2));
-        });
+                std::max(-view.camera.toCamera(middle)[2] - ball, view.camera.nearPlane);
+            largest = std::max(largest, ball / view.camera.calcPixelSize(distance, view.height));
+        }
+        return isFitted ? largest : 100.0;
+    };
+    SceneBuilder builder(
+        snapshot.scene, shapes, [&](int body) { return calcBodyPose(state, body); },
+        calcPixelRadius);
     for (const SimTK::DecorativeGeometry& piece : geometry) builder.add(piece);
     for (const SimTK::DecorativeGeometry& piece : decorations) builder.add(piece);
     for (const RubberBand& band : rubberBands) {
@@ -132,7 +135,7 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, Scene& sc
     shapes.dropUnused();
 }
 
-FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Camera* detailCamera) {
+FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state) {
     checkCoordinates(state);
     system.realize(state, SimTK::Stage::Position);
     FrameSnapshot snapshot;
@@ -140,77 +143,46 @@ FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Camer
     snapshot.time = state.getTime();
     snapshot.width = width;
     snapshot.height = height;
-    captureDecorations(state, snapshot.scene, detailCamera);
-    captureParts(state, snapshot.parts);
     snapshot.partStyle = partStyle;
     snapshot.partStyle.deformationFactor = getDeformationFactor();
     snapshot.style = calcStyle();
-    snapshot.center_G = center;
-    snapshot.radius = radius;
+    snapshot.center_G = extent.center_G;
+    snapshot.radius = extent.radius;
     captureViews(state, snapshot);
+    captureDecorations(state, snapshot);
+    captureParts(state, snapshot.parts);
+    for (std::size_t i = 0; i < views.size(); ++i)
+        snapshot.views[i].overlay = calcOverlay(snapshot, snapshot.views[i], int(i));
     return snapshot;
 }
 
 void OffscreenVisualizer::Impl::captureViews(const State& state, FrameSnapshot& snapshot) const {
-    ViewSnapshot view;
-    view.width = width;
-    view.height = height;
-    view.camera = calcCamera(state);
-    view.fitsClippingPlanes = !areClippingPlanesFixed;
-    view.overlay = calcOverlay(snapshot, view.camera);
-    snapshot.views.push_back(view);
-}
-
-void OffscreenVisualizer::Impl::fitScene(const std::vector<Vec3>& bounds_G) {
-    const UnitVec3 upward(up);
-    const UnitVec3 front = calcFront(up);
-    Vec3 lower(0), upper(0);
-    for (std::size_t i = 0; i < bounds_G.size(); ++i)
-        for (int k = 0; k < 3; ++k) {
-            lower[k] = i == 0 ? bounds_G[i][k] : std::min(lower[k], bounds_G[i][k]);
-            upper[k] = i == 0 ? bounds_G[i][k] : std::max(upper[k], bounds_G[i][k]);
-        }
-    center = 0.5 * (lower + upper);
-    radius = 0.5 * (upper - lower).norm();
-    if (!(radius > 0)) radius = bounds_G.empty() ? 1 : std::max(1e-3, 0.1 * center.norm());
-    lowest = SimTK::Infinity;
-    for (const Vec3& p : bounds_G) lowest = std::min(lowest, SimTK::dot(upward, p));
-    if (bounds_G.empty()) lowest = 0;
-
-    // A moving camera must keep the scene in the picture from all sides.
-    std::vector<Vec3> points = bounds_G;
-    if (points.empty() || orbitRate != 0) {
-        const UnitVec3 right(SimTK::cross(upward, front));
-        for (int i = 0; i < 24; ++i)
-            for (const double level : {-0.7, 0.0, 0.7}) {
-                const double angle = 2 * SimTK::Pi * i / 24;
-                points.push_back(
-                    center + radius * (level * Vec3(upward) + std::sqrt(1 - level * level) *
-                                                                  (std::cos(angle) * Vec3(front) +
-                                                                   std::sin(angle) * Vec3(right))));
-            }
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const View& view = views[i];
+        const SimTK::Vec4 part = view.calcRectangle(int(i), int(views.size()));
+        ViewSnapshot shot;
+        shot.left = int(std::lround(part[0] * width));
+        shot.top = int(std::lround(part[1] * height));
+        shot.width = std::max(1, int(std::lround((part[0] + part[2]) * width)) - shot.left);
+        shot.height = std::max(1, int(std::lround((part[1] + part[3]) * height)) - shot.top);
+        // A line stays free between neighbours.
+        const int gap = std::max(1, height / 480);
+        if (shot.left + shot.width < width) shot.width = std::max(1, shot.width - gap);
+        if (shot.top + shot.height < height) shot.height = std::max(1, shot.height - gap);
+        // Letters of small views are smaller, but not in proportion.
+        shot.unit = (shot.height < height ? 0.5 * (shot.height + height) : height) / 720.0;
+        shot.camera = view.calcCamera(state.getTime(), view.calcFollowedPose([&](int body) {
+            return calcBodyPose(state, body);
+        }));
+        shot.fitsClippingPlanes = view.fitsClippingPlanes();
+        shot.showAxes = showAxes;
+        snapshot.views.push_back(std::move(shot));
     }
-    if (cameraMode == CameraMode::View)
-        camera.X_GC.updR() = calcViewRotation(upward, front, azimuth, elevation);
-    if (cameraMode != CameraMode::Fixed) {
-        Margins margins;
-        margins.right = hasColorBar() ? 145.0 / 1280 : 0.06;
-        margins.left = 0.06;
-        margins.top = title.empty() ? 0.09 : 0.13;
-        margins.bottom = 0.11;
-        camera.fit(points, double(width) / height, margins);
-    }
-
-    const Vec3 back(camera.X_GC.R().z()), left = -Vec3(camera.X_GC.R().x());
-    Vec3 level = back - SimTK::dot(back, upward) * upward;
-    if (level.norm() > 1e-3) level = level / level.norm();
-    toLight = UnitVec3(1.0 * Vec3(upward) + 0.42 * left + 0.62 * level);
-    isFitted = true;
 }
 
 // The round factor below the one that makes a displacement `relativeDeformation` of the scene.
 double OffscreenVisualizer::Impl::calcRoundFactor(double largestDisplacement) const {
-    const double wanted = relativeDeformation * 2 * radius / largestDisplacement;
+    const double wanted = relativeDeformation * 2 * extent.radius / largestDisplacement;
     const double above = roundUpToStep(wanted);
     const double mantissa = above / std::pow(10, std::floor(std::log10(above) + 1e-9));
     const double below =
@@ -218,40 +190,62 @@ double OffscreenVisualizer::Impl::calcRoundFactor(double largestDisplacement) co
     return std::max(1.0, below);
 }
 
+Margins OffscreenVisualizer::Impl::calcMargins(int viewNumber) const {
+    const SimTK::Vec4 part = views[viewNumber].calcRectangle(viewNumber, int(views.size()));
+    const double viewWidth = part[2] * width * 720.0 / height;  // in units of the writing
+    Margins margins;
+    margins.right = viewNumber == 0 && hasColorBar() ? std::min(0.4, 145.0 / viewWidth) : 0.06;
+    margins.left = 0.06;
+    const bool hasTitle =
+        viewNumber == 0 ? !title.empty() : !views[viewNumber].getCaption().empty();
+    margins.top = hasTitle ? 0.13 : 0.09;
+    margins.bottom = 0.11;
+    return margins;
+}
+
+void OffscreenVisualizer::Impl::fitViews(const std::vector<State>& states) {
+    std::vector<std::vector<Vec3>> bounds;
+    std::vector<std::vector<Transform>> followedPoses(views.size());
+    std::vector<Vec3> all;
+    for (const State& state : states) {
+        const FrameSnapshot snapshot = capture(state);
+        valuesOfRun.include(painter.deform(snapshot));
+        bounds.emplace_back();
+        painter.appendBounds(snapshot, bounds.back());
+        all.insert(all.end(), bounds.back().begin(), bounds.back().end());
+        for (std::size_t i = 0; i < views.size(); ++i)
+            followedPoses[i].push_back(
+                views[i].calcFollowedPose([&](int body) { return calcBodyPose(state, body); }));
+    }
+    extent = calcSceneExtent(all, UnitVec3(up), calcFront(up));
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const SimTK::Vec4 part = views[i].calcRectangle(int(i), int(views.size()));
+        views[i].fit(extent, bounds, followedPoses[i], part[2] * width / (part[3] * height),
+                     calcMargins(int(i)));
+    }
+
+    const Camera& camera = views.front().getCamera();
+    const Vec3 upward(extent.up), back(camera.X_GC.R().z()), left = -Vec3(camera.X_GC.R().x());
+    Vec3 level = back - SimTK::dot(back, upward) * upward;
+    if (level.norm() > 1e-3) level = level / level.norm();
+    toLight = UnitVec3(1.0 * upward + 0.42 * left + 0.62 * level);
+    isFitted = true;
+}
+
 void OffscreenVisualizer::Impl::fitToMotion(const std::vector<State>& states) {
     if (states.empty()) return;
-    std::vector<Vec3> bounds;
     if (isFactorAutomatic) {
         automaticFactor = 1;
         double largest = 0;
         for (const State& state : states)
-            largest = std::max(largest, painter.calcLargestDisplacement(capture(state, nullptr)));
+            largest = std::max(largest, painter.calcLargestDisplacement(capture(state)));
         if (largest > 0) {
-            const FrameSnapshot first = capture(states.front(), nullptr);
-            painter.deform(first);
-            painter.appendBounds(first, bounds);
-            fitScene(bounds);
+            fitViews({states.front()});
             automaticFactor = calcRoundFactor(largest);
-            bounds.clear();
         }
     }
     valuesOfRun = {};
-    for (const State& state : states) {
-        const FrameSnapshot snapshot = capture(state, nullptr);
-        valuesOfRun.include(painter.deform(snapshot));
-        painter.appendBounds(snapshot, bounds);
-    }
-    fitScene(bounds);
-}
-
-Camera OffscreenVisualizer::Impl::calcCamera(const State& state) const {
-    Camera result = camera;
-    if (orbitRate != 0) {
-        const SimTK::Rotation turn(orbitRate * state.getTime(), UnitVec3(up));
-        result.X_GC.updR() = turn * camera.X_GC.R();
-        result.X_GC.updP() = center + turn * (camera.X_GC.p() - center);
-    }
-    return result;
+    fitViews(states);
 }
 
 FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
@@ -275,12 +269,14 @@ FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
     GroundStyle& ground = style.ground;
     ground.isShown = hasGround;
     ground.hasShadow = showShadows;
-    ground.radius = 7 * radius;
-    ground.gridSpacing = roundUpToStep(radius / 8);
-    const double groundLevel = isGroundHeightFixed ? groundHeight : lowest - 0.01 * radius;
+    ground.radius = 7 * extent.radius;
+    ground.gridSpacing = roundUpToStep(extent.radius / 8);
+    const double groundLevel =
+        isGroundHeightFixed ? groundHeight : extent.lowest - 0.01 * extent.radius;
     const UnitVec3 front = calcFront(up);
     const UnitVec3 right(SimTK::cross(upward, front));
-    const Vec3 origin = center + (groundLevel - SimTK::dot(center, upward)) * Vec3(upward);
+    const Vec3 origin =
+        extent.center_G + (groundLevel - SimTK::dot(extent.center_G, upward)) * Vec3(upward);
     ground.X_GP =
         Transform(SimTK::Rotation(upward, SimTK::ZAxis, Vec3(right), SimTK::XAxis), origin);
     const Vec3 fromWorld = ~ground.X_GP.R() * origin;
@@ -290,18 +286,32 @@ FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
     return style;
 }
 
+// What belongs to the whole frame is written into the first view.
 OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snapshot,
-                                                      const Camera& frameCamera) const {
+                                                      const ViewSnapshot& view,
+                                                      int viewNumber) const {
     OverlayContent content;
+    content.hasTriad = view.showAxes;
+    content.R_GC = view.camera.X_GC.R();
+    content.hasScaleBar = isScaleBarChosen ? showScaleBar : views[viewNumber].isOrthographic();
+    content.pixelSize =
+        view.camera.calcPixelSize(-view.camera.toCamera(extent.center_G)[2], view.height);
+    if (!(content.pixelSize > 0)) content.hasScaleBar = false;
+    const std::string& caption = views[viewNumber].getCaption();
+    if (viewNumber > 0) {
+        if (!caption.empty()) content.captions.push_back(caption);
+        return content;
+    }
+
     content.title = title;
     if (showSimTime) content.captions.push_back("t = " + formatTime(snapshot.time, 4) + " s");
-    if (showFrameNumber) content.captions.push_back("frame " + std::to_string(numFrames));
+    if (showFrameNumber) content.captions.push_back("frame " + std::to_string(snapshot.number));
     if (showDeformationFactor && !parts.empty())
-        content.captions.push_back("deformation ×" + formatNumber(getDeformationFactor()));
+        content.captions.push_back("deformation ×" +
+                                   formatNumber(snapshot.partStyle.deformationFactor));
+    if (!caption.empty()) content.captions.push_back(caption);
     content.screenTexts = snapshot.scene.screenTexts;
     if (hasGround) content.footnote = "grid " + formatLength(snapshot.style.ground.gridSpacing);
-    content.hasTriad = showAxes;
-    content.R_GC = frameCamera.X_GC.R();
     content.hasColorBar = hasColorBar();
     content.colorBar = {"displacement", 0, 1, snapshot.style.colorMap};
     return content;
@@ -310,17 +320,15 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
 Image OffscreenVisualizer::Impl::drawFrame(const State& state) {
     try {
         if (!isFitted) {
-            const FrameSnapshot first = capture(state, nullptr);
-            painter.deform(first);
-            std::vector<Vec3> bounds;
-            painter.appendBounds(first, bounds);
-            fitScene(bounds);
+            const Extremes before = valuesOfRun;
+            fitViews({state});
+            valuesOfRun = before;
         }
-        const FrameSnapshot snapshot = capture(state, &camera);
+        const FrameSnapshot snapshot = capture(state);
         const Extremes values = painter.deform(snapshot);
         valuesOfRun.include(values);
         lastContourRange = calcContourRange(partStyle.contour, values, valuesOfRun);
-        lastCamera = snapshot.views.front().camera;
+        lastView = snapshot.views.front();
         return painter.paint(snapshot, lastContourRange);
     } catch (const std::exception& e) {
         throw std::runtime_error("cannot draw the frame at time " + formatNumber(state.getTime()) +

@@ -11,6 +11,7 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include "FrameSnapshot.h"
 #include "FrameStyle.h"
 #include "SceneBuilder.h"
+#include "View.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
 namespace simflex {
@@ -38,7 +39,6 @@ public:
         DeformableMesh mesh;
         std::shared_ptr<const SkinModes> skin;
     };
-    enum class CameraMode { View, Fixed, FixedRotation };
 
     const SimTK::System& system;
     const SimTK::SimbodyMatterSubsystem* matter = nullptr;
@@ -51,11 +51,7 @@ public:
     std::vector<std::unique_ptr<SimTK::DecorationGenerator>> generators;
     std::vector<Part> parts;
 
-    Camera camera;
-    CameraMode cameraMode = CameraMode::View;
-    double azimuth = 25 * SimTK::Pi / 180, elevation = 16 * SimTK::Pi / 180;
-    double orbitRate = 0;
-    bool areClippingPlanesFixed = false;
+    std::vector<View> views{View()};  // the first is the visualizer's own camera
 
     PartStyle partStyle;
     bool isFactorAutomatic = false;
@@ -73,38 +69,38 @@ public:
     double groundHeight = 0;
     bool showSimTime = true, showFrameNumber = false;
     bool showColorBar = true, showDeformationFactor = true;
+    bool isScaleBarChosen = false, showScaleBar = false;  // else shown in orthographic views
     std::string title;
 
     SimTK::Vec2 lastContourRange{0, 1};
-    Camera lastCamera;
+    ViewSnapshot lastView;  // the first
 
 private:
     SimTK::Transform calcBodyPose(const SimTK::State& state, int body) const;
-    /** All that a frame of this State needs. `detailCamera` decides how fine round things are. **/
-    FrameSnapshot capture(const SimTK::State& state, const Camera* detailCamera);
-    void captureDecorations(const SimTK::State& state, Scene& scene, const Camera* detailCamera);
+    /** All that a frame of this State needs. **/
+    FrameSnapshot capture(const SimTK::State& state);
+    void captureDecorations(const SimTK::State& state, FrameSnapshot& snapshot);
     void captureParts(const SimTK::State& state, std::vector<PartSnapshot>& snapshots) const;
     void captureViews(const SimTK::State& state, FrameSnapshot& snapshot) const;
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
     void checkCoordinates(const SimTK::State& state) const;
     double calcRoundFactor(double largestDisplacement) const;
-    void fitScene(const std::vector<SimTK::Vec3>& bounds_G);
+    void fitViews(const std::vector<SimTK::State>& states);
+    Margins calcMargins(int viewNumber) const;
     bool hasColorBar() const {
         return showColorBar && !parts.empty() && partStyle.contour.contour != Contour::None;
     }
-    Camera calcCamera(const SimTK::State& state) const;
     FrameStyle calcStyle() const;
-    OverlayContent calcOverlay(const FrameSnapshot& snapshot, const Camera& frameCamera) const;
+    OverlayContent calcOverlay(const FrameSnapshot& snapshot, const ViewSnapshot& view,
+                               int viewNumber) const;
 
     FramePainter painter;
     ShapeCache shapes;
     Extremes valuesOfRun;
 
-    // Found by fitScene().
+    // Found by fitViews().
     bool isFitted = false;
-    SimTK::Vec3 center{0};
-    double radius = 1;
-    double lowest = 0;
+    SceneExtent extent;
     SimTK::UnitVec3 toLight{SimTK::YAxis};
 };
 

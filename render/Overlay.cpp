@@ -64,14 +64,14 @@ std::string formatLength(double meters) {
 void Overlay::draw(Image& image, const OverlayContent& content, const Palette& palette) {
     const bool hasText = !content.title.empty() || !content.captions.empty() ||
                          !content.screenTexts.empty() || !content.footnote.empty() ||
-                         content.hasColorBar || content.hasTriad;
+                         content.hasScaleBar || content.hasColorBar || content.hasTriad;
     if (!hasText) return;
     if (!regular) {
         regular = std::make_unique<Font>(Font::Weight::Regular);
         bold = std::make_unique<Font>(Font::Weight::Bold);
     }
 
-    const double unit = image.getHeight() / 720.0;
+    const double unit = content.unit;
     const auto size = [unit](double points) {
         return std::max(7, int(std::lround(points * unit)));
     };
@@ -93,9 +93,16 @@ void Overlay::draw(Image& image, const OverlayContent& content, const Palette& p
         regular->drawWithHalo(image, image.getWidth() - 30 * unit, image.getHeight() - 26 * unit,
                               content.footnote, size(14), palette.faintText, palette.halo,
                               Font::Anchor::Right);
+    if (content.hasScaleBar) {
+        const double taken = content.footnote.empty()
+                                 ? 0
+                                 : regular->calcWidth(content.footnote, size(14)) + 26 * unit;
+        drawScaleBar(image, image.getWidth() - 30 * unit - taken, image.getHeight() - 26 * unit,
+                     content, palette);
+    }
 
     if (content.hasTriad) {
-        const TriadPlace place = calcTriadPlace(image.getHeight());
+        const TriadPlace place = calcTriadPlace(image.getHeight(), unit);
         const char* const names[] = {"x", "y", "z"};
         for (int axis = 0; axis < 3; ++axis) {
             Vec3 direction(0);
@@ -107,6 +114,24 @@ void Overlay::draw(Image& image, const OverlayContent& content, const Palette& p
         }
     }
     if (content.hasColorBar) drawColorBar(image, content.colorBar, palette, unit);
+}
+
+// A bar of a round length between a twelfth and a fifth of the picture's width.
+void Overlay::drawScaleBar(Image& image, double right, double baseline,
+                           const OverlayContent& content, const Palette& palette) {
+    const double length = roundUpToStep(image.getWidth() / 12.0 * content.pixelSize);
+    const int x1 = int(std::lround(right)), x0 = x1 - int(std::lround(length / content.pixelSize));
+    const int y1 = int(std::lround(baseline)),
+              height = std::max(2, int(std::lround(content.unit * 4)));
+    const int end = std::max(1, int(std::lround(content.unit * 3)));
+    for (int x = x0; x <= x1; ++x) {
+        const bool isEnd = x < x0 + height / 2 || x > x1 - height / 2;
+        for (int y = y1 - height + 1 - (isEnd ? end : 0); y <= y1 + (isEnd ? end : 0); ++y)
+            image.blendPixel(x, y, palette.text, 0.85);
+    }
+    regular->drawWithHalo(image, 0.5 * (x0 + x1), y1 - 10 * content.unit, formatLength(length),
+                          std::max(7, int(std::lround(14 * content.unit))), palette.text,
+                          palette.halo, Font::Anchor::Center);
 }
 
 void Overlay::drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, double unit) {

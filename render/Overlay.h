@@ -22,6 +22,9 @@ struct OverlayContent {
     std::vector<std::string> captions;     ///< below the title
     std::vector<std::string> screenTexts;  ///< of the system's own
     std::string footnote;                  ///< in the lower right corner
+    double unit = 1;                       ///< as in FrameStyle
+    bool hasScaleBar = false;
+    double pixelSize = 1;  ///< at the distance that the scale bar is for [m]
     bool hasColorBar = false;
     ColorBar colorBar;
     bool hasTriad = false;
@@ -33,6 +36,8 @@ public:
     void draw(Image& image, const OverlayContent& content, const Palette& palette);
 
 private:
+    void drawScaleBar(Image& image, double right, double baseline, const OverlayContent& content,
+                      const Palette& palette);
     void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, double unit);
 
     std::unique_ptr<Font> regular, bold;  // loaded when the first text is drawn
