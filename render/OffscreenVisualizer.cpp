@@ -156,8 +156,12 @@ OffscreenVisualizer& OffscreenVisualizer::fitToMotion(const std::vector<SimTK::S
     return *this;
 }
 
-Vec3 OffscreenVisualizer::calcPixel(const Vec3& point_G) const {
-    const ViewSnapshot& view = impl->lastView;
+Vec3 OffscreenVisualizer::calcPixel(const Vec3& point_G, int viewNumber) const {
+    if (viewNumber < 0 || viewNumber >= int(impl->lastViews.size()))
+        throw std::out_of_range("calcPixel: the frame drawn last has " +
+                                std::to_string(impl->lastViews.size()) + " views, no number " +
+                                std::to_string(viewNumber));
+    const ViewSnapshot& view = impl->lastViews[viewNumber];
     return view.camera.calcPixel(point_G, view.width, view.height) + Vec3(view.left, view.top, 0);
 }
 

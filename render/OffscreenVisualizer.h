@@ -117,8 +117,9 @@ public:
     of the whole motion. O(states·(decorations + skin nodes·n_f)). **/
     OffscreenVisualizer& fitToMotion(const std::vector<SimTK::State>& states);
     /** Column and row in the frame [pixel, from the top left corner] and distance along the
-    view direction [m] of a point, for the first camera, in the frame drawn last. **/
-    SimTK::Vec3 calcPixel(const SimTK::Vec3& point_G) const;
+    view direction [m] of a point, for the first or another view of the frame drawn last.
+    @throws std::out_of_range when there is no such view, or no frame yet. **/
+    SimTK::Vec3 calcPixel(const SimTK::Vec3& point_G, int viewNumber = 0) const;
     /**@}**/
 
     /** @name Flexible parts **/

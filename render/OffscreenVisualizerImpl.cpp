@@ -56,8 +56,8 @@ OffscreenVisualizer::Impl::Impl(const SimTK::System& drawnSystem, int pictureWid
 Transform OffscreenVisualizer::Impl::calcBodyPose(const State& state, int body) const {
     if (body == 0 || !matter) return Transform();
     if (body < 0 || body >= matter->getNumBodies())
-        throw std::runtime_error("a decoration names mobilized body " + std::to_string(body) +
-                                 ", the system has 0 to " +
+        throw std::runtime_error("a decoration or camera names mobilized body " +
+                                 std::to_string(body) + ", the system has 0 to " +
                                  std::to_string(matter->getNumBodies() - 1));
     const Transform X_GB =
         matter->getMobilizedBody(SimTK::MobilizedBodyIndex(body)).getBodyTransform(state);
@@ -170,7 +170,7 @@ void OffscreenVisualizer::Impl::captureViews(const State& state, FrameSnapshot& 
         if (shot.left + shot.width < width) shot.width = std::max(1, shot.width - gap);
         if (shot.top + shot.height < height) shot.height = std::max(1, shot.height - gap);
         // Letters of small views are smaller, but not in proportion.
-        shot.unit = (shot.height < height ? 0.5 * (shot.height + height) : height) / 720.0;
+        shot.unit = 0.5 * (1 + part[3]) * height / 720;
         shot.camera = view.calcCamera(state.getTime(), view.calcFollowedPose([&](int body) {
             return calcBodyPose(state, body);
         }));
@@ -328,7 +328,7 @@ Image OffscreenVisualizer::Impl::drawFrame(const State& state) {
         const Extremes values = painter.deform(snapshot);
         valuesOfRun.include(values);
         lastContourRange = calcContourRange(partStyle.contour, values, valuesOfRun);
-        lastView = snapshot.views.front();
+        lastViews = snapshot.views;
         return painter.paint(snapshot, lastContourRange);
     } catch (const std::exception& e) {
         throw std::runtime_error("cannot draw the frame at time " + formatNumber(state.getTime()) +

@@ -73,7 +73,7 @@ public:
     std::string title;
 
     SimTK::Vec2 lastContourRange{0, 1};
-    ViewSnapshot lastView;  // the first
+    std::vector<ViewSnapshot> lastViews;
 
 private:
     SimTK::Transform calcBodyPose(const SimTK::State& state, int body) const;
