@@ -72,7 +72,7 @@ struct RotorModel {
 void drawMode(const Arguments& arguments, const RotorModel& model, const Linearization& linear,
               const Eigenmode& mode) {
     OffscreenVisualizer visualizer(model.system);
-    visualizer.addFlexibleBody(model.rod);
+    visualizer.addFlexibleBody(model.rod).setDeformationFactor(1);
     visualizer.setOutputFolder(arguments.out + "/frames");
     const std::vector<State> states =
         calcModeStates(model.system, linear, mode, arguments.amplitude, arguments.frames);

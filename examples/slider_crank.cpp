@@ -263,7 +263,7 @@ void render(const Arguments& arguments, const SliderCrankModel& model,
     viz.addFlexibleBody(model.crank).addFlexibleBody(model.rod);
     viz.setOutputFolder(arguments.out + "/frames");
     viz.setWindowTitle("Slider-crank with flexible crank and connecting rod");
-    viz.setAutomaticDeformationFactor().fitToMotion(states);
+    viz.fitToMotion(states);
     const double factor = viz.getDeformationFactor();
 
     std::vector<State> exaggerated;

@@ -434,7 +434,7 @@ void render(const Arguments& arguments, const StatorModel& model, const Probes& 
     double range = 0;  // what the bearings do; the inlet's rim does more at times
     for (int b = 0; b < 2; ++b)
         range = std::max({range, largest(probes.vertical[b]), largest(probes.lateral[b])});
-    viz.setAutomaticDeformationFactor().fitToMotion(states);
+    viz.fitToMotion(states);
     viz.setContourRange(0, std::ceil(1.2e4 * range) * 1e-4);
     {
         Progress progress("frames");

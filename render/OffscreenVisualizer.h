@@ -9,7 +9,7 @@ The interface is that of SimTK::Visualizer, with frames going to PNG files or to
     // ... build the system; rod is a simflex::FlexibleBody
     simflex::OffscreenVisualizer viz(system);
     viz.addFlexibleBody(rod);
-    viz.setWindowTitle("Slider-crank").setAutomaticDeformationFactor();
+    viz.setWindowTitle("Slider-crank");
     viz.setOutputFolder("frames");
     // ... simulate, keeping States
     viz.fitToMotion(states);
@@ -125,10 +125,10 @@ public:
     /** @name Flexible parts **/
     /**@{**/
     /** Displacements are drawn this many times larger; the factor is printed in the picture.
-    Default 1. @throws std::invalid_argument when negative or not finite. **/
+    @throws std::invalid_argument when negative or not finite. **/
     OffscreenVisualizer& setDeformationFactor(SimTK::Real factor);
-    /** A round factor that makes the largest displacement given to fitToMotion() about 4 % of the
-    scene's size, and at least 1; 1 until fitToMotion() is called. **/
+    /** The default: a round factor that makes the largest displacement given to fitToMotion() about
+    4 % of the scene's size, and at least 1; 1 until fitToMotion() is called. **/
     OffscreenVisualizer& setAutomaticDeformationFactor();
     SimTK::Real getDeformationFactor() const;
     /** What colours show; default Contour::Displacement, the magnitude |Φξ|. **/

@@ -54,7 +54,7 @@ public:
     std::vector<View> views{View()};  // the first is the visualizer's own camera
 
     PartStyle partStyle;
-    bool isFactorAutomatic = false;
+    bool isFactorAutomatic = true;
     double automaticFactor = 1;
     double creaseAngle = 35 * SimTK::Pi / 180;
 

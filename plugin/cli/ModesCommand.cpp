@@ -188,6 +188,7 @@ public:
         _visualizer.setShowSimTime(false)
             .setShowColorBar(false)
             .setShowDeformationFactor(false)
+            .setDeformationFactor(1)
             .setShowUndeformed(false)
             .setBackgroundType(SimTK::Visualizer::SolidColor)
             .addDeformableMesh({_part, _part->name,

@@ -319,7 +319,7 @@ void drawFrame(benchmark::State& state) {
     }
     OffscreenVisualizer viz(model.system, 1280, 720);
     viz.addFlexibleBody(model.crank).addFlexibleBody(model.rod);
-    viz.setAutomaticDeformationFactor().fitToMotion(states);
+    viz.fitToMotion(states);
     viz.drawFrame(states[0]);
     size_t next = 0;
     for (auto _ : state) {
