@@ -4,6 +4,7 @@
 #include <exception>
 #include <stdexcept>
 
+#include "EglContext.h"
 #include "OsMesaContext.h"
 
 namespace simflex {
@@ -16,14 +17,16 @@ struct Implementation {
 };
 
 // In order of preference.
-constexpr Implementation implementations[] = {{"osmesa", createOsMesaContext}};
+constexpr Implementation implementations[] = {{"osmesa", createOsMesaContext},
+                                              {"egl", createEglContext}};
 
 }  // namespace
 
 std::unique_ptr<GlContext> GlContext::create() {
     const char* wanted = std::getenv("SIMFLEX_GL");
-    std::string reasons;
+    std::string reasons, names;
     for (const Implementation& implementation : implementations) {
+        names += std::string(names.empty() ? "'" : " or '") + implementation.name + "'";
         if (wanted && std::string(wanted) != implementation.name) continue;
         try {
             return implementation.create();
@@ -31,11 +34,9 @@ std::unique_ptr<GlContext> GlContext::create() {
             reasons += std::string("; ") + implementation.name + ": " + e.what();
         }
     }
-    if (reasons.empty()) {
-        reasons = std::string("; SIMFLEX_GL asks for '") + wanted + "', but there is only";
-        for (const Implementation& implementation : implementations)
-            reasons += std::string(" ") + implementation.name;
-    }
+    if (reasons.empty())
+        reasons = std::string("; the environment variable SIMFLEX_GL asks for '") + wanted +
+                  "', allowed is " + names;
     throw std::runtime_error("cannot create an off-screen OpenGL context" + reasons);
 }
 

@@ -48,7 +48,7 @@ void append(std::vector<float>& out, const Vec3& v) {
 }  // namespace
 
 GlRenderer::GlRenderer() : context(GlContext::create()) {
-    context->makeCurrent();
+    const GlContextUse use(*context);
     gl.load([this](const char* name) { return context->getProcAddress(name); });
     shadow = std::make_unique<ShadowTarget>(gl, shadowSize);
 
@@ -82,7 +82,7 @@ GlRenderer::GlRenderer() : context(GlContext::create()) {
 }
 
 GlRenderer::~GlRenderer() {
-    context->makeCurrent();
+    const GlContextUse use(*context);
     canvases.clear();
     for (auto& entry : buffersOf) deleteBuffers(entry.second);
     for (auto& entry : texts) gl.DeleteTextures(1, &entry.second.texture);
@@ -166,7 +166,7 @@ void GlRenderer::selectCanvas(int width, int height) {
 
 Image GlRenderer::draw(const Scene& scene, const Camera& frameCamera, const FrameStyle& frameStyle,
                        int width, int height) {
-    context->makeCurrent();
+    const GlContextUse use(*context);
     selectCanvas(width, height);
     camera = &frameCamera;
     style = &frameStyle;

@@ -37,6 +37,9 @@ public:
     Image draw(const Scene& scene, const Camera& camera, const FrameStyle& style, int width,
                int height);
 
+    /** "OSMesa" or "EGL". **/
+    std::string getContextName() const { return context->getName(); }
+
 private:
     // One shape on the GPU.
     struct Buffers {

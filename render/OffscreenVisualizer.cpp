@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "GlContext.h"
 #include "OffscreenVisualizerImpl.h"
 
 namespace simflex {
@@ -16,6 +17,10 @@ OffscreenVisualizer::OffscreenVisualizer(const SimTK::System& system, int width,
     : impl(std::make_shared<Impl>(system, width, height)) {}
 
 OffscreenVisualizer::~OffscreenVisualizer() = default;
+
+std::string OffscreenVisualizer::getContextName() {
+    return GlContext::create()->getName();
+}
 
 int OffscreenVisualizer::getWidth() const {
     return impl->width;

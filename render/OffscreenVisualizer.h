@@ -17,8 +17,9 @@ The interface is that of SimTK::Visualizer, with frames going to PNG files or to
     simflex::writeVideo("frames", "slider_crank.mp4");
 @endcode
 
-Copies refer to the same visualizer. The first frame needs libOSMesa and a DejaVu font; nothing
-else does. The same states in the same order give the same bytes. Not for several threads at once.
+Copies refer to the same visualizer. The first frame needs libOSMesa or libEGL and a DejaVu font;
+nothing else does. The same states in the same order give the same bytes. Not for several threads at
+once.
 **/
 
 #include <memory>
@@ -48,6 +49,12 @@ public:
     ~OffscreenVisualizer();
     OffscreenVisualizer(const OffscreenVisualizer&) = default;
     OffscreenVisualizer& operator=(const OffscreenVisualizer&) = default;
+
+    /** What draws pictures on this machine: "OSMesa" (always software) or "EGL" (a graphics card,
+    or software where there is none). OSMesa is preferred, for the same picture everywhere; the
+    environment variable SIMFLEX_GL ("osmesa", "egl") chooses.
+    @throws std::runtime_error with the reason of each that does not work. **/
+    static std::string getContextName();
 
     int getWidth() const;
     int getHeight() const;

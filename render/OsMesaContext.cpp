@@ -1,11 +1,10 @@
 #include "OsMesaContext.h"
 
-#include <dlfcn.h>
-
 #include <array>
-#include <cstddef>
 #include <stdexcept>
 #include <string>
+
+#include "GlLibrary.h"
 
 namespace simflex {
 
@@ -31,26 +30,15 @@ struct Library {
     GetProcAddress getProcAddress = nullptr;
 };
 
-template <class Function>
-void loadSymbol(void* library, const char* name, Function& function) {
-    function = reinterpret_cast<Function>(dlsym(library, name));
-    if (!function) throw std::runtime_error(std::string("libOSMesa has no function ") + name);
-}
-
-// Stays open for the life of the process: its worker threads outlive a context.
 const Library& getLibrary() {
     static const Library library = [] {
-        void* handle = nullptr;
-        for (const char* name : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"})
-            if ((handle = dlopen(name, RTLD_NOW | RTLD_LOCAL))) break;
-        if (!handle)
-            throw std::runtime_error(
-                "libOSMesa.so.8 is not on this machine (Debian package libosmesa6)");
+        const GlLibrary file("SIMFLEX_OSMESA_LIBRARY",
+                             {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}, "libosmesa6");
         Library result;
-        loadSymbol(handle, "OSMesaCreateContextAttribs", result.createContextAttribs);
-        loadSymbol(handle, "OSMesaDestroyContext", result.destroyContext);
-        loadSymbol(handle, "OSMesaMakeCurrent", result.makeCurrent);
-        loadSymbol(handle, "OSMesaGetProcAddress", result.getProcAddress);
+        file.load("OSMesaCreateContextAttribs", result.createContextAttribs);
+        file.load("OSMesaDestroyContext", result.destroyContext);
+        file.load("OSMesaMakeCurrent", result.makeCurrent);
+        file.load("OSMesaGetProcAddress", result.getProcAddress);
         return result;
     }();
     return library;
@@ -85,6 +73,8 @@ public:
         if (!library.makeCurrent(handle, buffer.data(), 0x1401, bufferSize, bufferSize))
             throw std::runtime_error("libOSMesa cannot make its context current");
     }
+
+    void release() override { library.makeCurrent(nullptr, nullptr, 0, 0, 0); }
 
     GlFunctions::ProcAddress getProcAddress(const char* name) override {
         return library.getProcAddress(name);

@@ -1,0 +1,47 @@
+#pragma once
+/** @file
+Draws background, ground and the shadow on it. Internal to the renderer. **/
+
+#include <vector>
+
+#include "GlProgram.h"
+#include "GlScreen.h"
+#include "GlSurfaces.h"
+#include "GlTargets.h"
+#include "GlView.h"
+#include "Scene.h"
+
+namespace simflex {
+
+class GlGround {
+public:
+    GlGround(const GlFunctions& gl, const GlScreen& screen);
+
+    /** Whether there is a ground and the viewer is above it. **/
+    static bool isVisible(const Camera& camera, const FrameStyle& style);
+
+    /** Projects what is opaque along the light onto the ground, softly.
+    @return false when the light comes from below the horizon, or nothing casts a shadow. **/
+    bool updateShadow(const Scene& scene, const FrameStyle& style, GlShapes& shapes);
+
+    /** Background and ground, into the target's backdrop, unless it shows them already. **/
+    void updateBackdrop(const GlView& view, bool hasGround, PictureTarget& target);
+
+    /** The shadow of updateShadow(), over an opaque picture or a transparent one. **/
+    void drawShadow(const GlView& view);
+
+    /** Lets the ground take part in the depth test where something reaches below it. **/
+    void hideBelow(const GlView& view, const std::vector<SimTK::Vec3>& bounds_G);
+
+private:
+    std::array<float, 16> calcProjection(const GlView& view) const;
+    void drawGround(const GlView& view);
+
+    const GlFunctions& gl;
+    const GlScreen& screen;
+    GlProgram backgroundProgram, groundProgram, groundShadowProgram, shadowProgram, blurProgram;
+    ShadowTarget shadow;
+    SimTK::Vec4 shadowRegion{0};  // on the ground: origin x, y, 1 / extent x, y
+};
+
+}  // namespace simflex

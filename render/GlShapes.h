@@ -1,0 +1,54 @@
+#pragma once
+/** @file
+Buffers of shapes on the GPU. A shape's buffers are kept while frames use it; a shape that changes
+is uploaded again into the same buffers. Internal to the renderer. **/
+
+#include <unordered_map>
+
+#include "GlFunctions.h"
+#include "Primitives.h"
+
+namespace simflex {
+
+class GlShapes {
+public:
+    enum class Edges { Feature, Element };
+
+    explicit GlShapes(const GlFunctions& gl) : gl(gl) {}
+    ~GlShapes();
+    GlShapes(const GlShapes&) = delete;
+    GlShapes& operator=(const GlShapes&) = delete;
+
+    /** @name Draw with the program in use **/
+    /**@{**/
+    void drawTriangles(const SurfaceGeometryPtr& geometry);
+    void drawEdges(const SurfaceGeometryPtr& geometry, Edges kind);
+    /**@}**/
+
+    /** Whether a straight line meets the surface at most twice, from outside and then from inside.
+    False where finding out would cost too much: shapes of many triangles, or ones that change. **/
+    bool isConvex(const SurfaceGeometryPtr& geometry);
+
+    /** Call after a frame: forgets what the last few frames did not use. **/
+    void dropUnused();
+
+private:
+    enum class Convexity { Unknown, Convex, Other };
+    struct Buffers {
+        SurfaceGeometryPtr geometry;
+        unsigned version = 0;
+        GLuint vertexArray = 0, vertices = 0, triangles = 0, featureEdges = 0, elementEdges = 0;
+        std::size_t vertexBytes = 0;
+        Convexity convexity = Convexity::Unknown;
+        int lastUse = 0;
+    };
+
+    Buffers& getBuffers(const SurfaceGeometryPtr& geometry);
+    void destroy(const Buffers& buffers);
+
+    const GlFunctions& gl;
+    std::unordered_map<const SurfaceGeometry*, Buffers> buffersOf;
+    int frame = 0;
+};
+
+}  // namespace simflex

@@ -1,0 +1,118 @@
+#include "GlSurfaces.h"
+
+#include <cmath>
+#include <vector>
+
+#include "Shaders.h"
+
+namespace simflex {
+
+using SimTK::DecorativeGeometry;
+using SimTK::Transform;
+using SimTK::Vec3;
+
+namespace {
+
+constexpr int colorMapSize = 256;
+
+}  // namespace
+
+GlSurfaces::GlSurfaces(const GlFunctions& functions)
+    : gl(functions),
+      shapes(gl),
+      surfaceProgram(gl, shaders::surfaceVertex, shaders::surfaceFragment),
+      edgeProgram(gl, shaders::surfaceVertex, shaders::edgeFragment) {
+    gl.GenTextures(1, &colorMapTexture);
+}
+
+GlSurfaces::~GlSurfaces() {
+    gl.DeleteTextures(1, &colorMapTexture);
+}
+
+void GlSurfaces::setColorMap(ColorMap map) {
+    if (loadedColorMap == int(map)) return;
+    loadedColorMap = int(map);
+    std::vector<std::uint8_t> texels;
+    for (int i = 0; i < colorMapSize; ++i) {
+        const Vec3 c = calcColor(map, double(i) / (colorMapSize - 1));
+        for (int k = 0; k < 3; ++k) texels.push_back(std::uint8_t(std::lround(255 * c[k])));
+        texels.push_back(255);
+    }
+    gl.BindTexture(GL_TEXTURE_2D, colorMapTexture);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, colorMapSize, 1, 0, GL_RGBA, GL_UNSIGNED_BYTE,
+                  texels.data());
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+}
+
+GlSurfaces::Sides GlSurfaces::chooseSides(const SurfaceItem& item) {
+    const bool hidesBack =
+        item.geometry->isClosed &&
+        (!item.isTransparent() || item.style == SurfaceItem::Style::Ghost) &&
+        item.representation == DecorativeGeometry::DrawSurface;
+    return hidesBack ? Sides::Outer : Sides::Both;
+}
+
+void GlSurfaces::draw(const SurfaceItem& item, const GlView& view, Sides sides, Alpha alpha) {
+    const FrameStyle& style = view.style;
+    const Transform X_CM = view.toCamera(item.X_GM);
+    const SimTK::Rotation R_CG = ~view.camera.X_GC.R();
+    GlProgram& program = surfaceProgram;
+    program.use();
+    program.set("modelView", calcModelView(X_CM, item.scale));
+    program.set("projection", view.projection);
+    program.set("normalMatrix", calcNormalMatrix(X_CM.R(), item.scale));
+    program.set("color", item.color);
+    program.set("opacity", item.opacity);
+    program.set("isPremultiplied", alpha == Alpha::Premultiplied);
+    program.set("isContour", item.style == SurfaceItem::Style::Contour);
+    program.set("isGhost", item.style == SurfaceItem::Style::Ghost);
+    program.set("isLit", style.isLit && item.representation == DecorativeGeometry::DrawSurface);
+    const double range = style.contourHigh - style.contourLow;
+    program.set("contourRange", style.contourLow, range > 0 ? 1 / range : 0.0);
+    program.set("colorMap", 0);
+    program.set("up", Vec3(R_CG * Vec3(style.up)));
+    program.set("keyDirection", Vec3(R_CG * Vec3(style.toLight)));
+    program.set("isPerspective", view.isPerspective);
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindTexture(GL_TEXTURE_2D, colorMapTexture);
+    drawRepresentation(item, sides);
+}
+
+void GlSurfaces::drawShape(const SurfaceItem& item, const GlView& view, Sides sides,
+                           GlProgram& program) {
+    program.set("modelView", calcModelView(view.toCamera(item.X_GM), item.scale));
+    drawRepresentation(item, sides);
+}
+
+void GlSurfaces::drawRepresentation(const SurfaceItem& item, Sides sides) {
+    if (item.representation == DecorativeGeometry::DrawWireframe) {
+        gl.PolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+    } else if (item.representation == DecorativeGeometry::DrawPoints) {
+        gl.PolygonMode(GL_FRONT_AND_BACK, GL_POINT);
+        gl.PointSize(3);
+    }
+    if (sides == Sides::Outer) gl.Enable(GL_CULL_FACE);
+    shapes.drawTriangles(item.geometry);
+    if (sides == Sides::Outer) gl.Disable(GL_CULL_FACE);
+    gl.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+}
+
+void GlSurfaces::drawEdges(const SurfaceItem& item, const GlView& view) {
+    if (!item.showFeatureEdges && !item.showElementEdges) return;
+    edgeProgram.use();
+    edgeProgram.set("modelView", calcModelView(view.toCamera(item.X_GM), item.scale));
+    edgeProgram.set("projection", view.projection);
+    edgeProgram.set("color", view.style.palette.edge);
+    if (item.showElementEdges) {
+        edgeProgram.set("opacity", 0.22);
+        shapes.drawEdges(item.geometry, GlShapes::Edges::Element);
+    }
+    if (item.showFeatureEdges) {
+        edgeProgram.set("opacity", 0.45);
+        shapes.drawEdges(item.geometry, GlShapes::Edges::Feature);
+    }
+}
+
+}  // namespace simflex

@@ -1,0 +1,46 @@
+#pragma once
+/** @file
+Draws texts in space, each from a texture that is kept while frames use it. Internal to the
+renderer. **/
+
+#include <memory>
+#include <string>
+#include <unordered_map>
+
+#include "Font.h"
+#include "GlProgram.h"
+#include "GlScreen.h"
+#include "GlView.h"
+#include "Scene.h"
+
+namespace simflex {
+
+class GlTexts {
+public:
+    GlTexts(const GlFunctions& gl, const GlScreen& screen);
+    ~GlTexts();
+    GlTexts(const GlTexts&) = delete;
+    GlTexts& operator=(const GlTexts&) = delete;
+
+    void draw(const Scene& scene, const GlView& view);
+
+    /** Call after a frame. **/
+    void dropUnused();
+
+private:
+    struct Texture {
+        GLuint name = 0;
+        double width = 1, height = 1, descent = 0;  // in heights of a capital letter
+        bool isUsed = true;
+    };
+
+    const Texture& getTexture(const std::string& text);
+
+    const GlFunctions& gl;
+    const GlScreen& screen;
+    GlProgram program;
+    std::unordered_map<std::string, Texture> textures;
+    std::unique_ptr<Font> font;  // loaded when the first text is drawn
+};
+
+}  // namespace simflex

@@ -1,0 +1,57 @@
+#pragma once
+/** @file
+What a picture, or a band of its rows, is drawn from. Internal to the renderer. **/
+
+#include <array>
+#include <vector>
+
+#include "Camera.h"
+#include "FrameStyle.h"
+
+namespace simflex {
+
+struct GlView {
+    /** Rows are counted from the bottom of the picture, as OpenGL does. **/
+    GlView(const Camera& camera, const FrameStyle& style, int width, int height, int bottom,
+           int rows);
+
+    const Camera& camera;
+    const FrameStyle& style;
+    int width, height;                ///< of the whole picture [pixel]
+    int bottom, rows;                 ///< the band that is drawn
+    std::array<float, 16> projection;  ///< camera frame to band
+    bool isPerspective;
+
+    double getAspect() const { return double(width) / height; }
+
+    /** Sizes in pixels are given for a picture 720 pixels high. **/
+    double getPixelScale() const { return height / 720.0; }
+
+    /** The projection of the whole picture, cut down to the band. **/
+    std::array<float, 16> cut(std::array<float, 16> wholeProjection) const;
+
+    SimTK::Transform toCamera(const SimTK::Transform& X_GM) const { return ~camera.X_GC * X_GM; }
+    SimTK::Vec3 toCamera(const SimTK::Vec3& p_G) const { return camera.toCamera(p_G); }
+};
+
+/** Part of a band [pixel, from its lower left corner]. **/
+struct GlRectangle {
+    int left = 0, bottom = 0, right = 0, top = 0;
+
+    bool isEmpty() const { return left >= right || bottom >= top; }
+    bool overlaps(const GlRectangle& other) const;
+    void include(const GlRectangle& other);
+};
+
+/** The rectangle that the convex hull of some points covers in the band, with so many pixels
+around it; the whole band where a point is not before the camera. **/
+GlRectangle calcCoveredRectangle(const GlView& view, const std::vector<SimTK::Vec3>& points_G,
+                                 int padding);
+
+/** Column-major matrix of a pose after scaling along the axes. **/
+std::array<float, 16> calcModelView(const SimTK::Transform& X, const SimTK::Vec3& scale);
+
+/** What takes normals along: the cofactors of rotation and scale, in a range that floats hold. **/
+std::array<float, 9> calcNormalMatrix(const SimTK::Rotation& R, const SimTK::Vec3& scale);
+
+}  // namespace simflex
