@@ -6,7 +6,7 @@
 
 #include "BeamMatrices.h"
 #include "CalculixRun.h"
-#include "DeckModel.h"
+#include "DeckBuilder.h"
 
 namespace simflex {
 namespace {
@@ -76,7 +76,7 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     std::vector<DeckCard> cards = readDeckCards(path);
     ContentHash hash;
     if (options.checkpoint) hash = hashCards(cards);
-    DeckModel deck = DeckModel::fromCards(path, std::move(cards));
+    DeckModel deck = buildDeckModel(path, std::move(cards));
     if (options.note)
         for (const std::string& note : deck.notes) options.note(note);
 
@@ -118,7 +118,7 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
 }
 
 Mesh readCalculixMesh(const std::string& path) {
-    return DeckModel::fromCards(path, readDeckCards(path)).mesh;
+    return buildDeckModel(path, readDeckCards(path)).mesh;
 }
 
 }  // namespace simflex

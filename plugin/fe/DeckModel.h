@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-What a CalculiX deck means to simflex: solid elements, sets, materials. Internal to fe. **/
+What a CalculiX deck means to simflex: solid elements, sets, materials. Read by
+buildDeckModel(). Internal to fe. **/
 
 #include <map>
 #include <ostream>
@@ -29,10 +30,6 @@ struct DeckModel {
     std::vector<DeckCard> sections;                       ///< *ORIENTATION, *SOLID SECTION
     std::vector<std::string> notes;                       ///< what was left out or changed
 
-    /** Reads cards into a model.
-    @throws std::invalid_argument naming file and line for what cannot be a free solid part. **/
-    static DeckModel fromCards(const std::string& path, std::vector<DeckCard> cards);
-
     /** Writes nodes, elements, sets, materials and sections; the solids of B32R beams as C3D20. No
     field is longer than the 20 characters that ccx reads. **/
     void writeModel(std::ostream& out) const;
@@ -46,8 +43,5 @@ struct DeckModel {
 private:
     void write(std::ostream& out, const std::set<int>& leftOut) const;
 };
-
-/** The element type of a CalculiX solid, "C3D8R". @throws std::out_of_range for another type. **/
-ElementType findSolidType(const std::string& calculixType);
 
 }  // namespace simflex

@@ -8,7 +8,8 @@
 #include <stdexcept>
 #include <unordered_map>
 
-#include "DeckModel.h"
+#include "DeckBuilder.h"
+#include "DeckVocabulary.h"
 
 namespace simflex {
 namespace {
@@ -21,7 +22,7 @@ using Lanes = std::array<double, kGroup>;
 
 DeckModel readDeck(const std::string& source) {
     try {
-        return DeckModel::fromCards(source, readDeckCards(source));
+        return buildDeckModel(source, readDeckCards(source));
     } catch (const std::exception& error) {
         throw std::invalid_argument(
             "stress needs the CalculiX deck that the part was read from, with its elements and "
@@ -83,7 +84,7 @@ ElementStress::ElementStress(const FeModel& model) : _model(model) {
     indexOf.reserve(model.mesh.nodeNumbers.size());
     for (const int number : model.mesh.nodeNumbers) indexOf.emplace(number, int(indexOf.size()));
     for (const auto& [calculixType, solids] : deck.solids) {
-        const ElementType shape = findSolidType(calculixType);
+        const ElementType shape = getSolid(calculixType);
         Type& type = _types[calculixType];
         if (calculixType == "B32R")
             throw std::invalid_argument(model.source +

@@ -12,7 +12,8 @@
 #include <thread>
 
 #include "CalculixRun.h"
-#include "DeckModel.h"
+#include "DeckBuilder.h"
+#include "DeckVocabulary.h"
 #include "SolidElements.h"
 
 namespace simflex {
@@ -109,7 +110,7 @@ struct Elements {
         std::map<ElementType, size_t> next;
         for (const auto& [type, solids] : deck.solids)
             for (const auto& block : deck.mesh.elements) {
-                if (solids.empty() || findSolidType(type) != block.type) continue;
+                if (solids.empty() || getSolid(type) != block.type) continue;
                 const auto& points = _points[type] = makeIntegrationPoints(type, block.type);
                 const size_t size = size_t(numNodesOf(block.type));
                 for (const auto& solid : solids) {
@@ -221,7 +222,7 @@ void calcGeometricStiffness(const FeModel& model, const std::vector<PrestressLoa
                             const std::function<void(int, const SymmetricMatrix&)>& take) {
     const char* phase = "geometric stiffness";
     reportProgress(options.progress, phase, 0);
-    const DeckModel deck = DeckModel::fromCards(model.source, readDeckCards(model.source));
+    const DeckModel deck = buildDeckModel(model.source, readDeckCards(model.source));
     if (deck.mesh.nodeNumbers != model.mesh.nodeNumbers ||
         deck.mesh.positions != model.mesh.positions)
         throw std::runtime_error(model.source +

@@ -12,6 +12,7 @@
 
 #include "CalculixRun.h"
 #include "DeckModel.h"
+#include "DeckVocabulary.h"
 #include "InpCards.h"
 #include "ProgramRun.h"
 
@@ -115,7 +116,7 @@ void writeDeck(const std::string& path, const fs::path& mesh, const Material& ma
     for (DeckCard& card : readDeckCards(mesh.string())) {
         if (card.keyword == "ELEMENT") {
             try {
-                findSolidType(card.get("TYPE"));
+                getSolid(card.get("TYPE"));
             } catch (const std::out_of_range&) {
                 continue;
             }

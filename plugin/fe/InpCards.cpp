@@ -164,6 +164,21 @@ int parseDeckInteger(const std::string& field, const std::string& where) {
     return value;
 }
 
+bool isDeckNumber(const std::string& field) {
+    return !field.empty() &&
+           (std::isdigit((unsigned char)(field[0])) || field[0] == '-' || field[0] == '+');
+}
+
+double readDeckNumber(const DeckCard& card, const DeckLine& data, size_t field, const char* what) {
+    if (field >= data.fields.size() || data.fields[field].empty())
+        refuseCard(card, card.title + std::string(" needs ") + what, data.line);
+    return parseDeckNumber(data.fields[field], card.where(data.line));
+}
+
+void refuseCard(const DeckCard& card, const std::string& why, int line) {
+    throw std::invalid_argument(card.where(line ? line : card.line) + why);
+}
+
 void writeCard(std::ostream& out, const DeckCard& card) {
     out << card.title;
     for (const auto& [parameter, value] : card.parameters)

@@ -49,6 +49,16 @@ double parseDeckNumber(const std::string& field, const std::string& where);
 /** A whole number. @throws std::invalid_argument that begins with `where`. **/
 int parseDeckInteger(const std::string& field, const std::string& where);
 
+/** Whether a field is a number rather than the name of a set. **/
+bool isDeckNumber(const std::string& field);
+
+/** The number in a field of a data line.
+@throws std::invalid_argument that names the card, its line and `what` it needs, when missing. **/
+double readDeckNumber(const DeckCard& card, const DeckLine& data, size_t field, const char* what);
+
+/** @throws std::invalid_argument: file and line (the card's own unless one is given), and why. **/
+[[noreturn]] void refuseCard(const DeckCard& card, const std::string& why, int line = 0);
+
 /** Writes a card as a deck holds it. **/
 void writeCard(std::ostream& out, const DeckCard& card);
 

@@ -10,6 +10,7 @@
 
 #include "BulkCards.h"
 #include "DeckModel.h"
+#include "DeckVocabulary.h"
 #include "InpCards.h"
 
 namespace simflex {
@@ -182,7 +183,7 @@ private:
     void addElements(const DeckCard& card) {
         ElementType type;
         try {
-            type = findSolidType(card.get("TYPE"));
+            type = getSolid(card.get("TYPE"));
         } catch (const std::out_of_range&) {
             return;
         }

@@ -4,7 +4,7 @@ clean deck), written clean, reads back the same. **/
 
 #include <sstream>
 
-#include "../../plugin/fe/DeckModel.h"
+#include "../../plugin/fe/DeckBuilder.h"
 #include "../../plugin/fe/InpCards.h"
 #include "Fuzz.h"
 
@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     bool isTied = false;
     Mesh mesh;
     if (!fuzz::accepts([&] {
-            const DeckModel deck = DeckModel::fromCards(path, readDeckCards(path));
+            const DeckModel deck = buildDeckModel(path, readDeckCards(path));
             std::ostringstream out;
             deck.writeModel(out);
             clean = out.str();
@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         isTied)
         return 0;
     const std::string cleanPath = fuzz::getFolder().write("clean.inp", clean);
-    const Mesh same = DeckModel::fromCards(cleanPath, readDeckCards(cleanPath)).mesh;
+    const Mesh same = buildDeckModel(cleanPath, readDeckCards(cleanPath)).mesh;
     if (same.nodeNumbers != mesh.nodeNumbers) fuzz::fail("the clean deck has other nodes");
     if (same.elements.size() != mesh.elements.size()) fuzz::fail("the clean deck has other blocks");
     for (size_t k = 0; k < mesh.elements.size(); ++k)

@@ -1,0 +1,638 @@
+#include "DeckBuilder.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <unordered_map>
+
+#include "DeckConstraints.h"
+#include "DeckVocabulary.h"
+#include "ThinSections.h"
+
+namespace simflex {
+namespace {
+
+constexpr size_t kLongestField = 20;       // ccx reads no more of a number
+constexpr long kMostGenerated = 20000000;  // numbers of one line of *NSET, GENERATE
+
+std::string plural(size_t count, const std::string& noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+void sortUnique(std::vector<int>& values) {
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
+class Builder {
+public:
+    Builder(const std::string& path, std::vector<DeckCard> cards) : _cards(std::move(cards)) {
+        _model.path = path;
+    }
+
+    DeckModel build() {
+        bool inStep = false;
+        DeckCard* material = nullptr;
+        for (DeckCard& card : _cards) {
+            const std::string& keyword = card.keyword;
+            if (keyword == "STEP") inStep = true;
+            if (inStep) {
+                noteLeftOut(keyword == "STEP" ? "*STEP" : card.title + " of a step", card);
+                if (keyword == "ENDSTEP") inStep = false;
+                continue;
+            }
+            const CardUse use = findCardUse(keyword);
+            const bool isProperty =
+                use == CardUse::MaterialProperty || use == CardUse::LeftOutProperty;
+            if (isProperty && !material) refuseCard(card, card.title + " stands outside *MATERIAL");
+            if (!isProperty) material = nullptr;
+            if (keyword == "NODE") {
+                addNodes(card);
+            } else if (keyword == "ELEMENT") {
+                addElements(card);
+            } else if (keyword == "NSET") {
+                addSet(card, "NSET", _nodeSets);
+            } else if (keyword == "ELSET") {
+                addSet(card, "ELSET", _elementSets);
+            } else if (keyword == "MATERIAL") {
+                _model.materials.push_back(card);
+                material = &card;
+            } else if (use == CardUse::MaterialProperty) {
+                keepNumbers(card);
+                _model.materials.push_back(card);
+            } else if (keyword == "ORIENTATION") {
+                keepNumbers(card);
+                _model.sections.push_back(card);
+            } else if (keyword == "SOLIDSECTION" || keyword == "SHELLSECTION" ||
+                       keyword == "BEAMSECTION") {
+                _model.sections.push_back(card);
+            } else if (keyword == "NODALTHICKNESS") {
+                _thicknessCards.push_back(card);
+            } else if (keyword == "EQUATION" || keyword == "MPC") {
+                _equationCards.push_back(card);
+            } else if (keyword == "TIE") {
+                _tieCards.push_back(card);
+            } else if (keyword == "SURFACE") {
+                _surfaceCards.push_back(card);
+            } else if (use == CardUse::LeftOut || use == CardUse::LeftOutProperty) {
+                if (keyword != "HEADING") noteLeftOut(card.title, card);
+            } else if (use == CardUse::Refused) {
+                refuseCard(card, card.title +
+                                     " cannot be part of a flexible body: " + getRefusal(keyword));
+            } else {
+                refuseCard(card, card.title +
+                                     " is not known to simflex, so it cannot tell whether K and "
+                                     "M stay those of a free solid; take it out of the deck");
+            }
+        }
+        if (_numSolids == 0 && _thin.empty())
+            throw std::invalid_argument(_model.path + ": the deck has no solid elements");
+        finishSections();
+        expandThin();
+        readEquationCards();
+        finishMesh();
+        finishElementSets();
+        finishSurfaces();
+        readTies();
+        std::vector<char> hasElement(_model.mesh.nodeNumbers.size(), 0);
+        for (const ElementBlock& block : _model.mesh.elements)
+            for (const int node : block.nodes) hasElement[size_t(node)] = 1;
+        _model.constraints = applyConstraints(_constraints, hasElement, _model.mesh, _model.notes);
+        for (const auto& [what, count] : _leftOut)
+            _model.notes.push_back("left out " + what + count.first +
+                                   (count.second > 1
+                                        ? ", " + std::to_string(count.second) + " times"
+                                        : std::string()));
+        return std::move(_model);
+    }
+
+private:
+    using Sets = std::map<std::string, std::vector<int>>;
+
+    void noteLeftOut(const std::string& what, const DeckCard& card) {
+        auto& entry = _leftOut[what];
+        if (entry.second++ == 0)
+            entry.first = " (" + card.file + ":" + std::to_string(card.line) + ")";
+    }
+
+    /** Shortens numbers to what ccx reads; says so, for ccx itself would have cut the exponent. **/
+    void keepNumbers(DeckCard& card) {
+        for (DeckLine& data : card.data)
+            for (std::string& field : data.fields) {
+                if (field.size() <= kLongestField || !isDeckNumber(field)) continue;
+                char text[40];
+                std::snprintf(text, sizeof text, "%.13E",
+                              parseDeckNumber(field, card.where(data.line)));
+                _model.notes.push_back(card.where(data.line) + "'" + field +
+                                       "' has more than the 20 "
+                                       "characters that ccx reads; used as " +
+                                       text);
+                field = text;
+            }
+    }
+
+    void addNodes(const DeckCard& card) {
+        for (const auto& [parameter, value] : card.parameters)
+            if (parameter != "NSET")
+                refuseCard(card, card.title + " with " + parameter + " is not known to simflex");
+        std::vector<int>* set = card.has("NSET") ? &_nodeSets[card.get("NSET")] : nullptr;
+        for (const DeckLine& data : card.data) {
+            const int number = parseDeckInteger(data.fields[0], card.where(data.line));
+            if (number < 1) refuseCard(card, "node numbers begin at 1", data.line);
+            auto& position = _nodes[number];
+            position = {0, 0, 0};
+            for (size_t a = 0; a < 3 && a + 1 < data.fields.size(); ++a)
+                if (!data.fields[a + 1].empty())
+                    position[a] = parseDeckNumber(data.fields[a + 1], card.where(data.line));
+            if (set) set->push_back(number);
+        }
+    }
+
+    void addElements(const DeckCard& card) {
+        const std::string& type = card.get("TYPE");
+        const ThinType* thin = findThinType(type);
+        const ElementType* solid = thin ? nullptr : findSolid(type);
+        const int skinNodes = numSkinNodesOf(type);
+        if (const std::string* reason = findElementRefusal(type)) refuseCard(card, *reason);
+        if (!solid && !skinNodes && !thin)
+            refuseCard(card,
+                       "element type " + type +
+                           " is none that simflex knows: solids C3D4, C3D6, C3D8, C3D8R, C3D10, "
+                           "C3D15, C3D20, C3D20R, shells S3, S4R, S6, S8, S8R, beams B32, B32R");
+        const int size = solid ? numNodesOf(*solid) : thin ? thin->numNodes : skinNodes;
+        std::vector<int> numbers;
+        int firstLine = 0;
+        std::vector<int>* set = card.has("ELSET") ? &_elementSets[card.get("ELSET")] : nullptr;
+        for (const DeckLine& data : card.data) {
+            if (numbers.empty()) firstLine = data.line;
+            for (const std::string& field : data.fields)
+                if (!field.empty())
+                    numbers.push_back(parseDeckInteger(field, card.where(data.line)));
+            if (int(numbers.size()) < size + 1) continue;
+            if (int(numbers.size()) > size + 1)
+                refuseCard(card,
+                           "element " + std::to_string(numbers[0]) + " has more than the " +
+                               std::to_string(size) + " nodes of a " + type,
+                           firstLine);
+            if (solid || thin) {
+                if (!_solidNumbers.insert({numbers[0], type}).second)
+                    refuseCard(card, "element " + std::to_string(numbers[0]) + " is given twice",
+                               firstLine);
+                for (int k = 1; k <= size; ++k)
+                    if (!_nodes.count(numbers[k]))
+                        refuseCard(card,
+                                   "element " + std::to_string(numbers[0]) + " uses node " +
+                                       std::to_string(numbers[k]) +
+                                       ", which the deck does not define (yet)",
+                                   firstLine);
+                if (thin) {
+                    ThinElement element;
+                    element.number = numbers[0];
+                    element.type = type;
+                    element.nodes.assign(numbers.begin() + 1, numbers.end());
+                    element.where = card.where(firstLine);
+                    _thinIndex[numbers[0]] = _thin.size();
+                    _thin.push_back(std::move(element));
+                } else {
+                    _model.solids[type].push_back(
+                        {numbers[0], {numbers.begin() + 1, numbers.end()}});
+                    ++_numSolids;
+                }
+            } else {
+                _skin.insert(numbers[0]);
+                noteLeftOut("surface or line elements " + type, card);
+            }
+            if (set) set->push_back(numbers[0]);
+            numbers.clear();
+        }
+        if (!numbers.empty())
+            refuseCard(card,
+                       "element " + std::to_string(numbers[0]) + " has " +
+                           std::to_string(numbers.size() - 1) + " nodes, a " + type + " has " +
+                           std::to_string(size),
+                       firstLine);
+    }
+
+    void addSet(const DeckCard& card, const std::string& kind, Sets& sets) {
+        const std::string name = card.get(kind);
+        std::vector<int> members;
+        std::set<std::string> included;  // a set named twice adds nothing
+        for (const DeckLine& data : card.data) {
+            if (card.has("GENERATE")) {
+                const std::string where = card.where(data.line);
+                if (data.fields.size() < 2)
+                    refuseCard(card, "GENERATE needs first, last[, step]", data.line);
+                const int first = parseDeckInteger(data.fields[0], where);
+                const int last = parseDeckInteger(data.fields[1], where);
+                const int step = data.fields.size() > 2 && !data.fields[2].empty()
+                                     ? parseDeckInteger(data.fields[2], where)
+                                     : 1;
+                if (step < 1) refuseCard(card, "the step of GENERATE must be positive", data.line);
+                if ((long(last) - first) / step > kMostGenerated)
+                    refuseCard(card,
+                               "GENERATE makes more than " + std::to_string(kMostGenerated) +
+                                   " numbers; is a digit too many?",
+                               data.line);
+                for (long k = first; k <= last; k += step) members.push_back(int(k));
+                continue;
+            }
+            for (const std::string& field : data.fields) {
+                if (field.empty()) continue;
+                if (isDeckNumber(field)) {
+                    members.push_back(parseDeckInteger(field, card.where(data.line)));
+                    continue;
+                }
+                const auto other = sets.find(field);
+                if (other == sets.end())
+                    refuseCard(card,
+                               card.title + " " + name + " names set " + field +
+                                   ", which the deck does not define before it",
+                               data.line);
+                if (included.insert(field).second)
+                    members.insert(members.end(), other->second.begin(), other->second.end());
+            }
+        }
+        std::vector<int>& set = sets[name];
+        set.insert(set.end(), members.begin(), members.end());
+        sortUnique(set);
+    }
+
+    /** Thicknesses and axes of shells and beams; their cards become those of solids. **/
+    void finishSections() {
+        for (DeckCard& card : _model.sections) {
+            if (card.keyword != "SOLIDSECTION" && card.keyword != "SHELLSECTION" &&
+                card.keyword != "BEAMSECTION")
+                continue;
+            const std::string& set = card.get("ELSET");
+            const auto members = _elementSets.find(set);
+            if (members == _elementSets.end())
+                refuseCard(card, "the deck has no element set " + set);
+            const bool isSolid = card.keyword == "SOLIDSECTION";
+            ThinElement section;
+            if (!isSolid) section = readThinSection(card, _model.materials);
+            for (const int number : members->second) {
+                const auto found = _thinIndex.find(number);
+                const bool fits =
+                    found == _thinIndex.end()
+                        ? isSolid || !_solidNumbers.count(number)
+                        : !isSolid && (card.keyword == "BEAMSECTION") ==
+                                          findThinType(_thin[found->second].type)->isBeam;
+                if (!fits)
+                    refuseCard(card, card.title + " does not fit element " +
+                                         std::to_string(number) + ", a " +
+                                         _solidNumbers.at(number));
+                if (found == _thinIndex.end()) continue;
+                ThinElement& element = _thin[found->second];
+                if (section.section == BeamSection::Circle && element.nodes.size() == 2)
+                    refuseCard(card,
+                               "beam " + std::to_string(number) +
+                                   " is linear, which can have no circular section; use B32R");
+                section.number = element.number;
+                section.type = element.type;
+                section.nodes = element.nodes;
+                section.where = element.where;
+                section.hasSection = true;
+                element = section;
+            }
+            if (isSolid) continue;
+            const std::map<std::string, std::string> kept = {{"ELSET", set},
+                                                             {"MATERIAL", card.get("MATERIAL")}};
+            card.keyword = "SOLIDSECTION";
+            card.title = "*SOLID SECTION";
+            card.parameters = kept;
+            card.data.clear();
+        }
+        for (const ThinElement& element : _thin)
+            if (!element.hasSection)
+                throw std::invalid_argument(element.where + "element " +
+                                            std::to_string(element.number) + ", a " + element.type +
+                                            ", has no section");
+    }
+
+    std::map<int, std::array<double, 2>> readNodalThickness() const {
+        std::map<int, std::array<double, 2>> result;
+        for (const DeckCard& card : _thicknessCards)
+            for (const DeckLine& data : card.data) {
+                std::array<double, 2> thickness{};
+                thickness[0] = readDeckNumber(card, data, 1, "a node and its thickness");
+                thickness[1] =
+                    data.fields.size() > 2 ? readDeckNumber(card, data, 2, "") : thickness[0];
+                for (const int node : findNodes(card, data)) result[node] = thickness;
+            }
+        return result;
+    }
+
+    /** The node or the nodes of the set named in the first field. **/
+    std::vector<int> findNodes(const DeckCard& card, const DeckLine& data) const {
+        const std::string& field = data.fields[0];
+        if (isDeckNumber(field)) return {parseDeckInteger(field, card.where(data.line))};
+        const auto set = _nodeSets.find(field);
+        if (set == _nodeSets.end())
+            refuseCard(card,
+                       card.title + " names node set " + field + ", which the deck does not have",
+                       data.line);
+        return set->second;
+    }
+
+    /** Solids for shells and beams; node sets take in the expanded nodes. **/
+    void expandThin() {
+        if (_thin.empty()) return;
+        _constraints.thin = expandThinElements(_nodes, _thin, readNodalThickness());
+        const ThinExpansion& thin = _constraints.thin;
+        noteHinges();
+        for (const auto& solid : thin.solids) {
+            _model.solids[solid.type].push_back({solid.number, solid.nodes});
+            _solidNumbers[solid.number] = solid.type;
+        }
+        for (const auto& [number, position] : thin.nodes) _nodes[number] = position;
+        for (const auto& [node, expanded] : thin.expandedOf) _extraNodes.push_back(node);
+        for (auto& [name, numbers] : _nodeSets)
+            for (size_t k = 0, given = numbers.size(); k < given; ++k) {
+                const auto found = thin.expandedOf.find(numbers[k]);
+                if (found == thin.expandedOf.end()) continue;
+                numbers.insert(numbers.end(), found->second.begin(), found->second.end());
+            }
+        _model.notes.push_back(plural(thin.solids.size(), "shell or beam element") +
+                               " expanded to solids as CalculiX does; the expanded nodes have the "
+                               "numbers from " +
+                               std::to_string(thin.nodes.begin()->first));
+    }
+
+    /** A shell or beam that ends at one row of nodes of a solid turns there freely. **/
+    void noteHinges() {
+        std::set<int> betweens;
+        for (const auto& between : _constraints.thin.betweens) betweens.insert(between.node);
+        std::set<int> shared;
+        for (const auto& [type, solids] : _model.solids)
+            for (const auto& solid : solids)
+                for (const int node : solid.nodes)
+                    if (betweens.count(node)) shared.insert(node);
+        if (shared.empty()) return;
+        _model.notes.push_back(
+            plural(shared.size(), "node") + " shared by solids and shells or beams, the first " +
+            std::to_string(*shared.begin()) +
+            ": as in CalculiX the translation alone is shared, so that one row of "
+            "such nodes is a hinge");
+    }
+
+    void readEquationCards() {
+        for (const DeckCard& card : _equationCards) {
+            const auto positionOf = [&](int node) -> Vec3d {
+                const auto found = _nodes.find(node);
+                if (found == _nodes.end())
+                    refuseCard(card, card.title + " names node " + std::to_string(node) +
+                                         ", which the deck does not define");
+                return found->second;
+            };
+            auto equations = card.keyword == "MPC" ? readMultiPointConstraints(card, positionOf)
+                                                   : readEquations(card);
+            for (DeckEquation& equation : equations) {
+                for (const auto& term : equation.terms) {
+                    positionOf(term.node);
+                    _extraNodes.push_back(term.node);
+                }
+                _constraints.equations.push_back(std::move(equation));
+            }
+        }
+    }
+
+    /** A *SURFACE in mesh indices, or why it could not be found. **/
+    struct Surface {
+        std::vector<std::vector<int>> faces;
+        std::vector<int> nodes;
+        std::string problem;
+    };
+
+    /** Surfaces, and the node sets of their names. **/
+    void finishSurfaces() {
+        if (_surfaceCards.empty()) return;
+        std::unordered_map<int, std::pair<ElementType, const DeckModel::Solid*>> solidOf;
+        for (const auto& [type, solids] : _model.solids)
+            for (const auto& solid : solids) solidOf[solid.number] = {getSolid(type), &solid};
+        for (const DeckCard& card : _surfaceCards) {
+            const std::string& name = card.get("NAME");
+            Surface& surface = _surfaces[name];
+            try {
+                for (const DeckLine& data : card.data) {
+                    if (card.has("TYPE") && card.get("TYPE") == "NODE") {
+                        for (const int number : findNodes(card, data)) {
+                            const auto found = _indexOf.find(number);
+                            if (found != _indexOf.end()) surface.nodes.push_back(found->second);
+                        }
+                        continue;
+                    }
+                    for (const int number : findElements(card, data)) {
+                        const auto found = solidOf.find(number);
+                        if (found == solidOf.end())
+                            refuseCard(card, "element " + std::to_string(number) + " is no solid",
+                                       data.line);
+                        surface.faces.push_back(findFace(card, data, number, found->second.first,
+                                                         found->second.second));
+                    }
+                }
+            } catch (const std::invalid_argument& error) {
+                surface.problem = error.what();
+                _model.notes.push_back("left out *SURFACE " + name + ": " + surface.problem);
+                continue;
+            }
+            for (const auto& face : surface.faces)
+                surface.nodes.insert(surface.nodes.end(), face.begin(), face.end());
+            sortUnique(surface.nodes);
+            if (surface.nodes.empty()) continue;
+            const auto [set, isNew] = _model.mesh.nodeSets.insert({name, surface.nodes});
+            if (!isNew && set->second != surface.nodes)
+                _model.notes.push_back(card.where() + "the deck has a *NSET " + name +
+                                       " too; it, not the *SURFACE, is what an interface of that "
+                                       "name takes");
+        }
+    }
+
+    std::vector<int> findElements(const DeckCard& card, const DeckLine& data) const {
+        const std::string& field = data.fields[0];
+        if (isDeckNumber(field)) return {parseDeckInteger(field, card.where(data.line))};
+        const auto set = _elementSets.find(field);
+        if (set == _elementSets.end())
+            refuseCard(
+                card, card.title + " names element set " + field + ", which the deck does not have",
+                data.line);
+        return set->second;
+    }
+
+    std::vector<int> findFace(const DeckCard& card, const DeckLine& data, int number,
+                              ElementType type, const DeckModel::Solid* solid) const {
+        std::string label = data.fields.size() > 1 ? data.fields[1] : "";
+        const auto thin = _thinIndex.find(number);
+        if (thin != _thinIndex.end()) {
+            if (findThinType(_thin[thin->second].type)->isBeam)
+                refuseCard(card,
+                           "element " + std::to_string(number) + " is a beam, which has no faces",
+                           data.line);
+            if (label == "SNEG") label = "S1";
+            if (label == "SPOS") label = "S2";
+        }
+        std::vector<int> face;
+        if (label.size() == 2 && label[0] == 'S') face = getFaceNodes(type, label[1] - '0');
+        if (face.empty())
+            refuseCard(card,
+                       "'" + label + "' is no face of element " + std::to_string(number) + ", a " +
+                           _solidNumbers.at(number) + "; faces are S1, S2, …",
+                       data.line);
+        for (int& node : face) node = _indexOf.at(solid->nodes[size_t(node)]);
+        return face;
+    }
+
+    void readTies() {
+        for (const DeckCard& card : _tieCards) {
+            DeckTie tie;
+            for (const auto& [parameter, value] : card.parameters) {
+                if (parameter == "NAME") continue;
+                if (parameter == "POSITIONTOLERANCE") {
+                    tie.tolerance = parseDeckNumber(card.get(parameter), card.where());
+                } else if (parameter == "ADJUST") {
+                    tie.adjust = value != "NO";
+                } else {
+                    refuseCard(card, "*TIE with " + parameter + " is not known to simflex");
+                }
+            }
+            tie.where = card.where() + "*TIE" + (card.has("NAME") ? " " + card.get("NAME") : "");
+            if (card.data.empty() || card.data[0].fields.size() != 2)
+                refuseCard(card, "*TIE needs a line 'slave surface, master surface'");
+            const int line = card.data[0].line;
+            const auto find = [&](size_t field) -> const Surface& {
+                const std::string& name = card.data[0].fields[field];
+                const auto found = _surfaces.find(name);
+                if (found == _surfaces.end())
+                    refuseCard(card,
+                               "*TIE names surface " + name + ", which the deck does not have",
+                               line);
+                if (!found->second.problem.empty())
+                    throw std::invalid_argument(found->second.problem);
+                return found->second;
+            };
+            tie.slaves = find(0).nodes;
+            tie.faces = find(1).faces;
+            if (tie.slaves.empty())
+                refuseCard(card, "the slave surface of *TIE has no nodes", line);
+            if (tie.faces.empty())
+                refuseCard(card, "the master surface of *TIE has no faces; TYPE=ELEMENT is needed",
+                           line);
+            _constraints.ties.push_back(std::move(tie));
+        }
+    }
+
+    /** Nodes of solids and others that something ties, in the order of their numbers, and the node
+    sets on them. **/
+    void finishMesh() {
+        Mesh& mesh = _model.mesh;
+        mesh.nodeNumbers = _extraNodes;
+        for (const auto& [type, solids] : _model.solids)
+            for (const auto& solid : solids)
+                mesh.nodeNumbers.insert(mesh.nodeNumbers.end(), solid.nodes.begin(),
+                                        solid.nodes.end());
+        sortUnique(mesh.nodeNumbers);
+        std::unordered_map<int, int>& indexOf = _indexOf;
+        indexOf.reserve(mesh.nodeNumbers.size());
+        for (const int number : mesh.nodeNumbers) {
+            indexOf[number] = int(indexOf.size());
+            const auto& position = _nodes.at(number);
+            mesh.positions.insert(mesh.positions.end(), position.begin(), position.end());
+        }
+        for (const auto& [type, solids] : _model.solids) {
+            const ElementType kind = getSolid(type);
+            auto block = std::find_if(mesh.elements.begin(), mesh.elements.end(),
+                                      [&](const ElementBlock& b) { return b.type == kind; });
+            if (block == mesh.elements.end()) {
+                mesh.elements.emplace_back();
+                block = mesh.elements.end() - 1;
+                block->type = kind;
+            }
+            for (const auto& solid : solids)
+                for (const int number : solid.nodes) block->nodes.push_back(indexOf[number]);
+        }
+        if (_nodes.size() > mesh.nodeNumbers.size())
+            _model.notes.push_back("left out " +
+                                   plural(_nodes.size() - mesh.nodeNumbers.size(), "node") +
+                                   " of no solid element");
+        for (auto& [name, numbers] : _nodeSets) {
+            std::vector<int> nodes;
+            size_t unknown = 0;
+            sortUnique(numbers);
+            for (const int number : numbers) {
+                const auto found = indexOf.find(number);
+                if (found == indexOf.end()) {
+                    ++unknown;
+                } else {
+                    nodes.push_back(found->second);
+                }
+            }
+            if (unknown)
+                _model.notes.push_back("left " + plural(unknown, "node") +
+                                       " of no solid element out "
+                                       "of node set " +
+                                       name);
+            if (!nodes.empty()) mesh.nodeSets[name] = std::move(nodes);
+        }
+    }
+
+    /** Element sets with their solids alone; a section may not name anything else. **/
+    void finishElementSets() {
+        for (auto& [name, numbers] : _elementSets) {
+            sortUnique(numbers);
+            std::vector<int> solids;
+            for (const int number : numbers)
+                if (_solidNumbers.count(number)) solids.push_back(number);
+            if (!solids.empty()) _model.elementSets[name] = std::move(solids);
+        }
+        bool hasSection = false;
+        for (const DeckCard& card : _model.sections) {
+            if (card.keyword != "SOLIDSECTION") continue;
+            hasSection = true;
+            const std::string& set = card.get("ELSET");
+            const auto given = _elementSets.find(set);
+            if (given == _elementSets.end()) refuseCard(card, "the deck has no element set " + set);
+            for (const int number : given->second)
+                if (_skin.count(number) && !_solidNumbers.count(number))
+                    refuseCard(card, card.title + " gives a material to element " +
+                                         std::to_string(number) +
+                                         ", which is no solid: mesh the whole part with solids");
+        }
+        if (!hasSection)
+            throw std::invalid_argument(_model.path +
+                                        ": the deck has no *SOLID SECTION, so its elements "
+                                        "have no material");
+    }
+
+    std::vector<DeckCard> _cards;
+    DeckModel _model;
+    std::map<int, std::array<double, 3>> _nodes;
+    Sets _nodeSets, _elementSets;
+    std::unordered_map<int, std::string> _solidNumbers;
+    std::unordered_map<int, size_t> _thinIndex;
+    std::vector<ThinElement> _thin;
+    std::vector<DeckCard> _thicknessCards, _equationCards, _tieCards, _surfaceCards;
+    std::map<std::string, Surface> _surfaces;
+    DeckConstraints _constraints;
+    std::vector<int> _extraNodes;  ///< that belong to the mesh, of an element or not
+    std::unordered_map<int, int> _indexOf;
+    std::set<int> _skin;
+    size_t _numSolids = 0;
+    std::map<std::string, std::pair<std::string, int>> _leftOut;
+};
+
+}  // namespace
+
+DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards) {
+    try {
+        return Builder(path, std::move(cards)).build();
+    } catch (const std::invalid_argument& error) {
+        // What has no line of its own names the deck.
+        const std::string text = error.what();
+        throw std::invalid_argument(text.find(path) == std::string::npos ? path + ": " + text
+                                                                         : text);
+    }
+}
+
+}  // namespace simflex

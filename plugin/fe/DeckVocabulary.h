@@ -1,0 +1,37 @@
+#pragma once
+/** @file
+Cards of a CalculiX deck that are left out or refused, and its element types. Internal to fe. **/
+
+#include <string>
+
+#include "simflex/part/Mesh.h"
+
+namespace simflex {
+
+/** What becomes of a card, by its keyword without star and blanks: "SOLIDSECTION". **/
+enum class CardUse {
+    MaterialProperty,  ///< child of *MATERIAL that K or M needs
+    LeftOutProperty,   ///< child of *MATERIAL that they do not need
+    LeftOut,           ///< may stand in the deck of a free solid part, but does not belong to K, M
+    Refused,           ///< changes K so that it is not that of free solids
+    None               ///< one that is read, or not known at all
+};
+
+CardUse findCardUse(const std::string& keyword);
+
+/** Why a card of CardUse::Refused is refused. **/
+const std::string& getRefusal(const std::string& keyword);
+
+/** The solid that an element type is, or null: "C3D8R" is ElementType::Hex8. **/
+const ElementType* findSolid(const std::string& calculixType);
+
+/** The same. @throws std::out_of_range for a type that is no solid. **/
+ElementType getSolid(const std::string& calculixType);
+
+/** Number of nodes of an element that meshers write along the skin of a solid; 0 for others. **/
+int numSkinNodesOf(const std::string& calculixType);
+
+/** Why elements of this type are refused, or null. **/
+const std::string* findElementRefusal(const std::string& calculixType);
+
+}  // namespace simflex

@@ -1,0 +1,17 @@
+#pragma once
+/** @file
+What a *SHELL SECTION or *BEAM SECTION says of its elements. Internal to fe. **/
+
+#include <vector>
+
+#include "InpCards.h"
+#include "ThinElements.h"
+
+namespace simflex {
+
+/** Thickness, offset, section and axes; number, type and nodes are left empty. `materials` are the
+deck's *MATERIAL cards with their properties.
+@throws std::invalid_argument naming file and line for what simflex does not know or do. **/
+ThinElement readThinSection(const DeckCard& card, const std::vector<DeckCard>& materials);
+
+}  // namespace simflex
