@@ -55,7 +55,13 @@ GlRenderer::GlRenderer() : context(GlContext::create()) {
     const auto make = [this](const char* vertex, const char* fragment) {
         return std::make_unique<GlProgram>(gl, vertex, fragment);
     };
-    surfaceProgram = make(shaders::surfaceVertex, shaders::surfaceFragment);
+    const std::string version = "#version 330 core\n";
+    surfaceProgram =
+        make(shaders::surfaceVertex,
+             (version + shaders::lighting + shaders::baseColor + shaders::surfaceFragment).c_str());
+    fineSurfaceProgram =
+        make((version + shaders::lighting + shaders::fineSurfaceVertex).c_str(),
+             (version + shaders::baseColor + shaders::fineSurfaceFragment).c_str());
     edgeProgram = make(shaders::surfaceVertex, shaders::edgeFragment);
     lineProgram = make(shaders::lineVertex, shaders::colorFragment);
     pointProgram = make(shaders::pointVertex, shaders::pointFragment);
@@ -454,25 +460,39 @@ void GlRenderer::drawGround() {
     gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
+// A small triangle costs the whole blocks of pixels that it touches: light is found at the vertices
+// of finely divided shapes, unless they are seen from close by.
+bool GlRenderer::isLitPerVertex(const SurfaceItem& item) const {
+    const SurfaceGeometry& geometry = *item.geometry;
+    if (!geometry.isFine || !geometry.isClosed || !style->isLit ||
+        item.style == SurfaceItem::Style::Ghost ||
+        item.representation != SimTK::DecorativeGeometry::DrawSurface)
+        return false;
+    const Vec3 middle = 0.5 * (geometry.lower + geometry.upper).elementwiseMultiply(item.scale);
+    const Vec3 extent = (geometry.upper - geometry.lower).elementwiseMultiply(item.scale);
+    return camera->toCamera(item.X_GM * middle).norm() > extent.norm();
+}
+
 void GlRenderer::setSurfaceUniforms(const SurfaceItem& item) {
     const Transform X_CM = ~camera->X_GC * item.X_GM;
-    surfaceProgram->use();
-    surfaceProgram->set("modelView", toMatrix(X_CM, item.scale));
-    surfaceProgram->set("projection", projection);
-    surfaceProgram->set("normalMatrix", toNormalMatrix(X_CM.R(), item.scale));
-    surfaceProgram->set("color", item.color);
-    surfaceProgram->set("opacity", item.opacity);
-    surfaceProgram->set("isContour", item.style == SurfaceItem::Style::Contour);
-    surfaceProgram->set("isGhost", item.style == SurfaceItem::Style::Ghost);
-    surfaceProgram->set(
-        "isLit", style->isLit && item.representation == SimTK::DecorativeGeometry::DrawSurface);
+    GlProgram& program = isLitPerVertex(item) ? *fineSurfaceProgram : *surfaceProgram;
+    program.use();
+    program.set("modelView", toMatrix(X_CM, item.scale));
+    program.set("projection", projection);
+    program.set("normalMatrix", toNormalMatrix(X_CM.R(), item.scale));
+    program.set("color", item.color);
+    program.set("opacity", item.opacity);
+    program.set("isContour", item.style == SurfaceItem::Style::Contour);
+    program.set("isGhost", item.style == SurfaceItem::Style::Ghost);
+    program.set("isLit",
+                style->isLit && item.representation == SimTK::DecorativeGeometry::DrawSurface);
     const double range = style->contourHigh - style->contourLow;
-    surfaceProgram->set("contourRange", style->contourLow, range > 0 ? 1 / range : 0.0);
-    surfaceProgram->set("colorMap", 0);
-    surfaceProgram->set("up", Vec3(~camera->X_GC.R() * Vec3(style->up)));
-    surfaceProgram->set("keyDirection", Vec3(~camera->X_GC.R() * Vec3(style->toLight)));
-    surfaceProgram->set("viewDirection", Vec3(0, 0, 1));
-    surfaceProgram->set("isPerspective", !camera->isOrthographic);
+    program.set("contourRange", style->contourLow, range > 0 ? 1 / range : 0.0);
+    program.set("colorMap", 0);
+    program.set("up", Vec3(~camera->X_GC.R() * Vec3(style->up)));
+    program.set("keyDirection", Vec3(~camera->X_GC.R() * Vec3(style->toLight)));
+    program.set("viewDirection", Vec3(0, 0, 1));
+    program.set("isPerspective", !camera->isOrthographic);
     gl.ActiveTexture(GL_TEXTURE0);
     gl.BindTexture(GL_TEXTURE_2D, colorMapTexture);
 }

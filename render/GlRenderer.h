@@ -86,6 +86,7 @@ private:
     void drawPoints(const Scene& scene);
     void drawTexts(const Scene& scene);
     void drawTriad();
+    bool isLitPerVertex(const SurfaceItem& item) const;
     void setSurfaceUniforms(const SurfaceItem& item);
     void drawTriangles(const SurfaceItem& item);
 
@@ -94,9 +95,9 @@ private:
     std::map<std::pair<int, int>, Canvas> canvases;  // by size
     int numSelections = 0;
     std::unique_ptr<ShadowTarget> shadow;
-    std::unique_ptr<GlProgram> surfaceProgram, edgeProgram, lineProgram, pointProgram,
-        backgroundProgram, layerProgram, groundProgram, groundShadowProgram, shadowProgram,
-        blurProgram, textProgram;
+    std::unique_ptr<GlProgram> surfaceProgram, fineSurfaceProgram, edgeProgram, lineProgram,
+        pointProgram, backgroundProgram, layerProgram, groundProgram, groundShadowProgram,
+        shadowProgram, blurProgram, textProgram;
     std::unordered_map<const SurfaceGeometry*, Buffers> buffersOf;
     std::unordered_map<std::string, TextTexture> texts;
     std::unique_ptr<Font> font;

@@ -3,6 +3,49 @@
 namespace simflex {
 namespace shaders {
 
+const char* const lighting = R"(
+uniform vec3 up;                // of the ground
+uniform vec3 keyDirection;      // towards the main light
+uniform vec3 viewDirection;     // towards the viewer where perspective is off
+uniform bool isPerspective;
+
+vec3 calcViewDirection(vec3 place) {
+    return isPerspective ? normalize(-place) : viewDirection;
+}
+
+// What falls on a surface, as (diffuse, gloss): it shines with base * diffuse + gloss.
+vec4 calcLight(vec3 n, vec3 v) {
+    float sky = 0.5 + 0.5 * dot(n, up);
+    vec3 ambient = mix(vec3(0.20, 0.19, 0.18), vec3(0.46, 0.49, 0.54), sky);
+    float key = max(dot(n, keyDirection), 0.0);
+    float fill = max(dot(n, normalize(vec3(-0.75, 0.15, 0.65))), 0.0);
+    float head = max(n.z, 0.0);
+    vec3 diffuse = ambient + key * vec3(0.72, 0.70, 0.66) + fill * vec3(0.10, 0.12, 0.15) + 0.12 * head;
+
+    vec3 h = normalize(keyDirection + v);
+    float highlight = pow(max(dot(n, h), 0.0), 48.0) * 0.22 * step(0.0, dot(n, keyDirection));
+    float away = 1.0 - max(dot(n, v), 0.0);
+    float sheen = away * away * away * away * 0.10 * sky;
+    return vec4(diffuse, highlight + sheen);
+}
+)";
+
+const char* const baseColor = R"(
+uniform vec3 color;
+uniform bool isContour;
+uniform vec2 contourRange;      // low end, 1 / (high - low)
+uniform sampler2D colorMap;
+const float colors = 256.0;
+
+vec3 calcBase(float value) {
+    if (!isContour) return color;
+    // Not a number: no value there. Asked in integers, which no compiler optimizes away.
+    if ((floatBitsToUint(value) & 0x7fffffffu) > 0x7f000000u) return vec3(0.62);
+    float f = clamp((value - contourRange.x) * contourRange.y, 0.0, 1.0);
+    return texture(colorMap, vec2((0.5 + f * (colors - 1.0)) / colors, 0.5)).rgb;
+}
+)";
+
 const char* const surfaceVertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -26,31 +69,17 @@ void main() {
 
 // Colours are squared on the way in and rooted on the way out: light adds up in linear space, and
 // an unlit colour arrives unchanged. All vectors are in camera frame.
-const char* const surfaceFragment = R"(#version 330 core
+const char* const surfaceFragment = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;
 in float contourValue;
-uniform vec3 color;
 uniform float opacity;
-uniform bool isContour;
 uniform bool isGhost;
 uniform bool isLit;
-uniform vec2 contourRange;      // low end, 1 / (high - low)
-uniform sampler2D colorMap;
-uniform vec3 up;                // of the ground
-uniform vec3 keyDirection;      // towards the main light
-uniform vec3 viewDirection;     // towards the viewer where perspective is off
-uniform bool isPerspective;
 out vec4 fragment;
 
-const float colors = 256.0;
-
 void main() {
-    vec3 base = color;
-    if (isContour) {
-        float f = clamp((contourValue - contourRange.x) * contourRange.y, 0.0, 1.0);
-        base = texture(colorMap, vec2((0.5 + f * (colors - 1.0)) / colors, 0.5)).rgb;
-    }
+    vec3 base = calcBase(contourValue);
     if (!isLit) {
         fragment = vec4(base, opacity);
         return;
@@ -58,27 +87,46 @@ void main() {
 
     vec3 n = normalize(viewNormal);
     if (!gl_FrontFacing) n = -n;
-    vec3 v = isPerspective ? normalize(-viewPosition) : viewDirection;
-    float facing = max(dot(n, v), 0.0);
-
+    vec3 v = calcViewDirection(viewPosition);
     if (isGhost) {
+        float facing = max(dot(n, v), 0.0);
         float rim = 1.0 - facing;
         fragment = vec4(color * (0.75 + 0.25 * facing), opacity * (0.45 + 1.6 * rim * rim));
         return;
     }
+    vec4 light = calcLight(n, v);
+    fragment = vec4(sqrt(base * base * light.rgb + light.a), opacity);
+}
+)";
 
-    vec3 linear = base * base;
-    float sky = 0.5 + 0.5 * dot(n, up);
-    vec3 ambient = mix(vec3(0.20, 0.19, 0.18), vec3(0.46, 0.49, 0.54), sky);
-    float key = max(dot(n, keyDirection), 0.0);
-    float fill = max(dot(n, normalize(vec3(-0.75, 0.15, 0.65))), 0.0);
-    float head = max(n.z, 0.0);
-    vec3 light = ambient + key * vec3(0.72, 0.70, 0.66) + fill * vec3(0.10, 0.12, 0.15) + 0.12 * head;
+const char* const fineSurfaceVertex = R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in float value;
+uniform mat4 modelView;
+uniform mat4 projection;
+uniform mat3 normalMatrix;
+out vec4 light;
+out float contourValue;
+invariant gl_Position;
 
-    vec3 h = normalize(keyDirection + v);
-    float highlight = pow(max(dot(n, h), 0.0), 48.0) * 0.22 * step(0.0, dot(n, keyDirection));
-    float sheen = pow(1.0 - facing, 4.0) * 0.10 * sky;
-    fragment = vec4(sqrt(linear * light + highlight + sheen), opacity);
+void main() {
+    vec4 p = modelView * vec4(position, 1.0);
+    light = calcLight(normalize(normalMatrix * normal), calcViewDirection(p.xyz));
+    contourValue = value;
+    gl_Position = projection * p;
+}
+)";
+
+const char* const fineSurfaceFragment = R"(
+in vec4 light;
+in float contourValue;
+uniform float opacity;
+out vec4 fragment;
+
+void main() {
+    vec3 base = calcBase(contourValue);
+    fragment = vec4(sqrt(base * base * light.rgb + light.a), opacity);
 }
 )";
 

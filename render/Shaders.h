@@ -5,11 +5,17 @@ GLSL 3.30 sources of the renderer. Internal. **/
 namespace simflex {
 namespace shaders {
 
-extern const char* const surfaceVertex;    ///< triangles and their edges, in camera frame
-extern const char* const surfaceFragment;  ///< light, contour, ghost
-extern const char* const edgeFragment;     ///< one colour
-extern const char* const lineVertex;       ///< lines of given width on screen, instanced
-extern const char* const pointVertex;      ///< discs of given size on screen, instanced
+// Parts of sources that follow "#version 330 core": functions, then a main().
+extern const char* const lighting;             ///< what falls on a surface
+extern const char* const baseColor;            ///< plain, or of the contour
+extern const char* const surfaceFragment;      ///< after both: light, contour, ghost
+extern const char* const fineSurfaceVertex;    ///< after lighting: light found at vertices
+extern const char* const fineSurfaceFragment;  ///< after baseColor: light of vertices
+
+extern const char* const surfaceVertex;  ///< triangles and their edges, in camera frame
+extern const char* const edgeFragment;   ///< one colour
+extern const char* const lineVertex;     ///< lines of given width on screen, instanced
+extern const char* const pointVertex;    ///< discs of given size on screen, instanced
 extern const char* const pointFragment;
 extern const char* const colorFragment;       ///< colour per vertex
 extern const char* const backgroundVertex;    ///< one triangle that covers the picture

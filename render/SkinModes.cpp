@@ -44,6 +44,7 @@ std::shared_ptr<const SkinModes> extractSkinModes(std::shared_ptr<const ReducedB
     calcNormals(*undeformed);
     undeformed->isClosed = true;
     undeformed->updateBounds();
+    undeformed->isFine = isFinelyDivided(*undeformed);
     skin->undeformed = std::move(undeformed);
     skin->part = std::move(part);
     return skin;

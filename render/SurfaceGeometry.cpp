@@ -177,4 +177,27 @@ void calcNormals(SurfaceGeometry& geometry) {
     }
 }
 
+bool isFinelyDivided(const SurfaceGeometry& geometry) {
+    constexpr double cosine = 0.9945;  // of 6 degrees: half the width of a highlight
+    constexpr double tinyEdge = 0.002, largestEdge = 0.04;  // of the bounding box's diagonal
+    const double diagonal = (geometry.upper - geometry.lower).norm();
+    const double tiny = tinyEdge * diagonal, largest = largestEdge * diagonal;
+    for (std::size_t i = 0; i < geometry.triangles.size(); ++i) {
+        const std::size_t next = i % 3 == 2 ? i - 2 : i + 1;
+        const float* a =
+            &geometry
+                 .vertices[std::size_t(geometry.triangles[i]) * SurfaceGeometry::floatsPerVertex];
+        const float* b = &geometry.vertices[std::size_t(geometry.triangles[next]) *
+                                            SurfaceGeometry::floatsPerVertex];
+        double lengthSqr = 0, turn = 0;
+        for (int k = 0; k < 3; ++k) {
+            lengthSqr += SimTK::square(double(a[k]) - b[k]);
+            turn += double(a[3 + k]) * b[3 + k];
+        }
+        if (lengthSqr > largest * largest || (turn < cosine && lengthSqr > tiny * tiny))
+            return false;
+    }
+    return !geometry.triangles.empty();
+}
+
 }  // namespace simflex

@@ -19,8 +19,9 @@ struct SurfaceGeometry {
     std::vector<std::uint32_t> featureEdges;  ///< two vertex indices each
     std::vector<std::uint32_t> elementEdges;  ///< two vertex indices each
     bool isClosed = false;                    ///< seen from outside only, back faces are hidden
-    SimTK::Vec3 lower{0}, upper{0};           ///< bounding box
-    unsigned version = 1;                     ///< grows whenever `vertices` change
+    bool isFine = false;             ///< light may be found at vertices, see isFinelyDivided()
+    SimTK::Vec3 lower{0}, upper{0};  ///< bounding box
+    unsigned version = 1;            ///< grows whenever `vertices` change
 
     int numVertices() const { return int(vertices.size()) / floatsPerVertex; }
 
@@ -47,5 +48,9 @@ CreasedSurface splitAtCreases(const std::vector<float>& positions,
 
 /** Writes area-weighted smooth normals into `geometry.vertices` from its positions. **/
 void calcNormals(SurfaceGeometry& geometry);
+
+/** Whether triangles are so small, and normals turn so little across them, that light found at
+their corners and interpolated looks the same. From positions, normals and bounds. **/
+bool isFinelyDivided(const SurfaceGeometry& geometry);
 
 }  // namespace simflex
