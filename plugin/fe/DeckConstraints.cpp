@@ -95,7 +95,9 @@ private:
                                                                 "move the surfaces together"));
         std::ostringstream text;
         text << tie.where << " ties " << tied.size() << (tied.size() == 1 ? " node" : " nodes");
-        if (largestMove > 0) text << ", moved onto the master by up to " << largestMove << " m";
+        // Less is the round-off of finding the place.
+        if (largestMove > 1e-6 * surface.calcDefaultTolerance())
+            text << ", moved onto the master by up to " << largestMove << " m";
         if (numFar) text << "; " << numFar << " stay free, the first is " << farthest;
         _notes.push_back(text.str());
         return tied;

@@ -367,7 +367,11 @@ ReducedBody readReducedBody(const std::string& path) {
         checkTrailer(path);
         return readBody(hdf5::openFile(path));
     } catch (const std::exception& error) {
-        throw std::runtime_error("part file '" + path + "' cannot be used: " + error.what());
+        const bool isMbdyn = fs::path(path).extension() == ".fem";
+        throw std::runtime_error(
+            "part file '" + path + "' cannot be used: " + error.what() +
+            (isMbdyn ? "; 'simflex export " + path + " -o PART.h5' makes a part file of MBDyn's"
+                     : ""));
     }
 }
 

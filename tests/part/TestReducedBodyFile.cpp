@@ -189,6 +189,12 @@ TEST_F(ReducedBodyFileTest, OtherFilesAreNamedForWhatTheyAre) {
     EXPECT_THAT(errorOf(file), HasSubstr("not of a reduced part"));
 }
 
+TEST_F(ReducedBodyFileTest, ModalDataOfMbdynAreToldHowToBecomeAPartFile) {
+    const std::string modal = folder / "crank.fem";
+    testing::writeText(modal, "** MBDyn MODAL DATA FILE\n");
+    EXPECT_THAT(errorOf(modal), HasSubstr("simflex export " + modal));
+}
+
 TEST_F(ReducedBodyFileTest, ANewerVersionIsAnErrorThatSaysSo) {
     writeChanged("version", kReducedBodyFileVersion + 1);
     EXPECT_THAT(errorOf(file), AllOf(HasSubstr("version " + std::to_string(kReducedBodyFileVersion + 1)), HasSubstr("newer simflex")));
