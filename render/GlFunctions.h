@@ -11,6 +11,7 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
 #define SIMFLEX_GL_FUNCTIONS(X)                         \
     X(ActiveTexture, ACTIVETEXTURE)                     \
     X(AttachShader, ATTACHSHADER)                       \
+    X(BeginQuery, BEGINQUERY)                           \
     X(BindBuffer, BINDBUFFER)                           \
     X(BindFramebuffer, BINDFRAMEBUFFER)                 \
     X(BindRenderbuffer, BINDRENDERBUFFER)               \
@@ -32,6 +33,7 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(DeleteBuffers, DELETEBUFFERS)                     \
     X(DeleteFramebuffers, DELETEFRAMEBUFFERS)           \
     X(DeleteProgram, DELETEPROGRAM)                     \
+    X(DeleteQueries, DELETEQUERIES)                     \
     X(DeleteRenderbuffers, DELETERENDERBUFFERS)         \
     X(DeleteShader, DELETESHADER)                       \
     X(DeleteTextures, DELETETEXTURES)                   \
@@ -44,10 +46,12 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(DrawElements, DRAWELEMENTS)                       \
     X(Enable, ENABLE)                                   \
     X(EnableVertexAttribArray, ENABLEVERTEXATTRIBARRAY) \
+    X(EndQuery, ENDQUERY)                               \
     X(FramebufferRenderbuffer, FRAMEBUFFERRENDERBUFFER) \
     X(FramebufferTexture2D, FRAMEBUFFERTEXTURE2D)       \
     X(GenBuffers, GENBUFFERS)                           \
     X(GenFramebuffers, GENFRAMEBUFFERS)                 \
+    X(GenQueries, GENQUERIES)                           \
     X(GenRenderbuffers, GENRENDERBUFFERS)               \
     X(GenTextures, GENTEXTURES)                         \
     X(GenVertexArrays, GENVERTEXARRAYS)                 \
@@ -56,6 +60,7 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(GetIntegerv, GETINTEGERV)                         \
     X(GetProgramInfoLog, GETPROGRAMINFOLOG)             \
     X(GetProgramiv, GETPROGRAMIV)                       \
+    X(GetQueryObjectuiv, GETQUERYOBJECTUIV)             \
     X(GetShaderInfoLog, GETSHADERINFOLOG)               \
     X(GetShaderiv, GETSHADERIV)                         \
     X(GetUniformLocation, GETUNIFORMLOCATION)           \

@@ -23,7 +23,7 @@ GlGround::GlGround(const GlFunctions& functions, const GlScreen& sharedScreen)
       groundShadowProgram(gl, shaders::groundVertex, shaders::groundShadowFragment),
       shadowProgram(gl, shaders::shadowVertex, shaders::shadowFragment),
       blurProgram(gl, shaders::backgroundVertex, shaders::blurFragment),
-      shadow(gl, shadowSize) {}
+      shadow(gl, shadowSize, shadowSize) {}
 
 bool GlGround::isVisible(const Camera& camera, const FrameStyle& style) {
     if (!style.ground.isShown) return false;
@@ -112,9 +112,8 @@ std::array<float, 16> GlGround::calcProjection(const GlView& view) const {
 void GlGround::updateBackdrop(const GlView& view, bool hasGround, PictureTarget& target) {
     const FrameStyle& style = view.style;
     const GroundStyle& ground = style.ground;
-    std::vector<double> key = {double(hasGround),     ground.radius,
-                               ground.gridSpacing,    ground.gridOffset[0],
-                               ground.gridOffset[1],  double(view.bottom),
+    std::vector<double> key = {double(hasGround),    ground.radius,        ground.gridSpacing,
+                               ground.gridOffset[0], ground.gridOffset[1], double(view.bottom),
                                double(view.height)};
     for (const Vec3& color : {style.palette.backgroundTop, style.palette.backgroundBottom,
                               style.palette.ground, style.palette.grid})
@@ -170,8 +169,7 @@ void GlGround::drawShadow(const GlView& view) {
                 shadowRegion[1] + 0.5 / shadowRegion[3]);
     program.set("halfWidth", 0.5 / shadowRegion[2]);
     program.set("size", style.ground.radius);
-    program.set("shadowRegion", shadowRegion[0], shadowRegion[1], shadowRegion[2],
-                shadowRegion[3]);
+    program.set("shadowRegion", shadowRegion[0], shadowRegion[1], shadowRegion[2], shadowRegion[3]);
     program.set("shadow", 0);
     program.set("groundColor", style.palette.ground);
     program.set("isLaidOver", style.isBackgroundTransparent);

@@ -40,7 +40,7 @@ private:
     const GlFunctions& gl;
     const GlScreen& screen;
     GlProgram backgroundProgram, groundProgram, groundShadowProgram, shadowProgram, blurProgram;
-    ShadowTarget shadow;
+    BlurTarget shadow;
     SimTK::Vec4 shadowRegion{0};  // on the ground: origin x, y, 1 / extent x, y
 };
 

@@ -54,7 +54,7 @@ void GlMarks::drawLines(const Scene& scene, const GlView& view, bool isOpaque) {
         append(data, b);
         append(data, line.color);
         data.push_back(float(line.opacity));
-        data.push_back(float(line.width * view.getPixelScale()));
+        data.push_back(float(line.width * view.style.unit));
     }
     if (data.empty()) return;
     lineProgram.use();
@@ -70,7 +70,7 @@ void GlMarks::drawPoints(const Scene& scene, const GlView& view, bool isOpaque) 
         append(data, view.toCamera(point.location));
         append(data, point.color);
         data.push_back(float(point.opacity));
-        data.push_back(float(point.diameter * view.getPixelScale()));
+        data.push_back(float(point.diameter * view.style.unit));
     }
     if (data.empty()) return;
     pointProgram.use();

@@ -7,25 +7,26 @@ namespace simflex {
 
 namespace {
 
-GLuint compile(const GlFunctions& gl, GLenum kind, const char* source) {
+GLuint compile(const GlFunctions& gl, GLenum kind, const std::string& text) {
+    const char* source = text.c_str();
     const GLuint shader = gl.CreateShader(kind);
     gl.ShaderSource(shader, 1, &source, nullptr);
     gl.CompileShader(shader);
     GLint ok = 0;
     gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
     if (!ok) {
-        std::vector<char> text(4096, '\0');
-        gl.GetShaderInfoLog(shader, GLsizei(text.size() - 1), nullptr, text.data());
+        std::vector<char> log(4096, '\0');
+        gl.GetShaderInfoLog(shader, GLsizei(log.size() - 1), nullptr, log.data());
         gl.DeleteShader(shader);
-        throw std::runtime_error(std::string("a shader does not compile: ") + text.data());
+        throw std::runtime_error(std::string("a shader does not compile: ") + log.data());
     }
     return shader;
 }
 
 }  // namespace
 
-GlProgram::GlProgram(const GlFunctions& functions, const char* vertexSource,
-                     const char* fragmentSource)
+GlProgram::GlProgram(const GlFunctions& functions, const std::string& vertexSource,
+                     const std::string& fragmentSource)
     : gl(functions) {
     const GLuint vertex = compile(gl, GL_VERTEX_SHADER, vertexSource);
     const GLuint fragment = compile(gl, GL_FRAGMENT_SHADER, fragmentSource);

@@ -14,7 +14,8 @@ namespace simflex {
 class GlProgram {
 public:
     /** @throws std::runtime_error with the compiler's text. **/
-    GlProgram(const GlFunctions& gl, const char* vertexSource, const char* fragmentSource);
+    GlProgram(const GlFunctions& gl, const std::string& vertexSource,
+              const std::string& fragmentSource);
     ~GlProgram();
     GlProgram(const GlProgram&) = delete;
     GlProgram& operator=(const GlProgram&) = delete;

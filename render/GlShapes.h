@@ -14,7 +14,7 @@ class GlShapes {
 public:
     enum class Edges { Feature, Element };
 
-    explicit GlShapes(const GlFunctions& gl) : gl(gl) {}
+    explicit GlShapes(const GlFunctions& functions) : gl(functions) {}
     ~GlShapes();
     GlShapes(const GlShapes&) = delete;
     GlShapes& operator=(const GlShapes&) = delete;

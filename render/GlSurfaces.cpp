@@ -1,6 +1,8 @@
 #include "GlSurfaces.h"
 
 #include <cmath>
+#include <initializer_list>
+#include <string>
 #include <vector>
 
 #include "Shaders.h"
@@ -15,12 +17,33 @@ namespace {
 
 constexpr int colorMapSize = 256;
 
+std::string compose(std::initializer_list<const char*> parts) {
+    std::string source = "#version 330 core\n";
+    for (const char* part : parts) source += part;
+    return source;
+}
+
+// A small triangle costs the whole blocks of pixels that it touches: light is found at the vertices
+// of finely divided shapes, unless they are seen from close by or also from inside.
+bool isLitPerVertex(const SurfaceItem& item, const GlView& view) {
+    const SurfaceGeometry& geometry = *item.geometry;
+    if (!geometry.isFine || !geometry.isClosed || !view.style.isLit || item.isTransparent() ||
+        item.representation != DecorativeGeometry::DrawSurface)
+        return false;
+    const Vec3 middle = 0.5 * (geometry.lower + geometry.upper).elementwiseMultiply(item.scale);
+    const Vec3 extent = (geometry.upper - geometry.lower).elementwiseMultiply(item.scale);
+    return view.toCamera(item.X_GM * middle).norm() > extent.norm();
+}
+
 }  // namespace
 
 GlSurfaces::GlSurfaces(const GlFunctions& functions)
     : gl(functions),
       shapes(gl),
-      surfaceProgram(gl, shaders::surfaceVertex, shaders::surfaceFragment),
+      surfaceProgram(gl, shaders::surfaceVertex,
+                     compose({shaders::lighting, shaders::baseColor, shaders::surfaceFragment})),
+      fineSurfaceProgram(gl, compose({shaders::lighting, shaders::fineSurfaceVertex}),
+                         compose({shaders::baseColor, shaders::fineSurfaceFragment})),
       edgeProgram(gl, shaders::surfaceVertex, shaders::edgeFragment) {
     gl.GenTextures(1, &colorMapTexture);
 }
@@ -47,10 +70,9 @@ void GlSurfaces::setColorMap(ColorMap map) {
 }
 
 GlSurfaces::Sides GlSurfaces::chooseSides(const SurfaceItem& item) {
-    const bool hidesBack =
-        item.geometry->isClosed &&
-        (!item.isTransparent() || item.style == SurfaceItem::Style::Ghost) &&
-        item.representation == DecorativeGeometry::DrawSurface;
+    const bool hidesBack = item.geometry->isClosed &&
+                           (!item.isTransparent() || item.style == SurfaceItem::Style::Ghost) &&
+                           item.representation == DecorativeGeometry::DrawSurface;
     return hidesBack ? Sides::Outer : Sides::Both;
 }
 
@@ -58,7 +80,7 @@ void GlSurfaces::draw(const SurfaceItem& item, const GlView& view, Sides sides, 
     const FrameStyle& style = view.style;
     const Transform X_CM = view.toCamera(item.X_GM);
     const SimTK::Rotation R_CG = ~view.camera.X_GC.R();
-    GlProgram& program = surfaceProgram;
+    GlProgram& program = isLitPerVertex(item, view) ? fineSurfaceProgram : surfaceProgram;
     program.use();
     program.set("modelView", calcModelView(X_CM, item.scale));
     program.set("projection", view.projection);
@@ -74,6 +96,7 @@ void GlSurfaces::draw(const SurfaceItem& item, const GlView& view, Sides sides, 
     program.set("colorMap", 0);
     program.set("up", Vec3(R_CG * Vec3(style.up)));
     program.set("keyDirection", Vec3(R_CG * Vec3(style.toLight)));
+    program.set("viewDirection", Vec3(0, 0, 1));
     program.set("isPerspective", view.isPerspective);
     gl.ActiveTexture(GL_TEXTURE0);
     gl.BindTexture(GL_TEXTURE_2D, colorMapTexture);

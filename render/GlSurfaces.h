@@ -44,7 +44,7 @@ private:
 
     const GlFunctions& gl;
     GlShapes shapes;
-    GlProgram surfaceProgram, edgeProgram;
+    GlProgram surfaceProgram, fineSurfaceProgram, edgeProgram;
     GLuint colorMapTexture = 0;
     int loadedColorMap = -1;
 };

@@ -2,14 +2,42 @@
 /** @file
 Framebuffers the renderer draws into. Internal to the renderer. **/
 
+#include <cstdint>
+#include <vector>
+
 #include "GlFunctions.h"
-#include "simflex/render/Image.h"
 
 namespace simflex {
 
-/** Two layers of one picture: a multisampled one with depth for the scene, transparent where
-nothing is drawn, and a plain one for what lies behind it, onto which the scene is laid at the end.
-**/
+constexpr int samplesPerPixel = 4;  ///< what OpenGL 3.3 guarantees
+
+/** A multisampled texture that can be drawn into. **/
+class SampleTexture {
+public:
+    enum class Kind { Color, Depth };
+
+    SampleTexture(const GlFunctions& gl, Kind kind, int width, int height);
+    ~SampleTexture();
+    SampleTexture(const SampleTexture&) = delete;
+    SampleTexture& operator=(const SampleTexture&) = delete;
+
+    GLuint getName() const { return name; }
+
+    /** Attaches it to the framebuffer that is bound. **/
+    void attach() const;
+
+    /** Binds it to a texture unit. **/
+    void bind(int unit) const;
+
+private:
+    const GlFunctions& gl;
+    Kind kind;
+    GLuint name = 0;
+};
+
+/** Two layers of one picture, or of a band of its rows: a multisampled one with depth for the
+scene, transparent where nothing is drawn, and a plain one for what lies behind it, onto which the
+scene is laid at the end. **/
 class PictureTarget {
 public:
     /** @throws std::runtime_error when the context cannot make a picture of this size. **/
@@ -21,43 +49,48 @@ public:
     int getWidth() const { return width; }
     int getHeight() const { return height; }
 
-    static constexpr int numSamples = 4;  // what OpenGL 3.3 guarantees
-
-    /** Makes the scene's layer the target of drawing, cleared. **/
+    /** Makes the scene's layer the target of drawing. **/
     void bindScene();
+
+    /** The scene's colours, with premultiplied alpha. **/
+    const SampleTexture& getSceneColor() const { return sceneColor; }
+    const SampleTexture& getSceneDepth() const { return sceneDepth; }
 
     /** Makes the plain layer the target of drawing. **/
     void bindPicture();
 
-    /** The scene's colours, a multisampled texture with premultiplied alpha. **/
-    GLuint getSceneTexture() const { return sceneColor; }
-
     /** Makes the backdrop the target of drawing: a plain layer that keeps from frame to frame. **/
     void bindBackdrop();
+
+    /** What the backdrop was drawn from. **/
+    std::vector<double>& updBackdropKey() { return backdropKey; }
 
     /** Copies the backdrop to the plain layer. **/
     void copyBackdrop();
 
-    /** Copies the plain layer to memory. **/
-    Image read();
+    /** Copies the lowest rows of the plain layer to memory, lowest first, four bytes a pixel. **/
+    void read(int rows, std::uint8_t* bytes);
 
 private:
     const GlFunctions& gl;
     int width, height;
-    GLuint sceneBuffer = 0, sceneColor = 0, sceneDepth = 0;
+    SampleTexture sceneColor, sceneDepth;
+    GLuint sceneBuffer = 0;
     GLuint pictureBuffer = 0, pictureColor = 0;
     GLuint backdropBuffer = 0, backdropColor = 0;
+    std::vector<double> backdropKey;
 };
 
-/** Two one-channel square textures to draw into, for the shadow and its blur. **/
-class ShadowTarget {
+/** Two one-channel textures to draw into, for what is blurred from one to the other. **/
+class BlurTarget {
 public:
-    ShadowTarget(const GlFunctions& gl, int size);
-    ~ShadowTarget();
-    ShadowTarget(const ShadowTarget&) = delete;
-    ShadowTarget& operator=(const ShadowTarget&) = delete;
+    BlurTarget(const GlFunctions& gl, int width, int height);
+    ~BlurTarget();
+    BlurTarget(const BlurTarget&) = delete;
+    BlurTarget& operator=(const BlurTarget&) = delete;
 
-    int getSize() const { return size; }
+    int getWidth() const { return width; }
+    int getHeight() const { return height; }
     GLuint getTexture(int i) const { return textures[i]; }
 
     /** Makes texture i the target of drawing. **/
@@ -65,8 +98,11 @@ public:
 
 private:
     const GlFunctions& gl;
-    int size;
+    int width, height;
     GLuint buffers[2] = {0, 0}, textures[2] = {0, 0};
 };
+
+/** @throws std::runtime_error when the framebuffer that is bound cannot be drawn into. **/
+void checkFramebuffer(const GlFunctions& gl, int width, int height);
 
 }  // namespace simflex

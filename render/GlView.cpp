@@ -71,8 +71,8 @@ std::array<float, 9> calcNormalMatrix(const SimTK::Rotation& R, const Vec3& scal
         std::max({std::abs(scale[0]), std::abs(scale[1]), std::abs(scale[2]), SimTK::TinyReal});
     const Vec3 s = scale / largest;
     Vec3 cofactor(s[1] * s[2], s[2] * s[0], s[0] * s[1]);
-    cofactor /= std::max({std::abs(cofactor[0]), std::abs(cofactor[1]), std::abs(cofactor[2]),
-                          SimTK::TinyReal});
+    cofactor /= std::max(
+        {std::abs(cofactor[0]), std::abs(cofactor[1]), std::abs(cofactor[2]), SimTK::TinyReal});
     std::array<float, 9> m{};
     for (int column = 0; column < 3; ++column)
         for (int row = 0; row < 3; ++row)

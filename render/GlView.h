@@ -17,15 +17,12 @@ struct GlView {
 
     const Camera& camera;
     const FrameStyle& style;
-    int width, height;                ///< of the whole picture [pixel]
-    int bottom, rows;                 ///< the band that is drawn
+    int width, height;                 ///< of the whole picture [pixel]
+    int bottom, rows;                  ///< the band that is drawn
     std::array<float, 16> projection;  ///< camera frame to band
     bool isPerspective;
 
     double getAspect() const { return double(width) / height; }
-
-    /** Sizes in pixels are given for a picture 720 pixels high. **/
-    double getPixelScale() const { return height / 720.0; }
 
     /** The projection of the whole picture, cut down to the band. **/
     std::array<float, 16> cut(std::array<float, 16> wholeProjection) const;

@@ -25,6 +25,9 @@ struct SurfaceItem {
     bool showElementEdges = false;
 
     bool isTransparent() const { return opacity < 1 || style == Style::Ghost; }
+
+    /** Appends the corners of a box that holds the item. **/
+    void appendBounds(std::vector<SimTK::Vec3>& points_G) const;
 };
 
 struct LineItem {

@@ -49,15 +49,17 @@ Rotation alignY(const Vec3& direction) {
 
 }  // namespace
 
+void SurfaceItem::appendBounds(std::vector<Vec3>& points_G) const {
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3 p;
+        for (int k = 0; k < 3; ++k)
+            p[k] = scale[k] * ((corner >> k) & 1 ? geometry->upper[k] : geometry->lower[k]);
+        points_G.push_back(X_GM * p);
+    }
+}
+
 void Scene::appendBounds(std::vector<Vec3>& points_G) const {
-    for (const SurfaceItem& item : surfaces)
-        for (int corner = 0; corner < 8; ++corner) {
-            Vec3 p;
-            for (int k = 0; k < 3; ++k)
-                p[k] = item.scale[k] *
-                       ((corner >> k) & 1 ? item.geometry->upper[k] : item.geometry->lower[k]);
-            points_G.push_back(item.X_GM * p);
-        }
+    for (const SurfaceItem& item : surfaces) item.appendBounds(points_G);
     for (const LineItem& item : lines) {
         points_G.push_back(item.start);
         points_G.push_back(item.end);

@@ -74,16 +74,14 @@ in vec3 viewPosition;
 in vec3 viewNormal;
 in float contourValue;
 uniform float opacity;
+uniform bool isPremultiplied;   // the colour leaves times its alpha
 uniform bool isGhost;
 uniform bool isLit;
 out vec4 fragment;
 
-void main() {
+vec4 calcShade() {
     vec3 base = calcBase(contourValue);
-    if (!isLit) {
-        fragment = vec4(base, opacity);
-        return;
-    }
+    if (!isLit) return vec4(base, opacity);
 
     vec3 n = normalize(viewNormal);
     if (!gl_FrontFacing) n = -n;
@@ -91,11 +89,16 @@ void main() {
     if (isGhost) {
         float facing = max(dot(n, v), 0.0);
         float rim = 1.0 - facing;
-        fragment = vec4(color * (0.75 + 0.25 * facing), opacity * (0.45 + 1.6 * rim * rim));
-        return;
+        return vec4(color * (0.75 + 0.25 * facing),
+                    min(opacity * (0.45 + 1.6 * rim * rim), 1.0));
     }
     vec4 light = calcLight(n, v);
-    fragment = vec4(sqrt(base * base * light.rgb + light.a), opacity);
+    return vec4(sqrt(base * base * light.rgb + light.a), opacity);
+}
+
+void main() {
+    fragment = calcShade();
+    if (isPremultiplied) fragment.rgb *= fragment.a;
 }
 )";
 
@@ -225,12 +228,14 @@ const char* const backgroundFragment = R"(#version 330 core
 in vec2 place;
 uniform vec3 topColor;
 uniform vec3 bottomColor;
+uniform vec2 band;              // first row that is drawn, height of the whole picture [pixel]
 out vec4 fragment;
 
 // Half a level of ordered noise hides the steps of the gradient.
 void main() {
-    float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
-    vec3 shade = mix(bottomColor, topColor, smoothstep(0.0, 1.0, place.y));
+    vec2 pixel = gl_FragCoord.xy + vec2(0.0, band.x);
+    float noise = fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+    vec3 shade = mix(bottomColor, topColor, smoothstep(0.0, 1.0, pixel.y / band.y));
     float amplitude = topColor == bottomColor ? 0.0 : 1.0 / 255.0;
     fragment = vec4(shade + (noise - 0.5) * amplitude, 1.0);
 }
@@ -245,6 +250,58 @@ void main() {
     ivec2 p = ivec2(gl_FragCoord.xy);
     fragment = 0.25 * (texelFetch(layer, p, 0) + texelFetch(layer, p, 1) +
                        texelFetch(layer, p, 2) + texelFetch(layer, p, 3));
+}
+)";
+
+// Rejects what an earlier layer has shown. Runs for each sample, so that layers are those of the
+// sample.
+const char* const peelFragment = R"(#version 330 core
+#extension GL_ARB_sample_shading : require
+in vec3 viewPosition;
+in vec3 viewNormal;
+in float contourValue;
+uniform sampler2DMS scene;      // depth of what is opaque
+uniform sampler2DMS previous;   // depth of the layer before
+uniform sampler2DMS ghosts;     // depth of the nearest ghost
+uniform bool isFirst;
+uniform bool isGhost;
+
+// Half a step of the scene's depth.
+const float margin = 3e-8;
+
+void main() {
+    ivec2 p = ivec2(gl_FragCoord.xy);
+    float z = gl_FragCoord.z;
+    if (z >= texelFetch(scene, p, gl_SampleID).r) discard;
+    if (!isFirst && z <= texelFetch(previous, p, gl_SampleID).r) discard;
+    if (isGhost && z > texelFetch(ghosts, p, gl_SampleID).r + margin) discard;
+}
+)";
+
+const char* const sampleFragment = R"(#version 330 core
+#extension GL_ARB_sample_shading : require
+in vec2 place;
+uniform sampler2DMS layer;
+out vec4 fragment;
+
+void main() {
+    fragment = texelFetch(layer, ivec2(gl_FragCoord.xy), gl_SampleID);
+}
+)";
+
+// Depth in the middle of a pixel that one surface covers; else the nearest.
+const char* const depthFragment = R"(#version 330 core
+in vec2 place;
+uniform sampler2DMS scene;
+out vec4 fragment;
+
+void main() {
+    ivec2 p = ivec2(gl_FragCoord.xy);
+    vec4 z = vec4(texelFetch(scene, p, 0).r, texelFetch(scene, p, 1).r,
+                  texelFetch(scene, p, 2).r, texelFetch(scene, p, 3).r);
+    float nearest = min(min(z.x, z.y), min(z.z, z.w));
+    float farthest = max(max(z.x, z.y), max(z.z, z.w));
+    fragment = vec4(farthest < 1.0 ? 0.25 * (z.x + z.y + z.z + z.w) : nearest);
 }
 )";
 
@@ -295,13 +352,19 @@ in vec2 place;
 uniform float size;
 uniform vec4 shadowRegion;      // origin, 1 / extent
 uniform sampler2D shadow;
+uniform vec3 groundColor;
+uniform bool isLaidOver;        // as a colour with alpha, not as a factor
 out vec4 fragment;
+
+const vec3 absorption = vec3(0.42, 0.40, 0.36);
 
 void main() {
     float fade = 1.0 - smoothstep(0.25, 1.0, length(place) / size);
     vec2 s = (place - shadowRegion.xy) * shadowRegion.zw;
     float dark = texture(shadow, s).r * fade;
-    fragment = vec4(1.0 - dark * vec3(0.42, 0.40, 0.36), 1.0);
+    float alpha = dark * absorption.r;
+    fragment = isLaidOver ? vec4((alpha - dark * absorption) * groundColor, alpha)
+                          : vec4(1.0 - dark * absorption, 1.0);
 }
 )";
 

@@ -21,6 +21,9 @@ extern const char* const colorFragment;       ///< colour per vertex
 extern const char* const backgroundVertex;    ///< one triangle that covers the picture
 extern const char* const backgroundFragment;  ///< vertical gradient
 extern const char* const layerFragment;       ///< mean of a multisampled layer
+extern const char* const peelFragment;        ///< next layer of what is transparent
+extern const char* const sampleFragment;      ///< copy of a multisampled layer
+extern const char* const depthFragment;
 extern const char* const groundVertex;
 extern const char* const groundFragment;        ///< grid, fading edge
 extern const char* const groundShadowFragment;  ///< what a shadow leaves of the light

@@ -1,0 +1,72 @@
+#pragma once
+/** @file
+Draws what one can see through, in the right order at each sample of each pixel.
+
+Shapes that are convex and do not overlap, or stand clearly behind one another, are drawn from far
+to near, each first from inside, then from outside. All else is peeled (C. Everitt, Interactive
+order-independent transparency, NVIDIA 2001): layer by layer from the viewer, each the nearest
+surface behind the layer before, laid under what has been gathered so far. A layer costs two passes
+over the transparent shapes; peeling ends with the last layer, or after `maxLayers`, and then leaves
+out what lies deeper. Internal to the renderer. **/
+
+#include <memory>
+#include <vector>
+
+#include "GlProgram.h"
+#include "GlScreen.h"
+#include "GlSurfaces.h"
+#include "GlTargets.h"
+#include "GlView.h"
+#include "Scene.h"
+
+namespace simflex {
+
+class GlTransparency {
+public:
+    static constexpr int maxLayers = 32;
+
+    GlTransparency(const GlFunctions& gl, const GlScreen& screen, GlSurfaces& surfaces);
+    ~GlTransparency();
+    GlTransparency(const GlTransparency&) = delete;
+    GlTransparency& operator=(const GlTransparency&) = delete;
+
+    /** Onto the target's scene, which is bound; blending is on, depth is not written. **/
+    void draw(const Scene& scene, const GlView& view, PictureTarget& target);
+
+    /** Layers that the last call has peeled; 0 when sorting was enough. **/
+    int getNumLayers() const { return numLayers; }
+
+private:
+    struct Item {
+        const SurfaceItem* surface;
+        GlRectangle rectangle;
+        double nearest, farthest;  // along the view direction
+    };
+    struct Layers {
+        Layers(const GlFunctions& gl, int width, int height);
+        ~Layers();
+
+        const GlFunctions& gl;
+        int width, height;
+        SampleTexture color, ghosts, depths[2];
+        GLuint buffers[2] = {0, 0}, ghostBuffer = 0;
+    };
+
+    bool canSort(const std::vector<Item>& items, const std::vector<Item>& ghosts);
+    void drawSorted(std::vector<Item>& items, const GlView& view);
+    void drawGhosts(const std::vector<Item>& ghosts, const GlView& view);
+    void drawGhostDepth(const std::vector<Item>& ghosts, const GlView& view);
+    void peel(const std::vector<Item>& items, const std::vector<Item>& ghosts, const GlView& view,
+              PictureTarget& target);
+
+    const GlFunctions& gl;
+    const GlScreen& screen;
+    GlSurfaces& surfaces;
+    GlProgram depthProgram;
+    std::unique_ptr<GlProgram> peelProgram, sampleProgram;  // made when first wanted
+    std::unique_ptr<Layers> layers;
+    GLuint query = 0;
+    int numLayers = 0;
+};
+
+}  // namespace simflex
