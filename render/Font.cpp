@@ -34,26 +34,6 @@ std::vector<unsigned long> decodeUtf8(const std::string& text) {
     return result;
 }
 
-std::string findFontFile(Font::Weight weight) {
-    if (const char* chosen = std::getenv("SIMFLEX_FONT")) {
-        if (std::ifstream(chosen)) return chosen;
-        throw std::runtime_error(std::string("cannot read the font '") + chosen +
-                                 "' that SIMFLEX_FONT names");
-    }
-    const std::string file =
-        weight == Font::Weight::Bold ? "DejaVuSans-Bold.ttf" : "DejaVuSans.ttf";
-    std::string tried;
-    for (const char* folder : {"/usr/share/fonts/truetype/dejavu/", "/usr/share/fonts/dejavu/",
-                               "/usr/share/fonts/dejavu-sans-fonts/", "/usr/share/fonts/TTF/",
-                               "/usr/local/share/fonts/dejavu/"}) {
-        if (std::ifstream(folder + file)) return folder + file;
-        tried += std::string(" ") + folder;
-    }
-    throw std::runtime_error("cannot find the font " + file +
-                             " (Debian package fonts-dejavu-core) in" + tried +
-                             "; set SIMFLEX_FONT to a TrueType file instead");
-}
-
 struct Glyph {
     int left = 0, top = 0, width = 0, height = 0;
     double advance = 0;
@@ -110,8 +90,27 @@ struct Font::Impl {
     }
 };
 
+std::string Font::findFile(Weight weight) {
+    if (const char* chosen = std::getenv("SIMFLEX_FONT")) {
+        if (std::ifstream(chosen)) return chosen;
+        throw std::runtime_error(std::string("cannot read the font '") + chosen +
+                                 "' that SIMFLEX_FONT names");
+    }
+    const std::string file = weight == Weight::Bold ? "DejaVuSans-Bold.ttf" : "DejaVuSans.ttf";
+    std::string tried;
+    for (const char* folder : {"/usr/share/fonts/truetype/dejavu/", "/usr/share/fonts/dejavu/",
+                               "/usr/share/fonts/dejavu-sans-fonts/", "/usr/share/fonts/TTF/",
+                               "/usr/local/share/fonts/dejavu/"}) {
+        if (std::ifstream(folder + file)) return folder + file;
+        tried += std::string(" ") + folder;
+    }
+    throw std::runtime_error("cannot find the font " + file +
+                             " (Debian package fonts-dejavu-core) in" + tried +
+                             "; set SIMFLEX_FONT to a TrueType file instead");
+}
+
 Font::Font(Weight weight) : impl(std::make_unique<Impl>()) {
-    const std::string path = findFontFile(weight);
+    const std::string path = findFile(weight);
     if (FT_Init_FreeType(&impl->library) != 0 ||
         FT_New_Face(impl->library, path.c_str(), 0, &impl->face) != 0)
         throw std::runtime_error("FreeType cannot use the font '" + path + "'");

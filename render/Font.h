@@ -22,6 +22,9 @@ public:
     Font(const Font&) = delete;
     Font& operator=(const Font&) = delete;
 
+    /** The file that a weight is read from. @throws std::runtime_error when there is none. **/
+    static std::string findFile(Weight weight);
+
     /** Width of a line of UTF-8 text [pixel]. **/
     double calcWidth(const std::string& text, int pixelSize);
 

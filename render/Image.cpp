@@ -28,8 +28,24 @@ void keepPngError(png_structp png, png_const_charp text) {
 
 void ignorePngWarning(png_structp, png_const_charp) {}
 
-bool writePngRows(std::FILE* file, const std::vector<const std::uint8_t*>& rows, int width,
-                  bool hasAlpha, std::string& error) {
+void appendBytes(png_structp png, png_bytep bytes, png_size_t count) {
+    auto& out = *static_cast<std::vector<std::uint8_t>*>(png_get_io_ptr(png));
+    out.insert(out.end(), bytes, bytes + count);
+}
+
+void flushNothing(png_structp) {}
+
+struct PngText {
+    std::string keyword, text;
+};
+
+bool writePngRows(std::vector<std::uint8_t>& out, const std::vector<const std::uint8_t*>& rows,
+                  int width, bool hasAlpha, const PngText& words, std::string& error) {
+    png_text text{};
+    text.compression = PNG_TEXT_COMPRESSION_NONE;
+    text.key = const_cast<png_charp>(words.keyword.c_str());
+    text.text = const_cast<png_charp>(words.text.c_str());
+    text.text_length = words.text.size();
     png_structp png =
         png_create_write_struct(PNG_LIBPNG_VER_STRING, &error, keepPngError, ignorePngWarning);
     png_infop info = png ? png_create_info_struct(png) : nullptr;
@@ -43,13 +59,14 @@ bool writePngRows(std::FILE* file, const std::vector<const std::uint8_t*>& rows,
         return false;
     }
 
-    png_init_io(png, file);
+    png_set_write_fn(png, &out, appendBytes, flushNothing);
     png_set_IHDR(png, info, png_uint_32(width), png_uint_32(rows.size()), 8,
                  hasAlpha ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     // Sub and Up with fast compression: a third of the time of the defaults, files 10 % larger.
     png_set_compression_level(png, 3);
     png_set_filter(png, 0, PNG_FILTER_SUB | PNG_FILTER_UP);
+    if (!words.keyword.empty()) png_set_text(png, info, &text, 1);
     png_write_info(png, info);
     if (!hasAlpha) png_set_filler(png, 0, PNG_FILLER_AFTER);
     png_write_image(png, const_cast<png_bytepp>(rows.data()));
@@ -85,8 +102,10 @@ Image::Image(int imageWidth, int imageHeight, const Pixel& color)
         throw std::invalid_argument("Image: size must be positive, not " + std::to_string(width) +
                                     "x" + std::to_string(height));
     bytes.resize(4 * std::size_t(width) * height);
-    for (std::size_t i = 0; i < bytes.size(); i += 4)
-        std::copy(color.begin(), color.end(), bytes.begin() + std::ptrdiff_t(i));
+    if (color == Pixel{0, 0, 0, 0}) return;
+    const std::size_t rowBytes = 4 * std::size_t(width);
+    for (std::size_t i = 0; i < rowBytes; i += 4) std::memcpy(&bytes[i], color.data(), 4);
+    for (int y = 1; y < height; ++y) std::memcpy(&bytes[offsetOf(0, y)], bytes.data(), rowBytes);
 }
 
 Image::Pixel Image::getPixel(int x, int y) const {
@@ -110,6 +129,23 @@ void Image::blendPixel(int x, int y, const Pixel& color, double coverage) {
     for (int c = 0; c < 3; ++c)
         p[c] = std::uint8_t(std::lround(p[c] + a * (double(color[c]) - p[c])));
     p[3] = std::uint8_t(std::lround(p[3] + a * (255.0 - p[3])));
+}
+
+bool Image::hasTransparency() const {
+    for (std::size_t i = 3; i < bytes.size(); i += 4)
+        if (bytes[i] != 255) return true;
+    return false;
+}
+
+Image Image::cropped(int x, int y, int partWidth, int partHeight) const {
+    if (x < 0 || y < 0 || partWidth > width - x || partHeight > height - y)
+        throw std::out_of_range("Image: no part of " + std::to_string(partWidth) + "x" +
+                                std::to_string(partHeight) + " at (" + std::to_string(x) + ", " +
+                                std::to_string(y) + ") in a picture of " + std::to_string(width) +
+                                "x" + std::to_string(height));
+    Image part(partWidth, partHeight);
+    part.paste(*this, -x, -y);
+    return part;
 }
 
 Image Image::resized(int newWidth, int newHeight) const {
@@ -143,22 +179,32 @@ void Image::paste(const Image& other, int x, int y) {
                     4 * std::size_t(x1 - x0));
 }
 
+std::vector<std::uint8_t> Image::encodePng(const std::string& keyword,
+                                           const std::string& text) const {
+    if (isEmpty()) throw std::runtime_error("cannot code a picture as PNG: it is empty");
+    std::vector<const std::uint8_t*> rows(static_cast<std::size_t>(height));
+    for (int y = 0; y < height; ++y) rows[std::size_t(y)] = &bytes[offsetOf(0, y)];
+    std::vector<std::uint8_t> png;
+    png.reserve(bytes.size() / 8);
+    std::string error;
+    if (!writePngRows(png, rows, width, hasTransparency(), {keyword, text}, error))
+        throw std::runtime_error("cannot code a picture as PNG: " + error);
+    return png;
+}
+
 void Image::writePng(const std::string& path) const {
     if (isEmpty()) throw std::runtime_error("cannot write '" + path + "': the picture is empty");
+    writeWholeFile(path, encodePng());
+}
+
+void writeWholeFile(const std::string& path, const std::vector<std::uint8_t>& bytes) {
     const std::string partial = path + "." + std::to_string(getpid()) + ".part";
     File file(std::fopen(partial.c_str(), "wb"));
     if (!file) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
 
-    bool hasAlpha = false;
-    for (std::size_t i = 3; i < bytes.size() && !hasAlpha; i += 4) hasAlpha = bytes[i] != 255;
-    std::vector<const std::uint8_t*> rows(height);
-    for (int y = 0; y < height; ++y) rows[y] = &bytes[offsetOf(0, y)];
-
-    std::string error;
-    errno = 0;
-    bool ok = writePngRows(file.get(), rows, width, hasAlpha, error);
-    if (ok && std::fflush(file.get()) != 0) ok = false;
-    if (!ok && errno != 0) error = std::strerror(errno);
+    // Closing can fail, too: a disk on the network says only then that it is full.
+    bool ok = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
+    std::string error = ok ? "" : std::strerror(errno);
     if (std::fclose(file.release()) != 0 && ok) {
         ok = false;
         error = std::strerror(errno);
@@ -171,6 +217,34 @@ void Image::writePng(const std::string& path) const {
         std::remove(partial.c_str());
         throw std::runtime_error("cannot write '" + path + "': " + error);
     }
+}
+
+std::string readPngText(const std::string& path, const std::string& keyword) {
+    File file(std::fopen(path.c_str(), "rb"));
+    if (!file) return "";
+    std::string error, result;
+    png_structp png =
+        png_create_read_struct(PNG_LIBPNG_VER_STRING, &error, keepPngError, ignorePngWarning);
+    png_infop info = png ? png_create_info_struct(png) : nullptr;
+    if (info && readPngInfo(png, info, file.get())) {
+        png_textp texts = nullptr;
+        int count = 0;
+        png_get_text(png, info, &texts, &count);
+        for (int i = 0; i < count; ++i)
+            if (keyword == texts[i].key) result.assign(texts[i].text, texts[i].text_length);
+    }
+    png_destroy_read_struct(&png, &info, nullptr);
+    return result;
+}
+
+bool isPngComplete(const std::string& path) {
+    File file(std::fopen(path.c_str(), "rb"));
+    if (!file) return false;
+    unsigned char start[8], end[12];
+    const unsigned char last[12] = {0, 0, 0, 0, 'I', 'E', 'N', 'D', 0xAE, 0x42, 0x60, 0x82};
+    return std::fread(start, 1, 8, file.get()) == 8 && png_sig_cmp(start, 0, 8) == 0 &&
+           std::fseek(file.get(), -12, SEEK_END) == 0 && std::fread(end, 1, 12, file.get()) == 12 &&
+           std::memcmp(end, last, 12) == 0;
 }
 
 Image Image::readPng(const std::string& path) {

@@ -42,8 +42,15 @@ public:
     std::uint8_t* updData() { return bytes.data(); }
     std::size_t getNumBytes() const { return bytes.size(); }
 
+    /** Whether any pixel is less than fully opaque. **/
+    bool hasTransparency() const;
+
     /** The picture at another size; every new pixel is the mean of the area it covers. **/
     Image resized(int newWidth, int newHeight) const;
+
+    /** The part of width×height pixels whose top left corner is column x, row y.
+    @throws std::out_of_range unless all of it lies in the picture. **/
+    Image cropped(int x, int y, int partWidth, int partHeight) const;
 
     /** Copies `other` to column x, row y; what would fall outside is cut off. **/
     void paste(const Image& other, int x, int y);
@@ -52,6 +59,10 @@ public:
     time of writing. Fully opaque pictures are written without alpha channel.
     @throws std::runtime_error that names the file and the system's reason. **/
     void writePng(const std::string& path) const;
+
+    /** The bytes of that file; with a text of this keyword in it, if one is given. **/
+    std::vector<std::uint8_t> encodePng(const std::string& keyword = "",
+                                        const std::string& text = "") const;
 
     /** Reads any PNG file.
     @throws std::runtime_error that names the file and what is wrong with it. **/
@@ -69,5 +80,17 @@ private:
     int height = 0;
     std::vector<std::uint8_t> bytes;
 };
+
+/** The text of a keyword in a PNG file before its pixels; empty when there is none, or no such
+  *file.
+ **/
+std::string readPngText(const std::string& path, const std::string& keyword);
+
+/** Whether a file begins and ends as a PNG file does. **/
+bool isPngComplete(const std::string& path);
+
+/** Writes a file that appears only when it is complete.
+@throws std::runtime_error that names the file and the system's reason. **/
+void writeWholeFile(const std::string& path, const std::vector<std::uint8_t>& bytes);
 
 }  // namespace simflex

@@ -37,17 +37,68 @@ Image OffscreenVisualizer::drawFrame(const SimTK::State& state) const {
     return impl->drawFrame(state);
 }
 
+int OffscreenVisualizer::reportAll(const std::vector<SimTK::State>& states,
+                                   const FrameProgress& progress) const {
+    return impl->reportAll(Impl::toMotion(states), progress);
+}
+
+void OffscreenVisualizer::finish() const {
+    impl->output.finish();
+}
+
 OffscreenVisualizer& OffscreenVisualizer::setOutputFolder(const std::string& folder) {
-    impl->outputFolder = folder;
-    impl->numFrames = 0;
+    impl->output.setFolder(folder);
     return *this;
 }
 
 const std::string& OffscreenVisualizer::getOutputFolder() const {
-    return impl->outputFolder;
+    return impl->output.getFolder();
 }
+
 int OffscreenVisualizer::getNumFrames() const {
-    return impl->numFrames;
+    impl->output.wait();
+    return impl->output.getNumDelivered();
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setOldFrames(OldFrames old) {
+    impl->output.setOldFrames(old);
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setNumThreads(int numThreads) {
+    impl->output.setNumThreads(numThreads);
+    return *this;
+}
+
+int OffscreenVisualizer::getNumThreads() const {
+    return impl->output.getNumThreads();
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setFrameSink(const FrameSink& sink) {
+    impl->output.setSink(sink);
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::addVideo(const std::string& file,
+                                                   const VideoOptions& options) {
+    impl->output.addVideo(file, options);
+    return *this;
+}
+
+int OffscreenVisualizer::addPlot(const ProbePlot& plot, PlotSide side, int size) {
+    if (size < 0)
+        throw std::invalid_argument("addPlot: size must not be negative, not " +
+                                    std::to_string(size));
+    impl->plots.push_back({plot, side, size, nullptr, impl->theme});
+    return int(impl->plots.size()) - 1;
+}
+
+ProbePlot& OffscreenVisualizer::updPlot(int plot) {
+    if (plot < 0 || plot >= int(impl->plots.size()))
+        throw std::out_of_range("updPlot: no plot " + std::to_string(plot) + ", there are " +
+                                std::to_string(impl->plots.size()));
+    impl->plots[std::size_t(plot)].painter = nullptr;
+    return impl->plots[std::size_t(plot)].plot;
 }
 
 OffscreenVisualizer& OffscreenVisualizer::addDeformableMesh(const DeformableMesh& mesh) {
@@ -157,7 +208,7 @@ OffscreenVisualizer& OffscreenVisualizer::addView(const CameraView& view) {
 }
 
 OffscreenVisualizer& OffscreenVisualizer::fitToMotion(const std::vector<SimTK::State>& states) {
-    impl->fitToMotion(states);
+    impl->fitToMotion(Impl::toMotion(states));
     return *this;
 }
 
@@ -210,7 +261,7 @@ OffscreenVisualizer& OffscreenVisualizer::setContourRange(ContourRange range) {
 }
 
 Vec2 OffscreenVisualizer::getContourRange() const {
-    return impl->lastContourRange;
+    return impl->output.getLastRange();
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setColorMap(ColorMap map) {

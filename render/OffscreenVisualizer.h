@@ -13,8 +13,9 @@ The interface is that of SimTK::Visualizer, with frames going to PNG files or to
     viz.setOutputFolder("frames");
     // ... simulate, keeping States
     viz.fitToMotion(states);
-    for (const State& state : states) viz.report(state);   // frames/frame_00000.png, ...
-    simflex::writeVideo("frames", "slider_crank.mp4");
+    viz.addVideo("slider_crank.mp4");
+    viz.reportAll(states);   // frames/frame_00000.png, ...
+    viz.finish();
 @endcode
 
 Copies refer to the same visualizer. The first frame needs libOSMesa or libEGL and a DejaVu font;
@@ -31,7 +32,10 @@ once.
 #include "simflex/render/ColorMap.h"
 #include "simflex/render/Contour.h"
 #include "simflex/render/DeformableMesh.h"
+#include "simflex/render/FrameOptions.h"
 #include "simflex/render/Image.h"
+#include "simflex/render/ProbePlot.h"
+#include "simflex/render/Video.h"
 
 namespace simflex {
 
@@ -65,20 +69,48 @@ public:
     @throws std::runtime_error that says what is wrong: no OpenGL context, a pose or a modal
         coordinate that is not finite (and of which body, at which time), an unknown mesh file. **/
     /**@{**/
-    /** Draws the State and writes it to the output folder as the next frame.
-    @throws std::runtime_error when the file cannot be written, too. **/
+    /** Takes the State's picture as the next frame, which threads of their own draw and write to
+    the output folder while the caller goes on; it waits when a few frames are on their way.
+    @throws std::runtime_error also for a frame before that could not be drawn or written, which it
+        names: the frames before that one are complete, and the next one takes its number. **/
     void report(const SimTK::State& state) const;
     /** The same as report(). **/
     void drawFrameNow(const SimTK::State& state) const { report(state); }
-    /** Draws the State to memory. **/
+    /** Reports all States and waits until their frames are complete, telling `progress` of them
+    (ProgressLine shows a bar); stops early when that says false. @return how many it reported. **/
+    int reportAll(const std::vector<SimTK::State>& states,
+                  const FrameProgress& progress = {}) const;
+    /** Waits for all frames and completes the videos. The last copy's destructor does so, too, but
+    writes an error to standard error. @throws std::runtime_error as report() does. **/
+    void finish() const;
+    /** Draws the State to memory. Waits for frames reported before. **/
     Image drawFrame(const SimTK::State& state) const;
 
-    /** Folder for frame_00000.png and so on, made when the first frame is written; frames of that
-    name that an earlier run left there are removed then. Default: "frames". **/
+    /** Folder for frame_00000.png and so on, made when the first frame is reported. Each appears
+    when it is complete and those before it are. Empty: no files. Default: "frames". **/
     OffscreenVisualizer& setOutputFolder(const std::string& folder);
     const std::string& getOutputFolder() const;
-    /** Frames written to the output folder so far. **/
+    /** Frames of the output folder that are complete. Waits for all that were reported. **/
     int getNumFrames() const;
+    /** Whether frames that an earlier run left in the folder are removed, the default, or kept
+    where they show the same, so that an interrupted run can be resumed by doing it again. **/
+    OffscreenVisualizer& setOldFrames(OldFrames old);
+    /** Takes every frame that is reported, in memory. **/
+    OffscreenVisualizer& setFrameSink(const FrameSink& sink);
+    /** Frames reported from here on go to a video, too, complete after finish().
+    @throws as VideoWriter does. **/
+    OffscreenVisualizer& addVideo(const std::string& file, const VideoOptions& options = {});
+    /** Threads that draw and write; 0: none, report() does it. The bytes are the same. Default:
+    half as many as there are processors, from 1 to 4. @throws std::invalid_argument. **/
+    OffscreenVisualizer& setNumThreads(int numThreads);
+    int getNumThreads() const;
+
+    /** Puts a plot beside the picture, which grows by `size` pixels on that side (0: 42 % of it),
+    with a mark at the frame's time. @return its number. @throws std::invalid_argument. **/
+    int addPlot(const ProbePlot& plot, PlotSide side = PlotSide::Below, int size = 0);
+    /** The plot, to let its curves grow; frames show what it holds when they are reported.
+    @throws std::out_of_range. **/
+    ProbePlot& updPlot(int plot);
     /**@}**/
 
     /** @name What is drawn, besides the System's own decorations **/

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <stdexcept>
 
 namespace simflex {
@@ -135,11 +134,11 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, FrameSnap
     shapes.dropUnused();
 }
 
-FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state) {
+FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, int frameNumber) {
     checkCoordinates(state);
     system.realize(state, SimTK::Stage::Position);
     FrameSnapshot snapshot;
-    snapshot.number = numFrames;
+    snapshot.number = frameNumber;
     snapshot.time = state.getTime();
     snapshot.width = width;
     snapshot.height = height;
@@ -203,25 +202,30 @@ Margins OffscreenVisualizer::Impl::calcMargins(int viewNumber) const {
     return margins;
 }
 
-void OffscreenVisualizer::Impl::fitViews(const std::vector<State>& states) {
-    std::vector<std::vector<Vec3>> bounds;
-    std::vector<std::vector<Transform>> followedPoses(views.size());
-    std::vector<Vec3> all;
-    for (const State& state : states) {
-        const FrameSnapshot snapshot = capture(state);
-        valuesOfRun.include(painter.deform(snapshot));
-        bounds.emplace_back();
-        painter.appendBounds(snapshot, bounds.back());
-        all.insert(all.end(), bounds.back().begin(), bounds.back().end());
-        for (std::size_t i = 0; i < views.size(); ++i)
-            followedPoses[i].push_back(
-                views[i].calcFollowedPose([&](int body) { return calcBodyPose(state, body); }));
+// Motion::getState may refer to one State that changes: each is used before the next is wanted.
+void OffscreenVisualizer::Impl::appendBounds(const Motion& motion, MotionBounds& bounds) {
+    bounds.followedPoses.resize(views.size());
+    for (int i = 0; i < motion.numStates; ++i) {
+        const State& state = motion.getState(i);
+        const FrameSnapshot snapshot = capture(state, 0);
+        bounds.values.include(painter.deform(snapshot));
+        bounds.frames.emplace_back();
+        painter.appendBounds(snapshot, bounds.frames.back());
+        for (std::size_t v = 0; v < views.size(); ++v)
+            bounds.followedPoses[v].push_back(
+                views[v].calcFollowedPose([&](int body) { return calcBodyPose(state, body); }));
     }
+}
+
+void OffscreenVisualizer::Impl::fitViews(const MotionBounds& bounds) {
+    std::vector<Vec3> all;
+    for (const std::vector<Vec3>& frame : bounds.frames)
+        all.insert(all.end(), frame.begin(), frame.end());
     extent = calcSceneExtent(all, UnitVec3(up), calcFront(up));
     for (std::size_t i = 0; i < views.size(); ++i) {
         const SimTK::Vec4 part = views[i].calcRectangle(int(i), int(views.size()));
-        views[i].fit(extent, bounds, followedPoses[i], part[2] * width / (part[3] * height),
-                     calcMargins(int(i)));
+        views[i].fit(extent, bounds.frames, bounds.followedPoses[i],
+                     part[2] * width / (part[3] * height), calcMargins(int(i)));
     }
 
     const Camera& camera = views.front().getCamera();
@@ -232,20 +236,30 @@ void OffscreenVisualizer::Impl::fitViews(const std::vector<State>& states) {
     isFitted = true;
 }
 
-void OffscreenVisualizer::Impl::fitToMotion(const std::vector<State>& states) {
-    if (states.empty()) return;
+double OffscreenVisualizer::Impl::calcLargestDisplacement(const Motion& motion) {
+    double largest = 0;
+    for (int i = 0; i < motion.numStates; ++i)
+        largest =
+            std::max(largest, painter.calcLargestDisplacement(capture(motion.getState(i), 0)));
+    return largest;
+}
+
+void OffscreenVisualizer::Impl::fitToMotion(const Motion& motion) {
+    if (motion.numStates == 0) return;
     if (isFactorAutomatic) {
         automaticFactor = 1;
-        double largest = 0;
-        for (const State& state : states)
-            largest = std::max(largest, painter.calcLargestDisplacement(capture(state)));
+        const double largest = calcLargestDisplacement(motion);
         if (largest > 0) {
-            fitViews({states.front()});
+            MotionBounds first;
+            appendBounds({1, motion.getState}, first);
+            fitViews(first);
             automaticFactor = calcRoundFactor(largest);
         }
     }
-    valuesOfRun = {};
-    fitViews(states);
+    MotionBounds bounds;
+    appendBounds(motion, bounds);
+    fitViews(bounds);
+    output.setValuesOfRun(bounds.values);
 }
 
 FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
@@ -317,19 +331,52 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
     return content;
 }
 
-Image OffscreenVisualizer::Impl::drawFrame(const State& state) {
+std::vector<PlacedPlot> OffscreenVisualizer::Impl::capturePlots() {
+    constexpr double usualPart = 0.42;  // of the picture's size
+    std::vector<PlacedPlot> placed;
+    int frameWidth = width, frameHeight = height;
+    for (Plot& plot : plots) {
+        const bool isBelow = plot.side == PlotSide::Below;
+        const int usual = 2 * int(usualPart * (isBelow ? height : width) / 2);
+        const int size = plot.size > 0 ? plot.size : std::max(1, usual);
+        const int plotWidth = isBelow ? frameWidth : size,
+                  plotHeight = isBelow ? size : frameHeight;
+        if (!plot.painter || plot.theme != theme || plot.painter->getWidth() != plotWidth ||
+            plot.painter->getHeight() != plotHeight) {
+            const PlotTheme& colors =
+                theme == Theme::Light ? PlotTheme::light() : PlotTheme::dark();
+            plot.painter = std::make_shared<const PlotPainter>(plot.plot, colors, plotWidth,
+                                                               plotHeight, height / 720.0);
+            plot.theme = theme;
+        }
+        placed.push_back({plot.painter, plot.side});
+        (isBelow ? frameHeight : frameWidth) += size;
+    }
+    return placed;
+}
+
+FrameJob OffscreenVisualizer::Impl::captureFrame(const State& state, int frameNumber) {
     try {
         if (!isFitted) {
-            const Extremes before = valuesOfRun;
-            fitViews({state});
-            valuesOfRun = before;
+            MotionBounds bounds;
+            appendBounds({1, [&](int) -> const State& { return state; }}, bounds);
+            fitViews(bounds);
         }
-        const FrameSnapshot snapshot = capture(state);
-        const Extremes values = painter.deform(snapshot);
-        valuesOfRun.include(values);
-        lastContourRange = calcContourRange(partStyle.contour, values, valuesOfRun);
-        lastViews = snapshot.views;
-        return painter.paint(snapshot, lastContourRange);
+        FrameJob job;
+        job.pictures.push_back(capture(state, frameNumber));
+        job.plots = capturePlots();
+        lastViews = job.pictures.front().views;
+        return job;
+    } catch (const std::exception& e) {
+        throw std::runtime_error("cannot draw the frame at time " + formatNumber(state.getTime()) +
+                                 " s: " + e.what());
+    }
+}
+
+Image OffscreenVisualizer::Impl::drawFrame(const State& state) {
+    const FrameJob job = captureFrame(state, output.getNextNumber());
+    try {
+        return output.draw(job);
     } catch (const std::exception& e) {
         throw std::runtime_error("cannot draw the frame at time " + formatNumber(state.getTime()) +
                                  " s: " + e.what());
@@ -337,26 +384,13 @@ Image OffscreenVisualizer::Impl::drawFrame(const State& state) {
 }
 
 void OffscreenVisualizer::Impl::report(const State& state) {
-    const Image image = drawFrame(state);
-    namespace fs = std::filesystem;
-    if (numFrames == 0) {
-        std::error_code error;
-        fs::create_directories(outputFolder, error);
-        if (error || !fs::is_directory(outputFolder))
-            throw std::runtime_error("cannot make the folder '" + outputFolder +
-                                     "' for frames: " + error.message());
-        for (const auto& entry : fs::directory_iterator(outputFolder)) {
-            const std::string name = entry.path().filename().string();
-            int number = 0, length = 0;
-            if (std::sscanf(name.c_str(), "frame_%5d.png%n", &number, &length) == 1 &&
-                length == int(name.size()))
-                fs::remove(entry.path(), error);
-        }
-    }
-    char name[32];
-    std::snprintf(name, sizeof name, "/frame_%05d.png", numFrames);
-    image.writePng(outputFolder + name);
-    ++numFrames;
+    output.add(captureFrame(state, output.getNextNumber()));
+}
+
+int OffscreenVisualizer::Impl::reportAll(const Motion& motion, const FrameProgress& progress) {
+    return output.addAll(
+        motion.numStates,
+        [&](int i) { return captureFrame(motion.getState(i), output.getNextNumber()); }, progress);
 }
 
 }  // namespace simflex

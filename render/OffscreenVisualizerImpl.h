@@ -2,11 +2,13 @@
 /** @file
 Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "Camera.h"
+#include "FrameOutput.h"
 #include "FramePainter.h"
 #include "FrameSnapshot.h"
 #include "FrameStyle.h"
@@ -20,9 +22,35 @@ class OffscreenVisualizer::Impl {
 public:
     Impl(const SimTK::System& system, int width, int height);
 
+    /** The States of a motion one after the other; what it returns may change with the next call.
+     **/
+    struct Motion {
+        int numStates = 0;
+        std::function<const SimTK::State&(int)> getState;
+    };
+
+    static Motion toMotion(const std::vector<SimTK::State>& states) {
+        return {int(states.size()),
+                [&states](int i) -> const SimTK::State& { return states[std::size_t(i)]; }};
+    }
+    /** Where a motion goes, frame by frame. **/
+    struct MotionBounds {
+        std::vector<std::vector<SimTK::Vec3>> frames;
+        std::vector<std::vector<SimTK::Transform>> followedPoses;  // of each view
+        Extremes values;
+    };
+
     Image drawFrame(const SimTK::State& state);
     void report(const SimTK::State& state);
-    void fitToMotion(const std::vector<SimTK::State>& states);
+    int reportAll(const Motion& motion, const FrameProgress& progress);
+    void fitToMotion(const Motion& motion);
+    /** All that a frame of this State needs; fits the views first if they are not. **/
+    FrameJob captureFrame(const SimTK::State& state, int frameNumber);
+    /** Adds what the views need to know of a motion. **/
+    void appendBounds(const Motion& motion, MotionBounds& bounds);
+    void fitViews(const MotionBounds& bounds);
+    double calcLargestDisplacement(const Motion& motion);
+    double calcRoundFactor(double largestDisplacement) const;
     double getDeformationFactor() const {
         return isFactorAutomatic ? automaticFactor : partStyle.deformationFactor;
     }
@@ -35,6 +63,13 @@ public:
         SimTK::Vec3 station1, station2;
         SimTK::DecorativeLine line;
     };
+    struct Plot {
+        ProbePlot plot;
+        PlotSide side;
+        int size;
+        std::shared_ptr<const PlotPainter> painter;  // as long as nothing changes
+        Theme theme;
+    };
     struct Part {
         DeformableMesh mesh;
         std::shared_ptr<const SkinModes> skin;
@@ -43,13 +78,13 @@ public:
     const SimTK::System& system;
     const SimTK::SimbodyMatterSubsystem* matter = nullptr;
     int width, height;
-    std::string outputFolder = "frames";
-    int numFrames = 0;
+    FrameOutput output;
 
     std::vector<SimTK::DecorativeGeometry> decorations;
     std::vector<RubberBand> rubberBands;
     std::vector<std::unique_ptr<SimTK::DecorationGenerator>> generators;
     std::vector<Part> parts;
+    std::vector<Plot> plots;
 
     std::vector<View> views{View()};  // the first is the visualizer's own camera
 
@@ -72,20 +107,18 @@ public:
     bool isScaleBarChosen = false, showScaleBar = false;  // else shown in orthographic views
     std::string title;
 
-    SimTK::Vec2 lastContourRange{0, 1};
     std::vector<ViewSnapshot> lastViews;
 
 private:
     SimTK::Transform calcBodyPose(const SimTK::State& state, int body) const;
     /** All that a frame of this State needs. **/
-    FrameSnapshot capture(const SimTK::State& state);
+    FrameSnapshot capture(const SimTK::State& state, int frameNumber);
+    std::vector<PlacedPlot> capturePlots();
     void captureDecorations(const SimTK::State& state, FrameSnapshot& snapshot);
     void captureParts(const SimTK::State& state, std::vector<PartSnapshot>& snapshots) const;
     void captureViews(const SimTK::State& state, FrameSnapshot& snapshot) const;
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
     void checkCoordinates(const SimTK::State& state) const;
-    double calcRoundFactor(double largestDisplacement) const;
-    void fitViews(const std::vector<SimTK::State>& states);
     Margins calcMargins(int viewNumber) const;
     bool hasColorBar() const {
         return showColorBar && !parts.empty() && partStyle.contour.contour != Contour::None;
@@ -94,9 +127,8 @@ private:
     OverlayContent calcOverlay(const FrameSnapshot& snapshot, const ViewSnapshot& view,
                                int viewNumber) const;
 
-    FramePainter painter;
+    FramePainter painter;  // of motions that are looked at
     ShapeCache shapes;
-    Extremes valuesOfRun;
 
     // Found by fitViews().
     bool isFitted = false;

@@ -1,11 +1,15 @@
 #include "simflex/render/Video.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <spawn.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -14,11 +18,15 @@
 #include <stdexcept>
 #include <vector>
 
+#include "FrameOutput.h"
+
 extern char** environ;
 
 namespace simflex {
 
 namespace {
+
+enum class Format { Mp4, Gif, WebP };
 
 bool isOnPath(const std::string& program) {
     const char* path = std::getenv("PATH");
@@ -29,33 +37,137 @@ bool isOnPath(const std::string& program) {
     return false;
 }
 
-bool hasSuffix(const std::string& text, const std::string& suffix) {
-    return text.size() >= suffix.size() &&
-           text.compare(text.size() - suffix.size(), suffix.size(), suffix) == 0;
+Format findFormat(const std::string& file) {
+    const size_t dot = file.find_last_of("./");
+    std::string suffix = dot == std::string::npos || file[dot] == '/' ? "" : file.substr(dot);
+    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    if (suffix == ".mp4") return Format::Mp4;
+    if (suffix == ".gif") return Format::Gif;
+    if (suffix == ".webp") return Format::WebP;
+    throw std::invalid_argument("cannot write the video '" + file + "': its suffix must be .mp4, " +
+                                ".gif or .webp" + (suffix.empty() ? "" : ", not " + suffix));
 }
 
-// Runs a program with its messages in a file; returns its exit status.
-int runProgram(const std::vector<std::string>& arguments, const std::string& logFile) {
-    std::vector<char*> argv;
-    for (const std::string& argument : arguments)
-        argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
+std::string formatRate(double value) {
+    std::ostringstream text;
+    text.precision(10);
+    text << value;
+    return text.str();
+}
 
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, logFile.c_str(),
-                                     O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);
-    pid_t child = 0;
-    const int failure = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failure != 0)
-        throw std::runtime_error("cannot run " + arguments[0] + ": " + std::strerror(failure));
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+/** A running ffmpeg, its input at the other end of a socket: unlike a pipe's, a socket's end is
+reported to the writer without a signal that would end the program. **/
+class Coder {
+public:
+    /** @param hasInput  whether it will read what send() gives it **/
+    Coder(const std::vector<std::string>& arguments, bool hasInput) : log(std::tmpfile()) {
+        if (!log)
+            throw std::runtime_error(std::string("cannot make a temporary file: ") +
+                                     std::strerror(errno));
+        fcntl(fileno(log), F_SETFD, FD_CLOEXEC);
+        int ends[2] = {-1, -1};
+        if (hasInput && socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+            fail(std::string("cannot make a socket: ") + std::strerror(errno));
+        input = ends[0];
+
+        std::vector<char*> argv{const_cast<char*>("ffmpeg")};
+        for (const std::string& argument : arguments)
+            argv.push_back(const_cast<char*>(argument.c_str()));
+        argv.push_back(nullptr);
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        if (hasInput)
+            posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
+        else
+            posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+        posix_spawn_file_actions_adddup2(&actions, fileno(log), STDOUT_FILENO);
+        posix_spawn_file_actions_adddup2(&actions, fileno(log), STDERR_FILENO);
+        // Ctrl-C on the terminal is the caller's affair: what is finished can still be coded.
+        posix_spawnattr_t attributes;
+        posix_spawnattr_init(&attributes);
+        posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+        const int failure =
+            posix_spawnp(&child, argv[0], &actions, &attributes, argv.data(), environ);
+        posix_spawnattr_destroy(&attributes);
+        posix_spawn_file_actions_destroy(&actions);
+        if (ends[1] >= 0) close(ends[1]);
+        if (failure != 0) {
+            child = 0;
+            fail(std::string("cannot run ffmpeg: ") + std::strerror(failure));
+        }
     }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+
+    ~Coder() {
+        if (child != 0) {
+            kill(child, SIGKILL);
+            wait();
+        }
+        closeInput();
+        std::fclose(log);
+    }
+    Coder(const Coder&) = delete;
+    Coder& operator=(const Coder&) = delete;
+
+    /** @return false when ffmpeg reads no more. **/
+    bool send(const std::uint8_t* bytes, size_t count) {
+        while (count > 0) {
+            const ssize_t sent = ::send(input, bytes, count, MSG_NOSIGNAL);
+            if (sent < 0 && errno == EINTR) continue;
+            if (sent <= 0) return false;
+            bytes += sent;
+            count -= size_t(sent);
+        }
+        return true;
+    }
+
+    /** Ends its input and waits for it. @return whether it reports success. **/
+    bool finish() {
+        closeInput();
+        return wait();
+    }
+
+    std::string readMessages() {
+        std::string text(4096, '\0');
+        std::fflush(log);
+        std::fseek(log, 0, SEEK_SET);
+        text.resize(std::fread(&text[0], 1, text.size(), log));
+        return text.empty() ? signalText : text;
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& text) {
+        closeInput();
+        std::fclose(log);
+        throw std::runtime_error(text);
+    }
+    void closeInput() {
+        if (input >= 0) close(input);
+        input = -1;
+    }
+    bool wait() {
+        int status = 0;
+        while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+        }
+        child = 0;
+        if (WIFSIGNALED(status))
+            signalText = std::string("ended by the signal ") + strsignal(WTERMSIG(status));
+        return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    }
+
+    std::FILE* log;
+    int input = -1;
+    pid_t child = 0;
+    std::string signalText;
+};
+
+void layOnWhite(std::vector<std::uint8_t>& bytes) {
+    for (size_t i = 0; i < bytes.size(); i += 4) {
+        const int alpha = bytes[i + 3];
+        for (size_t c = i; c < i + 3; ++c)
+            bytes[c] = std::uint8_t((bytes[c] * alpha + 255 * (255 - alpha) + 127) / 255);
+        bytes[i + 3] = 255;
+    }
 }
 
 }  // namespace
@@ -64,46 +176,190 @@ bool isVideoAvailable() {
     return isOnPath("ffmpeg");
 }
 
-bool writeVideo(const std::string& folder, const std::string& videoFile, double framesPerSecond) {
-    if (!(framesPerSecond > 0))
-        throw std::runtime_error("writeVideo: frames per second must be positive, not " +
-                                 std::to_string(framesPerSecond));
-    if (!std::ifstream(folder + "/frame_00000.png"))
+class VideoWriter::Impl {
+public:
+    Impl(const std::string& videoFile, const VideoOptions& videoOptions)
+        : file(videoFile), options(videoOptions), format(findFormat(videoFile)) {
+        const double fps = options.framesPerSecond;
+        if (!(fps > 0) || !std::isfinite(fps))
+            throw std::invalid_argument("cannot write the video '" + file +
+                                        "': frames per second must be positive, not " +
+                                        formatRate(fps));
+        if (format == Format::Gif && fps > 50)
+            throw std::invalid_argument("cannot write the video '" + file +
+                                        "': .gif shows 50 frames per second at most, not " +
+                                        formatRate(fps) + "; write fewer, or .mp4");
+        if (options.numRepeats < 0)
+            throw std::invalid_argument("cannot write the video '" + file +
+                                        "': numRepeats must not be negative");
+        if (!isVideoAvailable())
+            throw std::runtime_error("cannot write the video '" + file +
+                                     "': there is no program ffmpeg (Debian package ffmpeg)");
+        // A folder that cannot be written to is noticed before anything is drawn.
+        partial = file + "." + std::to_string(getpid()) + ".part";
+        std::FILE* test = std::fopen(partial.c_str(), "wb");
+        if (!test) throw std::runtime_error("cannot write '" + file + "': " + std::strerror(errno));
+        std::fclose(test);
+    }
+
+    ~Impl() {
+        coder.reset();
+        std::remove(partial.c_str());
+        std::remove(lossless.c_str());
+    }
+
+    void write(const Image& image) {
+        if (isFinished)
+            throw std::runtime_error("the video '" + file + "' is finished: no more can be added");
+        if (image.isEmpty())
+            throw std::invalid_argument("cannot add an empty picture to the video '" + file + "'");
+        if (!coder) start(image);
+        if (image.getWidth() != width || image.getHeight() != height)
+            throw std::invalid_argument("picture " + std::to_string(numFrames) + " of the video '" +
+                                        file + "' is " + std::to_string(image.getWidth()) + "x" +
+                                        std::to_string(image.getHeight()) +
+                                        " pixels, those before are " + std::to_string(width) + "x" +
+                                        std::to_string(height));
+        bool wasSent;
+        if (format == Format::Mp4 && image.hasTransparency()) {
+            std::vector<std::uint8_t> bytes(image.getData(), image.getData() + image.getNumBytes());
+            layOnWhite(bytes);
+            wasSent = coder->send(bytes.data(), bytes.size());
+        } else {
+            wasSent = coder->send(image.getData(), image.getNumBytes());
+        }
+        if (!wasSent) {
+            coder->finish();
+            fail(coder->readMessages());
+        }
+        ++numFrames;
+    }
+
+    void finish() {
+        if (isFinished) return;
+        if (numFrames == 0)
+            throw std::runtime_error("cannot write the video '" + file + "': it has no frames");
+        isFinished = true;
+        if (!coder->finish()) fail(coder->readMessages());
+        if (format == Format::Gif) codeGif();
+        if (std::rename(partial.c_str(), file.c_str()) != 0) fail(std::strerror(errno));
+    }
+
+    const std::string file;
+    int numFrames = 0;
+
+private:
+    void start(const Image& first) {
+        width = first.getWidth();
+        height = first.getHeight();
+        std::vector<std::string> arguments = {"-y",
+                                              "-xerror",
+                                              "-loglevel",
+                                              "error",
+                                              "-f",
+                                              "rawvideo",
+                                              "-pixel_format",
+                                              "rgba",
+                                              "-video_size",
+                                              std::to_string(width) + "x" + std::to_string(height),
+                                              "-framerate",
+                                              formatRate(options.framesPerSecond),
+                                              "-i",
+                                              "pipe:0"};
+        const auto add = [&](const std::vector<std::string>& more) {
+            arguments.insert(arguments.end(), more.begin(), more.end());
+        };
+        if (format == Format::Mp4) {
+            add({"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-c:v", "libx264", "-crf",
+                 "16", "-preset", "medium", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f",
+                 "mp4", partial});
+        } else if (format == Format::WebP) {
+            add({"-c:v", "libwebp_anim", "-quality", "88", "-compression_level", "3", "-pix_fmt",
+                 "yuva420p", "-loop", std::to_string(options.numRepeats), "-f", "webp", partial});
+        } else {
+            // One palette suits all frames only after all were seen: they wait in a file.
+            lossless = partial + ".nut";
+            add({"-c:v", "huffyuv", "-pix_fmt", "bgra", "-f", "nut", lossless});
+        }
+        coder = std::make_unique<Coder>(arguments, true);
+    }
+
+    void codeGif() {
+        const std::string palette = partial + ".png";
+        const auto run = [&](const std::vector<std::string>& arguments) {
+            coder = std::make_unique<Coder>(arguments, false);
+            return coder->finish();
+        };
+        // GIF counts "once more": −1 is no repetition.
+        const int loop = options.numRepeats == 0   ? 0
+                         : options.numRepeats == 1 ? -1
+                                                   : options.numRepeats - 1;
+        const bool ok =
+            run({"-y", "-xerror", "-loglevel", "error", "-i", lossless, "-vf",
+                 "palettegen=stats_mode=full", "-f", "image2", "-update", "1", palette}) &&
+            run({"-y", "-xerror", "-loglevel", "error", "-i", lossless, "-i", palette, "-lavfi",
+                 "paletteuse=dither=bayer:bayer_scale=3", "-loop", std::to_string(loop), "-f",
+                 "gif", partial});
+        std::remove(palette.c_str());
+        std::remove(lossless.c_str());
+        if (!ok) fail(coder->readMessages());
+    }
+
+    [[noreturn]] void fail(std::string text) {
+        isFinished = true;
+        while (!text.empty() && text.back() == '\n') text.pop_back();
+        std::remove(partial.c_str());
+        throw std::runtime_error("ffmpeg could not write '" + file + "': " + text);
+    }
+
+    const VideoOptions options;
+    const Format format;
+    std::string partial, lossless;
+    std::unique_ptr<Coder> coder;
+    int width = 0, height = 0;
+    bool isFinished = false;
+};
+
+VideoWriter::VideoWriter(const std::string& file, const VideoOptions& options)
+    : impl(std::make_unique<Impl>(file, options)) {}
+
+VideoWriter::~VideoWriter() = default;
+
+void VideoWriter::write(const Image& image) {
+    impl->write(image);
+}
+void VideoWriter::finish() {
+    impl->finish();
+}
+int VideoWriter::getNumFrames() const {
+    return impl->numFrames;
+}
+const std::string& VideoWriter::getFile() const {
+    return impl->file;
+}
+
+bool writeVideo(const std::string& folder, const std::string& videoFile,
+                const VideoOptions& options) {
+    const auto makeName = [&](int number) {
+        char name[32];
+        std::snprintf(name, sizeof name, "/frame_%05d.png", number);
+        return folder + name;
+    };
+    findFormat(videoFile);
+    FrameOutput::waitForFolder(folder);
+    if (!std::ifstream(makeName(0)))
         throw std::runtime_error("writeVideo: no frame_00000.png in '" + folder + "'");
     if (!isVideoAvailable()) return false;
-
-    const bool isGif = hasSuffix(videoFile, ".gif");
-    const std::string stem = videoFile + "." + std::to_string(getpid());
-    const std::string partial = stem + (isGif ? ".part.gif" : ".part.mp4"), log = stem + ".log";
-    std::ostringstream rate;
-    rate << framesPerSecond;
-    std::vector<std::string> arguments = {
-        "ffmpeg",     "-y",       "-loglevel", "error",
-        "-framerate", rate.str(), "-i",        folder + "/frame_%05d.png"};
-    const std::vector<std::string> coding =
-        isGif ? std::vector<std::string>{"-filter_complex",
-                                         "[0:v]split[a][b];[a]palettegen=stats_mode=full[p];"
-                                         "[b][p]paletteuse=dither=bayer:bayer_scale=3",
-                                         "-loop", "0"}
-              : std::vector<std::string>{"-vf",       "pad=ceil(iw/2)*2:ceil(ih/2)*2",
-                                         "-c:v",      "libx264",
-                                         "-crf",      "16",
-                                         "-preset",   "medium",
-                                         "-pix_fmt",  "yuv420p",
-                                         "-movflags", "+faststart"};
-    arguments.insert(arguments.end(), coding.begin(), coding.end());
-    arguments.push_back(partial);
-    const int status = runProgram(arguments, log);
-
-    std::ostringstream messages;
-    messages << std::ifstream(log).rdbuf();
-    std::remove(log.c_str());
-    const bool ok = status == 0 && std::rename(partial.c_str(), videoFile.c_str()) == 0;
-    if (!ok) {
-        std::remove(partial.c_str());
-        throw std::runtime_error("ffmpeg could not write '" + videoFile + "': " + messages.str());
-    }
+    VideoWriter video(videoFile, options);
+    for (int i = 0; std::ifstream(makeName(i)); ++i) video.write(Image::readPng(makeName(i)));
+    video.finish();
     return true;
+}
+
+bool writeVideo(const std::string& folder, const std::string& videoFile, double framesPerSecond) {
+    VideoOptions options;
+    options.framesPerSecond = framesPerSecond;
+    return writeVideo(folder, videoFile, options);
 }
 
 }  // namespace simflex

@@ -1,0 +1,257 @@
+#include "FrameHash.h"
+
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "ContentHash.h"
+
+namespace simflex {
+
+namespace {
+
+constexpr int drawingVersion = 1;  // grows when the same snapshot is drawn in another way
+
+// Every member is named below, so that a new one does not compile until it is added here.
+
+void add(ContentHash& hash, const SimTK::Vec3& v) {
+    for (int k = 0; k < 3; ++k) hash.add(v[k]);
+}
+void add(ContentHash& hash, const SimTK::Rotation& R) {
+    for (int k = 0; k < 3; ++k) add(hash, SimTK::Vec3(R.col(k)));
+}
+void add(ContentHash& hash, const SimTK::Transform& X) {
+    add(hash, X.R());
+    add(hash, X.p());
+}
+void add(ContentHash& hash, const SimTK::Vector& v) {
+    hash.add(v.size());
+    for (int i = 0; i < v.size(); ++i) hash.add(v[i]);
+}
+void add(ContentHash& hash, const Image::Pixel& color) {
+    hash.addBytes(color.data(), color.size());
+}
+void add(ContentHash& hash, const std::vector<std::string>& texts) {
+    hash.add(texts.size());
+    for (const std::string& text : texts) hash.add(text);
+}
+
+// What is constant and large is read once for as long as it lives.
+template <class T>
+std::uint64_t findConstant(const std::shared_ptr<const T>& object,
+                           void (*addContent)(ContentHash&, const T&)) {
+    struct Known {
+        std::weak_ptr<const T> object;
+        std::uint64_t value;
+    };
+    static std::mutex mutex;
+    static std::map<const T*, Known> known;
+    {
+        const std::lock_guard<std::mutex> lock(mutex);
+        const auto found = known.find(object.get());
+        if (found != known.end() && found->second.object.lock() == object)
+            return found->second.value;
+    }
+    ContentHash hash;
+    addContent(hash, *object);
+    const std::lock_guard<std::mutex> lock(mutex);
+    for (auto entry = known.begin(); entry != known.end();)
+        entry = entry->second.object.expired() ? known.erase(entry) : std::next(entry);
+    known[object.get()] = {object, hash.getValue()};
+    return hash.getValue();
+}
+
+void addGeometry(ContentHash& hash, const SurfaceGeometry& geometry) {
+    const auto& [vertices, triangles, featureEdges, elementEdges, isClosed, isFine, lower, upper,
+                 version] = geometry;
+    hash.add(vertices);
+    hash.add(triangles);
+    hash.add(featureEdges);
+    hash.add(elementEdges);
+    hash.add(isClosed);
+    hash.add(isFine);
+    add(hash, lower);
+    add(hash, upper);
+    (void)version;
+}
+
+void addSkin(ContentHash& hash, const SkinModes& skin) {
+    const auto& [part, nodes, restPositions, Phi, vertexNode, undeformed] = skin;
+    (void)part;  // only its skin is drawn
+    hash.add(nodes);
+    hash.add(restPositions);
+    hash.add(Phi);
+    hash.add(vertexNode);
+    addGeometry(hash, *undeformed);
+}
+
+void add(ContentHash& hash, const SurfaceItem& item) {
+    const auto& [geometry, X_GM, scale, color, opacity, style, representation, showFeatureEdges,
+                 showElementEdges] = item;
+    hash.add(findConstant<SurfaceGeometry>(geometry, addGeometry));
+    add(hash, X_GM);
+    add(hash, scale);
+    add(hash, color);
+    hash.add(opacity);
+    hash.add(style);
+    hash.add(representation);
+    hash.add(showFeatureEdges);
+    hash.add(showElementEdges);
+}
+
+void add(ContentHash& hash, const Scene& scene) {
+    const auto& [surfaces, lines, points, texts, screenTexts] = scene;
+    hash.add(surfaces.size());
+    for (const SurfaceItem& item : surfaces) add(hash, item);
+    hash.add(lines.size());
+    for (const auto& [start, end, color, opacity, width] : lines) {
+        add(hash, start);
+        add(hash, end);
+        add(hash, color);
+        hash.add(opacity);
+        hash.add(width);
+    }
+    hash.add(points.size());
+    for (const auto& [location, color, opacity, diameter] : points) {
+        add(hash, location);
+        add(hash, color);
+        hash.add(opacity);
+        hash.add(diameter);
+    }
+    hash.add(texts.size());
+    for (const auto& [text, X_GT, height, color, opacity, facesCamera] : texts) {
+        hash.add(text);
+        add(hash, X_GT);
+        hash.add(height);
+        add(hash, color);
+        hash.add(opacity);
+        hash.add(facesCamera);
+    }
+    add(hash, screenTexts);
+}
+
+void add(ContentHash& hash, const PartSnapshot& part) {
+    const auto& [skin, X_GB, xi, V_GB, xiDot] = part;
+    hash.add(findConstant<SkinModes>(skin, addSkin));
+    add(hash, X_GB);
+    add(hash, xi);
+    add(hash, V_GB[0]);
+    add(hash, V_GB[1]);
+    add(hash, xiDot);
+}
+
+void add(ContentHash& hash, const PartStyle& style) {
+    const auto& [deformationFactor, contour, showUndeformed, showElementEdges, showFeatureEdges] =
+        style;
+    hash.add(deformationFactor);
+    const auto& [quantity, colorMap, range, isRangeFixed, fixedLow, fixedHigh] = contour;
+    hash.add(quantity);
+    hash.add(colorMap);
+    // The ends of the range are added as they were found.
+    (void)range, (void)isRangeFixed, (void)fixedLow, (void)fixedHigh;
+    hash.add(showUndeformed);
+    hash.add(showElementEdges);
+    hash.add(showFeatureEdges);
+}
+
+void add(ContentHash& hash, const FrameStyle& style) {
+    const auto& [palette, ground, up, toLight, isLit, colorMap, contourLow, contourHigh, hasTriad,
+                 unit, isBackgroundTransparent, hasAmbientOcclusion] = style;
+    const auto& [backgroundTop, backgroundBottom, groundColor, grid, edge, ghost, text, faintText,
+                 halo] = palette;
+    for (const SimTK::Vec3& color :
+         {backgroundTop, backgroundBottom, groundColor, grid, edge, ghost})
+        add(hash, color);
+    for (const Image::Pixel& color : {text, faintText, halo}) add(hash, color);
+    const auto& [isShown, hasShadow, X_GP, gridOffset, gridSpacing, radius] = ground;
+    hash.add(isShown);
+    hash.add(hasShadow);
+    add(hash, X_GP);
+    hash.add(gridOffset[0]);
+    hash.add(gridOffset[1]);
+    hash.add(gridSpacing);
+    hash.add(radius);
+    add(hash, SimTK::Vec3(up));
+    add(hash, SimTK::Vec3(toLight));
+    hash.add(isLit);
+    hash.add(colorMap);
+    (void)contourLow, (void)contourHigh;  // set by the painter
+    hash.add(hasTriad);
+    hash.add(unit);
+    hash.add(isBackgroundTransparent);
+    hash.add(hasAmbientOcclusion);
+}
+
+void add(ContentHash& hash, const ViewSnapshot& view) {
+    const auto& [left, top, width, height, camera, fitsClippingPlanes, showAxes, unit, overlay] =
+        view;
+    for (const int number : {left, top, width, height}) hash.add(number);
+    const auto& [X_GC, isOrthographic, fieldOfView, viewHeight, nearPlane, farPlane] = camera;
+    add(hash, X_GC);
+    hash.add(isOrthographic);
+    for (const double number : {fieldOfView, viewHeight, nearPlane, farPlane, unit})
+        hash.add(number);
+    hash.add(fitsClippingPlanes);
+    hash.add(showAxes);
+    const auto& [title, captions, screenTexts, footnote, overlayUnit, hasScaleBar, pixelSize,
+                 hasColorBar, colorBar, hasTriad, R_GC] = overlay;
+    hash.add(title);
+    add(hash, captions);
+    add(hash, screenTexts);
+    hash.add(footnote);
+    hash.add(overlayUnit);
+    hash.add(hasScaleBar);
+    hash.add(pixelSize);
+    hash.add(hasColorBar);
+    const auto& [quantity, low, high, colorMap] = colorBar;
+    hash.add(quantity);
+    (void)low, (void)high;  // set by the painter
+    hash.add(colorMap);
+    hash.add(hasTriad);
+    add(hash, R_GC);
+}
+
+void add(ContentHash& hash, const FrameSnapshot& snapshot) {
+    const auto& [number, time, width, height, scene, parts, partStyle, style, center_G, radius,
+                 views] = snapshot;
+    hash.add(number);
+    hash.add(time);
+    hash.add(width);
+    hash.add(height);
+    add(hash, scene);
+    hash.add(parts.size());
+    for (const PartSnapshot& part : parts) add(hash, part);
+    add(hash, partStyle);
+    add(hash, style);
+    add(hash, center_G);
+    hash.add(radius);
+    hash.add(views.size());
+    for (const ViewSnapshot& view : views) add(hash, view);
+}
+
+}  // namespace
+
+std::string hashFrame(const FrameJob& job, const std::vector<SimTK::Vec2>& ranges) {
+    const auto& [pictures, compose, composition, plots] = job;
+    (void)compose;
+    ContentHash hash;
+    hash.add(drawingVersion);
+    hash.add(pictures.size());
+    for (const FrameSnapshot& picture : pictures) add(hash, picture);
+    for (const SimTK::Vec2& range : ranges) {
+        hash.add(range[0]);
+        hash.add(range[1]);
+    }
+    hash.add(composition);
+    hash.add(plots.size());
+    for (const auto& [painter, side] : plots) {
+        painter->addTo(hash);
+        hash.add(side);
+    }
+    char text[20];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash.getValue()));
+    return text;
+}
+
+}  // namespace simflex

@@ -1,0 +1,148 @@
+#pragma once
+/** @file
+Where frames go: drawn by threads of their own, in order to files, videos and the caller. Internal
+to the renderer.
+
+    captured (caller) -> bounded queue -> deform | range of the run | paint, code (threads) ->
+files, in order                         videos, sink: in order
+
+Threads wait for each other only where the order of frames matters: a range that grows with the run
+is that of all frames before, and frames appear one after the other. The bytes are the same for any
+number of threads. **/
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "ContourScale.h"
+#include "FramePainter.h"
+#include "FrameSnapshot.h"
+#include "PlotPainter.h"
+#include "simflex/render/FrameOptions.h"
+#include "simflex/render/Video.h"
+
+namespace simflex {
+
+/** A plot beside a frame; frames share it for as long as it does not change. **/
+struct PlacedPlot {
+    std::shared_ptr<const PlotPainter> painter;
+    PlotSide side = PlotSide::Below;
+};
+
+/** One frame: a picture, or two that are made into one; plots beside it. **/
+struct FrameJob {
+    std::vector<FrameSnapshot> pictures;
+    std::function<Image(const std::vector<Image>&)> compose;  ///< for more than one picture
+    std::string composition;                                  ///< tells one `compose` from another
+    std::vector<PlacedPlot> plots;
+};
+
+class FrameOutput {
+public:
+    FrameOutput();
+    /** Waits for all frames; an error is written to standard error. **/
+    ~FrameOutput();
+    FrameOutput(const FrameOutput&) = delete;
+    FrameOutput& operator=(const FrameOutput&) = delete;
+
+    /** @name Settings. Each waits for the frames before. **/
+    /**@{**/
+    void setFolder(const std::string& outputFolder);
+    const std::string& getFolder() const { return folder; }
+    void setNumThreads(int wanted);
+    int getNumThreads() const { return numThreads; }
+    void setOldFrames(OldFrames old);
+    void setSink(const FrameSink& frameSink);
+    void addVideo(const std::string& file, const VideoOptions& options);
+    /**@}**/
+
+    /** Number of the frame added next. **/
+    int getNextNumber() const { return nextNumber; }
+    /** Frames that are complete. Does not wait. **/
+    int getNumDelivered() const;
+
+    /** Takes a frame; waits while the queue is full. Throws the error of an earlier frame: frames
+    before that one are complete, those after it are not, and the next one added takes its number.
+    **/
+    void add(FrameJob job);
+
+    /** Takes frames one after the other, telling of those complete. Stops when told to; the frames
+    taken by then are completed. @return how many. **/
+    int addAll(int numFrames, const std::function<FrameJob(int)>& getFrame,
+               const FrameProgress& progress);
+
+    /** Draws at once, on the caller's thread, as if between the frames added before and after. **/
+    Image draw(const FrameJob& job);
+
+    /** Waits until all frames are complete. @throws as add() does. **/
+    void wait();
+    /** wait(), then gives videos their names. **/
+    void finish();
+
+    /** Deletes frames of this number and beyond. **/
+    void removeFramesFrom(int number);
+
+    /** Values of all frames so far. Both wait. **/
+    Extremes getValuesOfRun();
+    void setValuesOfRun(const Extremes& values);
+    /** Ends of the colour bar in the last frame. Waits. **/
+    SimTK::Vec2 getLastRange();
+
+    /** Waits for all outputs of this process that write to a folder. **/
+    static void waitForFolder(const std::string& folder);
+
+private:
+    using Painters = std::vector<std::unique_ptr<FramePainter>>;
+    /** A frame on its way. Its turn comes after those of smaller numbers. **/
+    struct Entry {
+        FrameJob job;
+        int number = 0;
+        bool hasClaimed = false;
+        Extremes runBefore;
+    };
+
+    void startThreads();
+    void stopThreads();
+    void work();
+    void process(Entry& entry, Painters& painters);
+    std::vector<SimTK::Vec2> claimRanges(Entry& entry, const Extremes& values);
+    Image paint(const FrameJob& job, Painters& painters, const std::vector<SimTK::Vec2>& ranges);
+    Extremes deform(const FrameJob& job, Painters& painters);
+    void deliver(const Entry& entry, const Image& image, const std::vector<std::uint8_t>& png);
+    void keepError(const Entry& entry);
+    void throwError(std::unique_lock<std::mutex>& lock);
+    void prepareFolder();
+    std::string makeFileName(int number) const;
+    bool isDiscarded(int number) const { return error && number > errorNumber; }
+
+    std::string folder = "frames";
+    bool isFolderReady = false;
+    OldFrames oldFrames = OldFrames::Remove;
+    FrameSink sink;
+    std::vector<std::unique_ptr<VideoWriter>> videos;
+    int numThreads;
+    Painters callersPainters;
+    int nextNumber = 0;
+
+    mutable std::mutex mutex;
+    std::condition_variable changed;
+    std::deque<std::unique_ptr<Entry>> queue;
+    std::vector<std::thread> threads;
+    int numInWork = 0;
+    bool isStopping = false;
+    int nextToClaim = 0, nextToDeliver = 0;
+    Extremes valuesOfRun;
+    SimTK::Vec2 lastRange{0, 1};
+    std::exception_ptr error;
+    int errorNumber = 0;
+    bool hasErrorClaimed = false;
+    Extremes runBeforeError;
+};
+
+}  // namespace simflex

@@ -1,0 +1,104 @@
+#pragma once
+/** @file
+Curves of probes over time, drawn as a figure beside the pictures of a run, with a mark that moves
+along with them.
+
+@code
+    simflex::ProbePlot plot("Slider-crank");
+    plot.setTimeUnit("ms", 1e-3);
+    plot.addPanel("slider position", "mm", 1e-3);
+    plot.addCurve("flexible", time, flexible);              // seconds and metres
+    plot.addCurve("rigid", time, rigid, simflex::ProbePlot::Line::Dashed);
+    viz.addPlot(plot, simflex::OffscreenVisualizer::Side::Below);
+    plot.draw(1200, 500).writePng("plot.png");              // or by itself
+@endcode **/
+
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "simflex/render/Image.h"
+
+namespace simflex {
+
+/** Colours of a plot; those of the curves can be told apart by colour-blind eyes (Okabe, Ito). **/
+struct PlotTheme {
+    Image::Pixel background, text, faintText, grid;
+    std::array<Image::Pixel, 7> curves;
+
+    static const PlotTheme& light();
+    static const PlotTheme& dark();
+};
+
+class ProbePlot {
+public:
+    enum class Line { Solid, Dashed };
+
+    explicit ProbePlot(const std::string& plotTitle = "") : title(plotTitle) {}
+
+    /** Unit of the time axis and its length in seconds; default: s, ms or µs, whichever suits. **/
+    ProbePlot& setTimeUnit(const std::string& name, double seconds);
+    /** Fixed ends of the time axis [s], instead of those of the curves.
+    @throws std::invalid_argument unless low < high, both finite. **/
+    ProbePlot& setTimeRange(double low, double high);
+    /** Fixed ends of the last panel's value axis, in the units in which values are given.
+    @throws std::invalid_argument unless low < high, both finite; std::logic_error without a panel.
+    **/
+    ProbePlot& setValueRange(double low, double high);
+
+    /** Adds a panel below those before. `unitSize` is the unit's size in that of the values given:
+    1e-3 for values in metres and the unit mm.
+    @throws std::invalid_argument unless it is positive. **/
+    ProbePlot& addPanel(const std::string& quantity, const std::string& unit = "",
+                        double unitSize = 1);
+
+    /** Adds a curve to the last panel, made if there is none. A value that is not finite leaves a
+    gap. @return its index, counted over all panels.
+    @throws std::invalid_argument unless times are finite, never decrease and are as many as the
+        values. **/
+    int addCurve(const std::string& name, const std::vector<double>& time = {},
+                 const std::vector<double>& values = {}, Line line = Line::Solid);
+    /** Adds a point at a curve's end. @throws std::out_of_range, std::invalid_argument. **/
+    void append(int curve, double time, double value);
+
+    int getNumPanels() const { return int(panels.size()); }
+    int getNumCurves() const { return int(curves.size()); }
+
+    /** Value of a curve at a time, linear between its points; NaN outside. **/
+    double calcValue(int curve, double time) const;
+
+    /** Draws the figure; what lies after `markTime` [s] is faint and the mark stands there. Without
+    a mark, all is drawn alike. `scale` is the size of letters and lines, 1 for a picture of 720
+    rows. Several threads may draw the same plot.
+    @throws std::invalid_argument unless both sizes are between 1 and 32767.
+    @throws std::runtime_error when there is no font. **/
+    Image draw(int width, int height, double markTime = std::numeric_limits<double>::quiet_NaN(),
+               double scale = 1, const PlotTheme& theme = PlotTheme::light()) const;
+
+private:
+    friend class PlotPainter;
+
+    struct Curve {
+        std::string name;
+        int panel;
+        Line line;
+        std::vector<double> time, values;
+    };
+    struct Panel {
+        std::string quantity, unit;
+        double unitSize = 1;
+        double low = 0, high = 0;  // fixed if low < high
+    };
+
+    const Curve& getCurve(int index) const;
+
+    std::string title;
+    std::string timeUnit;  // empty: chosen when drawn
+    double timeUnitSize = 1;
+    double timeLow = 0, timeHigh = 0;  // fixed if low < high
+    std::vector<Panel> panels;
+    std::vector<Curve> curves;
+};
+
+}  // namespace simflex
