@@ -188,6 +188,7 @@ void GlGround::hideBelow(const GlView& view, const std::vector<Vec3>& bounds_G) 
     groundProgram.set("projection", view.projection);
     groundProgram.set("middle", 0.0, 0.0);
     groundProgram.set("halfWidth", view.style.ground.radius);
+    groundProgram.set("size", view.style.ground.radius);
     gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     screen.drawSquare();
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
