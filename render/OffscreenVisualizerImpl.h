@@ -2,6 +2,7 @@
 /** @file
 Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,11 +13,13 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include "FrameStyle.h"
 #include "SceneBuilder.h"
 #include "View.h"
+#include "WindowSettings.h"
+#include "simflex/render/FrameController.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
 namespace simflex {
 
-class OffscreenVisualizer::Impl {
+class OffscreenVisualizer::Impl : public std::enable_shared_from_this<OffscreenVisualizer::Impl> {
 public:
     Impl(const SimTK::System& system, int width, int height);
 
@@ -49,6 +52,9 @@ public:
     std::vector<SimTK::DecorativeGeometry> decorations;
     std::vector<RubberBand> rubberBands;
     std::vector<std::unique_ptr<SimTK::DecorationGenerator>> generators;
+    std::vector<std::unique_ptr<FrameController>> controllers;
+    std::vector<std::unique_ptr<InputListener>> listeners;
+    WindowSettings window;
     std::vector<Part> parts;
 
     std::vector<View> views{View()};  // the first is the visualizer's own camera
@@ -77,15 +83,24 @@ public:
 
 private:
     SimTK::Transform calcBodyPose(const SimTK::State& state, int body) const;
+    using Decorations = SimTK::Array_<SimTK::DecorativeGeometry>;
+
+    void realize(const SimTK::State& state) const;
+    /** Asks the system, generators and frame controllers: once for each frame, since they may keep
+    account of their calls, and before anything else, since controllers move the camera. **/
+    Decorations collectDecorations(const SimTK::State& state);
     /** All that a frame of this State needs. **/
-    FrameSnapshot capture(const SimTK::State& state);
-    void captureDecorations(const SimTK::State& state, FrameSnapshot& snapshot);
+    FrameSnapshot capture(const SimTK::State& state, const Decorations& geometry);
+    void captureDecorations(const SimTK::State& state, const Decorations& geometry,
+                            FrameSnapshot& snapshot);
     void captureParts(const SimTK::State& state, std::vector<PartSnapshot>& snapshots) const;
     void captureViews(const SimTK::State& state, FrameSnapshot& snapshot) const;
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
     void checkCoordinates(const SimTK::State& state) const;
     double calcRoundFactor(double largestDisplacement) const;
-    void fitViews(const std::vector<SimTK::State>& states);
+    double calcAspect(int viewNumber) const;
+    void fitViews(int numStates, const std::function<FrameSnapshot(int)>& captureState);
+    bool widenViews(const FrameSnapshot& snapshot);
     Margins calcMargins(int viewNumber) const;
     bool hasColorBar() const {
         return showColorBar && !parts.empty() && partStyle.contour.contour != Contour::None;
@@ -99,7 +114,8 @@ private:
     Extremes valuesOfRun;
 
     // Found by fitViews().
-    bool isFitted = false;
+    bool isFitted = false, isFittedToMotion = false;
+    std::vector<SimTK::Vec3> seenPoints;  // that the views must show
     SceneExtent extent;
     SimTK::UnitVec3 toLight{SimTK::YAxis};
 };
