@@ -120,13 +120,15 @@ void add(ContentHash& hash, const Scene& scene) {
         hash.add(diameter);
     }
     hash.add(texts.size());
-    for (const auto& [text, X_GT, height, color, opacity, facesCamera] : texts) {
+    for (const auto& [text, X_GT, height, color, opacity, facesCamera, widthFactor, line] : texts) {
         hash.add(text);
         add(hash, X_GT);
         hash.add(height);
         add(hash, color);
         hash.add(opacity);
         hash.add(facesCamera);
+        hash.add(widthFactor);
+        hash.add(line);
     }
     add(hash, screenTexts);
 }
@@ -184,8 +186,9 @@ void add(ContentHash& hash, const FrameStyle& style) {
 }
 
 void add(ContentHash& hash, const ViewSnapshot& view) {
-    const auto& [left, top, width, height, camera, fitsClippingPlanes, showAxes, unit, overlay] =
-        view;
+    const auto& [left, top, width, height, camera, X_GF, fitsClippingPlanes, showAxes, unit,
+                 overlay] = view;
+    (void)X_GF;  // is in the camera
     for (const int number : {left, top, width, height}) hash.add(number);
     const auto& [X_GC, isOrthographic, fieldOfView, viewHeight, nearPlane, farPlane] = camera;
     add(hash, X_GC);

@@ -65,6 +65,14 @@ void FramePainter::appendBounds(const FrameSnapshot& snapshot, std::vector<Vec3>
     parts.appendBounds(points_G);
 }
 
+void FramePainter::appendSolidBounds(const FrameSnapshot& snapshot,
+                                     std::vector<Vec3>& points_G) const {
+    snapshot.scene.appendSolidBounds(points_G);
+    Scene parts;
+    appendParts(snapshot, parts);
+    parts.appendBounds(points_G);
+}
+
 Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& contourRange) {
     if (!renderer) renderer = std::make_unique<GlRenderer>();
     Scene scene = snapshot.scene;

@@ -32,6 +32,8 @@ public:
     /** Appends points whose convex hull holds the decorations and the parts as deform() left them.
      **/
     void appendBounds(const FrameSnapshot& snapshot, std::vector<SimTK::Vec3>& points_G) const;
+    /** The same without lines and texts. **/
+    void appendSolidBounds(const FrameSnapshot& snapshot, std::vector<SimTK::Vec3>& points_G) const;
 
     /** Draws the snapshot that deform() was called with last. **/
     Image paint(const FrameSnapshot& snapshot, const SimTK::Vec2& contourRange);

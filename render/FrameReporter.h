@@ -16,11 +16,13 @@ class FrameReporter : public SimTK::PeriodicEventReporter {
 public:
     /** Frames go to the visualizer's output folder, one every `reportInterval` of simulation time.
     The System takes over the reporter; the visualizer may go out of scope. **/
-    FrameReporter(const OffscreenVisualizer& visualizer, SimTK::Real reportInterval)
+    explicit FrameReporter(const OffscreenVisualizer& visualizer,
+                           SimTK::Real reportInterval = SimTK::Infinity)
         : SimTK::PeriodicEventReporter(reportInterval), viz(visualizer) {}
 
     /** With a visualizer of its own, all settings at their defaults. **/
-    FrameReporter(const SimTK::System& system, SimTK::Real reportInterval)
+    explicit FrameReporter(const SimTK::System& system,
+                           SimTK::Real reportInterval = SimTK::Infinity)
         : FrameReporter(OffscreenVisualizer(system), reportInterval) {}
 
     const OffscreenVisualizer& getVisualizer() const { return viz; }

@@ -35,6 +35,7 @@ struct PartStyle {
 struct ViewSnapshot {
     int left = 0, top = 0, width = 0, height = 0;
     Camera camera;
+    SimTK::Transform X_GF;           ///< of the frame that the camera follows
     bool fitsClippingPlanes = true;  ///< around what is drawn
     bool showAxes = true;
     double unit = 1;         ///< as in FrameStyle

@@ -173,7 +173,11 @@ void GlRenderer::drawTriad(const GlView& view) {
     SceneBuilder builder(
         triad, triadShapes, [](int) { return Transform(); },
         [](const Vec3&, double) { return 6.0; });
-    builder.add(SimTK::DecorativeFrame(1));
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3 end(0);
+        end[axis] = 1;
+        builder.add(SimTK::DecorativeArrow(Vec3(0), end, 0.22).setColor(getAxisColor(axis)));
+    }
     for (const SurfaceItem& item : triad.surfaces)
         parts->surfaces.draw(item, triadView, GlSurfaces::chooseSides(item));
 }

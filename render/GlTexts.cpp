@@ -65,10 +65,12 @@ void GlTexts::draw(const Scene& scene, const GlView& view) {
         const Texture& texture = getTexture(item->text);
         const SimTK::Rotation R_CT =
             item->facesCamera ? SimTK::Rotation() : ~view.camera.X_GC.R() * item->X_GT.R();
-        const Vec3 right = item->height * Vec3(R_CT.x()), top = item->height * Vec3(R_CT.y());
+        const Vec3 right = item->widthFactor * item->height * Vec3(R_CT.x());
+        const Vec3 top = item->height * Vec3(R_CT.y());
+        const double base = -texture.descent - TextItem::lineSpacing * item->line;
         program.use();
         program.set("projection", view.projection);
-        program.set("origin", Vec3(view.toCamera(item->X_GT.p()) - texture.descent * top));
+        program.set("origin", Vec3(view.toCamera(item->X_GT.p()) + base * top));
         program.set("right", Vec3(texture.width * right));
         program.set("top", Vec3(texture.height * top));
         program.set("color", item->color);

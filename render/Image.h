@@ -82,7 +82,7 @@ private:
 };
 
 /** The text of a keyword in a PNG file before its pixels; empty when there is none, or no such
-  *file.
+ *file.
  **/
 std::string readPngText(const std::string& path, const std::string& keyword);
 

@@ -23,8 +23,10 @@ nothing else does. The same states in the same order give the same bytes. Not fo
 once.
 **/
 
+#include <iosfwd>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "Simbody.h"
@@ -40,9 +42,27 @@ once.
 namespace simflex {
 
 class FlexibleBody;
+class FrameReporter;
+struct WindowSettings;
 
 class OffscreenVisualizer {
 public:
+    /** @name Types under the names that they have in SimTK::Visualizer **/
+    /**@{**/
+    class FrameController;  ///< in FrameController.h
+    class BodyFollower;     ///< in FrameController.h
+    class InputSilo;        ///< in InputSilo.h
+    using InputListener = SimTK::Visualizer::InputListener;
+    using Reporter = FrameReporter;  ///< in FrameReporter.h
+    using BackgroundType = SimTK::Visualizer::BackgroundType;
+    static constexpr BackgroundType GroundAndSky = SimTK::Visualizer::GroundAndSky;
+    static constexpr BackgroundType SolidColor = SimTK::Visualizer::SolidColor;
+    using Mode = SimTK::Visualizer::Mode;
+    static constexpr Mode PassThrough = SimTK::Visualizer::PassThrough;
+    static constexpr Mode Sampling = SimTK::Visualizer::Sampling;
+    static constexpr Mode RealTime = SimTK::Visualizer::RealTime;
+    /**@}**/
+
     enum class Theme { Light, Dark };
     enum class Lighting { Shaded, Flat };  ///< Flat: every colour exactly as given
     using Contour = simflex::Contour;
@@ -125,12 +145,28 @@ public:
                           const SimTK::DecorativeLine& line);
     /** Takes over the generator. **/
     int addDecorationGenerator(SimTK::DecorationGenerator* generator);
+    /** Takes over the controller, which is called once before each frame. **/
+    int addFrameController(FrameController* controller);
+    int getNumDecorations() const;
+    int getNumRubberBandLines() const;
+    int getNumDecorationGenerators() const;
+    int getNumFrameControllers() const;
+    /** What was added as number i. @throws std::out_of_range **/
+    const SimTK::DecorativeGeometry& getDecoration(int i) const;
+    SimTK::DecorativeGeometry& updDecoration(int i) const;
+    const SimTK::DecorativeLine& getRubberBandLine(int i) const;
+    SimTK::DecorativeLine& updRubberBandLine(int i) const;
+    const SimTK::DecorationGenerator& getDecorationGenerator(int i) const;
+    SimTK::DecorationGenerator& updDecorationGenerator(int i);
+    const FrameController& getFrameController(int i) const;
+    FrameController& updFrameController(int i);
     /**@}**/
 
     /** @name Camera
     Frame C: x right, y up, looking along −z. Until one of these is called, the camera stands a
     little to the right and above the front of the scene, where all of the first frame, or of the
-    motion given to fitToMotion(), just fits into the picture. **/
+    motion given to fitToMotion(), just fits into the picture. Without fitToMotion() it steps back
+    when something would leave the picture later, until it sees thirty times as far. **/
     /**@{**/
     OffscreenVisualizer& setCameraTransform(const SimTK::Transform& X_GC);
     OffscreenVisualizer& pointCameraAt(const SimTK::Vec3& point, const SimTK::Vec3& upDirection);
@@ -215,11 +251,76 @@ public:
     OffscreenVisualizer& setShowSimTime(bool show);      ///< default shown
     OffscreenVisualizer& setShowFrameNumber(bool show);  ///< default hidden
     OffscreenVisualizer& setWindowTitle(const std::string& title);
+    /** Where the ground lies; NaN while it is left to the scene. **/
+    SimTK::Real getGroundHeight() const;
+    SimTK::CoordinateDirection getSystemUpDirection() const;
+    const SimTK::System& getSystem() const;
+    /**@}**/
+
+    /** @name What a window would need
+    Taken so that programs written for SimTK::Visualizer compile and run. All modes are
+    PassThrough: every frame reported is drawn, as fast as may be, and nothing waits for a clock.
+    Menus and sliders are not drawn; input reaches the listeners only through those who call their
+    methods, see InputSilo. A SimTK::Visualizer::FrameController cannot be called, because it is
+    given a SimTK::Visualizer: derive from OffscreenVisualizer::FrameController. **/
+    /**@{**/
+    OffscreenVisualizer& setMode(Mode mode);
+    Mode getMode() const;
+    OffscreenVisualizer& setDesiredFrameRate(SimTK::Real framesPerSec);
+    SimTK::Real getDesiredFrameRate() const;
+    OffscreenVisualizer& setRealTimeScale(SimTK::Real simTimePerRealSecond);
+    SimTK::Real getRealTimeScale() const;
+    OffscreenVisualizer& setDesiredBufferLengthInSec(SimTK::Real length);
+    SimTK::Real getDesiredBufferLengthInSec() const;
+    SimTK::Real getActualBufferLengthInSec() const { return 0; }
+    int getActualBufferLengthInFrames() const { return 0; }
+    const OffscreenVisualizer& setShowFrameRate(bool) const { return *this; }
+    OffscreenVisualizer& setShutdownWhenDestructed(bool shouldShutdown);
+    bool getShutdownWhenDestructed() const;
+    void shutdown() {}
+
+    OffscreenVisualizer& addMenu(const SimTK::String& title, int id,
+                                 const SimTK::Array_<std::pair<SimTK::String, int>>& items);
+    /** @throws std::invalid_argument unless min <= value <= max. **/
+    OffscreenVisualizer& addSlider(const SimTK::String& title, int id, SimTK::Real min,
+                                   SimTK::Real max, SimTK::Real value);
+    /** The nearest value in the slider's range. A slider that was not added is ignored. **/
+    const OffscreenVisualizer& setSliderValue(int slider, SimTK::Real value) const;
+    /** @throws std::invalid_argument unless newMin <= newMax. **/
+    const OffscreenVisualizer& setSliderRange(int slider, SimTK::Real newMin,
+                                              SimTK::Real newMax) const;
+    /** Takes over the listener. **/
+    int addInputListener(InputListener* listener);
+    int getNumInputListeners() const;
+    const InputListener& getInputListener(int i) const;
+    InputListener& updInputListener(int i);
+
+    void dumpStats(std::ostream& out) const;
+    void clearStats() {}
+    /**@}**/
+
+    /** @name For frame controllers
+    The same as the methods without `const`, which change what all copies refer to. **/
+    /**@{**/
+    const OffscreenVisualizer& setCameraTransform(const SimTK::Transform& X_GC) const;
+    const OffscreenVisualizer& pointCameraAt(const SimTK::Vec3& point,
+                                             const SimTK::Vec3& upDirection) const;
+    const OffscreenVisualizer& setCameraFieldOfView(SimTK::Real fov) const;
+    const OffscreenVisualizer& setCameraClippingPlanes(SimTK::Real nearPlane,
+                                                       SimTK::Real farPlane) const;
+    const OffscreenVisualizer& zoomCameraToShowAllGeometry() const;
+    const OffscreenVisualizer& setBackgroundColor(const SimTK::Vec3& color) const;
+    const OffscreenVisualizer& setShowShadows(bool show) const;
+    const OffscreenVisualizer& setShowSimTime(bool show) const;
+    const OffscreenVisualizer& setShowFrameNumber(bool show) const;
+    const OffscreenVisualizer& setWindowTitle(const std::string& title) const;
     /**@}**/
 
     class Impl;
 
 private:
+    explicit OffscreenVisualizer(std::shared_ptr<Impl> impl);
+
     std::shared_ptr<Impl> impl;
 };
 

@@ -31,6 +31,20 @@ std::string formatTime(double time, int decimals) {
     return text;
 }
 
+std::vector<Vec3> calcBoxCorners(const std::vector<Vec3>& points) {
+    Vec3 lower = points.front(), upper = lower;
+    for (const Vec3& p : points)
+        for (int k = 0; k < 3; ++k) {
+            lower[k] = std::min(lower[k], p[k]);
+            upper[k] = std::max(upper[k], p[k]);
+        }
+    std::vector<Vec3> corners;
+    for (int i = 0; i < 8; ++i)
+        corners.emplace_back(i & 1 ? upper[0] : lower[0], i & 2 ? upper[1] : lower[1],
+                             i & 4 ? upper[2] : lower[2]);
+    return corners;
+}
+
 UnitVec3 calcFront(const SimTK::CoordinateDirection& up) {
     if (up.getAxis() == SimTK::ZAxis) return UnitVec3(0, -1, 0);
     return UnitVec3(0, 0, 1);
@@ -103,12 +117,19 @@ void OffscreenVisualizer::Impl::captureParts(const State& state,
     }
 }
 
-void OffscreenVisualizer::Impl::captureDecorations(const State& state, FrameSnapshot& snapshot) {
-    SimTK::Array_<SimTK::DecorativeGeometry> geometry;
+OffscreenVisualizer::Impl::Decorations OffscreenVisualizer::Impl::collectDecorations(
+    const State& state) {
+    Decorations geometry;
     for (SimTK::Stage stage = SimTK::Stage::Topology; stage <= state.getSystemStage(); ++stage)
         system.calcDecorativeGeometryAndAppend(state, stage, geometry);
     for (const auto& generator : generators) generator->generateDecorations(state, geometry);
+    const OffscreenVisualizer self(shared_from_this());
+    for (const auto& controller : controllers) controller->generateControls(self, state, geometry);
+    return geometry;
+}
 
+void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Decorations& geometry,
+                                                   FrameSnapshot& snapshot) {
     // Round things are as fine as the view that shows them largest needs.
     const auto calcPixelRadius = [&](const Vec3& middle, double ball) {
         double largest = 0;
@@ -121,7 +142,7 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, FrameSnap
     };
     SceneBuilder builder(
         snapshot.scene, shapes, [&](int body) { return calcBodyPose(state, body); },
-        calcPixelRadius);
+        calcPixelRadius, height / 720.0);
     for (const SimTK::DecorativeGeometry& piece : geometry) builder.add(piece);
     for (const SimTK::DecorativeGeometry& piece : decorations) builder.add(piece);
     for (const RubberBand& band : rubberBands) {
@@ -131,12 +152,17 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, FrameSnap
                           calcBodyPose(state, band.body2) * band.station2);
         builder.add(line);
     }
+    builder.addNotices();
     shapes.dropUnused();
 }
 
-FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, int frameNumber) {
+void OffscreenVisualizer::Impl::realize(const State& state) const {
     checkCoordinates(state);
     system.realize(state, SimTK::Stage::Position);
+}
+
+FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Decorations& geometry,
+                                                 int frameNumber) {
     FrameSnapshot snapshot;
     snapshot.number = frameNumber;
     snapshot.time = state.getTime();
@@ -148,7 +174,7 @@ FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, int frameNu
     snapshot.center_G = extent.center_G;
     snapshot.radius = extent.radius;
     captureViews(state, snapshot);
-    captureDecorations(state, snapshot);
+    captureDecorations(state, geometry, snapshot);
     captureParts(state, snapshot.parts);
     for (std::size_t i = 0; i < views.size(); ++i)
         snapshot.views[i].overlay = calcOverlay(snapshot, snapshot.views[i], int(i));
@@ -170,9 +196,8 @@ void OffscreenVisualizer::Impl::captureViews(const State& state, FrameSnapshot& 
         if (shot.top + shot.height < height) shot.height = std::max(1, shot.height - gap);
         // Letters of small views are smaller, but not in proportion.
         shot.unit = 0.5 * (1 + part[3]) * height / 720;
-        shot.camera = view.calcCamera(state.getTime(), view.calcFollowedPose([&](int body) {
-            return calcBodyPose(state, body);
-        }));
+        shot.X_GF = view.calcFollowedPose([&](int body) { return calcBodyPose(state, body); });
+        shot.camera = view.calcCamera(state.getTime(), shot.X_GF);
         shot.fitsClippingPlanes = view.fitsClippingPlanes();
         shot.showAxes = showAxes;
         snapshot.views.push_back(std::move(shot));
@@ -202,19 +227,29 @@ Margins OffscreenVisualizer::Impl::calcMargins(int viewNumber) const {
     return margins;
 }
 
+double OffscreenVisualizer::Impl::calcAspect(int viewNumber) const {
+    const SimTK::Vec4 part = views[viewNumber].calcRectangle(viewNumber, int(views.size()));
+    return part[2] * width / (part[3] * height);
+}
+
 // Motion::getState may refer to one State that changes: each is used before the next is wanted.
-void OffscreenVisualizer::Impl::appendBounds(const Motion& motion, MotionBounds& bounds) {
+FrameSnapshot OffscreenVisualizer::Impl::captureOf(const Motion& motion, int i) {
+    const State& state = motion.getState(i);
+    realize(state);
+    return capture(state, collectDecorations(state), 0);
+}
+
+void OffscreenVisualizer::Impl::appendBounds(const FrameSnapshot& snapshot, MotionBounds& bounds) {
     bounds.followedPoses.resize(views.size());
-    for (int i = 0; i < motion.numStates; ++i) {
-        const State& state = motion.getState(i);
-        const FrameSnapshot snapshot = capture(state, 0);
-        bounds.values.include(painter.deform(snapshot));
-        bounds.frames.emplace_back();
-        painter.appendBounds(snapshot, bounds.frames.back());
-        for (std::size_t v = 0; v < views.size(); ++v)
-            bounds.followedPoses[v].push_back(
-                views[v].calcFollowedPose([&](int body) { return calcBodyPose(state, body); }));
-    }
+    bounds.values.include(painter.deform(snapshot));
+    bounds.frames.emplace_back();
+    painter.appendBounds(snapshot, bounds.frames.back());
+    for (std::size_t v = 0; v < views.size(); ++v)
+        bounds.followedPoses[v].push_back(snapshot.views[v].X_GF);
+}
+
+void OffscreenVisualizer::Impl::appendBounds(const Motion& motion, MotionBounds& bounds) {
+    for (int i = 0; i < motion.numStates; ++i) appendBounds(captureOf(motion, i), bounds);
 }
 
 void OffscreenVisualizer::Impl::fitViews(const MotionBounds& bounds) {
@@ -222,11 +257,10 @@ void OffscreenVisualizer::Impl::fitViews(const MotionBounds& bounds) {
     for (const std::vector<Vec3>& frame : bounds.frames)
         all.insert(all.end(), frame.begin(), frame.end());
     extent = calcSceneExtent(all, UnitVec3(up), calcFront(up));
-    for (std::size_t i = 0; i < views.size(); ++i) {
-        const SimTK::Vec4 part = views[i].calcRectangle(int(i), int(views.size()));
-        views[i].fit(extent, bounds.frames, bounds.followedPoses[i],
-                     part[2] * width / (part[3] * height), calcMargins(int(i)));
-    }
+    for (std::size_t i = 0; i < views.size(); ++i)
+        views[i].fit(extent, bounds.frames, bounds.followedPoses[i], calcAspect(int(i)),
+                     calcMargins(int(i)));
+    seenPoints = std::move(all);
 
     const Camera& camera = views.front().getCamera();
     const Vec3 upward(extent.up), back(camera.X_GC.R().z()), left = -Vec3(camera.X_GC.R().x());
@@ -239,8 +273,7 @@ void OffscreenVisualizer::Impl::fitViews(const MotionBounds& bounds) {
 double OffscreenVisualizer::Impl::calcLargestDisplacement(const Motion& motion) {
     double largest = 0;
     for (int i = 0; i < motion.numStates; ++i)
-        largest =
-            std::max(largest, painter.calcLargestDisplacement(capture(motion.getState(i), 0)));
+        largest = std::max(largest, painter.calcLargestDisplacement(captureOf(motion, i)));
     return largest;
 }
 
@@ -251,7 +284,7 @@ void OffscreenVisualizer::Impl::fitToMotion(const Motion& motion) {
         const double largest = calcLargestDisplacement(motion);
         if (largest > 0) {
             MotionBounds first;
-            appendBounds({1, motion.getState}, first);
+            appendBounds(captureOf(motion, 0), first);
             fitViews(first);
             automaticFactor = calcRoundFactor(largest);
         }
@@ -260,6 +293,60 @@ void OffscreenVisualizer::Impl::fitToMotion(const Motion& motion) {
     appendBounds(motion, bounds);
     fitViews(bounds);
     output.setValuesOfRun(bounds.values);
+    isFittedToMotion = true;
+}
+
+// Steps back for what would leave the pictures. What has gone very far is given up.
+bool OffscreenVisualizer::Impl::widenViews(const FrameSnapshot& snapshot) {
+    constexpr double reach = 30;  // in radii of the first frame's scene
+    constexpr std::size_t manyPoints = 20000;
+    std::vector<Vec3> bounds;
+    snapshot.scene.appendSolidBounds(bounds);
+    Scene skins;
+    for (const PartSnapshot& part : snapshot.parts) {
+        skins.surfaces.emplace_back();
+        skins.surfaces.back().geometry = part.skin->undeformed;
+        skins.surfaces.back().X_GM = part.X_GB;
+    }
+    skins.appendBounds(bounds);
+    bounds.erase(std::remove_if(bounds.begin(), bounds.end(),
+                                [&](const Vec3& p) {
+                                    return (p - extent.center_G).norm() > reach * extent.radius;
+                                }),
+                 bounds.end());
+    bool isWider = false;
+    for (const Vec3& p : bounds) {
+        const double level = SimTK::dot(Vec3(extent.up), p);
+        if (level < extent.lowest) {
+            extent.lowest = level;
+            isWider = true;
+        }
+    }
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        if (!views[i].keepsSceneInPicture()) continue;
+        const ViewSnapshot& shot = snapshot.views[i];
+        const Margins margins = calcMargins(int(i));
+        const double left = margins.left * shot.width, top = margins.top * shot.height;
+        const double right = (1 - margins.right) * shot.width;
+        const double bottom = (1 - margins.bottom) * shot.height;
+        const std::size_t numSeen = seenPoints.size();
+        constexpr double tolerance = 0.5;  // pixel
+        for (const Vec3& p : bounds) {
+            const Vec3 pixel = shot.camera.calcPixel(p, shot.width, shot.height);
+            const bool isInside = pixel[2] > 0 && pixel[0] > left - tolerance &&
+                                  pixel[0] < right + tolerance && pixel[1] > top - tolerance &&
+                                  pixel[1] < bottom + tolerance;
+            if (!isInside) seenPoints.push_back(p);
+        }
+        if (seenPoints.size() == numSeen) continue;
+        if (seenPoints.size() > manyPoints) {
+            const std::vector<Vec3> points = std::move(seenPoints);
+            seenPoints = calcBoxCorners(points);
+        }
+        views[i].fit(extent, {seenPoints}, {}, calcAspect(int(i)), margins);
+        isWider = true;
+    }
+    return isWider;
 }
 
 FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
@@ -357,15 +444,21 @@ std::vector<PlacedPlot> OffscreenVisualizer::Impl::capturePlots() {
 
 FrameJob OffscreenVisualizer::Impl::captureFrame(const State& state, int frameNumber) {
     try {
+        realize(state);
+        const Decorations geometry = collectDecorations(state);
         if (!isFitted) {
             MotionBounds bounds;
-            appendBounds({1, [&](int) -> const State& { return state; }}, bounds);
+            appendBounds(capture(state, geometry, frameNumber), bounds);
             fitViews(bounds);
+            isFittedToMotion = false;
         }
+        FrameSnapshot snapshot = capture(state, geometry, frameNumber);
+        if (!isFittedToMotion && widenViews(snapshot))
+            snapshot = capture(state, geometry, frameNumber);
+        lastViews = snapshot.views;
         FrameJob job;
-        job.pictures.push_back(capture(state, frameNumber));
+        job.pictures.push_back(std::move(snapshot));
         job.plots = capturePlots();
-        lastViews = job.pictures.front().views;
         return job;
     } catch (const std::exception& e) {
         throw std::runtime_error("cannot draw the frame at time " + formatNumber(state.getTime()) +

@@ -14,11 +14,13 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include "FrameStyle.h"
 #include "SceneBuilder.h"
 #include "View.h"
+#include "WindowSettings.h"
+#include "simflex/render/FrameController.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
 namespace simflex {
 
-class OffscreenVisualizer::Impl {
+class OffscreenVisualizer::Impl : public std::enable_shared_from_this<OffscreenVisualizer::Impl> {
 public:
     Impl(const SimTK::System& system, int width, int height);
 
@@ -83,6 +85,9 @@ public:
     std::vector<SimTK::DecorativeGeometry> decorations;
     std::vector<RubberBand> rubberBands;
     std::vector<std::unique_ptr<SimTK::DecorationGenerator>> generators;
+    std::vector<std::unique_ptr<FrameController>> controllers;
+    std::vector<std::unique_ptr<InputListener>> listeners;
+    WindowSettings window;
     std::vector<Part> parts;
     std::vector<Plot> plots;
 
@@ -111,14 +116,25 @@ public:
 
 private:
     SimTK::Transform calcBodyPose(const SimTK::State& state, int body) const;
+    using Decorations = SimTK::Array_<SimTK::DecorativeGeometry>;
+
+    void realize(const SimTK::State& state) const;
+    /** Asks the system, generators and frame controllers: once for each frame, since they may keep
+    account of their calls, and before anything else, since controllers move the camera. **/
+    Decorations collectDecorations(const SimTK::State& state);
     /** All that a frame of this State needs. **/
-    FrameSnapshot capture(const SimTK::State& state, int frameNumber);
+    FrameSnapshot capture(const SimTK::State& state, const Decorations& geometry, int frameNumber);
     std::vector<PlacedPlot> capturePlots();
-    void captureDecorations(const SimTK::State& state, FrameSnapshot& snapshot);
+    void captureDecorations(const SimTK::State& state, const Decorations& geometry,
+                            FrameSnapshot& snapshot);
+    FrameSnapshot captureOf(const Motion& motion, int i);
+    void appendBounds(const FrameSnapshot& snapshot, MotionBounds& bounds);
     void captureParts(const SimTK::State& state, std::vector<PartSnapshot>& snapshots) const;
     void captureViews(const SimTK::State& state, FrameSnapshot& snapshot) const;
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
     void checkCoordinates(const SimTK::State& state) const;
+    double calcAspect(int viewNumber) const;
+    bool widenViews(const FrameSnapshot& snapshot);
     Margins calcMargins(int viewNumber) const;
     bool hasColorBar() const {
         return showColorBar && !parts.empty() && partStyle.contour.contour != Contour::None;
@@ -131,7 +147,8 @@ private:
     ShapeCache shapes;
 
     // Found by fitViews().
-    bool isFitted = false;
+    bool isFitted = false, isFittedToMotion = false;
+    std::vector<SimTK::Vec3> seenPoints;  // that the views must show
     SceneExtent extent;
     SimTK::UnitVec3 toLight{SimTK::YAxis};
 };

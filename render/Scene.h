@@ -51,6 +51,10 @@ struct TextItem {
     SimTK::Vec3 color;
     double opacity = 1;
     bool facesCamera = true;
+    double widthFactor = 1;  ///< letters are so many times wider than the font's
+    int line = 0;            ///< below the first, of a text of several lines
+
+    static constexpr double lineSpacing = 1.7;  ///< in heights of a capital letter
 };
 
 struct Scene {
@@ -67,6 +71,9 @@ struct Scene {
 
     /** Appends points whose convex hull holds everything in the scene. **/
     void appendBounds(std::vector<SimTK::Vec3>& points_G) const;
+    /** The same for surfaces and points only: lines are often arrows of forces, which come and go,
+    and texts turn with the camera. **/
+    void appendSolidBounds(std::vector<SimTK::Vec3>& points_G) const;
 };
 
 }  // namespace simflex

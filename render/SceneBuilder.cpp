@@ -41,6 +41,28 @@ bool isHidden(const DecorativeGeometry& geometry) {
     return geometry.getRepresentation() == DecorativeGeometry::Hide;
 }
 
+// Of UTF-8 text: bytes that do not continue a letter.
+double countLetters(const std::string& text) {
+    return double(std::count_if(text.begin(), text.end(), [](char c) {
+        return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+    }));
+}
+
+std::vector<std::string> splitLines(const std::string& text) {
+    std::vector<std::string> lines(1);
+    for (const char c : text) {
+        if (c == '\n')
+            lines.emplace_back();
+        else if (c != '\r')
+            lines.back() += c == '\t' ? ' ' : c;
+    }
+    return lines;
+}
+
+bool isFinite(const Transform& X) {
+    return X.p().isFinite() && X.R().isFinite();
+}
+
 // Turns the y axis to a direction.
 Rotation alignY(const Vec3& direction) {
     const UnitVec3 y(direction);
@@ -48,6 +70,12 @@ Rotation alignY(const Vec3& direction) {
 }
 
 }  // namespace
+
+const Vec3& getAxisColor(int axis) {
+    static const Vec3 colors[] = {Vec3(0.82, 0.24, 0.22), Vec3(0.30, 0.62, 0.25),
+                                  Vec3(0.20, 0.40, 0.80)};
+    return colors[axis];
+}
 
 void SurfaceItem::appendBounds(std::vector<Vec3>& points_G) const {
     for (int corner = 0; corner < 8; ++corner) {
@@ -58,18 +86,24 @@ void SurfaceItem::appendBounds(std::vector<Vec3>& points_G) const {
     }
 }
 
-void Scene::appendBounds(std::vector<Vec3>& points_G) const {
+void Scene::appendSolidBounds(std::vector<Vec3>& points_G) const {
     for (const SurfaceItem& item : surfaces) item.appendBounds(points_G);
+    for (const PointItem& item : points) points_G.push_back(item.location);
+}
+
+void Scene::appendBounds(std::vector<Vec3>& points_G) const {
+    appendSolidBounds(points_G);
     for (const LineItem& item : lines) {
         points_G.push_back(item.start);
         points_G.push_back(item.end);
     }
-    for (const PointItem& item : points) points_G.push_back(item.location);
     for (const TextItem& item : texts) {
         // About as wide as it will be; a text that faces the camera is taken to stand as in its
         // frame.
-        const double width = 0.85 * item.height * double(item.text.size());
-        for (const Vec3& corner : {Vec3(0), Vec3(width, 0, 0), Vec3(0, item.height, 0)})
+        const double width = 0.85 * item.widthFactor * item.height * countLetters(item.text);
+        const double base = -item.line * TextItem::lineSpacing * item.height;
+        for (const Vec3& corner :
+             {Vec3(0, base, 0), Vec3(width, base, 0), Vec3(0, base + item.height, 0)})
             points_G.push_back(item.X_GT * corner);
     }
 }
@@ -138,19 +172,63 @@ void ShapeCache::dropUnused() {
 }
 
 SceneBuilder::SceneBuilder(Scene& sceneToFill, ShapeCache& shapeCache, BodyPose poseOfBody,
-                           PixelRadius radiusInPixels)
+                           PixelRadius radiusInPixels, double unit)
     : scene(sceneToFill),
       shapes(shapeCache),
       bodyPose(std::move(poseOfBody)),
-      pixelRadius(std::move(radiusInPixels)) {}
+      pixelRadius(std::move(radiusInPixels)),
+      pixelUnit(unit) {}
+
+void SceneBuilder::add(const DecorativeGeometry& geometry) {
+    const std::size_t numSurfaces = scene.surfaces.size(), numLines = scene.lines.size(),
+                      numPoints = scene.points.size(), numTexts = scene.texts.size();
+    geometry.implementGeometry(*this);
+
+    bool areFinite = true;
+    for (std::size_t i = numSurfaces; i < scene.surfaces.size(); ++i)
+        areFinite &= isFinite(scene.surfaces[i].X_GM) && scene.surfaces[i].scale.isFinite();
+    for (std::size_t i = numLines; i < scene.lines.size(); ++i)
+        areFinite &= scene.lines[i].start.isFinite() && scene.lines[i].end.isFinite();
+    for (std::size_t i = numPoints; i < scene.points.size(); ++i)
+        areFinite &= scene.points[i].location.isFinite();
+    for (std::size_t i = numTexts; i < scene.texts.size(); ++i)
+        areFinite &= isFinite(scene.texts[i].X_GT) && std::isfinite(scene.texts[i].height) &&
+                     std::isfinite(scene.texts[i].widthFactor);
+    if (!areFinite) {
+        ++numNotFinite[geometry.getBodyId()];
+        scene.surfaces.resize(numSurfaces);
+        scene.lines.resize(numLines);
+        scene.points.resize(numPoints);
+        scene.texts.resize(numTexts);
+        return;
+    }
+
+    // A flat thing is given a little thickness, since normals go with the inverse of the scale.
+    std::size_t kept = numSurfaces;
+    for (std::size_t i = numSurfaces; i < scene.surfaces.size(); ++i) {
+        Vec3& scale = scene.surfaces[i].scale;
+        scale = scale.abs();
+        const double largest = SimTK::max(scale);
+        for (int k = 0; k < 3; ++k) scale[k] = std::max(scale[k], 1e-6 * largest);
+        if (largest > 0) {
+            if (kept != i) scene.surfaces[kept] = scene.surfaces[i];
+            ++kept;
+        }
+    }
+    scene.surfaces.resize(kept);
+}
+
+void SceneBuilder::addNotices() {
+    for (const auto& [body, count] : numNotFinite)
+        scene.screenTexts.push_back(
+            "not drawn: " + std::to_string(count) +
+            (count == 1 ? " decoration of mobilized body " : " decorations of mobilized body ") +
+            std::to_string(body) + " whose place or size is not finite");
+    numNotFinite.clear();
+}
 
 Transform SceneBuilder::calcPose(const DecorativeGeometry& geometry) const {
-    const Transform X_GD = bodyPose(geometry.getBodyId()) * geometry.getTransform();
-    if (!X_GD.p().isFinite() || !X_GD.R().isFinite())
-        throw std::runtime_error("a decoration of mobilized body " +
-                                 std::to_string(geometry.getBodyId()) +
-                                 " has a pose that is not finite: " + X_GD.p().toString());
-    return X_GD;
+    return bodyPose(geometry.getBodyId()) * geometry.getTransform();
 }
 
 // As many slices as keep a round outline within a tenth of a pixel of a circle.
@@ -241,35 +319,52 @@ void SceneBuilder::implementEllipsoidGeometry(const SimTK::DecorativeEllipsoid& 
 void SceneBuilder::implementFrameGeometry(const SimTK::DecorativeFrame& frame) {
     if (isHidden(frame)) return;
     SurfaceItem item = makeItem(frame);
+    if (!isFinite(item.X_GM)) {
+        scene.surfaces.push_back(item);  // to be counted
+        return;
+    }
     const bool hasColor = frame.getColor()[0] >= 0;
-    const Vec3 axisColors[] = {Vec3(0.82, 0.24, 0.22), Vec3(0.30, 0.62, 0.25),
-                               Vec3(0.20, 0.40, 0.80)};
-    const double length = frame.getAxisLength();
-    const int slices = chooseSlices(frame, item.X_GM.p(), 0.07 * length * item.scale[0]);
+    const double thickness = frame.getLineThickness() > 0 ? frame.getLineThickness() : 1;
     for (int axis = 0; axis < 3; ++axis) {
         Vec3 end(0);
-        end[axis] = length * item.scale[axis];
-        if (!hasColor) item.color = axisColors[axis];
-        const double size = end[axis];
-        addArrow(item, item.X_GM.p(), item.X_GM * end, 0.24 * size, 0.022 * size, 0.07 * size,
-                 slices);
+        end[axis] = frame.getAxisLength() * item.scale[axis];
+        if (!hasColor) item.color = getAxisColor(axis);
+        // Slender, so that the frame does not hide what it belongs to.
+        const double size = std::abs(end[axis]);
+        if (size == 0) continue;
+        const double pixels = pixelRadius(item.X_GM.p(), size) / (thickness * pixelUnit);
+        const double tipRadius = thickness * size * std::min(0.03, 4.5 / pixels);
+        const double tipLength = std::min(3.4 * tipRadius, 0.5 * size);
+        const Vec3 neck = item.X_GM * ((1 - tipLength / size) * end);
+        scene.lines.push_back({item.X_GM.p(), neck, item.color, item.opacity, 1.6 * thickness});
+        SurfaceItem tip = item;
+        tip.geometry = shapes.getCone(chooseSlices(frame, neck, tipRadius));
+        tip.X_GM = Transform(alignY(item.X_GM.R() * end), neck);
+        tip.scale = Vec3(tipRadius, tipLength, tipRadius);
+        scene.surfaces.push_back(tip);
     }
 }
 
 void SceneBuilder::implementTextGeometry(const SimTK::DecorativeText& text) {
     if (isHidden(text) || text.getText().empty()) return;
+    const std::vector<std::string> lines = splitLines(text.getText());
     if (text.getIsScreenText()) {
-        scene.screenTexts.push_back(text.getText());
+        scene.screenTexts.insert(scene.screenTexts.end(), lines.begin(), lines.end());
         return;
     }
     TextItem item;
-    item.text = text.getText();
     item.X_GT = calcPose(text);
-    item.height = getScale(text)[1];
+    const Vec3 scale = getScale(text);
+    item.height = scale[1];
+    item.widthFactor = scale[0] / scale[1];
     item.color = getColor(text, defaultLineColor);
     item.opacity = getOpacity(text);
     item.facesCamera = text.getFaceCamera() != 0;
-    scene.texts.push_back(item);
+    for (const std::string& line : lines) {
+        item.text = line;
+        if (!line.empty()) scene.texts.push_back(item);
+        ++item.line;
+    }
 }
 
 void SceneBuilder::implementMeshGeometry(const SimTK::DecorativeMesh& mesh) {
@@ -290,6 +385,7 @@ void SceneBuilder::implementTorusGeometry(const SimTK::DecorativeTorus& torus) {
     if (isHidden(torus)) return;
     SurfaceItem item = makeItem(torus);
     const double radius = torus.getTorusRadius();
+    if (!(radius > 0 && torus.getTubeRadius() > 0)) return;
     item.scale *= radius;
     item.geometry = shapes.getTorus(
         torus.getTubeRadius() / radius,
@@ -303,18 +399,26 @@ void SceneBuilder::implementArrowGeometry(const SimTK::DecorativeArrow& arrow) {
     const Vec3 start = item.X_GM * arrow.getStartPoint().elementwiseMultiply(item.scale);
     const Vec3 end = item.X_GM * arrow.getEndPoint().elementwiseMultiply(item.scale);
     const double length = (end - start).norm();
-    if (!(length > 0)) return;
-    const double tip = std::min(arrow.getTipLength() * SimTK::max(item.scale), 0.6 * length);
+    const double ownLength = (arrow.getEndPoint() - arrow.getStartPoint()).norm();
+    if (length == 0 || ownLength == 0) return;
+    const double tip = length * std::min(arrow.getTipLength() / ownLength, 0.6);
     addArrow(item, start, end, tip, 0.12 * tip, 0.32 * tip, chooseSlices(arrow, end, 0.32 * tip));
 }
 
 void SceneBuilder::implementConeGeometry(const SimTK::DecorativeCone& cone) {
     if (isHidden(cone)) return;
     SurfaceItem item = makeItem(cone);
-    const Vec3 base = cone.getOrigin().elementwiseMultiply(item.scale);
-    item.X_GM = item.X_GM * Transform(alignY(cone.getDirection()), base);
-    item.scale =
-        SimTK::max(item.scale) * Vec3(cone.getBaseRadius(), cone.getHeight(), cone.getBaseRadius());
+    // Scaled along the axes of the decoration's frame; a slanting cone stays a right one.
+    const auto scaled = [&](const Vec3& v) { return Vec3(v.elementwiseMultiply(item.scale)); };
+    const Rotation R = alignY(cone.getDirection());
+    const Vec3 axis = scaled(cone.getHeight() * Vec3(R.y()));
+    const double r = cone.getBaseRadius();
+    const Vec3 size(r * scaled(Vec3(R.x())).norm(), axis.norm(), r * scaled(Vec3(R.z())).norm());
+    if (axis.isFinite() && axis.norm() == 0) return;
+    item.X_GM =
+        item.X_GM * Transform(Rotation(UnitVec3(axis), SimTK::YAxis, Vec3(R.x()), SimTK::XAxis),
+                              scaled(cone.getOrigin()));
+    item.scale = size;
     item.geometry = shapes.getCone(chooseSlices(cone, item.X_GM.p(), item.scale[0]));
     scene.surfaces.push_back(item);
 }
@@ -323,7 +427,13 @@ void SceneBuilder::addArrow(const SurfaceItem& style, const Vec3& start_G, const
                             double tipLength, double shaftRadius, double tipRadius, int slices) {
     const Vec3 span = end_G - start_G;
     const double length = span.norm();
-    if (!(length > 0)) return;
+    if (length == 0) return;
+    if (!span.isFinite()) {
+        SurfaceItem item = style;
+        item.X_GM.updP() = end_G + start_G;
+        scene.surfaces.push_back(item);  // to be counted
+        return;
+    }
     const Rotation R = alignY(span);
     const double shaftLength = length - tipLength;
 

@@ -43,6 +43,9 @@ private:
     std::map<std::string, SurfaceGeometryPtr> files;
 };
 
+/** Red, green and blue of the axes x, y and z. **/
+const SimTK::Vec3& getAxisColor(int axis);
+
 class SceneBuilder : public SimTK::DecorativeGeometryImplementation {
 public:
     /** Pose of a mobilized body in Ground by its number. **/
@@ -51,10 +54,16 @@ public:
     /** Radius in pixels at which a ball with this centre and radius in Ground is seen. **/
     using PixelRadius = std::function<double(const SimTK::Vec3& center_G, double radius)>;
 
-    SceneBuilder(Scene& scene, ShapeCache& shapes, BodyPose bodyPose, PixelRadius pixelRadius);
+    /** `pixelUnit` is the number of pixels per 1/720 of the picture's height. **/
+    SceneBuilder(Scene& scene, ShapeCache& shapes, BodyPose bodyPose, PixelRadius pixelRadius,
+                 double pixelUnit = 1);
 
-    /** Appends one piece of geometry. **/
-    void add(const SimTK::DecorativeGeometry& geometry) { geometry.implementGeometry(*this); }
+    /** Appends one piece of geometry. What has no finite place or size is left out and counted;
+    what has no size at all is left out. **/
+    void add(const SimTK::DecorativeGeometry& geometry);
+
+    /** Says in the scene's screen texts what was left out, and of which bodies. **/
+    void addNotices();
 
     void implementPointGeometry(const SimTK::DecorativePoint&) override;
     void implementLineGeometry(const SimTK::DecorativeLine&) override;
@@ -83,6 +92,8 @@ private:
     ShapeCache& shapes;
     BodyPose bodyPose;
     PixelRadius pixelRadius;
+    double pixelUnit;
+    std::map<int, int> numNotFinite;  // decorations by mobilized body
 };
 
 }  // namespace simflex

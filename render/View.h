@@ -33,6 +33,10 @@ public:
     const std::string& getCaption() const { return view.caption; }
     bool isFollowing() const { return view.followedBody.isValid(); }
     bool isOrthographic() const { return view.projection == CameraView::Projection::Orthographic; }
+    /** Neither fixed nor following: its place is found so that all is seen. **/
+    bool keepsSceneInPicture() const {
+        return view.placement != CameraView::Placement::Fixed && !isFollowing();
+    }
     bool fitsClippingPlanes() const { return !view.areClippingPlanesFixed; }
 
     /** Its part of the frame: left, top, width, height as fractions; that of view `index` of
