@@ -44,7 +44,8 @@ public:
     /** Default: perspective. **/
     CameraView& setProjection(Projection projection);
     CameraView& setOrthographic() { return setProjection(Projection::Orthographic); }
-    /** Vertical field of view of a perspective [rad]; default 30 degrees. For the orthographic
+    /** Vertical field of view of a perspective [rad]; default 30 degrees, but 45 degrees, as in
+    Simbody's own window, from a fixed place. For the orthographic
     view of a fixed camera, the height of what is seen is that at the scene's distance.
     @throws std::invalid_argument unless between 0 and pi. **/
     CameraView& setFieldOfView(SimTK::Real fov);
@@ -73,7 +74,7 @@ private:
     Follow follow = Follow::Position;
     SimTK::Real followedSize = 0;
     Projection projection = Projection::Perspective;
-    SimTK::Real fieldOfView = SimTK::Pi / 6;
+    SimTK::Real fieldOfView = 0;  // 0: as the placement has it
     bool areClippingPlanesFixed = false;
     SimTK::Real nearPlane = 0.01, farPlane = 100;
     SimTK::Real zoom = 1;

@@ -129,12 +129,17 @@ Transform View::calcFollowedPose(const BodyPose& bodyPose) const {
     return view.follow == CameraView::Follow::Pose ? X_GB : Transform(X_GB.p());
 }
 
+double View::calcFieldOfView() const {
+    if (view.fieldOfView > 0) return view.fieldOfView;
+    return (view.placement == CameraView::Placement::Fixed ? 45 : 30) * SimTK::Pi / 180;
+}
+
 void View::fit(const SceneExtent& scene, const std::vector<std::vector<Vec3>>& bounds_G,
                const std::vector<Transform>& X_GF, double aspect, const Margins& margins) {
     using Placement = CameraView::Placement;
     center_G = scene.center_G;
     up = scene.up;
-    camera.fieldOfView = view.fieldOfView;
+    camera.fieldOfView = calcFieldOfView();
     camera.isOrthographic = isOrthographic();
     if (view.placement == Placement::Direction)
         camera.X_GC.updR() = calcViewRotation(scene.up, scene.front, view.azimuth, view.elevation);
@@ -193,6 +198,7 @@ Camera View::calcCamera(double time, const Transform& X_GF) const {
 void View::setTransform(const Transform& X_GC) {
     view.setTransform(X_GC);
     camera.X_GC = X_GC;
+    camera.fieldOfView = calcFieldOfView();
     X_FC = ~X_GF0 * X_GC;
 }
 

@@ -65,6 +65,8 @@ public:
     void keepRotationOnly();
 
 private:
+    double calcFieldOfView() const;
+
     CameraView view;
     Camera camera;                 // at the first frame
     SimTK::Transform X_GF0, X_FC;  // of the followed frame, and in it
