@@ -43,6 +43,8 @@ private:
     void appendParts(const FrameSnapshot& snapshot, Scene& scene) const;
 
     std::vector<std::unique_ptr<DeformedSurface>> surfaces;
+    ContourField::Workspace workspace;
+    Extremes values;  // of the snapshot that deform() was called with last
     std::unique_ptr<GlRenderer> renderer;
     Overlay overlay;
 };

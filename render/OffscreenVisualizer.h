@@ -206,15 +206,21 @@ public:
     4 % of the scene's size, and at least 1; 1 until fitToMotion() is called. **/
     OffscreenVisualizer& setAutomaticDeformationFactor();
     SimTK::Real getDeformationFactor() const;
-    /** What colours show; default Contour::Displacement, the magnitude |Φξ|. **/
+    /** What colours show, see Contour.h; default Contour::Displacement, the magnitude |Φξ|. Call it
+    before fitToMotion(), which finds the range. Velocities realize States to Stage::Velocity.
+    @throws std::invalid_argument naming the body when stress is wanted and its part was reduced
+        without, as addFlexibleBody() does then; what is shown stays as it was. **/
     OffscreenVisualizer& setContour(Contour contour);
-    /** Fixed ends of the colour bar [m]. @throws std::invalid_argument unless low < high. **/
+    /** Fixed ends of the colour bar [SI]; values beyond are shown by a tip of the bar. @throws
+     * std::invalid_argument unless low < high. **/
     OffscreenVisualizer& setContourRange(SimTK::Real low, SimTK::Real high);
     /** Ends found from what is drawn: PerRun (default) covers all States given to fitToMotion(),
-    growing if a later frame exceeds it; PerFrame covers each frame anew. **/
+    growing if a later frame exceeds it; PerFrame covers each frame anew. They are zero and the
+    largest value, or even on both sides of zero where values have a sign. **/
     OffscreenVisualizer& setContourRange(ContourRange range);
-    /** Ends of the colour bar in the frame drawn last [m]. **/
+    /** Ends of the colour bar in the frame drawn last [SI]. **/
     SimTK::Vec2 getContourRange() const;
+    /** Default: Viridis, and CoolWarm where values have a sign. **/
     OffscreenVisualizer& setColorMap(ColorMap map);
     /** The bar that says what colours mean; default shown. **/
     OffscreenVisualizer& setShowColorBar(bool show);

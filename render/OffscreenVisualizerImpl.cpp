@@ -112,7 +112,10 @@ void OffscreenVisualizer::Impl::captureParts(const State& state,
         if (!snapshot.X_GB.p().isFinite() || !snapshot.X_GB.R().isFinite())
             throw std::runtime_error("the pose of body '" + part.mesh.name +
                                      "' is not finite: position " + snapshot.X_GB.p().toString());
+        snapshot.field = part.field;
         snapshot.xi = readModalCoordinates(part, state);
+        if (getTraits(partStyle.contour.contour).needsVelocity)
+            readVelocities(part, state, snapshot);
         snapshots.push_back(std::move(snapshot));
     }
 }
@@ -158,7 +161,8 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
 
 void OffscreenVisualizer::Impl::realize(const State& state) const {
     checkCoordinates(state);
-    system.realize(state, SimTK::Stage::Position);
+    const bool needsVelocity = !parts.empty() && getTraits(partStyle.contour.contour).needsVelocity;
+    system.realize(state, needsVelocity ? SimTK::Stage::Velocity : SimTK::Stage::Position);
 }
 
 FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Decorations& geometry,
@@ -365,7 +369,7 @@ FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
     style.toLight = isLightFixed ? UnitVec3(lightDirection) : toLight;
     style.isLit = lighting == Lighting::Shaded;
     style.hasTriad = showAxes;
-    style.colorMap = partStyle.contour.colorMap;
+    style.colorMap = partStyle.contour.getColorMap();
 
     GroundStyle& ground = style.ground;
     ground.isShown = hasGround;
@@ -414,7 +418,7 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
     content.screenTexts = snapshot.scene.screenTexts;
     if (hasGround) content.footnote = "grid " + formatLength(snapshot.style.ground.gridSpacing);
     content.hasColorBar = hasColorBar();
-    content.colorBar = {"displacement", 0, 1, snapshot.style.colorMap};
+    content.colorBar = describeColorBar();
     return content;
 }
 

@@ -75,7 +75,13 @@ public:
     struct Part {
         DeformableMesh mesh;
         std::shared_ptr<const SkinModes> skin;
+        std::shared_ptr<const ContourField> field;  // null: no colours
     };
+
+    /** The values of a part's colours. @throws std::invalid_argument if it lacks what they need.
+     * **/
+    std::shared_ptr<const ContourField> makeField(const Part& part, Contour contour) const;
+    void setContour(Contour contour);
 
     const SimTK::System& system;
     const SimTK::SimbodyMatterSubsystem* matter = nullptr;
@@ -132,6 +138,8 @@ private:
     void captureParts(const SimTK::State& state, std::vector<PartSnapshot>& snapshots) const;
     void captureViews(const SimTK::State& state, FrameSnapshot& snapshot) const;
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
+    void readVelocities(const Part& part, const SimTK::State& state, PartSnapshot& snapshot) const;
+    ColorBar describeColorBar() const;
     void checkCoordinates(const SimTK::State& state) const;
     double calcAspect(int viewNumber) const;
     bool widenViews(const FrameSnapshot& snapshot);
