@@ -25,6 +25,7 @@ once.
 
 #include <iosfwd>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +38,7 @@ once.
 #include "simflex/render/FrameOptions.h"
 #include "simflex/render/Image.h"
 #include "simflex/render/ProbePlot.h"
+#include "simflex/render/SurfacePoint.h"
 #include "simflex/render/Video.h"
 
 namespace simflex {
@@ -235,6 +237,18 @@ public:
     /** Edges sharper than this are drawn sharp [rad]; default 35 degrees. For parts added later.
      * **/
     OffscreenVisualizer& setCreaseAngle(SimTK::Real angle);
+    /**@}**/
+
+    /** @name Nodes in the picture
+    Of the frame drawn last; found on its surfaces, not in its pixels.
+    @throws std::logic_error before the first frame. **/
+    /**@{**/
+    /** What is at a place of the picture [pixel, from the top left corner; a pixel's middle is at
+    0.5]: empty unless it is the surface of a flexible part. O(triangles). **/
+    std::optional<SurfacePoint> pickNode(SimTK::Real column, SimTK::Real row) const;
+    /** Where a node of a body is, what value and colour it has.
+    @throws std::out_of_range naming the bodies that are drawn, or the node asked for. **/
+    NodeView findNode(const std::string& body, int nodeNumber) const;
     /**@}**/
 
     /** @name Look **/

@@ -463,6 +463,7 @@ FrameJob OffscreenVisualizer::Impl::captureFrame(const State& state, int frameNu
         FrameJob job;
         job.pictures.push_back(std::move(snapshot));
         job.plots = capturePlots();
+        rememberFrame(job.pictures.front());
         return job;
     } catch (const std::exception& e) {
         throw std::runtime_error("cannot draw the frame at time " + formatNumber(state.getTime()) +

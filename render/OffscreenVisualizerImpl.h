@@ -13,6 +13,7 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include "FrameSnapshot.h"
 #include "FrameStyle.h"
 #include "SceneBuilder.h"
+#include "SurfacePicker.h"
 #include "View.h"
 #include "WindowSettings.h"
 #include "simflex/render/FrameController.h"
@@ -120,6 +121,11 @@ public:
 
     std::vector<ViewSnapshot> lastViews;
 
+    /** Keeps what findNode() and pickNode() need of a frame. **/
+    void rememberFrame(const FrameSnapshot& snapshot);
+    /** @throws std::logic_error before the first frame. **/
+    const SurfacePicker& getPicker(const char* caller);
+
 private:
     SimTK::Transform calcBodyPose(const SimTK::State& state, int body) const;
     using Decorations = SimTK::Array_<SimTK::DecorativeGeometry>;
@@ -153,6 +159,8 @@ private:
 
     FramePainter painter;  // of motions that are looked at
     ShapeCache shapes;
+    std::unique_ptr<FrameSnapshot> lastFrame;
+    std::unique_ptr<SurfacePicker> picker;  // of it, made when it is asked for
 
     // Found by fitViews().
     bool isFitted = false, isFittedToMotion = false;

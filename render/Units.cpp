@@ -126,13 +126,13 @@ double chooseTickStep(double low, double high) {
         return std::abs(end / step - std::round(end / step)) < 1e-6;
     };
     double best = decade, bestScore = std::numeric_limits<double>::infinity();
-    for (const double factor : {0.5, 1.0, 2.0, 2.5, 5.0, 10.0, 20.0}) {
+    for (const double factor : {0.5, 1.0, 2.0, 2.5, 4.0, 5.0, 10.0, 20.0}) {
         const double step = factor * decade, intervals = span / step;
-        if (intervals < 3.5 || intervals > 9.5) continue;
+        if (intervals < 3.5 || intervals > 10.5) continue;
         double score = std::abs(intervals - 6) / 6;
         if (!endsOnTick(low, step)) score += 1;
         if (!endsOnTick(high, step)) score += 1;
-        if (factor == 2.5) score += 0.4;
+        if (factor == 2.5 || factor == 4) score += 0.4;
         if (score < bestScore) {
             bestScore = score;
             best = step;
