@@ -65,6 +65,35 @@ ColorBar OffscreenVisualizer::Impl::describeColorBar() const {
     return bar;
 }
 
+OffscreenVisualizer& OffscreenVisualizer::setShowInterfaces(bool show) {
+    impl->marks.settings.showInterfaces = show;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowJoints(bool show) {
+    impl->marks.settings.showJoints = show;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowReactions(bool show) {
+    impl->marks.settings.showReactions = show;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setMultiplierSource(
+    std::function<SimTK::Vector(const State&, const Joint&)> multipliers) {
+    impl->marks.settings.multipliers = std::move(multipliers);
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowReactionValues(bool show) {
+    impl->marks.settings.showReactionValues = show;
+    return *this;
+}
+
 void OffscreenVisualizer::Impl::rememberFrame(const FrameSnapshot& snapshot) {
     lastFrame = std::make_unique<FrameSnapshot>(snapshot);
     picker.reset();

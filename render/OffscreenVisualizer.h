@@ -23,6 +23,7 @@ nothing else does. The same states in the same order give the same bytes. Not fo
 once.
 **/
 
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <optional>
@@ -46,6 +47,7 @@ namespace simflex {
 class FlexibleBody;
 class FrameReporter;
 struct WindowSettings;
+class Joint;
 
 class OffscreenVisualizer {
 public:
@@ -237,6 +239,28 @@ public:
     /** Edges sharper than this are drawn sharp [rad]; default 35 degrees. For parts added later.
      * **/
     OffscreenVisualizer& setCreaseAngle(SimTK::Real angle);
+    /**@}**/
+
+    /** @name Joints and interfaces of flexible parts
+    Drawn on the parts with their deformation exaggerated, in sizes that follow the parts'. **/
+    /**@{**/
+    /** Axes at the deformed interfaces, their master points and names; default hidden. **/
+    OffscreenVisualizer& setShowInterfaces(bool show);
+    /** A symbol for each joint of the System's FlexibleBodySubsystem; default hidden. **/
+    OffscreenVisualizer& setShowJoints(bool show);
+    /** Arrows for the force and the moment (two tips) that each joint puts on the body of its frame
+    M, the longest for the largest since fitToMotion(); default hidden. They come from
+    Simbody's multipliers, for which States are realized to Stage::Acceleration: exact, and
+    slow with many joints. **/
+    OffscreenVisualizer& setShowReactions(bool show);
+    /** Where the multipliers of joints come from instead, such as an implicit run:
+    @code viz.setShowReactions(true).setMultiplierSource(
+        [&](const State&, const Joint& joint) { return integrator.getMultipliers(joint); });
+    @endcode States are then realized to Stage::Velocity only. **/
+    OffscreenVisualizer& setMultiplierSource(
+        std::function<SimTK::Vector(const SimTK::State&, const Joint&)> multipliers);
+    /** Values at the arrows; default hidden. **/
+    OffscreenVisualizer& setShowReactionValues(bool show);
     /**@}**/
 
     /** @name Nodes in the picture

@@ -146,7 +146,10 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
     SceneBuilder builder(
         snapshot.scene, shapes, [&](int body) { return calcBodyPose(state, body); },
         calcPixelRadius, height / 720.0);
-    for (const SimTK::DecorativeGeometry& piece : geometry) builder.add(piece);
+    Decorations ofParts;
+    marks.append(system, state, snapshot.parts, snapshot.partStyle.deformationFactor, ofParts);
+    for (const Decorations* pieces : {&geometry, static_cast<const Decorations*>(&ofParts)})
+        for (const SimTK::DecorativeGeometry& piece : *pieces) builder.add(piece);
     for (const SimTK::DecorativeGeometry& piece : decorations) builder.add(piece);
     for (const RubberBand& band : rubberBands) {
         SimTK::DecorativeLine line = band.line;
@@ -163,6 +166,7 @@ void OffscreenVisualizer::Impl::realize(const State& state) const {
     checkCoordinates(state);
     const bool needsVelocity = !parts.empty() && getTraits(partStyle.contour.contour).needsVelocity;
     system.realize(state, needsVelocity ? SimTK::Stage::Velocity : SimTK::Stage::Position);
+    system.realize(state, marks.getStage());
 }
 
 FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Decorations& geometry,
@@ -178,8 +182,8 @@ FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Decor
     snapshot.center_G = extent.center_G;
     snapshot.radius = extent.radius;
     captureViews(state, snapshot);
-    captureDecorations(state, geometry, snapshot);
     captureParts(state, snapshot.parts);
+    captureDecorations(state, geometry, snapshot);
     for (std::size_t i = 0; i < views.size(); ++i)
         snapshot.views[i].overlay = calcOverlay(snapshot, snapshot.views[i], int(i));
     return snapshot;
@@ -293,6 +297,7 @@ void OffscreenVisualizer::Impl::fitToMotion(const Motion& motion) {
             automaticFactor = calcRoundFactor(largest);
         }
     }
+    marks.forgetRun();
     MotionBounds bounds;
     appendBounds(motion, bounds);
     fitViews(bounds);

@@ -12,6 +12,7 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include "FramePainter.h"
 #include "FrameSnapshot.h"
 #include "FrameStyle.h"
+#include "MechanismMarks.h"
 #include "SceneBuilder.h"
 #include "SurfacePicker.h"
 #include "View.h"
@@ -101,6 +102,7 @@ public:
     std::vector<View> views{View()};  // the first is the visualizer's own camera
 
     PartStyle partStyle;
+    MechanismMarks marks;
     bool isFactorAutomatic = true;
     double automaticFactor = 1;
     double creaseAngle = 35 * SimTK::Pi / 180;
