@@ -6,24 +6,79 @@
 
 namespace simflex {
 
-namespace {
-
-constexpr double lengthOfNothing = 1e-3;  // end of the colour bar when nothing deforms [m]
-
-}  // namespace
+const ContourTraits& getTraits(Contour contour) {
+    using D = Dimension;
+    static const ContourTraits none{"", D::Length, false, false, false},
+        displacement{"displacement", D::Length, false, false, false},
+        displacementX{"displacement x", D::Length, true, false, false},
+        displacementY{"displacement y", D::Length, true, false, false},
+        displacementZ{"displacement z", D::Length, true, false, false},
+        speed{"speed", D::Velocity, false, true, false},
+        velocityX{"velocity x", D::Velocity, true, true, false},
+        velocityY{"velocity y", D::Velocity, true, true, false},
+        velocityZ{"velocity z", D::Velocity, true, true, false},
+        energy{"strain energy", D::EnergyDensity, false, false, true},
+        vonMises{"von Mises stress", D::Stress, false, false, true},
+        signedVonMises{"signed von Mises", D::Stress, true, false, true},
+        largest{"largest principal stress", D::Stress, true, false, true},
+        smallest{"smallest principal stress", D::Stress, true, false, true};
+    switch (contour) {
+        case Contour::None:
+            break;
+        case Contour::Displacement:
+            return displacement;
+        case Contour::DisplacementX:
+            return displacementX;
+        case Contour::DisplacementY:
+            return displacementY;
+        case Contour::DisplacementZ:
+            return displacementZ;
+        case Contour::Speed:
+            return speed;
+        case Contour::VelocityX:
+            return velocityX;
+        case Contour::VelocityY:
+            return velocityY;
+        case Contour::VelocityZ:
+            return velocityZ;
+        case Contour::StrainEnergyDensity:
+            return energy;
+        case Contour::VonMises:
+            return vonMises;
+        case Contour::SignedVonMises:
+            return signedVonMises;
+        case Contour::LargestPrincipalStress:
+            return largest;
+        case Contour::SmallestPrincipalStress:
+            return smallest;
+    }
+    return none;
+}
 
 void Extremes::include(const Extremes& other) {
     low = std::min(low, other.low);
     high = std::max(high, other.high);
 }
 
+ColorMap ContourSettings::getColorMap() const {
+    if (isColorMapFixed) return colorMap;
+    return getTraits(contour).isSigned ? ColorMap::CoolWarm : ColorMap::Viridis;
+}
+
 SimTK::Vec2 calcContourRange(const ContourSettings& settings, const Extremes& frame,
                              const Extremes& run) {
     if (settings.isRangeFixed) return {settings.fixedLow, settings.fixedHigh};
+    const ContourTraits& traits = getTraits(settings.contour);
     const bool isPerFrame = settings.range == ContourRange::PerFrame;
-    const double largest = isPerFrame ? frame.high : run.high;
-    if (!(largest > 0)) return {0, lengthOfNothing};
-    return {0, isPerFrame ? largest : roundUpToRange(largest)};
+    const Extremes& values = isPerFrame ? frame : run;
+    double largest = values.isEmpty() ? 0 : std::max(values.high, 0.0);
+    if (traits.isSigned && !values.isEmpty()) largest = std::max(largest, -values.low);
+    // The end of a bar when there is nothing to show: 1 mm, 1 MPa …
+    if (!(largest > 0))
+        largest = chooseUnit(traits.dimension, 0).size;
+    else if (!isPerFrame)
+        largest = roundUpToRange(largest);
+    return {traits.isSigned ? -largest : 0, largest};
 }
 
 }  // namespace simflex

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
 What the renderer needs to know of a part that bends: the part, and how to read its frame and its
-modal coordinates from a State.
+modal coordinates from a State, and where velocities are shown their rates.
 
 @code
     viz.addDeformableMesh({part, "rod",
@@ -27,6 +27,11 @@ struct DeformableMesh {
 
     /** Modal coordinates ξ, size n_f; Stage::Model must suffice. **/
     std::function<SimTK::Vector(const SimTK::State&)> getModalCoordinates;
+
+    /** Velocity V_GB = (ω, v) of the frame and modal speeds ξ̇, for contours of velocity; the State
+    is realized to Stage::Velocity. **/
+    std::function<SimTK::SpatialVec(const SimTK::State&)> getFrameVelocity = nullptr;
+    std::function<SimTK::Vector(const SimTK::State&)> getModalSpeeds = nullptr;
 };
 
 }  // namespace simflex

@@ -19,14 +19,14 @@ DeformedSurface::DeformedSurface(std::shared_ptr<const SkinModes> skinModes)
       displacements(skin->restPositions.size()),
       deformed(std::make_shared<SurfaceGeometry>(*skin->undeformed)) {}
 
-void DeformedSurface::calcDisplacements(const SimTK::Vector& xi) {
+const std::vector<float>& DeformedSurface::calcDisplacements(const SimTK::Vector& xi) {
     if (xi.size() != getPart().numModes)
         throw std::invalid_argument(
             "part '" + getPart().name + "' has " + std::to_string(getPart().numModes) +
             " modes, but modal coordinates have size " + std::to_string(xi.size()));
     std::vector<float> wanted(getPart().numModes);
     for (int i = 0; i < getPart().numModes; ++i) wanted[i] = float(xi[i]);
-    if (hasDisplacements && wanted == modal) return;
+    if (hasDisplacements && wanted == modal) return displacements;
     modal = wanted;
     hasDisplacements = true;
 
@@ -43,6 +43,7 @@ void DeformedSurface::calcDisplacements(const SimTK::Vector& xi) {
         const Eigen::Index count = std::min<Eigen::Index>(rowsPerChunk, rows - first);
         u.segment(first, count).noalias() = Phi.middleRows(first, count) * xiFloat;
     }
+    return displacements;
 }
 
 double DeformedSurface::calcLargestDisplacement(const SimTK::Vector& xi) {
@@ -55,7 +56,8 @@ double DeformedSurface::calcLargestDisplacement(const SimTK::Vector& xi) {
     return std::sqrt(double(largest));
 }
 
-void DeformedSurface::update(const SimTK::Vector& xi, double factor) {
+void DeformedSurface::update(const SimTK::Vector& xi, double factor,
+                             const std::vector<float>& nodeValues) {
     calcDisplacements(xi);
     const float f = float(factor);
     for (std::size_t v = 0; v < skin->vertexNode.size(); ++v) {
@@ -63,7 +65,7 @@ void DeformedSurface::update(const SimTK::Vector& xi, double factor) {
         const float* u = &displacements[3 * std::size_t(skin->vertexNode[v])];
         float* vertex = &deformed->vertices[v * stride];
         for (int k = 0; k < 3; ++k) vertex[k] = s[k] + f * u[k];
-        vertex[6] = std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+        if (!nodeValues.empty()) vertex[6] = nodeValues[std::size_t(skin->vertexNode[v])];
     }
     calcNormals(*deformed);
     deformed->updateBounds();

@@ -23,8 +23,12 @@ public:
     @throws std::invalid_argument that names the part, when ξ has another size, as below. **/
     double calcLargestDisplacement(const SimTK::Vector& xi);
 
-    /** Moves vertices to s + factor·Φξ, with normals, and their contour values to |Φξ| [m]. **/
-    void update(const SimTK::Vector& xi, double factor);
+    /** Φξ, not exaggerated, 3 per skin node [m]. **/
+    const std::vector<float>& calcDisplacements(const SimTK::Vector& xi);
+
+    /** Moves vertices to s + factor·Φξ, with normals.
+    @param nodeValues  the contour's, one per skin node; NaN: none there; empty: leave them **/
+    void update(const SimTK::Vector& xi, double factor, const std::vector<float>& nodeValues);
 
     /** Position in B of any mesh node under the same deformation. **/
     SimTK::Vec3 calcNodePosition(int node, const SimTK::Vector& xi, double factor) const;
@@ -33,8 +37,6 @@ public:
     std::shared_ptr<const SurfaceGeometry> getUndeformed() const { return skin->undeformed; }
 
 private:
-    void calcDisplacements(const SimTK::Vector& xi);
-
     std::shared_ptr<const SkinModes> skin;
     std::vector<float> displacements;  // Φξ, 3 each
     std::vector<float> modal;          // ξ of `displacements`

@@ -1,14 +1,166 @@
+/** @file
+What OffscreenVisualizer shows of flexible bodies. **/
+
 #include "simflex/body/FlexibleBody.h"
 
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "OffscreenVisualizerImpl.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
 namespace simflex {
 
+using SimTK::State;
+
 OffscreenVisualizer& OffscreenVisualizer::addFlexibleBody(const FlexibleBody& body) {
     return addDeformableMesh(
         {body.getPartHandle(), body.getName(),
-         [body](const SimTK::State& state) { return body.getFramePose(state); },
-         [body](const SimTK::State& state) { return body.getModalCoordinates(state); }});
+         [body](const State& state) { return body.getFramePose(state); },
+         [body](const State& state) { return body.getModalCoordinates(state); },
+         [body](const State& state) { return body.getFrameVelocity(state); },
+         [body](const State& state) { return body.getModalSpeeds(state); }});
+}
+
+std::shared_ptr<const ContourField> OffscreenVisualizer::Impl::makeField(const Part& part,
+                                                                         Contour contour) const {
+    if (contour == Contour::None) return nullptr;
+    const ContourTraits& traits = getTraits(contour);
+    if (traits.needsVelocity && (!part.mesh.getFrameVelocity || !part.mesh.getModalSpeeds))
+        throw std::invalid_argument("cannot show " + std::string(traits.name) + " of body '" +
+                                    part.mesh.name +
+                                    "': its DeformableMesh has no getFrameVelocity or no "
+                                    "getModalSpeeds; give both, or use addFlexibleBody()");
+    return std::make_shared<const ContourField>(part.skin, contour, part.mesh.name);
+}
+
+void OffscreenVisualizer::Impl::setContour(Contour contour) {
+    std::vector<std::shared_ptr<const ContourField>> fields;
+    for (const Part& part : parts) fields.push_back(makeField(part, contour));
+    for (std::size_t i = 0; i < parts.size(); ++i) parts[i].field = fields[i];
+    if (contour != partStyle.contour.contour) output.setValuesOfRun({});
+    partStyle.contour.contour = contour;
+}
+
+void OffscreenVisualizer::Impl::readVelocities(const Part& part, const State& state,
+                                               PartSnapshot& snapshot) const {
+    snapshot.V_GB = part.mesh.getFrameVelocity(state);
+    snapshot.xiDot = part.mesh.getModalSpeeds(state);
+    if (!snapshot.V_GB[0].isFinite() || !snapshot.V_GB[1].isFinite())
+        throw std::runtime_error("the velocity of body '" + part.mesh.name + "' is not finite");
+    for (int i = 0; i < snapshot.xiDot.size(); ++i)
+        if (!std::isfinite(snapshot.xiDot[i]))
+            throw std::runtime_error("modal speed " + std::to_string(i) + " of body '" +
+                                     part.mesh.name + "' is not finite");
+}
+
+ColorBar OffscreenVisualizer::Impl::describeColorBar() const {
+    const ContourTraits& traits = getTraits(partStyle.contour.contour);
+    ColorBar bar;
+    bar.quantity = traits.name;
+    bar.dimension = traits.dimension;
+    bar.colorMap = partStyle.contour.getColorMap();
+    for (const Part& part : parts) bar.hasGaps |= part.field && !part.field->isComplete();
+    return bar;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowInterfaces(bool show) {
+    impl->marks.settings.showInterfaces = show;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowJoints(bool show) {
+    impl->marks.settings.showJoints = show;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowReactions(bool show) {
+    impl->marks.settings.showReactions = show;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setMultiplierSource(
+    std::function<SimTK::Vector(const State&, const Joint&)> multipliers) {
+    impl->marks.settings.multipliers = std::move(multipliers);
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowReactionValues(bool show) {
+    impl->marks.settings.showReactionValues = show;
+    return *this;
+}
+
+void OffscreenVisualizer::Impl::rememberFrame(const FrameSnapshot& snapshot) {
+    lastFrame = std::make_unique<FrameSnapshot>(snapshot);
+    picker.reset();
+}
+
+const SurfacePicker& OffscreenVisualizer::Impl::getPicker(const char* caller) {
+    if (!lastFrame) throw std::logic_error(std::string(caller) + ": no frame has been drawn yet");
+    if (!picker) picker = std::make_unique<SurfacePicker>(*lastFrame);
+    return *picker;
+}
+
+std::optional<SurfacePoint> OffscreenVisualizer::pickNode(SimTK::Real column,
+                                                          SimTK::Real row) const {
+    const SurfacePicker& picker = impl->getPicker("pickNode");
+    const std::optional<SurfacePicker::Hit> hit = picker.cast(column, row);
+    if (!hit || hit->part < 0) return std::nullopt;
+    const Impl::Part& part = impl->parts[std::size_t(hit->part)];
+    SurfacePoint point;
+    point.body = part.mesh.name;
+    point.location_G = hit->location_G;
+    point.distance = hit->distance;
+    point.value = part.field ? hit->value : SimTK::NaN;
+    const int node = part.skin->nodes[std::size_t(hit->skinNode)];
+    point.nodeNumber = part.skin->part->mesh.nodeNumbers[std::size_t(node)];
+    point.nodeLocation_G = picker.calcLocation(hit->part, hit->skinNode);
+    point.nodeValue = picker.getValue(hit->part, hit->skinNode);
+    return point;
+}
+
+NodeView OffscreenVisualizer::findNode(const std::string& body, int nodeNumber) const {
+    const SurfacePicker& picker = impl->getPicker("findNode");
+    const auto part = std::find_if(impl->parts.begin(), impl->parts.end(),
+                                   [&](const Impl::Part& p) { return p.mesh.name == body; });
+    if (part == impl->parts.end()) {
+        std::string names;
+        for (const Impl::Part& p : impl->parts)
+            names += (names.empty() ? "'" : ", '") + p.mesh.name + "'";
+        throw std::out_of_range("findNode: no flexible body '" + body + "' is drawn; there are " +
+                                (names.empty() ? "none" : names));
+    }
+    const SkinModes& skin = *part->skin;
+    const std::vector<int>& numbers = skin.part->mesh.nodeNumbers;
+    const auto number = std::lower_bound(numbers.begin(), numbers.end(), nodeNumber);
+    if (number == numbers.end() || *number != nodeNumber)
+        throw std::out_of_range("findNode: body '" + body + "' has no node number " +
+                                std::to_string(nodeNumber));
+    const int node = int(number - numbers.begin()), index = int(part - impl->parts.begin());
+    const auto place = std::lower_bound(skin.nodes.begin(), skin.nodes.end(), node);
+
+    NodeView view;
+    if (place == skin.nodes.end() || *place != node) {
+        view.location_G = picker.calcInnerLocation(index, node);
+        view.pixel = picker.calcPixel(view.location_G);
+        return view;
+    }
+    const int skinNode = int(place - skin.nodes.begin());
+    view.location_G = picker.calcLocation(index, skinNode);
+    view.pixel = picker.calcPixel(view.location_G);
+    view.value = picker.getValue(index, skinNode);
+    view.isVisible = picker.isVisible(view.location_G);
+    const ContourSettings& contour = impl->partStyle.contour;
+    const SimTK::Vec2 range = impl->output.getLastRange();
+    view.color =
+        std::isnan(view.value)
+            ? gapColor
+            : calcColor(contour.getColorMap(), (view.value - range[0]) / (range[1] - range[0]));
+    return view;
 }
 
 }  // namespace simflex

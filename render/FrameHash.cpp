@@ -11,7 +11,7 @@ namespace simflex {
 
 namespace {
 
-constexpr int drawingVersion = 1;  // grows when the same snapshot is drawn in another way
+constexpr int drawingVersion = 2;  // grows when the same snapshot is drawn in another way
 
 // Every member is named below, so that a new one does not compile until it is added here.
 
@@ -86,6 +86,10 @@ void addSkin(ContentHash& hash, const SkinModes& skin) {
     addGeometry(hash, *undeformed);
 }
 
+void addField(ContentHash& hash, const ContourField& field) {
+    field.addTo(hash);
+}
+
 void add(ContentHash& hash, const SurfaceItem& item) {
     const auto& [geometry, X_GM, scale, color, opacity, style, representation, showFeatureEdges,
                  showElementEdges] = item;
@@ -134,8 +138,10 @@ void add(ContentHash& hash, const Scene& scene) {
 }
 
 void add(ContentHash& hash, const PartSnapshot& part) {
-    const auto& [skin, X_GB, xi, V_GB, xiDot] = part;
+    const auto& [skin, field, X_GB, xi, V_GB, xiDot] = part;
     hash.add(findConstant<SkinModes>(skin, addSkin));
+    hash.add(bool(field));
+    if (field) hash.add(findConstant<ContourField>(field, addField));
     add(hash, X_GB);
     add(hash, xi);
     add(hash, V_GB[0]);
@@ -147,9 +153,11 @@ void add(ContentHash& hash, const PartStyle& style) {
     const auto& [deformationFactor, contour, showUndeformed, showElementEdges, showFeatureEdges] =
         style;
     hash.add(deformationFactor);
-    const auto& [quantity, colorMap, range, isRangeFixed, fixedLow, fixedHigh] = contour;
+    const auto& [quantity, colorMap, isColorMapFixed, range, isRangeFixed, fixedLow, fixedHigh] =
+        contour;
     hash.add(quantity);
     hash.add(colorMap);
+    hash.add(isColorMapFixed);
     // The ends of the range are added as they were found.
     (void)range, (void)isRangeFixed, (void)fixedLow, (void)fixedHigh;
     hash.add(showUndeformed);
@@ -207,9 +215,11 @@ void add(ContentHash& hash, const ViewSnapshot& view) {
     hash.add(hasScaleBar);
     hash.add(pixelSize);
     hash.add(hasColorBar);
-    const auto& [quantity, low, high, colorMap] = colorBar;
+    const auto& [quantity, dimension, low, high, colorMap, hasBelow, hasAbove, hasGaps] = colorBar;
     hash.add(quantity);
-    (void)low, (void)high;  // set by the painter
+    hash.add(dimension);
+    (void)low, (void)high, (void)hasBelow, (void)hasAbove;  // set by the painter
+    hash.add(hasGaps);
     hash.add(colorMap);
     hash.add(hasTriad);
     add(hash, R_GC);

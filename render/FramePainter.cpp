@@ -1,6 +1,7 @@
 #include "FramePainter.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace simflex {
 
@@ -16,14 +17,17 @@ DeformedSurface& FramePainter::getSurface(const FrameSnapshot& snapshot, std::si
 }
 
 Extremes FramePainter::deform(const FrameSnapshot& snapshot) {
-    Extremes extremes;
+    values = {};
     for (std::size_t i = 0; i < snapshot.parts.size(); ++i) {
         DeformedSurface& surface = getSurface(snapshot, i);
-        const SimTK::Vector& xi = snapshot.parts[i].xi;
-        surface.update(xi, snapshot.partStyle.deformationFactor);
-        extremes.include({0, surface.calcLargestDisplacement(xi)});
+        const PartSnapshot& part = snapshot.parts[i];
+        workspace.values.clear();
+        if (part.field)
+            values.include(
+                part.field->calcValues(part, surface.calcDisplacements(part.xi), workspace));
+        surface.update(part.xi, snapshot.partStyle.deformationFactor, workspace.values);
     }
-    return extremes;
+    return values;
 }
 
 double FramePainter::calcLargestDisplacement(const FrameSnapshot& snapshot) {
@@ -73,6 +77,11 @@ void FramePainter::appendSolidBounds(const FrameSnapshot& snapshot,
     parts.appendBounds(points_G);
 }
 
+// By more than rounding to single precision.
+static bool isBeyond(double larger, double smaller) {
+    return larger > smaller + 1e-6 * std::abs(smaller);
+}
+
 Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& contourRange) {
     if (!renderer) renderer = std::make_unique<GlRenderer>();
     Scene scene = snapshot.scene;
@@ -104,6 +113,8 @@ Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& cont
         content.unit = view.unit;
         content.colorBar.low = contourRange[0];
         content.colorBar.high = contourRange[1];
+        content.colorBar.hasBelow = isBeyond(contourRange[0], values.low);
+        content.colorBar.hasAbove = isBeyond(values.high, contourRange[1]);
         overlay.draw(image, content, style.palette);
         if (view.width == snapshot.width && view.height == snapshot.height) {
             frame = std::move(image);

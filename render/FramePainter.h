@@ -35,14 +35,18 @@ public:
     /** The same without lines and texts. **/
     void appendSolidBounds(const FrameSnapshot& snapshot, std::vector<SimTK::Vec3>& points_G) const;
 
+    /** Appends the parts as deform() left them, each with its ghost if that is shown. **/
+    void appendParts(const FrameSnapshot& snapshot, Scene& scene) const;
+
     /** Draws the snapshot that deform() was called with last. **/
     Image paint(const FrameSnapshot& snapshot, const SimTK::Vec2& contourRange);
 
 private:
     DeformedSurface& getSurface(const FrameSnapshot& snapshot, std::size_t part);
-    void appendParts(const FrameSnapshot& snapshot, Scene& scene) const;
 
     std::vector<std::unique_ptr<DeformedSurface>> surfaces;
+    ContourField::Workspace workspace;
+    Extremes values;  // of the snapshot that deform() was called with last
     std::unique_ptr<GlRenderer> renderer;
     Overlay overlay;
 };

@@ -7,6 +7,7 @@ neither the System nor the State. Internal to the renderer. **/
 #include <vector>
 
 #include "Camera.h"
+#include "ContourField.h"
 #include "ContourScale.h"
 #include "FrameStyle.h"
 #include "Overlay.h"
@@ -18,6 +19,7 @@ namespace simflex {
 /** The motion of one flexible part. **/
 struct PartSnapshot {
     std::shared_ptr<const SkinModes> skin;
+    std::shared_ptr<const ContourField> field;  ///< null: no colours
     SimTK::Transform X_GB;
     SimTK::Vector xi;
     SimTK::SpatialVec V_GB{SimTK::Vec3(0), SimTK::Vec3(0)};  ///< where velocities are shown

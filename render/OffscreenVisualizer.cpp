@@ -105,8 +105,9 @@ OffscreenVisualizer& OffscreenVisualizer::addDeformableMesh(const DeformableMesh
     if (!mesh.part || !mesh.getFramePose || !mesh.getModalCoordinates)
         throw std::invalid_argument(
             "addDeformableMesh: the part, getFramePose and getModalCoordinates must be given");
-    Impl::Part part{mesh, extractSkinModes(mesh.part, impl->creaseAngle)};
+    Impl::Part part{mesh, extractSkinModes(mesh.part, impl->creaseAngle), nullptr};
     if (part.mesh.name.empty()) part.mesh.name = mesh.part->name;
+    part.field = impl->makeField(part, impl->partStyle.contour.contour);
     impl->parts.push_back(std::move(part));
     impl->forgetFit();
     return *this;
@@ -240,7 +241,7 @@ Real OffscreenVisualizer::getDeformationFactor() const {
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setContour(Contour contour) {
-    impl->partStyle.contour.contour = contour;
+    impl->setContour(contour);
     return *this;
 }
 
@@ -266,6 +267,7 @@ Vec2 OffscreenVisualizer::getContourRange() const {
 
 OffscreenVisualizer& OffscreenVisualizer::setColorMap(ColorMap map) {
     impl->partStyle.contour.colorMap = map;
+    impl->partStyle.contour.isColorMapFixed = true;
     return *this;
 }
 

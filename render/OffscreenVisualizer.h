@@ -23,8 +23,10 @@ nothing else does. The same states in the same order give the same bytes. Not fo
 once.
 **/
 
+#include <functional>
 #include <iosfwd>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +39,7 @@ once.
 #include "simflex/render/FrameOptions.h"
 #include "simflex/render/Image.h"
 #include "simflex/render/ProbePlot.h"
+#include "simflex/render/SurfacePoint.h"
 #include "simflex/render/Video.h"
 
 namespace simflex {
@@ -44,6 +47,7 @@ namespace simflex {
 class FlexibleBody;
 class FrameReporter;
 struct WindowSettings;
+class Joint;
 
 class OffscreenVisualizer {
 public:
@@ -206,15 +210,21 @@ public:
     4 % of the scene's size, and at least 1; 1 until fitToMotion() is called. **/
     OffscreenVisualizer& setAutomaticDeformationFactor();
     SimTK::Real getDeformationFactor() const;
-    /** What colours show; default Contour::Displacement, the magnitude |Φξ|. **/
+    /** What colours show, see Contour.h; default Contour::Displacement, the magnitude |Φξ|. Call it
+    before fitToMotion(), which finds the range. Velocities realize States to Stage::Velocity.
+    @throws std::invalid_argument naming the body when stress is wanted and its part was reduced
+        without, as addFlexibleBody() does then; what is shown stays as it was. **/
     OffscreenVisualizer& setContour(Contour contour);
-    /** Fixed ends of the colour bar [m]. @throws std::invalid_argument unless low < high. **/
+    /** Fixed ends of the colour bar [SI]; values beyond are shown by a tip of the bar. @throws
+     * std::invalid_argument unless low < high. **/
     OffscreenVisualizer& setContourRange(SimTK::Real low, SimTK::Real high);
     /** Ends found from what is drawn: PerRun (default) covers all States given to fitToMotion(),
-    growing if a later frame exceeds it; PerFrame covers each frame anew. **/
+    growing if a later frame exceeds it; PerFrame covers each frame anew. They are zero and the
+    largest value, or even on both sides of zero where values have a sign. **/
     OffscreenVisualizer& setContourRange(ContourRange range);
-    /** Ends of the colour bar in the frame drawn last [m]. **/
+    /** Ends of the colour bar in the frame drawn last [SI]. **/
     SimTK::Vec2 getContourRange() const;
+    /** Default: Viridis, and CoolWarm where values have a sign. **/
     OffscreenVisualizer& setColorMap(ColorMap map);
     /** The bar that says what colours mean; default shown. **/
     OffscreenVisualizer& setShowColorBar(bool show);
@@ -229,6 +239,40 @@ public:
     /** Edges sharper than this are drawn sharp [rad]; default 35 degrees. For parts added later.
      * **/
     OffscreenVisualizer& setCreaseAngle(SimTK::Real angle);
+    /**@}**/
+
+    /** @name Joints and interfaces of flexible parts
+    Drawn on the parts with their deformation exaggerated, in sizes that follow the parts'. **/
+    /**@{**/
+    /** Axes at the deformed interfaces, their master points and names; default hidden. **/
+    OffscreenVisualizer& setShowInterfaces(bool show);
+    /** A symbol for each joint of the System's FlexibleBodySubsystem; default hidden. **/
+    OffscreenVisualizer& setShowJoints(bool show);
+    /** Arrows for the force and the moment (two tips) that each joint puts on the body of its frame
+    M, the longest for the largest since fitToMotion(); default hidden. They come from
+    Simbody's multipliers, for which States are realized to Stage::Acceleration: exact, and
+    slow with many joints. **/
+    OffscreenVisualizer& setShowReactions(bool show);
+    /** Where the multipliers of joints come from instead, such as an implicit run:
+    @code viz.setShowReactions(true).setMultiplierSource(
+        [&](const State&, const Joint& joint) { return integrator.getMultipliers(joint); });
+    @endcode States are then realized to Stage::Velocity only. **/
+    OffscreenVisualizer& setMultiplierSource(
+        std::function<SimTK::Vector(const SimTK::State&, const Joint&)> multipliers);
+    /** Values at the arrows; default hidden. **/
+    OffscreenVisualizer& setShowReactionValues(bool show);
+    /**@}**/
+
+    /** @name Nodes in the picture
+    Of the frame drawn last; found on its surfaces, not in its pixels.
+    @throws std::logic_error before the first frame. **/
+    /**@{**/
+    /** What is at a place of the picture [pixel, from the top left corner; a pixel's middle is at
+    0.5]: empty unless it is the surface of a flexible part. O(triangles). **/
+    std::optional<SurfacePoint> pickNode(SimTK::Real column, SimTK::Real row) const;
+    /** Where a node of a body is, what value and colour it has.
+    @throws std::out_of_range naming the bodies that are drawn, or the node asked for. **/
+    NodeView findNode(const std::string& body, int nodeNumber) const;
     /**@}**/
 
     /** @name Look **/

@@ -112,7 +112,10 @@ void OffscreenVisualizer::Impl::captureParts(const State& state,
         if (!snapshot.X_GB.p().isFinite() || !snapshot.X_GB.R().isFinite())
             throw std::runtime_error("the pose of body '" + part.mesh.name +
                                      "' is not finite: position " + snapshot.X_GB.p().toString());
+        snapshot.field = part.field;
         snapshot.xi = readModalCoordinates(part, state);
+        if (getTraits(partStyle.contour.contour).needsVelocity)
+            readVelocities(part, state, snapshot);
         snapshots.push_back(std::move(snapshot));
     }
 }
@@ -143,7 +146,10 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
     SceneBuilder builder(
         snapshot.scene, shapes, [&](int body) { return calcBodyPose(state, body); },
         calcPixelRadius, height / 720.0);
-    for (const SimTK::DecorativeGeometry& piece : geometry) builder.add(piece);
+    Decorations ofParts;
+    marks.append(system, state, snapshot.parts, snapshot.partStyle.deformationFactor, ofParts);
+    for (const Decorations* pieces : {&geometry, static_cast<const Decorations*>(&ofParts)})
+        for (const SimTK::DecorativeGeometry& piece : *pieces) builder.add(piece);
     for (const SimTK::DecorativeGeometry& piece : decorations) builder.add(piece);
     for (const RubberBand& band : rubberBands) {
         SimTK::DecorativeLine line = band.line;
@@ -158,7 +164,9 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
 
 void OffscreenVisualizer::Impl::realize(const State& state) const {
     checkCoordinates(state);
-    system.realize(state, SimTK::Stage::Position);
+    const bool needsVelocity = !parts.empty() && getTraits(partStyle.contour.contour).needsVelocity;
+    system.realize(state, needsVelocity ? SimTK::Stage::Velocity : SimTK::Stage::Position);
+    system.realize(state, marks.getStage());
 }
 
 FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Decorations& geometry,
@@ -174,8 +182,8 @@ FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Decor
     snapshot.center_G = extent.center_G;
     snapshot.radius = extent.radius;
     captureViews(state, snapshot);
-    captureDecorations(state, geometry, snapshot);
     captureParts(state, snapshot.parts);
+    captureDecorations(state, geometry, snapshot);
     for (std::size_t i = 0; i < views.size(); ++i)
         snapshot.views[i].overlay = calcOverlay(snapshot, snapshot.views[i], int(i));
     return snapshot;
@@ -289,6 +297,7 @@ void OffscreenVisualizer::Impl::fitToMotion(const Motion& motion) {
             automaticFactor = calcRoundFactor(largest);
         }
     }
+    marks.forgetRun();
     MotionBounds bounds;
     appendBounds(motion, bounds);
     fitViews(bounds);
@@ -365,7 +374,7 @@ FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
     style.toLight = isLightFixed ? UnitVec3(lightDirection) : toLight;
     style.isLit = lighting == Lighting::Shaded;
     style.hasTriad = showAxes;
-    style.colorMap = partStyle.contour.colorMap;
+    style.colorMap = partStyle.contour.getColorMap();
 
     GroundStyle& ground = style.ground;
     ground.isShown = hasGround;
@@ -414,7 +423,7 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
     content.screenTexts = snapshot.scene.screenTexts;
     if (hasGround) content.footnote = "grid " + formatLength(snapshot.style.ground.gridSpacing);
     content.hasColorBar = hasColorBar();
-    content.colorBar = {"displacement", 0, 1, snapshot.style.colorMap};
+    content.colorBar = describeColorBar();
     return content;
 }
 
@@ -459,6 +468,7 @@ FrameJob OffscreenVisualizer::Impl::captureFrame(const State& state, int frameNu
         FrameJob job;
         job.pictures.push_back(std::move(snapshot));
         job.plots = capturePlots();
+        rememberFrame(job.pictures.front());
         return job;
     } catch (const std::exception& e) {
         throw std::runtime_error("cannot draw the frame at time " + formatNumber(state.getTime()) +

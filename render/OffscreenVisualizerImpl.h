@@ -12,7 +12,9 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include "FramePainter.h"
 #include "FrameSnapshot.h"
 #include "FrameStyle.h"
+#include "MechanismMarks.h"
 #include "SceneBuilder.h"
+#include "SurfacePicker.h"
 #include "View.h"
 #include "WindowSettings.h"
 #include "simflex/render/FrameController.h"
@@ -75,7 +77,13 @@ public:
     struct Part {
         DeformableMesh mesh;
         std::shared_ptr<const SkinModes> skin;
+        std::shared_ptr<const ContourField> field;  // null: no colours
     };
+
+    /** The values of a part's colours. @throws std::invalid_argument if it lacks what they need.
+     * **/
+    std::shared_ptr<const ContourField> makeField(const Part& part, Contour contour) const;
+    void setContour(Contour contour);
 
     const SimTK::System& system;
     const SimTK::SimbodyMatterSubsystem* matter = nullptr;
@@ -94,6 +102,7 @@ public:
     std::vector<View> views{View()};  // the first is the visualizer's own camera
 
     PartStyle partStyle;
+    MechanismMarks marks;
     bool isFactorAutomatic = true;
     double automaticFactor = 1;
     double creaseAngle = 35 * SimTK::Pi / 180;
@@ -114,6 +123,11 @@ public:
 
     std::vector<ViewSnapshot> lastViews;
 
+    /** Keeps what findNode() and pickNode() need of a frame. **/
+    void rememberFrame(const FrameSnapshot& snapshot);
+    /** @throws std::logic_error before the first frame. **/
+    const SurfacePicker& getPicker(const char* caller);
+
 private:
     SimTK::Transform calcBodyPose(const SimTK::State& state, int body) const;
     using Decorations = SimTK::Array_<SimTK::DecorativeGeometry>;
@@ -132,6 +146,8 @@ private:
     void captureParts(const SimTK::State& state, std::vector<PartSnapshot>& snapshots) const;
     void captureViews(const SimTK::State& state, FrameSnapshot& snapshot) const;
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
+    void readVelocities(const Part& part, const SimTK::State& state, PartSnapshot& snapshot) const;
+    ColorBar describeColorBar() const;
     void checkCoordinates(const SimTK::State& state) const;
     double calcAspect(int viewNumber) const;
     bool widenViews(const FrameSnapshot& snapshot);
@@ -145,6 +161,8 @@ private:
 
     FramePainter painter;  // of motions that are looked at
     ShapeCache shapes;
+    std::unique_ptr<FrameSnapshot> lastFrame;
+    std::unique_ptr<SurfacePicker> picker;  // of it, made when it is asked for
 
     // Found by fitViews().
     bool isFitted = false, isFittedToMotion = false;

@@ -10,34 +10,12 @@ using SimTK::Vec3;
 
 namespace {
 
-struct LengthUnit {
-    const char* name;
-    double meters;
-};
-
-// Tenths of a unit are still written in it: 0.4 mm rather than 400 µm.
-LengthUnit chooseUnit(double length) {
-    const LengthUnit units[] = {{"km", 1e3}, {"m", 1}, {"mm", 1e-3}, {"µm", 1e-6}, {"nm", 1e-9}};
-    if (length >= 1e3) return units[0];
-    if (length >= 0.9995) return units[1];
-    for (const LengthUnit& unit : {units[2], units[3], units[4]})
-        if (length >= 0.0995 * unit.meters) return unit;
-    return length > 0 ? units[4] : units[2];
-}
-
 double roundUp(double value, std::initializer_list<double> steps) {
     if (!(value > 0) || !std::isfinite(value)) return 1;
     const double decade = std::pow(10, std::floor(std::log10(value)));
     for (const double step : steps)
         if (value <= step * decade * (1 + 1e-9)) return step * decade;
     return 10 * decade;
-}
-
-Image::Pixel toPixel(const Vec3& color) {
-    Image::Pixel pixel{0, 0, 0, 255};
-    for (int k = 0; k < 3; ++k)
-        pixel[k] = std::uint8_t(std::lround(255 * std::min(1.0, std::max(0.0, color[k]))));
-    return pixel;
 }
 
 }  // namespace
@@ -57,8 +35,8 @@ std::string formatNumber(double value) {
 }
 
 std::string formatLength(double meters) {
-    const LengthUnit unit = chooseUnit(std::abs(meters));
-    return formatNumber(meters / unit.meters) + " " + unit.name;
+    const Unit unit = chooseUnit(Dimension::Length, meters);
+    return formatNumber(meters / unit.size) + " " + unit.name;
 }
 
 void Overlay::draw(Image& image, const OverlayContent& content, const Palette& palette) {
@@ -113,7 +91,7 @@ void Overlay::draw(Image& image, const OverlayContent& content, const Palette& p
                                size(14), palette.text, palette.halo, Font::Anchor::Center);
         }
     }
-    if (content.hasColorBar) drawColorBar(image, content.colorBar, palette, unit);
+    if (content.hasColorBar) drawColorBar(image, content.colorBar, palette, unit, *regular, *bold);
 }
 
 // A bar of a round length between a twelfth and a fifth of the picture's width.
@@ -132,53 +110,6 @@ void Overlay::drawScaleBar(Image& image, double right, double baseline,
     regular->drawWithHalo(image, 0.5 * (x0 + x1), y1 - 10 * content.unit, formatLength(length),
                           std::max(7, int(std::lround(14 * content.unit))), palette.text,
                           palette.halo, Font::Anchor::Center);
-}
-
-void Overlay::drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, double unit) {
-    const int width = std::max(4, int(std::lround(16 * unit)));
-    const int left = image.getWidth() - int(std::lround(118 * unit));
-    const int top = int(std::lround(0.27 * image.getHeight()));
-    const int bottom = int(std::lround(0.73 * image.getHeight()));
-
-    // One pixel of frame around the colours.
-    for (int y = top - 1; y <= bottom + 1; ++y)
-        for (int x = left - 1; x <= left + width; ++x) {
-            const bool isFrame = y < top || y > bottom || x < left || x >= left + width;
-            if (isFrame)
-                image.blendPixel(x, y, palette.text, 0.55);
-            else
-                image.setPixel(
-                    x, y, toPixel(calcColor(bar.colorMap, double(bottom - y) / (bottom - top))));
-        }
-
-    const double range = bar.high - bar.low;
-    const LengthUnit length = chooseUnit(std::max(std::abs(bar.low), std::abs(bar.high)));
-    const auto size = [unit](double points) {
-        return std::max(7, int(std::lround(points * unit)));
-    };
-    const double right = image.getWidth() - 30 * unit;
-    bold->drawWithHalo(image, right, top - 38 * unit, bar.quantity, size(16), palette.text,
-                       palette.halo, Font::Anchor::Right);
-    regular->drawWithHalo(image, right, top - 17 * unit, std::string("[") + length.name + "]",
-                          size(15), palette.faintText, palette.halo, Font::Anchor::Right);
-    if (!(range > 0)) return;
-
-    // Four to eight intervals; a range that ends on a round number ends on a tick.
-    const double low = bar.low / length.meters, high = bar.high / length.meters;
-    const double span = high - low;
-    double step = roundUpToStep(span / 7);
-    if (span / step < 3.5) step = roundUpToStep(span / 11);
-    const int decimals = std::max(0, -int(std::floor(std::log10(step) + 1e-9)));
-    for (double k = std::ceil(low / step - 1e-6); k * step <= high + 1e-6 * span; ++k) {
-        const double value = k * step;
-        const int y = bottom - int(std::lround((value - low) / span * (bottom - top)));
-        for (int x = left + width + 1; x <= left + width + int(5 * unit); ++x)
-            image.blendPixel(x, y, palette.text, 0.7);
-        char text[32];
-        std::snprintf(text, sizeof text, "%.*f", decimals, value == 0 ? 0.0 : value);
-        regular->drawWithHalo(image, left + width + 10 * unit, y + 5 * unit, text, size(15),
-                              palette.text, palette.halo);
-    }
 }
 
 }  // namespace simflex

@@ -6,16 +6,11 @@ What is written over a frame: title, time, colour bar, axis names. Internal to t
 #include <string>
 #include <vector>
 
+#include "ColorBar.h"
 #include "Font.h"
 #include "FrameStyle.h"
 
 namespace simflex {
-
-struct ColorBar {
-    std::string quantity;      ///< "displacement"
-    double low = 0, high = 1;  ///< [m]
-    ColorMap colorMap = ColorMap::Viridis;
-};
 
 struct OverlayContent {
     std::string title;
@@ -38,7 +33,6 @@ public:
 private:
     void drawScaleBar(Image& image, double right, double baseline, const OverlayContent& content,
                       const Palette& palette);
-    void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, double unit);
 
     std::unique_ptr<Font> regular, bold;  // loaded when the first text is drawn
 };

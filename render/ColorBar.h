@@ -1,0 +1,30 @@
+#pragma once
+/** @file
+The bar that says what colours mean. Internal to the renderer. **/
+
+#include <string>
+
+#include "Font.h"
+#include "FrameStyle.h"
+#include "Units.h"
+
+namespace simflex {
+
+struct ColorBar {
+    std::string quantity;  ///< "von Mises stress"
+    Dimension dimension = Dimension::Length;
+    double low = 0, high = 1;  ///< [SI]
+    ColorMap colorMap = ColorMap::Viridis;
+    bool hasBelow = false, hasAbove = false;  ///< values beyond the ends: the bar gets a tip there
+    bool hasGaps = false;                     ///< some of the surface has no value: grey
+};
+
+/** Colour of surfaces where the quantity is not known. **/
+const SimTK::Vec3 gapColor(0.62, 0.62, 0.62);
+
+/** Draws it at the right edge of the picture.
+@param unit  pixels that the sizes are multiples of, 1/720 of a frame's height **/
+void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, double unit,
+                  Font& regular, Font& bold);
+
+}  // namespace simflex

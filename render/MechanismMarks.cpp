@@ -1,0 +1,224 @@
+#include "MechanismMarks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "Units.h"
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/InterfaceKinematics.h"
+#include "simflex/body/JointEquations.h"
+
+namespace simflex {
+
+using SimTK::Array_;
+using SimTK::DecorativeGeometry;
+using SimTK::State;
+using SimTK::Transform;
+using SimTK::Vec3;
+using SimTK::Vector;
+
+namespace {
+
+const Vec3 forceColor(0.89, 0.30, 0.12), momentColor(0.44, 0.20, 0.62), textColor(0.16, 0.18, 0.22);
+
+// Of the largest part's radius.
+constexpr double axisLength = 0.14, textHeight = 0.045, arrowLength = 0.75, tipLength = 0.12;
+
+void appendText(const std::string& text, const Vec3& place_G, double height, const Vec3& color,
+                Array_<DecorativeGeometry>& geometry) {
+    SimTK::DecorativeText item(text);
+    item.setTransform(Transform(place_G)).setScale(height).setColor(color);
+    item.setFaceCamera(true);
+    geometry.push_back(item);
+}
+
+// Columns of a 3×n_f matrix times ξ.
+Vec3 multiply(const std::vector<double>& shapes, const Vector& xi) {
+    Vec3 sum(0);
+    for (int mode = 0; mode < xi.size(); ++mode)
+        for (int k = 0; k < 3; ++k)
+            sum[k] += shapes[3 * std::size_t(mode) + std::size_t(k)] * xi[mode];
+    return sum;
+}
+
+const ReducedBody::Interface* findInterface(const ReducedBody& part, const Vec3& s) {
+    for (const auto& interface : part.interfaces)
+        if (Vec3(interface.position[0], interface.position[1], interface.position[2]) == s)
+            return &interface;
+    return nullptr;
+}
+
+}  // namespace
+
+SimTK::Stage MechanismMarks::getStage() const {
+    if (!settings.showReactions) return SimTK::Stage::Position;
+    return settings.multipliers ? SimTK::Stage::Velocity : SimTK::Stage::Acceleration;
+}
+
+void MechanismMarks::append(const SimTK::System& system, const State& state,
+                            const std::vector<PartSnapshot>& parts, double factor,
+                            Array_<DecorativeGeometry>& geometry) {
+    if (settings.isEmpty()) return;
+    scale = 0;
+    for (const PartSnapshot& part : parts) scale = std::max(scale, part.skin->part->calcRadius());
+    if (!(scale > 0)) scale = 1;
+    if (settings.showInterfaces)
+        for (const PartSnapshot& part : parts) appendInterfaces(part, factor, geometry);
+    if (!settings.showJoints && !settings.showReactions) return;
+
+    const FlexibleBodySubsystem* const flexible = FlexibleBodySubsystem::find(system);
+    if (!flexible)
+        throw std::logic_error(
+            "joints or reactions are to be shown, but the system has no "
+            "FlexibleBodySubsystem, whose joints they would be");
+    const auto& matter = SimTK::MultibodySystem::downcast(system).getMatterSubsystem();
+    std::vector<Reaction> reactions;
+    for (int i = 0; i < flexible->getNumJoints(); ++i) {
+        const Joint joint = flexible->getJoint(JointIndex(i));
+        const JointEquations& equations = joint.getEquations();
+        const auto pose = [&](const Attachment& frame) {
+            return calcPose(*flexible, state, frame, factor);
+        };
+        if (equations.isCoupler()) {
+            std::vector<Transform> frames;
+            for (int k = 0; k < equations.getNumCoordinates(); ++k)
+                frames.push_back(pose(joint.getFrameM(k)));
+            if (settings.showJoints)
+                appendCouplerSymbol(frames, calcSize(*flexible, joint, 0), geometry);
+            continue;
+        }
+        const Transform X_GF = pose(joint.getFrameF()), X_GM = pose(joint.getFrameM());
+        if (settings.showJoints)
+            appendJointSymbol(equations.getKind(), X_GF, X_GM, calcSize(*flexible, joint, 0),
+                              geometry);
+        if (!settings.showReactions) continue;
+        if (!settings.multipliers &&
+            matter.getConstraint(joint.getConstraintIndex()).isDisabled(state))
+            continue;
+        const Vector lambda =
+            settings.multipliers ? settings.multipliers(state, joint) : joint.getMultipliers(state);
+        const SimTK::SpatialVec onM =
+            joint.calcReaction(state, lambda, Joint::Side::M, Joint::Side::M);
+        if (!onM[0].isFinite() || !onM[1].isFinite())
+            throw std::runtime_error("the reaction of joint '" + joint.getName() +
+                                     "' is not finite");
+        reactions.push_back({0.5 * (X_GF.p() + X_GM.p()), onM[1], onM[0]});
+    }
+    appendReactions(reactions, geometry);
+}
+
+void MechanismMarks::appendInterfaces(const PartSnapshot& part, double factor,
+                                      Array_<DecorativeGeometry>& geometry) const {
+    for (const auto& interface : part.skin->part->interfaces) {
+        const Vec3 s(interface.position[0], interface.position[1], interface.position[2]);
+        const Transform X_BI(calcExponential(factor * multiply(interface.Psi, part.xi)),
+                             s + factor * multiply(interface.Phi, part.xi));
+        const Transform X_GI = part.X_GB * X_BI;
+        SimTK::DecorativeFrame frame(axisLength * scale);
+        frame.setTransform(X_GI);
+        geometry.push_back(frame);
+        SimTK::DecorativeSphere master(0.022 * scale);
+        master.setTransform(X_GI).setColor(textColor);
+        geometry.push_back(master);
+        // Beside the axes, where none of them goes.
+        const Vec3 place = X_GI * (0.35 * axisLength * scale * Vec3(1, 1, 1));
+        appendText(interface.name, place, textHeight * scale, textColor, geometry);
+    }
+}
+
+Transform MechanismMarks::calcPose(const FlexibleBodySubsystem& flexible, const State& state,
+                                   const Attachment& frame, double factor) const {
+    if (!frame.isFlexible()) {
+        const auto& matter =
+            SimTK::MultibodySystem::downcast(flexible.getSystem()).getMatterSubsystem();
+        return matter.getMobilizedBody(frame.getMobilizedBodyIndex()).getBodyTransform(state) *
+               frame.getFrame();
+    }
+    const FlexibleBody body = flexible.getBody(frame.getFlexibleBodyIndex());
+    const Vector xi = factor * body.getModalCoordinates(state);
+    const FlexibleFramePose pose = calcFramePose(frame.getFlexibleFrame(), &xi[0]);
+    return body.getFramePose(state) * Transform(pose.R_BA, pose.r);
+}
+
+// That of the seat on a flexible part, if the joint is on one: mean distance of its nodes from the
+// joint's z axis, and how far they go along it.
+SymbolSize MechanismMarks::calcSize(const FlexibleBodySubsystem& flexible, const Joint& joint,
+                                    int coordinate) const {
+    SymbolSize size{0.05 * scale, 0.05 * scale};
+    for (const Attachment* frame : {&joint.getFrameM(coordinate), &joint.getFrameF(coordinate)}) {
+        if (!frame->isFlexible()) continue;
+        const ReducedBody& part = flexible.getBody(frame->getFlexibleBodyIndex()).getPart();
+        const FlexibleFrame& seat = frame->getFlexibleFrame();
+        const auto* const interface = findInterface(part, seat.shapes->s);
+        if (!interface || interface->nodes.empty()) continue;
+        const Vec3 origin = seat.shapes->s + seat.X_IA.p(), z(seat.X_IA.R().z());
+        double sum = 0, reach = 0;
+        for (const int node : interface->nodes) {
+            const auto p = part.mesh.position(node);
+            const Vec3 away = Vec3(p[0], p[1], p[2]) - origin;
+            const double along = SimTK::dot(away, z);
+            sum += (away - along * z).norm();
+            reach = std::max(reach, std::abs(along));
+        }
+        const auto limit = [&](double value) {
+            return std::min(0.12 * scale, std::max(0.012 * scale, value));
+        };
+        return {limit(sum / double(interface->nodes.size())), limit(reach)};
+    }
+    return size;
+}
+
+void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
+                                     Array_<DecorativeGeometry>& geometry) {
+    if (reactions.empty()) return;
+    for (const Reaction& reaction : reactions) {
+        largestForce = std::max(largestForce, reaction.force_G.norm());
+        largestMoment = std::max(largestMoment, reaction.moment_G.norm());
+    }
+    // Round-off beside the others is not worth an arrow.
+    const double roundOff = 1e-6;
+    const bool hasForces = largestForce > roundOff * largestMoment / scale;
+    const bool hasMoments = largestMoment > roundOff * largestForce * scale;
+    for (const Reaction& reaction : reactions)
+        for (const bool isMoment : {false, true}) {
+            if (!(isMoment ? hasMoments : hasForces)) continue;
+            const Vec3& value = isMoment ? reaction.moment_G : reaction.force_G;
+            const double largest = isMoment ? largestMoment : largestForce;
+            if (!(value.norm() > 0.01 * largest)) continue;
+            appendArrow(
+                reaction.point_G, arrowLength * scale / largest * value, isMoment,
+                formatQuantity(value.norm(), isMoment ? Dimension::Moment : Dimension::Force),
+                geometry);
+        }
+    if (!hasForces && !hasMoments) return;
+    std::string legend = "reactions up to ";
+    if (hasForces) legend += formatQuantity(largestForce, Dimension::Force);
+    if (hasForces && hasMoments) legend += ", ";
+    if (hasMoments) legend += formatQuantity(largestMoment, Dimension::Moment);
+    SimTK::DecorativeText text(legend);
+    text.setIsScreenText(true);
+    geometry.push_back(text);
+}
+
+// A moment's arrow has two tips.
+void MechanismMarks::appendArrow(const Vec3& start_G, const Vec3& span, bool isMoment,
+                                 const std::string& label,
+                                 Array_<DecorativeGeometry>& geometry) const {
+    const Vec3& color = isMoment ? momentColor : forceColor;
+    const double length = span.norm(), tip = std::min(tipLength * scale, 0.4 * length);
+    const Vec3 end = start_G + span, direction = span / length;
+    SimTK::DecorativeArrow arrow(start_G, end, tip);
+    arrow.setColor(color);
+    geometry.push_back(arrow);
+    if (isMoment) {
+        SimTK::DecorativeCone second(end - 1.7 * tip * direction, SimTK::UnitVec3(direction), tip,
+                                     0.32 * tip);
+        second.setColor(color);
+        geometry.push_back(second);
+    }
+    if (settings.showReactionValues)
+        appendText(label, end + 0.03 * scale * direction, textHeight * scale, color, geometry);
+}
+
+}  // namespace simflex

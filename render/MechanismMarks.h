@@ -1,0 +1,66 @@
+#pragma once
+/** @file
+What is drawn on flexible parts on request: interface frames, joints, and the forces and moments in
+joints. Internal to the renderer.
+
+All stands on the parts as they are drawn, with their deformation exaggerated. Sizes follow those of
+the parts. **/
+
+#include <functional>
+#include <vector>
+
+#include "FrameSnapshot.h"
+#include "JointSymbols.h"
+#include "Simbody.h"
+#include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/body/Joint.h"
+
+namespace simflex {
+
+struct MarkSettings {
+    bool showInterfaces = false, showJoints = false;
+    bool showReactions = false, showReactionValues = false;
+    /** λ of a joint; empty: Simbody's own, for which States are realized to Stage::Acceleration.
+     * **/
+    std::function<SimTK::Vector(const SimTK::State&, const Joint&)> multipliers;
+
+    bool isEmpty() const { return !showInterfaces && !showJoints && !showReactions; }
+};
+
+class MechanismMarks {
+public:
+    MarkSettings settings;
+
+    /** The stage to which a State must be realized. **/
+    SimTK::Stage getStage() const;
+
+    /** Appends all that is to be shown, in Ground.
+    @throws std::logic_error if joints are wanted and the system has no flexible subsystem. **/
+    void append(const SimTK::System& system, const SimTK::State& state,
+                const std::vector<PartSnapshot>& parts, double deformationFactor,
+                SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
+
+    /** Forgets the largest reactions, which set the scale of the arrows. **/
+    void forgetRun() { largestForce = largestMoment = 0; }
+
+private:
+    struct Reaction {
+        SimTK::Vec3 point_G, force_G, moment_G;
+    };
+    void appendInterfaces(const PartSnapshot& part, double factor,
+                          SimTK::Array_<SimTK::DecorativeGeometry>& geometry) const;
+    SimTK::Transform calcPose(const FlexibleBodySubsystem& flexible, const SimTK::State& state,
+                              const Attachment& frame, double factor) const;
+    SymbolSize calcSize(const FlexibleBodySubsystem& flexible, const Joint& joint,
+                        int coordinate) const;
+    void appendReactions(const std::vector<Reaction>& reactions,
+                         SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
+    void appendArrow(const SimTK::Vec3& start_G, const SimTK::Vec3& span, bool isMoment,
+                     const std::string& label,
+                     SimTK::Array_<SimTK::DecorativeGeometry>& geometry) const;
+
+    double scale = 1;  // radius of the largest part [m]
+    double largestForce = 0, largestMoment = 0;
+};
+
+}  // namespace simflex

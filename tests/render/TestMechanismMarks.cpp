@@ -1,0 +1,246 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "TestParts.h"
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/render/MechanismMarks.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "support/PointMassPart.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+using ::testing::HasSubstr;
+
+// What is in a list of decorations.
+class Inventory : public DecorativeGeometryImplementation {
+public:
+    explicit Inventory(const Array_<DecorativeGeometry>& geometry) {
+        for (const DecorativeGeometry& piece : geometry) piece.implementGeometry(*this);
+    }
+
+    std::vector<Transform> frames;
+    std::vector<std::string> texts, screenTexts;
+    std::vector<Vec3> textPlaces;
+    struct Arrow {
+        Vec3 start, span;
+    };
+    std::vector<Arrow> arrows;
+    int numShapes = 0, numCones = 0;
+    double reach = 0;  // largest distance of a shape from the origin
+
+    void implementPointGeometry(const DecorativePoint& g) override { count(g); }
+    void implementLineGeometry(const DecorativeLine& g) override { count(g); }
+    void implementBrickGeometry(const DecorativeBrick& g) override { count(g); }
+    void implementCylinderGeometry(const DecorativeCylinder& g) override { count(g); }
+    void implementCircleGeometry(const DecorativeCircle& g) override { count(g); }
+    void implementSphereGeometry(const DecorativeSphere& g) override { count(g); }
+    void implementEllipsoidGeometry(const DecorativeEllipsoid& g) override { count(g); }
+    void implementMeshGeometry(const DecorativeMesh& g) override { count(g); }
+    void implementMeshFileGeometry(const DecorativeMeshFile& g) override { count(g); }
+    void implementTorusGeometry(const DecorativeTorus& g) override { count(g); }
+    void implementFrameGeometry(const DecorativeFrame& g) override {
+        frames.push_back(g.getTransform());
+    }
+    void implementTextGeometry(const DecorativeText& g) override {
+        (g.getIsScreenText() ? screenTexts : texts).push_back(g.getText());
+        textPlaces.push_back(g.getTransform().p());
+    }
+    void implementArrowGeometry(const DecorativeArrow& g) override {
+        arrows.push_back({g.getStartPoint(), g.getEndPoint() - g.getStartPoint()});
+        ++numShapes;
+    }
+    void implementConeGeometry(const DecorativeCone& g) override {
+        ++numCones;
+        ++numShapes;
+        reach = std::max(reach, g.getOrigin().norm());
+    }
+
+private:
+    void count(const DecorativeGeometry& g) {
+        ++numShapes;
+        reach = std::max(reach, g.getTransform().p().norm());
+    }
+};
+
+PartSnapshot capturePart(const FlexibleBody& body, const State& state) {
+    PartSnapshot part;
+    part.skin = extractSkinModes(body.getPartHandle(), 0.6);
+    part.X_GB = body.getFramePose(state);
+    part.xi = body.getModalCoordinates(state);
+    return part;
+}
+
+// A body that hangs on Ground by a ball, its other end free.
+struct Pendulum {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    Force::Gravity gravity{forces, matter, Vec3(0, -9.81, 0)};
+    FlexibleBodySubsystem flexible{system, matter};
+    std::shared_ptr<const ReducedBody> part = test::makePointMassPart().body;
+    FlexibleBody body{flexible, part, "boom"};
+    Joint::Ball ball{flexible, matter.Ground(), body.interface("A"), "hinge"};
+
+    State place() {
+        State state = system.realizeTopology();
+        body.setPoseByInterface(state, "A", Transform(Rotation(-0.4, ZAxis)));
+        flexible.initializeNative(state);
+        return state;
+    }
+    Inventory takeStock(MechanismMarks& marks, const State& state, double factor = 1) {
+        system.realize(state, marks.getStage());
+        Array_<DecorativeGeometry> geometry;
+        marks.append(system, state, {capturePart(body, state)}, factor, geometry);
+        return Inventory(geometry);
+    }
+};
+
+TEST(MechanismMarks, InterfaceFramesAreThoseOfTheBody) {
+    Pendulum pendulum;
+    State state = pendulum.place();
+    Vector xi(pendulum.part->numModes);
+    for (int i = 0; i < xi.size(); ++i) xi[i] = 0.004 * std::sin(1 + i);
+    pendulum.body.setModalCoordinates(state, xi);
+    pendulum.system.realize(state, Stage::Velocity);
+    MechanismMarks marks;
+    marks.settings.showInterfaces = true;
+    const Inventory found = pendulum.takeStock(marks, state);
+    ASSERT_EQ(found.frames.size(), pendulum.part->interfaces.size());
+    EXPECT_EQ(found.texts, (std::vector<std::string>{"A", "B"}));
+    for (std::size_t i = 0; i < found.frames.size(); ++i) {
+        const Transform expected =
+            pendulum.body.interface(pendulum.part->interfaces[i].name).calcMotion(state).X;
+        EXPECT_LT((found.frames[i].p() - expected.p()).norm(), 1e-12);
+        EXPECT_LT((found.frames[i].R().asMat33() - expected.R().asMat33()).norm(), 1e-12);
+    }
+    // Exaggerated, they move on with the surface: twice as far from the undeformed place.
+    const Inventory twice = pendulum.takeStock(marks, state, 2),
+                    none = pendulum.takeStock(marks, state, 0);
+    EXPECT_LT((twice.frames[1].p() + none.frames[1].p() - 2 * found.frames[1].p()).norm(), 1e-12);
+    EXPECT_GT((twice.frames[1].p() - none.frames[1].p()).norm(), 1e-4);
+}
+
+TEST(MechanismMarks, ArrowsAreInProportionToTheReactions) {
+    Pendulum pendulum;
+    // Held at the other end too: two balls share the weight.
+    const auto &from = pendulum.part->interfaces[0].position,
+               &to = pendulum.part->interfaces[1].position;
+    const Vec3 span(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    Joint::Ball second(pendulum.flexible, Attachment(pendulum.matter.Ground(), Transform(span)),
+                       pendulum.body.interface("B"));
+    State state = pendulum.system.realizeTopology();
+    pendulum.body.setPoseByInterface(state, "A", Transform());
+    pendulum.flexible.initializeNative(state);
+    MechanismMarks marks;
+    marks.settings.showReactions = marks.settings.showReactionValues = true;
+    EXPECT_EQ(marks.getStage(), Stage::Acceleration);
+    const Inventory found = pendulum.takeStock(marks, state);
+    const Joint joints[] = {pendulum.ball, second};
+    ASSERT_EQ(found.arrows.size(), 2u);
+    double longest = 0, largest = 0;
+    for (int i = 0; i < 2; ++i) {
+        const Vec3 force = joints[i].calcReaction(state, Joint::Side::M, Joint::Side::M)[1];
+        EXPECT_LT((found.arrows[i].span.normalize() - force.normalize()).norm(), 1e-12);
+        longest = std::max(longest, found.arrows[i].span.norm());
+        largest = std::max(largest, force.norm());
+    }
+    for (int i = 0; i < 2; ++i) {
+        const Vec3 force = joints[i].calcReaction(state, Joint::Side::M, Joint::Side::M)[1];
+        EXPECT_NEAR(found.arrows[i].span.norm() / longest, force.norm() / largest, 1e-12);
+    }
+    EXPECT_EQ(found.numCones, 0);  // a ball carries no moment
+    ASSERT_EQ(found.screenTexts.size(), 1u);
+    EXPECT_THAT(found.screenTexts[0], HasSubstr(" N"));
+    EXPECT_EQ(found.texts.size(), 2u);
+}
+
+TEST(MechanismMarks, ReactionsOfAnImplicitRunAreThoseOfItsMultipliers) {
+    Pendulum pendulum;
+    State state = pendulum.place();
+    BdfIntegrator integrator(pendulum.system);
+    integrator.setAccuracy(1e-6);
+    integrator.initialize(state);
+    integrator.stepTo(0.02);
+    MechanismMarks marks;
+    marks.settings.showReactions = marks.settings.showReactionValues = true;
+    marks.settings.multipliers = [&](const State&, const Joint& joint) {
+        return integrator.getMultipliers(joint);
+    };
+    EXPECT_EQ(marks.getStage(), Stage::Velocity);
+    const Inventory found = pendulum.takeStock(marks, integrator.getState());
+    ASSERT_EQ(found.arrows.size(), 1u);
+    const Vec3 force = pendulum.ball.calcForceOnM(integrator.getState(),
+                                                  integrator.getMultipliers(pendulum.ball))[1];
+    EXPECT_LT((found.arrows[0].span.normalize() - force.normalize()).norm(), 1e-9);
+    EXPECT_LT(found.arrows[0].start.norm(), 1e-6);  // at the hinge
+
+    // The longest arrow is the run's largest: a later, larger force makes this one shorter.
+    const double before = found.arrows[0].span.norm();
+    marks.settings.multipliers = [&](const State&, const Joint& joint) {
+        return Vector(2.0 * integrator.getMultipliers(joint));
+    };
+    EXPECT_NEAR(pendulum.takeStock(marks, integrator.getState()).arrows[0].span.norm(), before,
+                1e-9);
+    marks.settings.multipliers = [&](const State&, const Joint& joint) {
+        return integrator.getMultipliers(joint);
+    };
+    EXPECT_NEAR(pendulum.takeStock(marks, integrator.getState()).arrows[0].span.norm(), before / 2,
+                1e-9);
+}
+
+TEST(MechanismMarks, EveryKindOfJointHasASymbolOfItsSize) {
+    const Transform X_GF(Rotation(0.3, UnitVec3(1, 2, 3)), Vec3(0));
+    for (const char* kind : {"Ball", "Pin", "Slider", "Weld", "Cylinder", "Universal", "Planar",
+                             "Screw", "PointOnLine", "PointInPlane", "Rod", "PrescribedRotation",
+                             "PrescribedTranslation", "PrescribedPosition", "PrescribedPose"}) {
+        Array_<DecorativeGeometry> geometry;
+        appendJointSymbol(kind, X_GF, X_GF * Transform(Vec3(0.02, 0, 0)), {0.01, 0.01}, geometry);
+        const Inventory found(geometry);
+        EXPECT_GE(found.numShapes, 1) << kind;
+        EXPECT_LT(found.reach, 0.05) << kind;
+    }
+    Array_<DecorativeGeometry> coupler;
+    appendCouplerSymbol({X_GF, Transform(Vec3(1, 0, 0))}, {0.01, 0.01}, coupler);
+    EXPECT_EQ(coupler.size(), 3u);
+}
+
+TEST(MechanismMarks, AreInThePicture) {
+    Pendulum pendulum;
+    pendulum.matter.setShowDefaultGeometry(false);
+    const State state = pendulum.place();
+    pendulum.system.realize(state, Stage::Acceleration);
+    OffscreenVisualizer viz(pendulum.system, 640, 360);
+    viz.addFlexibleBody(pendulum.body).setContour(Contour::None).setShowReactions(true);
+    const Image with = viz.drawFrame(state);
+    const auto countOrange = [](const Image& image) {
+        int count = 0;
+        for (int y = 0; y < image.getHeight(); ++y)
+            for (int x = 0; x < image.getWidth(); ++x) {
+                const Image::Pixel p = image.getPixel(x, y);
+                count += p[0] > 120 && p[0] > 2 * p[1] && p[0] > 3 * p[2];
+            }
+        return count;
+    };
+    EXPECT_GT(countOrange(with), 100);
+    EXPECT_EQ(countOrange(viz.setShowReactions(false).drawFrame(state)), 0);
+}
+
+TEST(MechanismMarks, OfJointsNeedFlexibleBodies) {
+    test::EmptyScene scene;
+    OffscreenVisualizer viz(scene.system, 64, 36);
+    viz.setShowJoints(true);
+    try {
+        viz.drawFrame(scene.state);
+        FAIL() << "accepted";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("FlexibleBodySubsystem"));
+    }
+}
+
+}  // namespace
+}  // namespace simflex
