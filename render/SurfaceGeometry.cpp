@@ -40,22 +40,34 @@ struct Edge {
     int cornerLow, cornerHigh;  // corners of `triangle` at these nodes
 };
 
-std::vector<Edge> collectEdges(const std::vector<std::array<int, 3>>& triangles) {
-    std::vector<Edge> edges;
-    edges.reserve(3 * triangles.size());
+// Edges of all triangles by nodes, then triangle; in linear time, as few share their lower node.
+std::vector<Edge> collectEdges(const std::vector<std::array<int, 3>>& triangles,
+                               std::size_t numNodes) {
+    std::vector<std::size_t> starts(numNodes + 1, 0);
+    for (const auto& t : triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            ++starts[std::size_t(std::min(t[k], t[(k + 1) % 3])) + 1];
+    for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
+
+    std::vector<Edge> edges(3 * triangles.size());
+    std::vector<std::size_t> ends(starts.begin(), starts.end() - 1);
     for (int t = 0; t < int(triangles.size()); ++t)
         for (int k = 0; k < 3; ++k) {
             const int next = (k + 1) % 3;
-            const int a = triangles[t][k], b = triangles[t][next];
+            const int a = triangles[std::size_t(t)][std::size_t(k)],
+                      b = triangles[std::size_t(t)][std::size_t(next)];
+            Edge& edge = edges[ends[std::size_t(std::min(a, b))]++];
             if (a < b)
-                edges.push_back({a, b, t, 3 * t + k, 3 * t + next});
+                edge = {a, b, t, 3 * t + k, 3 * t + next};
             else
-                edges.push_back({b, a, t, 3 * t + next, 3 * t + k});
+                edge = {b, a, t, 3 * t + next, 3 * t + k};
         }
-    std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
-        if (x.low != y.low) return x.low < y.low;
-        return x.high != y.high ? x.high < y.high : x.triangle < y.triangle;
-    });
+    for (std::size_t node = 0; node < numNodes; ++node)
+        std::sort(edges.begin() + std::ptrdiff_t(starts[node]),
+                  edges.begin() + std::ptrdiff_t(starts[node + 1]),
+                  [](const Edge& x, const Edge& y) {
+                      return x.high != y.high ? x.high < y.high : x.triangle < y.triangle;
+                  });
     return edges;
 }
 
@@ -100,7 +112,7 @@ private:
 CreasedSurface splitAtCreases(const std::vector<float>& positions,
                               const std::vector<std::array<int, 3>>& triangles,
                               double creaseAngle) {
-    const std::vector<Edge> edges = collectEdges(triangles);
+    const std::vector<Edge> edges = collectEdges(triangles, positions.size() / 3);
     const std::vector<Vec3> normals = calcTriangleNormals(positions, triangles);
     const double cosine = std::cos(creaseAngle);
 

@@ -42,7 +42,7 @@ struct CreasedSurface {
 };
 
 /** Splits nodes where neighbouring triangles meet at more than `creaseAngle` [rad].
-`positions` holds x, y, z per node; triangles are node indices. O(triangles log triangles). **/
+`positions` holds x, y, z per node; triangles are node indices. O(triangles). **/
 CreasedSurface splitAtCreases(const std::vector<float>& positions,
                               const std::vector<std::array<int, 3>>& triangles, double creaseAngle);
 
