@@ -23,7 +23,14 @@ public:
     @throws std::invalid_argument that names the part, when ξ has another size, as below. **/
     double calcLargestDisplacement(const SimTK::Vector& xi);
 
-    /** Moves vertices to s + factor·Φξ, with normals, and their contour values to |Φξ| [m]. **/
+    /** Φξ, not exaggerated, 3 per skin node [m]. **/
+    const std::vector<float>& calcDisplacements(const SimTK::Vector& xi);
+
+    /** Moves vertices to s + factor·Φξ, with normals.
+    @param nodeValues  the contour's, one per skin node; NaN: none there; empty: leave them **/
+    void update(const SimTK::Vector& xi, double factor, const std::vector<float>& nodeValues);
+
+    /** The same with |Φξ| as values. **/
     void update(const SimTK::Vector& xi, double factor);
 
     /** Position in B of any mesh node under the same deformation. **/
@@ -33,11 +40,12 @@ public:
     std::shared_ptr<const SurfaceGeometry> getUndeformed() const { return skin->undeformed; }
 
 private:
-    void calcDisplacements(const SimTK::Vector& xi);
-
     std::shared_ptr<const SkinModes> skin;
     std::vector<float> displacements;  // Φξ, 3 each
-    std::vector<float> modal;          // ξ of `displacements`
+    std::vector<float> modal, wanted;  // ξ of `displacements`, and the next
+    std::vector<float> positions;      // of points, 3 each
+    std::vector<float> values;         // of points
+    std::vector<float> triangleNormals;
     bool hasDisplacements = false;
     std::shared_ptr<SurfaceGeometry> deformed;
 };
