@@ -11,6 +11,8 @@ namespace simflex {
 DeformedSurface::DeformedSurface(std::shared_ptr<const SkinModes> skinModes)
     : skin(std::move(skinModes)),
       displacements(skin->restPositions.size()),
+      modal(std::size_t(skin->part->numModes)),
+      wanted(modal.size()),
       deformed(std::make_shared<SurfaceGeometry>(*skin->undeformed)) {}
 
 const std::vector<float>& DeformedSurface::calcDisplacements(const SimTK::Vector& xi) {
