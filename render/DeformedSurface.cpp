@@ -1,22 +1,18 @@
 #include "DeformedSurface.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "SkinProduct.h"
+
 namespace simflex {
-
-namespace {
-
-constexpr int stride = SurfaceGeometry::floatsPerVertex;
-constexpr int rowsPerChunk = 6144;  // fixed, so that results do not depend on the number of threads
-
-}  // namespace
 
 DeformedSurface::DeformedSurface(std::shared_ptr<const SkinModes> skinModes)
     : skin(std::move(skinModes)),
       displacements(skin->restPositions.size()),
+      modal(std::size_t(skin->part->numModes)),
+      wanted(modal.size()),
       deformed(std::make_shared<SurfaceGeometry>(*skin->undeformed)) {}
 
 const std::vector<float>& DeformedSurface::calcDisplacements(const SimTK::Vector& xi) {
@@ -24,25 +20,13 @@ const std::vector<float>& DeformedSurface::calcDisplacements(const SimTK::Vector
         throw std::invalid_argument(
             "part '" + getPart().name + "' has " + std::to_string(getPart().numModes) +
             " modes, but modal coordinates have size " + std::to_string(xi.size()));
-    std::vector<float> wanted(getPart().numModes);
-    for (int i = 0; i < getPart().numModes; ++i) wanted[i] = float(xi[i]);
+    wanted.resize(std::size_t(xi.size()));
+    for (int i = 0; i < xi.size(); ++i) wanted[std::size_t(i)] = float(xi[i]);
     if (hasDisplacements && wanted == modal) return displacements;
-    modal = wanted;
+    std::swap(modal, wanted);
     hasDisplacements = true;
-
-    const Eigen::Index rows = Eigen::Index(displacements.size());
-    const Eigen::Map<const Eigen::MatrixXf> Phi(skin->Phi.data(), rows, getPart().numModes);
-    const Eigen::Map<const Eigen::VectorXf> xiFloat(modal.data(), getPart().numModes);
-    Eigen::Map<Eigen::VectorXf> u(displacements.data(), rows);
-    const int numChunks = int((rows + rowsPerChunk - 1) / rowsPerChunk);
-    // Small products are bound by memory: waking other threads would only slow the rasterizer down.
-    [[maybe_unused]] const bool isLarge = rows * getPart().numModes > 20000000;
-#pragma omp parallel for schedule(static) if (isLarge)
-    for (int chunk = 0; chunk < numChunks; ++chunk) {
-        const Eigen::Index first = Eigen::Index(chunk) * rowsPerChunk;
-        const Eigen::Index count = std::min<Eigen::Index>(rowsPerChunk, rows - first);
-        u.segment(first, count).noalias() = Phi.middleRows(first, count) * xiFloat;
-    }
+    multiplySkin(skin->Phi.data(), displacements.size(), displacements.size(), xi.size(),
+                 modal.data(), displacements.data());
     return displacements;
 }
 
@@ -59,17 +43,45 @@ double DeformedSurface::calcLargestDisplacement(const SimTK::Vector& xi) {
 void DeformedSurface::update(const SimTK::Vector& xi, double factor,
                              const std::vector<float>& nodeValues) {
     calcDisplacements(xi);
+    const std::size_t numNodes = std::size_t(skin->numNodes());
+    const std::size_t numPoints = std::size_t(skin->numPoints());
+    positions.resize(3 * numPoints);
     const float f = float(factor);
-    for (std::size_t v = 0; v < skin->vertexNode.size(); ++v) {
-        const float* s = &skin->restPositions[3 * std::size_t(skin->vertexNode[v])];
-        const float* u = &displacements[3 * std::size_t(skin->vertexNode[v])];
-        float* vertex = &deformed->vertices[v * stride];
-        for (int k = 0; k < 3; ++k) vertex[k] = s[k] + f * u[k];
-        if (!nodeValues.empty()) vertex[6] = nodeValues[std::size_t(skin->vertexNode[v])];
+    forSkinChunks(numNodes, 9 * numNodes, [&](std::size_t first, std::size_t end) {
+        for (std::size_t i = 3 * first; i < 3 * end; ++i)
+            positions[i] = skin->restPositions[i] + f * displacements[i];
+    });
+    skin->between.interpolate3(positions.data(), positions.data() + 3 * numNodes);
+    const bool hasValues = !nodeValues.empty();
+    if (hasValues) {
+        values.resize(numPoints);
+        std::copy(nodeValues.begin(), nodeValues.end(), values.begin());
+        skin->between.interpolate(values.data(), values.data() + numNodes);
     }
-    calcNormals(*deformed);
+
+    const std::size_t numVertices = skin->vertexPoint.size();
+    constexpr std::size_t stride = SurfaceGeometry::floatsPerVertex;
+    forSkinChunks(numVertices, 12 * numVertices, [&](std::size_t first, std::size_t end) {
+        for (std::size_t v = first; v < end; ++v) {
+            const std::size_t point = std::size_t(skin->vertexPoint[v]);
+            float* vertex = &deformed->vertices[v * stride];
+            for (std::size_t k = 0; k < 3; ++k) vertex[k] = positions[3 * point + k];
+            if (hasValues) vertex[6] = values[point];
+        }
+    });
+    calcNormals(*deformed, skin->around, triangleNormals);
     deformed->updateBounds();
     ++deformed->version;
+}
+
+void DeformedSurface::update(const SimTK::Vector& xi, double factor) {
+    calcDisplacements(xi);
+    std::vector<float> lengths(std::size_t(skin->numNodes()));
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+        const float* u = &displacements[3 * i];
+        lengths[i] = std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+    }
+    update(xi, factor, lengths);
 }
 
 SimTK::Vec3 DeformedSurface::calcNodePosition(int node, const SimTK::Vector& xi,

@@ -30,6 +30,9 @@ public:
     @param nodeValues  the contour's, one per skin node; NaN: none there; empty: leave them **/
     void update(const SimTK::Vector& xi, double factor, const std::vector<float>& nodeValues);
 
+    /** The same with |Φξ| as values. **/
+    void update(const SimTK::Vector& xi, double factor);
+
     /** Position in B of any mesh node under the same deformation. **/
     SimTK::Vec3 calcNodePosition(int node, const SimTK::Vector& xi, double factor) const;
 
@@ -39,7 +42,10 @@ public:
 private:
     std::shared_ptr<const SkinModes> skin;
     std::vector<float> displacements;  // Φξ, 3 each
-    std::vector<float> modal;          // ξ of `displacements`
+    std::vector<float> modal, wanted;  // ξ of `displacements`, and the next
+    std::vector<float> positions;      // of points, 3 each
+    std::vector<float> values;         // of points
+    std::vector<float> triangleNormals;
     bool hasDisplacements = false;
     std::shared_ptr<SurfaceGeometry> deformed;
 };

@@ -77,12 +77,16 @@ void addGeometry(ContentHash& hash, const SurfaceGeometry& geometry) {
 }
 
 void addSkin(ContentHash& hash, const SkinModes& skin) {
-    const auto& [part, nodes, restPositions, Phi, vertexNode, undeformed] = skin;
-    (void)part;  // only its skin is drawn
+    const auto& [part, nodes, restPositions, Phi, between, vertexPoint, around, undeformed] = skin;
+    (void)part;    // only its skin is drawn
+    (void)around;  // follows from the triangles
     hash.add(nodes);
     hash.add(restPositions);
     hash.add(Phi);
-    hash.add(vertexNode);
+    hash.add(between.starts);
+    hash.add(between.nodes);
+    hash.add(between.weights);
+    hash.add(vertexPoint);
     addGeometry(hash, *undeformed);
 }
 

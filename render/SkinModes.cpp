@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "simflex/render/SurfaceMesh.h"
+#include "SkinProduct.h"
 
 namespace simflex {
 
@@ -16,32 +16,47 @@ std::shared_ptr<const SkinModes> extractSkinModes(std::shared_ptr<const ReducedB
                                     std::to_string(rows * part->numModes) +
                                     " values of Phi, it has " + std::to_string(part->Phi.size()));
 
-    const SurfaceMesh surface = extractSurface(part->mesh);
+    CurvedSurface surface = extractCurvedSurface(part->mesh, calcChordTolerance(part->mesh));
     auto skin = std::make_shared<SkinModes>();
-    skin->nodes = surface.nodes;
-    const std::size_t skinRows = 3 * surface.nodes.size();
-    skin->restPositions.resize(skinRows);
-    skin->Phi.resize(skinRows * part->numModes);
-    for (std::size_t i = 0; i < skinRows; ++i) {
-        const std::size_t row = 3 * std::size_t(surface.nodes[i / 3]) + i % 3;
-        skin->restPositions[i] = float(part->mesh.positions[row]);
-        for (int mode = 0; mode < part->numModes; ++mode)
-            skin->Phi[mode * skinRows + i] = float(part->Phi[mode * rows + row]);
-    }
+    skin->nodes = std::move(surface.mesh.nodes);
+    skin->between = std::move(surface.between);
+    const std::size_t numNodes = skin->nodes.size();
+    skin->restPositions.resize(3 * numNodes);
+    for (std::size_t i = 0; i < 3 * numNodes; ++i)
+        skin->restPositions[i] =
+            float(part->mesh.positions[3 * std::size_t(skin->nodes[i / 3]) + i % 3]);
+    const std::size_t numModes = std::size_t(part->numModes);
+    skin->Phi.resize(3 * numNodes * numModes);
+    forSkinChunks(numNodes, 3 * numNodes * numModes, [&](std::size_t first, std::size_t end) {
+        for (std::size_t mode = 0; mode < numModes; ++mode) {
+            const double* from = &part->Phi[mode * rows];
+            float* to = &skin->Phi[mode * 3 * numNodes];
+            for (std::size_t i = first; i < end; ++i)
+                for (std::size_t k = 0; k < 3; ++k)
+                    to[3 * i + k] = float(from[3 * std::size_t(skin->nodes[i]) + k]);
+        }
+    });
 
-    const CreasedSurface creased =
-        splitAtCreases(skin->restPositions, surface.triangles, creaseAngle);
-    skin->vertexNode = creased.vertexNode;
+    std::vector<float> positions = skin->restPositions;
+    positions.resize(3 * std::size_t(skin->numPoints()));
+    skin->between.interpolate3(skin->restPositions.data(), &positions[3 * numNodes]);
+    CreasedSurface creased = splitAtCreases(positions, surface.mesh.triangles, creaseAngle);
+    skin->vertexPoint = std::move(creased.vertexNode);
     auto undeformed = std::make_shared<SurfaceGeometry>();
-    undeformed->triangles = creased.triangles;
-    undeformed->featureEdges = creased.featureEdges;
-    for (const auto& edge : surface.elementEdges)
-        for (const int node : edge) undeformed->elementEdges.push_back(creased.nodeVertex[node]);
-    for (const int node : skin->vertexNode) {
-        const float* s = &skin->restPositions[3 * std::size_t(node)];
+    undeformed->triangles = std::move(creased.triangles);
+    undeformed->featureEdges = std::move(creased.featureEdges);
+    undeformed->elementEdges.reserve(2 * surface.mesh.elementEdges.size());
+    for (const auto& edge : surface.mesh.elementEdges)
+        for (const int point : edge)
+            undeformed->elementEdges.push_back(creased.nodeVertex[std::size_t(point)]);
+    undeformed->vertices.reserve(SurfaceGeometry::floatsPerVertex * skin->vertexPoint.size());
+    for (const int point : skin->vertexPoint) {
+        const float* s = &positions[3 * std::size_t(point)];
         undeformed->addVertex(SimTK::Vec3(s[0], s[1], s[2]), SimTK::Vec3(0));
     }
-    calcNormals(*undeformed);
+    skin->around = findVertexTriangles(*undeformed);
+    std::vector<float> triangleNormals;
+    calcNormals(*undeformed, skin->around, triangleNormals);
     undeformed->isClosed = true;
     undeformed->updateBounds();
     undeformed->isFine = isFinelyDivided(*undeformed);

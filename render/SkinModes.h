@@ -2,11 +2,14 @@
 /** @file
 The skin of a reduced part and the rows of Φ that move it: constant, shared by threads. Internal.
 
+Points of the skin are its nodes, then those between nodes that curved faces need.
+
 Rows are kept in single precision. **/
 
 #include <memory>
 #include <vector>
 
+#include "CurvedSurface.h"
 #include "SurfaceGeometry.h"
 #include "simflex/part/ReducedBody.h"
 
@@ -17,13 +20,16 @@ struct SkinModes {
     std::vector<int> nodes;            ///< mesh index of each skin node, ascending
     std::vector<float> restPositions;  ///< s, 3 per skin node [m]
     std::vector<float> Phi;            ///< (3·skin nodes)×n_f, column-major
-    std::vector<int> vertexNode;       ///< skin node of each vertex of `undeformed`
+    PointsBetween between;             ///< points on curved faces
+    std::vector<int> vertexPoint;      ///< point of each vertex of `undeformed`
+    VertexTriangles around;            ///< of each vertex of `undeformed`
     std::shared_ptr<const SurfaceGeometry> undeformed;
 
     int numNodes() const { return int(nodes.size()); }
+    int numPoints() const { return numNodes() + between.size(); }
 };
 
-/** Edges sharper than `creaseAngle` [rad] are drawn sharp.
+/** O(elements + points + skin nodes·n_f). Edges sharper than `creaseAngle` [rad] are drawn sharp.
 @throws std::invalid_argument that names the part, when Φ and mesh do not fit together. **/
 std::shared_ptr<const SkinModes> extractSkinModes(std::shared_ptr<const ReducedBody> part,
                                                   double creaseAngle);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "SkinProduct.h"
+
 namespace simflex {
 
 using SimTK::Vec3;
@@ -23,13 +25,18 @@ void SurfaceGeometry::addEdge(std::uint32_t a, std::uint32_t b) {
 }
 
 void SurfaceGeometry::updateBounds() {
-    lower = upper = Vec3(0);
-    for (int v = 0; v < numVertices(); ++v)
-        for (int k = 0; k < 3; ++k) {
-            const double x = vertices[std::size_t(v) * floatsPerVertex + k];
-            lower[k] = v == 0 ? x : std::min(lower[k], x);
-            upper[k] = v == 0 ? x : std::max(upper[k], x);
+    float low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
+    if (!vertices.empty())
+        for (std::size_t k = 0; k < 3; ++k) low[k] = high[k] = vertices[k];
+    for (std::size_t i = 0; i < vertices.size(); i += floatsPerVertex)
+        for (std::size_t k = 0; k < 3; ++k) {
+            low[k] = std::min(low[k], vertices[i + k]);
+            high[k] = std::max(high[k], vertices[i + k]);
         }
+    for (int k = 0; k < 3; ++k) {
+        lower[k] = low[k];
+        upper[k] = high[k];
+    }
 }
 
 namespace {
@@ -40,22 +47,34 @@ struct Edge {
     int cornerLow, cornerHigh;  // corners of `triangle` at these nodes
 };
 
-std::vector<Edge> collectEdges(const std::vector<std::array<int, 3>>& triangles) {
-    std::vector<Edge> edges;
-    edges.reserve(3 * triangles.size());
+// Edges of all triangles by nodes, then triangle; in linear time, as few share their lower node.
+std::vector<Edge> collectEdges(const std::vector<std::array<int, 3>>& triangles,
+                               std::size_t numNodes) {
+    std::vector<std::size_t> starts(numNodes + 1, 0);
+    for (const auto& t : triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            ++starts[std::size_t(std::min(t[k], t[(k + 1) % 3])) + 1];
+    for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
+
+    std::vector<Edge> edges(3 * triangles.size());
+    std::vector<std::size_t> ends(starts.begin(), starts.end() - 1);
     for (int t = 0; t < int(triangles.size()); ++t)
         for (int k = 0; k < 3; ++k) {
             const int next = (k + 1) % 3;
-            const int a = triangles[t][k], b = triangles[t][next];
+            const int a = triangles[std::size_t(t)][std::size_t(k)],
+                      b = triangles[std::size_t(t)][std::size_t(next)];
+            Edge& edge = edges[ends[std::size_t(std::min(a, b))]++];
             if (a < b)
-                edges.push_back({a, b, t, 3 * t + k, 3 * t + next});
+                edge = {a, b, t, 3 * t + k, 3 * t + next};
             else
-                edges.push_back({b, a, t, 3 * t + next, 3 * t + k});
+                edge = {b, a, t, 3 * t + next, 3 * t + k};
         }
-    std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
-        if (x.low != y.low) return x.low < y.low;
-        return x.high != y.high ? x.high < y.high : x.triangle < y.triangle;
-    });
+    for (std::size_t node = 0; node < numNodes; ++node)
+        std::sort(edges.begin() + std::ptrdiff_t(starts[node]),
+                  edges.begin() + std::ptrdiff_t(starts[node + 1]),
+                  [](const Edge& x, const Edge& y) {
+                      return x.high != y.high ? x.high < y.high : x.triangle < y.triangle;
+                  });
     return edges;
 }
 
@@ -100,7 +119,7 @@ private:
 CreasedSurface splitAtCreases(const std::vector<float>& positions,
                               const std::vector<std::array<int, 3>>& triangles,
                               double creaseAngle) {
-    const std::vector<Edge> edges = collectEdges(triangles);
+    const std::vector<Edge> edges = collectEdges(triangles, positions.size() / 3);
     const std::vector<Vec3> normals = calcTriangleNormals(positions, triangles);
     const double cosine = std::cos(creaseAngle);
 
@@ -147,34 +166,59 @@ CreasedSurface splitAtCreases(const std::vector<float>& positions,
     return result;
 }
 
-void calcNormals(SurfaceGeometry& geometry) {
-    constexpr int stride = SurfaceGeometry::floatsPerVertex;
+VertexTriangles findVertexTriangles(const SurfaceGeometry& geometry) {
+    VertexTriangles around;
+    around.starts.assign(std::size_t(geometry.numVertices()) + 1, 0);
+    for (const std::uint32_t vertex : geometry.triangles) ++around.starts[vertex + 1];
+    for (std::size_t v = 1; v < around.starts.size(); ++v) around.starts[v] += around.starts[v - 1];
+    around.triangles.resize(geometry.triangles.size());
+    std::vector<std::uint32_t> ends(around.starts.begin(), around.starts.end() - 1);
+    for (std::size_t i = 0; i < geometry.triangles.size(); ++i)
+        around.triangles[ends[geometry.triangles[i]]++] = std::uint32_t(i / 3);
+    return around;
+}
+
+void calcNormals(SurfaceGeometry& geometry, const VertexTriangles& around,
+                 std::vector<float>& triangleNormals) {
+    constexpr std::size_t stride = SurfaceGeometry::floatsPerVertex;
     float* vertices = geometry.vertices.data();
-    const int numVertices = geometry.numVertices();
-    for (int v = 0; v < numVertices; ++v)
-        std::fill_n(vertices + std::size_t(v) * stride + 3, 3, 0.0f);
-
-    for (std::size_t t = 0; t + 2 < geometry.triangles.size(); t += 3) {
-        float* a = vertices + std::size_t(geometry.triangles[t]) * stride;
-        float* b = vertices + std::size_t(geometry.triangles[t + 1]) * stride;
-        float* c = vertices + std::size_t(geometry.triangles[t + 2]) * stride;
-        const float e1[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-        const float e2[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-        const float n[3] = {e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2],
-                            e1[0] * e2[1] - e1[1] * e2[0]};
-        for (int k = 0; k < 3; ++k) {
-            a[3 + k] += n[k];
-            b[3 + k] += n[k];
-            c[3 + k] += n[k];
+    const std::uint32_t* corners = geometry.triangles.data();
+    const std::size_t numTriangles = geometry.triangles.size() / 3;
+    const std::size_t numVertices = std::size_t(geometry.numVertices());
+    triangleNormals.resize(3 * numTriangles);
+    float* normals = triangleNormals.data();
+    forSkinChunks(numTriangles, 16 * numTriangles, [=](std::size_t first, std::size_t end) {
+        for (std::size_t t = first; t < end; ++t) {
+            const float* a = vertices + corners[3 * t] * stride;
+            const float* b = vertices + corners[3 * t + 1] * stride;
+            const float* c = vertices + corners[3 * t + 2] * stride;
+            const float e1[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+            const float e2[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+            float* n = normals + 3 * t;
+            n[0] = e1[1] * e2[2] - e1[2] * e2[1];
+            n[1] = e1[2] * e2[0] - e1[0] * e2[2];
+            n[2] = e1[0] * e2[1] - e1[1] * e2[0];
         }
-    }
+    });
 
-    for (int v = 0; v < numVertices; ++v) {
-        float* n = vertices + std::size_t(v) * stride + 3;
-        const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-        const float scale = length > 0 ? 1.0f / length : 0.0f;
-        for (int k = 0; k < 3; ++k) n[k] *= scale;
-    }
+    const std::uint32_t* starts = around.starts.data();
+    const std::uint32_t* triangles = around.triangles.data();
+    forSkinChunks(numVertices, 24 * numVertices, [=](std::size_t first, std::size_t end) {
+        for (std::size_t v = first; v < end; ++v) {
+            float sum[3] = {0, 0, 0};
+            for (std::uint32_t k = starts[v]; k < starts[v + 1]; ++k)
+                for (std::size_t i = 0; i < 3; ++i)
+                    sum[i] += normals[3 * std::size_t(triangles[k]) + i];
+            const float length = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+            const float scale = length > 0 ? 1.0f / length : 0.0f;
+            for (std::size_t i = 0; i < 3; ++i) vertices[v * stride + 3 + i] = sum[i] * scale;
+        }
+    });
+}
+
+void calcNormals(SurfaceGeometry& geometry) {
+    std::vector<float> triangleNormals;
+    calcNormals(geometry, findVertexTriangles(geometry), triangleNormals);
 }
 
 bool isFinelyDivided(const SurfaceGeometry& geometry) {

@@ -42,11 +42,25 @@ struct CreasedSurface {
 };
 
 /** Splits nodes where neighbouring triangles meet at more than `creaseAngle` [rad].
-`positions` holds x, y, z per node; triangles are node indices. O(triangles log triangles). **/
+`positions` holds x, y, z per node; triangles are node indices. O(triangles). **/
 CreasedSurface splitAtCreases(const std::vector<float>& positions,
                               const std::vector<std::array<int, 3>>& triangles, double creaseAngle);
 
-/** Writes area-weighted smooth normals into `geometry.vertices` from its positions. **/
+/** Triangles around each vertex. **/
+struct VertexTriangles {
+    std::vector<std::uint32_t> starts;     ///< of each vertex in `triangles`, and one behind
+    std::vector<std::uint32_t> triangles;  ///< ascending for each vertex
+};
+
+VertexTriangles findVertexTriangles(const SurfaceGeometry& geometry);
+
+/** Writes area-weighted smooth normals into `geometry.vertices` from its positions, in parallel:
+each vertex gathers its triangles' in the same order.
+@param triangleNormals  workspace, three per triangle **/
+void calcNormals(SurfaceGeometry& geometry, const VertexTriangles& around,
+                 std::vector<float>& triangleNormals);
+
+/** The same for shapes that do not change. **/
 void calcNormals(SurfaceGeometry& geometry);
 
 /** Whether triangles are so small, and normals turn so little across them, that light found at

@@ -19,7 +19,7 @@ struct SurfaceMesh {
     std::vector<std::array<int, 2>> elementEdges;  ///< edges of element faces, each once
 };
 
-/** Extracts the skin. Time and memory O(faces log faces).
+/** Extracts the skin. Time and memory O(faces).
 @throws std::invalid_argument that names a node index outside the mesh. **/
 SurfaceMesh extractSurface(const Mesh& mesh);
 

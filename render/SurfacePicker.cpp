@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace simflex {
 
@@ -88,15 +89,23 @@ void SurfacePicker::intersect(const Ray& ray_G, const SurfaceItem& item, int par
         const std::size_t vertex = triangles[found + k];
         nearest.value += weights[k] * double(geometry.vertices[vertex * stride + 6]);
     }
-    const std::vector<int>& vertexNode = snapshot.parts[std::size_t(part)].skin->vertexNode;
-    double least = SimTK::Infinity;
+    // Points between nodes stand for the nodes of their face.
+    const SkinModes& skin = *snapshot.parts[std::size_t(part)].skin;
+    std::set<int> candidates;
     for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t vertex = triangles[found + k];
-        const double away =
-            (item.X_GM * getPosition(geometry, vertex) - nearest.location_G).normSqr();
+        const int point = skin.vertexPoint[triangles[found + k]], between = point - skin.numNodes();
+        if (between < 0)
+            candidates.insert(point);
+        else
+            for (int i = skin.between.starts[between]; i < skin.between.starts[between + 1]; ++i)
+                candidates.insert(skin.between.nodes[i]);
+    }
+    double least = SimTK::Infinity;
+    for (const int node : candidates) {
+        const double away = (calcLocation(part, node) - nearest.location_G).normSqr();
         if (away >= least) continue;
         least = away;
-        nearest.skinNode = vertexNode[vertex];
+        nearest.skinNode = node;
     }
 }
 
@@ -119,8 +128,8 @@ std::optional<SurfacePicker::Hit> SurfacePicker::cast(double x, double y) const 
 }
 
 int SurfacePicker::findVertex(int part, int skinNode) const {
-    const std::vector<int>& vertexNode = snapshot.parts[std::size_t(part)].skin->vertexNode;
-    return int(std::find(vertexNode.begin(), vertexNode.end(), skinNode) - vertexNode.begin());
+    const std::vector<int>& vertexPoint = snapshot.parts[std::size_t(part)].skin->vertexPoint;
+    return int(std::find(vertexPoint.begin(), vertexPoint.end(), skinNode) - vertexPoint.begin());
 }
 
 Vec3 SurfacePicker::calcLocation(int part, int skinNode) const {

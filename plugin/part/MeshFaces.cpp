@@ -42,60 +42,94 @@ bool isQuadratic(ElementType type) {
     return type == ElementType::Tet10 || type == ElementType::Hex20 || type == ElementType::Wedge15;
 }
 
-struct Face {
-    MeshFace nodes;
-    std::array<int, 4> key;  // corner nodes sorted
-    std::size_t order;       // place in the mesh, so that the result does not depend on sorting
-};
+MeshFace makeFace(const FaceTemplate& shape, ElementType type, const int* nodes) {
+    MeshFace face;
+    for (std::size_t k = 0; k < 4; ++k) {
+        face.corners[k] = shape.corners[k] < 0 ? -1 : nodes[shape.corners[k]];
+        const bool hasMiddle = isQuadratic(type) && shape.middles[k] >= 0;
+        face.middles[k] = hasMiddle ? nodes[shape.middles[k]] : -1;
+    }
+    return face;
+}
 
-std::vector<Face> collectFaces(const Mesh& mesh) {
-    std::vector<Face> faces;
+void checkNodes(const Mesh& mesh) {
+    for (const ElementBlock& block : mesh.elements)
+        for (const int node : block.nodes)
+            if (node < 0 || node >= mesh.numNodes())
+                throw std::invalid_argument("extractBoundaryFaces: an element uses node index " +
+                                            std::to_string(node) + ", the mesh has nodes 0 to " +
+                                            std::to_string(mesh.numNodes() - 1));
+}
+
+/** Calls visit(face) for every face of every element, in the order of the mesh. **/
+template <class Visit>
+void forEachFace(const Mesh& mesh, const Visit& visit) {
     for (const ElementBlock& block : mesh.elements) {
         const std::vector<FaceTemplate> templates = getFaces(block.type);
-        const int perElement = numNodesOf(block.type);
-        for (int e = 0; e < block.numElements(); ++e) {
-            const int* nodes = &block.nodes[std::size_t(e) * perElement];
-            for (int i = 0; i < perElement; ++i)
-                if (nodes[i] < 0 || nodes[i] >= mesh.numNodes())
-                    throw std::invalid_argument(
-                        "extractBoundaryFaces: an element uses node index " +
-                        std::to_string(nodes[i]) + ", the mesh has nodes 0 to " +
-                        std::to_string(mesh.numNodes() - 1));
-            for (const FaceTemplate& shape : templates) {
-                Face face;
-                for (int k = 0; k < 4; ++k) {
-                    face.nodes.corners[k] = shape.corners[k] < 0 ? -1 : nodes[shape.corners[k]];
-                    const bool hasMiddle = isQuadratic(block.type) && shape.middles[k] >= 0;
-                    face.nodes.middles[k] = hasMiddle ? nodes[shape.middles[k]] : -1;
-                }
-                face.key = face.nodes.corners;
-                std::sort(face.key.begin(), face.key.end());
-                face.order = faces.size();
-                faces.push_back(face);
-            }
-        }
+        const std::size_t perElement = std::size_t(numNodesOf(block.type));
+        for (int e = 0; e < block.numElements(); ++e)
+            for (const FaceTemplate& shape : templates)
+                visit(makeFace(shape, block.type, &block.nodes[std::size_t(e) * perElement]));
     }
-    return faces;
 }
+
+using Key = std::array<int, 4>;  // corners, sorted: the lowest first, -1 of a triangle last
+
+Key calcKey(const MeshFace& face) {
+    Key key = face.corners;
+    std::sort(key.begin(), key.begin() + face.numCorners());
+    return key;
+}
+
+struct Entry {
+    std::array<int, 3> others;  // of the key
+    std::size_t face;           // by place in the mesh
+};
 
 }  // namespace
 
 std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh) {
-    std::vector<Face> faces = collectFaces(mesh);
-    std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
-        return a.key != b.key ? a.key < b.key : a.order < b.order;
+    checkNodes(mesh);
+
+    // Faces by their lowest corner: only few share one, so that finding equals takes linear time.
+    std::vector<std::size_t> starts(std::size_t(mesh.numNodes()) + 1, 0);
+    std::size_t numFaces = 0;
+    forEachFace(mesh, [&](const MeshFace& face) {
+        ++starts[std::size_t(calcKey(face)[0]) + 1];
+        ++numFaces;
     });
-    std::vector<Face> boundary;
-    for (std::size_t i = 0; i < faces.size();) {
-        std::size_t j = i + 1;
-        while (j < faces.size() && faces[j].key == faces[i].key) ++j;
-        if (j == i + 1) boundary.push_back(faces[i]);
-        i = j;
+    for (std::size_t node = 1; node < starts.size(); ++node) starts[node] += starts[node - 1];
+    std::vector<Entry> entries(numFaces);
+    std::vector<std::size_t> ends(starts.begin(), starts.end() - 1);
+    std::size_t number = 0;
+    forEachFace(mesh, [&](const MeshFace& face) {
+        const Key key = calcKey(face);
+        entries[ends[std::size_t(key[0])]++] = {{key[1], key[2], key[3]}, number++};
+    });
+
+    std::vector<bool> isBoundary(numFaces, false);
+    std::size_t numBoundary = 0;
+    for (std::size_t node = 0; node + 1 < starts.size(); ++node) {
+        const auto first = entries.begin() + std::ptrdiff_t(starts[node]);
+        const auto last = entries.begin() + std::ptrdiff_t(starts[node + 1]);
+        std::sort(first, last, [](const Entry& a, const Entry& b) { return a.others < b.others; });
+        for (auto i = first; i != last;) {
+            auto j = i + 1;
+            while (j != last && j->others == i->others) ++j;
+            if (j == i + 1) {
+                isBoundary[i->face] = true;
+                ++numBoundary;
+            }
+            i = j;
+        }
     }
-    std::sort(boundary.begin(), boundary.end(),
-              [](const Face& a, const Face& b) { return a.order < b.order; });
+
     std::vector<MeshFace> skin;
-    for (const Face& face : boundary) skin.push_back(face.nodes);
+    skin.reserve(numBoundary);
+    number = 0;
+    forEachFace(mesh, [&](const MeshFace& face) {
+        if (isBoundary[number++]) skin.push_back(face);
+    });
     return skin;
 }
 

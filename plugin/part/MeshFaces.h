@@ -20,7 +20,7 @@ struct MeshFace {
 };
 
 /** The faces that belong to one element only: the skin, in the order of the mesh's elements. Time
-and memory O(faces log faces).
+and memory O(faces) when no node has a large share of them.
 @throws std::invalid_argument that names a node index outside the mesh. **/
 std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh);
 
