@@ -216,6 +216,7 @@ TEST(MechanismMarks, AreInThePicture) {
     pendulum.system.realize(state, Stage::Acceleration);
     OffscreenVisualizer viz(pendulum.system, 640, 360);
     viz.addFlexibleBody(pendulum.body).setContour(Contour::None).setShowReactions(true);
+    viz.setShowAxes(false);
     const Image with = viz.drawFrame(state);
     const auto countOrange = [](const Image& image) {
         int count = 0;
