@@ -77,7 +77,7 @@ void drawMode(const Arguments& arguments, const RotorModel& model, const Lineari
     const std::vector<State> states =
         calcModeStates(model.system, linear, mode, arguments.amplitude, arguments.frames);
     visualizer.fitToMotion(states);
-    for (const State& state : states) visualizer.report(state);
+    visualizer.reportAll(states);
     std::printf("%d frames of the lowest mode at %g rad/s in %s/frames\n", arguments.frames,
                 arguments.speed, arguments.out.c_str());
 }

@@ -10,7 +10,7 @@
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/render/ContactSheet.h"
 #include "simflex/render/OffscreenVisualizer.h"
-#include "simflex/render/Video.h"
+#include "simflex/render/RunComparison.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "support/Csv.h"
 #include "support/Plot.h"
@@ -36,7 +36,7 @@ struct Arguments {
     SliderCrankOptions model;
     double accuracy = 1e-6, time = 0.2;
     std::string rod = "rod", parts = "build/release/parts", out = "build/output/slider_crank";
-    bool noFrames = false;
+    bool noFrames = false, compares = false;
     int frames = 240, threads = 0;
 
     int samplesPerFrame() const { return std::max(1, numSamples / frames); }
@@ -256,30 +256,93 @@ private:
     double m_factor;
 };
 
-/** Frames of the run as if deformations were larger; a video and a contact sheet of them. **/
-void render(const Arguments& arguments, const SliderCrankModel& model,
-            const std::vector<State>& states) {
-    OffscreenVisualizer viz(model.system, 1280, 720);
-    viz.addFlexibleBody(model.crank).addFlexibleBody(model.rod);
-    viz.setOutputFolder(arguments.out + "/frames");
-    viz.setWindowTitle("Slider-crank with flexible crank and connecting rod");
-    viz.fitToMotion(states);
-    const double factor = viz.getDeformationFactor();
+/** What is drawn beside the frames: where the slider is ahead of that of rigid parts, and how far
+the rod bends. **/
+ProbePlot makeProbePlot(const Probes& probes, const std::vector<RigidSample>& rigid) {
+    ProbePlot plot;
+    plot.setTimeUnit("ms", 1e-3);
+    plot.addPanel("Slider, flexible − rigid parts", "µm", 1e-6);
+    plot.addCurve("", probes.time, calcDifference(probes, rigid));
+    plot.addPanel("Deflection of the rod's middle", "µm", 1e-6);
+    plot.addCurve("", probes.time, probes.rodDeflection);
+    return plot;
+}
 
+/** States as if deformations were `factor` times larger. **/
+std::vector<State> exaggerate(const SliderCrankModel& model, const std::vector<State>& states,
+                              double factor) {
     std::vector<State> exaggerated;
     for (const State& state : states)
         exaggerated.push_back(model.calcExaggeratedState(state, factor));
+    return exaggerated;
+}
+
+OffscreenVisualizer makeVisualizer(const SliderCrankModel& model, int width, int height) {
+    OffscreenVisualizer viz(model.system, width, height);
+    viz.addFlexibleBody(model.crank).addFlexibleBody(model.rod);
+    return viz;
+}
+
+void printVideo(const Arguments& arguments, const std::string& file) {
+    std::printf(
+        "wrote %s (%.3g times slower than life)\n", file.c_str(),
+        double(numSamples) / arguments.samplesPerFrame() / framesPerSecond / arguments.time);
+}
+
+/** Shows a bar until Ctrl-C. **/
+FrameProgress showProgress(const std::string& task) {
+    return [progress = std::make_shared<Progress>(task)](int done, int total) {
+        progress->show(double(done) / total);
+        return !wasInterrupted();
+    };
+}
+
+/** A video of the mechanism with rigid parts and of the flexible one, exaggerated. **/
+void compare(const Arguments& arguments, const SliderCrankModel& model,
+             const std::vector<State>& states, double factor, const ProbePlot& plot) {
+    OffscreenVisualizer rigid = makeVisualizer(model, 960, 720),
+                        flexible = makeVisualizer(model, 960, 720);
+    rigid.addDecorationGenerator(new CrankPinDecoration(model, 0));
+    rigid.setDeformationFactor(0).setContour(Contour::None).setShowUndeformed(false);
+    flexible.addDecorationGenerator(new CrankPinDecoration(model, factor));
+    flexible.setDeformationFactor(factor);
+    for (OffscreenVisualizer* viz : {&rigid, &flexible}) viz->setCameraView(0.28, 0.2);
+
+    const std::vector<State> left = exaggerate(model, states, 0);
+    const std::vector<State> right = exaggerate(model, states, factor);
+    RunComparison both(rigid, flexible, {"rigid parts", "flexible parts"});
+    const std::string video = arguments.out + "/rigid_and_flexible.mp4";
+    both.fitToMotion(left, right).setOutputFolder("").addVideo(video, {framesPerSecond});
+    both.addPlot(plot);
+    both.reportAll(left, right, showProgress("rigid and flexible"));
+    both.finish();
+    printVideo(arguments, video);
+}
+
+/** Frames of the run as if deformations were larger; a video and a contact sheet of them. **/
+void render(const Arguments& arguments, const SliderCrankModel& model, const Probes& probes,
+            const std::vector<RigidSample>& rigid) {
+    OffscreenVisualizer viz = makeVisualizer(model, 1280, 720);
+    viz.setOutputFolder(arguments.out + "/frames");
+    viz.setWindowTitle("Slider-crank with flexible crank and connecting rod");
+    viz.setAutomaticDeformationFactor().fitToMotion(probes.frames);
+    const double factor = viz.getDeformationFactor();
+
+    const std::vector<State> exaggerated = exaggerate(model, probes.frames, factor);
     viz.addDecorationGenerator(new CrankPinDecoration(model, factor));
     viz.setCameraView(0.28, 0.2).setDeformationFactor(factor).fitToMotion(exaggerated);
-    {
-        Progress progress("frames");
-        for (size_t i = 0; i < exaggerated.size() && !wasInterrupted(); ++i) {
-            viz.report(exaggerated[i]);
-            progress.show(double(i + 1) / double(exaggerated.size()));
-        }
-    }
+    const ProbePlot plot = makeProbePlot(probes, rigid);
+    viz.addPlot(plot);
+    const std::string video = arguments.out + "/slider_crank.mp4";
+    if (isVideoAvailable()) viz.addVideo(video, {framesPerSecond});
+    viz.reportAll(exaggerated, showProgress("frames"));
+    viz.finish();
     std::printf("wrote %d frames to %s\n", viz.getNumFrames(), viz.getOutputFolder().c_str());
     if (viz.getNumFrames() == 0) return;
+    if (isVideoAvailable())
+        printVideo(arguments, video);
+    else
+        std::printf("no video: ffmpeg is not installed\n");
 
     std::vector<std::string> files;
     for (int k = 0; k < 6; ++k) {
@@ -289,13 +352,8 @@ void render(const Arguments& arguments, const SliderCrankModel& model,
     }
     makeContactSheet(files, 2, 640).writePng(arguments.out + "/contact_sheet.png");
     std::printf("wrote %s/contact_sheet.png\n", arguments.out.c_str());
-    const std::string video = arguments.out + "/slider_crank.mp4";
-    if (writeVideo(viz.getOutputFolder(), video, framesPerSecond))
-        std::printf(
-            "wrote %s (%.3g times slower than life)\n", video.c_str(),
-            double(numSamples) / arguments.samplesPerFrame() / framesPerSecond / arguments.time);
-    else
-        std::printf("no video: ffmpeg is not installed\n");
+    if (arguments.compares && isVideoAvailable() && !wasInterrupted())
+        compare(arguments, model, probes.frames, factor, plot);
 }
 
 int run(const Arguments& arguments) {
@@ -323,7 +381,7 @@ int run(const Arguments& arguments) {
     std::printf("wrote %s/probes.csv\n", arguments.out.c_str());
     plot(arguments, probes, rigid);
     if (!arguments.noFrames && !wasInterrupted()) {
-        render(arguments, model, probes.frames);
+        render(arguments, model, probes, rigid);
         if (wasInterrupted()) std::printf("stopped while drawing; what is finished is kept\n");
     }
     return wasInterrupted() ? 130 : failure.empty() ? 0 : 1;
@@ -357,6 +415,8 @@ int main(int argc, char** argv) {
     app.add_option("--frames", arguments.frames, "about this many")
         ->check(CLI::Range(1, numSamples));
     app.add_flag("--no-frames", arguments.noFrames, "no pictures but the plot");
+    app.add_flag("--compare", arguments.compares,
+                 "a video of rigid and flexible parts side by side, too");
     app.add_option("--threads", arguments.threads, "of the solver; 0 leaves it to the library")
         ->check(CLI::NonNegativeNumber);
     CLI11_PARSE(app, argc, argv);

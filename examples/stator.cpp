@@ -436,6 +436,8 @@ void render(const Arguments& arguments, const StatorModel& model, const Probes& 
         range = std::max({range, largest(probes.vertical[b]), largest(probes.lateral[b])});
     viz.fitToMotion(states);
     viz.setContourRange(0, std::ceil(1.2e4 * range) * 1e-4);
+    const std::string video = arguments.out + "/stator.mp4";
+    if (isVideoAvailable()) viz.addVideo(video, {framesPerSecond});
     {
         Progress progress("frames");
         for (size_t i = 0; i < states.size() && !wasInterrupted(); ++i) {
@@ -445,6 +447,7 @@ void render(const Arguments& arguments, const StatorModel& model, const Probes& 
             viz.setWindowTitle(title).report(states[i]);
             progress.show(double(i + 1) / double(states.size()));
         }
+        viz.finish();
     }
     std::printf("wrote %d frames to %s\n", viz.getNumFrames(), viz.getOutputFolder().c_str());
     if (viz.getNumFrames() < 6) return;
@@ -457,8 +460,7 @@ void render(const Arguments& arguments, const StatorModel& model, const Probes& 
     }
     makeContactSheet(files, 2, 640).writePng(arguments.out + "/contact_sheet.png");
     std::printf("wrote %s/contact_sheet.png\n", arguments.out.c_str());
-    const std::string video = arguments.out + "/stator.mp4";
-    if (writeVideo(viz.getOutputFolder(), video, framesPerSecond))
+    if (isVideoAvailable())
         std::printf("wrote %s (stroboscopic: %d frames a vibration)\n", video.c_str(),
                     framesPerCycle);
     else

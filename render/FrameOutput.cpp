@@ -21,10 +21,11 @@ constexpr int mostThreads = 256;
 constexpr int queuedPerThread = 2;
 const char* const hashKeyword = "simflex-frame";  // of a PNG's text
 
-// Rasterizing has threads of its own; two painters keep it busy while one deforms or codes.
+// Rasterizing has threads of its own, which all painters share; the second painter keeps them busy
+// while the first one deforms or codes.
 int chooseNumThreads() {
     const int processors = int(std::thread::hardware_concurrency());
-    return std::min(4, std::max(1, processors / 2));
+    return processors < 2 ? 1 : std::min(4, std::max(2, processors / 2));
 }
 
 // Outputs that may still be writing.
@@ -372,8 +373,15 @@ void FrameOutput::finish() {
     wait();
     std::vector<std::unique_ptr<VideoWriter>> complete;
     complete.swap(videos);
-    for (const auto& video : complete)
-        if (video->getNumFrames() > 0) video->finish();
+    std::exception_ptr failure;
+    for (const auto& video : complete) {
+        try {
+            if (video->getNumFrames() > 0) video->finish();
+        } catch (...) {
+            if (!failure) failure = std::current_exception();
+        }
+    }
+    if (failure) std::rethrow_exception(failure);
 }
 
 Image FrameOutput::draw(const FrameJob& job) {

@@ -42,6 +42,11 @@ int OffscreenVisualizer::reportAll(const std::vector<SimTK::State>& states,
     return impl->reportAll(Impl::toMotion(states), progress);
 }
 
+int OffscreenVisualizer::reportAll(const MotionRecorder& motion,
+                                   const FrameProgress& progress) const {
+    return impl->reportAll(Impl::toMotion(motion), progress);
+}
+
 void OffscreenVisualizer::finish() const {
     impl->output.finish();
 }
@@ -86,19 +91,11 @@ OffscreenVisualizer& OffscreenVisualizer::addVideo(const std::string& file,
 }
 
 int OffscreenVisualizer::addPlot(const ProbePlot& plot, PlotSide side, int size) {
-    if (size < 0)
-        throw std::invalid_argument("addPlot: size must not be negative, not " +
-                                    std::to_string(size));
-    impl->plots.push_back({plot, side, size, nullptr, impl->theme});
-    return int(impl->plots.size()) - 1;
+    return impl->plots.add(plot, side, size);
 }
 
 ProbePlot& OffscreenVisualizer::updPlot(int plot) {
-    if (plot < 0 || plot >= int(impl->plots.size()))
-        throw std::out_of_range("updPlot: no plot " + std::to_string(plot) + ", there are " +
-                                std::to_string(impl->plots.size()));
-    impl->plots[std::size_t(plot)].painter = nullptr;
-    return impl->plots[std::size_t(plot)].plot;
+    return impl->plots.upd(plot);
 }
 
 OffscreenVisualizer& OffscreenVisualizer::addDeformableMesh(const DeformableMesh& mesh) {
@@ -210,6 +207,11 @@ OffscreenVisualizer& OffscreenVisualizer::addView(const CameraView& view) {
 
 OffscreenVisualizer& OffscreenVisualizer::fitToMotion(const std::vector<SimTK::State>& states) {
     impl->fitToMotion(Impl::toMotion(states));
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::fitToMotion(const MotionRecorder& motion) {
+    impl->fitToMotion(Impl::toMotion(motion));
     return *this;
 }
 

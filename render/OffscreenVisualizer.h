@@ -38,6 +38,7 @@ once.
 #include "simflex/render/DeformableMesh.h"
 #include "simflex/render/FrameOptions.h"
 #include "simflex/render/Image.h"
+#include "simflex/render/MotionRecorder.h"
 #include "simflex/render/ProbePlot.h"
 #include "simflex/render/SurfacePoint.h"
 #include "simflex/render/Video.h"
@@ -104,6 +105,7 @@ public:
     (ProgressLine shows a bar); stops early when that says false. @return how many it reported. **/
     int reportAll(const std::vector<SimTK::State>& states,
                   const FrameProgress& progress = {}) const;
+    int reportAll(const MotionRecorder& motion, const FrameProgress& progress = {}) const;
     /** Waits for all frames and completes the videos. The last copy's destructor does so, too, but
     writes an error to standard error. @throws std::runtime_error as report() does. **/
     void finish() const;
@@ -125,7 +127,7 @@ public:
     @throws as VideoWriter does. **/
     OffscreenVisualizer& addVideo(const std::string& file, const VideoOptions& options = {});
     /** Threads that draw and write; 0: none, report() does it. The bytes are the same. Default:
-    half as many as there are processors, from 1 to 4. @throws std::invalid_argument. **/
+    half as many as there are processors, from 2 to 4. @throws std::invalid_argument. **/
     OffscreenVisualizer& setNumThreads(int numThreads);
     int getNumThreads() const;
 
@@ -195,6 +197,7 @@ public:
     ground lies below everything, the contour range and an automatic deformation factor are those
     of the whole motion. O(states·(decorations + skin nodes·n_f)). **/
     OffscreenVisualizer& fitToMotion(const std::vector<SimTK::State>& states);
+    OffscreenVisualizer& fitToMotion(const MotionRecorder& motion);
     /** Column and row in the frame [pixel, from the top left corner] and distance along the
     view direction [m] of a point, for the first or another view of the frame drawn last.
     @throws std::out_of_range when there is no such view, or no frame yet. **/
@@ -363,6 +366,7 @@ public:
     class Impl;
 
 private:
+    friend class RunComparison;
     explicit OffscreenVisualizer(std::shared_ptr<Impl> impl);
 
     std::shared_ptr<Impl> impl;

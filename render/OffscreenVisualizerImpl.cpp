@@ -427,30 +427,6 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
     return content;
 }
 
-std::vector<PlacedPlot> OffscreenVisualizer::Impl::capturePlots() {
-    constexpr double usualPart = 0.42;  // of the picture's size
-    std::vector<PlacedPlot> placed;
-    int frameWidth = width, frameHeight = height;
-    for (Plot& plot : plots) {
-        const bool isBelow = plot.side == PlotSide::Below;
-        const int usual = 2 * int(usualPart * (isBelow ? height : width) / 2);
-        const int size = plot.size > 0 ? plot.size : std::max(1, usual);
-        const int plotWidth = isBelow ? frameWidth : size,
-                  plotHeight = isBelow ? size : frameHeight;
-        if (!plot.painter || plot.theme != theme || plot.painter->getWidth() != plotWidth ||
-            plot.painter->getHeight() != plotHeight) {
-            const PlotTheme& colors =
-                theme == Theme::Light ? PlotTheme::light() : PlotTheme::dark();
-            plot.painter = std::make_shared<const PlotPainter>(plot.plot, colors, plotWidth,
-                                                               plotHeight, height / 720.0);
-            plot.theme = theme;
-        }
-        placed.push_back({plot.painter, plot.side});
-        (isBelow ? frameHeight : frameWidth) += size;
-    }
-    return placed;
-}
-
 FrameJob OffscreenVisualizer::Impl::captureFrame(const State& state, int frameNumber) {
     try {
         realize(state);
@@ -467,7 +443,7 @@ FrameJob OffscreenVisualizer::Impl::captureFrame(const State& state, int frameNu
         lastViews = snapshot.views;
         FrameJob job;
         job.pictures.push_back(std::move(snapshot));
-        job.plots = capturePlots();
+        job.plots = plots.place(width, height, getPlotTheme(), height / 720.0);
         rememberFrame(job.pictures.front());
         return job;
     } catch (const std::exception& e) {

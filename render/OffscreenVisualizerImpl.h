@@ -10,6 +10,7 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include "Camera.h"
 #include "FrameOutput.h"
 #include "FramePainter.h"
+#include "FramePlots.h"
 #include "FrameSnapshot.h"
 #include "FrameStyle.h"
 #include "MechanismMarks.h"
@@ -37,6 +38,10 @@ public:
         return {int(states.size()),
                 [&states](int i) -> const SimTK::State& { return states[std::size_t(i)]; }};
     }
+    static Motion toMotion(const MotionRecorder& recorder) {
+        return {recorder.getNumStates(),
+                [&recorder](int i) -> const SimTK::State& { return recorder.getState(i); }};
+    }
     /** Where a motion goes, frame by frame. **/
     struct MotionBounds {
         std::vector<std::vector<SimTK::Vec3>> frames;
@@ -53,10 +58,16 @@ public:
     /** Adds what the views need to know of a motion. **/
     void appendBounds(const Motion& motion, MotionBounds& bounds);
     void fitViews(const MotionBounds& bounds);
+    /** Frames leave the views as they are: they have seen all of the motion. **/
+    void keepViews() { isFittedToMotion = true; }
     double calcLargestDisplacement(const Motion& motion);
     double calcRoundFactor(double largestDisplacement) const;
     double getDeformationFactor() const {
         return isFactorAutomatic ? automaticFactor : partStyle.deformationFactor;
+    }
+
+    const PlotTheme& getPlotTheme() const {
+        return theme == Theme::Light ? PlotTheme::light() : PlotTheme::dark();
     }
 
     /** Makes the next frame choose camera, ground and light again. **/
@@ -66,13 +77,6 @@ public:
         SimTK::MobilizedBodyIndex body1, body2;
         SimTK::Vec3 station1, station2;
         SimTK::DecorativeLine line;
-    };
-    struct Plot {
-        ProbePlot plot;
-        PlotSide side;
-        int size;
-        std::shared_ptr<const PlotPainter> painter;  // as long as nothing changes
-        Theme theme;
     };
     struct Part {
         DeformableMesh mesh;
@@ -97,7 +101,7 @@ public:
     std::vector<std::unique_ptr<InputListener>> listeners;
     WindowSettings window;
     std::vector<Part> parts;
-    std::vector<Plot> plots;
+    FramePlots plots;
 
     std::vector<View> views{View()};  // the first is the visualizer's own camera
 
@@ -138,7 +142,6 @@ private:
     Decorations collectDecorations(const SimTK::State& state);
     /** All that a frame of this State needs. **/
     FrameSnapshot capture(const SimTK::State& state, const Decorations& geometry, int frameNumber);
-    std::vector<PlacedPlot> capturePlots();
     void captureDecorations(const SimTK::State& state, const Decorations& geometry,
                             FrameSnapshot& snapshot);
     FrameSnapshot captureOf(const Motion& motion, int i);

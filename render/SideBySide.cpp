@@ -19,7 +19,35 @@ void checkSameSize(const char* function, const Image& first, const Image& second
             std::to_string(second.getWidth()) + "x" + std::to_string(second.getHeight()));
 }
 
+struct Layout {
+    int cellWidth, cellHeight;
+    int letters, strip;  // of captions
+    int stepX, stepY;    // from the first picture to the second
+};
+
+Layout layOut(const std::array<int, 2>& first, const std::array<int, 2>& second,
+              const std::array<std::string, 2>& captions, const SideBySideStyle& style) {
+    Layout layout;
+    layout.cellWidth = std::max(first[0], second[0]);
+    layout.cellHeight = std::max(first[1], second[1]);
+    layout.letters = std::max(9, int(std::lround(20.0 * layout.cellHeight / 720)));
+    const bool hasCaptions = !captions[0].empty() || !captions[1].empty();
+    layout.strip = hasCaptions ? int(std::lround(2.1 * layout.letters)) : 0;
+    const bool isLeftRight = style.arrangement == SideBySideStyle::Arrangement::LeftRight;
+    layout.stepX = isLeftRight ? layout.cellWidth + style.gap : 0;
+    layout.stepY = isLeftRight ? 0 : layout.cellHeight + layout.strip + style.gap;
+    return layout;
+}
+
 }  // namespace
+
+std::array<int, 2> calcSideBySideSize(const std::array<int, 2>& first,
+                                      const std::array<int, 2>& second,
+                                      const std::array<std::string, 2>& captions,
+                                      const SideBySideStyle& style) {
+    const Layout layout = layOut(first, second, captions, style);
+    return {layout.stepX + layout.cellWidth, layout.stepY + layout.strip + layout.cellHeight};
+}
 
 Image makeSideBySide(const Image& first, const Image& second,
                      const std::array<std::string, 2>& captions, const SideBySideStyle& style) {
@@ -28,24 +56,19 @@ Image makeSideBySide(const Image& first, const Image& second,
     if (style.gap < 0)
         throw std::invalid_argument("makeSideBySide: the gap must not be negative, not " +
                                     std::to_string(style.gap));
-    const bool isLeftRight = style.arrangement == SideBySideStyle::Arrangement::LeftRight;
-    const int cellWidth = std::max(first.getWidth(), second.getWidth());
-    const int cellHeight = std::max(first.getHeight(), second.getHeight());
-    const int letters = std::max(9, int(std::lround(20.0 * cellHeight / 720)));
-    const bool hasCaptions = !captions[0].empty() || !captions[1].empty();
-    const int strip = hasCaptions ? int(std::lround(2.1 * letters)) : 0;
-
-    const int stepX = isLeftRight ? cellWidth + style.gap : 0;
-    const int stepY = isLeftRight ? 0 : cellHeight + strip + style.gap;
-    Image result(stepX + cellWidth, stepY + strip + cellHeight, style.background);
+    const Layout layout = layOut({first.getWidth(), first.getHeight()},
+                                 {second.getWidth(), second.getHeight()}, captions, style);
+    Image result(layout.stepX + layout.cellWidth, layout.stepY + layout.strip + layout.cellHeight,
+                 style.background);
     for (int i = 0; i < 2; ++i) {
         const Image& image = i == 0 ? first : second;
-        result.paste(image, i * stepX + (cellWidth - image.getWidth()) / 2,
-                     i * stepY + strip + (cellHeight - image.getHeight()) / 2);
+        result.paste(image, i * layout.stepX + (layout.cellWidth - image.getWidth()) / 2,
+                     i * layout.stepY + layout.strip + (layout.cellHeight - image.getHeight()) / 2);
         if (captions[size_t(i)].empty()) continue;
         Font font(Font::Weight::Bold);
-        font.draw(result, i * stepX + 0.5 * cellWidth, i * stepY + 0.5 * strip + 0.36 * letters,
-                  captions[size_t(i)], letters, style.text, Font::Anchor::Center);
+        font.draw(result, i * layout.stepX + 0.5 * layout.cellWidth,
+                  i * layout.stepY + 0.5 * layout.strip + 0.36 * layout.letters,
+                  captions[size_t(i)], layout.letters, style.text, Font::Anchor::Center);
     }
     return result;
 }

@@ -30,6 +30,12 @@ Image makeSideBySide(const Image& first, const Image& second,
                      const std::array<std::string, 2>& captions = {},
                      const SideBySideStyle& style = {});
 
+/** Width and height of what makeSideBySide() makes of pictures of these. **/
+std::array<int, 2> calcSideBySideSize(const std::array<int, 2>& first,
+                                      const std::array<int, 2>& second,
+                                      const std::array<std::string, 2>& captions = {},
+                                      const SideBySideStyle& style = {});
+
 /** The mean of two pictures of the same size, `weight` that of the second one, 0…1.
 @throws std::invalid_argument when sizes differ or the weight is outside. **/
 Image makeBlend(const Image& first, const Image& second, double weight = 0.5);

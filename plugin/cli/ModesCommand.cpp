@@ -145,31 +145,6 @@ void cropTogether(std::vector<Image>& pictures) {
     }
 }
 
-/** Frames of one mode, in a folder that goes with this. **/
-class FrameFolder {
-public:
-    explicit FrameFolder(const fs::path& path) : _path(path) {
-        fs::remove_all(_path);
-        fs::create_directories(_path);
-    }
-    FrameFolder(const FrameFolder&) = delete;
-    FrameFolder& operator=(const FrameFolder&) = delete;
-    ~FrameFolder() {
-        std::error_code ignored;
-        fs::remove_all(_path, ignored);
-    }
-
-    std::string frame(int number) const {
-        char name[32];
-        std::snprintf(name, sizeof name, "frame_%05d.png", number);
-        return (_path / name).string();
-    }
-    std::string path() const { return _path.string(); }
-
-private:
-    fs::path _path;
-};
-
 /** Draws modes of one part. **/
 class ModePainter {
 public:
@@ -289,7 +264,12 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
         for (size_t k = 0; k < modes.size(); ++k) {
             const std::string stem = "mode_" + formatModeNumber(modes[k], part->numModes);
             if (!suffixes.empty()) {
-                const FrameFolder frames(folder / ("." + stem + ".frames"));
+                VideoOptions options;
+                options.framesPerSecond = kFramesPerSecond;
+                std::vector<std::unique_ptr<VideoWriter>> videos;
+                for (const std::string& suffix : suffixes)
+                    videos.push_back(std::make_unique<VideoWriter>(
+                        (folder / (stem + suffix)).string(), options));
                 std::vector<Image> period(kFramesPerPeriod);
                 for (int frame = 0; frame < kFramesPerPeriod; ++frame) {
                     if (!bar.show(painter.describe(k), double(frame) / (kFramesPerPeriod + 6)))
@@ -298,14 +278,13 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
                     Image& image = period[size_t(frame)];
                     image = twin < frame ? period[size_t(twin)]
                                          : painter.draw(k, frame, painter.describe(k));
-                    image.writePng(frames.frame(frame));
+                    for (const auto& video : videos) video->write(image);
                 }
-                for (const std::string& suffix : suffixes) {
-                    if (suffix == ".mp4")
-                        for (int n = kFramesPerPeriod; n < kPeriodsOfVideo * kFramesPerPeriod; ++n)
-                            fs::copy_file(frames.frame(n % kFramesPerPeriod), frames.frame(n));
-                    writeVideo(frames.path(), (folder / (stem + suffix)).string(),
-                               kFramesPerSecond);
+                for (size_t v = 0; v < videos.size(); ++v) {
+                    if (suffixes[v] == ".mp4")
+                        for (int again = 1; again < kPeriodsOfVideo; ++again)
+                            for (const Image& image : period) videos[v]->write(image);
+                    videos[v]->finish();
                 }
             }
             if (!bar.show(painter.describe(k), 1)) throw Stopped("");

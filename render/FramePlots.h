@@ -1,0 +1,34 @@
+#pragma once
+/** @file
+The plots beside a visualizer's frames. Internal to the renderer. **/
+
+#include <memory>
+#include <vector>
+
+#include "FrameOutput.h"
+
+namespace simflex {
+
+class FramePlots {
+public:
+    /** @throws std::invalid_argument when the size is negative. **/
+    int add(const ProbePlot& plot, PlotSide side, int size);
+    /** @throws std::out_of_range when there is no such plot. **/
+    ProbePlot& upd(int plot);
+
+    /** The plots as they are now, for frames of this size. **/
+    std::vector<PlacedPlot> place(int frameWidth, int frameHeight, const PlotTheme& theme,
+                                  double scale);
+
+private:
+    struct Entry {
+        ProbePlot plot;
+        PlotSide side;
+        int size;
+        std::shared_ptr<const PlotPainter> painter;  // as long as nothing changes
+        const PlotTheme* theme;
+    };
+    std::vector<Entry> entries;
+};
+
+}  // namespace simflex

@@ -1,0 +1,42 @@
+#include "simflex/render/MotionRecorder.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+namespace simflex {
+
+void MotionRecorder::record(const SimTK::State& recorded) {
+    if (records.empty()) {
+        state = recorded;
+    } else if (recorded.getNQ() != state.getNQ() || recorded.getNU() != state.getNU() ||
+               recorded.getNZ() != state.getNZ()) {
+        const auto describe = [](const SimTK::State& s) {
+            return std::to_string(s.getNQ()) + " q, " + std::to_string(s.getNU()) + " u and " +
+                   std::to_string(s.getNZ()) + " z";
+        };
+        throw std::invalid_argument("MotionRecorder: a State with " + describe(recorded) +
+                                    ", but the first one has " + describe(state));
+    }
+    Record record;
+    record.time = recorded.getTime();
+    record.stage = recorded.getSystemStage();
+    const SimTK::Vector& y = recorded.getY();
+    for (int i = 0; i < y.size(); ++i) record.variables.push_back(y[i]);
+    records.push_back(std::move(record));
+}
+
+void MotionRecorder::clear() {
+    records.clear();
+}
+
+const SimTK::State& MotionRecorder::getState(int i) const {
+    const Record& record = records.at(std::size_t(i));
+    state.setTime(record.time);
+    SimTK::Vector& y = state.updY();
+    for (int k = 0; k < y.size(); ++k) y[k] = record.variables[std::size_t(k)];
+    system->realize(state, std::max(SimTK::Stage(SimTK::Stage::Position), record.stage));
+    return state;
+}
+
+}  // namespace simflex
