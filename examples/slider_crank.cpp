@@ -303,7 +303,8 @@ void compare(const Arguments& arguments, const SliderCrankModel& model,
     OffscreenVisualizer rigid = makeVisualizer(model, 960, 720),
                         flexible = makeVisualizer(model, 960, 720);
     rigid.addDecorationGenerator(new CrankPinDecoration(model, 0));
-    rigid.setDeformationFactor(0).setContour(Contour::None).setShowUndeformed(false);
+    rigid.setDeformationFactor(0).setShowDeformationFactor(false);
+    rigid.setContour(Contour::None).setShowUndeformed(false);
     flexible.addDecorationGenerator(new CrankPinDecoration(model, factor));
     flexible.setDeformationFactor(factor);
     for (OffscreenVisualizer* viz : {&rigid, &flexible}) viz->setCameraView(0.28, 0.2);

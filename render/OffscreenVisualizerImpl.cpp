@@ -226,10 +226,11 @@ Margins OffscreenVisualizer::Impl::calcMargins(int viewNumber) const {
     const SimTK::Vec4 part = views[viewNumber].calcRectangle(viewNumber, int(views.size()));
     const double viewWidth = part[2] * width * 720.0 / height;  // in units of the writing
     Margins margins;
-    margins.right = viewNumber == 0 && hasColorBar() ? std::min(0.4, 145.0 / viewWidth) : 0.06;
+    margins.right =
+        viewNumber == 0 && leavesRoomForColorBar ? std::min(0.4, 145.0 / viewWidth) : 0.06;
     margins.left = 0.06;
     const bool hasTitle =
-        viewNumber == 0 ? !title.empty() : !views[viewNumber].getCaption().empty();
+        viewNumber == 0 ? leavesRoomForTitle : !views[viewNumber].getCaption().empty();
     margins.top = hasTitle ? 0.13 : 0.09;
     margins.bottom = 0.11;
     return margins;
@@ -250,6 +251,8 @@ FrameSnapshot OffscreenVisualizer::Impl::captureOf(const Motion& motion, int i) 
 void OffscreenVisualizer::Impl::appendBounds(const FrameSnapshot& snapshot, MotionBounds& bounds) {
     bounds.followedPoses.resize(views.size());
     bounds.values.include(painter.deform(snapshot));
+    bounds.hasColorBar |= hasColorBar();
+    bounds.hasTitle |= !title.empty();
     bounds.frames.emplace_back();
     painter.appendBounds(snapshot, bounds.frames.back());
     for (std::size_t v = 0; v < views.size(); ++v)
@@ -264,6 +267,8 @@ void OffscreenVisualizer::Impl::fitViews(const MotionBounds& bounds) {
     std::vector<Vec3> all;
     for (const std::vector<Vec3>& frame : bounds.frames)
         all.insert(all.end(), frame.begin(), frame.end());
+    leavesRoomForColorBar = bounds.hasColorBar;
+    leavesRoomForTitle = bounds.hasTitle;
     extent = calcSceneExtent(all, UnitVec3(up), calcFront(up));
     for (std::size_t i = 0; i < views.size(); ++i)
         views[i].fit(extent, bounds.frames, bounds.followedPoses[i], calcAspect(int(i)),

@@ -47,6 +47,7 @@ public:
         std::vector<std::vector<SimTK::Vec3>> frames;
         std::vector<std::vector<SimTK::Transform>> followedPoses;  // of each view
         Extremes values;
+        bool hasColorBar = false, hasTitle = false;  // which the views leave room for
     };
 
     Image drawFrame(const SimTK::State& state);
@@ -169,6 +170,7 @@ private:
 
     // Found by fitViews().
     bool isFitted = false, isFittedToMotion = false;
+    bool leavesRoomForColorBar = false, leavesRoomForTitle = false;
     std::vector<SimTK::Vec3> seenPoints;  // that the views must show
     SceneExtent extent;
     SimTK::UnitVec3 toLight{SimTK::YAxis};

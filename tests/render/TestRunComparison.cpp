@@ -78,6 +78,19 @@ TEST(RunComparison, BothRunsHaveTheCameraAndTheRangeOfBoth) {
     }
 }
 
+TEST(RunComparison, AColorBarOrATitleInOneOfThemMovesBothCameras) {
+    Pendulum pendulum;
+    OffscreenVisualizer first(pendulum.system, 160, 90), second(pendulum.system, 160, 90);
+    addBrick(second, 0.05);
+    first.setWindowTitle("A title");
+    const auto states = pendulum.swing(2, 4);
+    RunComparison both(first, second);
+    both.fitToMotion(states, states);
+    both.drawFrame(states[1], states[1]);
+    for (const Vec3& p : {Vec3(0), Vec3(1, 2, 3), Vec3(-1, 0.5, 0)})
+        EXPECT_LT((first.calcPixel(p) - second.calcPixel(p)).norm(), 1e-9);
+}
+
 TEST(RunComparison, TheSameStateTwiceGivesTheSamePictureTwice) {
     Pendulum pendulum;
     OffscreenVisualizer first(pendulum.system, 160, 90), second(pendulum.system, 160, 90);
