@@ -7,6 +7,28 @@ namespace simflex {
 
 using SimTK::Vec3;
 
+namespace {
+
+// Half the distance to the nearest surface whose box does not hold the camera: a small part may
+// stand before a ground that reaches behind the camera, whose corners tell nothing.
+double calcNearest(const Scene& scene, const Camera& camera) {
+    double nearest = SimTK::Infinity;
+    for (const SurfaceItem& item : scene.surfaces) {
+        const Vec3 eye = ~item.X_GM * camera.X_GC.p();
+        double sum = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double low = item.scale[k] * item.geometry->lower[k];
+            const double high = item.scale[k] * item.geometry->upper[k];
+            const double outside = std::max({low - eye[k], eye[k] - high, 0.0});
+            sum += outside * outside;
+        }
+        if (sum > 0) nearest = std::min(nearest, 0.5 * std::sqrt(sum));
+    }
+    return nearest;
+}
+
+}  // namespace
+
 DeformedSurface& FramePainter::getSurface(const FrameSnapshot& snapshot, std::size_t part) {
     if (surfaces.size() <= part) surfaces.resize(part + 1);
     std::unique_ptr<DeformedSurface>& surface = surfaces[part];
@@ -99,6 +121,9 @@ Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& cont
         Camera camera = view.camera;
         if (view.fitsClippingPlanes) {
             camera.fitClippingPlanes(bounds);
+            if (!camera.isOrthographic)
+                camera.nearPlane = std::min(
+                    camera.nearPlane, std::max(calcNearest(scene, camera), 1e-6 * camera.farPlane));
             // Room for the ground in front of the scene and behind it.
             const double distance =
                 std::max(-camera.toCamera(snapshot.center_G)[2], snapshot.radius);

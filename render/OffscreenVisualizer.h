@@ -109,6 +109,8 @@ public:
     /** Waits for all frames and completes the videos. The last copy's destructor does so, too, but
     writes an error to standard error. @throws std::runtime_error as report() does. **/
     void finish() const;
+    /** The same as finish(). **/
+    void flushFrames() const { finish(); }
     /** Draws the State to memory. Waits for frames reported before. **/
     Image drawFrame(const SimTK::State& state) const;
 

@@ -137,8 +137,9 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
     const auto calcPixelRadius = [&](const Vec3& middle, double ball) {
         double largest = 0;
         for (const ViewSnapshot& view : snapshot.views) {
-            const double distance =
-                std::max(-view.camera.toCamera(middle)[2] - ball, view.camera.nearPlane);
+            const double depth = -view.camera.toCamera(middle)[2];
+            if (depth < -ball) continue;  // behind the camera
+            const double distance = std::max(depth - ball, 0.05 * ball);
             largest = std::max(largest, ball / view.camera.calcPixelSize(distance, view.height));
         }
         return isFitted ? largest : 100.0;

@@ -231,12 +231,16 @@ Transform SceneBuilder::calcPose(const DecorativeGeometry& geometry) const {
     return bodyPose(geometry.getBodyId()) * geometry.getTransform();
 }
 
-// As many slices as keep a round outline within a tenth of a pixel of a circle.
+// As many slices as keep a round outline within a tenth of a pixel of a circle; of wires, few.
 int SceneBuilder::chooseSlices(const DecorativeGeometry& geometry, const Vec3& center_G,
                                double radius) const {
     const double resolution = geometry.getResolution() > 0 ? geometry.getResolution() : 1;
+    // Lines and points that lie closer would fill the shape.
+    if (geometry.getRepresentation() == DecorativeGeometry::DrawWireframe ||
+        geometry.getRepresentation() == DecorativeGeometry::DrawPoints)
+        return std::max(8, 2 * int(std::lround(10 * std::min(resolution, 20.0))));
     const double wanted = resolution * SimTK::Pi * std::sqrt(5 * pixelRadius(center_G, radius));
-    for (const int slices : {16, 24, 32, 48, 64, 96, 128})
+    for (const int slices : {8, 12, 16, 24, 32, 48, 64, 96, 128})
         if (wanted <= slices) return slices;
     return 192;
 }
@@ -368,7 +372,7 @@ void SceneBuilder::implementTextGeometry(const SimTK::DecorativeText& text) {
 }
 
 void SceneBuilder::implementMeshGeometry(const SimTK::DecorativeMesh& mesh) {
-    if (isHidden(mesh)) return;
+    if (isHidden(mesh) || mesh.getMesh().isEmptyHandle()) return;
     SurfaceItem item = makeItem(mesh);
     item.geometry = shapes.getPolygons(mesh.getMesh());
     scene.surfaces.push_back(item);
