@@ -65,6 +65,18 @@ ColorBar OffscreenVisualizer::Impl::describeColorBar() const {
     return bar;
 }
 
+std::vector<OverlayContent::PlacedLabel> OffscreenVisualizer::Impl::placeLabels(
+    const std::vector<Label>& labels, const ViewSnapshot& view) {
+    std::vector<OverlayContent::PlacedLabel> placed;
+    for (const Label& label : labels) {
+        const SimTK::Vec3 pixel = view.camera.calcPixel(label.point_G, view.width, view.height);
+        const bool isInView = pixel[2] > 0 && pixel[0] >= 0 && pixel[0] < view.width &&
+                              pixel[1] >= 0 && pixel[1] < view.height;
+        if (isInView) placed.push_back({label.text, pixel[0], pixel[1], label.color});
+    }
+    return placed;
+}
+
 OffscreenVisualizer& OffscreenVisualizer::setShowInterfaces(bool show) {
     impl->marks.settings.showInterfaces = show;
     impl->forgetFit();
