@@ -79,8 +79,8 @@ void MechanismMarks::append(const SimTK::System& system, const State& state, Fra
     for (int i = 0; i < flexible->getNumJoints(); ++i) {
         const Joint joint = flexible->getJoint(JointIndex(i));
         const JointEquations& equations = joint.getEquations();
-        const auto pose = [&](const Attachment& frame) {
-            return calcPose(*flexible, state, frame, factor);
+        const auto pose = [&](const Attachment& seat) {
+            return calcPose(*flexible, state, seat, factor);
         };
         if (equations.isCoupler()) {
             std::vector<Transform> frames;
