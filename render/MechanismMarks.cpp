@@ -23,7 +23,7 @@ namespace {
 const Vec3 forceColor(0.89, 0.30, 0.12), momentColor(0.44, 0.20, 0.62), textColor(0.16, 0.18, 0.22);
 
 // Of the largest part's radius.
-constexpr double axisLength = 0.14, arrowLength = 0.75, tipLength = 0.12;
+constexpr double axisLength = 0.22, arrowLength = 0.75, tipLength = 0.12;
 
 // Columns of a 3×n_f matrix times ξ.
 Vec3 multiply(const std::vector<double>& shapes, const Vector& xi) {
