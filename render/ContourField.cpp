@@ -1,6 +1,5 @@
 #include "ContourField.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +7,7 @@
 
 #include "ContentHash.h"
 #include "FrameSnapshot.h"
+#include "SkinProduct.h"
 
 namespace simflex {
 
@@ -15,8 +15,6 @@ using SimTK::Vec3;
 
 namespace {
 
-constexpr Eigen::Index rowsPerChunk = 6144;  // fixed: the same bits for any number of threads
-constexpr int nodesPerChunk = 2048;
 constexpr float noValue = std::numeric_limits<float>::quiet_NaN();
 
 // xx yy zz xy xz yz.
@@ -60,12 +58,10 @@ double calcEnergyDensity(const float* s, const float* e) {
 }
 
 template <class Work>
-void forChunks(int count, const Work& work) {
-    const int numChunks = (count + nodesPerChunk - 1) / nodesPerChunk;
-#pragma omp parallel for schedule(static) if (numChunks > 16)
-    for (int chunk = 0; chunk < numChunks; ++chunk)
-        for (int k = chunk * nodesPerChunk; k < std::min(count, (chunk + 1) * nodesPerChunk); ++k)
-            work(k);
+void forNodes(std::size_t count, std::size_t costOfOne, const Work& work) {
+    forSkinChunks(count, costOfOne * count, [&](std::size_t first, std::size_t end) {
+        for (std::size_t k = first; k < end; ++k) work(k);
+    });
 }
 
 Extremes findExtremes(const std::vector<float>& values) {
@@ -170,28 +166,16 @@ void ContourField::multiply(const Rows& rows, const SimTK::Vector& coordinates,
         workspace.coordinates[std::size_t(i)] = float(coordinates[i]);
     product.resize(rows.numRows);
 
-    const Eigen::Index numRows = Eigen::Index(rows.numRows);
-    const Eigen::Map<const Eigen::MatrixXf, 0, Eigen::OuterStride<>> matrix(
-        rows.data, numRows, numModes, Eigen::OuterStride<>(Eigen::Index(rows.stride)));
-    const Eigen::Map<const Eigen::VectorXf> x(workspace.coordinates.data(), numModes);
-    Eigen::Map<Eigen::VectorXf> y(product.data(), numRows);
-    const int numChunks = int((numRows + rowsPerChunk - 1) / rowsPerChunk);
-    [[maybe_unused]] const bool isLarge = numRows * numModes > 2000000;
-#pragma omp parallel for schedule(static) if (isLarge)
-    for (int chunk = 0; chunk < numChunks; ++chunk) {
-        const Eigen::Index first = chunk * rowsPerChunk;
-        const Eigen::Index count = std::min(rowsPerChunk, numRows - first);
-        y.segment(first, count).noalias() = matrix.middleRows(first, count) * x;
-    }
+    multiplySkin(rows.data, rows.numRows, rows.stride, numModes, workspace.coordinates.data(),
+                 product.data());
 }
 
 void ContourField::calcOfDisplacements(const std::vector<float>& displacements,
                                        std::vector<float>& values) const {
     const int axis = findAxis(contour);
-    forChunks(skin->numNodes(), [&](int k) {
-        const float* u = &displacements[3 * std::size_t(k)];
-        values[std::size_t(k)] =
-            axis < 0 ? std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) : u[axis];
+    forNodes(values.size(), 4, [&](std::size_t k) {
+        const float* u = &displacements[3 * k];
+        values[k] = axis < 0 ? std::sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) : u[axis];
     });
 }
 
@@ -203,23 +187,22 @@ void ContourField::calcOfVelocities(const PartSnapshot& motion,
     const Vec3 omega = ~R_GB * motion.V_GB[0], v = ~R_GB * motion.V_GB[1];
     const int axis = findAxis(contour);
     const Vec3 direction = axis < 0 ? Vec3(0) : ~R_GB * Vec3(axis == 0, axis == 1, axis == 2);
-    forChunks(skin->numNodes(), [&](int k) {
-        const std::size_t row = 3 * std::size_t(k);
+    forNodes(workspace.values.size(), 20, [&](std::size_t k) {
+        const std::size_t row = 3 * k;
         const float *s = &skin->restPositions[row], *u = &displacements[row],
                     *uDot = &workspace.first[row];
         const Vec3 r(s[0] + u[0], s[1] + u[1], s[2] + u[2]);
         const Vec3 velocity = v + omega % r + Vec3(uDot[0], uDot[1], uDot[2]);
-        workspace.values[std::size_t(k)] =
-            float(axis < 0 ? velocity.norm() : SimTK::dot(direction, velocity));
+        workspace.values[k] = float(axis < 0 ? velocity.norm() : SimTK::dot(direction, velocity));
     });
 }
 
 void ContourField::calcOfTensors(Workspace& workspace) const {
     if (!isComplete()) std::fill(workspace.values.begin(), workspace.values.end(), noValue);
-    forChunks(int(stressNodes.size()), [&](int k) {
-        const std::size_t row = 6 * std::size_t(k);
+    forNodes(stressNodes.size(), 40, [&](std::size_t k) {
+        const std::size_t row = 6 * k;
         const float* s = &workspace.first[row];
-        workspace.values[std::size_t(stressNodes[std::size_t(k)])] = float(
+        workspace.values[std::size_t(stressNodes[k])] = float(
             contour == Contour::StrainEnergyDensity ? calcEnergyDensity(s, &workspace.second[row])
                                                     : calcInvariant(contour, s));
     });

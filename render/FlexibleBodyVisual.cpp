@@ -65,6 +65,34 @@ ColorBar OffscreenVisualizer::Impl::describeColorBar() const {
     return bar;
 }
 
+// Labels of the same place go below each other.
+std::vector<OverlayContent::PlacedLabel> OffscreenVisualizer::Impl::placeLabels(
+    const std::vector<Label>& labels, const ViewSnapshot& view) {
+    const double lineHeight = 17 * view.unit, nearby = 45 * view.unit;
+    std::vector<OverlayContent::PlacedLabel> placed;
+    for (const Label& label : labels) {
+        const SimTK::Vec3 pixel = view.camera.calcPixel(label.point_G, view.width, view.height);
+        const bool isInView = pixel[2] > 0 && pixel[0] >= 0 && pixel[0] < view.width &&
+                              pixel[1] >= 0 && pixel[1] < view.height;
+        if (!isInView) continue;
+        double y = pixel[1];
+        const auto isTaken = [&](const OverlayContent::PlacedLabel& other) {
+            return std::abs(other.x - pixel[0]) < nearby &&
+                   std::abs(other.y - y) < 0.95 * lineHeight;
+        };
+        for (auto other = placed.begin(); other != placed.end();) {
+            if (!isTaken(*other)) {
+                ++other;
+                continue;
+            }
+            y = other->y + lineHeight;
+            other = placed.begin();
+        }
+        placed.push_back({label.text, pixel[0], y, label.color});
+    }
+    return placed;
+}
+
 OffscreenVisualizer& OffscreenVisualizer::setShowInterfaces(bool show) {
     impl->marks.settings.showInterfaces = show;
     impl->forgetFit();

@@ -210,7 +210,7 @@ void add(ContentHash& hash, const ViewSnapshot& view) {
     hash.add(fitsClippingPlanes);
     hash.add(showAxes);
     const auto& [title, captions, screenTexts, footnote, overlayUnit, hasScaleBar, pixelSize,
-                 hasColorBar, colorBar, hasTriad, R_GC] = overlay;
+                 hasColorBar, colorBar, hasTriad, R_GC, labels] = overlay;
     hash.add(title);
     add(hash, captions);
     add(hash, screenTexts);
@@ -227,11 +227,19 @@ void add(ContentHash& hash, const ViewSnapshot& view) {
     hash.add(colorMap);
     hash.add(hasTriad);
     add(hash, R_GC);
+    hash.add(labels.size());
+    for (const auto& [text, x, y, color] : labels) {
+        hash.add(text);
+        hash.add(x);
+        hash.add(y);
+        add(hash, color);
+    }
 }
 
 void add(ContentHash& hash, const FrameSnapshot& snapshot) {
     const auto& [number, time, width, height, scene, parts, partStyle, style, center_G, radius,
-                 views] = snapshot;
+                 views, labels] = snapshot;
+    (void)labels;  // those that are seen are in the views
     hash.add(number);
     hash.add(time);
     hash.add(width);

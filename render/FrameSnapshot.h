@@ -4,6 +4,7 @@ All that one frame needs, taken from a State: what is drawn of it later, by whic
 neither the System nor the State. Internal to the renderer. **/
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "Camera.h"
@@ -24,6 +25,13 @@ struct PartSnapshot {
     SimTK::Vector xi;
     SimTK::SpatialVec V_GB{SimTK::Vec3(0), SimTK::Vec3(0)};  ///< where velocities are shown
     SimTK::Vector xiDot;                                     ///< likewise; else empty
+};
+
+/** A short text at a point, written over the picture where nothing hides it. **/
+struct Label {
+    std::string text;
+    SimTK::Vec3 point_G;
+    SimTK::Vec3 color;
 };
 
 /** How flexible parts are drawn. **/
@@ -55,6 +63,7 @@ struct FrameSnapshot {
     SimTK::Vec3 center_G{0};  ///< of the whole motion's ball, with `radius`
     double radius = 1;
     std::vector<ViewSnapshot> views;
+    std::vector<Label> labels;
 };
 
 }  // namespace simflex

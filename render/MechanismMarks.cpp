@@ -23,15 +23,7 @@ namespace {
 const Vec3 forceColor(0.89, 0.30, 0.12), momentColor(0.44, 0.20, 0.62), textColor(0.16, 0.18, 0.22);
 
 // Of the largest part's radius.
-constexpr double axisLength = 0.14, textHeight = 0.045, arrowLength = 0.75, tipLength = 0.12;
-
-void appendText(const std::string& text, const Vec3& place_G, double height, const Vec3& color,
-                Array_<DecorativeGeometry>& geometry) {
-    SimTK::DecorativeText item(text);
-    item.setTransform(Transform(place_G)).setScale(height).setColor(color);
-    item.setFaceCamera(true);
-    geometry.push_back(item);
-}
+constexpr double axisLength = 0.22, arrowLength = 0.75, tipLength = 0.12;
 
 // Columns of a 3×n_f matrix times ξ.
 Vec3 multiply(const std::vector<double>& shapes, const Vector& xi) {
@@ -40,6 +32,11 @@ Vec3 multiply(const std::vector<double>& shapes, const Vector& xi) {
         for (int k = 0; k < 3; ++k)
             sum[k] += shapes[3 * std::size_t(mode) + std::size_t(k)] * xi[mode];
     return sum;
+}
+
+// Joints whose symbol is a shaft along z.
+bool isShaft(const std::string& kind) {
+    return kind == "Pin" || kind == "Cylinder" || kind == "Screw";
 }
 
 const ReducedBody::Interface* findInterface(const ReducedBody& part, const Vec3& s) {
@@ -56,15 +53,20 @@ SimTK::Stage MechanismMarks::getStage() const {
     return settings.multipliers ? SimTK::Stage::Velocity : SimTK::Stage::Acceleration;
 }
 
-void MechanismMarks::append(const SimTK::System& system, const State& state,
-                            const std::vector<PartSnapshot>& parts, double factor,
+void MechanismMarks::append(const SimTK::System& system, const State& state, FrameSnapshot& frame,
                             Array_<DecorativeGeometry>& geometry) {
+    frame.labels.clear();
     if (settings.isEmpty()) return;
+    const std::vector<PartSnapshot>& parts = frame.parts;
+    const double factor = frame.partStyle.deformationFactor;
     scale = 0;
     for (const PartSnapshot& part : parts) scale = std::max(scale, part.skin->part->calcRadius());
     if (!(scale > 0)) scale = 1;
+    const Image::Pixel& text = frame.style.palette.text;
+    const Vec3 nameColor = Vec3(text[0], text[1], text[2]) / 255.0;
     if (settings.showInterfaces)
-        for (const PartSnapshot& part : parts) appendInterfaces(part, factor, geometry);
+        for (const PartSnapshot& part : parts)
+            appendInterfaces(part, factor, nameColor, frame.labels, geometry);
     if (!settings.showJoints && !settings.showReactions) return;
 
     const FlexibleBodySubsystem* const flexible = FlexibleBodySubsystem::find(system);
@@ -77,8 +79,8 @@ void MechanismMarks::append(const SimTK::System& system, const State& state,
     for (int i = 0; i < flexible->getNumJoints(); ++i) {
         const Joint joint = flexible->getJoint(JointIndex(i));
         const JointEquations& equations = joint.getEquations();
-        const auto pose = [&](const Attachment& frame) {
-            return calcPose(*flexible, state, frame, factor);
+        const auto pose = [&](const Attachment& seat) {
+            return calcPose(*flexible, state, seat, factor);
         };
         if (equations.isCoupler()) {
             std::vector<Transform> frames;
@@ -103,12 +105,21 @@ void MechanismMarks::append(const SimTK::System& system, const State& state,
         if (!onM[0].isFinite() || !onM[1].isFinite())
             throw std::runtime_error("the reaction of joint '" + joint.getName() +
                                      "' is not finite");
-        reactions.push_back({0.5 * (X_GF.p() + X_GM.p()), onM[1], onM[0]});
+        Vec3 point = 0.5 * (X_GF.p() + X_GM.p());
+        if (isShaft(equations.getKind()) && !frame.views.empty()) {
+            // At the end of the shaft that the camera sees, where the part does not hide it.
+            const SymbolSize size = calcSize(*flexible, joint, 0);
+            const Vec3 axis(X_GF.R().z()), toCamera = frame.views.front().camera.X_GC.p() - point;
+            const double reach = size.halfLength + 0.55 * size.radius;
+            point += (SimTK::dot(axis, toCamera) < 0 ? -reach : reach) * axis;
+        }
+        reactions.push_back({point, onM[1], onM[0]});
     }
-    appendReactions(reactions, geometry);
+    appendReactions(reactions, frame.labels, geometry);
 }
 
 void MechanismMarks::appendInterfaces(const PartSnapshot& part, double factor,
+                                      const Vec3& nameColor, std::vector<Label>& labels,
                                       Array_<DecorativeGeometry>& geometry) const {
     for (const auto& interface : part.skin->part->interfaces) {
         const Vec3 s(interface.position[0], interface.position[1], interface.position[2]);
@@ -121,9 +132,7 @@ void MechanismMarks::appendInterfaces(const PartSnapshot& part, double factor,
         SimTK::DecorativeSphere master(0.022 * scale);
         master.setTransform(X_GI).setColor(textColor);
         geometry.push_back(master);
-        // Beside the axes, where none of them goes.
-        const Vec3 place = X_GI * (0.35 * axisLength * scale * Vec3(1, 1, 1));
-        appendText(interface.name, place, textHeight * scale, textColor, geometry);
+        labels.push_back({interface.name, X_GI.p(), nameColor});
     }
 }
 
@@ -170,6 +179,7 @@ SymbolSize MechanismMarks::calcSize(const FlexibleBodySubsystem& flexible, const
 }
 
 void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
+                                     std::vector<Label>& labels,
                                      Array_<DecorativeGeometry>& geometry) {
     if (reactions.empty()) return;
     for (const Reaction& reaction : reactions) {
@@ -186,10 +196,12 @@ void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
             const Vec3& value = isMoment ? reaction.moment_G : reaction.force_G;
             const double largest = isMoment ? largestMoment : largestForce;
             if (!(value.norm() > 0.01 * largest)) continue;
-            appendArrow(
-                reaction.point_G, arrowLength * scale / largest * value, isMoment,
-                formatQuantity(value.norm(), isMoment ? Dimension::Moment : Dimension::Force),
-                geometry);
+            const Vec3 span = arrowLength * scale / largest * value;
+            appendArrow(reaction.point_G, span, isMoment, geometry);
+            if (!settings.showReactionValues) continue;
+            const Dimension dimension = isMoment ? Dimension::Moment : Dimension::Force;
+            labels.push_back({formatQuantity(value.norm(), dimension), reaction.point_G + span,
+                              isMoment ? momentColor : forceColor});
         }
     if (!hasForces && !hasMoments) return;
     std::string legend = "reactions up to ";
@@ -203,7 +215,6 @@ void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
 
 // A moment's arrow has two tips.
 void MechanismMarks::appendArrow(const Vec3& start_G, const Vec3& span, bool isMoment,
-                                 const std::string& label,
                                  Array_<DecorativeGeometry>& geometry) const {
     const Vec3& color = isMoment ? momentColor : forceColor;
     const double length = span.norm(), tip = std::min(tipLength * scale, 0.4 * length);
@@ -217,8 +228,6 @@ void MechanismMarks::appendArrow(const Vec3& start_G, const Vec3& span, bool isM
         second.setColor(color);
         geometry.push_back(second);
     }
-    if (settings.showReactionValues)
-        appendText(label, end + 0.03 * scale * direction, textHeight * scale, color, geometry);
 }
 
 }  // namespace simflex

@@ -34,10 +34,10 @@ public:
     /** The stage to which a State must be realized. **/
     SimTK::Stage getStage() const;
 
-    /** Appends all that is to be shown, in Ground.
+    /** Appends all that is to be shown on the frame's parts, in Ground.
+    @param frame  has its parts, factor and views; its labels are set
     @throws std::logic_error if joints are wanted and the system has no flexible subsystem. **/
-    void append(const SimTK::System& system, const SimTK::State& state,
-                const std::vector<PartSnapshot>& parts, double deformationFactor,
+    void append(const SimTK::System& system, const SimTK::State& state, FrameSnapshot& frame,
                 SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
     /** Forgets the largest reactions, which set the scale of the arrows. **/
@@ -47,16 +47,16 @@ private:
     struct Reaction {
         SimTK::Vec3 point_G, force_G, moment_G;
     };
-    void appendInterfaces(const PartSnapshot& part, double factor,
+    void appendInterfaces(const PartSnapshot& part, double factor, const SimTK::Vec3& nameColor,
+                          std::vector<Label>& labels,
                           SimTK::Array_<SimTK::DecorativeGeometry>& geometry) const;
     SimTK::Transform calcPose(const FlexibleBodySubsystem& flexible, const SimTK::State& state,
                               const Attachment& frame, double factor) const;
     SymbolSize calcSize(const FlexibleBodySubsystem& flexible, const Joint& joint,
                         int coordinate) const;
-    void appendReactions(const std::vector<Reaction>& reactions,
+    void appendReactions(const std::vector<Reaction>& reactions, std::vector<Label>& labels,
                          SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
     void appendArrow(const SimTK::Vec3& start_G, const SimTK::Vec3& span, bool isMoment,
-                     const std::string& label,
                      SimTK::Array_<SimTK::DecorativeGeometry>& geometry) const;
 
     double scale = 1;  // radius of the largest part [m]

@@ -148,7 +148,7 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
         snapshot.scene, shapes, [&](int body) { return calcBodyPose(state, body); },
         calcPixelRadius, height / 720.0);
     Decorations ofParts;
-    marks.append(system, state, snapshot.parts, snapshot.partStyle.deformationFactor, ofParts);
+    marks.append(system, state, snapshot, ofParts);
     for (const Decorations* pieces : {&geometry, static_cast<const Decorations*>(&ofParts)})
         for (const SimTK::DecorativeGeometry& piece : *pieces) builder.add(piece);
     for (const SimTK::DecorativeGeometry& piece : decorations) builder.add(piece);
@@ -413,6 +413,7 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
     content.pixelSize =
         view.camera.calcPixelSize(-view.camera.toCamera(extent.center_G)[2], view.height);
     if (!(content.pixelSize > 0)) content.hasScaleBar = false;
+    content.labels = placeLabels(snapshot.labels, view);
     const std::string& caption = views[viewNumber].getCaption();
     if (viewNumber > 0) {
         if (!caption.empty()) content.captions.push_back(caption);

@@ -152,6 +152,8 @@ private:
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
     void readVelocities(const Part& part, const SimTK::State& state, PartSnapshot& snapshot) const;
     ColorBar describeColorBar() const;
+    static std::vector<OverlayContent::PlacedLabel> placeLabels(const std::vector<Label>& labels,
+                                                                const ViewSnapshot& view);
     void checkCoordinates(const SimTK::State& state) const;
     double calcAspect(int viewNumber) const;
     bool widenViews(const FrameSnapshot& snapshot);

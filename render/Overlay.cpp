@@ -42,7 +42,8 @@ std::string formatLength(double meters) {
 void Overlay::draw(Image& image, const OverlayContent& content, const Palette& palette) {
     const bool hasText = !content.title.empty() || !content.captions.empty() ||
                          !content.screenTexts.empty() || !content.footnote.empty() ||
-                         content.hasScaleBar || content.hasColorBar || content.hasTriad;
+                         content.hasScaleBar || content.hasColorBar || content.hasTriad ||
+                         !content.labels.empty();
     if (!hasText) return;
     if (!regular) {
         regular = std::make_unique<Font>(Font::Weight::Regular);
@@ -53,6 +54,9 @@ void Overlay::draw(Image& image, const OverlayContent& content, const Palette& p
     const auto size = [unit](double points) {
         return std::max(7, int(std::lround(points * unit)));
     };
+    for (const OverlayContent::PlacedLabel& label : content.labels)
+        drawLabel(image, label, palette, unit);
+
     const double left = 34 * unit;
     double y = 54 * unit;
     if (!content.title.empty()) {
@@ -110,6 +114,23 @@ void Overlay::drawScaleBar(Image& image, double right, double baseline,
     regular->drawWithHalo(image, 0.5 * (x0 + x1), y1 - 10 * content.unit, formatLength(length),
                           std::max(7, int(std::lround(14 * content.unit))), palette.text,
                           palette.halo, Font::Anchor::Center);
+}
+
+// Beside its point, on whichever side there is room. The halo is as strong as over a picture of
+// any colour it must be.
+void Overlay::drawLabel(Image& image, const OverlayContent::PlacedLabel& label,
+                        const Palette& palette, double unit) {
+    const int size = std::max(7, int(std::lround(15 * unit)));
+    const double width = regular->calcWidth(label.text, size), gap = 9 * unit;
+    const bool fits = label.x + gap + width < image.getWidth() - 4 * unit;
+    Image::Pixel color{0, 0, 0, 255}, halo = palette.halo;
+    for (std::size_t k = 0; k < 3; ++k)
+        color[k] =
+            std::uint8_t(std::lround(255 * std::min(1.0, std::max(0.0, label.color[int(k)]))));
+    halo[3] = 150;
+    regular->drawWithHalo(image, fits ? label.x + gap : label.x - gap, label.y - 6 * unit,
+                          label.text, size, color, halo,
+                          fits ? Font::Anchor::Left : Font::Anchor::Right);
 }
 
 }  // namespace simflex

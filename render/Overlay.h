@@ -24,6 +24,13 @@ struct OverlayContent {
     ColorBar colorBar;
     bool hasTriad = false;
     SimTK::Rotation R_GC;  ///< orientation of the camera, for the axis names
+
+    struct PlacedLabel {
+        std::string text;
+        double x = 0, y = 0;  ///< of the point that it belongs to [pixel]
+        SimTK::Vec3 color{0};
+    };
+    std::vector<PlacedLabel> labels;
 };
 
 class Overlay {
@@ -31,6 +38,8 @@ public:
     void draw(Image& image, const OverlayContent& content, const Palette& palette);
 
 private:
+    void drawLabel(Image& image, const OverlayContent::PlacedLabel& label, const Palette& palette,
+                   double unit);
     void drawScaleBar(Image& image, double right, double baseline, const OverlayContent& content,
                       const Palette& palette);
 

@@ -94,9 +94,14 @@ struct Pendulum {
     }
     Inventory takeStock(MechanismMarks& marks, const State& state, double factor = 1) {
         system.realize(state, marks.getStage());
+        FrameSnapshot frame;
+        frame.parts.push_back(capturePart(body, state));
+        frame.partStyle.deformationFactor = factor;
         Array_<DecorativeGeometry> geometry;
-        marks.append(system, state, {capturePart(body, state)}, factor, geometry);
-        return Inventory(geometry);
+        marks.append(system, state, frame, geometry);
+        Inventory found(geometry);
+        for (const Label& label : frame.labels) found.texts.push_back(label.text);
+        return found;
     }
 };
 
