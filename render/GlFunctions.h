@@ -57,6 +57,7 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(GenVertexArrays, GENVERTEXARRAYS)                 \
     X(GenerateMipmap, GENERATEMIPMAP)                   \
     X(GetError, GETERROR)                               \
+    X(GetFloatv, GETFLOATV)                             \
     X(GetIntegerv, GETINTEGERV)                         \
     X(GetProgramInfoLog, GETPROGRAMINFOLOG)             \
     X(GetProgramiv, GETPROGRAMIV)                       \
@@ -64,11 +65,11 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(GetShaderInfoLog, GETSHADERINFOLOG)               \
     X(GetShaderiv, GETSHADERIV)                         \
     X(GetUniformLocation, GETUNIFORMLOCATION)           \
+    X(LineWidth, LINEWIDTH)                             \
     X(LinkProgram, LINKPROGRAM)                         \
     X(PixelStorei, PIXELSTOREI)                         \
     X(PointSize, POINTSIZE)                             \
     X(PolygonMode, POLYGONMODE)                         \
-    X(PolygonOffset, POLYGONOFFSET)                     \
     X(ReadPixels, READPIXELS)                           \
     X(RenderbufferStorage, RENDERBUFFERSTORAGE)         \
     X(Scissor, SCISSOR)                                 \

@@ -112,9 +112,9 @@ std::array<float, 16> GlGround::calcProjection(const GlView& view) const {
 void GlGround::updateBackdrop(const GlView& view, bool hasGround, PictureTarget& target) {
     const FrameStyle& style = view.style;
     const GroundStyle& ground = style.ground;
-    std::vector<double> key = {double(hasGround),    ground.radius,        ground.gridSpacing,
-                               ground.gridOffset[0], ground.gridOffset[1], double(view.bottom),
-                               double(view.height)};
+    std::vector<double> key = {
+        double(hasGround),    ground.radius,       ground.gridSpacing,  ground.gridOffset[0],
+        ground.gridOffset[1], double(view.bottom), double(view.height), style.unit};
     for (const Vec3& color : {style.palette.backgroundTop, style.palette.backgroundBottom,
                               style.palette.ground, style.palette.grid})
         key.insert(key.end(), {color[0], color[1], color[2]});
@@ -152,6 +152,7 @@ void GlGround::drawGround(const GlView& view) {
     groundProgram.set("spacing", ground.gridSpacing);
     groundProgram.set("groundColor", view.style.palette.ground);
     groundProgram.set("gridColor", view.style.palette.grid);
+    groundProgram.set("lineWidth", std::max(1.0, view.style.unit));
     screen.drawSquare();
 }
 

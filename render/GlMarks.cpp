@@ -10,6 +10,9 @@ using SimTK::Vec3;
 
 namespace {
 
+// Marks on a surface win against it [pixel sizes].
+constexpr double forward = 1;
+
 void append(std::vector<float>& out, const Vec3& v) {
     for (int k = 0; k < 3; ++k) out.push_back(float(v[k]));
 }
@@ -60,6 +63,7 @@ void GlMarks::drawLines(const Scene& scene, const GlView& view, bool isOpaque) {
     lineProgram.use();
     lineProgram.set("projection", view.projection);
     lineProgram.set("viewport", double(view.width), double(view.rows));
+    lineProgram.set("shift", view.calcShift(forward));
     drawInstances({3, 3, 4, 1});
 }
 
@@ -76,6 +80,7 @@ void GlMarks::drawPoints(const Scene& scene, const GlView& view, bool isOpaque) 
     pointProgram.use();
     pointProgram.set("projection", view.projection);
     pointProgram.set("viewport", double(view.width), double(view.rows));
+    pointProgram.set("shift", view.calcShift(forward));
     drawInstances({3, 4, 1});
 }
 

@@ -28,6 +28,9 @@ public:
     void set(const char* name, bool value) { gl.Uniform1i(find(name), value ? 1 : 0); }
     void set(const char* name, double value) { gl.Uniform1f(find(name), float(value)); }
     void set(const char* name, double x, double y) { gl.Uniform2f(find(name), float(x), float(y)); }
+    void set(const char* name, const SimTK::Vec2& v) {
+        gl.Uniform2f(find(name), float(v[0]), float(v[1]));
+    }
     void set(const char* name, const SimTK::Vec3& v) {
         gl.Uniform3f(find(name), float(v[0]), float(v[1]), float(v[2]));
     }

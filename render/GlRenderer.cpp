@@ -129,12 +129,8 @@ void GlRenderer::drawScene(const Scene& scene, const GlView& view, PictureTarget
     gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_LESS);
     if (hasGround) parts->ground.hideBelow(view, bounds_G);
-    // Surfaces step back a little, so that the lines on them win.
-    gl.Enable(GL_POLYGON_OFFSET_FILL);
-    gl.PolygonOffset(1, 1);
     for (const SurfaceItem& item : scene.surfaces)
         if (!item.isTransparent()) surfaces.draw(item, view, GlSurfaces::chooseSides(item));
-    gl.Disable(GL_POLYGON_OFFSET_FILL);
 
     gl.Enable(GL_BLEND);
     gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);

@@ -44,7 +44,10 @@ public:
     Image draw(const Scene& scene, const Camera& camera, const FrameStyle& style, int width,
                int height, DepthPicture* depth = nullptr);
 
-    /** Pictures of more pixels are drawn in bands; default 2²². **/
+    static constexpr int defaultBandPixels = 1 << 22;
+
+    /** Pictures of more pixels are drawn in bands, at 40 bytes a pixel and 48 more where
+    transparent surfaces are peeled. **/
     void setMaxBandPixels(int number) { maxBandPixels = number; }
 
     /** Layers of transparent surfaces that the last picture's last band was peeled into; 0 when
@@ -76,7 +79,7 @@ private:
     std::unique_ptr<Parts> parts;
     std::map<std::pair<int, int>, Canvas> canvases;  // by size
     int numSelections = 0;
-    int maxBandPixels = 1 << 22;
+    int maxBandPixels = defaultBandPixels;
     int maxSize = 0;
     ShapeCache triadShapes;
     std::vector<SimTK::Vec3> bounds_G;  // of the scene being drawn

@@ -12,17 +12,21 @@ const void* offsetOf(std::size_t numFloats) {
     return reinterpret_cast<const void*>(numFloats * sizeof(float));
 }
 
-// Every vertex lies behind the plane of every triangle.
+// Every vertex lies behind the plane of every triangle. Of most other shapes, the first planes show
+// that it is not so.
 bool calcIsConvex(const SurfaceGeometry& geometry) {
-    constexpr std::size_t manyPairs = 30'000'000;
+    constexpr std::size_t manyPairs = 400'000'000;
     const std::size_t numVertices = geometry.numVertices();
     if (numVertices * (geometry.triangles.size() / 3) > manyPairs) return false;
 
     constexpr int stride = SurfaceGeometry::floatsPerVertex;
-    const auto position = [&](std::size_t i) {
-        const float* p = &geometry.vertices[stride * i];
-        return SimTK::Vec3(p[0], p[1], p[2]);
-    };
+    std::vector<float> x(numVertices), y(numVertices), z(numVertices);
+    for (std::size_t i = 0; i < numVertices; ++i) {
+        x[i] = geometry.vertices[stride * i];
+        y[i] = geometry.vertices[stride * i + 1];
+        z[i] = geometry.vertices[stride * i + 2];
+    }
+    const auto position = [&](std::size_t i) { return SimTK::Vec3(x[i], y[i], z[i]); };
     const double tolerance = 1e-5 * (geometry.upper - geometry.lower).norm();
     for (std::size_t t = 0; t + 2 < geometry.triangles.size(); t += 3) {
         const SimTK::Vec3 a = position(geometry.triangles[t]);
@@ -31,8 +35,12 @@ bool calcIsConvex(const SurfaceGeometry& geometry) {
         const double area = normal.norm();
         if (!(area > tolerance * tolerance)) continue;
         normal /= area;
+        const float nx = float(normal[0]), ny = float(normal[1]), nz = float(normal[2]);
+        const float limit = float(SimTK::dot(normal, a) + tolerance);
+        int numBefore = 0;
         for (std::size_t i = 0; i < numVertices; ++i)
-            if (SimTK::dot(normal, position(i) - a) > tolerance) return false;
+            numBefore += nx * x[i] + ny * y[i] + nz * z[i] > limit;
+        if (numBefore > 0) return false;
     }
     return true;
 }

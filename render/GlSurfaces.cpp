@@ -1,5 +1,6 @@
 #include "GlSurfaces.h"
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <string>
@@ -23,6 +24,11 @@ std::string compose(std::initializer_list<const char*> parts) {
     return source;
 }
 
+// A ghost stands a little behind the deformed part, which wins where both coincide.
+SimTK::Vec2 calcShift(const SurfaceItem& item, const GlView& view) {
+    return view.calcShift(item.style == SurfaceItem::Style::Ghost ? -1.5 : 0);
+}
+
 // A small triangle costs the whole blocks of pixels that it touches: light is found at the vertices
 // of finely divided shapes, unless they are seen from close by or also from inside.
 bool isLitPerVertex(const SurfaceItem& item, const GlView& view) {
@@ -44,8 +50,11 @@ GlSurfaces::GlSurfaces(const GlFunctions& functions)
                      compose({shaders::lighting, shaders::baseColor, shaders::surfaceFragment})),
       fineSurfaceProgram(gl, compose({shaders::lighting, shaders::fineSurfaceVertex}),
                          compose({shaders::baseColor, shaders::fineSurfaceFragment})),
-      edgeProgram(gl, shaders::surfaceVertex, shaders::edgeFragment) {
+      edgeProgram(gl, shaders::edgeVertex, shaders::edgeFragment) {
     gl.GenTextures(1, &colorMapTexture);
+    GLfloat range[2] = {1, 1};
+    gl.GetFloatv(GL_ALIASED_LINE_WIDTH_RANGE, range);
+    maxLineWidth = range[1];
 }
 
 GlSurfaces::~GlSurfaces() {
@@ -98,6 +107,7 @@ void GlSurfaces::draw(const SurfaceItem& item, const GlView& view, Sides sides, 
     program.set("keyDirection", Vec3(R_CG * Vec3(style.toLight)));
     program.set("viewDirection", Vec3(0, 0, 1));
     program.set("isPerspective", view.isPerspective);
+    program.set("shift", calcShift(item, view));
     gl.ActiveTexture(GL_TEXTURE0);
     gl.BindTexture(GL_TEXTURE_2D, colorMapTexture);
     drawRepresentation(item, sides);
@@ -106,6 +116,7 @@ void GlSurfaces::draw(const SurfaceItem& item, const GlView& view, Sides sides, 
 void GlSurfaces::drawShape(const SurfaceItem& item, const GlView& view, Sides sides,
                            GlProgram& program) {
     program.set("modelView", calcModelView(view.toCamera(item.X_GM), item.scale));
+    program.set("shift", calcShift(item, view));
     drawRepresentation(item, sides);
 }
 
@@ -125,8 +136,14 @@ void GlSurfaces::drawRepresentation(const SurfaceItem& item, Sides sides) {
 void GlSurfaces::drawEdges(const SurfaceItem& item, const GlView& view) {
     if (!item.showFeatureEdges && !item.showElementEdges) return;
     edgeProgram.use();
-    edgeProgram.set("modelView", calcModelView(view.toCamera(item.X_GM), item.scale));
+    const Transform X_CM = view.toCamera(item.X_GM);
+    const double width = std::min(maxLineWidth, std::max(1.0, view.style.unit));
+    edgeProgram.set("modelView", calcModelView(X_CM, item.scale));
     edgeProgram.set("projection", view.projection);
+    edgeProgram.set("normalMatrix", calcNormalMatrix(X_CM.R(), item.scale));
+    edgeProgram.set("pixel", view.calcPixelSize());
+    edgeProgram.set("width", width);
+    gl.LineWidth(GLfloat(width));
     edgeProgram.set("color", view.style.palette.edge);
     if (item.showElementEdges) {
         edgeProgram.set("opacity", 0.22);
@@ -136,6 +153,7 @@ void GlSurfaces::drawEdges(const SurfaceItem& item, const GlView& view) {
         edgeProgram.set("opacity", 0.45);
         shapes.drawEdges(item.geometry, GlShapes::Edges::Feature);
     }
+    gl.LineWidth(1);
 }
 
 }  // namespace simflex

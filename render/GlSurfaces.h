@@ -28,8 +28,8 @@ public:
     void draw(const SurfaceItem& item, const GlView& view, Sides sides,
               Alpha alpha = Alpha::Straight);
 
-    /** Triangles, lines or points of an item, with a program of the caller's that has
-    `modelView`. **/
+    /** Triangles, lines or points of an item, with a program of the caller's whose
+    vertex shader is surfaceVertex. **/
     void drawShape(const SurfaceItem& item, const GlView& view, Sides sides, GlProgram& program);
 
     void drawEdges(const SurfaceItem& item, const GlView& view);
@@ -46,6 +46,7 @@ private:
     GlShapes shapes;
     GlProgram surfaceProgram, fineSurfaceProgram, edgeProgram;
     GLuint colorMapTexture = 0;
+    double maxLineWidth = 1;
     int loadedColorMap = -1;
 };
 

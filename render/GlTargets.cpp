@@ -15,8 +15,10 @@ SampleTexture::SampleTexture(const GlFunctions& functions, Kind textureKind, int
     : gl(functions), kind(textureKind) {
     gl.GenTextures(1, &name);
     gl.BindTexture(GL_TEXTURE_2D_MULTISAMPLE, name);
-    gl.TexImage2DMultisample(GL_TEXTURE_2D_MULTISAMPLE, samplesPerPixel,
-                             kind == Kind::Color ? GL_RGBA8 : GL_DEPTH_COMPONENT24, width, height,
+    const GLenum format = kind == Kind::Color   ? GL_RGBA8
+                          : kind == Kind::Depth ? GL_DEPTH_COMPONENT24
+                                                : GL_DEPTH_COMPONENT32F;
+    gl.TexImage2DMultisample(GL_TEXTURE_2D_MULTISAMPLE, samplesPerPixel, format, width, height,
                              GL_TRUE);
 }
 

@@ -14,7 +14,8 @@ constexpr int samplesPerPixel = 4;  ///< what OpenGL 3.3 guarantees
 /** A multisampled texture that can be drawn into. **/
 class SampleTexture {
 public:
-    enum class Kind { Color, Depth };
+    /** Exact depth keeps the value of a fragment, to be compared with that of another. **/
+    enum class Kind { Color, Depth, ExactDepth };
 
     SampleTexture(const GlFunctions& gl, Kind kind, int width, int height);
     ~SampleTexture();

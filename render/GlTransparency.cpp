@@ -14,21 +14,6 @@ namespace {
 // Units of the textures that peeling reads; unit 0 holds the colour map.
 constexpr int sceneUnit = 1, previousUnit = 2, ghostUnit = 3;
 
-// A ghost stands a little behind the deformed part, which wins where both coincide.
-class GhostOffset {
-public:
-    explicit GhostOffset(const GlFunctions& functions) : gl(functions) {
-        gl.Enable(GL_POLYGON_OFFSET_FILL);
-        gl.PolygonOffset(2, 8);
-    }
-    ~GhostOffset() { gl.Disable(GL_POLYGON_OFFSET_FILL); }
-    GhostOffset(const GhostOffset&) = delete;
-    GhostOffset& operator=(const GhostOffset&) = delete;
-
-private:
-    const GlFunctions& gl;
-};
-
 }  // namespace
 
 GlTransparency::Layers::Layers(const GlFunctions& functions, int layerWidth, int layerHeight)
@@ -36,9 +21,9 @@ GlTransparency::Layers::Layers(const GlFunctions& functions, int layerWidth, int
       width(layerWidth),
       height(layerHeight),
       color(gl, SampleTexture::Kind::Color, width, height),
-      ghosts(gl, SampleTexture::Kind::Depth, width, height),
-      depths{{gl, SampleTexture::Kind::Depth, width, height},
-             {gl, SampleTexture::Kind::Depth, width, height}} {
+      ghosts(gl, SampleTexture::Kind::ExactDepth, width, height),
+      depths{{gl, SampleTexture::Kind::ExactDepth, width, height},
+             {gl, SampleTexture::Kind::ExactDepth, width, height}} {
     gl.GenFramebuffers(2, buffers);
     for (int i = 0; i < 2; ++i) {
         gl.BindFramebuffer(GL_FRAMEBUFFER, buffers[i]);
@@ -63,7 +48,7 @@ GlTransparency::GlTransparency(const GlFunctions& functions, const GlScreen& sha
     : gl(functions),
       screen(sharedScreen),
       surfaces(sharedSurfaces),
-      depthProgram(gl, shaders::surfaceVertex, shaders::edgeFragment) {
+      depthProgram(gl, shaders::surfaceVertex, shaders::depthOnlyFragment) {
     gl.GenQueries(1, &query);
 }
 
@@ -141,7 +126,6 @@ void GlTransparency::drawGhostDepth(const std::vector<Item>& ghosts, const GlVie
 // Depth first, then colour: only the nearest layer of a ghost shows.
 void GlTransparency::drawGhosts(const std::vector<Item>& ghosts, const GlView& view) {
     if (ghosts.empty()) return;
-    const GhostOffset offset(gl);
     drawGhostDepth(ghosts, view);
     gl.DepthFunc(GL_LEQUAL);
     for (const Item& ghost : ghosts)
@@ -167,7 +151,15 @@ void GlTransparency::peel(const std::vector<Item>& items, const std::vector<Item
     for (const Item& item : items) used.include(item.rectangle);
     for (const Item& ghost : ghosts) used.include(ghost.rectangle);
     gl.Enable(GL_SCISSOR_TEST);
-    gl.Scissor(used.left, used.bottom, used.right - used.left, used.top - used.bottom);
+    // Mesa clears a multisampled rectangle without its outermost samples: a little more is cleared
+    // than is drawn.
+    const auto clear = [&](GLbitfield mask) {
+        constexpr int border = 2;
+        gl.Scissor(used.left - border, used.bottom - border, used.right - used.left + 2 * border,
+                   used.top - used.bottom + 2 * border);
+        gl.Clear(mask);
+        gl.Scissor(used.left, used.bottom, used.right - used.left, used.top - used.bottom);
+    };
     gl.ClearColor(0, 0, 0, 0);
     gl.Viewport(0, 0, width, height);
 
@@ -175,15 +167,12 @@ void GlTransparency::peel(const std::vector<Item>& items, const std::vector<Item
     if (!ghosts.empty()) {
         gl.BindFramebuffer(GL_FRAMEBUFFER, layers->ghostBuffer);
         gl.DepthMask(GL_TRUE);
-        gl.Clear(GL_DEPTH_BUFFER_BIT);
-        const GhostOffset offset(gl);
+        clear(GL_DEPTH_BUFFER_BIT);
         drawGhostDepth(ghosts, view);
     }
 
     const auto forEach = [&](const auto& drawOne) {
         for (const Item& item : items) drawOne(item, GlSurfaces::Sides::Both);
-        if (ghosts.empty()) return;
-        const GhostOffset offset(gl);
         for (const Item& ghost : ghosts) drawOne(ghost, GlSurfaces::chooseSides(*ghost.surface));
     };
     target.getSceneDepth().bind(sceneUnit);
@@ -194,7 +183,7 @@ void GlTransparency::peel(const std::vector<Item>& items, const std::vector<Item
 
         // Depth of the nearest surface behind the layer before.
         gl.DepthMask(GL_TRUE);
-        gl.Clear(GL_DEPTH_BUFFER_BIT | (layer == 0 ? GL_COLOR_BUFFER_BIT : 0u));
+        clear(GL_DEPTH_BUFFER_BIT | (layer == 0 ? GL_COLOR_BUFFER_BIT : 0u));
         gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
         peelProgram->use();
         peelProgram->set("projection", view.projection);

@@ -28,6 +28,16 @@ std::array<float, 16> GlView::cut(std::array<float, 16> P) const {
     return P;
 }
 
+SimTK::Vec2 GlView::calcPixelSize() const {
+    const double size = camera.calcPixelSize(1, height);
+    return isPerspective ? SimTK::Vec2(size, 0) : SimTK::Vec2(0, size);
+}
+
+SimTK::Vec2 GlView::calcShift(double numPixels) const {
+    const SimTK::Vec2 size = calcPixelSize();
+    return SimTK::Vec2(1 - numPixels * size[0], numPixels * size[1]);
+}
+
 bool GlRectangle::overlaps(const GlRectangle& other) const {
     return left < other.right && other.left < right && bottom < other.top && other.bottom < top;
 }

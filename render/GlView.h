@@ -22,6 +22,14 @@ struct GlView {
     std::array<float, 16> projection;  ///< camera frame to band
     bool isPerspective;
 
+    /** Size of a pixel at distance 1 of a perspective, and at any of a parallel projection; the
+    other is 0 [m]. **/
+    SimTK::Vec2 calcPixelSize() const;
+
+    /** What brings a point so many pixel sizes towards the viewer, in the same place of the
+    picture: a factor, and then an offset in z. **/
+    SimTK::Vec2 calcShift(double numPixels) const;
+
     double getAspect() const { return double(width) / height; }
 
     /** The projection of the whole picture, cut down to the band. **/

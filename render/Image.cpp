@@ -126,9 +126,11 @@ void Image::blendPixel(int x, int y, const Pixel& color, double coverage) {
     if (x < 0 || y < 0 || x >= width || y >= height) return;
     const double a = std::min(1.0, std::max(0.0, coverage)) * color[3] / 255.0;
     std::uint8_t* p = &bytes[offsetOf(x, y)];
+    // What shows through of a transparent pixel has little share in the new colour.
+    const double alpha = a + (1 - a) * p[3] / 255.0, share = alpha > 0 ? a / alpha : 0;
     for (int c = 0; c < 3; ++c)
-        p[c] = std::uint8_t(std::lround(p[c] + a * (double(color[c]) - p[c])));
-    p[3] = std::uint8_t(std::lround(p[3] + a * (255.0 - p[3])));
+        p[c] = std::uint8_t(std::lround(p[c] + share * (double(color[c]) - p[c])));
+    p[3] = std::uint8_t(std::lround(255 * alpha));
 }
 
 bool Image::hasTransparency() const {

@@ -340,6 +340,11 @@ OffscreenVisualizer& OffscreenVisualizer::setShowShadows(bool show) {
     return *this;
 }
 
+OffscreenVisualizer& OffscreenVisualizer::setTransparentBackground(bool isTransparent) {
+    impl->isBackgroundTransparent = isTransparent;
+    return *this;
+}
+
 OffscreenVisualizer& OffscreenVisualizer::setShowAxes(bool show) {
     impl->showAxes = show;
     return *this;

@@ -293,6 +293,9 @@ public:
     /** Height of the ground along the up direction [m]; default: just below the scene. **/
     OffscreenVisualizer& setGroundHeight(SimTK::Real height);
     OffscreenVisualizer& setShowShadows(bool show);
+    /** Pictures without background and ground, to be laid over others: alpha says how much of them
+    is covered; a shadow stays as a dark veil. Default off. **/
+    OffscreenVisualizer& setTransparentBackground(bool isTransparent);
     OffscreenVisualizer& setShowAxes(bool show);
     /** A bar of a round length, which is true at the distance of the scene's middle; default: in
     orthographic views. **/

@@ -380,6 +380,7 @@ FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
     style.toLight = isLightFixed ? UnitVec3(lightDirection) : toLight;
     style.isLit = lighting == Lighting::Shaded;
     style.hasTriad = showAxes;
+    style.isBackgroundTransparent = isBackgroundTransparent;
     style.colorMap = partStyle.contour.getColorMap();
 
     GroundStyle& ground = style.ground;

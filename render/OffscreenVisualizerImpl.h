@@ -117,6 +117,7 @@ public:
     bool isLightFixed = false;
     SimTK::Vec3 lightDirection{0};
     bool hasGround = true, showShadows = true, showAxes = true;
+    bool isBackgroundTransparent = false;
     SimTK::Vec3 solidColor{1};
     SimTK::CoordinateDirection up = SimTK::YAxis;
     bool isGroundHeightFixed = false;

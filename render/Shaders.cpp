@@ -53,6 +53,7 @@ layout(location = 2) in float value;
 uniform mat4 modelView;
 uniform mat4 projection;
 uniform mat3 normalMatrix;
+uniform vec2 shift;             // along the view ray: factor, and offset in z
 out vec3 viewPosition;
 out vec3 viewNormal;
 out float contourValue;
@@ -63,7 +64,7 @@ void main() {
     viewPosition = p.xyz;
     viewNormal = normalMatrix * normal;
     contourValue = value;
-    gl_Position = projection * p;
+    gl_Position = projection * vec4(p.xyz * shift.x + vec3(0.0, 0.0, shift.y), 1.0);
 }
 )";
 
@@ -133,10 +134,28 @@ void main() {
 }
 )";
 
+// Edges come forward, by the depth that a line as wide as it is covers on the surface.
+const char* const edgeVertex = R"(#version 330 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+uniform mat4 modelView;
+uniform mat4 projection;
+uniform mat3 normalMatrix;
+uniform vec2 pixel;             // size at distance 1, and at any distance
+uniform float width;            // [pixel]
+
+void main() {
+    vec3 p = (modelView * vec4(position, 1.0)).xyz;
+    vec3 v = pixel.x > 0.0 ? normalize(-p) : vec3(0.0, 0.0, 1.0);
+    float facing = abs(dot(normalize(normalMatrix * normal), v));
+    float slope = min(sqrt(max(1.0 - facing * facing, 0.0)) / max(facing, 1e-3), 8.0);
+    float forward = 0.3 + 0.8 * slope * width;
+    p = p * (1.0 - forward * pixel.x) + vec3(0.0, 0.0, forward * pixel.y);
+    gl_Position = projection * vec4(p, 1.0);
+}
+)";
+
 const char* const edgeFragment = R"(#version 330 core
-in vec3 viewPosition;
-in vec3 viewNormal;
-in float contourValue;
 uniform vec3 color;
 uniform float opacity;
 out vec4 fragment;
@@ -155,11 +174,12 @@ layout(location = 2) in vec4 lineColor;
 layout(location = 3) in float width;
 uniform mat4 projection;
 uniform vec2 viewport;
+uniform vec2 shift;             // along the view ray: factor, and offset in z
 out vec4 vertexColor;
 
 void main() {
-    vec4 a = projection * vec4(start, 1.0);
-    vec4 b = projection * vec4(end, 1.0);
+    vec4 a = projection * vec4(start * shift.x + vec3(0.0, 0.0, shift.y), 1.0);
+    vec4 b = projection * vec4(end * shift.x + vec3(0.0, 0.0, shift.y), 1.0);
     vec2 direction = (b.xy / b.w - a.xy / a.w) * viewport;
     float size = length(direction);
     direction = size > 0.0 ? direction / size : vec2(1.0, 0.0);
@@ -179,6 +199,7 @@ layout(location = 1) in vec4 pointColor;
 layout(location = 2) in float diameter;
 uniform mat4 projection;
 uniform vec2 viewport;
+uniform vec2 shift;             // along the view ray: factor, and offset in z
 out vec4 vertexColor;
 out vec2 local;
 out float radius;
@@ -187,7 +208,7 @@ void main() {
     local = vec2((gl_VertexID & 1) == 1 ? 1.0 : -1.0, (gl_VertexID & 2) == 2 ? 1.0 : -1.0);
     radius = 0.5 * diameter;
     local *= radius + 1.0;
-    vec4 p = projection * vec4(center, 1.0);
+    vec4 p = projection * vec4(center * shift.x + vec3(0.0, 0.0, shift.y), 1.0);
     gl_Position = vec4(p.xy + 2.0 * local / viewport * p.w, p.z, p.w);
     vertexColor = pointColor;
 }
@@ -253,6 +274,14 @@ void main() {
 }
 )";
 
+const char* const depthOnlyFragment = R"(#version 330 core
+in vec3 viewPosition;
+in vec3 viewNormal;
+in float contourValue;
+
+void main() {}
+)";
+
 // Rejects what an earlier layer has shown. Runs for each sample, so that layers are those of the
 // sample.
 const char* const peelFragment = R"(#version 330 core
@@ -266,15 +295,12 @@ uniform sampler2DMS ghosts;     // depth of the nearest ghost
 uniform bool isFirst;
 uniform bool isGhost;
 
-// Half a step of the scene's depth.
-const float margin = 3e-8;
-
 void main() {
     ivec2 p = ivec2(gl_FragCoord.xy);
     float z = gl_FragCoord.z;
     if (z >= texelFetch(scene, p, gl_SampleID).r) discard;
     if (!isFirst && z <= texelFetch(previous, p, gl_SampleID).r) discard;
-    if (isGhost && z > texelFetch(ghosts, p, gl_SampleID).r + margin) discard;
+    if (isGhost && z > texelFetch(ghosts, p, gl_SampleID).r) discard;
 }
 )";
 
@@ -326,6 +352,7 @@ uniform float spacing;
 uniform float size;
 uniform vec3 groundColor;
 uniform vec3 gridColor;
+uniform float lineWidth;        // [pixel]
 out vec4 fragment;
 
 // Coverage of a pixel by lines one `period` apart that are `width` pixels wide.
@@ -341,7 +368,8 @@ void main() {
     float fade = 1.0 - smoothstep(0.25, 1.0, length(place) / size);
     if (fade <= 0.0) discard;
     vec2 p = place - gridOrigin;
-    float grid = max(0.45 * lines(p, spacing, 1.0), 0.9 * lines(p, 5.0 * spacing, 1.2));
+    float grid = max(0.45 * lines(p, spacing, lineWidth),
+                     0.9 * lines(p, 5.0 * spacing, 1.2 * lineWidth));
     vec3 shade = mix(groundColor, gridColor, grid);
     fragment = vec4(shade, fade);
 }
