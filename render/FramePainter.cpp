@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "NodeCloud.h"
+
 namespace simflex {
 
 using SimTK::Vec3;
@@ -115,6 +117,7 @@ Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& cont
     FrameStyle style = snapshot.style;
     style.contourLow = contourRange[0];
     style.contourHigh = contourRange[1];
+    for (const SurfaceItem& item : scene.surfaces) appendNodeCloud(item, style, scene);
 
     Image frame;
     for (const ViewSnapshot& view : snapshot.views) {

@@ -1,5 +1,6 @@
 #include "SkinModes.h"
 
+#include <numeric>
 #include <stdexcept>
 
 #include "SkinProduct.h"
@@ -17,6 +18,10 @@ std::shared_ptr<const SkinModes> extractSkinModes(std::shared_ptr<const ReducedB
                                     " values of Phi, it has " + std::to_string(part->Phi.size()));
 
     CurvedSurface surface = extractCurvedSurface(part->mesh, calcChordTolerance(part->mesh));
+    if (part->mesh.elements.empty()) {  // all that is known: drawn as dots
+        surface.mesh.nodes.resize(std::size_t(part->mesh.numNodes()));
+        std::iota(surface.mesh.nodes.begin(), surface.mesh.nodes.end(), 0);
+    }
     auto skin = std::make_shared<SkinModes>();
     skin->nodes = std::move(surface.mesh.nodes);
     skin->between = std::move(surface.between);
@@ -42,6 +47,10 @@ std::shared_ptr<const SkinModes> extractSkinModes(std::shared_ptr<const ReducedB
     skin->between.interpolate3(skin->restPositions.data(), &positions[3 * numNodes]);
     CreasedSurface creased = splitAtCreases(positions, surface.mesh.triangles, creaseAngle);
     skin->vertexPoint = std::move(creased.vertexNode);
+    if (surface.mesh.triangles.empty()) {
+        skin->vertexPoint.resize(numNodes);
+        std::iota(skin->vertexPoint.begin(), skin->vertexPoint.end(), 0);
+    }
     auto undeformed = std::make_shared<SurfaceGeometry>();
     undeformed->triangles = std::move(creased.triangles);
     undeformed->featureEdges = std::move(creased.featureEdges);

@@ -203,6 +203,27 @@ TEST(Creases, OfABoxAreItsTwelveEdges) {
     EXPECT_TRUE(smooth->undeformed->featureEdges.empty());
 }
 
+TEST(PartWithoutElements, ShowsItsNodesInTheColoursOfTheirValues) {
+    auto part = std::make_shared<ReducedBody>(*test::makeBrickPart(Vec3(4, 3, 2), 1, 1, 1));
+    part->mesh.elements.clear();
+    test::EmptyScene scene;
+    OffscreenVisualizer viz(scene.system, 400, 300);
+    test::makePlain(viz, 12);
+    Vector xi(3, 0.0);
+    xi[1] = 0.1;  // |u| = 0.1·|x| = 0.2 at all nodes
+    viz.addDeformableMesh(test::makeStill(part, xi)).setDeformationFactor(1);
+    viz.setContourRange(0, 0.2);
+    const Image image = viz.drawFrame(scene.state);
+    const Vec3 top = 255 * calcColor(ColorMap::Viridis, 1);
+    for (const double x : {-2.2, 2.2})
+        for (const double y : {-1.5, 1.5}) {
+            const Vec3 pixel = viz.calcPixel(Vec3(x, y, 1));
+            const Image::Pixel color = image.getPixel(int(pixel[0]), int(pixel[1]));
+            for (int k = 0; k < 3; ++k) EXPECT_NEAR(color[std::size_t(k)], top[k], 3);
+        }
+    EXPECT_EQ(image.getPixel(200, 150), (Image::Pixel{255, 255, 255, 255}));
+}
+
 TEST(FineShapes, AreThoseOfSmallTrianglesThatTurnLittle) {
     EXPECT_TRUE(extractSkinModes(makeRing(400, 120), 0.6)->undeformed->isFine);
     EXPECT_FALSE(extractSkinModes(makeRing(48, 24), 0.6)->undeformed->isFine);
