@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <ctime>
 #include <fstream>
 
 #include "PictureDifference.h"
@@ -144,7 +143,7 @@ TEST(RobustScene, BrokenMeshesAreDrawnAsFarAsTheyGo) {
     EXPECT_NEAR(calcCoveredArea(image, 0, 0), pixels * pixels, 0.125 * 4 * pixels);
 }
 
-TEST(RobustScene, TenThousandSpheresTakeAFractionOfASecond) {
+TEST(RobustScene, TenThousandSpheresGiveTheSamePictureTwice) {
     EmptyScene scene;
     OffscreenVisualizer viz(scene.system, 640, 360);
     for (int i = 0; i < 10000; ++i)
@@ -152,13 +151,9 @@ TEST(RobustScene, TenThousandSpheresTakeAFractionOfASecond) {
                           SimTK::DecorativeSphere(0.3).setColor(
                               Vec3(0.2 + 0.006 * (i % 100), 0.5, 0.9 - 0.006 * (i % 100))));
     const Image first = viz.drawFrame(scene.state);
-    const std::clock_t start = std::clock();
     const Image second = viz.drawFrame(scene.state);
-    const double seconds = double(std::clock() - start) / CLOCKS_PER_SEC;
     EXPECT_TRUE(first == second);
     EXPECT_GT(countPixels(second, second.getPixel(0, 0)), 20000);
-    RecordProperty("milliseconds", int(1000 * seconds));
-    std::printf("10000 spheres: %.0f ms of processor time a frame\n", 1000 * seconds);
 }
 
 double readResidentMegabytes() {
@@ -196,10 +191,10 @@ TEST(RobustScene, ShapesAndTextsThatChangeEveryFrameDoNotPileUp) {
             viz.drawFrame(scene.state);
         }
     };
-    drawSome(60);
+    drawSome(40);
     const double before = readResidentMegabytes();
-    drawSome(200);
-    // A mesh has 3000 vertices of 28 bytes and their indices: 200 of them take 30 MB.
+    drawSome(100);
+    // A mesh has 3000 vertices of 28 bytes and their indices: 100 of them take 15 MB.
     EXPECT_LT(readResidentMegabytes() - before, 5);
 }
 
