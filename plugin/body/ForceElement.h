@@ -24,8 +24,9 @@ public:
     /** Adds the spatial force (torque, force) on each attachment frame's origin, in Ground.
     @param[in]     frames    pose and velocity of each attachment
     @param[in,out] forces_G  one per attachment **/
-    virtual void addInForces(SimTK::Real /*time*/, const SimTK::Array_<FrameMotion>& /*frames*/,
-                             SimTK::Array_<SimTK::SpatialVec>& /*forces_G*/) const {}
+    virtual void addInForces([[maybe_unused]] SimTK::Real time,
+                             [[maybe_unused]] const SimTK::Array_<FrameMotion>& frames,
+                             [[maybe_unused]] SimTK::Array_<SimTK::SpatialVec>& forces_G) const {}
 
     /** Number of terms of the Jacobian; fixed after construction. **/
     virtual int getNumJacobianTerms() const { return 0; }
@@ -33,9 +34,12 @@ public:
     /** @param[in]  gamma       γ: dq = γ N du [s]
     @param[out] signs       σ_i, one per term
     @param[out] directions  d_i: those of term 0 on every attachment, then of term 1 … **/
-    virtual void calcJacobian(SimTK::Real /*time*/, const SimTK::Array_<FrameMotion>& /*frames*/,
-                              SimTK::Real /*gamma*/, SimTK::Array_<SimTK::Real>& /*signs*/,
-                              SimTK::Array_<SimTK::SpatialVec>& /*directions*/) const {}
+    virtual void calcJacobian([[maybe_unused]] SimTK::Real time,
+                              [[maybe_unused]] const SimTK::Array_<FrameMotion>& frames,
+                              [[maybe_unused]] SimTK::Real gamma,
+                              [[maybe_unused]] SimTK::Array_<SimTK::Real>& signs,
+                              [[maybe_unused]] SimTK::Array_<SimTK::SpatialVec>& directions) const {
+    }
 
     /** Power of the forces beyond what leaves the stored energy [W]: of applied loads and dampers.
     @param forces_G  of addInForces() **/
