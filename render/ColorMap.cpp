@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ColorTables.h"
+#include "simflex/render/overlay/ColorTables.h"
 
 namespace simflex {
 

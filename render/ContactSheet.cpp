@@ -4,8 +4,8 @@
 #include <memory>
 #include <stdexcept>
 
-#include "Font.h"
-#include "FrameOutput.h"
+#include "simflex/render/frame/FrameOutput.h"
+#include "simflex/render/overlay/Font.h"
 
 namespace simflex {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "GlContext.h"
 #include "OffscreenVisualizerImpl.h"
+#include "simflex/render/gl/GlContext.h"
 
 namespace simflex {
 

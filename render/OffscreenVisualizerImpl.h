@@ -7,19 +7,19 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include <string>
 #include <vector>
 
-#include "Camera.h"
-#include "FrameOutput.h"
-#include "FramePainter.h"
-#include "FramePlots.h"
-#include "FrameSnapshot.h"
-#include "FrameStyle.h"
-#include "MechanismMarks.h"
-#include "SceneBuilder.h"
-#include "SurfacePicker.h"
-#include "View.h"
 #include "WindowSettings.h"
 #include "simflex/render/FrameController.h"
 #include "simflex/render/OffscreenVisualizer.h"
+#include "simflex/render/frame/FrameOutput.h"
+#include "simflex/render/frame/FramePainter.h"
+#include "simflex/render/overlay/FramePlots.h"
+#include "simflex/render/scene/Camera.h"
+#include "simflex/render/scene/FrameSnapshot.h"
+#include "simflex/render/scene/FrameStyle.h"
+#include "simflex/render/scene/MechanismMarks.h"
+#include "simflex/render/scene/SceneBuilder.h"
+#include "simflex/render/scene/View.h"
+#include "simflex/render/skin/SurfacePicker.h"
 
 namespace simflex {
 

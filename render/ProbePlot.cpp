@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "PlotPainter.h"
+#include "simflex/render/overlay/PlotPainter.h"
 
 namespace simflex {
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "FramePlots.h"
 #include "OffscreenVisualizerImpl.h"
+#include "simflex/render/overlay/FramePlots.h"
 
 namespace simflex {
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "Font.h"
+#include "simflex/render/overlay/Font.h"
 
 namespace simflex {
 

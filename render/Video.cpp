@@ -18,7 +18,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "FrameOutput.h"
+#include "simflex/render/frame/FrameOutput.h"
 
 extern char** environ;
 

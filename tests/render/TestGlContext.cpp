@@ -5,8 +5,8 @@
 #include <thread>
 
 #include "TestParts.h"
-#include "simflex/render/GlContext.h"
 #include "simflex/render/OffscreenVisualizer.h"
+#include "simflex/render/gl/GlContext.h"
 
 namespace simflex {
 namespace {

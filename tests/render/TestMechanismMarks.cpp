@@ -6,7 +6,7 @@
 #include "TestParts.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
-#include "simflex/render/MechanismMarks.h"
+#include "simflex/render/scene/MechanismMarks.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "support/PointMassPart.h"
 

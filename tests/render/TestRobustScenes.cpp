@@ -8,7 +8,7 @@
 #include "PictureDifference.h"
 #include "TestParts.h"
 #include "simflex/render/OffscreenVisualizer.h"
-#include "simflex/render/SceneBuilder.h"
+#include "simflex/render/scene/SceneBuilder.h"
 
 namespace simflex {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "TestParts.h"
 #include "simflex/part/MeshFaces.h"
-#include "simflex/render/CurvedSurface.h"
+#include "simflex/render/skin/CurvedSurface.h"
 
 namespace simflex {
 namespace {

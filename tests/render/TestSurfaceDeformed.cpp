@@ -6,8 +6,8 @@
 
 #include "AllocationCount.h"
 #include "TestParts.h"
-#include "simflex/render/DeformedSurface.h"
-#include "simflex/render/GlRenderer.h"
+#include "simflex/render/gl/GlRenderer.h"
+#include "simflex/render/skin/DeformedSurface.h"
 
 namespace simflex {
 namespace {

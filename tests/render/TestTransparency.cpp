@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "simflex/render/GlRenderer.h"
+#include "simflex/render/gl/GlRenderer.h"
 
 namespace simflex {
 namespace {

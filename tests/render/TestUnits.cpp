@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "simflex/render/Units.h"
+#include "simflex/render/overlay/Units.h"
 
 namespace simflex {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "NodeCloud.h"
+#include "simflex/render/scene/NodeCloud.h"
 
 namespace simflex {
 

@@ -3,9 +3,9 @@
 What a contour is called, and the ends of its colour bar. Internal to the renderer. **/
 
 #include "SimTKcommon.h"
-#include "Units.h"
 #include "simflex/render/ColorMap.h"
 #include "simflex/render/Contour.h"
+#include "simflex/render/overlay/Units.h"
 
 namespace simflex {
 

@@ -7,7 +7,7 @@ things, lines and texts hide nothing. O(triangles) a ray. **/
 
 #include <optional>
 
-#include "FramePainter.h"
+#include "simflex/render/frame/FramePainter.h"
 
 namespace simflex {
 

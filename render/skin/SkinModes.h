@@ -10,8 +10,8 @@ Rows are kept in single precision. **/
 #include <vector>
 
 #include "CurvedSurface.h"
-#include "SurfaceGeometry.h"
 #include "simflex/part/ReducedBody.h"
+#include "simflex/render/scene/SurfaceGeometry.h"
 
 namespace simflex {
 

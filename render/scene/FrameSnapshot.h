@@ -8,12 +8,12 @@ neither the System nor the State. Internal to the renderer. **/
 #include <vector>
 
 #include "Camera.h"
-#include "ContourField.h"
-#include "ContourScale.h"
 #include "FrameStyle.h"
-#include "Overlay.h"
 #include "Scene.h"
-#include "SkinModes.h"
+#include "simflex/render/overlay/Overlay.h"
+#include "simflex/render/skin/ContourField.h"
+#include "simflex/render/skin/ContourScale.h"
+#include "simflex/render/skin/SkinModes.h"
 
 namespace simflex {
 

@@ -5,8 +5,8 @@ What a picture, or a band of its rows, is drawn from. Internal to the renderer. 
 #include <array>
 #include <vector>
 
-#include "Camera.h"
-#include "FrameStyle.h"
+#include "simflex/render/scene/Camera.h"
+#include "simflex/render/scene/FrameStyle.h"
 
 namespace simflex {
 

@@ -14,17 +14,17 @@ extern const char* const fineSurfaceFragment;  ///< after baseColor: light of ve
 
 extern const char* const surfaceVertex;  ///< triangles and their edges, in camera frame
 extern const char* const edgeVertex;
-extern const char* const edgeFragment;   ///< one colour
-extern const char* const lineVertex;     ///< lines of given width on screen, instanced
-extern const char* const pointVertex;    ///< discs of given size on screen, instanced
+extern const char* const edgeFragment;  ///< one colour
+extern const char* const lineVertex;    ///< lines of given width on screen, instanced
+extern const char* const pointVertex;   ///< discs of given size on screen, instanced
 extern const char* const pointFragment;
 extern const char* const colorFragment;       ///< colour per vertex
 extern const char* const backgroundVertex;    ///< one triangle that covers the picture
 extern const char* const backgroundFragment;  ///< vertical gradient
 extern const char* const layerFragment;       ///< mean of a multisampled layer
 extern const char* const depthOnlyFragment;
-extern const char* const peelFragment;        ///< next layer of what is transparent
-extern const char* const sampleFragment;      ///< copy of a multisampled layer
+extern const char* const peelFragment;    ///< next layer of what is transparent
+extern const char* const sampleFragment;  ///< copy of a multisampled layer
 extern const char* const depthFragment;
 extern const char* const groundVertex;
 extern const char* const groundFragment;        ///< grid, fading edge

@@ -6,7 +6,7 @@ Draws lines and points of a given size on the screen. Internal to the renderer. 
 
 #include "GlProgram.h"
 #include "GlView.h"
-#include "Scene.h"
+#include "simflex/render/scene/Scene.h"
 
 namespace simflex {
 

@@ -8,7 +8,7 @@ What is written over a frame: title, time, colour bar, axis names. Internal to t
 
 #include "ColorBar.h"
 #include "Font.h"
-#include "FrameStyle.h"
+#include "simflex/render/scene/FrameStyle.h"
 
 namespace simflex {
 

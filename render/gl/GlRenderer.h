@@ -12,11 +12,11 @@ are drawn in bands of rows, so that their memory stays bounded. **/
 #include <utility>
 #include <vector>
 
-#include "Camera.h"
-#include "FrameStyle.h"
 #include "GlContext.h"
 #include "GlView.h"
-#include "SceneBuilder.h"
+#include "simflex/render/scene/Camera.h"
+#include "simflex/render/scene/FrameStyle.h"
+#include "simflex/render/scene/SceneBuilder.h"
 
 namespace simflex {
 

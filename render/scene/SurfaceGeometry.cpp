@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "SkinProduct.h"
+#include "simflex/render/skin/SkinProduct.h"
 
 namespace simflex {
 

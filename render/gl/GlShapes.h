@@ -6,7 +6,7 @@ is uploaded again into the same buffers. Internal to the renderer. **/
 #include <unordered_map>
 
 #include "GlFunctions.h"
-#include "Primitives.h"
+#include "simflex/render/scene/Primitives.h"
 
 namespace simflex {
 

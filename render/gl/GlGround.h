@@ -9,7 +9,7 @@ Draws background, ground and the shadow on it. Internal to the renderer. **/
 #include "GlSurfaces.h"
 #include "GlTargets.h"
 #include "GlView.h"
-#include "Scene.h"
+#include "simflex/render/scene/Scene.h"
 
 namespace simflex {
 

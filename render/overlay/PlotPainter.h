@@ -12,9 +12,9 @@ faint. A figure is the former up to its mark and the latter behind. Several thre
 #include <string>
 #include <vector>
 
-#include "ContentHash.h"
 #include "Font.h"
 #include "simflex/render/ProbePlot.h"
+#include "simflex/render/frame/ContentHash.h"
 
 namespace simflex {
 

@@ -5,8 +5,8 @@ The bar that says what colours mean. Internal to the renderer. **/
 #include <string>
 
 #include "Font.h"
-#include "FrameStyle.h"
 #include "Units.h"
+#include "simflex/render/scene/FrameStyle.h"
 
 namespace simflex {
 

@@ -17,7 +17,7 @@ out what lies deeper. Internal to the renderer. **/
 #include "GlSurfaces.h"
 #include "GlTargets.h"
 #include "GlView.h"
-#include "Scene.h"
+#include "simflex/render/scene/Scene.h"
 
 namespace simflex {
 

@@ -20,12 +20,12 @@ number of threads. **/
 #include <thread>
 #include <vector>
 
-#include "ContourScale.h"
 #include "FramePainter.h"
-#include "FrameSnapshot.h"
-#include "PlotPainter.h"
 #include "simflex/render/FrameOptions.h"
 #include "simflex/render/Video.h"
+#include "simflex/render/overlay/PlotPainter.h"
+#include "simflex/render/scene/FrameSnapshot.h"
+#include "simflex/render/skin/ContourScale.h"
 
 namespace simflex {
 

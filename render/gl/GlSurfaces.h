@@ -5,7 +5,7 @@ Draws surfaces with light, contour and edges. Internal to the renderer. **/
 #include "GlProgram.h"
 #include "GlShapes.h"
 #include "GlView.h"
-#include "Scene.h"
+#include "simflex/render/scene/Scene.h"
 
 namespace simflex {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "Units.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/InterfaceKinematics.h"
 #include "simflex/body/JointEquations.h"
+#include "simflex/render/overlay/Units.h"
 
 namespace simflex {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "Overlay.h"
+#include "simflex/render/overlay/Overlay.h"
 
 namespace simflex {
 

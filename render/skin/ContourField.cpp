@@ -5,9 +5,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "ContentHash.h"
-#include "FrameSnapshot.h"
 #include "SkinProduct.h"
+#include "simflex/render/frame/ContentHash.h"
+#include "simflex/render/scene/FrameSnapshot.h"
 
 namespace simflex {
 

@@ -13,10 +13,10 @@ is made when the first picture is wanted.
 #include <memory>
 #include <vector>
 
-#include "DeformedSurface.h"
-#include "FrameSnapshot.h"
-#include "GlRenderer.h"
-#include "Overlay.h"
+#include "simflex/render/gl/GlRenderer.h"
+#include "simflex/render/overlay/Overlay.h"
+#include "simflex/render/scene/FrameSnapshot.h"
+#include "simflex/render/skin/DeformedSurface.h"
 
 namespace simflex {
 

@@ -7,11 +7,11 @@ renderer. **/
 #include <string>
 #include <unordered_map>
 
-#include "Font.h"
 #include "GlProgram.h"
 #include "GlScreen.h"
 #include "GlView.h"
-#include "Scene.h"
+#include "simflex/render/overlay/Font.h"
+#include "simflex/render/scene/Scene.h"
 
 namespace simflex {
 
