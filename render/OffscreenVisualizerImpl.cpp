@@ -429,7 +429,8 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
                                    formatNumber(snapshot.partStyle.deformationFactor));
     if (!caption.empty()) content.captions.push_back(caption);
     content.screenTexts = snapshot.scene.screenTexts;
-    if (hasGround) content.footnote = "grid " + formatLength(snapshot.style.ground.gridSpacing);
+    if (hasGround && !isBackgroundTransparent)
+        content.footnote = "grid " + formatLength(snapshot.style.ground.gridSpacing);
     content.hasColorBar = hasColorBar();
     content.colorBar = describeColorBar();
     return content;
