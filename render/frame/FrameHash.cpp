@@ -171,7 +171,7 @@ void add(ContentHash& hash, const PartStyle& style) {
 
 void add(ContentHash& hash, const FrameStyle& style) {
     const auto& [palette, ground, up, toLight, isLit, colorMap, contourLow, contourHigh, hasTriad,
-                 unit, isBackgroundTransparent, hasAmbientOcclusion] = style;
+                 unit, isBackgroundTransparent] = style;
     const auto& [backgroundTop, backgroundBottom, groundColor, grid, edge, ghost, text, faintText,
                  halo] = palette;
     for (const SimTK::Vec3& color :
@@ -194,7 +194,6 @@ void add(ContentHash& hash, const FrameStyle& style) {
     hash.add(hasTriad);
     hash.add(unit);
     hash.add(isBackgroundTransparent);
-    hash.add(hasAmbientOcclusion);
 }
 
 void add(ContentHash& hash, const ViewSnapshot& view) {

@@ -35,7 +35,6 @@ struct FrameStyle {
     double contourLow = 0, contourHigh = 1;
     bool hasTriad = true;
     bool isBackgroundTransparent = false;  ///< only a shadow is left of the ground
-    bool hasAmbientOcclusion = false;
     double unit = 1;  ///< pixels that stand for one of a picture 720 pixels high
 };
 
