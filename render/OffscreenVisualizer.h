@@ -212,7 +212,8 @@ public:
     @throws std::invalid_argument when negative or not finite. **/
     OffscreenVisualizer& setDeformationFactor(SimTK::Real factor);
     /** The default: a round factor that makes the largest displacement given to fitToMotion() about
-    4 % of the scene's size, and at least 1; 1 until fitToMotion() is called. **/
+    4 % of the scene's size, no more than a quarter of the part's, and at least 1; 1 until
+    fitToMotion() is called. **/
     OffscreenVisualizer& setAutomaticDeformationFactor();
     SimTK::Real getDeformationFactor() const;
     /** What colours show, see Contour.h; default Contour::Displacement, the magnitude |Φξ|. Call it

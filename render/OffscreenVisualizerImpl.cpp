@@ -15,6 +15,7 @@ using SimTK::Vec3;
 namespace {
 
 constexpr double relativeDeformation = 0.04;  // of an automatic factor, to the scene's size
+constexpr double mostOfPart = 0.25;           // and to the part's
 
 const Palette lightPalette = {
     Vec3(0.80, 0.85, 0.91),  Vec3(0.975, 0.98, 0.985), Vec3(0.915, 0.925, 0.935),
@@ -213,9 +214,11 @@ void OffscreenVisualizer::Impl::captureViews(const State& state, FrameSnapshot& 
     }
 }
 
-// The round factor below the one that makes a displacement `relativeDeformation` of the scene.
-double OffscreenVisualizer::Impl::calcRoundFactor(double largestDisplacement) const {
-    const double wanted = relativeDeformation * 2 * extent.radius / largestDisplacement;
+// The round factor below the one that makes a displacement `relativeDeformation` of the scene, or
+// `mostOfPart` of a part that is small in it.
+double OffscreenVisualizer::Impl::calcRoundFactor(const LargestDisplacement& largest) const {
+    double wanted = relativeDeformation * 2 * extent.radius / largest.length;
+    if (largest.shareOfPart > 0) wanted = std::min(wanted, mostOfPart / largest.shareOfPart);
     const double above = roundUpToStep(wanted);
     const double mantissa = above / std::pow(10, std::floor(std::log10(above) + 1e-9));
     const double below =
@@ -284,10 +287,10 @@ void OffscreenVisualizer::Impl::fitViews(const MotionBounds& bounds) {
     isFitted = true;
 }
 
-double OffscreenVisualizer::Impl::calcLargestDisplacement(const Motion& motion) {
-    double largest = 0;
+LargestDisplacement OffscreenVisualizer::Impl::calcLargestDisplacement(const Motion& motion) {
+    LargestDisplacement largest;
     for (int i = 0; i < motion.numStates; ++i)
-        largest = std::max(largest, painter.calcLargestDisplacement(captureOf(motion, i)));
+        largest.include(painter.calcLargestDisplacement(captureOf(motion, i)));
     return largest;
 }
 
@@ -295,8 +298,8 @@ void OffscreenVisualizer::Impl::fitToMotion(const Motion& motion) {
     if (motion.numStates == 0) return;
     if (isFactorAutomatic) {
         automaticFactor = 1;
-        const double largest = calcLargestDisplacement(motion);
-        if (largest > 0) {
+        const LargestDisplacement largest = calcLargestDisplacement(motion);
+        if (largest.length > 0) {
             MotionBounds first;
             appendBounds(captureOf(motion, 0), first);
             fitViews(first);
@@ -426,7 +429,7 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
     if (showFrameNumber) content.captions.push_back("frame " + std::to_string(snapshot.number));
     if (showDeformationFactor && !parts.empty())
         content.captions.push_back("deformation ×" +
-                                   formatNumber(snapshot.partStyle.deformationFactor));
+                                   formatFactor(snapshot.partStyle.deformationFactor));
     if (!caption.empty()) content.captions.push_back(caption);
     content.screenTexts = snapshot.scene.screenTexts;
     if (hasGround && !isBackgroundTransparent)

@@ -61,8 +61,8 @@ public:
     void fitViews(const MotionBounds& bounds);
     /** Frames leave the views as they are: they have seen all of the motion. **/
     void keepViews() { isFittedToMotion = true; }
-    double calcLargestDisplacement(const Motion& motion);
-    double calcRoundFactor(double largestDisplacement) const;
+    LargestDisplacement calcLargestDisplacement(const Motion& motion);
+    double calcRoundFactor(const LargestDisplacement& largest) const;
     double getDeformationFactor() const {
         return isFactorAutomatic ? automaticFactor : partStyle.deformationFactor;
     }

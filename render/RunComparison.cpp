@@ -37,13 +37,13 @@ public:
             return bounds.values;
         };
         if (visualizers[0]->isFactorAutomatic && visualizers[1]->isFactorAutomatic) {
-            double largest = 0;
+            LargestDisplacement largest;
             for (int i : {0, 1}) {
                 visualizers[i]->automaticFactor = 1;
-                largest = std::max(largest, visualizers[i]->calcLargestDisplacement(
-                                                Visualizer::toMotion(*states[i])));
+                largest.include(
+                    visualizers[i]->calcLargestDisplacement(Visualizer::toMotion(*states[i])));
             }
-            if (largest > 0) {
+            if (largest.length > 0) {
                 look(true);
                 const double factor = visualizers[0]->calcRoundFactor(largest);
                 for (Visualizer* visualizer : visualizers) visualizer->automaticFactor = factor;

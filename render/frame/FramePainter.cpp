@@ -54,11 +54,19 @@ Extremes FramePainter::deform(const FrameSnapshot& snapshot) {
     return values;
 }
 
-double FramePainter::calcLargestDisplacement(const FrameSnapshot& snapshot) {
-    double largest = 0;
-    for (std::size_t i = 0; i < snapshot.parts.size(); ++i)
-        largest = std::max(largest,
-                           getSurface(snapshot, i).calcLargestDisplacement(snapshot.parts[i].xi));
+void LargestDisplacement::include(const LargestDisplacement& other) {
+    length = std::max(length, other.length);
+    shareOfPart = std::max(shareOfPart, other.shareOfPart);
+}
+
+LargestDisplacement FramePainter::calcLargestDisplacement(const FrameSnapshot& snapshot) {
+    LargestDisplacement largest;
+    for (std::size_t i = 0; i < snapshot.parts.size(); ++i) {
+        const PartSnapshot& part = snapshot.parts[i];
+        const double length = getSurface(snapshot, i).calcLargestDisplacement(part.xi);
+        const double size = (part.skin->undeformed->upper - part.skin->undeformed->lower).norm();
+        largest.include({length, size > 0 ? length / size : 0});
+    }
     return largest;
 }
 

@@ -20,14 +20,21 @@ is made when the first picture is wanted.
 
 namespace simflex {
 
+/** Largest displacement of all parts, not exaggerated. **/
+struct LargestDisplacement {
+    double length = 0;       ///< [m]
+    double shareOfPart = 0;  ///< of the diagonal of the part's bounding box
+
+    void include(const LargestDisplacement& other);
+};
+
 class FramePainter {
 public:
     /** Deforms the parts.
     @return the values that their colours show. **/
     Extremes deform(const FrameSnapshot& snapshot);
 
-    /** Largest displacement, not exaggerated [m]. **/
-    double calcLargestDisplacement(const FrameSnapshot& snapshot);
+    LargestDisplacement calcLargestDisplacement(const FrameSnapshot& snapshot);
 
     /** Appends points whose convex hull holds the decorations and the parts as deform() left them.
      **/

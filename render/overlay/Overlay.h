@@ -58,4 +58,7 @@ std::string formatLength(double meters);
 /** A number without needless digits, such as "50" or "2.5". **/
 std::string formatNumber(double value);
 
+/** The same with a power of ten where it is large: "5·10⁵". **/
+std::string formatFactor(double value);
+
 }  // namespace simflex

@@ -130,6 +130,17 @@ TEST(Deformation, AutomaticFactorIsRoundAndVisible) {
     EXPECT_NEAR(viz.getDeformationFactor(), 500, 1e-9);
 }
 
+TEST(Deformation, AutomaticFactorLeavesASmallPartInALargeSceneItsShape) {
+    EmptyScene scene;
+    OffscreenVisualizer viz(scene.system, 320, 180);
+    viz.addDecoration(SimTK::MobilizedBodyIndex(0), Transform(), SimTK::DecorativeSphere(100));
+    viz.addDeformableMesh(
+        makeStill(makeBrickPart(Vec3(2, 0.2, 0.2), 8, 1, 1), Vector(Vec3(0, 0, 1e-4))));
+    viz.fitToMotion({scene.state});
+    // A quarter of the part's 2.02 m, over 1e-4 m, is 5050: the round factor below is 5000.
+    EXPECT_NEAR(viz.getDeformationFactor(), 5000, 1e-9);
+}
+
 TEST(Deformation, RigidPoseMovesThePart) {
     EmptyScene scene;
     OffscreenVisualizer viz(scene.system);

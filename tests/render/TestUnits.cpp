@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "simflex/render/overlay/Overlay.h"
 #include "simflex/render/overlay/Units.h"
 
 namespace simflex {
@@ -27,6 +28,14 @@ TEST(Units, OfHugeAndTinyNumbersHaveAPowerOfTen) {
     EXPECT_EQ(formatQuantity(5e15, Dimension::Stress), "5 10⁶ GPa");
     EXPECT_EQ(chooseUnit(Dimension::Stress, 0).name, "MPa");
     EXPECT_EQ(chooseUnit(Dimension::Length, 0).name, "mm");
+}
+
+TEST(Units, OfAFactorAreAPowerOfTenOnlyWhereItIsLarge) {
+    EXPECT_EQ(formatFactor(1), "1");
+    EXPECT_EQ(formatFactor(2.5), "2.5");
+    EXPECT_EQ(formatFactor(5000), "5000");
+    EXPECT_EQ(formatFactor(5e4), "5·10⁴");
+    EXPECT_EQ(formatFactor(1e12), "10¹²");
 }
 
 TEST(Ticks, EndOnBothEndsOfARoundRangeAndPassZero) {
