@@ -75,8 +75,8 @@ struct FeModel {
     std::array<double, 3> calcCenterOfMass() const;
 
     /** Checks sizes, finite numbers, positive mass, that every node belongs to an element or is
-    tied to one that does, that elements (without any: K) and constraints make one piece, that the six
-    rigid motions cost no energy (K R = 0) and that they satisfy the constraints (R = T q_R).
+    tied to one that does, that elements (without any: K) and constraints make one piece, that the
+    six rigid motions cost no energy (K R = 0) and that they satisfy the constraints (R = T q_R).
     @throws std::invalid_argument that names what is wrong, where, and what to do. **/
     void validate() const;
 };

@@ -204,8 +204,8 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixHasEveryGyroscopicTermAtHighSpeed)
         return terms;
     };
     MatrixXd J(6 + n, 6 + n);
-    calcNewtonMatrix(model, data, gamma, omega, Vector3d::Zero(), motion.xiDot,
-                     VectorXd::Zero(n), VectorXd::Zero(n), J);
+    calcNewtonMatrix(model, data, gamma, omega, Vector3d::Zero(), motion.xiDot, VectorXd::Zero(n),
+                     VectorXd::Zero(n), J);
     J.diagonal().tail(n) -= gamma * model.omegaSquared;
     for (int j = 0; j < 6 + n; ++j) {
         const VectorXd step = VectorXd::Unit(6 + n, j);

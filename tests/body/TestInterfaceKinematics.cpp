@@ -120,8 +120,7 @@ protected:
         const PointMassPart part = makePointMassPart();
         const ReducedBody::Interface& interface = part.body->getInterface("B");
         const auto& s = interface.position;
-        frame.shapes =
-            FrameShapes::make(Vec3(s[0], s[1], s[2]), interface.Phi, interface.Psi);
+        frame.shapes = FrameShapes::make(Vec3(s[0], s[1], s[2]), interface.Phi, interface.Psi);
         frame.X_IA = Transform(Rotation(0.7, SimTK::UnitVec3(1, 2, -1)), Vec3(0.05, -0.1, 0.07));
         std::uniform_real_distribution<double> unit(-1, 1);
         for (int i = 0; i < frame.numModes(); ++i) {

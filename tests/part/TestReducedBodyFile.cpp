@@ -197,7 +197,9 @@ TEST_F(ReducedBodyFileTest, ModalDataOfMbdynAreToldHowToBecomeAPartFile) {
 
 TEST_F(ReducedBodyFileTest, ANewerVersionIsAnErrorThatSaysSo) {
     writeChanged("version", kReducedBodyFileVersion + 1);
-    EXPECT_THAT(errorOf(file), AllOf(HasSubstr("version " + std::to_string(kReducedBodyFileVersion + 1)), HasSubstr("newer simflex")));
+    EXPECT_THAT(errorOf(file),
+                AllOf(HasSubstr("version " + std::to_string(kReducedBodyFileVersion + 1)),
+                      HasSubstr("newer simflex")));
 }
 
 TEST_F(ReducedBodyFileTest, AMissingQuantityIsNamed) {
