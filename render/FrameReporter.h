@@ -7,8 +7,8 @@ Writes a picture at regular times of a simulation, as SimTK::Visualizer::Reporte
     system.addEventReporter(new simflex::FrameReporter(viz, 1.0 / 30));
 @endcode
 
-Where the camera should see all of the run and one range of colours should suit it, frames have to
-wait for its end:
+Then deformations are drawn as they are. Where they are to be exaggerated, the camera should see all
+of the run and one range of colours should suit it, frames have to wait for its end:
 
 @code
     auto* reporter = new simflex::FrameReporter(viz, 1.0 / 30);

@@ -7,6 +7,7 @@ The interface is that of SimTK::Visualizer, with frames going to PNG files or to
 @code
     MultibodySystem system;
     // ... build the system; rod is a simflex::FlexibleBody
+    matter.setShowDefaultGeometry(false);   // Simbody draws axes of 1 m
     simflex::OffscreenVisualizer viz(system);
     viz.addFlexibleBody(rod);
     viz.setWindowTitle("Slider-crank");

@@ -93,6 +93,7 @@ SimTK::Vector OffscreenVisualizer::Impl::readModalCoordinates(const Part& part,
 
 // Simbody itself would stop at a NaN without saying where it comes from.
 void OffscreenVisualizer::Impl::checkCoordinates(const State& state) const {
+    if (!std::isfinite(state.getTime())) throw std::runtime_error("the State's time is not finite");
     for (const Part& part : parts) readModalCoordinates(part, state);
     for (int b = 1; matter && b < matter->getNumBodies(); ++b) {
         const auto& body = matter->getMobilizedBody(SimTK::MobilizedBodyIndex(b));

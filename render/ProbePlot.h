@@ -9,7 +9,7 @@ along with them.
     plot.addPanel("slider position", "mm", 1e-3);
     plot.addCurve("flexible", time, flexible);              // seconds and metres
     plot.addCurve("rigid", time, rigid, simflex::ProbePlot::Line::Dashed);
-    viz.addPlot(plot, simflex::OffscreenVisualizer::Side::Below);
+    viz.addPlot(plot, simflex::PlotSide::Below);
     plot.draw(1200, 500).writePng("plot.png");              // or by itself
 @endcode **/
 

@@ -5,8 +5,8 @@ Where in a picture the surface of a flexible part is, and what is under a pixel.
 @code
     viz.drawFrame(state);
     if (const auto point = viz.pickNode(640, 360))
-        std::cout << point->body << " node " << point->nodeNumber << ": " << point->value << "
-Pa\n"; const simflex::NodeView tip = viz.findNode("rod", 118);   // its pixel, value and colour
+        std::printf("%s, node %d: %g Pa", point->body.c_str(), point->nodeNumber, point->value);
+    const simflex::NodeView tip = viz.findNode("rod", 118);  // its pixel, value and colour
 @endcode **/
 
 #include <string>

@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -170,6 +171,25 @@ void layOnWhite(std::vector<std::uint8_t>& bytes) {
     }
 }
 
+// What processes that were killed have left of this video.
+void removeLeftovers(const std::string& file) {
+    namespace fs = std::filesystem;
+    const fs::path path(file);
+    const std::string start = path.filename().string() + ".";
+    std::error_code none;
+    std::vector<fs::path> left;
+    for (const auto& entry :
+         fs::directory_iterator(path.has_parent_path() ? path.parent_path() : ".", none)) {
+        const std::string name = entry.path().filename().string();
+        int process = 0, length = 0;
+        if (name.compare(0, start.size(), start) == 0 &&
+            std::sscanf(name.c_str() + start.size(), "%d.part%n", &process, &length) == 1 &&
+            length > 0 && process > 0 && kill(process, 0) != 0 && errno == ESRCH)
+            left.push_back(entry.path());
+    }
+    for (const fs::path& partial : left) fs::remove(partial, none);
+}
+
 }  // namespace
 
 bool isVideoAvailable() {
@@ -196,6 +216,7 @@ public:
             throw std::runtime_error("cannot write the video '" + file +
                                      "': there is no program ffmpeg (Debian package ffmpeg)");
         // A folder that cannot be written to is noticed before anything is drawn.
+        removeLeftovers(file);
         partial = file + "." + std::to_string(getpid()) + ".part";
         std::FILE* test = std::fopen(partial.c_str(), "wb");
         if (!test) throw std::runtime_error("cannot write '" + file + "': " + std::strerror(errno));

@@ -57,6 +57,15 @@ bool isSameFolder(const std::string& a, const std::string& b) {
            fs::weakly_canonical(b.empty() ? "." : b, none);
 }
 
+// Empty when the file is damaged.
+Image readWholePicture(const std::string& file) {
+    try {
+        return Image::readPng(file);
+    } catch (const std::runtime_error&) {
+        return {};
+    }
+}
+
 void placeBeside(Image& frame, const Image& plot, PlotSide side) {
     const bool below = side == PlotSide::Below;
     Image result(frame.getWidth() + (below ? 0 : plot.getWidth()),
@@ -79,6 +88,8 @@ FrameOutput::~FrameOutput() {
         auto& outputs = getOpenOutputs().outputs;
         outputs.erase(std::find(outputs.begin(), outputs.end(), this));
     }
+    // The video of a run that failed does not take the place of an earlier one.
+    if (hasFailed) videos.clear();
     try {
         finish();
     } catch (const std::exception& e) {
@@ -298,11 +309,10 @@ void FrameOutput::process(Entry& entry, Painters& painters) {
                              isPngComplete(file) && readPngText(file, hashKeyword) == hash;
         Image image;
         std::vector<std::uint8_t> png;
-        if (!isThere) {
+        if (isThere && (sink || !videos.empty())) image = readWholePicture(file);
+        if (!isThere || (image.isEmpty() && (sink || !videos.empty()))) {
             image = paint(entry.job, painters, ranges);
             if (!folder.empty()) png = image.encodePng(hashKeyword, hash);
-        } else if (sink || !videos.empty()) {
-            image = Image::readPng(file);
         }
 
         std::unique_lock<std::mutex> lock(mutex);
@@ -358,6 +368,7 @@ void FrameOutput::throwError(std::unique_lock<std::mutex>& lock) {
     changed.wait(lock, [&] { return queue.empty() && numInWork == 0; });
     const std::exception_ptr thrown = error;
     error = nullptr;
+    hasFailed = true;
     nextNumber = nextToClaim = nextToDeliver = errorNumber;
     if (hasErrorClaimed) valuesOfRun = runBeforeError;
     std::rethrow_exception(thrown);
@@ -371,6 +382,7 @@ void FrameOutput::wait() {
 
 void FrameOutput::finish() {
     wait();
+    hasFailed = false;
     std::vector<std::unique_ptr<VideoWriter>> complete;
     complete.swap(videos);
     std::exception_ptr failure;

@@ -142,6 +142,7 @@ private:
     std::exception_ptr error;
     int errorNumber = 0;
     bool hasErrorClaimed = false;
+    bool hasFailed = false;  // and nothing has been finished since
     Extremes runBeforeError;
 };
 

@@ -1,5 +1,7 @@
 #include "GlContext.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <exception>
 #include <stdexcept>
@@ -23,11 +25,14 @@ constexpr Implementation implementations[] = {{"osmesa", createOsMesaContext},
 }  // namespace
 
 std::unique_ptr<GlContext> GlContext::create() {
-    const char* wanted = std::getenv("SIMFLEX_GL");
+    const char* const chosen = std::getenv("SIMFLEX_GL");
+    std::string wanted = chosen ? chosen : "";
+    std::transform(wanted.begin(), wanted.end(), wanted.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
     std::string reasons, names;
     for (const Implementation& implementation : implementations) {
         names += std::string(names.empty() ? "'" : " or '") + implementation.name + "'";
-        if (wanted && std::string(wanted) != implementation.name) continue;
+        if (!wanted.empty() && wanted != implementation.name) continue;
         try {
             return implementation.create();
         } catch (const std::exception& e) {
@@ -35,7 +40,7 @@ std::unique_ptr<GlContext> GlContext::create() {
         }
     }
     if (reasons.empty())
-        reasons = std::string("; the environment variable SIMFLEX_GL asks for '") + wanted +
+        reasons = std::string("; the environment variable SIMFLEX_GL asks for '") + chosen +
                   "', allowed is " + names;
     throw std::runtime_error("cannot create an off-screen OpenGL context" + reasons);
 }

@@ -1,6 +1,7 @@
 #include "GlTransparency.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "Shaders.h"
@@ -13,6 +14,77 @@ namespace {
 
 // Units of the textures that peeling reads; unit 0 holds the colour map.
 constexpr int sceneUnit = 1, previousUnit = 2, ghostUnit = 3;
+
+/** The box around a shape, along the shape's axes, in Ground. **/
+struct Box {
+    explicit Box(const SurfaceItem& surface)
+        : item(surface),
+          R(item.X_GM.R()),
+          center(item.X_GM * (0.5 * (item.geometry->lower + item.geometry->upper))
+                                 .elementwiseMultiply(item.scale)),
+          half((0.5 * (item.geometry->upper - item.geometry->lower))
+                   .elementwiseMultiply(item.scale)) {}
+
+    double calcReach(const Vec3& axis) const {
+        double reach = 0;
+        for (int k = 0; k < 3; ++k) reach += std::abs(half[k] * SimTK::dot(Vec3(R.col(k)), axis));
+        return reach;
+    }
+
+    // How far the shape itself reaches from the centre. O(vertices)
+    double calcReachOfShape(const Vec3& axis) const {
+        const Vec3 along = (~R * axis).elementwiseMultiply(item.scale);
+        const double offset = SimTK::dot(axis, item.X_GM.p() - center);
+        double reach = -SimTK::Infinity;
+        const std::vector<float>& v = item.geometry->vertices;
+        for (std::size_t i = 0; i < v.size(); i += SurfaceGeometry::floatsPerVertex)
+            reach = std::max(reach,
+                             offset + along[0] * v[i] + along[1] * v[i + 1] + along[2] * v[i + 2]);
+        return reach;
+    }
+
+    const SurfaceItem& item;
+    SimTK::Rotation R;
+    Vec3 center, half;
+};
+
+// −1 where a is behind b and has to be drawn first, 1 where it is before b, 0 if that is not known.
+int findOrder(double nearestA, double farthestA, double nearestB, double farthestB) {
+    return nearestA > farthestB ? -1 : (nearestB > farthestA ? 1 : 0);
+}
+
+// The same from a plane between both: what is on the camera's side of it hides, and is not hidden.
+int findOrder(const Vec3& normalToB, double endOfA, double startOfB, const Camera& camera) {
+    const double side = camera.isOrthographic
+                            ? SimTK::dot(normalToB, Vec3(camera.X_GC.R().z()))
+                            : SimTK::dot(normalToB, camera.X_GC.p()) - 0.5 * (endOfA + startOfB);
+    return side > 0 ? -1 : 1;
+}
+
+// The same of two shapes, if there is such a plane. Of two boxes that do not touch, one of 15 axes
+// is normal to one (S. Gottschalk et al., OBBTree, SIGGRAPH 1996); of two balls, the line between
+// their centres is.
+int findOrder(const Box& a, const Box& b, const Camera& camera) {
+    std::vector<Vec3> axes;
+    for (int k = 0; k < 3; ++k) {
+        axes.emplace_back(a.R.col(k));
+        axes.emplace_back(b.R.col(k));
+        for (int m = 0; m < 3; ++m)
+            axes.push_back(SimTK::cross(Vec3(a.R.col(k)), Vec3(b.R.col(m))));
+    }
+    for (const Vec3& axis : axes) {
+        if (axis.norm() < 1e-6) continue;
+        const Vec3 toB = SimTK::dot(axis, b.center - a.center) > 0 ? axis : Vec3(-axis);
+        const double endOfA = SimTK::dot(toB, a.center) + a.calcReach(axis);
+        const double startOfB = SimTK::dot(toB, b.center) - b.calcReach(axis);
+        if (endOfA <= startOfB) return findOrder(toB, endOfA, startOfB, camera);
+    }
+    const Vec3 toB = b.center - a.center;
+    const double endOfA = SimTK::dot(toB, a.center) + a.calcReachOfShape(toB);
+    const double startOfB = SimTK::dot(toB, b.center) - b.calcReachOfShape(Vec3(-toB));
+    if (endOfA < startOfB) return findOrder(toB, endOfA, startOfB, camera);
+    return 0;
+}
 
 }  // namespace
 
@@ -74,7 +146,7 @@ void GlTransparency::draw(const Scene& scene, const GlView& view, PictureTarget&
         if (item.rectangle.isEmpty() || item.farthest < view.camera.nearPlane) continue;
         (surface.style == SurfaceItem::Style::Ghost ? ghosts : items).push_back(item);
     }
-    if (canSort(items, ghosts)) {
+    if (sort(items, ghosts, view)) {
         drawSorted(items, view);
         drawGhosts(ghosts, view);
     } else {
@@ -82,26 +154,50 @@ void GlTransparency::draw(const Scene& scene, const GlView& view, PictureTarget&
     }
 }
 
-bool GlTransparency::canSort(const std::vector<Item>& items, const std::vector<Item>& ghosts) {
+bool GlTransparency::sort(std::vector<Item>& items, const std::vector<Item>& ghosts,
+                          const GlView& view) {
     for (const Item& item : items)
         for (const Item& ghost : ghosts)
             if (item.rectangle.overlaps(ghost.rectangle)) return false;
-    for (std::size_t i = 0; i < items.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j) {
-            const Item &a = items[i], &b = items[j];
-            const bool areApart = !a.rectangle.overlaps(b.rectangle) || a.nearest > b.farthest ||
-                                  b.nearest > a.farthest;
-            if (!areApart) return false;
-        }
-    return std::all_of(items.begin(), items.end(), [this](const Item& item) {
-        return surfaces.updShapes().isConvex(item.surface->geometry);
-    });
-}
-
-void GlTransparency::drawSorted(std::vector<Item>& items, const GlView& view) {
     std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
         return a.nearest + a.farthest > b.nearest + b.farthest;
     });
+
+    // Which items have to be drawn before which.
+    std::vector<std::vector<std::size_t>> nearerThan(items.size());
+    std::vector<int> numFarther(items.size(), 0);
+    for (std::size_t j = 0; j < items.size(); ++j)
+        for (std::size_t i = 0; i < j; ++i) {
+            if (!items[i].rectangle.overlaps(items[j].rectangle)) continue;
+            int order =
+                findOrder(items[i].nearest, items[i].farthest, items[j].nearest, items[j].farthest);
+            if (order == 0)
+                order = findOrder(Box(*items[i].surface), Box(*items[j].surface), view.camera);
+            if (order == 0) return false;
+            const std::size_t farther = order < 0 ? i : j, nearer = order < 0 ? j : i;
+            nearerThan[farther].push_back(nearer);
+            ++numFarther[nearer];
+        }
+    const bool areConvex = std::all_of(items.begin(), items.end(), [this](const Item& item) {
+        return surfaces.updShapes().isConvex(item.surface->geometry);
+    });
+    if (!areConvex) return false;
+
+    std::vector<Item> sorted;
+    std::vector<std::size_t> ready;
+    for (std::size_t i = 0; i < items.size(); ++i)
+        if (numFarther[i] == 0) ready.push_back(i);
+    for (std::size_t k = 0; k < ready.size(); ++k) {
+        sorted.push_back(items[ready[k]]);
+        for (const std::size_t nearer : nearerThan[ready[k]])
+            if (--numFarther[nearer] == 0) ready.push_back(nearer);
+    }
+    if (sorted.size() < items.size()) return false;  // each behind the next, in a ring
+    items = std::move(sorted);
+    return true;
+}
+
+void GlTransparency::drawSorted(const std::vector<Item>& items, const GlView& view) {
     gl.Enable(GL_CULL_FACE);
     for (const Item& item : items)
         for (const GLenum hidden : {GL_FRONT, GL_BACK}) {

@@ -2,11 +2,12 @@
 /** @file
 Draws what one can see through, in the right order at each sample of each pixel.
 
-Shapes that are convex and do not overlap, or stand clearly behind one another, are drawn from far
-to near, each first from inside, then from outside. All else is peeled (C. Everitt, Interactive
+Shapes that are convex and that a plane keeps apart, by pairs, are drawn from far to near, each
+first from inside, then from outside. All else is peeled (C. Everitt, Interactive
 order-independent transparency, NVIDIA 2001): layer by layer from the viewer, each the nearest
 surface behind the layer before, laid under what has been gathered so far. A layer costs two passes
-over the transparent shapes; peeling ends with the last layer, or after `maxLayers`, and then leaves
+over the transparent shapes, so that n bodies that reach into each other cost about n² times one;
+peeling ends with the last layer, or after `maxLayers`, and then leaves
 out what lies deeper. Internal to the renderer. **/
 
 #include <memory>
@@ -52,8 +53,9 @@ private:
         GLuint buffers[2] = {0, 0}, ghostBuffer = 0;
     };
 
-    bool canSort(const std::vector<Item>& items, const std::vector<Item>& ghosts);
-    void drawSorted(std::vector<Item>& items, const GlView& view);
+    /** Orders items from far to near. False where that cannot be enough. **/
+    bool sort(std::vector<Item>& items, const std::vector<Item>& ghosts, const GlView& view);
+    void drawSorted(const std::vector<Item>& items, const GlView& view);
     void drawGhosts(const std::vector<Item>& ghosts, const GlView& view);
     void drawGhostDepth(const std::vector<Item>& ghosts, const GlView& view);
     void peel(const std::vector<Item>& items, const std::vector<Item>& ghosts, const GlView& view,

@@ -175,6 +175,16 @@ TEST_F(Transparency, SpheresBehindEachOtherNeedNoPeelingInAnyOrderOfDrawing) {
     EXPECT_EQ(renderer.getNumPeeledLayers(), 0);
 }
 
+TEST_F(Transparency, SpheresThatAPlaneKeepsApartNeedNoPeelingAndAreExact) {
+    // Their boxes overlap, and so do their distances from the camera and their places in the
+    // picture.
+    addSphere(Vec3(-0.25, 0, 0.35), 0.4, red, 0.4);
+    addSphere(Vec3(0.3, 0.1, -0.3), 0.42, blue, 0.5);
+    addSphere(Vec3(0.15, -0.7, 0.3), 0.35, green, 0.6);
+    expectExact(4);
+    EXPECT_EQ(renderer.getNumPeeledLayers(), 0);
+}
+
 TEST_F(Transparency, NestedSpheresAreExact) {
     addSphere(Vec3(0), 0.4, red, 0.5);
     addSphere(Vec3(0), 1.2, blue, 0.3);
@@ -236,7 +246,8 @@ TEST_F(Transparency, NearestSurfaceOfGhostTakesItsPlaceAmongTheLayers) {
 }
 
 TEST_F(Transparency, MoreLayersThanAreKeptLeaveTheNearest) {
-    // Parallel discs one behind the other, twice as many as layers, inclined so that boxes overlap.
+    // Parallel discs one behind the other, twice as many as layers; a small one that cuts through
+    // the third, off the middle, so that they cannot be sorted.
     const auto disc = createCircle(12);
     const int number = 2 * 32;
     Vec3 color(0);
@@ -250,6 +261,11 @@ TEST_F(Transparency, MoreLayersThanAreKeptLeaveTheNearest) {
             light *= 0.85;
         }
     }
+    const Rotation R(0.5, SimTK::YAxis);
+    add(disc,
+        Transform(R * Rotation(0.5 * SimTK::Pi, SimTK::YAxis),
+                  Vec3(0, 0, 0.96) + R * Vec3(0.2, 0, 0)),
+        Vec3(0.05), red, 0.15);
     const Image image = draw();
     EXPECT_EQ(renderer.getNumPeeledLayers(), 32);
     const auto found = image.getPixel(width / 2, height / 2);
