@@ -410,6 +410,25 @@ TEST_F(FrameOutput, ResumingDrawsOnlyWhatIsMissing) {
     for (int i = 0; i < 10; ++i) EXPECT_EQ(identify(i) == before[size_t(i)], i < 4) << i;
 }
 
+TEST_F(FrameOutput, DamagedFrameIsDrawnAgainWhereItIsWanted) {
+    const std::vector<SimTK::State> states = model.makeStates(4);
+    const auto run = [&] {
+        OffscreenVisualizer viz = model.makeVisualizer();
+        int numSeen = 0;
+        viz.setOutputFolder(folder).setOldFrames(OldFrames::Resume);
+        viz.setFrameSink([&](int, const Image&) { ++numSeen; });
+        viz.fitToMotion(states).reportAll(states);
+        EXPECT_EQ(numSeen, 4);
+    };
+    run();
+    const std::vector<std::string> expected = readFrames();
+    std::string bytes = expected[2];
+    bytes[bytes.size() / 2] = char(bytes[bytes.size() / 2] ^ 8);
+    std::ofstream(makeName(2), std::ios::binary) << bytes;
+    run();
+    EXPECT_TRUE(readFrames() == expected);
+}
+
 TEST_F(FrameOutput, ResumingAnotherRunDrawsEveryFrameThatDiffers) {
     std::vector<SimTK::State> states = model.makeStates(6);
     const auto run = [&](const std::string& title) {

@@ -79,7 +79,7 @@ TEST(GlContext, TwoImplementationsTakeTurnsOnOneThread) {
         first = a.drawFrame(scene.state);
     }
     {
-        const Environment environment("SIMFLEX_GL", "egl");
+        const Environment environment("SIMFLEX_GL", "EGL");
         second = b.drawFrame(scene.state);
     }
     for (int i = 0; i < 3; ++i) {

@@ -221,5 +221,15 @@ TEST_F(VideoFile, DiskThatIsFullIsAnErrorAndLeavesNothing) {
     EXPECT_EQ(countFiles(), 0);
 }
 
+TEST_F(VideoFile, TakesAwayWhatKilledProcessesHaveLeftOfIt) {
+    const std::string dead = "run.mp4.999999999.part", alive = "run.mp4.1.part";
+    for (const std::string& name : {dead, alive, std::string("other.mp4.999999999.part")})
+        std::ofstream(fs::path(folder) / name) << "part of a video";
+    const VideoWriter video((fs::path(folder) / "run.mp4").string());
+    EXPECT_FALSE(fs::exists(fs::path(folder) / dead));
+    EXPECT_TRUE(fs::exists(fs::path(folder) / alive));
+    EXPECT_TRUE(fs::exists(fs::path(folder) / "other.mp4.999999999.part"));
+}
+
 }  // namespace
 }  // namespace simflex
