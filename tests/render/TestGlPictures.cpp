@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "simflex/render/gl/GlRenderer.h"
+#include "GlScene.h"
 
 namespace simflex {
 namespace {
@@ -18,32 +18,10 @@ const Vec3 red(0.9, 0.2, 0.1), green(0.1, 0.7, 0.2), blue(0.1, 0.3, 0.9), black(
 
 // Sizes, depth and background of what GlRenderer draws, against closed forms. The camera is on the
 // z axis, looking along −z; colours are unlit, the background is white.
-class GlPictures : public testing::Test {
+class GlPictures : public test::GlScene {
 protected:
     static void SetUpTestSuite() { shared = std::make_unique<GlRenderer>(); }
     static void TearDownTestSuite() { shared.reset(); }
-
-    GlPictures() {
-        style.isLit = false;
-        style.hasTriad = false;
-        style.ground.isShown = false;
-        style.palette.backgroundTop = style.palette.backgroundBottom = white;
-        camera.X_GC.updP() = Vec3(0, 0, 6);
-        camera.nearPlane = 2;
-        camera.farPlane = 10;
-    }
-
-    SurfaceItem& add(const SurfaceGeometryPtr& geometry, const Transform& X_GM, const Vec3& scale,
-                     const Vec3& color, double opacity = 1) {
-        SurfaceItem item;
-        item.geometry = geometry;
-        item.X_GM = X_GM;
-        item.scale = scale;
-        item.color = color;
-        item.opacity = opacity;
-        scene.surfaces.push_back(item);
-        return scene.surfaces.back();
-    }
 
     // Some of everything, with light and a ground.
     void fill() {
@@ -93,9 +71,6 @@ protected:
 
     static std::unique_ptr<GlRenderer> shared;
     GlRenderer& renderer = *shared;
-    Scene scene;
-    Camera camera;
-    FrameStyle style;
 };
 
 std::unique_ptr<GlRenderer> GlPictures::shared;

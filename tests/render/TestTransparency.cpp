@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "simflex/render/gl/GlRenderer.h"
+#include "GlScene.h"
 
 namespace simflex {
 namespace {
@@ -26,30 +26,8 @@ struct Layer {
 // What a ray meets of a shape.
 using Meet = std::function<void(const Vec3& origin, const Vec3& direction, std::vector<Layer>&)>;
 
-class Transparency : public testing::Test {
+class Transparency : public test::GlScene {
 protected:
-    Transparency() {
-        style.isLit = false;
-        style.hasTriad = false;
-        style.ground.isShown = false;
-        style.palette.backgroundTop = style.palette.backgroundBottom = Vec3(1);
-        camera.X_GC.updP() = Vec3(0, 0, 6);
-        camera.nearPlane = 2;
-        camera.farPlane = 10;
-    }
-
-    SurfaceItem& add(const SurfaceGeometryPtr& geometry, const Transform& X_GM, const Vec3& scale,
-                     const Vec3& color, double opacity) {
-        SurfaceItem item;
-        item.geometry = geometry;
-        item.X_GM = X_GM;
-        item.scale = scale;
-        item.color = color;
-        item.opacity = opacity;
-        scene.surfaces.push_back(item);
-        return scene.surfaces.back();
-    }
-
     void addSphere(const Vec3& center, double radius, const Vec3& color, double opacity) {
         add(createSphere(160), center, Vec3(radius), color, opacity);
         shapes.push_back([=](const Vec3& o, const Vec3& d, std::vector<Layer>& out) {
@@ -151,9 +129,6 @@ protected:
 
     static std::unique_ptr<GlRenderer> shared;
     GlRenderer& renderer = *shared;
-    Scene scene;
-    Camera camera;
-    FrameStyle style;
     std::vector<Meet> shapes;
 };
 
