@@ -86,13 +86,20 @@ std::string readFile(const std::string& path) {
 
 class FrameOutput : public testing::Test {
 protected:
-    FrameOutput() {
+    /** A test that another one starts as a process of its own writes into that one's folder. **/
+    FrameOutput() : isStartedByTest(std::getenv("SIMFLEX_TEST_FOLDER")) {
+        if (isStartedByTest) {
+            folder = std::getenv("SIMFLEX_TEST_FOLDER");
+            return;
+        }
         const auto* info = testing::UnitTest::GetInstance()->current_test_info();
         folder = (fs::path(testing::TempDir()) / ("simflex_output_" + std::string(info->name())))
                      .string();
         fs::remove_all(folder);
     }
-    ~FrameOutput() override { fs::remove_all(folder); }
+    ~FrameOutput() override {
+        if (!isStartedByTest) fs::remove_all(folder);
+    }
 
     std::string makeName(int number) const {
         char name[32];
@@ -518,12 +525,10 @@ TEST_F(FrameOutput, WrongNumbersOfThreadsAreRefused) {
 
 // Also run by FramesOfAKilledProcessAreComplete, in a process of its own that is killed.
 TEST_F(FrameOutput, RunOfManyFramesCompletesAllOfThem) {
-    const char* const given = std::getenv("SIMFLEX_TEST_FOLDER");
-    const int numFrames = given ? 400 : 40;
+    const int numFrames = isStartedByTest ? 400 : 40;
     OffscreenVisualizer viz = model.makeVisualizer();
     const std::vector<SimTK::State> states = model.makeStates(numFrames);
-    viz.setOutputFolder(given ? given : folder);
-    viz.setOldFrames(OldFrames::Resume).fitToMotion(states);
+    viz.setOutputFolder(folder).setOldFrames(OldFrames::Resume).fitToMotion(states);
     viz.reportAll(states);
     EXPECT_EQ(viz.getNumFrames(), numFrames);
 }
