@@ -1,4 +1,4 @@
-#include "Json.h"
+#include "simflex/cli/Json.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,15 +1,15 @@
 /** @file
 The whole program, for either way of running it. **/
 
-#include "Program.h"
+#include "simflex/cli/Program.h"
 
 #include <cstdio>
 #include <exception>
 #include <string>
 
-#include "Commands.h"
-#include "ProgressBar.h"
-#include "Stopped.h"
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
 #include "simflex/fe/Progress.h"
 
 namespace simflex {

@@ -1,4 +1,4 @@
-#include "ProgressBar.h"
+#include "simflex/cli/ProgressBar.h"
 
 #include <signal.h>
 #include <sys/ioctl.h>

@@ -1,4 +1,4 @@
-#include "Program.h"
+#include "simflex/cli/Program.h"
 
 int main(int argc, char** argv) {
     return simflex::cli::runProgram(argc, argv);

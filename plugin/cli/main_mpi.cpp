@@ -2,7 +2,7 @@
 // over MPI processes, on as many machines as they run on. Rank 0 reads the model and writes the
 // part.
 
-#include "Program.h"
+#include "simflex/cli/Program.h"
 #include "simflex/reduction/SlepcSolver.h"
 
 int main(int argc, char** argv) {

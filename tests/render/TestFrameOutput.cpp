@@ -122,6 +122,7 @@ protected:
         return {info.st_ino, info.st_ctim.tv_nsec};
     }
 
+    const bool isStartedByTest;
     std::string folder;
     BendingBrick model;
 };

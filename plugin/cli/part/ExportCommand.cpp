@@ -8,7 +8,7 @@ simflex export: a part file in the formats of other programs. **/
 #include <functional>
 #include <memory>
 
-#include "Commands.h"
+#include "simflex/cli/Commands.h"
 #include "simflex/part/MbdynFem.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/part/SidFile.h"

@@ -1,8 +1,8 @@
-#include "InterfacePicture.h"
+#include "simflex/cli/part/InterfacePicture.h"
 
 #include <algorithm>
 
-#include "PartView.h"
+#include "simflex/cli/part/PartView.h"
 #include "simflex/render/SurfaceMesh.h"
 
 namespace simflex {

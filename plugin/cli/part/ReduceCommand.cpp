@@ -7,12 +7,12 @@ simflex reduce: a finite element model becomes a part file. **/
 #include <filesystem>
 #include <memory>
 
-#include "Commands.h"
-#include "InterfacePicture.h"
-#include "ProgressBar.h"
-#include "ReductionArguments.h"
-#include "SourceArguments.h"
-#include "Stopped.h"
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
+#include "simflex/cli/part/InterfacePicture.h"
+#include "simflex/cli/part/ReductionArguments.h"
+#include "simflex/cli/part/SourceArguments.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
 

@@ -9,10 +9,10 @@ simflex modes: animated pictures of a part's mode shapes and a sheet of all of t
 #include <filesystem>
 #include <memory>
 
-#include "Commands.h"
-#include "PartView.h"
-#include "ProgressBar.h"
-#include "Stopped.h"
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
+#include "simflex/cli/part/PartView.h"
 #include "simflex/part/Frequency.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/render/ContactSheet.h"

@@ -7,9 +7,9 @@ simflex info: what is in a part file, for people or as JSON. **/
 #include <filesystem>
 #include <memory>
 
-#include "Commands.h"
-#include "InterfacePicture.h"
-#include "Json.h"
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/Json.h"
+#include "simflex/cli/part/InterfacePicture.h"
 #include "simflex/part/Frequency.h"
 #include "simflex/part/ReducedBodyFile.h"
 

@@ -1,4 +1,4 @@
-#include "ReductionArguments.h"
+#include "simflex/cli/part/ReductionArguments.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "PartView.h"
+#include "simflex/cli/part/PartView.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "SourceArguments.h"
+#include "simflex/cli/part/SourceArguments.h"
 
 #include <map>
 

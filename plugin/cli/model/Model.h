@@ -1,0 +1,96 @@
+#pragma once
+/** @file
+A Simbody system made of a model file: bodies, joints, motions, loads and connectors by the names
+that the file gives them.
+
+    const ModelText text = loadModelText("crank.yaml", {"solver.accuracy=1e-5"});
+    Model model(readModel(text));
+    State state = model.makeInitialState();
+    BdfIntegrator integrator(model.getSystem());  **/
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "Simbody.h"
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/cli/model/ModelValue.h"
+
+namespace simflex {
+namespace cli {
+
+struct ModelOptions {
+    enum class Bodies { AsGiven, Rigid };
+    Bodies bodies = Bodies::AsGiven;  ///< Rigid: every flexible body is held rigid
+    /** Folder of reduced parts, by content; empty: $SIMFLEX_CACHE, else $XDG_CACHE_HOME/simflex,
+    else
+    ~/.cache/simflex. **/
+    std::string cacheFolder;
+    /** Told what is being done (phase, fraction 0…1) while parts are reduced; false stops it. **/
+    std::function<bool(const std::string& phase, double fraction)> progress;
+    /** Told what the user should know ("part 'rod' taken from the cache"). **/
+    std::function<void(const std::string& note)> note;
+};
+
+class Model {
+public:
+    /** Reduces what must be, builds the system and realizes its topology.
+    @throws ModelError naming file, line and column. **/
+    explicit Model(const ModelValue& file, const ModelOptions& options = {});
+    ~Model();
+    Model(const Model&) = delete;
+    Model& operator=(const Model&) = delete;
+
+    const ModelValue& getFile() const;
+    const SimTK::MultibodySystem& getSystem() const;
+    const SimTK::SimbodyMatterSubsystem& getMatter() const;
+    const FlexibleBodySubsystem& getFlexibleBodies() const;
+
+    /** A body of the file; `flexible` is empty for a rigid one. **/
+    struct BodyEntry {
+        std::string name;
+        SimTK::MobilizedBody mobod;  ///< of a flexible body: its frame B
+        std::optional<FlexibleBody> flexible;
+        SimTK::Transform X_BP;  ///< the part's own coordinates (deck) in B
+    };
+    struct JointEntry {
+        std::string name;
+        Joint joint;
+    };
+    struct MotionEntry {
+        std::string name;
+        Joint joint;  ///< the prescribed motion
+        Expression position;
+    };
+
+    /** @name What the file names, in its order. find…() throw ModelError by value.failUnknown().
+     * **/
+    /**@{**/
+    const std::vector<BodyEntry>& getBodies() const;
+    const std::vector<JointEntry>& getJoints() const;
+    const std::vector<MotionEntry>& getMotions() const;
+    const BodyEntry& findBody(const ModelValue& name) const;
+    const JointEntry& findJoint(const ModelValue& name) const;
+    const MotionEntry& findMotion(const ModelValue& name) const;
+    /** The attachment that a frame of the file means, see "frame" in the key reference. **/
+    Attachment findFrame(const ModelValue& frame) const;
+    /** The same from text, as typed at a prompt; throws std::invalid_argument. **/
+    Attachment findFrame(const std::string& name) const;
+    /**@}**/
+
+    /** As placed and with the file's initial values; joints are not assembled yet. Flexible bodies
+    are rigid where they should be. **/
+    SimTK::State makeInitialState() const;
+
+private:
+    class Builder;
+    struct Contents;
+    std::unique_ptr<Contents> _contents;
+};
+
+}  // namespace cli
+}  // namespace simflex

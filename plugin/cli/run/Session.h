@@ -1,0 +1,29 @@
+#pragma once
+/** @file
+A model that is being run: what `simflex run` and `simflex shell` share. **/
+
+#include <memory>
+#include <string>
+
+#include "simflex/cli/model/ModelReader.h"
+#include "simflex/cli/run/Probe.h"
+#include "simflex/render/OffscreenVisualizer.h"
+#include "simflex/solver/ImplicitIntegrator.h"
+
+namespace simflex {
+namespace cli {
+
+/** BdfIntegrator or GeneralizedAlphaIntegrator with the settings of the model's `solver`; not
+initialized. **/
+std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
+
+/** Where analyses begin: the initial State, brought to static equilibrium or steady motion first if
+`initial.start` says so. **/
+SimTK::State findStart(const Model& model);
+
+/** A visualizer that draws the model as its `pictures` say: flexible bodies with contours, rigid
+ones with their shapes, cameras, joints, reactions. Not fitted to anything yet. **/
+std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model);
+
+}  // namespace cli
+}  // namespace simflex
