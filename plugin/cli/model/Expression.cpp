@@ -39,7 +39,7 @@ Expression::Formula::Formula(double value) : text(writeNumber(value)), constant(
 
 Expression::Formula::Formula(const std::string& formula, const FormulaScope& scope,
                              const std::string& place)
-        : text(formula), _place(place) {
+    : text(formula), _place(place) {
     if (readPlainNumber(text, constant)) return;
     _formula = std::make_unique<simflex::cli::Formula>(text, scope, std::vector<std::string>{"t"});
     isConstant = _formula->getUsedVariables().empty();
@@ -111,7 +111,7 @@ double Expression::Formula::calcDifference(double time, int order, int side) con
         for (int j = 1; j <= count; ++j, factor *= ratio) {
             row[j] = (row[j - 1] * factor - last[j - 1]) / (factor - 1);
             const double error =
-                    std::max(std::fabs(row[j] - row[j - 1]), std::fabs(row[j] - last[j - 1]));
+                std::max(std::fabs(row[j] - row[j - 1]), std::fabs(row[j] - last[j - 1]));
             if (error < bestError) {
                 bestError = error;
                 best = row[j];
@@ -129,11 +129,21 @@ void Expression::Formula::fail(const std::string& message) const {
 
 Expression::Expression(double constant) : _formula(std::make_shared<const Formula>(constant)) {}
 Expression::Expression(std::shared_ptr<const Formula> formula) : _formula(std::move(formula)) {}
-double Expression::calcValue(double time) const { return _formula->calc(time, 0); }
-double Expression::calcDerivative(double time) const { return _formula->calc(time, 1); }
-double Expression::calcSecondDerivative(double time) const { return _formula->calc(time, 2); }
-bool Expression::isConstant() const { return _formula->isConstant; }
-const std::string& Expression::getText() const { return _formula->text; }
+double Expression::calcValue(double time) const {
+    return _formula->calc(time, 0);
+}
+double Expression::calcDerivative(double time) const {
+    return _formula->calc(time, 1);
+}
+double Expression::calcSecondDerivative(double time) const {
+    return _formula->calc(time, 2);
+}
+bool Expression::isConstant() const {
+    return _formula->isConstant;
+}
+const std::string& Expression::getText() const {
+    return _formula->text;
+}
 
 }  // namespace cli
 }  // namespace simflex

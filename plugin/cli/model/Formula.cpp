@@ -29,41 +29,58 @@ double calcRamp(double t, double t0, double y0, double t1, double y1) {
     if (!(t1 > t0)) return t < t1 ? y0 : y1;
     return y0 + (y1 - y0) * std::min(std::max((t - t0) / (t1 - t0), 0.0), 1.0);
 }
-double calcPulse(double t, double t0, double t1) { return t >= t0 && t < t1 ? 1 : 0; }
-double calcIf(double condition, double a, double b) { return condition != 0 ? a : b; }
-double calcSign(double x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
-double calcMod(double a, double b) { return a - b * std::floor(a / b); }
-double calcMin(const double* values, int count) { return *std::min_element(values, values + count); }
-double calcMax(const double* values, int count) { return *std::max_element(values, values + count); }
-double calcTable(void* table, double x) { return static_cast<const Table*>(table)->calc(x); }
+double calcPulse(double t, double t0, double t1) {
+    return t >= t0 && t < t1 ? 1 : 0;
+}
+double calcIf(double condition, double a, double b) {
+    return condition != 0 ? a : b;
+}
+double calcSign(double x) {
+    return x > 0 ? 1 : x < 0 ? -1 : 0;
+}
+double calcMod(double a, double b) {
+    return a - b * std::floor(a / b);
+}
+double calcMin(const double* values, int count) {
+    return *std::min_element(values, values + count);
+}
+double calcMax(const double* values, int count) {
+    return *std::max_element(values, values + count);
+}
+double calcTable(void* table, double x) {
+    return static_cast<const Table*>(table)->calc(x);
+}
 
 struct Function {
     const char* name;
     double (*calc)(double);
 };
 const Function kFunctions[] = {
-        {"sin", [](double x) { return std::sin(x); }},
-        {"cos", [](double x) { return std::cos(x); }},
-        {"tan", [](double x) { return std::tan(x); }},
-        {"asin", [](double x) { return std::asin(x); }},
-        {"acos", [](double x) { return std::acos(x); }},
-        {"atan", [](double x) { return std::atan(x); }},
-        {"sinh", [](double x) { return std::sinh(x); }},
-        {"cosh", [](double x) { return std::cosh(x); }},
-        {"tanh", [](double x) { return std::tanh(x); }},
-        {"exp", [](double x) { return std::exp(x); }},
-        {"ln", [](double x) { return std::log(x); }},
-        {"log", [](double x) { return std::log(x); }},
-        {"log10", [](double x) { return std::log10(x); }},
-        {"sqrt", [](double x) { return std::sqrt(x); }},
-        {"abs", [](double x) { return std::fabs(x); }},
-        {"sign", calcSign},
-        {"floor", [](double x) { return std::floor(x); }},
-        {"ceil", [](double x) { return std::ceil(x); }},
+    {"sin", [](double x) { return std::sin(x); }},
+    {"cos", [](double x) { return std::cos(x); }},
+    {"tan", [](double x) { return std::tan(x); }},
+    {"asin", [](double x) { return std::asin(x); }},
+    {"acos", [](double x) { return std::acos(x); }},
+    {"atan", [](double x) { return std::atan(x); }},
+    {"sinh", [](double x) { return std::sinh(x); }},
+    {"cosh", [](double x) { return std::cosh(x); }},
+    {"tanh", [](double x) { return std::tanh(x); }},
+    {"exp", [](double x) { return std::exp(x); }},
+    {"ln", [](double x) { return std::log(x); }},
+    {"log", [](double x) { return std::log(x); }},
+    {"log10", [](double x) { return std::log10(x); }},
+    {"sqrt", [](double x) { return std::sqrt(x); }},
+    {"abs", [](double x) { return std::fabs(x); }},
+    {"sign", calcSign},
+    {"floor", [](double x) { return std::floor(x); }},
+    {"ceil", [](double x) { return std::ceil(x); }},
 };
-const char* const kOtherFunctions[] = {"step", "ramp", "pulse", "if", "min", "max", "mod", "atan2", "hypot"};
+const char* const kOtherFunctions[] = {"step", "ramp", "pulse", "if",   "min",
+                                       "max",  "mod",  "atan2", "hypot"};
 
-bool isWordCharacter(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+bool isWordCharacter(char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+}
 
 /** Refuses what muParser would take in another sense, or would not explain. **/
 void checkText(const std::string& text, bool hasDots) {
@@ -83,14 +100,15 @@ void checkText(const std::string& text, bool hasDots) {
         if (!std::isalnum(static_cast<unsigned char>(c)) && allowed.find(c) == std::string::npos)
             throw FormulaError(std::string("'") + c + "' has no meaning in a formula", position);
         if (c == '(' && ++depth > kMaxDepth)
-            throw FormulaError("parentheses are nested more than " + std::to_string(kMaxDepth) +
-                                   " deep",
-                               position);
+            throw FormulaError(
+                "parentheses are nested more than " + std::to_string(kMaxDepth) + " deep",
+                position);
         if (c == ')') --depth;
         if (c == '*' && i + 1 < text.size() && text[i + 1] == '*')
             throw FormulaError("write ^ for a power", position);
         if (c == '=') {
-            const bool isSecond = i > 0 && std::string("<>=!").find(text[i - 1]) != std::string::npos;
+            const bool isSecond =
+                i > 0 && std::string("<>=!").find(text[i - 1]) != std::string::npos;
             const bool isFirst = i + 1 < text.size() && text[i + 1] == '=';
             if (!isSecond && !isFirst)
                 throw FormulaError("a formula assigns nothing; to compare, write ==", position);
@@ -113,12 +131,15 @@ void checkText(const std::string& text, bool hasDots) {
             continue;
         }
         const std::size_t begin = i;
-        while (i < text.size() && (std::isdigit(static_cast<unsigned char>(text[i])) || text[i] == '.'))
+        while (i < text.size() &&
+               (std::isdigit(static_cast<unsigned char>(text[i])) || text[i] == '.'))
             ++i;
         if (i < text.size() && (text[i] == 'e' || text[i] == 'E')) {
             std::size_t exponent = i + 1;
-            if (exponent < text.size() && (text[exponent] == '+' || text[exponent] == '-')) ++exponent;
-            if (exponent < text.size() && std::isdigit(static_cast<unsigned char>(text[exponent]))) {
+            if (exponent < text.size() && (text[exponent] == '+' || text[exponent] == '-'))
+                ++exponent;
+            if (exponent < text.size() &&
+                std::isdigit(static_cast<unsigned char>(text[exponent]))) {
                 i = exponent;
                 while (i < text.size() && std::isdigit(static_cast<unsigned char>(text[i]))) ++i;
             }
@@ -133,12 +154,12 @@ void checkText(const std::string& text, bool hasDots) {
             while (end < text.size() && isWordCharacter(text[end])) ++end;
             const std::string name = text.substr(word, end - word);
             static const std::map<std::string, std::string> units{
-                    {"mm", "*1e-3"}, {"um", "*1e-6"}, {"cm", "*1e-2"},  {"km", "*1e3"},
-                    {"m", ""},       {"s", ""},       {"ms", "*1e-3"},  {"us", "*1e-6"},
-                    {"kg", ""},      {"N", ""},       {"kN", "*1e3"},   {"Pa", ""},
-                    {"MPa", "*1e6"}, {"GPa", "*1e9"}, {"kPa", "*1e3"},  {"Hz", ""},
-                    {"rad", ""},     {"deg", "*deg"}, {"rpm", "*pi/30"}, {"Nm", ""},
-                    {"min", "*60"},  {"h", "*3600"},  {"bar", "*1e5"},  {"kHz", "*1e3"}};
+                {"mm", "*1e-3"}, {"um", "*1e-6"}, {"cm", "*1e-2"},   {"km", "*1e3"},
+                {"m", ""},       {"s", ""},       {"ms", "*1e-3"},   {"us", "*1e-6"},
+                {"kg", ""},      {"N", ""},       {"kN", "*1e3"},    {"Pa", ""},
+                {"MPa", "*1e6"}, {"GPa", "*1e9"}, {"kPa", "*1e3"},   {"Hz", ""},
+                {"rad", ""},     {"deg", "*deg"}, {"rpm", "*pi/30"}, {"Nm", ""},
+                {"min", "*60"},  {"h", "*3600"},  {"bar", "*1e5"},   {"kHz", "*1e3"}};
             const auto unit = units.find(name);
             if (unit != units.end() && !(end < text.size() && text[end] == '('))
                 throw FormulaError("numbers have no units here, all are SI: write " + number +
@@ -189,10 +210,10 @@ struct Formula::Pool {
 
 Formula::Formula(const std::string& text, const FormulaScope& scope,
                  const std::vector<std::string>& variables)
-        : _text(text), _variables(variables), _pool(std::make_unique<Pool>()) {
-    const bool hasDots = std::any_of(variables.begin(), variables.end(), [](const std::string& name) {
-        return name.find('.') != std::string::npos;
-    });
+    : _text(text), _variables(variables), _pool(std::make_unique<Pool>()) {
+    const bool hasDots =
+        std::any_of(variables.begin(), variables.end(),
+                    [](const std::string& name) { return name.find('.') != std::string::npos; });
     checkText(text, hasDots);
     _scope.constants = scope.constants;
     for (const auto& table : scope.tables)  // only those that occur are kept
@@ -200,23 +221,25 @@ Formula::Formula(const std::string& text, const FormulaScope& scope,
     std::unique_ptr<Evaluator> evaluator;
     try {
         evaluator = makeEvaluator();
-        for (const auto& used : evaluator->parser.GetUsedVar()) _used.push_back(used.first);
-        std::vector<double> zeros(variables.size() + 1, 0);
-        int count = 0;
-        evaluator->parser.Eval(count);
+        int count = 1;
+        try {
+            evaluator->parser.Eval(count);
+        } catch (const std::domain_error&) {  // a table refuses what the variables are now
+        }
         if (count != 1)
             throw FormulaError("a comma separates nothing here: decimals are written with a point",
                                static_cast<int>(text.find(',')));
+        for (const auto& used : evaluator->parser.GetUsedVar()) _used.push_back(used.first);
     } catch (const mu::ParserError& error) {
-        const int position = std::max(0, std::min(static_cast<int>(error.GetPos()),
-                                                  static_cast<int>(text.size())));
+        const int position =
+            std::max(0, std::min(static_cast<int>(error.GetPos()), static_cast<int>(text.size())));
         if (error.GetCode() != mu::ecUNASSIGNABLE_TOKEN && error.GetCode() != mu::ecINVALID_NAME)
             throw FormulaError(describe(error), position);
         std::string word = error.GetToken();
         const std::size_t end = static_cast<std::size_t>(
-                std::find_if_not(word.begin(), word.end(),
-                                 [&](char c) { return isWordCharacter(c) || (hasDots && c == '.'); }) -
-                word.begin());
+            std::find_if_not(word.begin(), word.end(),
+                             [&](char c) { return isWordCharacter(c) || (hasDots && c == '.'); }) -
+            word.begin());
         word.resize(end);
         if (word.empty()) throw FormulaError(describe(error), position);
         std::vector<std::string> known = variables;
@@ -225,18 +248,15 @@ Formula::Formula(const std::string& text, const FormulaScope& scope,
         for (const std::string& function : getFormulaFunctions()) known.push_back(function);
         const bool isTime = word == "t";
         const std::string proposal = proposeName(word, known);
-        throw FormulaError(
-                isTime ? "this number is constant: it cannot depend on the time t"
-                       : "'" + word + "' is no parameter, table or function" +
-                                 (proposal.empty() ? "" : "; " + proposal),
-                position);
-    } catch (const std::domain_error&) {
-        evaluator.reset();  // of a table that refuses what the variables are now
+        throw FormulaError(isTime ? "this number is constant: it cannot depend on the time t"
+                                  : "'" + word + "' is no parameter, table or function" +
+                                        (proposal.empty() ? "" : "; " + proposal),
+                           position);
+    } catch (const std::domain_error& error) {
+        throw FormulaError(error.what(), 0);
     }
-    if (evaluator) {
-        _pool->idle.reserve(64);
-        _pool->idle.push_back(std::move(evaluator));
-    }
+    _pool->idle.reserve(64);
+    _pool->idle.push_back(std::move(evaluator));
 }
 Formula::~Formula() = default;
 
@@ -257,9 +277,11 @@ std::unique_ptr<Formula::Evaluator> Formula::makeEvaluator() const {
     parser.DefineFun("mod", calcMod);
     parser.DefineFun("atan2", [](double y, double x) { return std::atan2(y, x); });
     parser.DefineFun("hypot", [](double x, double y) { return std::hypot(x, y); });
-    for (const auto& constant : _scope.constants) parser.DefineConst(constant.first, constant.second);
+    for (const auto& constant : _scope.constants)
+        parser.DefineConst(constant.first, constant.second);
     for (const auto& table : _scope.tables)
-        parser.DefineFunUserData(table.first, calcTable, const_cast<Table*>(table.second.get()), false);
+        parser.DefineFunUserData(table.first, calcTable, const_cast<Table*>(table.second.get()),
+                                 false);
     for (std::size_t i = 0; i < _variables.size(); ++i)
         parser.DefineVar(_variables[i], &evaluator->values[i]);
     parser.SetExpr(_text);

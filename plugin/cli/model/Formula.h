@@ -23,7 +23,7 @@ struct FormulaScope {
 class FormulaError : public std::runtime_error {
 public:
     FormulaError(const std::string& message, int where)
-            : std::runtime_error(message), position(where) {}
+        : std::runtime_error(message), position(where) {}
     int position;
 };
 

@@ -30,7 +30,8 @@ bool isNameCharacter(char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
 }
 
-/** Letters, digits, '_' and '-', not beginning with a digit or '-'; with dots between if allowed. **/
+/** Letters, digits, '_' and '-', not beginning with a digit or '-'; with dots between if allowed.
+ * **/
 bool isName(const std::string& text, bool canHaveDots) {
     bool isFirst = true;
     for (char c : text) {
@@ -54,8 +55,9 @@ std::string describeFound(const YamlTree& tree) {
         case YamlTree::Kind::List:
             return "a list of " + std::to_string(tree.items.size());
         default:
-            return "a map" + (tree.entries.empty() ? std::string()
-                                                   : " with '" + shorten(tree.entries[0].key) + "'");
+            return "a map" + (tree.entries.empty()
+                                  ? std::string()
+                                  : " with '" + shorten(tree.entries[0].key) + "'");
     }
 }
 
@@ -104,8 +106,9 @@ private:
                                       const std::vector<Form>& kinds) {
         for (const SchemaForm& form : *node.forms)
             if (std::find(kinds.begin(), kinds.end(), form.kind) != kinds.end()) return &form;
-        node.fail("found " + describeFound(tree) + "; expected " + describeForms(*node.forms) +
-                  (node.key && !node.key->example.empty() ? ", for example " + node.key->example : ""));
+        node.fail(
+            "found " + describeFound(tree) + "; expected " + describeForms(*node.forms) +
+            (node.key && !node.key->example.empty() ? ", for example " + node.key->example : ""));
     }
 
     // --- Scalars ---
@@ -119,8 +122,8 @@ private:
         const bool isOne = scalars.size() == 1;
         const std::string& text = node.scalar;
         const bool beginsAsNumber =
-                !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) ||
-                                  std::string("+-.(").find(text[0]) != std::string::npos);
+            !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) ||
+                              std::string("+-.(").find(text[0]) != std::string::npos);
         const SchemaForm* guess = nullptr;
         for (const SchemaForm* form : scalars) {
             node.form = form;
@@ -160,10 +163,11 @@ private:
                               " (letters, digits, _ and -)");
                 break;
             case Form::Choice:
-                if (std::find(form.choices.begin(), form.choices.end(), text) == form.choices.end()) {
+                if (std::find(form.choices.begin(), form.choices.end(), text) ==
+                    form.choices.end()) {
                     const std::string nearest = findNearestName(text, form.choices);
-                    node.fail("'" + shorten(text) + "' is none of the choices: " +
-                              joinNames(form.choices) +
+                    node.fail("'" + shorten(text) +
+                              "' is none of the choices: " + joinNames(form.choices) +
                               (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
                 }
                 break;
@@ -202,7 +206,7 @@ private:
         try {
             if (canMove) {
                 node.expression = Expression(std::make_shared<Expression::Formula>(
-                        text, _file->scope, node.place.getText() + ": " + node.path));
+                    text, _file->scope, node.place.getText() + ": " + node.path));
             } else {
                 double value = 0;
                 if (!readPlainNumber(text, value)) {
@@ -222,7 +226,7 @@ private:
         if (canMove) return;
         const double value = node.expression.calcValue(0);
         const std::string found =
-                writeNumber(value) + (text == writeNumber(value) ? "" : " ('" + shorten(text) + "')");
+            writeNumber(value) + (text == writeNumber(value) ? "" : " ('" + shorten(text) + "')");
         if (form.kind == Form::Integer && std::fabs(value - std::round(value)) > kWholeTolerance)
             node.fail("found " + found + "; expected a whole number");
         if (value < form.minimum || value > form.maximum || (form.isOpen && value <= form.minimum))
@@ -273,14 +277,16 @@ private:
             const SchemaKey* key = findSchemaKey(form, entry.key);
             const std::string path = (node.path.empty() ? "" : node.path + ".") + entry.key;
             if (!isGiven(entry.value)) {
-                const bool canBeEmpty = std::any_of(
-                        key->forms.begin(), key->forms.end(),
-                        [](const SchemaForm& f) { return f.kind == Form::Map || f.kind == Form::Entries; });
+                const bool canBeEmpty =
+                    std::any_of(key->forms.begin(), key->forms.end(), [](const SchemaForm& f) {
+                        return f.kind == Form::Map || f.kind == Form::Entries;
+                    });
                 if (canBeEmpty) continue;
                 throw ModelError(entry.place.getText() + ": " + path + ": the value is missing" +
                                  (key->example.empty() ? "" : ", for example " + key->example));
             }
-            node.entries.emplace_back(entry.key, check(entry.value, key->forms, key, path, entry.key));
+            node.entries.emplace_back(entry.key,
+                                      check(entry.value, key->forms, key, path, entry.key));
         }
         checkTogether(tree, node);
     }
@@ -295,25 +301,28 @@ private:
         if (const SchemaKey* typeKey = findSchemaKey(form, "type")) {
             const NodePointer given = node.find("type");
             if (!given && typeKey->isRequired)
-                node.fail("'type' is missing; it is one of " + joinNames(typeKey->forms[0].choices));
+                node.fail("'type' is missing; it is one of " +
+                          joinNames(typeKey->forms[0].choices));
             type = given ? given->scalar : typeKey->defaultText;
         }
         std::vector<std::string> chosen;
         for (const std::string& name : form.oneOf)
             if (has(name)) chosen.push_back(name);
         if (!form.oneOf.empty() && chosen.size() != 1)
-            node.fail(chosen.empty()
-                              ? "one of these keys is needed: " + joinNames(form.oneOf)
-                              : "'" + chosen[0] + "' and '" + chosen[1] +
-                                        "' exclude each other: give one of them");
+            node.fail(chosen.empty() ? "one of these keys is needed: " + joinNames(form.oneOf)
+                                     : "'" + chosen[0] + "' and '" + chosen[1] +
+                                           "' exclude each other: give one of them");
         for (const SchemaKey& key : form.keys) {
-            const bool applies = key.onlyFor.empty() ||
-                                 std::find(key.onlyFor.begin(), key.onlyFor.end(), type) != key.onlyFor.end();
+            const bool applies =
+                key.onlyFor.empty() ||
+                std::find(key.onlyFor.begin(), key.onlyFor.end(), type) != key.onlyFor.end();
             if (!has(key.name)) {
                 if (key.isRequired && applies)
-                    node.fail("'" + key.name + "' is missing" +
-                              (type.empty() ? "" : ", which '" + type + "' needs") + ": " + key.meaning +
-                              (key.example.empty() ? "" : " For example " + key.name + ": " + key.example));
+                    node.fail(
+                        "'" + key.name + "' is missing" +
+                        (type.empty() ? "" : ", which '" + type + "' needs") + ": " + key.meaning +
+                        (key.example.empty() ? ""
+                                             : " For example " + key.name + ": " + key.example));
                 continue;
             }
             const auto fail = [&](const std::string& message) {
@@ -324,14 +333,16 @@ private:
                 throw std::logic_error("a key has no place");
             };
             if (!applies)
-                fail("'" + key.name + "' is for type " + joinNames(key.onlyFor) + ", not for " + type);
+                fail("'" + key.name + "' is for type " + joinNames(key.onlyFor) + ", not for " +
+                     type);
             if (!key.onlyWith.empty() &&
                 std::none_of(key.onlyWith.begin(), key.onlyWith.end(), has))
                 fail("'" + key.name + "' has a meaning only together with " +
                      joinNames(key.onlyWith, " or "));
             for (const std::string& other : key.notWith)
                 if (has(other))
-                    fail("'" + key.name + "' and '" + other + "' exclude each other: give one of them");
+                    fail("'" + key.name + "' and '" + other +
+                         "' exclude each other: give one of them");
         }
     }
 
@@ -341,12 +352,14 @@ private:
         std::string proposal = proposeName(entry.key, known);
         const std::vector<std::string> elsewhere = findSchemaPaths(entry.key);
         if (!elsewhere.empty() && elsewhere.size() <= 4) {
-            const std::string hint = "'" + entry.key + "' belongs to " + joinNames(elsewhere, " or ");
-            proposal = findNearestName(entry.key, known).empty() ? hint : proposal + " (" + hint + ")";
+            const std::string hint =
+                "'" + entry.key + "' belongs to " + joinNames(elsewhere, " or ");
+            proposal =
+                findNearestName(entry.key, known).empty() ? hint : proposal + " (" + hint + ")";
         }
-        throw ModelError(entry.place.getText() + ": " + (node.path.empty() ? "" : node.path + ": ") +
-                         "unknown key '" + shorten(entry.key) + "'" +
-                         (proposal.empty() ? "" : "; " + proposal));
+        throw ModelError(entry.place.getText() + ": " +
+                         (node.path.empty() ? "" : node.path + ": ") + "unknown key '" +
+                         shorten(entry.key) + "'" + (proposal.empty() ? "" : "; " + proposal));
     }
 
     // --- Entries ---
@@ -358,10 +371,12 @@ private:
             checkEntryName(form, entry, path);
             YamlTree value = entry.value;
             if (!isGiven(value)) {
-                const bool canBeEmpty = std::any_of(form.items.begin(), form.items.end(),
-                                                    [](const SchemaForm& f) { return f.kind == Form::Map; });
+                const bool canBeEmpty =
+                    std::any_of(form.items.begin(), form.items.end(),
+                                [](const SchemaForm& f) { return f.kind == Form::Map; });
                 if (!canBeEmpty)
-                    throw ModelError(entry.place.getText() + ": " + path + ": the value is missing");
+                    throw ModelError(entry.place.getText() + ": " + path +
+                                     ": the value is missing");
                 value.kind = YamlTree::Kind::Map;
                 value.place = entry.place;
             }
@@ -381,17 +396,19 @@ private:
         };
         const std::string name = "'" + shorten(entry.key) + "'";
         if (form.hasNumbers) {
-            const bool isNumber = !entry.key.empty() && entry.key.size() < 8 && entry.key[0] != '0' &&
-                                  std::all_of(entry.key.begin(), entry.key.end(), [](unsigned char c) {
-                                      return std::isdigit(c);
-                                  });
+            const bool isNumber = !entry.key.empty() && entry.key.size() < 8 &&
+                                  entry.key[0] != '0' &&
+                                  std::all_of(entry.key.begin(), entry.key.end(),
+                                              [](unsigned char c) { return std::isdigit(c); });
             if (!isNumber) fail(name + " is no number of a mode: they count from 1");
             return;
         }
         if (entry.key.empty() || !isName(entry.key, form.hasPaths))
-            fail(name + " cannot be a name: letters, digits, _ and - are allowed, and it begins with a "
-                        "letter or _");
-        if (entry.key == "ground") fail("'ground' is the name of the inertial frame; choose another");
+            fail(name +
+                 " cannot be a name: letters, digits, _ and - are allowed, and it begins with a "
+                 "letter or _");
+        if (entry.key == "ground")
+            fail("'ground' is the name of the inertial frame; choose another");
         if (!form.hasWords) return;
         if (isFormulaWord(entry.key))
             fail(name + " has a meaning in formulas already; choose another name");
@@ -418,14 +435,14 @@ private:
                 x = culprit.getNumbers();
                 y = table.get("y").getNumbers();
             }
-            return std::make_shared<Table>(
-                    node->name, x, y,
-                    interpolation == "linear" ? Table::Interpolation::Linear
-                    : interpolation == "step" ? Table::Interpolation::Step
-                                              : Table::Interpolation::Spline,
-                    extrapolation == "linear"   ? Table::Extrapolation::Linear
-                    : extrapolation == "refuse" ? Table::Extrapolation::Refuse
-                                                : Table::Extrapolation::Constant);
+            return std::make_shared<Table>(node->name, x, y,
+                                           interpolation == "linear" ? Table::Interpolation::Linear
+                                           : interpolation == "step" ? Table::Interpolation::Step
+                                                                     : Table::Interpolation::Spline,
+                                           extrapolation == "linear" ? Table::Extrapolation::Linear
+                                           : extrapolation == "refuse"
+                                               ? Table::Extrapolation::Refuse
+                                               : Table::Extrapolation::Constant);
         } catch (const ModelError&) {
             throw;
         } catch (const std::exception& error) {

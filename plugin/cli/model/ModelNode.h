@@ -42,9 +42,9 @@ struct ModelValue::Node {
 
 /** Checks `tree` against `forms`. **/
 std::shared_ptr<const ModelValue::Node> checkModelValue(
-        const std::shared_ptr<const ModelFile>& file, const YamlTree& tree,
-        const std::vector<SchemaForm>& forms, const SchemaKey* key, const std::string& path,
-        const std::string& name);
+    const std::shared_ptr<const ModelFile>& file, const YamlTree& tree,
+    const std::vector<SchemaForm>& forms, const SchemaKey* key, const std::string& path,
+    const std::string& name);
 
 /** Checks a whole model; parameters and tables become part of `file`. **/
 std::shared_ptr<const ModelValue::Node> checkModel(const std::shared_ptr<ModelFile>& file,

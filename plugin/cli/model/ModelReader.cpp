@@ -23,17 +23,20 @@ void checkFormat(const YamlTree& tree, const std::string& path) {
     if (tree.kind == YamlTree::Kind::Empty)
         throw ModelError(path + ": the file is empty; a model begins with 'simflex: 1'");
     if (tree.kind != YamlTree::Kind::Map)
-        throw ModelError(tree.place.getText() +
-                         ": this is no model: it begins with 'simflex: 1', then other keys and values");
+        throw ModelError(
+            tree.place.getText() +
+            ": this is no model: it begins with 'simflex: 1', then other keys and values");
     const YamlTree* version = tree.find("simflex");
     if (!version)
         throw ModelError(tree.place.getText() +
                          ": 'simflex: 1' is missing, which tells the format of the file");
     double number = 0;
-    if (version->kind != YamlTree::Kind::Scalar || !readPlainNumber(version->scalar, number)) return;
+    if (version->kind != YamlTree::Kind::Scalar || !readPlainNumber(version->scalar, number))
+        return;
     if (number > kFormat)
         throw ModelError(version->place.getText() + ": the file has format " + version->scalar +
-                         " and needs a newer simflex; this one reads format " + std::to_string(kFormat));
+                         " and needs a newer simflex; this one reads format " +
+                         std::to_string(kFormat));
 }
 
 }  // namespace
@@ -60,6 +63,7 @@ ModelValue readModel(const ModelText& text) {
     YamlTree tree = parseYaml(text.text, text.path);
     checkFormat(tree, text.path);
     for (const std::string& setting : text.settings) applySetting(tree, setting);
+    checkFormat(tree, text.path);
     auto file = std::make_shared<ModelFile>();
     file->path = text.path;
     file->scope.constants = {{"pi", kPi}, {"deg", kPi / 180}, {"g", kGravity}};

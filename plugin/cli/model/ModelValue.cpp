@@ -57,9 +57,13 @@ NodePointer makeMissing(const NodePointer& parent, const std::string& name,
 
 ModelValue::ModelValue(std::shared_ptr<const Node> node) : _node(std::move(node)) {}
 
-ModelValue::Kind ModelValue::getKind() const { return _node->kind; }
+ModelValue::Kind ModelValue::getKind() const {
+    return _node->kind;
+}
 
-bool ModelValue::has(const std::string& key) const { return _node->find(key) != nullptr; }
+bool ModelValue::has(const std::string& key) const {
+    return _node->find(key) != nullptr;
+}
 
 ModelValue ModelValue::get(const std::string& key) const {
     const NodePointer contents = getContents(_node);
@@ -91,8 +95,9 @@ ModelValue ModelValue::at(int index) const {
     const NodePointer contents = needContents(_node);
     if (index < 0 || index >= getSize())
         throw std::logic_error("'" + _node->path + "' has no item " + std::to_string(index));
-    return contents->kind == Kind::List ? ModelValue(contents->items[static_cast<std::size_t>(index)])
-                                        : ModelValue(contents);
+    return contents->kind == Kind::List
+               ? ModelValue(contents->items[static_cast<std::size_t>(index)])
+               : ModelValue(contents);
 }
 
 double ModelValue::getNumber() const {
@@ -172,17 +177,27 @@ std::string ModelValue::getFilePath() const {
     return (std::filesystem::path(_node->file->path).parent_path() / path).string();
 }
 
-std::string ModelValue::getPath() const { return _node->path; }
-std::string ModelValue::getName() const { return _node->name; }
-std::string ModelValue::getPlace() const { return _node->place.getText(); }
+std::string ModelValue::getPath() const {
+    return _node->path;
+}
+std::string ModelValue::getName() const {
+    return _node->name;
+}
+std::string ModelValue::getPlace() const {
+    return _node->place.getText();
+}
 
-void ModelValue::fail(const std::string& message) const { _node->fail(message); }
+void ModelValue::fail(const std::string& message) const {
+    _node->fail(message);
+}
 
 void ModelValue::failUnknown(const std::string& what, const std::string& name,
                              const std::vector<std::string>& known) const {
     const std::string proposal = proposeName(name, known);
     _node->fail("there is no " + what + " '" + name + "'" +
-                (!proposal.empty() ? "; " + proposal : known.empty() ? "; there are none" : ""));
+                (!proposal.empty() ? "; " + proposal
+                 : known.empty()   ? "; there are none"
+                                   : ""));
 }
 
 double calcConstant(const ModelValue& model, const std::string& text) {
@@ -190,7 +205,8 @@ double calcConstant(const ModelValue& model, const std::string& text) {
         const Formula formula(text, model.getNode().file->scope, {});
         const double none = 0;
         const double value = formula.calc(&none);
-        if (!std::isfinite(value)) throw std::invalid_argument("'" + text + "' has no finite value");
+        if (!std::isfinite(value))
+            throw std::invalid_argument("'" + text + "' has no finite value");
         return value;
     } catch (const FormulaError& error) {
         throw std::invalid_argument(error.what());
@@ -205,16 +221,17 @@ struct VariableFormula::Shared {
     std::size_t numVariables = 0;
 };
 
-VariableFormula::VariableFormula(const ModelValue& text, const std::vector<std::string>& variables) {
+VariableFormula::VariableFormula(const ModelValue& text,
+                                 const std::vector<std::string>& variables) {
     auto shared = std::make_shared<Shared>();
     std::vector<std::string> names{"t"};
     const FormulaScope& scope = text.getNode().file->scope;
     for (std::size_t i = 0; i < variables.size(); ++i) {
         const std::string& name = variables[i];
         const bool isWord =
-                name.find_first_not_of(
-                        "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") ==
-                std::string::npos;
+            name.find_first_not_of(
+                "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") ==
+            std::string::npos;
         if (!isWord || name.empty() || isFormulaWord(name) || scope.constants.count(name) > 0 ||
             scope.tables.count(name) > 0)
             continue;
@@ -230,7 +247,8 @@ VariableFormula::VariableFormula(const ModelValue& text, const std::vector<std::
     }
     for (const std::string& used : shared->formula->getUsedVariables()) {
         const auto found = std::find(variables.begin(), variables.end(), used);
-        if (found != variables.end()) shared->used.push_back(static_cast<int>(found - variables.begin()));
+        if (found != variables.end())
+            shared->used.push_back(static_cast<int>(found - variables.begin()));
     }
     std::sort(shared->used.begin(), shared->used.end());
     _shared = shared;
@@ -243,7 +261,9 @@ double VariableFormula::calcValue(double time, const double* values) const {
     return _shared->formula->calc(all.data());
 }
 
-const std::vector<int>& VariableFormula::getUsed() const { return _shared->used; }
+const std::vector<int>& VariableFormula::getUsed() const {
+    return _shared->used;
+}
 
 }  // namespace cli
 }  // namespace simflex

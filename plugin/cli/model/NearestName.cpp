@@ -9,8 +9,8 @@ namespace cli {
 
 namespace {
 
-const std::size_t kMaxLength = 200;   // of names that are compared
-const std::size_t kFewNames = 16;     // are listed all
+const std::size_t kMaxLength = 200;  // of names that are compared
+const std::size_t kFewNames = 16;    // are listed all
 
 std::string makePlain(std::string name) {
     for (char& c : name) {

@@ -8,7 +8,7 @@ namespace simflex {
 namespace cli {
 
 SchemaKey::SchemaKey(std::string keyName, std::vector<SchemaForm> keyForms, std::string keyMeaning)
-        : name(std::move(keyName)), forms(std::move(keyForms)), meaning(std::move(keyMeaning)) {}
+    : name(std::move(keyName)), forms(std::move(keyForms)), meaning(std::move(keyMeaning)) {}
 
 SchemaKey SchemaKey::in(const std::string& value) const {
     SchemaKey key(*this);
@@ -99,18 +99,32 @@ SchemaForm integer(double minimum, double maximum) {
     form.title = "a whole number";
     return form;
 }
-SchemaForm function() { return make(SchemaForm::Kind::Function, "a function of time"); }
-SchemaForm boolean() { return make(SchemaForm::Kind::Bool, "true or false"); }
-SchemaForm text() { return make(SchemaForm::Kind::Text, "a text"); }
-SchemaForm name(const std::string& title) { return make(SchemaForm::Kind::Name, title); }
-SchemaForm formula() { return make(SchemaForm::Kind::Formula, "a formula"); }
+SchemaForm function() {
+    return make(SchemaForm::Kind::Function, "a function of time");
+}
+SchemaForm boolean() {
+    return make(SchemaForm::Kind::Bool, "true or false");
+}
+SchemaForm text() {
+    return make(SchemaForm::Kind::Text, "a text");
+}
+SchemaForm name(const std::string& title) {
+    return make(SchemaForm::Kind::Name, title);
+}
+SchemaForm formula() {
+    return make(SchemaForm::Kind::Formula, "a formula");
+}
 SchemaForm choice(const std::vector<std::string>& choices) {
     SchemaForm form = make(SchemaForm::Kind::Choice, "a choice");
     form.choices = choices;
     return form;
 }
-SchemaForm file(const std::string& title) { return make(SchemaForm::Kind::File, title); }
-SchemaForm output(const std::string& title) { return make(SchemaForm::Kind::Output, title); }
+SchemaForm file(const std::string& title) {
+    return make(SchemaForm::Kind::File, title);
+}
+SchemaForm output(const std::string& title) {
+    return make(SchemaForm::Kind::Output, title);
+}
 SchemaForm list(const Forms& items, const std::vector<int>& sizes) {
     SchemaForm form = make(SchemaForm::Kind::List, "a list");
     form.items = items;
@@ -147,54 +161,87 @@ SchemaForm functions3() {
 }
 
 Forms numbersOrRange() {
-    SchemaForm range = map("a range", {
-        SchemaKey("from", {number()}, "First value.").required().such("0"),
-        SchemaKey("to", {number()}, "Last value.").required().such("200"),
-        SchemaKey("count", {integer(1, 1e6)}, "Number of values, evenly spaced.").required().such("5"),
-    });
+    SchemaForm range =
+        map("a range", {
+                           SchemaKey("from", {number()}, "First value.").required().such("0"),
+                           SchemaKey("to", {number()}, "Last value.").required().such("200"),
+                           SchemaKey("count", {integer(1, 1e6)}, "Number of values, evenly spaced.")
+                               .required()
+                               .such("5"),
+                       });
     return {list({number()}), range};
 }
 
 Forms rotation() {
     SchemaForm angles = list({number()}, {3});
     angles.title = "angles [x, y, z]";
-    SchemaForm other = map("a rotation", {
-        SchemaKey("axis", axis(), "Axis of the rotation.").with({"angle"}).such("z"),
-        SchemaKey("angle", {number()}, "Angle about the axis.").in("rad").with({"axis"}).such("30*deg"),
-        SchemaKey("quaternion", {list({number()}, {4})}, "Quaternion [w, x, y, z]; it is normalized.")
-                .such("[1, 0, 0, 0]"),
-    }, {"angle", "quaternion"});
+    SchemaForm other =
+        map("a rotation",
+            {
+                SchemaKey("axis", axis(), "Axis of the rotation.").with({"angle"}).such("z"),
+                SchemaKey("angle", {number()}, "Angle about the axis.")
+                    .in("rad")
+                    .with({"axis"})
+                    .such("30*deg"),
+                SchemaKey("quaternion", {list({number()}, {4})},
+                          "Quaternion [w, x, y, z]; it is normalized.")
+                    .such("[1, 0, 0, 0]"),
+            },
+            {"angle", "quaternion"});
     return {angles, other};
 }
 
-Forms axis() { return {choice({"x", "y", "z"}), vec3()}; }
+Forms axis() {
+    return {choice({"x", "y", "z"}), vec3()};
+}
 
 std::vector<SchemaKey> frameKeys() {
     return {
-        SchemaKey("on", {name("a frame")}, "Frame that this one stands on: ground, BODY, BODY.INTERFACE "
-                  "or a name under frames.").required().such("ground"),
+        SchemaKey("on", {name("a frame")},
+                  "Frame that this one stands on: ground, BODY, BODY.INTERFACE "
+                  "or a name under frames.")
+            .required()
+            .such("ground"),
         SchemaKey("node", {integer(0)}, "Node of the flexible body's part that carries the frame.")
-                .such("4711"),
-        SchemaKey("position", {vec3()}, "Place of the origin in the frame it stands on; of a node, from there.")
-                .in("m").orElse("[0, 0, 0]").such("[0, 0, 0.1]"),
+            .such("4711"),
+        SchemaKey("position", {vec3()},
+                  "Place of the origin in the frame it stands on; of a node, from there.")
+            .in("m")
+            .orElse("[0, 0, 0]")
+            .such("[0, 0, 0.1]"),
         SchemaKey("rotation", rotation(), "Turn against the frame it stands on.")
-                .in("rad").orElse("[0, 0, 0]").such("[0, 0, 30*deg]"),
+            .in("rad")
+            .orElse("[0, 0, 0]")
+            .such("[0, 0, 30*deg]"),
     };
 }
 
-Forms frame() { return {name("a frame"), map("a frame", frameKeys())}; }
+Forms frame() {
+    return {name("a frame"), map("a frame", frameKeys())};
+}
 
 Forms place() {
-    return {map("a place", {
-        SchemaKey("position", {vec3()}, "Origin of the body in Ground (of a flexible one: of its part's own "
-                  "coordinates); with at: in that frame.").in("m").orElse("[0, 0, 0]").such("[0.1, 0, 0]"),
-        SchemaKey("rotation", rotation(), "Turn of the body against Ground, or against the frame at.")
-                .in("rad").orElse("[0, 0, 0]").such("{axis: z, angle: 90*deg}"),
-        SchemaKey("frame", frame(), "Frame of this body that is laid upon the frame at.")
-                .orElseNote("the body's own frame").with({"at"}).such("rod.big_end"),
-        SchemaKey("at", frame(), "Frame of another body, or of Ground, where the body is put.")
+    return {map(
+        "a place",
+        {
+            SchemaKey("position", {vec3()},
+                      "Origin of the body in Ground (of a flexible one: of its part's own "
+                      "coordinates); with at: in that frame.")
+                .in("m")
+                .orElse("[0, 0, 0]")
+                .such("[0.1, 0, 0]"),
+            SchemaKey("rotation", rotation(),
+                      "Turn of the body against Ground, or against the frame at.")
+                .in("rad")
+                .orElse("[0, 0, 0]")
+                .such("{axis: z, angle: 90*deg}"),
+            SchemaKey("frame", frame(), "Frame of this body that is laid upon the frame at.")
+                .orElseNote("the body's own frame")
+                .with({"at"})
+                .such("rod.big_end"),
+            SchemaKey("at", frame(), "Frame of another body, or of Ground, where the body is put.")
                 .such("crank.pin"),
-    })};
+        })};
 }
 
 SchemaForm color() {

@@ -21,7 +21,7 @@ struct SchemaForm {
         Function,  ///< of time
         Bool,
         Text,
-        Name,    ///< of a body, joint … or BODY.INTERFACE
+        Name,     ///< of a body, joint … or BODY.INTERFACE
         Formula,  ///< of other names, which whoever uses it compiles
         Choice,
         File,    ///< name of a file that is read

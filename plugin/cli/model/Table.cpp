@@ -31,8 +31,8 @@ std::vector<double> calcCurvature(const std::vector<double>& x, const std::vecto
         const double c = 2 * (slope(1) - slope(0)) / (h(0) + h(1));
         return {c, c, c};
     }
-    // h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (slope_i - slope_{i-1}), with M_0 and
-    // M_{n-1} eliminated by continuity of the third derivative
+    // h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (slope_i - slope_{i-1}), with M_0
+    // and M_{n-1} eliminated by continuity of the third derivative
     std::vector<double> lower(n, 0), diagonal(n, 1), upper(n, 0), right(n, 0);
     for (std::size_t i = 1; i + 1 < n; ++i) {
         lower[i] = h(i - 1);
@@ -62,11 +62,11 @@ std::vector<double> calcCurvature(const std::vector<double>& x, const std::vecto
 
 Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
              Interpolation interpolation, Extrapolation extrapolation)
-        : _name(std::move(name)),
-          _x(std::move(x)),
-          _y(std::move(y)),
-          _interpolation(interpolation),
-          _extrapolation(extrapolation) {
+    : _name(std::move(name)),
+      _x(std::move(x)),
+      _y(std::move(y)),
+      _interpolation(interpolation),
+      _extrapolation(extrapolation) {
     if (_x.size() != _y.size())
         throw std::invalid_argument("x has " + std::to_string(_x.size()) + " values and y has " +
                                     std::to_string(_y.size()) + "; they must be as many");
@@ -75,8 +75,8 @@ Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
         if (!std::isfinite(_x[i]) || !std::isfinite(_y[i]))
             throw std::invalid_argument("point " + std::to_string(i) + " is not finite");
         if (i > 0 && !(_x[i] > _x[i - 1]))
-            throw std::invalid_argument("x must increase, but " + writeNumber(_x[i]) +
-                                        " follows " + writeNumber(_x[i - 1]));
+            throw std::invalid_argument("x must increase, but " + writeNumber(_x[i]) + " follows " +
+                                        writeNumber(_x[i - 1]));
     }
     if (_interpolation == Interpolation::Spline) {
         _curvature = calcCurvature(_x, _y);
@@ -88,7 +88,7 @@ Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
 }
 
 double Table::calc(double x, int order) const {
-    const bool isBelow = x < _x.front(), isAbove = x > _x.back();
+    const bool isBelow = x<_x.front(), isAbove = x> _x.back();
     if (isBelow || isAbove) {
         if (_extrapolation == Extrapolation::Refuse)
             throw std::domain_error("table '" + _name + "' is asked for " + writeNumber(x) +

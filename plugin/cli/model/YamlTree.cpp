@@ -99,8 +99,8 @@ private:
     void findText(const YAML::Mark& mark, YamlTree& tree) const {
         if (mark.is_null() || mark.line < 0 || mark.column < 0) return;
         if (static_cast<std::size_t>(mark.line) >= _lines.size()) return;
-        std::size_t begin = _lines[static_cast<std::size_t>(mark.line)] +
-                            static_cast<std::size_t>(mark.column);
+        std::size_t begin =
+            _lines[static_cast<std::size_t>(mark.line)] + static_cast<std::size_t>(mark.column);
         if (begin >= _text.size()) return;
         const bool hasQuote = _text[begin] == '"' || _text[begin] == '\'';
         if (hasQuote) ++begin;
@@ -170,7 +170,8 @@ YamlTree* YamlTree::find(const std::string& key) {
 YamlTree parseYaml(const std::string& text, const std::string& name) {
     if (text.size() > kMaxBytes)
         fail({name, 0, 0}, "the file has " + std::to_string(text.size()) + " bytes; at most " +
-                               std::to_string(kMaxBytes) + " are read (large tables belong in CSV files)");
+                               std::to_string(kMaxBytes) +
+                               " are read (large tables belong in CSV files)");
     if (text.find('\0') != std::string::npos)
         fail({name, 0, 0}, "the file has bytes of value zero: it is no text in UTF-8");
     try {
@@ -206,12 +207,13 @@ void applySetting(YamlTree& tree, const std::string& setting) {
         if (key.empty()) fail({name, 0, 0}, "there is an empty name in the path");
         if (target->kind == YamlTree::Kind::List) {
             const bool isNumber = key.size() < 7 && std::all_of(key.begin(), key.end(), [](char c) {
-                return std::isdigit(static_cast<unsigned char>(c));
-            });
+                                      return std::isdigit(static_cast<unsigned char>(c));
+                                  });
             const std::size_t count = target->items.size();
             if (!isNumber || std::stoul(key) >= count)
                 fail({name, 0, 0}, path + " is a list: give the number of an item, 0 to " +
-                                       std::to_string(count == 0 ? 0 : count - 1) + ", not '" + key + "'");
+                                       std::to_string(count == 0 ? 0 : count - 1) + ", not '" +
+                                       key + "'");
             target = &target->items[std::stoul(key)];
         } else {
             if (target->kind == YamlTree::Kind::Scalar)

@@ -43,8 +43,8 @@ struct YamlTree::Entry {
 };
 
 /** @param name  of the file, for messages
-@throws ModelError  for what is no YAML, tags, duplicate keys, more than 64 levels or 500 000 values,
-    more than 16 MB. **/
+@throws ModelError  for what is no YAML, tags, duplicate keys, more than 64 levels or 500 000
+values, more than 16 MB. **/
 YamlTree parseYaml(const std::string& text, const std::string& name);
 
 /** Replaces or adds what a setting "PATH=VALUE" names. @throws ModelError. **/
