@@ -26,6 +26,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addInfoCommand(app);
     addModesCommand(app);
     addExportCommand(app);
+    addPlotCommand(app);
     catchInterrupts();
     try {
         app.parse(argc, argv);
