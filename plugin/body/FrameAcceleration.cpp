@@ -24,8 +24,8 @@ FrameMotion calcFlexibleMotion(const FlexibleBodySubsystem::Guts& guts, const St
                           guts.getFrameOrder(state, record));
     const BodyFrame body = guts.getBodyFrame(state, record);
     FrameMotion motion = frame.calcMotion(body, xiDot.data());
-    motion.A = frame.calcAcceleration(body, xiDot.data(), ~body.R_GB * A_GB[0], A_GB[1],
-                                      xiDotDot.data());
+    motion.A =
+        frame.calcAcceleration(body, xiDot.data(), ~body.R_GB * A_GB[0], A_GB[1], xiDotDot.data());
     return motion;
 }
 
@@ -42,8 +42,7 @@ std::vector<FrameMotion> calcFrameMotions(const FlexibleBodySubsystem& subsystem
     for (const Attachment& attachment : attachments) {
         const MobilizedBodyIndex index = attachment.getMobilizedBodyIndex();
         if (attachment.isFlexible()) {
-            motions.push_back(
-                calcFlexibleMotion(guts, state, uDot, A_GB[int(index)], attachment));
+            motions.push_back(calcFlexibleMotion(guts, state, uDot, A_GB[int(index)], attachment));
             continue;
         }
         const MobilizedBody& mobod = matter.getMobilizedBody(index);

@@ -40,7 +40,7 @@ const TensorKind kTensorKinds[] = {
     {"yy", [](const SymMat33& s) { return double(s(1, 1)); }},
     {"zz", [](const SymMat33& s) { return double(s(2, 2)); }},
     {"xy", [](const SymMat33& s) { return double(s(1, 0)); }},
-    {"xz", [](const SymMat33& s) { return double(s(2, 0)); }},
+    {"zx", [](const SymMat33& s) { return double(s(2, 0)); }},
     {"yz", [](const SymMat33& s) { return double(s(2, 1)); }},
 };
 
@@ -139,8 +139,7 @@ Probe makeDisplacementProbe(const ProbeSource& source) {
                   " does not deform; name an interface (BODY.INTERFACE) or a node of a flexible "
                   "body");
     probe.calc = [model = source.model, frame](const Moment& moment, double* values) {
-        const FlexibleBody body =
-            model->getFlexibleBodies().getBody(frame.getFlexibleBodyIndex());
+        const FlexibleBody body = model->getFlexibleBodies().getBody(frame.getFlexibleBodyIndex());
         const Vector xi = body.getModalCoordinates(moment.state);
         const Vector rest(xi.size(), SimTK::Real(0));
         const FlexibleFrame& flexible = frame.getFlexibleFrame();
@@ -154,8 +153,7 @@ Probe makeDisplacementProbe(const ProbeSource& source) {
 }
 
 Probe makeLargestDisplacementProbe(const ProbeSource& source) {
-    const FlexibleBody body =
-        findFlexible(*source.model, source.entry.get("largest_displacement"));
+    const FlexibleBody body = findFlexible(*source.model, source.entry.get("largest_displacement"));
     Probe probe;
     probe.unit = "m";
     probe.columns = {""};

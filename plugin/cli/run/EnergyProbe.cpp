@@ -22,8 +22,8 @@ double calcBodyKineticEnergy(const Model::BodyEntry& body, const State& state) {
 /** Momentum (angular about Ground's origin, linear). **/
 SpatialVec calcBodyMomentum(const Model::BodyEntry& body, const State& state) {
     if (body.flexible) return body.flexible->calcMomentum(state);
-    const SpatialVec atOrigin = body.mobod.getBodySpatialInertiaInGround(state) *
-                                body.mobod.getBodyVelocity(state);
+    const SpatialVec atOrigin =
+        body.mobod.getBodySpatialInertiaInGround(state) * body.mobod.getBodyVelocity(state);
     const Vec3& p = body.mobod.getBodyTransform(state).p();
     return {atOrigin[0] + p % atOrigin[1], atOrigin[1]};
 }

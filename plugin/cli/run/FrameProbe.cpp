@@ -40,9 +40,8 @@ const std::map<std::string, Quantity>& getQuantities() {
         {"position", {"m", [](const Motion& m) { return m.X.p(); }}},
         {"velocity", {"m/s", [](const Motion& m) { return m.V[1]; }}},
         {"acceleration", {"m/s^2", [](const Motion& m) { return m.A[1]; }}},
-        {"orientation", {"rad", [](const Motion& m) {
-                             return m.X.R().convertRotationToBodyFixedXYZ();
-                         }}},
+        {"orientation",
+         {"rad", [](const Motion& m) { return m.X.R().convertRotationToBodyFixedXYZ(); }}},
         {"angular_velocity", {"rad/s", [](const Motion& m) { return m.V[0]; }}},
         {"angular_acceleration", {"rad/s^2", [](const Motion& m) { return m.A[0]; }}}};
     return quantities;
@@ -70,11 +69,11 @@ Probe makeFrameProbe(const ProbeSource& source) {
     probe.unit = quantity.unit;
     probe.columns = {"x", "y", "z"};
     probe.calc = [model = source.model, frames, take = quantity.take](const Moment& moment,
-                                                                       double* values) {
+                                                                      double* values) {
         const std::vector<FrameMotion> motions =
             calcFrameMotions(model->getFlexibleBodies(), moment.state, moment.uDot, frames);
-        const Vec3 value = take(frames.size() > 1 ? calcRelativeMotion(motions[1], motions[0])
-                                                  : motions[0]);
+        const Vec3 value =
+            take(frames.size() > 1 ? calcRelativeMotion(motions[1], motions[0]) : motions[0]);
         for (int k = 0; k < 3; ++k) values[k] = value[k];
     };
     return selectComponent(source.entry, std::move(probe));

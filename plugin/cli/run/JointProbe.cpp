@@ -1,6 +1,7 @@
 /** @file
 Probes of joints and prescribed motions. **/
 
+#include "simflex/body/JointEquations.h"
 #include "simflex/cli/run/ProbeKinds.h"
 
 namespace simflex {
@@ -63,7 +64,8 @@ Probe makeAnyCoordinate(const ProbeSource& source, const char* key, Order order)
     const Joint& joint = source.model->findJoint(name).joint;
     const int count = joint.getNumCoordinates();
     if (count == 0)
-        name.fail("joint '" + joint.getName() + "' has no coordinates; probe 'orientation' or "
+        name.fail("joint '" + joint.getName() +
+                  "' has no coordinates; probe 'orientation' or "
                   "'position' of a frame instead");
     int number = -1;
     if (what.isMap() && what.has("coordinate")) {
@@ -71,8 +73,7 @@ Probe makeAnyCoordinate(const ProbeSource& source, const char* key, Order order)
         number = wanted.getInteger();
         if (number < 0 || number >= count)
             wanted.fail("there is no coordinate " + std::to_string(number) + "; joint '" +
-                        joint.getName() + "' has " + std::to_string(count) +
-                        ", numbered from 0");
+                        joint.getName() + "' has " + std::to_string(count) + ", numbered from 0");
     }
     return makeCoordinates(source.model, joint, number, order);
 }
@@ -149,8 +150,7 @@ Probe makeDrivingProbe(const ProbeSource& source) {
         joint.getNumCoordinates() == 1 && joint.getEquations().getCoordinate(0).isAngle();
     probe.unit = isAngle ? "N m" : "N";
     probe.calc = [model = source.model, joint](const Moment& moment, double* values) {
-        const Vector forces =
-            joint.calcDrivingForces(getMultipliers(*model, joint, moment));
+        const Vector forces = joint.calcDrivingForces(getMultipliers(*model, joint, moment));
         for (int k = 0; k < forces.size(); ++k) values[k] = forces[k];
     };
     return probe;

@@ -41,7 +41,8 @@ std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
         if (solver.get("spectral_radius").isGiven())
             alpha->setSpectralRadius(solver.get("spectral_radius").getNumber());
         if (solver.get("maximum_order").isGiven())
-            solver.get("maximum_order").fail("belongs to method bdf; generalized_alpha has order 2");
+            solver.get("maximum_order")
+                .fail("belongs to method bdf; generalized_alpha has order 2");
         integrator = std::move(alpha);
     } else {
         auto bdf = std::make_unique<BdfIntegrator>(model.getSystem());
