@@ -217,9 +217,11 @@ std::map<std::string, std::string> calcInputChecksums(const Model& model) {
     for (const std::string& name : tables.getKeys())
         addFile("the file of table '" + name + "'", tables.get(name).get("file"));
     for (const std::string& name : bodies.getKeys()) {
-        const ModelValue body = bodies.get(name);
-        if (body.has("shape") && body.get("shape").has("mesh"))
-            addFile("the mesh of body '" + name + "'", body.get("shape").get("mesh"));
+        const ModelValue shapes = bodies.get(name).get("shape");
+        const int count = shapes.isList() ? shapes.getSize() : int(shapes.isGiven());
+        for (int k = 0; k < count; ++k)
+            addFile("mesh " + std::to_string(k + 1) + " of body '" + name + "'",
+                    (shapes.isList() ? shapes.at(k) : shapes).get("mesh"));
     }
     return sums;
 }
