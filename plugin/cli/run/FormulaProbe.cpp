@@ -3,15 +3,13 @@ Probes of functions of time and of formulas of other probes. **/
 
 #include <algorithm>
 
-#include "simflex/cli/model/Formula.h"
+#include "simflex/cli/model/VariableFormula.h"
 #include "simflex/cli/run/ProbeKinds.h"
 
 namespace simflex {
 namespace cli {
 
 namespace {
-
-constexpr char kTime[] = "t";
 
 /** A column of another probe. **/
 struct Column {
@@ -62,28 +60,25 @@ Probe makeFunctionProbe(const ProbeSource& source) {
 Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::string>& others,
                           const std::function<Probe(const std::string& name)>& findProbe) {
     const ModelValue text = source.entry.get("expression");
-    std::vector<std::string> variables{kTime};
+    std::vector<std::string> variables;
     for (const std::string& name : others) {
         variables.push_back(name);
         for (const char* column : {".x", ".y", ".z"}) variables.push_back(name + column);
     }
-    const std::shared_ptr<const Formula> formula = text.compileFormula(variables);
+    const VariableFormula formula(text, variables);
     // Only what is used is calculated.
     std::vector<std::pair<size_t, Column>> columns;
-    const std::vector<std::string>& used = formula->getUsedVariables();
-    for (size_t k = 1; k < variables.size(); ++k)
-        if (std::find(used.begin(), used.end(), variables[k]) != used.end())
-            columns.push_back({k, findColumn(text, variables[k], others, findProbe)});
+    for (const int k : formula.getUsed())
+        columns.push_back({size_t(k), findColumn(text, variables[size_t(k)], others, findProbe)});
     Probe probe = makeNumber(source.entry);
     probe.calc = [formula, columns, size = variables.size()](const Moment& moment, double* values) {
         std::vector<double> arguments(size, 0), numbers;
-        arguments[0] = moment.state.getTime();
         for (const auto& [k, column] : columns) {
             numbers.resize(column.probe.columns.size());
             column.probe.calc(moment, numbers.data());
             arguments[k] = numbers[column.number];
         }
-        *values = formula->calc(arguments.data());
+        *values = formula.calcValue(moment.state.getTime(), arguments.data());
     };
     return probe;
 }
