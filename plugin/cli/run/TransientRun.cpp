@@ -81,7 +81,7 @@ void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
     _progress = checkpoint;
     _startTime = start.getTime();
     std::istringstream text(checkpoint.integrator);
-    _integrator->readCheckpoint(text);
+    _integrator->readCheckpoint(text, start);
 }
 
 double TransientRun::calcRowTime(int row) const {
@@ -123,13 +123,14 @@ void TransientRun::advance(double time) {
     _bar.clear();
     keep();
     std::ostringstream text;
-    text << "analysis '" << _name << "' has reached t = " << _integrator->getTime() << " of "
+    text << "analysis '" << _name << "' has reached t = " << _reached << " of "
          << _startTime + _duration << " s, which '" << _run._resultPath
          << "' holds; go on with: " << _run._options.makeResumeCommand();
     throw Stopped(text.str());
 }
 
 bool TransientRun::watchStep(double time) {
+    _reached = time;
     return _bar.show(_name, (time - _startTime) / _duration, [&] {
         char text[120];
         std::snprintf(text, sizeof text, "t = %.5g s, h = %.2g s, order %d", time,

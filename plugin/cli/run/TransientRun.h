@@ -37,11 +37,11 @@ private:
     void takeFrame();
     void keep();
     void finish();
-    std::string describeProgress() const;
 
     ModelRun& _run;
     ModelValue _analysis;
     std::string _name;
+    double _reached = 0;  ///< by the last internal step
     double _startTime = 0, _duration = 0, _interval = 0;
     double _frameInterval = 0;  ///< 0: no pictures
     double _checkpointInterval = 0;
