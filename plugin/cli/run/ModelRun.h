@@ -81,6 +81,7 @@ private:
     std::optional<ResultData> _earlier;  ///< of the run that is gone on with
     std::optional<SimTK::State> _start;
     std::map<std::string, Equilibrium> _equilibria;
+    std::map<std::string, SimTK::State> _ends;                 ///< of transient analyses
     std::map<std::string, std::vector<std::string>> _remarks;  ///< by analysis, for the summary
 };
 
