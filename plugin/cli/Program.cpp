@@ -27,6 +27,9 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addModesCommand(app);
     addRunCommand(app);
     addExportCommand(app);
+    addSchemaCommand(app);
+    addKeysCommand(app);
+    addPlotCommand(app);
     catchInterrupts();
     try {
         app.parse(argc, argv);

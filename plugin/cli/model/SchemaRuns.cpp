@@ -17,11 +17,12 @@ SchemaForm solver() {
                 .orElse("bdf")
                 .such("generalized_alpha"),
             SchemaKey("accuracy", {positive()},
-                      "Local error allowed in a step, as a displacement anywhere on a body.")
+                      "Local error allowed in a step, as a displacement anywhere "
+                      "on a body.")
                 .in("m")
                 .orElse("1e-6")
                 .such("1e-5"),
-            SchemaKey("constraint_tolerance", {positive()}, "Error that a step may leave in joints.")
+            SchemaKey("constraint_tolerance", {positive()}, "Error allowed in the joints.")
                 .in("m, rad")
                 .orElse("1e-10")
                 .such("1e-9"),
@@ -411,18 +412,16 @@ SchemaForm pictures() {
             SchemaKey("slow_motion", {positive()}, "Seconds of video for one simulated second.")
                 .orElse("1")
                 .such("100"),
-            SchemaKey("folder", {output("a folder for pictures")}, "Folder for single pictures (PNG).")
-                .orElseNote("frames, unless there is a video")
+            SchemaKey("folder", {output("a folder for pictures")}, "Folder for single pictures.")
                 .such("frames"),
             SchemaKey("video", {output("a video file"), list({output("a video file")})},
                       "Videos: .mp4, .gif or .webp.")
                 .such("run.mp4"),
-            SchemaKey(
-                "contour",
-                {choice({"none", "displacement", "displacement_x", "displacement_y",
-                         "displacement_z", "speed", "strain_energy", "von_mises",
-                         "signed_von_mises", "principal_1", "principal_3"})},
-                "What colors flexible bodies.")
+            SchemaKey("contour",
+                      {choice({"none", "displacement", "displacement_x", "displacement_y",
+                               "displacement_z", "speed", "strain_energy", "von_mises",
+                               "signed_von_mises", "principal_1", "principal_3"})},
+                      "What colors flexible bodies.")
                 .orElse("displacement")
                 .such("von_mises"),
             SchemaKey("range", {choice({"run", "frame"}), list({number()}, {2})},
