@@ -52,6 +52,7 @@ public:
             tree.kind = YamlTree::Kind::Scalar;
             tree.scalar = node.Scalar();
             tree.isQuoted = tag == "!";
+            if (tree.isQuoted) checkQuote(node.Mark());
             findText(node.Mark(), tree);
         } else if (node.IsSequence()) {
             tree.kind = YamlTree::Kind::List;
@@ -75,6 +76,7 @@ private:
         for (const auto& entry : node) {
             const YamlPlace place = makePlace(entry.first.Mark());
             if (!entry.first.IsScalar()) fail(place, "a key must be a single name");
+            if (entry.first.Tag() == "!") checkQuote(entry.first.Mark());
             const std::string key = entry.first.Scalar();
             if (!keys.insert(key).second) fail(place, "the key '" + key + "' stands here twice");
             YamlTree value = convert(entry.second, depth + 1);
@@ -95,12 +97,29 @@ private:
         }
     }
 
+    /** Where a mark stands in the text; its end for what stands nowhere. **/
+    std::size_t findByte(const YAML::Mark& mark) const {
+        if (mark.is_null() || mark.line < 0 || mark.column < 0) return _text.size();
+        if (static_cast<std::size_t>(mark.line) >= _lines.size()) return _text.size();
+        return std::min(_text.size(), _lines[static_cast<std::size_t>(mark.line)] +
+                                          static_cast<std::size_t>(mark.column));
+    }
+
+    /** A text in quotes must end, which yaml-cpp does not ask for. **/
+    void checkQuote(const YAML::Mark& mark) const {
+        std::size_t at = findByte(mark);
+        if (at >= _text.size() || (_text[at] != '"' && _text[at] != '\'')) return;
+        const char quote = _text[at];
+        for (++at; at < _text.size(); ++at) {
+            if (_text[at] == quote) return;
+            if (quote == '"' && _text[at] == '\\') ++at;
+        }
+        fail(makePlace(mark), std::string("the text that begins here has no closing ") + quote);
+    }
+
     /** Sees whether the scalar stands in the file as it is. **/
     void findText(const YAML::Mark& mark, YamlTree& tree) const {
-        if (mark.is_null() || mark.line < 0 || mark.column < 0) return;
-        if (static_cast<std::size_t>(mark.line) >= _lines.size()) return;
-        std::size_t begin =
-            _lines[static_cast<std::size_t>(mark.line)] + static_cast<std::size_t>(mark.column);
+        std::size_t begin = findByte(mark);
         if (begin >= _text.size()) return;
         const bool hasQuote = _text[begin] == '"' || _text[begin] == '\'';
         if (hasQuote) ++begin;
