@@ -18,6 +18,7 @@ void addInfoCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addModesCommand(CLI::App& app);
 void addPlotCommand(CLI::App& app);
+void addSweepCommand(CLI::App& app);
 
 }  // namespace cli
 }  // namespace simflex

@@ -27,6 +27,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addModesCommand(app);
     addExportCommand(app);
     addPlotCommand(app);
+    addSweepCommand(app);
     catchInterrupts();
     try {
         app.parse(argc, argv);
