@@ -30,6 +30,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addSchemaCommand(app);
     addKeysCommand(app);
     addPlotCommand(app);
+    addSweepCommand(app);
     catchInterrupts();
     try {
         app.parse(argc, argv);
