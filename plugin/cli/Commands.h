@@ -17,6 +17,7 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
 void addInfoCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addModesCommand(CLI::App& app);
+void addShellCommand(CLI::App& app);
 
 }  // namespace cli
 }  // namespace simflex
