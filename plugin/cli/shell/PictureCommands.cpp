@@ -258,7 +258,7 @@ void plot(Shell& shell, const Words& words) {
         std::fputs(drawTerminalPlot(curves, Terminal::detect()).c_str(), stdout);
         return;
     }
-    ProbePlot figure(model.getModel().getFile().get("title").getText());
+    ProbePlot figure(model.getTitle());
     Names units;
     for (const TerminalCurve& curve : curves)
         if (std::find(units.begin(), units.end(), curve.unit) == units.end())

@@ -183,7 +183,7 @@ const OffscreenVisualizer& Shell::updVisualizer() {
 
 void Shell::printSummary() {
     const ShellModel& model = updModel();
-    const std::string title = model.getModel().getFile().get("title").getText();
+    const std::string title = model.getTitle();
     const auto count = [](size_t n, const char* one, const char* many) {
         return std::to_string(n) + ' ' + (n == 1 ? one : many);
     };
@@ -216,19 +216,15 @@ std::vector<std::string> Shell::getHistory() const {
 }
 
 double Shell::calcNumber(const std::string& text) const {
-    FormulaScope scope;
-    if (_model) {
-        const ModelValue parameters = _model->getModel().getFile().get("parameters");
-        for (const std::string& name : parameters.getKeys())
-            scope.constants[name] = parameters.get(name).getNumber();
-    }
+    double value = 0;
     try {
-        const double value = Formula(text, scope, {}).calc(nullptr);
-        if (std::isfinite(value)) return value;
+        value = _model ? calcConstant(_model->getModel().getFile(), text)
+                       : Formula(text, {}, {}).calc(nullptr);
     } catch (const std::exception& error) {
         throw std::runtime_error("'" + text + "' is no number: " + error.what());
     }
-    throw std::runtime_error("'" + text + "' is not finite");
+    if (!std::isfinite(value)) throw std::runtime_error("'" + text + "' is not finite");
+    return value;
 }
 
 std::vector<double> Shell::calcNumbers(const std::string& text) const {

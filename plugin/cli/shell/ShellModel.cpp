@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 namespace simflex {
 namespace cli {
@@ -40,6 +41,12 @@ ShellModel::ShellModel(const ModelText& text, const ModelOptions& options)
       _probes(Probes::make(_model)),
       _start(findStart(*_model)) {
     reset();
+}
+
+std::string ShellModel::getTitle() const {
+    const ModelValue title = _model->getFile().get("title");
+    return title.isGiven() ? title.getText()
+                           : std::filesystem::path(_text.path).filename().string();
 }
 
 Moment ShellModel::makeMoment() const {

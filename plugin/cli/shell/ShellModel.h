@@ -32,6 +32,8 @@ public:
 
     const ModelText& getText() const { return _text; }
     const Model& getModel() const { return *_model; }
+    /** The file's title, or its name. **/
+    std::string getTitle() const;
     const std::vector<Probe>& getProbes() const { return _probes.getProbes(); }
     const ProbeRecord& getRecord() const { return _record; }
     const ImplicitIntegrator& getIntegrator() const { return *_integrator; }

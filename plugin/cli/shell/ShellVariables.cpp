@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "simflex/body/JointEquations.h"
+#include "simflex/cli/model/ModelNode.h"
 #include "simflex/cli/model/Schema.h"
 #include "simflex/cli/shell/CommandTable.h"
 #include "simflex/cli/shell/JointDrag.h"
@@ -286,6 +287,15 @@ std::optional<ShellVariable> findBodyVariable(const ShellModel& model, const Par
     return pickElement(*variable, int(axes.find(parts[3])), parts[3]);
 }
 
+/** Of a value that the file leaves out. **/
+std::string describeDefault(const ModelValue& value) {
+    try {
+        return value.getText() + " (default)";
+    } catch (const std::exception&) {
+        return "not given";
+    }
+}
+
 }  // namespace
 
 std::string normalizePath(const std::string& path) {
@@ -339,10 +349,15 @@ std::optional<std::string> formatModelValue(const ModelValue& file, const std::s
             value = value.at(readIndex(part, 0, value.getSize(), "item"));
             continue;
         }
-        if (!value.has(part)) return {};
-        value = value.get(part);
+        try {
+            value = value.get(part);
+        } catch (const std::logic_error&) {  // not in the schema
+            return {};
+        }
     }
+    if (!value.isGiven() && !value.getNode().key) return {};  // a name that is not there
     const std::function<std::string(const ModelValue&)> format = [&](const ModelValue& item) {
+        if (!item.isGiven()) return describeDefault(item);
         if (item.isScalar()) return item.getText();
         std::string text;
         if (item.isList()) {
