@@ -1,0 +1,2 @@
+/** @file
+The prompt, driven as a user drives it. **/
