@@ -18,6 +18,7 @@ void addInfoCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addModesCommand(CLI::App& app);
 void addShellCommand(CLI::App& app);
+void addRunCommand(CLI::App& app);
 
 }  // namespace cli
 }  // namespace simflex
