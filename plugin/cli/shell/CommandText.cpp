@@ -100,7 +100,7 @@ std::vector<Words> splitCommands(const std::string& line) {
 UnfinishedCommand splitUnfinished(const std::string& text) {
     Splitter splitter;
     splitter.read(text);
-    return {splitter.words, splitter.word, splitter.isComment()};
+    return {splitter.words, splitter.word, splitter.getQuote(), splitter.isComment()};
 }
 
 std::vector<std::string> splitList(const std::string& text) {

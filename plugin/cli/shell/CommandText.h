@@ -22,6 +22,7 @@ std::vector<Words> splitCommands(const std::string& line);
 struct UnfinishedCommand {
     Words words;       ///< the complete ones
     std::string word;  ///< the last one as far as it was typed, without its quote
+    char quote = 0;    ///< in which it stands, if any
     bool isComment = false;
 };
 UnfinishedCommand splitUnfinished(const std::string& text);

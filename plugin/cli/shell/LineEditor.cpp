@@ -36,6 +36,12 @@ std::string findCommonBeginning(const std::vector<std::string>& words) {
     return common;
 }
 
+int countCharacters(const std::string& utf8) {
+    return int(std::count_if(utf8.begin(), utf8.end(), [](char c) {
+        return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
+    }));
+}
+
 /** Words in as many columns as fit; long lists end with how many more there are. **/
 void printColumns(const std::vector<std::string>& words) {
     constexpr size_t mostRows = 20;
@@ -155,6 +161,13 @@ public:
         const bool goesOn = common.back() == '/' || common.back() == '.';
         if (common.size() > found.word.size() || (isOnly && !goesOn)) {
             std::string insertion = common.substr(found.word.size());
+            char quote = found.quote;
+            if (!quote && quoteWord(common) != common) {
+                quote = quoteWord(common)[0];
+                el_deletestr(editor, countCharacters(found.word));
+                insertion = quote + common;
+            }
+            if (isOnly && !goesOn && quote) insertion += quote;
             if (isOnly && !goesOn) insertion += ' ';
             if (el_insertstr(editor, insertion.c_str()) < 0) return CC_REFRESH_BEEP;
             return CC_REFRESH;

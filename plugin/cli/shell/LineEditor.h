@@ -14,6 +14,7 @@ namespace cli {
 struct Completion {
     std::string word;                     ///< as far as it was typed
     std::vector<std::string> candidates;  ///< whole words that begin like it
+    char quote = 0;                       ///< that was typed before it
 };
 
 class LineEditor {

@@ -132,6 +132,7 @@ Completion Shell::complete(const std::string& text) const {
     if (typed.isComment) return {};
     Completion completion;
     completion.word = typed.word;
+    completion.quote = typed.quote;
     if (typed.words.empty()) {
         for (const Command& command : getCommands()) completion.candidates.push_back(command.name);
     } else {

@@ -56,6 +56,7 @@ TEST(CommandText, WhatIsBeingTypedIsTheLastCommandsLastWord) {
     EXPECT_THAT(typed.words, ElementsAre("set"));
     EXPECT_EQ(typed.word, "joint.be");
     EXPECT_EQ(splitUnfinished("save 'my pic").word, "my pic");
+    EXPECT_EQ(splitUnfinished("save 'my pic").quote, '\'');
     EXPECT_EQ(splitUnfinished("run ").word, "");
     EXPECT_TRUE(splitUnfinished("run 1 # co").isComment);
 }
