@@ -136,12 +136,12 @@ std::vector<std::string> completeValues(const Shell& shell, const std::string& w
     if (!shell.hasModel()) return {};
     const ShellModel& model = shell.updModel();
     std::vector<std::string> found = listVariables(model);
-    for (std::string& path : found) {  // the singular if it was begun
-        const size_t point = word.find('.');
-        if (point == std::string::npos || path.compare(0, point, word, 0, point) == 0) continue;
-        if (normalizePath(word).compare(0, 4, path, 0, 4) == 0)
-            path = word.substr(0, point) + path.substr(path.find('.'));
-    }
+    const size_t point = word.find('.');
+    const std::string section = normalizePath(word).substr(0, normalizePath(word).find('.') + 1);
+    if (point != std::string::npos)
+        for (std::string& path : found)  // in the singular if it was begun so
+            if (path.compare(0, section.size(), section) == 0)
+                path = word.substr(0, point + 1) + path.substr(section.size());
     if (hasAll)
         for (const Probe& probe : model.getProbes()) found.push_back(probe.name);
     for (const std::string& path : completeModelPath(model.getModel().getFile(), word))
