@@ -58,7 +58,7 @@ std::string formatHelp() {
     size_t width = 0;
     for (const Command& command : getCommands())
         width = std::max(width, formatUsage(command).size());
-    width = std::min<size_t>(width, 34);
+    width = std::min<size_t>(width, 26);
     std::string text, group;
     for (const Command& command : getCommands()) {
         if (command.group != group) {
@@ -66,8 +66,8 @@ std::string formatHelp() {
             group = command.group;
         }
         const std::string usage = formatUsage(command);
-        text += "  " + padRight(usage, width) + "  ";
-        if (usage.size() > width) text += "\n" + std::string(width + 4, ' ');
+        text += usage.size() <= width ? "  " + padRight(usage, width + 2)
+                                      : "  " + usage + "\n" + std::string(width + 4, ' ');
         text += command.summary + "\n";
     }
     return text +

@@ -257,9 +257,9 @@ std::vector<std::string> completeList(const Shell& shell, const Words& before, c
 
 void addListCommands(std::vector<Command>& commands) {
     const std::string group = "What there is";
-    commands.push_back({group, "list",
-                        "bodies | joints | motions | modes BODY | probes | parameters | frames",
-                        "Lists what the model has, as it is now.", "", 1, 2, list, completeList});
+    commands.push_back({group, "list", "WHAT [BODY]", "Lists what the model has, as it is now.",
+                        "bodies, joints, motions, modes BODY, probes, parameters, frames.", 1, 2,
+                        list, completeList});
     commands.push_back({group, "probe", "[NAME ...]", "Prints probes as they are now; alone: all.",
                         "", 0, 1000, printProbes,
                         [](const Shell& shell, const Words&, const std::string&) {

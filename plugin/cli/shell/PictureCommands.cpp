@@ -303,12 +303,11 @@ void addPictureCommands(std::vector<Command>& commands) {
     commands.push_back(
         {group, "save", "FILE.png", "Writes the picture to a file.", "", 1, 1, save, completePng});
     commands.push_back(
-        {group, "camera",
-         "view NAME | view AZIMUTH ELEVATION | orbit ANGLE [ANGLE] | zoom FACTOR | follow BODY "
-         "[SIZE] | perspective | orthographic | reset",
-         "Places the camera of 'show' and 'save'.",
-         "Views: front, back, left, right, top, bottom, isometric. 'orbit' goes on from where the "
-         "camera\nstands. 'follow none' stays; 'reset' is the model file's camera again.",
+        {group, "camera", "SETTING ...", "Places the camera of 'show' and 'save'.",
+         "view NAME (front, back, left, right, top, bottom, isometric), view AZIMUTH ELEVATION,\n"
+         "orbit ANGLE [ANGLE] from where it stands, zoom FACTOR, follow BODY [HEIGHT], follow "
+         "none,\n"
+         "perspective, orthographic, reset: the model file's camera again.",
          1, 3, setCamera, completeCamera});
     commands.push_back(
         {group, "exaggerate", "FACTOR | auto", "Draws deformations this many times larger.", "", 1,

@@ -157,7 +157,7 @@ void addStateCommands(std::vector<Command>& commands) {
     const std::string group = "State and model";
     commands.push_back(
         {group, "get", "PATH ...",
-         "Prints a coordinate, a speed, a probe, a parameter or any other value of the model file.",
+         "Prints a coordinate, speed, probe, parameter or value of the model file.",
          "joints.NAME.angle, angle_rate, displacement; bodies.NAME.position, orientation, "
          "velocity, "
          "angular_velocity,\nmodes, modal_speeds, rigid; of a rigid body's own mobilizer "
@@ -166,19 +166,22 @@ void addStateCommands(std::vector<Command>& commands) {
              return completeValues(shell, word, true);
          }});
     commands.push_back(
-        {group, "set", "PATH VALUE",
-         "Sets what 'get' prints: states at once, values of the model file by building it anew.",
-         "Joints are assembled and speeds made consistent afterwards; a joint's coordinate and its "
-         "rate\nget exactly the value. The model file itself is not changed.",
+        {group, "set", "PATH VALUE", "Sets what 'get' prints.",
+         "Coordinates and speeds at once: joints are assembled and speeds made consistent "
+         "afterwards; a\n"
+         "joint's coordinate and its rate get exactly the value. For values of the model file the "
+         "model is\nbuilt anew and begins at its start; the file itself is not changed.",
          2, 3, set, [](const Shell& shell, const Words& before, const std::string& word) {
              return before.empty() ? completeValues(shell, word, false)
                                    : std::vector<std::string>{};
          }});
     commands.push_back(
         {group, "drag", "JOINT VALUE",
-         "Moves the mechanism until a joint's coordinate has this value; bodies keep their shape.",
-         "JOINT.COORDINATE if it has several. An angle goes the shorter way round.", 2, 2, drag,
-         [](const Shell& shell, const Words& before, const std::string&) {
+         "Moves the mechanism until a joint's coordinate has this value.",
+         "JOINT.COORDINATE if it has several. An angle goes the shorter way round; flexible bodies "
+         "keep "
+         "their\nshape as well as they can.",
+         2, 2, drag, [](const Shell& shell, const Words& before, const std::string&) {
              std::vector<std::string> names;
              if (!before.empty() || !shell.hasModel()) return names;
              for (const Model::JointEntry& entry : shell.updModel().getModel().getJoints()) {
