@@ -25,9 +25,12 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addReduceCommand(app, solver);
     addInfoCommand(app);
     addModesCommand(app);
-    addRunCommand(app);
     addExportCommand(app);
+    addRunCommand(app);
     addShellCommand(app);
+    addSchemaCommand(app);
+    addKeysCommand(app);
+    addPlotCommand(app);
     catchInterrupts();
     try {
         app.parse(argc, argv);

@@ -143,7 +143,7 @@ SolidMoments calcMeshMoments(const PolygonalMesh& mesh, const std::string& name)
     return moments.moved(Transform(middle));
 }
 
-void checkInertia(double mass, const SymMat33& inertia) {
+void checkInertia(double mass, const Mat33& inertia) {
     if (!(mass > 0) || !std::isfinite(mass))
         throw std::invalid_argument(format("the mass is %.6g kg; it must be more than 0", mass));
     Vector_<std::complex<Real>> values;

@@ -36,7 +36,7 @@ SolidMoments calcMeshMoments(const SimTK::PolygonalMesh& mesh, const std::string
 
 /** Checks mass > 0 and that principal moments are positive and satisfy the triangle inequality.
 @throws std::invalid_argument naming the value found. **/
-void checkInertia(double mass, const SimTK::SymMat33& inertia);
+void checkInertia(double mass, const SimTK::Mat33& inertia);
 
 }  // namespace cli
 }  // namespace simflex

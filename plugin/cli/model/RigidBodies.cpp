@@ -103,14 +103,18 @@ Shape readShape(const ModelValue& value) {
     return shape;
 }
 
-SymMat33 readInertia(const ModelValue& value) {
+Mat33 readInertia(const ModelValue& value) {
     const std::vector<double> I = value.getNumbers();
     if (I.size() != 3 && I.size() != 6)
         value.fail("an inertia is [Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]; there are " +
                    std::to_string(I.size()) + " numbers");
-    SymMat33 inertia(0);
+    Mat33 inertia(0);
     for (int a = 0; a < 3; ++a) inertia(a, a) = I[size_t(a)];
-    if (I.size() == 6) inertia(1, 0) = I[3], inertia(2, 0) = I[4], inertia(2, 1) = I[5];
+    if (I.size() == 6) {
+        inertia(0, 1) = inertia(1, 0) = I[3];
+        inertia(0, 2) = inertia(2, 0) = I[4];
+        inertia(1, 2) = inertia(2, 1) = I[5];
+    }
     return inertia;
 }
 
@@ -124,7 +128,7 @@ MassProperties makeMassProperties(const ModelValue& value, const std::vector<Sha
         if (!hasMass) inertia.fail("the body needs its mass as well");
         if (value.has("density"))
             density.fail("mass and inertia are given: leave either them or the density out");
-        const SymMat33 I = readInertia(inertia);
+        const Mat33 I = readInertia(inertia);
         const double m = mass.getNumber();
         withPlace(inertia, [&] { checkInertia(m, I); });
         const Vec3 c = readVec3(center);

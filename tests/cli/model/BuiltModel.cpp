@@ -21,9 +21,13 @@ std::shared_ptr<const ReducedBody> makePart(unsigned seed, double stiffening) {
 
 }  // namespace
 
-std::shared_ptr<const ReducedBody> BuiltModelTest::makeBar() { return makePart(5, 0); }
+std::shared_ptr<const ReducedBody> BuiltModelTest::makeBar() {
+    return makePart(5, 0);
+}
 
-std::shared_ptr<const ReducedBody> BuiltModelTest::makeStiffenedBar() { return makePart(6, 0.01); }
+std::shared_ptr<const ReducedBody> BuiltModelTest::makeStiffenedBar() {
+    return makePart(6, 0.01);
+}
 
 void BuiltModelTest::SetUp() {
     writeReducedBody(folder / "bar.h5", *makeBar());

@@ -34,8 +34,8 @@ protected:
 
     /** A pose in the part's own coordinates as one of frame B. **/
     static Transform toFrame(const Transform& X_GP, const ReducedBody& part) {
-        return X_GP * Transform(Vec3(part.centerOfMass[0], part.centerOfMass[1],
-                                     part.centerOfMass[2]));
+        return X_GP *
+               Transform(Vec3(part.centerOfMass[0], part.centerOfMass[1], part.centerOfMass[2]));
     }
 };
 
@@ -86,8 +86,7 @@ connectors:
         hand.matter.updGround(),
         Body::Rigid(MassProperties(3, c, central.shiftFromMassCenter(c, 3))));
     const Attachment ground(hand.matter.getGround());
-    const Attachment tip =
-        boom.interface("B", Transform(Rotation(0.2, YAxis), Vec3(0.01, 0, 0)));
+    const Attachment tip = boom.interface("B", Transform(Rotation(0.2, YAxis), Vec3(0.01, 0, 0)));
     const Attachment corner(weight, Vec3(0.05, 0, 0));
     Joint::Pin(hand.flexible, ground, boom.interface("A"));
     Joint::Ball(hand.flexible, tip, corner);
@@ -100,8 +99,7 @@ connectors:
                     [](Real t) { return SpatialVec(Vec3(0), Vec3(1, 2, 3 * t)); });
     DistributedLoad(hand.flexible, boom, LoadShape::pressure(*makeBar(), "END"),
                     [](Real t) { return 1e4 * t; });
-    DistributedLoad(hand.flexible, boom,
-                    LoadShape::traction(*makeBar(), "END", Vec3(1e3, 0, 2e3)),
+    DistributedLoad(hand.flexible, boom, LoadShape::traction(*makeBar(), "END", Vec3(1e3, 0, 2e3)),
                     [](Real t) { return std::cos(t); });
     DistributedLoad(hand.flexible, blade,
                     LoadShape::nodeSetForce(*makeStiffenedBar(), "END", Vec3(0, 5, 0)));
@@ -165,8 +163,7 @@ initial:
     ByHand hand;
     Force::Gravity(hand.forces, hand.matter, Vec3(0, -9.81, 0));
     const Body::Rigid small(MassProperties(1, Vec3(0), Inertia(0.01, 0.02, 0.02)));
-    MobilizedBody::Pin arm(hand.matter.updGround(),
-                           Transform(Rotation(0.3, XAxis), Vec3(0, 1, 0)),
+    MobilizedBody::Pin arm(hand.matter.updGround(), Transform(Rotation(0.3, XAxis), Vec3(0, 1, 0)),
                            Body::Rigid(MassProperties(2, Vec3(0), Inertia(0.1, 0.2, 0.3))),
                            Vec3(-0.4, 0, 0));
     MobilizedBody::Ball rod(arm, Vec3(0.4, 0, 0), small, Vec3(0));
@@ -190,8 +187,8 @@ initial:
 
 TEST_F(ModelSystems, MotionsGearsAndCouplersAreThoseBuiltByHand) {
     const std::string disc = "{mass: 1, inertia: [0.01, 0.01, 0.02]}";
-    const auto model = build("bodies: {a: " + disc + ", b: " + disc + ", c: " + disc +
-                             ", d: " + disc + "}\n" + R"(
+    const auto model =
+        build("bodies: {a: " + disc + ", b: " + disc + ", c: " + disc + ", d: " + disc + "}\n" + R"(
 joints:
   train: {type: coupler, terms: [{joint: third, coordinate: 1, coefficient: 2}, {joint: first, coefficient: 0.1}], constant: 0.05}
   first: {type: pin, between: [ground, a]}
@@ -208,7 +205,7 @@ motions:
     const Body::Rigid body(MassProperties(1, Vec3(0), Inertia(0.01, 0.01, 0.02)));
     MobilizedBody::Free a(hand.matter.updGround(), body), b(hand.matter.updGround(), body),
         c(hand.matter.updGround(), body), d(hand.matter.updGround(), body);
-    const Ground& ground = hand.matter.getGround();
+    const MobilizedBody& ground = hand.matter.getGround();
     Joint::Pin first(hand.flexible, ground, a);
     Joint::Pin second(hand.flexible, Attachment(ground, Vec3(1, 0, 0)), b);
     Joint::Cylinder third(hand.flexible, Attachment(ground, Vec3(2, 0, 0)), c);
@@ -225,9 +222,9 @@ motions:
                               [](Real t) { return Vec3(0.3 * t, 0.3, 0); });
     const State state = hand.system.realizeTopology();
     // The functions' second derivatives are differences.
-    EXPECT_LT(compareAccelerations(model->getSystem(), model->makeInitialState(), hand.system,
-                                   state),
-              1e-7);
+    EXPECT_LT(
+        compareAccelerations(model->getSystem(), model->makeInitialState(), hand.system, state),
+        1e-7);
     ASSERT_EQ(model->getJoints().size(), 5u);
     EXPECT_EQ(model->getJoints()[0].name, "train");  // in the file's order
     ASSERT_EQ(model->getMotions().size(), 4u);
@@ -268,15 +265,15 @@ TEST_F(ModelSystems, DampingRatiosMayBeGivenForEachMode) {
     ModalDamping(hand.flexible, a, Vector(7, ratios));
     State state = hand.system.realizeTopology();
     a.setFramePose(state, toFrame(Transform(), *makeBar()));
-    EXPECT_LT(compareAccelerations(model->getSystem(), model->makeInitialState(), hand.system,
-                                   state),
-              RoundOff);
+    EXPECT_LT(
+        compareAccelerations(model->getSystem(), model->makeInitialState(), hand.system, state),
+        RoundOff);
 }
 
 TEST_F(ModelSystems, PartsKeepTheModesAskedFor) {
     const auto count = [&](const std::string& keep) {
-        const auto model = build("parts: {bar: {file: bar.h5, keep: " + keep +
-                                 "}}\nbodies: {a: {part: bar}}");
+        const auto model =
+            build("parts: {bar: {file: bar.h5, keep: " + keep + "}}\nbodies: {a: {part: bar}}");
         return model->getBodies()[0].flexible->getPart().omegaSquared;
     };
     const std::vector<double> all = makeBar()->omegaSquared;
