@@ -5,10 +5,11 @@ A fenced block is told by its info string:
   sh                  run by bash; must succeed
   sh fails            must fail
   sh by-hand          not run: needs what a test has not (root, a cluster, a terminal)
-  FORMAT file=NAME    written to NAME; YAML and Python must be that. NAME under examples/: a quotation,
-                      which that file must contain
+  FORMAT file=NAME    written to NAME; under examples/ a quotation, which that file must contain, and
+                      the file is copied here
   yaml                part of a model file: must agree with the schema
   python              run
+  cpp                 a whole program of README.md, which tests/consumer compiles
   text output         what the command before printed: '…' stands for anything, numbers may differ by 2 %
   text message        a message of simflex, '…' for what varies: must be in the sources
   text, math          for people
@@ -101,6 +102,7 @@ class Page:
         self.environment.pop("SIMFLEX_CACHE", None)
         shutil.rmtree(self.work, ignore_errors=True)
         self.work.mkdir(parents=True)
+        (self.work / "examples").symlink_to(self.source / "examples")  # where the pages say so
         self.schema = self.messages = None
 
     def fail(self, block, what):
@@ -119,6 +121,7 @@ class Page:
         if block.file and block.file.startswith("examples/"):
             if block.text.strip() not in (self.source / block.file).read_text():
                 self.fail(block, f"{block.file} does not contain this")
+            shutil.copy(self.source / block.file, self.work)
         elif block.file:
             (self.work / block.file).parent.mkdir(parents=True, exist_ok=True)
             (self.work / block.file).write_text(block.text)
@@ -134,7 +137,7 @@ class Page:
                 self.fail(block, f"no such line: {missing}\nin:\n{self.output}")
         elif block.language == "text" and "message" in block.words:
             self.check_message(block)
-        elif block.language not in ("text", "math") or block.words:
+        elif block.language not in ("text", "math", "cpp") or block.words:
             self.fail(block, f"what kind of block is '{block.language} {' '.join(block.words)}'?")
         return True
 
