@@ -62,6 +62,9 @@ public:
     std::vector<Expression> getExpressions() const;
     /**@}**/
 
+    /** A text as the path of a file: relative ones begin at the model file's folder. **/
+    std::string getFilePath() const;
+
     /** "joints.bearing.axis". **/
     std::string getPath() const;
     /** Last part of the path: the name of a body, joint … **/
@@ -76,12 +79,17 @@ public:
     [[noreturn]] void failUnknown(const std::string& what, const std::string& name,
                                   const std::vector<std::string>& known) const;
 
-    class Node;  ///< what the reader made
+    struct Node;  ///< what the reader made
     explicit ModelValue(std::shared_ptr<const Node> node);
+    const Node& getNode() const { return *_node; }
 
 private:
     std::shared_ptr<const Node> _node;
 };
+
+/** A constant as typed by a user (`30*deg`, `L/2`), with the parameters of `model`.
+@throws std::invalid_argument. **/
+double calcConstant(const ModelValue& model, const std::string& text);
 
 }  // namespace cli
 }  // namespace simflex

@@ -1,0 +1,485 @@
+/** @file
+Checks what was read against the schema. **/
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+
+#include "simflex/cli/model/ExpressionFormula.h"
+#include "simflex/cli/model/ModelNode.h"
+#include "simflex/cli/model/NearestName.h"
+#include "simflex/cli/model/SchemaText.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+using Kind = ModelValue::Kind;
+using Form = SchemaForm::Kind;
+using Node = ModelValue::Node;
+using NodePointer = std::shared_ptr<const Node>;
+
+const double kWholeTolerance = 1e-9;
+
+bool isNameCharacter(char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+}
+
+/** Letters, digits, '_' and '-', not beginning with a digit or '-'; with dots between if allowed.
+ * **/
+bool isName(const std::string& text, bool canHaveDots) {
+    bool isFirst = true;
+    for (char c : text) {
+        if (isFirst && !(std::isalpha(static_cast<unsigned char>(c)) || c == '_')) return false;
+        isFirst = c == '.' && canHaveDots;
+        if (!isFirst && !isNameCharacter(c)) return false;
+    }
+    return !isFirst;
+}
+
+std::string shorten(const std::string& text) {
+    return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+std::string describeFound(const YamlTree& tree) {
+    switch (tree.kind) {
+        case YamlTree::Kind::Empty:
+            return "nothing";
+        case YamlTree::Kind::Scalar:
+            return "'" + shorten(tree.scalar) + "'";
+        case YamlTree::Kind::List:
+            return "a list of " + std::to_string(tree.items.size());
+        default:
+            return "a map" + (tree.entries.empty()
+                                  ? std::string()
+                                  : " with '" + shorten(tree.entries[0].key) + "'");
+    }
+}
+
+class Checker {
+public:
+    explicit Checker(std::shared_ptr<const ModelFile> file) : _file(std::move(file)) {}
+    explicit Checker(const std::shared_ptr<ModelFile>& file) : _file(file), _newFile(file.get()) {}
+
+    NodePointer check(const YamlTree& tree, const std::vector<SchemaForm>& forms,
+                      const SchemaKey* key, const std::string& path, const std::string& name) {
+        auto node = std::make_shared<Node>();
+        node->file = _file;
+        node->place = tree.place;
+        node->path = path;
+        node->name = name;
+        node->forms = &forms;
+        node->key = key;
+        node->isPlainText = tree.isPlainText;
+        switch (tree.kind) {
+            case YamlTree::Kind::Scalar:
+                node->kind = Kind::Scalar;
+                node->scalar = tree.scalar;
+                checkScalar(tree, *node);
+                break;
+            case YamlTree::Kind::List:
+                node->kind = Kind::List;
+                node->form = findForm(tree, *node, {Form::List});
+                checkList(tree, *node);
+                break;
+            default:
+                node->kind = Kind::Map;
+                node->form = findForm(tree, *node, {Form::Map, Form::Entries});
+                if (node->form->kind == Form::Map)
+                    checkMap(tree, *node);
+                else
+                    checkEntries(tree, *node);
+        }
+        return node;
+    }
+
+private:
+    std::shared_ptr<const ModelFile> _file;
+    ModelFile* _newFile = nullptr;  ///< while parameters and tables are read
+
+    static const SchemaForm* findForm(const YamlTree& tree, const Node& node,
+                                      const std::vector<Form>& kinds) {
+        for (const SchemaForm& form : *node.forms)
+            if (std::find(kinds.begin(), kinds.end(), form.kind) != kinds.end()) return &form;
+        node.fail(
+            "found " + describeFound(tree) + "; expected " + describeForms(*node.forms) +
+            (node.key && !node.key->example.empty() ? ", for example " + node.key->example : ""));
+    }
+
+    // --- Scalars ---
+
+    void checkScalar(const YamlTree& tree, Node& node) {
+        std::vector<const SchemaForm*> scalars;
+        for (const SchemaForm& form : *node.forms)
+            if (form.kind != Form::List && form.kind != Form::Map && form.kind != Form::Entries)
+                scalars.push_back(&form);
+        if (scalars.empty()) findForm(tree, node, {});
+        const bool isOne = scalars.size() == 1;
+        const std::string& text = node.scalar;
+        const bool beginsAsNumber =
+            !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) ||
+                              std::string("+-.(").find(text[0]) != std::string::npos);
+        const SchemaForm* guess = nullptr;
+        for (const SchemaForm* form : scalars) {
+            node.form = form;
+            const bool isNumber = form->kind == Form::Number || form->kind == Form::Integer ||
+                                  form->kind == Form::Function;
+            if (isOne || (isNumber && beginsAsNumber)) {
+                checkScalarForm(tree, node, *form);
+                return;
+            }
+            try {
+                checkScalarForm(tree, node, *form);
+                return;
+            } catch (const ModelError&) {
+                if (form->kind == Form::Choice && !findNearestName(text, form->choices).empty())
+                    guess = form;
+            }
+        }
+        if (guess) checkScalarForm(tree, node, *guess);
+        findForm(tree, node, {});
+    }
+
+    void checkScalarForm(const YamlTree& tree, Node& node, const SchemaForm& form) const {
+        const std::string& text = node.scalar;
+        switch (form.kind) {
+            case Form::Number:
+            case Form::Integer:
+            case Form::Function:
+                checkNumber(node, form);
+                break;
+            case Form::Bool:
+                if (tree.isQuoted || (text != "true" && text != "false"))
+                    node.fail("found '" + shorten(text) + "'; write true or false");
+                break;
+            case Form::Name:
+                if (!isName(text, true))
+                    node.fail("'" + shorten(text) + "' is no name: expected " + form.title +
+                              " (letters, digits, _ and -)");
+                break;
+            case Form::Choice:
+                if (std::find(form.choices.begin(), form.choices.end(), text) ==
+                    form.choices.end()) {
+                    const std::string nearest = findNearestName(text, form.choices);
+                    node.fail("'" + shorten(text) +
+                              "' is none of the choices: " + joinNames(form.choices) +
+                              (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+                }
+                break;
+            case Form::File:
+                if (text.empty()) node.fail("the name of a file is missing");
+                break;
+            case Form::Output:
+                checkOutput(node);
+                break;
+            default:
+                break;
+        }
+    }
+
+    /** A model file writes only where it is run. **/
+    static void checkOutput(const Node& node) {
+        const std::filesystem::path path(node.scalar);
+        bool climbs = path.empty() || path.is_absolute() || node.scalar[0] == '~';
+        for (const auto& part : path) climbs = climbs || part == "..";
+        if (climbs)
+            node.fail("'" + shorten(node.scalar) +
+                      "' must be a relative path without '..': model files write only below the "
+                      "current folder (the command line may name any other)");
+    }
+
+    void checkNumber(Node& node, const SchemaForm& form) const {
+        const std::string& text = node.scalar;
+        std::string plain = text;
+        std::transform(plain.begin(), plain.end(), plain.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        if (!plain.empty() && (plain[0] == '-' || plain[0] == '+')) plain.erase(0, 1);
+        if (plain == ".nan" || plain == ".inf" || plain == "nan" || plain == "inf" ||
+            plain == "infinity")
+            node.fail("'" + shorten(text) + "' is not finite");
+        const bool canMove = form.kind == Form::Function;
+        try {
+            if (canMove) {
+                node.expression = Expression(std::make_shared<Expression::Formula>(
+                    text, _file->scope, node.place.getText() + ": " + node.path));
+            } else {
+                double value = 0;
+                if (!readPlainNumber(text, value)) {
+                    const Formula formula(text, _file->scope, {});
+                    const double none = 0;
+                    value = formula.calc(&none);
+                    if (!std::isfinite(value))
+                        throw FormulaError("'" + shorten(text) + "' has no finite value", 0);
+                }
+                node.expression = Expression(value);
+            }
+        } catch (const FormulaError& error) {
+            node.failAt(error.position, error.what());
+        } catch (const std::domain_error& error) {
+            node.fail(error.what());
+        }
+        if (canMove) return;
+        const double value = node.expression.calcValue(0);
+        const std::string found =
+            writeNumber(value) + (text == writeNumber(value) ? "" : " ('" + shorten(text) + "')");
+        if (form.kind == Form::Integer && std::fabs(value - std::round(value)) > kWholeTolerance)
+            node.fail("found " + found + "; expected a whole number");
+        if (value < form.minimum || value > form.maximum || (form.isOpen && value <= form.minimum))
+            node.fail("found " + found + "; allowed is " + describeRange(form));
+        if (form.kind == Form::Integer && std::fabs(value) > 2147483647.0)
+            node.fail("found " + found + ", which is too large");
+    }
+
+    // --- Lists ---
+
+    void checkList(const YamlTree& tree, Node& node) {
+        const SchemaForm& form = *node.form;
+        const int size = static_cast<int>(tree.items.size());
+        if (!form.sizes.empty() &&
+            std::find(form.sizes.begin(), form.sizes.end(), size) == form.sizes.end()) {
+            std::string sizes;
+            for (int allowed : form.sizes)
+                sizes += (sizes.empty() ? "" : " or ") + std::to_string(allowed);
+            node.fail("the list has " + std::to_string(size) + " values; it must have " + sizes +
+                      (node.key && !node.key->example.empty() ? ", for example " + node.key->example
+                                                              : ""));
+        }
+        if (size == 0) node.fail("the list is empty");
+        for (int i = 0; i < size; ++i) {
+            const std::string index = std::to_string(i);
+            const YamlTree& item = tree.items[static_cast<std::size_t>(i)];
+            if (item.kind == YamlTree::Kind::Empty)
+                node.fail("value " + index + " of the list (from 0) is empty");
+            node.items.push_back(check(item, form.items, nullptr, node.path + "." + index, index));
+        }
+    }
+
+    // --- Maps ---
+
+    void checkMap(const YamlTree& tree, Node& node) {
+        const SchemaForm& form = *node.form;
+        for (const YamlTree::Entry& entry : tree.entries)
+            if (!findSchemaKey(form, entry.key)) failUnknownKey(node, entry);
+        // parameters and tables come first, since formulas name them
+        if (node.path.empty() && _newFile) {
+            for (const char* name : {"parameters", "tables"})
+                if (const YamlTree* child = tree.find(name); child && isGiven(*child))
+                    check(*child, findSchemaKey(form, name)->forms, findSchemaKey(form, name), name,
+                          name);
+            _newFile = nullptr;
+        }
+        for (const YamlTree::Entry& entry : tree.entries) {
+            const SchemaKey* key = findSchemaKey(form, entry.key);
+            const std::string path = (node.path.empty() ? "" : node.path + ".") + entry.key;
+            if (!isGiven(entry.value)) {
+                const bool canBeEmpty =
+                    std::any_of(key->forms.begin(), key->forms.end(), [](const SchemaForm& f) {
+                        return f.kind == Form::Map || f.kind == Form::Entries;
+                    });
+                if (canBeEmpty) continue;
+                throw ModelError(entry.place.getText() + ": " + path + ": the value is missing" +
+                                 (key->example.empty() ? "" : ", for example " + key->example));
+            }
+            node.entries.emplace_back(entry.key,
+                                      check(entry.value, key->forms, key, path, entry.key));
+        }
+        checkTogether(tree, node);
+    }
+
+    static bool isGiven(const YamlTree& tree) { return tree.kind != YamlTree::Kind::Empty; }
+
+    /** Which keys go together. **/
+    static void checkTogether(const YamlTree& tree, const Node& node) {
+        const SchemaForm& form = *node.form;
+        const auto has = [&](const std::string& name) { return node.find(name) != nullptr; };
+        std::string type;
+        if (const SchemaKey* typeKey = findSchemaKey(form, "type")) {
+            const NodePointer given = node.find("type");
+            if (!given && typeKey->isRequired)
+                node.fail("'type' is missing; it is one of " +
+                          joinNames(typeKey->forms[0].choices));
+            type = given ? given->scalar : typeKey->defaultText;
+        }
+        std::vector<std::string> chosen;
+        for (const std::string& name : form.oneOf)
+            if (has(name)) chosen.push_back(name);
+        if (!form.oneOf.empty() && chosen.size() != 1)
+            node.fail(chosen.empty() ? "one of these keys is needed: " + joinNames(form.oneOf)
+                                     : "'" + chosen[0] + "' and '" + chosen[1] +
+                                           "' exclude each other: give one of them");
+        for (const SchemaKey& key : form.keys) {
+            const bool applies =
+                key.onlyFor.empty() ||
+                std::find(key.onlyFor.begin(), key.onlyFor.end(), type) != key.onlyFor.end();
+            if (!has(key.name)) {
+                if (key.isRequired && applies)
+                    node.fail(
+                        "'" + key.name + "' is missing" +
+                        (type.empty() ? "" : ", which '" + type + "' needs") + ": " + key.meaning +
+                        (key.example.empty() ? ""
+                                             : " For example " + key.name + ": " + key.example));
+                continue;
+            }
+            const auto fail = [&](const std::string& message) {
+                for (const YamlTree::Entry& entry : tree.entries)
+                    if (entry.key == key.name)
+                        throw ModelError(entry.place.getText() + ": " + node.find(key.name)->path +
+                                         ": " + message);
+                throw std::logic_error("a key has no place");
+            };
+            if (!applies)
+                fail("'" + key.name + "' is for type " + joinNames(key.onlyFor) + ", not for " +
+                     type);
+            if (!key.onlyWith.empty() &&
+                std::none_of(key.onlyWith.begin(), key.onlyWith.end(), has))
+                fail("'" + key.name + "' has a meaning only together with " +
+                     joinNames(key.onlyWith, " or "));
+            for (const std::string& other : key.notWith)
+                if (has(other))
+                    fail("'" + key.name + "' and '" + other +
+                         "' exclude each other: give one of them");
+        }
+    }
+
+    [[noreturn]] static void failUnknownKey(const Node& node, const YamlTree::Entry& entry) {
+        std::vector<std::string> known;
+        for (const SchemaKey& key : node.form->keys) known.push_back(key.name);
+        std::string proposal = proposeName(entry.key, known);
+        const std::vector<std::string> elsewhere = findSchemaPaths(entry.key);
+        if (!elsewhere.empty() && elsewhere.size() <= 4) {
+            const std::string hint =
+                "'" + entry.key + "' belongs to " + joinNames(elsewhere, " or ");
+            proposal =
+                findNearestName(entry.key, known).empty() ? hint : proposal + " (" + hint + ")";
+        }
+        throw ModelError(entry.place.getText() + ": " +
+                         (node.path.empty() ? "" : node.path + ": ") + "unknown key '" +
+                         shorten(entry.key) + "'" + (proposal.empty() ? "" : "; " + proposal));
+    }
+
+    // --- Entries ---
+
+    void checkEntries(const YamlTree& tree, Node& node) {
+        const SchemaForm& form = *node.form;
+        for (const YamlTree::Entry& entry : tree.entries) {
+            const std::string path = node.path + "." + entry.key;
+            checkEntryName(form, entry, path);
+            YamlTree value = entry.value;
+            if (!isGiven(value)) {
+                const bool canBeEmpty =
+                    std::any_of(form.items.begin(), form.items.end(),
+                                [](const SchemaForm& f) { return f.kind == Form::Map; });
+                if (!canBeEmpty)
+                    throw ModelError(entry.place.getText() + ": " + path +
+                                     ": the value is missing");
+                value.kind = YamlTree::Kind::Map;
+                value.place = entry.place;
+            }
+            const NodePointer child = check(value, form.items, nullptr, path, entry.key);
+            node.entries.emplace_back(entry.key, child);
+            if (!_newFile) continue;
+            if (node.path == "parameters")
+                _newFile->scope.constants[entry.key] = child->expression.calcValue(0);
+            if (node.path == "tables") _newFile->scope.tables[entry.key] = makeTable(child);
+        }
+    }
+
+    static void checkEntryName(const SchemaForm& form, const YamlTree::Entry& entry,
+                               const std::string& path) {
+        const auto fail = [&](const std::string& message) {
+            throw ModelError(entry.place.getText() + ": " + path + ": " + message);
+        };
+        const std::string name = "'" + shorten(entry.key) + "'";
+        if (form.hasNumbers) {
+            const bool isNumber = !entry.key.empty() && entry.key.size() < 8 &&
+                                  entry.key[0] != '0' &&
+                                  std::all_of(entry.key.begin(), entry.key.end(),
+                                              [](unsigned char c) { return std::isdigit(c); });
+            if (!isNumber) fail(name + " is no number of a mode: they count from 1");
+            return;
+        }
+        if (entry.key.empty() || !isName(entry.key, form.hasPaths))
+            fail(name +
+                 " cannot be a name: letters, digits, _ and - are allowed, and it begins with a "
+                 "letter or _");
+        if (entry.key == "ground")
+            fail("'ground' is the name of the inertial frame; choose another");
+        if (!form.hasWords) return;
+        if (isFormulaWord(entry.key))
+            fail(name + " has a meaning in formulas already; choose another name");
+        if (entry.key.find('-') != std::string::npos)
+            fail(name + " cannot be a name in formulas: write _ instead of -");
+    }
+
+    std::shared_ptr<const Table> makeTable(const NodePointer& node) const {
+        const ModelValue table(node);
+        if (_newFile->scope.constants.count(node->name) > 0)
+            node->fail("a parameter has the name '" + node->name + "' already");
+        const std::string interpolation = table.get("interpolation").getText();
+        const std::string extrapolation = table.get("extrapolation").getText();
+        std::vector<double> x, y;
+        ModelValue culprit = table;
+        try {
+            if (table.has("file")) {
+                culprit = table.get("file");
+                const std::vector<double> columns = table.get("columns").getNumbers();
+                readTableFile(culprit.getFilePath(), static_cast<int>(columns[0]),
+                              static_cast<int>(columns[1]), x, y);
+            } else {
+                culprit = table.get("x");
+                x = culprit.getNumbers();
+                y = table.get("y").getNumbers();
+            }
+            return std::make_shared<Table>(node->name, x, y,
+                                           interpolation == "linear" ? Table::Interpolation::Linear
+                                           : interpolation == "step" ? Table::Interpolation::Step
+                                                                     : Table::Interpolation::Spline,
+                                           extrapolation == "linear" ? Table::Extrapolation::Linear
+                                           : extrapolation == "refuse"
+                                               ? Table::Extrapolation::Refuse
+                                               : Table::Extrapolation::Constant);
+        } catch (const ModelError&) {
+            throw;
+        } catch (const std::exception& error) {
+            culprit.fail(error.what());
+        }
+    }
+};
+
+}  // namespace
+
+NodePointer ModelValue::Node::find(const std::string& wanted) const {
+    for (const auto& entry : entries)
+        if (entry.first == wanted) return entry.second;
+    return nullptr;
+}
+
+void ModelValue::Node::fail(const std::string& message) const {
+    throw ModelError(place.getText() + ": " + (path.empty() ? "" : path + ": ") + message);
+}
+
+void ModelValue::Node::failAt(int position, const std::string& message) const {
+    YamlPlace there = place;
+    const bool isOneLine = scalar.find('\n') == std::string::npos;
+    if (isPlainText && isOneLine && there.line > 0) there.column += position;
+    throw ModelError(there.getText() + ": " + path + ": " + message);
+}
+
+NodePointer checkModelValue(const std::shared_ptr<const ModelFile>& file, const YamlTree& tree,
+                            const std::vector<SchemaForm>& forms, const SchemaKey* key,
+                            const std::string& path, const std::string& name) {
+    return Checker(file).check(tree, forms, key, path, name);
+}
+
+NodePointer checkModel(const std::shared_ptr<ModelFile>& file, const YamlTree& tree) {
+    static const std::vector<SchemaForm> forms{getModelSchema()};
+    return Checker(file).check(tree, forms, nullptr, "", "");
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,54 @@
+#pragma once
+/** @file
+What a ModelValue refers to. Only for the files of this folder. **/
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "simflex/cli/model/Formula.h"
+#include "simflex/cli/model/ModelValue.h"
+#include "simflex/cli/model/Schema.h"
+#include "simflex/cli/model/YamlTree.h"
+
+namespace simflex {
+namespace cli {
+
+/** The file that values stand in. **/
+struct ModelFile {
+    std::string path;
+    FormulaScope scope;
+};
+
+struct ModelValue::Node {
+    std::shared_ptr<const ModelFile> file;
+    Kind kind = Kind::Missing;
+    YamlPlace place;
+    std::string path, name;
+    bool isPlainText = false;
+    const std::vector<SchemaForm>* forms = nullptr;  ///< that it may have
+    const SchemaForm* form = nullptr;                ///< that it has
+    const SchemaKey* key = nullptr;                  ///< null for items and entries
+    std::string scalar;
+    Expression expression;  ///< of Number, Integer, Function
+    std::vector<std::shared_ptr<const Node>> items;
+    std::vector<std::pair<std::string, std::shared_ptr<const Node>>> entries;
+
+    std::shared_ptr<const Node> find(const std::string& name) const;
+    [[noreturn]] void fail(const std::string& message) const;
+    [[noreturn]] void failAt(int position, const std::string& message) const;
+};
+
+/** Checks `tree` against `forms`. **/
+std::shared_ptr<const ModelValue::Node> checkModelValue(
+    const std::shared_ptr<const ModelFile>& file, const YamlTree& tree,
+    const std::vector<SchemaForm>& forms, const SchemaKey* key, const std::string& path,
+    const std::string& name);
+
+/** Checks a whole model; parameters and tables become part of `file`. **/
+std::shared_ptr<const ModelValue::Node> checkModel(const std::shared_ptr<ModelFile>& file,
+                                                   const YamlTree& tree);
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,74 @@
+#include "simflex/cli/model/ModelReader.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "simflex/cli/model/ModelNode.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+const double kPi = 3.14159265358979323846;
+const double kGravity = 9.80665;
+const int kFormat = 1;
+const std::uintmax_t kMaxBytes = 16000000;
+
+/** Refuses files of newer formats before anything else of them is judged. **/
+void checkFormat(const YamlTree& tree, const std::string& path) {
+    if (tree.kind == YamlTree::Kind::Empty)
+        throw ModelError(path + ": the file is empty; a model begins with 'simflex: 1'");
+    if (tree.kind != YamlTree::Kind::Map)
+        throw ModelError(
+            tree.place.getText() +
+            ": this is no model: it begins with 'simflex: 1', then other keys and values");
+    const YamlTree* version = tree.find("simflex");
+    if (!version)
+        throw ModelError(tree.place.getText() +
+                         ": 'simflex: 1' is missing, which tells the format of the file");
+    double number = 0;
+    if (version->kind != YamlTree::Kind::Scalar || !readPlainNumber(version->scalar, number))
+        return;
+    if (number > kFormat)
+        throw ModelError(version->place.getText() + ": the file has format " + version->scalar +
+                         " and needs a newer simflex; this one reads format " +
+                         std::to_string(kFormat));
+}
+
+}  // namespace
+
+ModelText loadModelText(const std::string& path, const std::vector<std::string>& settings) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error))
+        throw std::runtime_error(path + " is a folder; the name of a model file is expected");
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw std::runtime_error("cannot read the model file " + path);
+    std::string text;
+    char block[65536];
+    while (file.read(block, sizeof block) || file.gcount() > 0) {
+        text.append(block, static_cast<std::size_t>(file.gcount()));
+        if (text.size() > kMaxBytes)
+            throw std::runtime_error("the model file " + path + " has more than " +
+                                     std::to_string(kMaxBytes) +
+                                     " bytes (large tables belong in CSV files)");
+    }
+    return {path, text, settings};
+}
+
+ModelValue readModel(const ModelText& text) {
+    YamlTree tree = parseYaml(text.text, text.path);
+    checkFormat(tree, text.path);
+    for (const std::string& setting : text.settings) applySetting(tree, setting);
+    checkFormat(tree, text.path);
+    auto file = std::make_shared<ModelFile>();
+    file->path = text.path;
+    file->scope.constants = {{"pi", kPi}, {"deg", kPi / 180}, {"g", kGravity}};
+    return ModelValue(checkModel(file, tree));
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,21 @@
+#pragma once
+/** @file
+The known name that was probably meant. **/
+
+#include <string>
+#include <vector>
+
+namespace simflex {
+namespace cli {
+
+/** The nearest of `known` by edits (case aside), or "" if none is near. **/
+std::string findNearestName(const std::string& name, const std::vector<std::string>& known);
+
+/** "did you mean 'x'?", or "there is: a, b, c" if they are few, or "". **/
+std::string proposeName(const std::string& name, const std::vector<std::string>& known);
+
+/** "a, b, c". **/
+std::string joinNames(const std::vector<std::string>& names, const std::string& separator = ", ");
+
+}  // namespace cli
+}  // namespace simflex

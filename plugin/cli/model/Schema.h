@@ -1,0 +1,87 @@
+#pragma once
+/** @file
+What a model file may hold: its keys, the forms of their values, units, defaults and meanings. The
+one source for checking, for the JSON schema, the key reference and completion. **/
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace simflex {
+namespace cli {
+
+struct SchemaKey;
+
+/** One form that a value may have. A key has at most one form that is a list and at most one that
+is a map (fixed keys) or a group of entries (keys chosen by the user). **/
+struct SchemaForm {
+    enum class Kind {
+        Number,    ///< constant expression
+        Integer,   ///< constant expression with a whole value
+        Function,  ///< of time
+        Bool,
+        Text,
+        Name,     ///< of a body, joint … or BODY.INTERFACE
+        Formula,  ///< of other names, which whoever uses it compiles
+        Choice,
+        File,    ///< name of a file that is read
+        Output,  ///< relative path without '..' that is written
+        List,
+        Map,
+        Entries
+    };
+    Kind kind = Kind::Text;
+    std::string title;  ///< "a frame", for messages
+
+    double minimum = -std::numeric_limits<double>::infinity();
+    double maximum = std::numeric_limits<double>::infinity();
+    bool isOpen = false;  ///< the minimum itself is not allowed
+
+    std::vector<std::string> choices;
+
+    std::vector<SchemaForm> items;  ///< forms of a list's items, or of entries
+    std::vector<int> sizes;         ///< of a list; empty: any but zero
+    bool hasNumbers = false;        ///< the keys of entries are numbers from 1
+    bool hasWords = false;          ///< the keys of entries are words of formulas
+    bool hasPaths = false;          ///< the keys of entries may be paths: bodies.arm.mass
+
+    std::vector<SchemaKey> keys;
+    std::vector<std::string> oneOf;  ///< exactly one of these keys must be given
+};
+
+struct SchemaKey {
+    SchemaKey(std::string keyName, std::vector<SchemaForm> keyForms, std::string keyMeaning);
+
+    std::string name;
+    std::vector<SchemaForm> forms;
+    std::string meaning;  ///< one sentence
+    std::string unit;
+    std::string defaultText;  ///< YAML
+    std::string defaultNote;  ///< where the default is no value
+    std::string example;      ///< YAML
+    bool isRequired = false;
+    std::vector<std::string> onlyFor;   ///< values of `type` that have this key; empty: all
+    std::vector<std::string> onlyWith;  ///< one of these keys must be given as well
+    std::vector<std::string> notWith;   ///< none of these keys may be given as well
+
+    /** @name For writing the schema: each returns a changed copy. **/
+    /**@{**/
+    SchemaKey in(const std::string& unit) const;
+    SchemaKey orElse(const std::string& defaultText) const;
+    SchemaKey orElseNote(const std::string& note) const;
+    SchemaKey such(const std::string& example) const;
+    SchemaKey required() const;
+    SchemaKey only(const std::vector<std::string>& types) const;
+    SchemaKey with(const std::vector<std::string>& keys) const;
+    SchemaKey without(const std::vector<std::string>& keys) const;
+    /**@}**/
+};
+
+/** The whole: a map. **/
+const SchemaForm& getModelSchema();
+
+/** The key `name` of a map, or null. **/
+const SchemaKey* findSchemaKey(const SchemaForm& map, const std::string& name);
+
+}  // namespace cli
+}  // namespace simflex
