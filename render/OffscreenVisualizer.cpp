@@ -335,6 +335,11 @@ OffscreenVisualizer& OffscreenVisualizer::setGroundHeight(Real height) {
     return *this;
 }
 
+OffscreenVisualizer& OffscreenVisualizer::setShowAmbientOcclusion(bool show) {
+    impl->showOcclusion = show;
+    return *this;
+}
+
 OffscreenVisualizer& OffscreenVisualizer::setShowShadows(bool show) {
     impl->showShadows = show;
     return *this;

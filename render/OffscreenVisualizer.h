@@ -295,6 +295,9 @@ public:
     /** Height of the ground along the up direction [m]; default: just below the scene. **/
     OffscreenVisualizer& setGroundHeight(SimTK::Real height);
     OffscreenVisualizer& setShowShadows(bool show);
+    /** Ambient occlusion: opaque surfaces are darker where others close by keep light from them, in
+    corners and gaps. Contours get darker there too. Default off. **/
+    OffscreenVisualizer& setShowAmbientOcclusion(bool show);
     /** Pictures without background and ground, to be laid over others: alpha says how much of them
     is covered; a shadow stays as a dark veil. Default off. **/
     OffscreenVisualizer& setTransparentBackground(bool isTransparent);

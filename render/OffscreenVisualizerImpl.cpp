@@ -383,6 +383,7 @@ FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
     style.up = upward;
     style.toLight = isLightFixed ? UnitVec3(lightDirection) : toLight;
     style.isLit = lighting == Lighting::Shaded;
+    style.occlusionRadius = showOcclusion ? 0.2 * extent.radius : 0;
     style.hasTriad = showAxes;
     style.isBackgroundTransparent = isBackgroundTransparent;
     style.colorMap = partStyle.contour.getColorMap();

@@ -116,7 +116,7 @@ public:
     Lighting lighting = Lighting::Shaded;
     bool isLightFixed = false;
     SimTK::Vec3 lightDirection{0};
-    bool hasGround = true, showShadows = true, showAxes = true;
+    bool hasGround = true, showShadows = true, showOcclusion = false, showAxes = true;
     bool isBackgroundTransparent = false;
     SimTK::Vec3 solidColor{1};
     SimTK::CoordinateDirection up = SimTK::YAxis;

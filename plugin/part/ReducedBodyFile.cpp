@@ -3,12 +3,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdint>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
+#include "FileChecksum.h"
 #include "Hdf5.h"
 
 namespace simflex {
@@ -31,55 +29,6 @@ ElementType elementTypeOf(const std::string& text) {
     for (const auto& [type, name] : kElementNames)
         if (text == name) return type;
     throw std::runtime_error("unknown element type '" + text + "'");
-}
-
-/** The last bytes of a part file: a mark and the checksum of all bytes before it. HDF5 reads no
-further than its own end of file, and drops these bytes when another program changes the file. **/
-struct Trailer {
-    char mark[8] = {'S', 'F', 'L', 'X', 'S', 'U', 'M', '1'};
-    std::uint64_t sum = 0;
-};
-
-/** FNV-1a over 64-bit words (the last one filled up with zeros). O(bytes). **/
-std::uint64_t calcChecksum(const std::string& bytes, size_t size) {
-    std::uint64_t sum = 14695981039346656037u;
-    for (size_t at = 0; at < size; at += 8) {
-        std::uint64_t word = 0;
-        std::memcpy(&word, bytes.data() + at, std::min<size_t>(8, size - at));
-        sum = (sum ^ word) * 1099511628211u;
-        sum ^= sum >> 32;
-    }
-    return sum;
-}
-
-std::string readBytes(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::string bytes(fs::file_size(path), '\0');
-    if (!in.read(bytes.data(), std::streamsize(bytes.size())))
-        throw std::runtime_error("it cannot be read");
-    return bytes;
-}
-
-void appendTrailer(const fs::path& path) {
-    const std::string bytes = readBytes(path);
-    Trailer trailer;
-    trailer.sum = calcChecksum(bytes, bytes.size());
-    std::ofstream out(path, std::ios::binary | std::ios::app);
-    out.write(reinterpret_cast<const char*>(&trailer), sizeof trailer);
-    if (!out.flush()) throw std::runtime_error("cannot write all of it; is the disk full?");
-}
-
-/** Refuses a file whose bytes are not those that were written, before HDF5 follows them. A file
-without trailer was changed by another program and is left to HDF5's own checks. **/
-void checkTrailer(const fs::path& path) {
-    const std::string bytes = readBytes(path);
-    Trailer found;
-    if (bytes.size() < sizeof found) return;
-    const size_t size = bytes.size() - sizeof found;
-    if (std::memcmp(bytes.data() + size, found.mark, sizeof found.mark) != 0) return;
-    std::memcpy(&found, bytes.data() + size, sizeof found);
-    if (calcChecksum(bytes, size) != found.sum)
-        throw std::runtime_error("it is damaged: its checksum is not that of its bytes");
 }
 
 /** Removes the unfinished file unless it was renamed. **/
@@ -351,7 +300,7 @@ void writeReducedBody(const std::string& path, const ReducedBody& body) {
             if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)
                 throw std::runtime_error("cannot write all of it; is the disk full?");
         }
-        appendTrailer(temporary);
+        appendChecksum(temporary);
         fs::rename(temporary, path);
     } catch (const std::runtime_error& error) {
         throw std::runtime_error("cannot write part file '" + path + "': " + error.what());
@@ -364,7 +313,7 @@ ReducedBody readReducedBody(const std::string& path) {
     if (!fs::is_regular_file(path))
         throw std::runtime_error("part file '" + path + "' does not exist");
     try {
-        checkTrailer(path);
+        checkChecksum(path);
         return readBody(hdf5::openFile(path));
     } catch (const std::exception& error) {
         const bool isMbdyn = fs::path(path).extension() == ".fem";

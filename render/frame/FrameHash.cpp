@@ -170,8 +170,8 @@ void add(ContentHash& hash, const PartStyle& style) {
 }
 
 void add(ContentHash& hash, const FrameStyle& style) {
-    const auto& [palette, ground, up, toLight, isLit, colorMap, contourLow, contourHigh, hasTriad,
-                 unit, isBackgroundTransparent] = style;
+    const auto& [palette, ground, up, toLight, isLit, occlusionRadius, colorMap, contourLow,
+                 contourHigh, hasTriad, unit, isBackgroundTransparent] = style;
     const auto& [backgroundTop, backgroundBottom, groundColor, grid, edge, ghost, text, faintText,
                  halo] = palette;
     for (const SimTK::Vec3& color :
@@ -189,6 +189,7 @@ void add(ContentHash& hash, const FrameStyle& style) {
     add(hash, SimTK::Vec3(up));
     add(hash, SimTK::Vec3(toLight));
     hash.add(isLit);
+    hash.add(occlusionRadius);
     hash.add(colorMap);
     (void)contourLow, (void)contourHigh;  // set by the painter
     hash.add(hasTriad);

@@ -8,6 +8,7 @@
 #include "GlDepthReader.h"
 #include "GlGround.h"
 #include "GlMarks.h"
+#include "GlOcclusion.h"
 #include "GlScreen.h"
 #include "GlSurfaces.h"
 #include "GlTargets.h"
@@ -31,6 +32,7 @@ public:
           ground(gl, screen),
           transparency(gl, screen, surfaces),
           depthReader(gl, screen),
+          occlusion(gl, screen),
           layerProgram(gl, shaders::backgroundVertex, shaders::layerFragment) {}
 
     GlScreen screen;
@@ -40,6 +42,7 @@ public:
     GlGround ground;
     GlTransparency transparency;
     GlDepthReader depthReader;
+    GlOcclusion occlusion;
     GlProgram layerProgram;
 };
 
@@ -84,7 +87,10 @@ Image GlRenderer::draw(const Scene& scene, const Camera& camera, const FrameStyl
                                  std::to_string(maxSize) + "x" + std::to_string(maxSize) +
                                  ", which is what " + context->getName() + " can draw");
     const GlContextUse use(*context);
-    const int numBands = 1 + int((std::int64_t(width) * height - 1) / maxBandPixels);
+    const bool hasOcclusion = style.isLit && style.occlusionRadius > 0;
+    // Ambient light depends on what lies around: there are no bands then.
+    const int numBands =
+        hasOcclusion ? 1 : 1 + int((std::int64_t(width) * height - 1) / maxBandPixels);
     const int bandHeight = (height + numBands - 1) / numBands;
     PictureTarget& target = selectTarget(width, bandHeight);
 
@@ -131,6 +137,8 @@ void GlRenderer::drawScene(const Scene& scene, const GlView& view, PictureTarget
     if (hasGround) parts->ground.hideBelow(view, bounds_G);
     for (const SurfaceItem& item : scene.surfaces)
         if (!item.isTransparent()) surfaces.draw(item, view, GlSurfaces::chooseSides(item));
+    if (view.style.isLit && view.style.occlusionRadius > 0)
+        parts->occlusion.darken(view, bounds_G, target);
 
     gl.Enable(GL_BLEND);
     gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);

@@ -2,7 +2,7 @@
 /** @file
 Draws a Scene through OpenGL 3.3 core into an Image. Internal.
 
-Order: shadow on the ground; then, multisampled, opaque surfaces, edges, lines, points, what is
+Order: shadow on the ground; then, multisampled, opaque surfaces, ambient occlusion, edges, lines, points, what is
 transparent, texts, axes; then, plain, background, ground, and the former over them. Large pictures
 are drawn in bands of rows, so that their memory stays bounded. **/
 
@@ -47,7 +47,7 @@ public:
     static constexpr int defaultBandPixels = 1 << 22;
 
     /** Pictures of more pixels are drawn in bands, at 40 bytes a pixel and 48 more where
-    transparent surfaces are peeled. **/
+    transparent surfaces are peeled; but with ambient occlusion in one piece. **/
     void setMaxBandPixels(int number) { maxBandPixels = number; }
 
     /** Layers of transparent surfaces that the last picture's last band was peeled into; 0 when

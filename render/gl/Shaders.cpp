@@ -331,6 +331,130 @@ void main() {
 }
 )";
 
+// Distances along the view direction at half the resolution; 0 where there is nothing.
+const char* const distanceFragment = R"(#version 330 core
+in vec2 place;
+uniform sampler2DMS scene;      // depth
+uniform vec2 depthTerms;        // of the projection: what multiplies z, and what is added
+uniform bool isPerspective;
+out vec4 fragment;
+
+void main() {
+    float z = texelFetch(scene, 2 * ivec2(gl_FragCoord.xy), 0).r;
+    float clip = 2.0 * z - 1.0;
+    float distance = isPerspective ? depthTerms.y / (clip + depthTerms.x)
+                                   : (depthTerms.y - clip) / depthTerms.x;
+    fragment = vec4(z >= 1.0 ? 0.0 : distance);
+}
+)";
+
+const char* const occlusionFragment = R"(#version 330 core
+in vec2 place;
+uniform sampler2D distances;
+uniform bool isPerspective;
+uniform vec4 ray;               // camera x, y of a pixel at distance 1: factors, offsets
+uniform float radius;           // [m]
+uniform float pixelsPerMetre;   // at distance 1, or at any in a parallel projection
+out vec4 fragment;
+
+const int count = 16;
+
+vec3 findPoint(ivec2 p) {
+    ivec2 size = textureSize(distances, 0);
+    p = clamp(p, ivec2(0), size - 1);
+    float d = texelFetch(distances, p, 0).r;
+    vec2 xy = (2.0 * (vec2(p) + 0.25) / vec2(size) - 1.0) * ray.xy + ray.zw;
+    return vec3(isPerspective ? xy * d : xy, -d);
+}
+
+// Of two neighbours the one on the same surface.
+vec3 findTangent(vec3 middle, ivec2 p, ivec2 step) {
+    vec3 after = findPoint(p + step), before = findPoint(p - step);
+    return abs(after.z - middle.z) < abs(middle.z - before.z) ? after - middle : middle - before;
+}
+
+void main() {
+    ivec2 p = ivec2(gl_FragCoord.xy);
+    vec3 middle = findPoint(p);
+    float reach = radius * pixelsPerMetre / (isPerspective ? -middle.z : 1.0);
+    if (middle.z == 0.0 || reach < 1.5) {
+        fragment = vec4(1.0);
+        return;
+    }
+    reach = min(reach, 96.0);
+    vec3 n = normalize(cross(findTangent(middle, p, ivec2(1, 0)),
+                             findTangent(middle, p, ivec2(0, 1))));
+    float turn = 6.2831853 * fract(52.9829189 * fract(dot(vec2(p), vec2(0.06711056, 0.00583715))));
+    float sum = 0.0;
+    for (int i = 0; i < count; ++i) {
+        float part = (float(i) + 0.5) / float(count);
+        float angle = turn + 43.982297 * part;
+        vec3 other = findPoint(p + ivec2(round(part * reach * vec2(cos(angle), sin(angle)))));
+        if (other.z == 0.0) continue;
+        vec3 v = (other - middle) / radius;
+        float near = max(1.0 - dot(v, v), 0.0);
+        sum += near * near * near * max(dot(v, n) - 0.02, 0.0) / (dot(v, v) + 0.01);
+    }
+    fragment = vec4(max(1.0 - 1.6 * sum / float(count), 0.0));
+}
+)";
+
+// Mean of seven neighbours in a row, of those on the same surface.
+const char* const occlusionBlurFragment = R"(#version 330 core
+in vec2 place;
+uniform sampler2D distances;
+uniform sampler2D light;
+uniform vec2 along;
+uniform float radius;
+out vec4 fragment;
+
+void main() {
+    ivec2 p = ivec2(gl_FragCoord.xy), last = textureSize(distances, 0) - 1;
+    float middle = texelFetch(distances, p, 0).r, sum = 0.0, weights = 0.0;
+    for (int i = -3; i <= 3; ++i) {
+        ivec2 q = clamp(p + i * ivec2(along), ivec2(0), last);
+        float away = abs(texelFetch(distances, q, 0).r - middle) / radius;
+        float weight = max(1.0 - 4.0 * away, 0.0);
+        sum += weight * texelFetch(light, q, 0).r;
+        weights += weight;
+    }
+    fragment = vec4(sum / weights);
+}
+)";
+
+// Light at full resolution, from the pixels around that show the same surface.
+const char* const darkenFragment = R"(#version 330 core
+in vec2 place;
+uniform sampler2DMS scene;      // depth
+uniform sampler2D distances;
+uniform sampler2D light;
+uniform vec2 depthTerms;
+uniform bool isPerspective;
+uniform float radius;
+out vec4 fragment;
+
+void main() {
+    ivec2 p = ivec2(gl_FragCoord.xy), last = textureSize(distances, 0) - 1;
+    float z = texelFetch(scene, p, 0).r;
+    if (z >= 1.0) discard;
+    float clip = 2.0 * z - 1.0;
+    float distance = isPerspective ? depthTerms.y / (clip + depthTerms.x)
+                                   : (depthTerms.y - clip) / depthTerms.x;
+    vec2 between = 0.5 * vec2(p & 1);
+    float sum = 1e-4, weights = 1e-4;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 offset = ivec2(k & 1, k >> 1);
+        ivec2 q = min(p / 2 + offset, last);
+        vec2 share = mix(1.0 - between, between, vec2(offset));
+        float away = abs(texelFetch(distances, q, 0).r - distance) / radius;
+        float weight = share.x * share.y * max(1.0 - 4.0 * away, 0.0);
+        sum += weight * texelFetch(light, q, 0).r;
+        weights += weight;
+    }
+    fragment = vec4(sqrt(sum / weights));   // colours are roots of light
+}
+)";
+
 const char* const groundVertex = R"(#version 330 core
 layout(location = 0) in vec2 corner;
 uniform mat4 modelView;

@@ -26,6 +26,10 @@ extern const char* const depthOnlyFragment;
 extern const char* const peelFragment;    ///< next layer of what is transparent
 extern const char* const sampleFragment;  ///< copy of a multisampled layer
 extern const char* const depthFragment;
+extern const char* const distanceFragment;       ///< ambient occlusion: distances at half size
+extern const char* const occlusionFragment;      ///< light that is left
+extern const char* const occlusionBlurFragment;  ///< one direction of its blur
+extern const char* const darkenFragment;         ///< what is drawn times it
 extern const char* const groundVertex;
 extern const char* const groundFragment;        ///< grid, fading edge
 extern const char* const groundShadowFragment;  ///< what a shadow leaves of the light

@@ -31,6 +31,7 @@ struct FrameStyle {
     SimTK::UnitVec3 up{SimTK::YAxis};
     SimTK::UnitVec3 toLight{SimTK::Vec3(0.5, 1, 0.6)};
     bool isLit = true;
+    double occlusionRadius = 0;  ///< how far surfaces keep ambient light from each other [m]
     ColorMap colorMap = ColorMap::Viridis;
     double contourLow = 0, contourHigh = 1;
     bool hasTriad = true;

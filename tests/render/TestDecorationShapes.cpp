@@ -2,10 +2,10 @@
 // its colour, its scale factors.
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <functional>
 
 #include "TestParts.h"
+#include "TriangleMesh.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
 namespace simflex {
@@ -18,22 +18,6 @@ using SimTK::Transform;
 using SimTK::Vec3;
 
 const SimTK::MobilizedBodyIndex ground(0);
-
-SimTK::PolygonalMesh makeTriangle() {
-    SimTK::PolygonalMesh mesh;
-    for (const Vec3& p : {Vec3(-0.5, -0.5, 0), Vec3(0.5, -0.5, 0), Vec3(0, 0.5, 0)})
-        mesh.addVertex(p);
-    SimTK::Array_<int> face;
-    for (int i = 0; i < 3; ++i) face.push_back(i);
-    mesh.addFace(face);
-    return mesh;
-}
-
-std::string writeTriangle(const std::string& extension, const std::string& text) {
-    const std::string path = testing::TempDir() + "simflex_triangle." + extension;
-    std::ofstream(path) << text;
-    return path;
-}
 
 struct Shape {
     const char* name;
@@ -62,34 +46,13 @@ const Shape shapes[] = {
      0.18, 2, true},
     {"Arrow", [] { return SimTK::DecorativeArrow(Vec3(-0.5, 0, 0), Vec3(0.5, 0, 0), arrowTip); },
      2 * shaftRadius*(1 - arrowTip) + tipRadius* arrowTip, 2.2, true},
-    {"Mesh", [] { return SimTK::DecorativeMesh(makeTriangle()); }, 0.5, 3.3, false},
-    {"ObjFile",
-     [] {
-         return SimTK::DecorativeMeshFile(
-             writeTriangle("obj", "v -0.5 -0.5 0\nv 0.5 -0.5 0\nv 0 0.5 0\nf 1 2 3\n"));
-     },
-     0.5, 3.3, false},
-    {"StlFile",
-     [] {
-         return SimTK::DecorativeMeshFile(writeTriangle(
-             "stl",
-             "solid t\nfacet normal 0 0 1\nouter loop\nvertex -0.5 -0.5 0\nvertex 0.5 -0.5 0\n"
-             "vertex 0 0.5 0\nendloop\nendfacet\nendsolid t\n"));
-     },
-     0.5, 3.3, false},
-    {"VtpFile",
-     [] {
-         return SimTK::DecorativeMeshFile(writeTriangle(
-             "vtp",
-             "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\" version=\"0.1\"><PolyData>"
-             "<Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" NumberOfLines=\"0\" "
-             "NumberOfStrips=\"0\" NumberOfPolys=\"1\"><Points><DataArray type=\"Float32\" "
-             "NumberOfComponents=\"3\" format=\"ascii\">-0.5 -0.5 0 0.5 -0.5 0 0 0.5 0"
-             "</DataArray></Points><Polys><DataArray type=\"Int32\" Name=\"connectivity\" "
-             "format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int32\" Name=\"offsets\" "
-             "format=\"ascii\">3</DataArray></Polys></Piece></PolyData></VTKFile>\n"));
-     },
-     0.5, 3.3, false},
+    {"Mesh", [] { return SimTK::DecorativeMesh(makeTriangleMesh()); }, 0.5, 3.3, false},
+    {"ObjFile", [] { return SimTK::DecorativeMeshFile(writeTriangleFile("obj")); }, 0.5, 3.3,
+     false},
+    {"StlFile", [] { return SimTK::DecorativeMeshFile(writeTriangleFile("stl")); }, 0.5, 3.3,
+     false},
+    {"VtpFile", [] { return SimTK::DecorativeMeshFile(writeTriangleFile("vtp")); }, 0.5, 3.3,
+     false},
 };
 
 class DecorationShape : public testing::TestWithParam<Shape> {

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <functional>
 
 #include "TestParts.h"
+#include "TriangleMesh.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
 namespace simflex {
@@ -16,20 +16,6 @@ using SimTK::Vec3;
 
 const SimTK::MobilizedBodyIndex ground(0);
 const Image::Pixel white = {255, 255, 255, 255};
-
-SimTK::PolygonalMesh makeTriangleMesh() {
-    SimTK::PolygonalMesh mesh;
-    for (const Vec3& p : {Vec3(-0.5, -0.5, 0), Vec3(0.5, -0.5, 0), Vec3(0, 0.5, 0)})
-        mesh.addVertex(p);
-    mesh.addFace(SimTK::Array_<int>{0, 1, 2});
-    return mesh;
-}
-
-std::string writeMeshFile() {
-    const std::string path = testing::TempDir() + "/simflex_triangle.obj";
-    std::ofstream(path) << "v -0.5 -0.5 0\nv 0.5 -0.5 0\nv 0 0.5 0\nf 1 2 3\n";
-    return path;
-}
 
 // What is drawn, points that it covers and points that it does not.
 struct Kind {
@@ -86,7 +72,7 @@ const Kind kinds[] = {
      {Vec3(0), Vec3(0.45, -0.48, 0), Vec3(0, 0.46, 0)},
      {Vec3(0.4, 0.3, 0), Vec3(0, -0.55, 0)}},
     {"MeshFile",
-     [] { return SimTK::DecorativeMeshFile(writeMeshFile()); },
+     [] { return SimTK::DecorativeMeshFile(writeTriangleFile("obj")); },
      {Vec3(0), Vec3(0.45, -0.48, 0), Vec3(0, 0.46, 0)},
      {Vec3(0.4, 0.3, 0), Vec3(0, -0.55, 0)}},
     {"Torus",

@@ -2,21 +2,24 @@
 /** @file
 What a run leaves: one HDF5 file, which h5py and MATLAB read.
 
-    /                          attributes: simflex_results = 1 (format), version ("0.1.0"), title
-    /model                     text of the model file; attributes path, settings (one a line),
-bodies
-                               ("as_given", "rigid")
-    /analyses/NAME             attribute type: transient, static, eigen, campbell
-        complete               attribute: 1 once the analysis has reached its end
-        time           n       [s]; transient
-        probes/PROBE   n×k     attributes unit, columns (comma-separated, empty for k = 1); static:
-n = 1 states/q, u    n×…     optional, Simbody's numbering statistics             attributes: steps,
-iterations … frequency, damping_ratio     n      eigen speeds n; frequency, damping_ratio  n×m
-campbell
+    /              attributes simflex_results = 1 (version of the format), version ("0.1.0"), title
+    /model         text of the model file; attributes path, settings (one a line),
+                   bodies ("as_given" or "rigid")
+    /analyses/NAME attributes type (transient, static, eigen, campbell), index (0, 1 … in the order
+                   of the run), complete (1 once the analysis has reached its end)
+        time              n    [s]; transient
+        probes/PROBE      n×k  attributes unit, columns (comma-separated; empty for k = 1), index;
+                               static: n = 1
+        states/q, u       n×…  Simbody's numbering; left out where states are not kept
+        statistics             attributes: steps, iterations …
+        speeds            n    campbell
+        frequency, damping_ratio  n modes of eigen [Hz], n speeds × modes of campbell
 
-Transient data grow by appending: rows are written in blocks and flushed, so that a killed run
-leaves a readable file that lacks at most what came after the last flush(). Nothing carries a time
-stamp: the same run gives the same bytes. **/
+The file is replaced as a whole, by renaming: at no moment is it half written. What has come since
+stands in a journal beside it, FILE.rows, which a run that ends removes; readResults() takes what a
+killed run has left there, and a run that goes on begins with it. So a killed run loses at most the
+row being written, and a power cut what came after the last flush(). Nothing carries a time stamp:
+the same run gives the same bytes, flushed and resumed or not. **/
 
 #include <map>
 #include <memory>
@@ -45,7 +48,7 @@ struct ResultHeader {
 before stay readable. **/
 class ResultWriter {
 public:
-    /** Makes the file anew. **/
+    /** Makes the file anew. @throws also if another run is writing it. **/
     ResultWriter(const std::string& path, const ResultHeader& header);
     /** Goes on with a file that was left by a run: reopens it. **/
     explicit ResultWriter(const std::string& path);
@@ -63,7 +66,8 @@ public:
     void addRow(double time, const std::vector<double>& values, const std::vector<double>& q,
                 const std::vector<double>& u);
     int getNumRows() const;
-    /** Everything so far is on the disk, in a file that can be read. **/
+    /** Everything so far is on the disk, where readResults() finds it. The HDF5 file is replaced
+    too, unless that would take more than a tenth of the time. **/
     void flush();
 
     void addStatic(const std::string& analysis, const std::vector<ResultColumn>& probes,
@@ -75,6 +79,7 @@ public:
                      const std::vector<std::vector<double>>& frequency,
                      const std::vector<std::vector<double>>& dampingRatio);
     void setStatistics(const std::string& analysis, const std::map<std::string, double>& values);
+    /** Replaces the HDF5 file, too. **/
     void setComplete(const std::string& analysis);
 
 private:
@@ -86,7 +91,7 @@ private:
 struct ResultData {
     struct Series {
         ResultColumn column;
-        std::vector<std::vector<double>> rows;  ///< n×k
+        std::vector<std::vector<double>> rows;  ///< n×k; static: one row
     };
     struct Analysis {
         std::string name, type;
@@ -101,9 +106,11 @@ struct ResultData {
     ResultHeader header;
     std::vector<Analysis> analyses;
 };
-ResultData readResults(const std::string& path);
+enum class ReadStates { Yes, No };
+ResultData readResults(const std::string& path, ReadStates states = ReadStates::Yes);
 
-/** One CSV file: time, then every column as "probe.x [m]". Numbers with 17 digits. **/
+/** One CSV file: time, then every column as "probe.x [m]"; of eigen and campbell the frequencies.
+Numbers with 17 digits. @throws std::runtime_error. **/
 void writeResultCsv(const std::string& path, const ResultData::Analysis& analysis);
 
 }  // namespace cli

@@ -1,0 +1,67 @@
+#include "FileChecksum.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <vector>
+
+namespace simflex {
+namespace {
+
+constexpr size_t kBlock = size_t(1) << 20;  // a multiple of eight bytes
+
+struct Trailer {
+    char mark[8] = {'S', 'F', 'L', 'X', 'S', 'U', 'M', '1'};
+    std::uint64_t sum = 0;
+};
+
+/** FNV-1a over 64-bit words (the last one filled up with zeros) of the first bytes of a file. **/
+std::uint64_t calcChecksum(std::ifstream& in, size_t size) {
+    std::uint64_t sum = 14695981039346656037u;
+    std::vector<char> block(std::min(size, kBlock));
+    in.seekg(0);
+    for (size_t start = 0; start < size; start += kBlock) {
+        const size_t count = std::min(kBlock, size - start);
+        if (!in.read(block.data(), std::streamsize(count)))
+            throw std::runtime_error("it cannot be read");
+        for (size_t at = 0; at < count; at += 8) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, block.data() + at, std::min<size_t>(8, count - at));
+            sum = (sum ^ word) * 1099511628211u;
+            sum ^= sum >> 32;
+        }
+    }
+    return sum;
+}
+
+}  // namespace
+
+void appendChecksum(const std::string& path) {
+    Trailer trailer;
+    {
+        std::ifstream in(path, std::ios::binary);
+        trailer.sum = calcChecksum(in, std::filesystem::file_size(path));
+    }
+    std::ofstream out(path, std::ios::binary | std::ios::app);
+    out.write(reinterpret_cast<const char*>(&trailer), sizeof trailer);
+    if (!out.flush()) throw std::runtime_error("cannot write all of it; is the disk full?");
+}
+
+void checkChecksum(const std::string& path) {
+    const size_t whole = std::filesystem::file_size(path);
+    Trailer found;
+    if (whole < sizeof found) return;
+    const size_t size = whole - sizeof found;
+    std::ifstream in(path, std::ios::binary);
+    in.seekg(std::streamoff(size));
+    if (!in.read(reinterpret_cast<char*>(&found), sizeof found))
+        throw std::runtime_error("it cannot be read");
+    if (std::memcmp(found.mark, Trailer().mark, sizeof found.mark) != 0) return;
+    if (calcChecksum(in, size) != found.sum)
+        throw std::runtime_error("it is damaged: its checksum is not that of its bytes");
+}
+
+}  // namespace simflex

@@ -1,0 +1,66 @@
+#pragma once
+/** @file
+Result files of a swinging point, whose every value is known. **/
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "fe/TestDecks.h"
+#include "simflex/cli/results/ResultFile.h"
+
+namespace simflex {
+namespace testing {
+
+constexpr double kStep = 0.01;  // [s]
+
+inline cli::ResultHeader makeHeader() {
+    return {
+        "Swing", "swing.yaml", "simflex: 1\n# a swing\n", {"speed=3", "solver.threads=1"}, false};
+}
+
+inline std::vector<cli::ResultColumn> makeProbes() {
+    return {{"swing", "m", {"x", "y"}}, {"angle", "rad", {""}}};
+}
+
+/** Row k of a point on a circle of radius 2 m, at 1 rad/s. **/
+inline void addCircleRow(cli::ResultWriter& writer, int k) {
+    const double t = k * kStep;
+    writer.addRow(t, {2 * std::cos(t), 2 * std::sin(t), t}, {t}, {1, -t});
+}
+
+inline void addCircle(cli::ResultWriter& writer, int first, int end) {
+    for (int k = first; k < end; ++k) addCircleRow(writer, k);
+}
+
+/** Whether the first rows are those of addCircle(). **/
+inline bool isCircle(const cli::ResultData::Analysis& analysis) {
+    if (analysis.probes.size() != 2) return false;
+    for (size_t k = 0; k < analysis.time.size(); ++k) {
+        const double t = int(k) * kStep;
+        if (analysis.time[k] != t || analysis.probes[1].rows.at(k).at(0) != t) return false;
+        if (analysis.probes[0].rows.at(k).at(0) != 2 * std::cos(t)) return false;
+        if (analysis.probes[0].rows.at(k).at(1) != 2 * std::sin(t)) return false;
+        if (analysis.q.at(k) != std::vector<double>{t}) return false;
+        if (analysis.u.at(k) != std::vector<double>{1, -t}) return false;
+    }
+    return true;
+}
+
+/** A whole run: rest (static), run (numRows of a circle), modes (eigen), map (campbell). **/
+inline void writeRun(const std::string& path, int numRows = 100) {
+    cli::ResultWriter writer(path, makeHeader());
+    writer.addStatic("rest", makeProbes(), {2, 0, 0}, {0.5});
+    writer.setComplete("rest");
+    writer.beginTransient("run", makeProbes(), 1, 2);
+    addCircle(writer, 0, numRows);
+    writer.setStatistics("run", {{"steps", 12}, {"iterations", 30}});
+    writer.setComplete("run");
+    writer.addEigen("modes", {1, 2.5, 40}, {0.01, 0, -0.02});
+    writer.setComplete("modes");
+    writer.addCampbell("map", {0, 100}, {{10, 20}, {8, 23}}, {{0.01, 0.02}, {0.03, -0.01}});
+    writer.setComplete("map");
+}
+
+}  // namespace testing
+}  // namespace simflex
