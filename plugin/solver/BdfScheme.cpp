@@ -40,4 +40,8 @@ double BdfScheme::getFirstErrorConstant() const {
     return 1.0 / 12;
 }
 
+std::vector<std::pair<std::string, double>> BdfScheme::listSettings() const {
+    return {{"setMaximumOrder", maximumOrder}, {"setFixedOrder", fixedOrder}};
+}
+
 }  // namespace simflex

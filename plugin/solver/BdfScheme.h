@@ -25,6 +25,7 @@ public:
     ErrorFactors calcErrorFactors(const SolutionHistory& history, int order,
                                   double tNew) const override;
     double getFirstErrorConstant() const override;
+    std::vector<std::pair<std::string, double>> listSettings() const override;
 };
 
 }  // namespace simflex

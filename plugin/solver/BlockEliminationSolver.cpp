@@ -125,6 +125,12 @@ public:
         m_threads = chooseNumThreads(most, m_work, WorkPerThread);
     }
     const Timing& getTiming() const { return m_timing; }
+    bool isFactored() const { return m_isFactored; }
+    bool hasHubs() const { return !m_hubs.empty(); }
+    void dissolveHubs(const NewtonSystem& system) {
+        m_isFactored = false;
+        analyse(system, false);
+    }
 
 private:
     /** A block whose speeds are unknowns of step 3: rows −J Δu − Gᵀ Δλ = r. **/
@@ -311,6 +317,15 @@ const std::vector<double>& BlockEliminationSolver::getDeltaU() const {
 }
 const double* BlockEliminationSolver::getDeltaLambda() const {
     return m_impl->getDeltaLambda();
+}
+bool BlockEliminationSolver::isFactored() const {
+    return m_impl->isFactored();
+}
+bool BlockEliminationSolver::hasHubs() const {
+    return m_impl->hasHubs();
+}
+void BlockEliminationSolver::dissolveHubs(const NewtonSystem& system) {
+    m_impl->dissolveHubs(system);
 }
 int BlockEliminationSolver::getNumRedundant() const {
     return int(getRedundantRows().size());

@@ -48,6 +48,14 @@ public:
     /** Threads to use at most; small systems get fewer. **/
     void setNumThreads(int threads);
 
+    /** True if the last factor() succeeded. **/
+    bool isFactored() const;
+    /** True while blocks with very many columns stay unknowns of step 3; factor() gives that up for
+    good where it finds redundancies beside them. **/
+    bool hasHubs() const;
+    /** Gives it up now. **/
+    void dissolveHubs(const NewtonSystem& system);
+
     /** Factors every J_b and S. @pre same topology as in the constructor.
     @throws std::runtime_error that names the block if a J_b is singular or not finite. **/
     void factor(const NewtonSystem& system);

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "simflex/solver/Checkpoint.h"
+
 namespace simflex {
 
 using namespace SimTK;
@@ -126,6 +128,10 @@ EventDriver::Outcome EventDriver::handleTriggered(State& state, const Vector& be
     for (int k = 0; k < before.size(); ++k)
         if (isTriggered(k, before, after)) ids.push_back(m_triggers[unsigned(k)].getEventId());
     return handle(state, Event::Cause::Triggered, ids, accuracy);
+}
+
+void EventDriver::visit(Checkpoint& checkpoint) {
+    checkpoint.visit(m_lastReport, m_lastEvent);
 }
 
 }  // namespace simflex

@@ -7,6 +7,8 @@ moves its auto-update variables on (private header). **/
 
 namespace simflex {
 
+class Checkpoint;
+
 class EventDriver {
 public:
     /** What the handlers of one event did. **/
@@ -65,6 +67,8 @@ public:
     /** Swaps the auto-update variables' new values in; realizes the State to Stage::Acceleration
      * first. **/
     void updateDiscreteVariables(SimTK::State& state) const;
+
+    void visit(Checkpoint& checkpoint);
 
 private:
     Outcome handle(SimTK::State& state, SimTK::Event::Cause cause,

@@ -62,4 +62,8 @@ double GeneralizedAlphaScheme::getFirstErrorConstant() const {
     return std::abs(1.0 / 6 - 0.5 * (m_alphaM - m_alphaF) - m_beta);
 }
 
+std::vector<std::pair<std::string, double>> GeneralizedAlphaScheme::listSettings() const {
+    return {{"setSpectralRadius", m_alphaF / (1 - m_alphaF)}};
+}
+
 }  // namespace simflex

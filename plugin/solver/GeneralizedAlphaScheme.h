@@ -31,6 +31,7 @@ public:
     ErrorFactors calcErrorFactors(const SolutionHistory& history, int order,
                                   double tNew) const override;
     double getFirstErrorConstant() const override;
+    std::vector<std::pair<std::string, double>> listSettings() const override;
 
 private:
     double m_alphaM = 0, m_alphaF = 0, m_gamma = 0, m_beta = 0;

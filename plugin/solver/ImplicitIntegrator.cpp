@@ -112,6 +112,15 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::stepOnce() {
     return m_impl->stepOnce();
 }
 
+void ImplicitIntegrator::writeCheckpoint(std::ostream& stream) {
+    m_impl->requireInitialized("writeCheckpoint");
+    m_impl->writeCheckpoint(stream);
+}
+
+void ImplicitIntegrator::readCheckpoint(std::istream& stream, const SimTK::State& start) {
+    m_impl->readCheckpoint(stream, start);
+}
+
 const SimTK::State& ImplicitIntegrator::getState() const {
     m_impl->requireInitialized("getState");
     return m_impl->getState();

@@ -56,6 +56,7 @@ branch unless a step ends closer to the branching than its own error. Forces of 
 without bound towards such a position. **/
 
 #include <functional>
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -151,6 +152,24 @@ public:
     /** Takes one internal step, of whatever size the error control chooses (a few with event
     triggers about), and calls the reporters and handlers it passes. **/
     StepStatus stepOnce();
+
+    /** @name Checkpoints **/
+    /**@{**/
+    /** Writes all that decides on the steps to come (binary; open the stream so): an integrator
+    that reads it goes on with the same bits, in states, multipliers and counts, with any number of
+    threads. What the system's own objects keep outside the State (a reporter's file, say) is not in
+    it. Write to a new file and rename it, so that a killed run leaves a whole one.
+    @throws std::runtime_error if the stream cannot take it, or naming the subsystem that keeps
+        variables of a type that is not of numbers or text, if a handler has changed them or they
+        change in every step: active contacts, Measure::Delay. **/
+    void writeCheckpoint(std::ostream& stream);
+    /** Instead of initialize(): goes on from a checkpoint of the same model, with the settings of
+    that run; number of threads and final time may differ.
+    @param start  the State that initialize() was given then
+    @throws std::runtime_error if the file is damaged, or of another model or version, or other
+        settings were in use **/
+    void readCheckpoint(std::istream& stream, const SimTK::State& start);
+    /**@}**/
 
     /** The State reached; realized to Stage::Velocity. **/
     const SimTK::State& getState() const;

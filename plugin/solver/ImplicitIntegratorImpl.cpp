@@ -37,7 +37,8 @@ ImplicitIntegrator::Implementation::Implementation(
     : name(std::move(integratorName)),
       m_system(system),
       m_scheme(std::move(integrationScheme)),
-      m_events(system) {}
+      m_events(system),
+      m_image(system) {}
 
 void ImplicitIntegrator::Implementation::requireInitialized(const char* method) const {
     if (!m_isInitialized) throw std::logic_error(name + "::" + method + "() before initialize()");
@@ -47,8 +48,13 @@ void ImplicitIntegrator::Implementation::requireInitialized(const char* method) 
 // start
 
 void ImplicitIntegrator::Implementation::setUp(const State& state) {
-    m_isInitialized = m_isTerminated = m_isFinished = false;
     requireTopology(m_system, state, name + "::initialize()");
+    prepare(state);
+    m_image.startFrom(m_state);
+}
+
+void ImplicitIntegrator::Implementation::prepare(const State& state) {
+    m_isInitialized = m_isTerminated = m_isFinished = false;
     checkSettings(state.getTime());
     m_state = state;
     m_system.realize(m_state, Stage::Velocity);
@@ -76,7 +82,7 @@ void ImplicitIntegrator::Implementation::checkSettings(Real startTime) const {
 }
 
 void ImplicitIntegrator::Implementation::buildEquations() {
-    m_scratch = m_state;
+    m_scratch = m_builtFrom = m_state;
     if (m_equations) bookPhases();
     m_step.reset();
     m_equations = std::make_unique<MultibodyEquations>(
@@ -670,7 +676,9 @@ void ImplicitIntegrator::Implementation::bookPhases() {
 template <class Work>
 ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::runTimed(Work work) {
     const auto start_ = Clock::now();
+    m_isRunning = true;
     const auto book = [&] {
+        m_isRunning = false;
         bookPhases();
         statistics.totalSeconds += secondsSince(start_);
     };

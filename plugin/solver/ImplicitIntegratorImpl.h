@@ -6,6 +6,7 @@ The state of an ImplicitIntegrator (private header). **/
 #include "simflex/solver/ImplicitIntegrator.h"
 #include "simflex/solver/ImplicitStep.h"
 #include "simflex/solver/IntegrationScheme.h"
+#include "simflex/solver/StateImage.h"
 #include "simflex/solver/StepController.h"
 
 namespace simflex {
@@ -20,6 +21,9 @@ public:
     void initialize(const SimTK::Array_<SimTK::State>& history, int order);
     StepStatus stepTo(SimTK::Real time);
     StepStatus stepOnce();
+
+    void writeCheckpoint(std::ostream& stream);
+    void readCheckpoint(std::istream& stream, const SimTK::State& start);
 
     const SimTK::State& getState() const;
     SimTK::Vector calcUDot() const;
@@ -61,6 +65,8 @@ public:
 private:
     // start
     void setUp(const SimTK::State& state);
+    /** Equations and events for this State, as at the beginning. **/
+    void prepare(const SimTK::State& state);
     void checkSettings(SimTK::Real startTime) const;
     /** Analyses the system at m_state; again after a handler changed it. **/
     void buildEquations();
@@ -109,6 +115,13 @@ private:
     void updateDiscreteVariables();
     void updateDiscreteVariablesAtStart();
 
+    // checkpoints
+    /** What tells this model from others. **/
+    void visitModel(Checkpoint& checkpoint) const;
+    void visitSettings(Checkpoint& checkpoint) const;
+    /** What decides on the steps to come. **/
+    void visitProgress(Checkpoint& checkpoint);
+
     const SimTK::MultibodySystem& m_system;
     std::unique_ptr<IntegrationScheme> m_scheme;
     std::unique_ptr<MultibodyEquations> m_equations;
@@ -120,6 +133,8 @@ private:
     SimTK::State m_state;
     mutable bool m_stateIsCurrent = false;
     SimTK::State m_scratch;
+    SimTK::State m_builtFrom;  ///< m_state as the equations found it
+    StateImage m_image;
     SolutionPoint m_visible;
 
     double m_nextStep = 0;
@@ -127,6 +142,7 @@ private:
     SimTK::Vector m_triggersBefore, m_triggersAfter, m_triggerTrial;
     bool m_hasTriggered = false, m_isTimeAdvancePending = false;
     bool m_isInitialized = false, m_isTerminated = false, m_isFinished = false;
+    bool m_isRunning = false;
 
     // The step being attempted.
     StepFormula m_formula;

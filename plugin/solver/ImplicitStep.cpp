@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "simflex/body/Chunk.h"
+#include "simflex/solver/Checkpoint.h"
 #include "simflex/solver/FlushDenormals.h"
 
 namespace simflex {
@@ -82,6 +83,7 @@ void ImplicitStep::factor() {
     try {
         m_solver.factor(m_system);
     } catch (const std::runtime_error& error) {
+        invalidateMatrix();
         std::string names;
         for (int b = 0; b < m_equations.numBlocks(); ++b)
             names +=
@@ -450,6 +452,21 @@ void ImplicitStep::addInTiming() {
     m_statistics.schurSeconds += now.schur - m_timed.schur;
     m_statistics.backSubstitutionSeconds += now.backSubstitution - m_timed.backSubstitution;
     m_timed = now;
+}
+
+void ImplicitStep::visit(Checkpoint& checkpoint) {
+    checkpoint.visit(m_factored.mass, m_factored.stiffness);
+    checkpoint.visit(m_lastUDot, m_rate, m_multiplierFloor, m_canProject, m_mayLoseCount);
+    checkpoint.visit(m_denseStepsLeft, m_densePeriod, m_stepsSinceFactor);
+    bool isFactored = m_solver.isFactored(), hasHubs = m_solver.hasHubs();
+    checkpoint.visit(isFactored, hasHubs);
+    if (!isFactored && (m_canProject || m_factored.mass != 0))
+        Checkpoint::refuse("it has no matrix to go on with");
+    if (isFactored) m_system.visit(checkpoint);
+    if (!checkpoint.isReading() || !isFactored) return;
+    if (!hasHubs && m_solver.hasHubs()) m_solver.dissolveHubs(m_system);
+    m_solver.factor(m_system);
+    m_timed = m_solver.getTiming();
 }
 
 }  // namespace simflex

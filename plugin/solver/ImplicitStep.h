@@ -92,6 +92,10 @@ public:
     /** Adds the solver's phase times to the statistics. **/
     void addInTiming();
 
+    /** What the next step takes over from the last ones; the factors are made anew from the matrices
+    they were made of. **/
+    void visit(Checkpoint& checkpoint);
+
 private:
     enum class Purpose { Final, Projected };
     Outcome solve(const StepFormula& formula, Formulation formulation, Purpose purpose,

@@ -3,6 +3,10 @@
 What distinguishes one integration method from another (private header): the formula of a step, its
 orders and its local error. **/
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "simflex/solver/SolutionHistory.h"
 #include "simflex/solver/StepFormula.h"
 
@@ -33,6 +37,9 @@ public:
 
     /** C of the first step's local error C h²(u̇₁ − u̇₀) in q, when nodes are too few. **/
     virtual double getFirstErrorConstant() const = 0;
+
+    /** Names of its settings as they are called in the integrator, and values. **/
+    virtual std::vector<std::pair<std::string, double>> listSettings() const = 0;
 };
 
 }  // namespace simflex

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "simflex/solver/Checkpoint.h"
 #include "simflex/solver/FlexibleBlock.h"
 #include "simflex/solver/ParallelFor.h"
 #include "simflex/solver/RigidTree.h"
@@ -600,6 +601,30 @@ double MultibodyEquations::calcZError(const double* deltaZ) const {
     for (int i = 0; i < numZ(); ++i)
         largest = std::max(largest, std::abs(m_private.getZWeights()[i] * deltaZ[i]));
     return largest;
+}
+
+void MultibodyEquations::visit(Checkpoint& checkpoint) {
+    if (m_prescribed) {
+        checkpoint.visit(m_prescribedTime);
+        m_prescribed->visit(checkpoint);
+    }
+    if (!m_needsSimbody) return;
+    double time = m_private.getTime();
+    checkpoint.visit(time);
+    const auto visitVector = [&](const Vector& now, auto upd) {
+        std::vector<double> values(size_t(now.size()));
+        for (int i = 0; i < now.size(); ++i) values[size_t(i)] = now[i];
+        checkpoint.visit(values);
+        if (!checkpoint.isReading()) return;
+        Vector& vector = upd();
+        for (int i = 0; i < vector.size(); ++i) vector[i] = values[size_t(i)];
+    };
+    visitVector(m_private.getQ(), [&]() -> Vector& { return m_private.updQ(); });
+    visitVector(m_private.getU(), [&]() -> Vector& { return m_private.updU(); });
+    visitVector(m_private.getZ(), [&]() -> Vector& { return m_private.updZ(); });
+    if (!checkpoint.isReading()) return;
+    m_private.setTime(time);
+    m_system.realize(m_private, m_hasForeignForces ? Stage::Dynamics : Stage::Velocity);
 }
 
 }  // namespace simflex

@@ -23,6 +23,7 @@ gravity among them, are given, and Simbody is asked on the State that is being r
 
 namespace simflex {
 
+class Checkpoint;
 class FlexibleBlock;
 class RigidTree;
 
@@ -179,6 +180,10 @@ public:
     /** Largest w_i|δz_i| with the State's weights. **/
     double calcZError(const double* deltaZ) const;
     /**@}**/
+
+    /** What the next evaluation takes over from the last one: values of Motions, and where Simbody's
+    N(q) was evaluated. **/
+    void visit(Checkpoint& checkpoint);
 
     /** True if N(q) or forces are asked of Simbody. **/
     bool needsSimbody() const { return m_needsSimbody; }

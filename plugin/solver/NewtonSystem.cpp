@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "simflex/solver/Checkpoint.h"
+
 namespace simflex {
 
 void NewtonSystem::Block::resize(int numSpeeds, std::vector<int> constraintRows) {
@@ -205,6 +207,22 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
         throw std::runtime_error(std::string("NewtonSystem::read: ") + error.what());
     }
     return system;
+}
+
+void NewtonSystem::visit(Checkpoint& checkpoint) {
+    for (Part& part : parts) checkpoint.visit(part.diagonal);
+    for (Block& block : blocks) {
+        int form = int(block.form);
+        const Block::Form simplest = block.part < 0 ? Block::Form::Symmetric : Block::Form::Arrow;
+        checkpoint.visitWithin(form, int(simplest), int(Block::Form::General),
+                               "the form of a matrix");
+        block.form = Block::Form(form);
+        checkpoint.visit(block.head, block.coupling, block.Gt, block.coefficients);
+        if (block.form == Block::Form::Arrow) continue;
+        block.matrix.resize(size_t(block.size) * size_t(block.size));
+        checkpoint.visit(block.matrix);
+    }
+    checkpoint.visit(compliance);
 }
 
 }  // namespace simflex

@@ -24,6 +24,8 @@ and a part's shapes once. Standard types only; matrices are column-major. **/
 
 namespace simflex {
 
+class Checkpoint;
+
 struct NewtonSystem {
     /** What the flexible bodies of one part share. **/
     struct Part {
@@ -88,6 +90,9 @@ struct NewtonSystem {
     @throws std::runtime_error from read() on a damaged stream. **/
     void write(std::ostream& stream) const;
     static NewtonSystem read(std::istream& stream);
+
+    /** The matrices, of this topology. **/
+    void visit(Checkpoint& checkpoint);
 };
 
 }  // namespace simflex

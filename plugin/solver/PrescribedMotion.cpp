@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "simflex/solver/Block.h"
+#include "simflex/solver/Checkpoint.h"
 
 namespace simflex {
 
@@ -205,6 +206,10 @@ void PrescribedMotion::mask(MotionLevel level, int firstU, NewtonSystem::Block& 
 bool PrescribedMotion::touches(int firstU, int numU) const {
     return std::any_of(m_levelOfU.begin() + firstU, m_levelOfU.begin() + firstU + numU,
                        [](char level) { return level > 0; });
+}
+
+void PrescribedMotion::visit(Checkpoint& checkpoint) {
+    for (Entry& entry : m_entries) checkpoint.visit(entry.q, entry.u, entry.uDot);
 }
 
 }  // namespace simflex

@@ -17,6 +17,8 @@ coordinate is the residual of its row. **/
 
 namespace simflex {
 
+class Checkpoint;
+
 class PrescribedMotion {
 public:
     /** Where a mobilizer's coordinates stand in the solver's vectors. **/
@@ -69,6 +71,9 @@ public:
     @param level  what must be known: at Position, only speeds whose q is prescribed too **/
     void mask(MotionLevel level, int firstU, NewtonSystem::Block& block) const;
     bool touches(int firstU, int numU) const;
+
+    /** The values known now. **/
+    void visit(Checkpoint& checkpoint);
 
 private:
     struct Entry {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "simflex/solver/Checkpoint.h"
+
 namespace simflex {
 
 void SolutionPoint::resize(int numQ, int numU, int numMultipliers, int numZ) {
@@ -9,6 +11,11 @@ void SolutionPoint::resize(int numQ, int numU, int numMultipliers, int numZ) {
     for (auto* vector : {&u, &uDot, &a}) vector->assign(size_t(numU), 0);
     for (auto* vector : {&z, &zDot}) vector->assign(size_t(numZ), 0);
     lambda.assign(size_t(numMultipliers), 0);
+}
+
+void SolutionPoint::visit(Checkpoint& checkpoint) {
+    checkpoint.visit(t, work, power, constraintError);
+    checkpoint.visit(q, u, lambda, z, qDot, uDot, zDot, a);
 }
 
 void SolutionHistory::resize(int numQ, int numU, int numMultipliers, int numZ) {
@@ -168,6 +175,15 @@ double SolutionHistory::combineWork(const Weights& weights) const {
 void SolutionHistory::extrapolateLambda(int points, double t, std::vector<double>& lambda) const {
     Weights weights = calcInterpolation(std::min(points, m_size), t);
     combine(weights, &SolutionPoint::lambda, &SolutionPoint::lambda, lambda);
+}
+
+void SolutionHistory::visit(Checkpoint& checkpoint) {
+    checkpoint.visitWithin(m_size, 0, Capacity, "the number of past points");
+    checkpoint.visitWithin(m_pushed, 0, Capacity, "the number of points since the start");
+    checkpoint.visit(m_startsDouble);
+    if (checkpoint.isReading()) m_newest = m_size > 0 ? m_size - 1 : 0;
+    for (int age = 0; age < m_size; ++age)
+        m_points[(m_newest + Capacity - age) % Capacity].visit(checkpoint);
 }
 
 }  // namespace simflex

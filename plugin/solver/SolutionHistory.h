@@ -11,6 +11,8 @@ at order 1. **/
 
 namespace simflex {
 
+class Checkpoint;
+
 /** One accepted point. **/
 struct SolutionPoint {
     double t = 0;
@@ -22,6 +24,7 @@ struct SolutionPoint {
     std::vector<double> a;
 
     void resize(int numQ, int numU, int numMultipliers, int numZ);
+    void visit(Checkpoint& checkpoint);
 };
 
 class SolutionHistory {
@@ -75,6 +78,8 @@ public:
     double combineWork(const Weights& weights) const;
     /** Polynomial of λ through the newest `points` points; λ has no derivatives. **/
     void extrapolateLambda(int points, double t, std::vector<double>& lambda) const;
+
+    void visit(Checkpoint& checkpoint);
 
 private:
     using Member = std::vector<double> SolutionPoint::*;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/solver/Checkpoint.h"
+
 namespace simflex {
 
 double StepController::calcRatio(double error, int order, double largest) {
@@ -24,6 +26,10 @@ double StepController::calcRatio(double error, int order, double largest) {
 double StepController::calcRatioAfterRejection(double error, int order) {
     m_hasPast = false;
     return std::clamp(std::pow(Target / error, 1.0 / (order + 1)), 0.2, 0.8);
+}
+
+void StepController::visit(Checkpoint& checkpoint) {
+    checkpoint.visit(m_lastError, m_lastRatio, m_hasPast);
 }
 
 }  // namespace simflex

@@ -9,6 +9,8 @@ Source: G. Söderlind, ACM Trans. Math. Softw. 29 (2003) 1–26 (filter H211b). 
 
 namespace simflex {
 
+class Checkpoint;
+
 class StepController {
 public:
     /** Error aimed at, as a fraction of what is allowed. **/
@@ -22,6 +24,8 @@ public:
 
     /** Ratio of the next try to this rejected one. **/
     double calcRatioAfterRejection(double error, int order);
+
+    void visit(Checkpoint& checkpoint);
 
 private:
     double m_lastError = 1, m_lastRatio = 1;

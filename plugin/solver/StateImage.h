@@ -1,0 +1,44 @@
+#pragma once
+/** @file
+What stands in a SimTK::State, in a checkpoint (private header): t, q, u, z, weights of z, locks,
+disabled Motions, constraints and forces, the choice of quaternions, and discrete variables of
+numbers and of the usual collections of them. Discrete variables of other types (a force element's
+or constraint's parameters, say) are opaque: they are taken from the State given for reading, and a
+change of one since the integration started cannot be written. **/
+
+#include <string>
+#include <vector>
+
+#include "Simbody.h"
+#include "simflex/solver/Checkpoint.h"
+
+namespace simflex {
+
+class StateImage {
+public:
+    explicit StateImage(const SimTK::MultibodySystem& system) : m_system(system) {}
+
+    /** Remembers how often opaque variables were changed. **/
+    void startFrom(const SimTK::State& state);
+    /** @throws std::runtime_error that names an opaque variable that changed since startFrom(). **/
+    void requireWritable(const SimTK::State& state) const;
+
+    void write(const SimTK::State& state, Checkpoint& checkpoint) const;
+    /** @param state  with opaque variables as at startFrom() **/
+    void read(Checkpoint& checkpoint, SimTK::State& state) const;
+
+private:
+    struct OpaqueVariable {
+        SimTK::DiscreteVarKey key;
+        long long version;
+    };
+
+    bool isOpaque(const SimTK::State& state, const SimTK::DiscreteVarKey& key) const;
+    void visitSwitches(Checkpoint& checkpoint, SimTK::State& state) const;
+    void visitVariables(Checkpoint& checkpoint, SimTK::State& state) const;
+
+    const SimTK::MultibodySystem& m_system;
+    std::vector<OpaqueVariable> m_opaque;
+};
+
+}  // namespace simflex
