@@ -26,6 +26,8 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addInfoCommand(app);
     addModesCommand(app);
     addExportCommand(app);
+    addSchemaCommand(app);
+    addKeysCommand(app);
     catchInterrupts();
     try {
         app.parse(argc, argv);

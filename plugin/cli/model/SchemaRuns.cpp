@@ -17,11 +17,15 @@ SchemaForm solver() {
                 .orElse("bdf")
                 .such("generalized_alpha"),
             SchemaKey("accuracy", {positive()},
-                      "Error allowed in a step, relative to each quantity's size.")
-                .orElse("1e-4")
-                .such("1e-6"),
+                      "Local error allowed in a step, as a displacement anywhere "
+                      "on a body.")
+                .in("m")
+                .orElse("1e-6")
+                .such("1e-5"),
             SchemaKey("constraint_tolerance", {positive()}, "Error allowed in the joints.")
-                .such("1e-10"),
+                .in("m, rad")
+                .orElse("1e-10")
+                .such("1e-9"),
             SchemaKey("formulation", {choice({"stabilized_index2", "index3"})},
                       "Form of the equations of motion.")
                 .orElse("stabilized_index2")
@@ -413,15 +417,12 @@ SchemaForm pictures() {
             SchemaKey("video", {output("a video file"), list({output("a video file")})},
                       "Videos: .mp4, .gif or .webp.")
                 .such("run.mp4"),
-            SchemaKey("format", {choice({"png", "jpg", "webp"})}, "Format of single pictures.")
-                .orElse("png")
-                .such("jpg"),
-            SchemaKey(
-                "contour",
-                {choice({"none", "displacement", "von_mises", "signed_von_mises", "principal_1",
-                         "principal_2", "principal_3", "xx", "yy", "zz", "xy", "yz", "zx"})},
-                "What colors flexible bodies.")
-                .orElse("none")
+            SchemaKey("contour",
+                      {choice({"none", "displacement", "displacement_x", "displacement_y",
+                               "displacement_z", "speed", "strain_energy", "von_mises",
+                               "signed_von_mises", "principal_1", "principal_3"})},
+                      "What colors flexible bodies.")
+                .orElse("displacement")
                 .such("von_mises"),
             SchemaKey("range", {choice({"run", "frame"}), list({number()}, {2})},
                       "Range of the colors: of the whole run, of "
