@@ -19,6 +19,7 @@ void addExportCommand(CLI::App& app);
 void addModesCommand(CLI::App& app);
 void addSchemaCommand(CLI::App& app);
 void addKeysCommand(CLI::App& app);
+void addPlotCommand(CLI::App& app);
 
 }  // namespace cli
 }  // namespace simflex

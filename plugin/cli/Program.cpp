@@ -28,6 +28,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addExportCommand(app);
     addSchemaCommand(app);
     addKeysCommand(app);
+    addPlotCommand(app);
     catchInterrupts();
     try {
         app.parse(argc, argv);

@@ -208,7 +208,9 @@ struct Boom {
     class Wall : public TriggeredEventHandler {
     public:
         explicit Wall(const MobilizedBody& stone)
-            : TriggeredEventHandler(Stage::Position), m_stone(stone) {}
+            : TriggeredEventHandler(Stage::Position), m_stone(stone) {
+            getTriggerInfo().setTriggerOnFallingSignTransition(false);
+        }
         Real getValue(const State& state) const override {
             return m_stone.getOneQ(state, 0) - 0.05;
         }
@@ -248,7 +250,7 @@ struct Boom {
     State makeState() {
         State state = system.realizeTopology();
         inner.setPoseByInterface(state, "A", Transform());
-        system.realize(state, Stage::Position);
+        system.realize(state, Stage::Velocity);
         outer.setPoseByInterface(state, "A", inner.interface("B").calcMotion(state).X);
         stone.setOneU(state, 0, 1.3);
         return state;
@@ -281,26 +283,30 @@ TEST(Checkpoint, EventsContactsFailedStepsAndRigidSwitchesGoOnWithTheSameBits) {
         EXPECT_EQ(statistics.scheduledEvents, 2);
         EXPECT_EQ(statistics.triggeredEvents, 1);
         EXPECT_GT(statistics.reports, 5);
-        EXPECT_GT(statistics.errorTestFailures + statistics.convergenceFailures, 3);
+        EXPECT_GT(statistics.errorTestFailures, 0);
         expectSameBits(makeGeneralizedAlpha(model.system), model.makeState(), 100, 9);
     }
 }
 
 TEST(Checkpoint, DenseBlocksAndAReturnToArrowsGoOnWithTheSameBits) {
-    // Spun so fast that arrows fail to converge now and then.
-    Boom model;
-    State state = model.makeState();
-    model.outer.setFrameVelocity(state, SpatialVec(Vec3(150, 0, 0), Vec3(0)));
+    // Spun so fast, at an accuracy so low, that arrows fail to converge now and then.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    FlexibleBody body(flexible, Boom::makePart(4, 0), "rotor");
+    State state = system.realizeTopology();
+    body.setFrameVelocity(state, SpatialVec(Vec3(3, 5, 200), Vec3(0)));
     for (const auto form :
          {ImplicitIntegrator::BlockForm::Dense, ImplicitIntegrator::BlockForm::Automatic}) {
         const MakeIntegrator make = [&](int threads) {
-            auto integrator = makeBdf(model.system)(threads);
+            auto integrator = makeBdf(system, 2, Formulation::StabilizedIndex2, 1e-2)(threads);
             integrator->setBlockForm(form);
-            integrator->setProjectInitialState(true);
             return integrator;
         };
-        const IntegratorStatistics statistics = expectSameBits(make, state, 60, 7);
+        const IntegratorStatistics statistics = expectSameBits(make, state, 120, 7);
         EXPECT_GT(statistics.denseFactorizations, 0);
+        EXPECT_TRUE(form == ImplicitIntegrator::BlockForm::Dense ||
+                    statistics.denseFactorizations < statistics.factorizations);
     }
 }
 
