@@ -25,6 +25,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addReduceCommand(app, solver);
     addInfoCommand(app);
     addModesCommand(app);
+    addRunCommand(app);
     addExportCommand(app);
     addSchemaCommand(app);
     addKeysCommand(app);
