@@ -17,13 +17,10 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
 void addInfoCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addModesCommand(CLI::App& app);
-<<<<<<< HEAD
 void addRunCommand(CLI::App& app);
-=======
 void addSchemaCommand(CLI::App& app);
 void addKeysCommand(CLI::App& app);
 void addPlotCommand(CLI::App& app);
->>>>>>> main
 
 }  // namespace cli
 }  // namespace simflex
