@@ -23,9 +23,6 @@ void addKeysCommand(CLI::App& app);
 void addPlotCommand(CLI::App& app);
 void addSweepCommand(CLI::App& app);
 void addShellCommand(CLI::App& app);
-void addSchemaCommand(CLI::App& app);
-void addKeysCommand(CLI::App& app);
-void addPlotCommand(CLI::App& app);
 
 }  // namespace cli
 }  // namespace simflex
