@@ -26,13 +26,18 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addInfoCommand(app);
     addModesCommand(app);
     addExportCommand(app);
+    addRunCommand(app);
+    addShellCommand(app);
     addSchemaCommand(app);
     addKeysCommand(app);
     addPlotCommand(app);
+    addSweepCommand(app);
     catchInterrupts();
     try {
         app.parse(argc, argv);
         return 0;
+    } catch (const CLI::RuntimeError& error) {  // said already what is wrong
+        return error.get_exit_code();
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return app.exit(error);
         std::fprintf(stderr, "simflex: %s (see simflex --help)\n", error.what());
