@@ -262,6 +262,7 @@ void drawModes(const Model& model, const Linearization& linear, const std::vecto
     fs::create_directories(folder);
     // The largest of the bodies' sizes, and of their distances from Ground's origin.
     double size = 0;
+    model.getSystem().realize(linear.state, SimTK::Stage::Velocity);
     for (const Model::BodyEntry& body : model.getBodies()) {
         if (body.flexible) size = std::max(size, 2 * double(body.flexible->getPart().calcRadius()));
         size = std::max(size, double(body.mobod.getBodyTransform(linear.state).p().norm()));

@@ -271,7 +271,7 @@ TEST_F(RunTest, ProbesThatMakeNoSenseAreRefusedWithTheirPlace) {
                                 "probes:\n  p: " +
                                     probe + "\n"));
         EXPECT_EQ(runModel(), 1) << probe;
-        EXPECT_THAT(err, HasSubstr("model.yaml:12:"));
+        EXPECT_THAT(err, HasSubstr("model.yaml:13:"));
         EXPECT_THAT(err, HasSubstr(reason));
     };
     refuse("{position: rodd}", "rod");

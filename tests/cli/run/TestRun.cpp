@@ -22,7 +22,7 @@ TEST_F(RunTest, PendulumReturnsAfterItsPeriod) {
     }
     const double period = 2 * kPi / (omega * a);
     char duration[40];
-    std::snprintf(duration, sizeof duration, "%.15g", period);
+    std::snprintf(duration, sizeof duration, "%.17g", period);
     writeModel(makePendulum("0.5", std::string("probes: {tip: {position: {on: rod, position: [0, "
                                                "-0.5, 0]}}, swing: {coordinate: pivot}}\n"
                                                "solver: {accuracy: 1e-9}\n"
