@@ -40,6 +40,15 @@ int findDifference(const std::string& a, const std::string& b) {
     return line;
 }
 
+/** Names of rigid bodies are the model's. **/
+std::string nameFrame(const Model& model, const Attachment& frame) {
+    for (const Model::BodyEntry& body : model.getBodies())
+        if (!frame.isFlexible() &&
+            body.mobod.getMobilizedBodyIndex() == frame.getMobilizedBodyIndex())
+            return body.name;
+    return frame.getName();
+}
+
 std::string join(const std::vector<std::string>& items) {
     std::string text;
     for (const std::string& item : items) text += (text.empty() ? "" : " ") + item;
@@ -233,8 +242,12 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
     } catch (const std::runtime_error& error) {
         throw std::runtime_error("analysis '" + analysis.getName() + "': " + error.what());
     }
-    return _equilibria[analysis.getName()] = {solver.getState(), solver.getMultipliers(),
-                                              solver.getNumIterations(), solver.getFreeMotions()};
+    Equilibrium& equilibrium = _equilibria[analysis.getName()];
+    equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
+                   solver.getFreeMotions()};
+    // A copy of a State is not realized.
+    _model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
+    return equilibrium;
 }
 
 State ModelRun::findEnd(const std::string& name) const {
@@ -304,9 +317,10 @@ void ModelRun::check() {
                         double(body.mobod.getBodyMass(state)));
     }
     for (const Model::JointEntry& entry : model.getJoints())
-        std::printf("  joint %s: %s of %s and %s, %d equations\n", entry.name.c_str(),
-                    entry.joint.getEquations().getKind(), entry.joint.getFrameF().getName().c_str(),
-                    entry.joint.getFrameM().getName().c_str(), entry.joint.getNumEquations());
+        std::printf(
+            "  joint %s: %s of %s and %s, %d equations\n", entry.name.c_str(),
+            entry.joint.getEquations().getKind(), nameFrame(model, entry.joint.getFrameF()).c_str(),
+            nameFrame(model, entry.joint.getFrameM()).c_str(), entry.joint.getNumEquations());
     for (const std::string& line : integrator->getRedundantConstraints())
         std::printf("  redundant: %s\n", line.c_str());
     for (const Probe& probe : _probes.getProbes())
