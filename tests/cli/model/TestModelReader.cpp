@@ -105,6 +105,14 @@ TEST(ModelReader, LaterSettingsWin) {
     EXPECT_EQ(model.get("solver").get("threads").getInteger(), 2);
 }
 
+TEST(ModelReader, SettingsOfParametersThatAreNotThereAreRefused) {
+    EXPECT_EQ(
+        refuseRest("parameters: {speed: 1}\n", {"parameters.sped=2"}),
+        "setting 'parameters.sped=2': the model has no parameter 'sped'; did you mean 'speed'?");
+    EXPECT_EQ(refuseRest("", {"parameters.speed=2"}),
+              "setting 'parameters.speed=2': the model has no parameter 'speed'");
+}
+
 TEST(ModelReader, MistakesInSettingsNameTheSetting) {
     EXPECT_EQ(
         refuseRest("", {"solver.acuracy=1"}),
