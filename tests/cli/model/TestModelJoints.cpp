@@ -100,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ModelJoints,
                                            JointKind{"screw", "pitch: 0.05,", 1, ZAxis},
                                            JointKind{"point_on_line", "", 1, ZAxis},
                                            JointKind{"point_in_plane", "", 2, ZAxis}),
-                         [](const auto& info) { return info.param.type; });
+                         [](const auto& kind) { return kind.param.type; });
 
 class ModelMechanisms : public BuiltModelTest {
 protected:
