@@ -109,6 +109,7 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
             _options.note("body '" + body.name + "' is held by no joint or connector: it is free");
     const double size = _placement.calcSize();
     for (const Model::JointEntry& joint : system.joints) {
+        if (!_file.get("joints").get(joint.name).has("between")) continue;  // gears mesh anyhow
         const Vector errors = joint.joint.calcPositionErrors(state);
         double largest = 0;
         for (int i = 0; i < errors.size(); ++i) largest = std::max(largest, std::abs(errors[i]));

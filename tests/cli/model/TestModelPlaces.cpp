@@ -36,7 +36,7 @@ TEST_F(ModelPlaces, EveryFormOfRotationIsSimbodys) {
     EXPECT_LT(distance(poseOf(*model, "c"), Rotation(Pi / 3, UnitVec3(1, 1, 0))), 1e-14);
     EXPECT_LT(distance(poseOf(*model, "d"), Rotation(-2 * std::atan(0.5), ZAxis)), 1e-14);
     EXPECT_THAT(messageOf("bodies:\n  d: {" + brick + ", place: {rotation: {angle: 1}}}\n"),
-                HasSubstr("needs its axis"));
+                HasSubstr("with axis"));
     EXPECT_THAT(messageOf("bodies:\n  d: {" + brick +
                           ", place: {rotation: {axis: [0, 0, 0], angle: 1}}}\n"),
                 HasSubstr("no direction"));
