@@ -47,7 +47,8 @@ protected:
     std::vector<std::string> phases;
     const std::string keys =
         "deck: brick.inp, interfaces: {left: LEFT, right: {nodes: RIGHT, tie: distributing, "
-        "master: [0.21, 0, 0]}}, modes: 20, load_points: ['plane:0.1,0,0,1,0,0', {nodes: 'plane:0.05,0,0,1,0,0', axes: z}], "
+        "master: [0.21, 0, 0]}}, modes: 20, load_points: ['plane:0.1,0,0,1,0,0', {nodes: "
+        "'plane:0.05,0,0,1,0,0', axes: z}], "
         "stress: [ALL]";
 };
 
