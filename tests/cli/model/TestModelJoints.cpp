@@ -100,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ModelJoints,
                                            JointKind{"screw", "pitch: 0.05,", 1, ZAxis},
                                            JointKind{"point_on_line", "", 1, ZAxis},
                                            JointKind{"point_in_plane", "", 2, ZAxis}),
-                         [](const auto& info) { return info.param.type; });
+                         [](const auto& kind) { return kind.param.type; });
 
 class ModelMechanisms : public BuiltModelTest {
 protected:
@@ -219,6 +219,12 @@ TEST_F(ModelMechanisms, OpenJointsAndLooseBodiesAreNoted) {
     ASSERT_EQ(notes.size(), 2u);
     EXPECT_THAT(notes[0], AllOf(HasSubstr("'loose'"), HasSubstr("free")));
     EXPECT_THAT(notes[1], AllOf(HasSubstr("'j'"), HasSubstr("0.374 m")));
+    notes.clear();
+    build(
+        "bodies: {a: {part: bar}}\njoints: {j: {type: weld, between: [ground, a]}}\n"
+        "loads: {push: {on: a.A, force: [1, 0, 0]}}\n");
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_THAT(notes[0], AllOf(HasSubstr("joint 'j' is on 'a'"), HasSubstr("does not bend")));
 }
 
 }  // namespace
