@@ -20,6 +20,7 @@ void addModesCommand(CLI::App& app);
 void addSchemaCommand(CLI::App& app);
 void addKeysCommand(CLI::App& app);
 void addPlotCommand(CLI::App& app);
+void addCompareCommand(CLI::App& app);
 void addSweepCommand(CLI::App& app);
 
 }  // namespace cli

@@ -29,6 +29,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addSchemaCommand(app);
     addKeysCommand(app);
     addPlotCommand(app);
+    addCompareCommand(app);
     addSweepCommand(app);
     catchInterrupts();
     try {
