@@ -40,6 +40,7 @@ public:
 
     SimTK::Real getTime() const { return m_visible.t; }
     SimTK::Real getWork() const { return m_visible.work; }
+    std::string getErrorSource() const;
     SimTK::Real getConstraintError() const { return m_visible.constraintError; }
 
     const std::string name;
@@ -55,6 +56,7 @@ public:
     BlockForm blockForm = BlockForm::Automatic;
     NewtonTolerances newtonTolerances;
     std::function<void(const NewtonSystem&)> observer;
+    std::function<bool(SimTK::Real)> stepObserver;
     std::vector<ForceSelection> differentiated;
     /**@}**/
 
@@ -91,7 +93,9 @@ private:
     void chooseNextStep(double error, double h, int order);
     double calcError(int order);
     double calcFirstError();
-    [[noreturn]] void failStep(double h, const std::string& reason) const;
+    enum class Failure { ErrorTest, Convergence, Projection };
+    /** @param error  of the last try, in units of the accuracy **/
+    [[noreturn]] void failStep(double h, Failure failure, double error);
 
     // driving
     StepStatus advance(SimTK::Real goal);
@@ -149,8 +153,11 @@ private:
     SolutionPoint m_new;
     bool m_solvesPositions = false;  ///< position equations in Newton's iteration, speeds projected
     int m_worstProjectedRow = -1;
+    int m_numRedundantAtStart = 0;
     ImplicitStep::Outcome m_outcome;
     std::vector<double> m_errorQ, m_errorU, m_errorZ;
+    int m_worstErrorBlock = -1;
+    bool m_isInterrupted = false;
 };
 
 }  // namespace simflex
