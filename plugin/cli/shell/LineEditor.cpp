@@ -49,10 +49,10 @@ void printColumns(const std::vector<std::string>& words) {
     for (const std::string& word : words) width = std::max(width, word.size() + 2);
     const size_t columns = std::max<size_t>(1, size_t(Terminal::detect().columns) / width);
     const size_t shown = std::min(words.size(), mostRows * columns);
-    std::fputs("\r\n", stdout);
+    std::fputs("\n", stdout);
     for (size_t i = 0; i < shown; ++i) {
         const bool isLast = (i + 1) % columns == 0 || i + 1 == shown;
-        std::printf("%-*s%s", isLast ? 0 : int(width), words[i].c_str(), isLast ? "\r\n" : "");
+        std::printf("%-*s%s", isLast ? 0 : int(width), words[i].c_str(), isLast ? "\n" : "");
     }
     if (shown < words.size()) std::printf("and %zu more\r\n", words.size() - shown);
     std::fflush(stdout);
