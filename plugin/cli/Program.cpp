@@ -3,6 +3,8 @@ The whole program, for either way of running it. **/
 
 #include "simflex/cli/Program.h"
 
+#include <hdf5.h>
+
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -31,7 +33,11 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addSchemaCommand(app);
     addKeysCommand(app);
     addPlotCommand(app);
+    addSweepCommand(app);
     catchInterrupts();
+    // A file that could not be written (disk full) cannot be closed; at exit HDF5 would crash over
+    // it.
+    H5dont_atexit();
     try {
         app.parse(argc, argv);
         return 0;

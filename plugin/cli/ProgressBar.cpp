@@ -29,6 +29,7 @@ void catchInterrupts() {
     action.sa_flags = int(SA_RESETHAND);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
 }
 
 bool wasInterrupted() {

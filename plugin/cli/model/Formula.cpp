@@ -246,6 +246,10 @@ Formula::Formula(const std::string& text, const FormulaScope& scope,
         for (const auto& constant : scope.constants) known.push_back(constant.first);
         for (const auto& table : scope.tables) known.push_back(table.first);
         for (const std::string& function : getFormulaFunctions()) known.push_back(function);
+        const std::vector<std::string> functions = getFormulaFunctions();
+        if (scope.tables.count(word) > 0 ||
+            std::find(functions.begin(), functions.end(), word) != functions.end())
+            throw FormulaError(word + " wants its arguments in parentheses", position);
         const bool isTime = word == "t";
         const std::string proposal = proposeName(word, known);
         throw FormulaError(isTime ? "this number is constant: it cannot depend on the time t"

@@ -72,7 +72,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const ModelValue wanted = analysis.get("count");
     const int count = wanted.isGiven() ? wanted.getInteger() : kUsualModes;
     ProgressBar(_options.isQuiet, {}).show(name, 0);
-    const State about = assembleState(*_model, findNamedState(analysis.get("about")));
+    const State about = assembleState(*_model, findNamedState(analysis.get("about"), name));
     const Linearization linear = calcLinearization(_model->getSystem(), about);
     std::vector<Eigenmode> modes = calcEigenmodes(linear);
     const auto firstElastic = std::find_if(

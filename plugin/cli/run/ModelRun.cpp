@@ -40,6 +40,15 @@ int findDifference(const std::string& a, const std::string& b) {
     return line;
 }
 
+/** Names of rigid bodies are the model's. **/
+std::string nameFrame(const Model& model, const Attachment& frame) {
+    for (const Model::BodyEntry& body : model.getBodies())
+        if (!frame.isFlexible() &&
+            body.mobod.getMobilizedBodyIndex() == frame.getMobilizedBodyIndex())
+            return body.name;
+    return frame.getName();
+}
+
 std::string join(const std::vector<std::string>& items) {
     std::string text;
     for (const std::string& item : items) text += (text.empty() ? "" : " ") + item;
@@ -186,7 +195,7 @@ void ModelRun::perform() {
 
 void ModelRun::runTransient(const ModelValue& analysis) {
     const std::string name = analysis.getName();
-    const State start = findNamedState(analysis.get("from"));
+    const State start = findNamedState(analysis.get("from"), name);
     TransientRun run(*this, analysis);
     const ResultData::Analysis* begun = nullptr;
     if (_earlier)
@@ -229,31 +238,53 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
     if (found != _equilibria.end()) return found->second;
     StaticEquilibrium solver(_model->getSystem());
     try {
-        solver.solve(_model->makeInitialState());
+        solver.solve(findNamedState(analysis.get("from"), analysis.getName()));
     } catch (const std::runtime_error& error) {
         throw std::runtime_error("analysis '" + analysis.getName() + "': " + error.what());
     }
-    return _equilibria[analysis.getName()] = {solver.getState(), solver.getMultipliers(),
-                                              solver.getNumIterations(), solver.getFreeMotions()};
+    Equilibrium& equilibrium = _equilibria[analysis.getName()];
+    equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
+                   solver.getFreeMotions()};
+    // A copy of a State is not realized.
+    _model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
+    return equilibrium;
 }
 
-State ModelRun::findNamedState(const ModelValue& name) {
+State ModelRun::findEnd(const std::string& name) const {
+    const auto found = _ends.find(name);
+    if (found != _ends.end()) return found->second;
+    // Of a run that is gone on with.
+    for (const ResultData::Analysis& analysis : readResults(_resultPath).analyses) {
+        if (analysis.name != name || !analysis.isComplete || analysis.q.empty()) continue;
+        State state = _model->makeInitialState();
+        state.setTime(analysis.time.back());
+        for (int k = 0; k < state.getNQ(); ++k) state.updQ()[k] = analysis.q.back().at(size_t(k));
+        for (int k = 0; k < state.getNU(); ++k) state.updU()[k] = analysis.u.back().at(size_t(k));
+        return state;
+    }
+    throw std::runtime_error("the end of analysis '" + name +
+                             "' is not known: it was left out, or its states were not kept");
+}
+
+State ModelRun::findNamedState(const ModelValue& name, const std::string& forAnalysis) {
     const std::string wanted = name.getText();
     if (wanted == "start" || wanted == "placed") return getStart();
     const ModelValue analyses = _model->getFile().get("analyses");
-    std::vector<std::string> statics;
-    for (const std::string& other : analyses.getKeys())
-        if (analyses.get(other).get("type").getText() == "static") statics.push_back(other);
-    if (std::find(statics.begin(), statics.end(), wanted) != statics.end())
-        return obtainEquilibrium(analyses.get(wanted)).state;
-    if (wanted == "static" && statics.empty()) {
+    std::vector<std::string> earlier;
+    for (const std::string& other : analyses.getKeys()) {
+        if (other == forAnalysis) break;
+        const std::string type = analyses.get(other).get("type").getText();
+        if (type != "static" && type != "transient") continue;
+        earlier.push_back(other);
+        if (other == wanted)
+            return type == "static" ? obtainEquilibrium(analyses.get(other)).state : findEnd(other);
+    }
+    if (wanted == "static") {
         StaticEquilibrium solver(_model->getSystem());
-        solver.solve(_model->makeInitialState());
+        solver.solve(getStart());
         return solver.getState();
     }
-    if (wanted == "static" && statics.size() == 1)
-        return obtainEquilibrium(analyses.get(statics[0])).state;
-    name.failUnknown("static analysis", wanted, statics);
+    name.failUnknown("static or transient analysis above it", wanted, earlier);
 }
 
 //-------------------------------------------------------------------------------------------------
@@ -286,9 +317,10 @@ void ModelRun::check() {
                         double(body.mobod.getBodyMass(state)));
     }
     for (const Model::JointEntry& entry : model.getJoints())
-        std::printf("  joint %s: %s of %s and %s, %d equations\n", entry.name.c_str(),
-                    entry.joint.getEquations().getKind(), entry.joint.getFrameF().getName().c_str(),
-                    entry.joint.getFrameM().getName().c_str(), entry.joint.getNumEquations());
+        std::printf(
+            "  joint %s: %s of %s and %s, %d equations\n", entry.name.c_str(),
+            entry.joint.getEquations().getKind(), nameFrame(model, entry.joint.getFrameF()).c_str(),
+            nameFrame(model, entry.joint.getFrameM()).c_str(), entry.joint.getNumEquations());
     for (const std::string& line : integrator->getRedundantConstraints())
         std::printf("  redundant: %s\n", line.c_str());
     for (const Probe& probe : _probes.getProbes())

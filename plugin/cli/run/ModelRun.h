@@ -59,9 +59,11 @@ private:
 
     const SimTK::State& getStart();
     const Equilibrium& obtainEquilibrium(const ModelValue& analysis);
-    /** The State that a key such as `from` names: start (or placed), or an analysis of type static.
-     **/
-    SimTK::State findNamedState(const ModelValue& name);
+    /** Last State of a transient analysis. **/
+    SimTK::State findEnd(const std::string& name) const;
+    /** The State that a key such as `from` names: start (or placed), static, or an analysis above
+    the one that asks. **/
+    SimTK::State findNamedState(const ModelValue& name, const std::string& forAnalysis);
 
     void runTransient(const ModelValue& analysis);
     void runStatic(const ModelValue& analysis);
@@ -81,6 +83,7 @@ private:
     std::optional<ResultData> _earlier;  ///< of the run that is gone on with
     std::optional<SimTK::State> _start;
     std::map<std::string, Equilibrium> _equilibria;
+    std::map<std::string, SimTK::State> _ends;                 ///< of transient analyses
     std::map<std::string, std::vector<std::string>> _remarks;  ///< by analysis, for the summary
 };
 

@@ -33,7 +33,7 @@ Value choose(const ModelValue& value, const std::map<std::string, Value>& known)
 }
 
 Vec3 getDirection(const ModelValue& value) {
-    if (value.isScalar())
+    if (!value.isList())
         return choose<Vec3>(value,
                             {{"x", Vec3(1, 0, 0)}, {"y", Vec3(0, 1, 0)}, {"z", Vec3(0, 0, 1)}});
     if (value.getVec3().norm() == 0) value.fail("has no direction");
@@ -108,7 +108,7 @@ void setContour(const ModelValue& pictures, OffscreenVisualizer& viz) {
 }
 
 bool isText(const ModelValue& value, const std::string& text) {
-    return value.isScalar() && value.getText() == text;
+    return !value.isList() && !value.isMap() && value.getText() == text;
 }
 
 /** Names of files by analysis, where a model has several that are drawn. **/
@@ -262,6 +262,7 @@ void drawModes(const Model& model, const Linearization& linear, const std::vecto
     fs::create_directories(folder);
     // The largest of the bodies' sizes, and of their distances from Ground's origin.
     double size = 0;
+    model.getSystem().realize(linear.state, SimTK::Stage::Velocity);
     for (const Model::BodyEntry& body : model.getBodies()) {
         if (body.flexible) size = std::max(size, 2 * double(body.flexible->getPart().calcRadius()));
         size = std::max(size, double(body.mobod.getBodyTransform(linear.state).p().norm()));

@@ -185,6 +185,7 @@ void TransientRun::finish() {
                 {"redundant_constraints", double(statistics.redundantConstraints)},
                 {"largest_energy_error", _progress.energy.largestError},
                 {"largest_kinetic_energy", _progress.energy.largestKinetic}});
+    _run._ends[_name] = _integrator->getState();
     _run._remarks[_name] = _integrator->getRedundantConstraints();
     if (_lastFrame >= 0) {
         // Drawing can be stopped as well.

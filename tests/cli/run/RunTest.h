@@ -2,6 +2,8 @@
 /** @file
 Models that are run by the built program, and what it leaves. **/
 
+#include <gmock/gmock.h>
+
 #include <cmath>
 
 #include "cli/CliTest.h"

@@ -32,7 +32,7 @@ solver: {accuracy: 1e-8}
 output: {checkpoint: 0.02}
 analyses:
   short: {type: transient, duration: 0.2}
-  long: {type: transient, duration: 20, interval: 0.01}
+  long: {type: transient, duration: 10, interval: 0.01}
 )";
 
 class ResumeTest : public RunTest {
