@@ -129,6 +129,8 @@ public:
         el_set(editor, EL_BIND, "^I", "simflex-complete", nullptr);
         el_set(editor, EL_BIND, "^R", "em-inc-search-prev", nullptr);
         el_set(editor, EL_SIGNAL, 0);
+        for (const char* mode : {"-d", "-x"})  // or Ctrl-C swallows what is printed next
+            el_set(editor, EL_SETTY, mode, "+noflsh", nullptr);
         el_set(editor, EL_GETCFN, readCharacter);
         el_source(editor, nullptr);  // ~/.editrc
     }
