@@ -33,6 +33,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addSchemaCommand(app);
     addKeysCommand(app);
     addPlotCommand(app);
+    addCompareCommand(app);
     addSweepCommand(app);
     catchInterrupts();
     // A file that could not be written (disk full) cannot be closed; at exit HDF5 would crash over

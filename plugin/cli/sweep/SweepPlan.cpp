@@ -120,14 +120,9 @@ std::string makeFolderName(const std::vector<SweptKey>& keys,
 
 }  // namespace
 
-std::string SweptKey::getPath() const {
-    return name.find('.') == std::string::npos ? "parameters." + name : name;
-}
-
 std::vector<std::string> SweepPlan::getSettings(const SweepCase& one) const {
     std::vector<std::string> settings = model.settings;
-    for (size_t k = 0; k < keys.size(); ++k)
-        settings.push_back(keys[k].getPath() + "=" + one.values[k]);
+    for (size_t k = 0; k < keys.size(); ++k) settings.push_back(keys[k].path + "=" + one.values[k]);
     return settings;
 }
 
@@ -175,7 +170,7 @@ std::vector<SweptKey> readSweptKeys(const std::string& path) {
         if (keys.empty()) {
             for (const std::string& name : fields) {
                 if (name.empty()) fail("a column has no name");
-                keys.push_back({name, {}});
+                keys.push_back({name, {}, {}});
             }
             continue;
         }
@@ -194,13 +189,42 @@ std::vector<SweptKey> readSweptKeys(const std::string& path) {
     return keys;
 }
 
+namespace {
+
+/** Whether the schema has a chapter of that name. **/
+bool hasChapterOf(const ModelValue& file, const std::string& name) {
+    try {
+        file.get(name);
+        return true;
+    } catch (const std::logic_error&) {
+        return false;
+    }
+}
+
+}  // namespace
+
+void findSweptPaths(SweepPlan& plan) {
+    const ModelValue file = readModel(plan.model), parameters = file.get("parameters");
+    const std::string chapter = "parameters.";
+    for (SweptKey& key : plan.keys) {
+        const bool hasChapter = key.name.compare(0, chapter.size(), chapter) == 0;
+        const std::string name = hasChapter ? key.name.substr(chapter.size()) : key.name;
+        key.path = chapter + name;
+        if (parameters.has(name)) continue;
+        key.path = key.name;
+        if (!hasChapter && name.find('.') != std::string::npos) continue;  // the reader checks it
+        if (!hasChapter && hasChapterOf(file, name)) continue;
+        parameters.failUnknown("parameter", name, parameters.getKeys());
+    }
+}
+
 void makeSweepCases(SweepPlan& plan, SweepOrder order) {
     if (plan.keys.empty()) throw std::runtime_error("there is nothing to vary");
     size_t count = order == SweepOrder::Grid ? 1 : plan.keys[0].values.size();
     for (size_t k = 0; k < plan.keys.size(); ++k) {
         const SweptKey& key = plan.keys[k];
         for (size_t other = 0; other < k; ++other)
-            if (plan.keys[other].getPath() == key.getPath())
+            if (plan.keys[other].name == key.name)
                 throw std::runtime_error("'" + key.name + "' is varied twice");
         if (order == SweepOrder::Grid) {
             count *= std::min(key.values.size(), kMostCases + 1);
@@ -250,7 +274,7 @@ void takeModelSweep(SweepPlan& plan, const std::string& name) {
     const ModelValue sweep = analyses.get(name.empty() ? sweeps[0] : name);
     const ModelValue parameters = sweep.get("parameters");
     for (const std::string& key : parameters.getKeys()) {
-        SweptKey swept{key, {}};
+        SweptKey swept{key, {}, {}};
         for (const double value : parameters.get(key).getNumbers())
             swept.values.push_back(write(value));
         plan.keys.push_back(swept);
@@ -277,6 +301,7 @@ void takeModelSweep(SweepPlan& plan, const std::string& name) {
 }
 
 void checkSweepCases(SweepPlan& plan) {
+    findSweptPaths(plan);
     std::set<std::string> files;
     for (const SweepCase& one : plan.cases) {
         ModelText text = plan.model;

@@ -14,9 +14,7 @@ namespace cli {
 struct SweptKey {
     std::string name;  ///< "speed", or a path: "solver.accuracy"
     std::vector<std::string> values;
-
-    /** Path in the model: a name without a dot is a parameter's. **/
-    std::string getPath() const;
+    std::string path;  ///< in the model: "parameters.speed"; known after findSweptPaths()
 };
 
 struct SweepCase {
@@ -46,6 +44,10 @@ SweptKey parseSweptKey(const std::string& text);
 /** The cases of a CSV file: names in its first line, then one line for each case.
 @throws std::runtime_error with file and line. **/
 std::vector<SweptKey> readSweptKeys(const std::string& path);
+
+/** Finds the path of each key: a name is that of a parameter of the model, else of one of its
+chapters. @throws ModelError proposing the nearest parameter. **/
+void findSweptPaths(SweepPlan& plan);
 
 /** Fills `cases`. Grid: all combinations, the last key varies fastest; List: first values, second
 values … @throws std::runtime_error if there are none, or more than 100 000, or lists differ in
