@@ -66,6 +66,8 @@ pid_t startChild(const ChildSetup& setup) {
     request.redirect(setup.input, STDIN_FILENO, O_RDONLY);
     request.redirect(setup.output, STDOUT_FILENO, O_WRONLY);
     request.redirect(setup.error, STDERR_FILENO, O_WRONLY);
+    if (!setup.folder.empty())
+        posix_spawn_file_actions_addchdir_np(&request.actions, setup.folder.c_str());
     if (setup.isOwnGroup) {
         posix_spawnattr_setflags(&request.attributes, POSIX_SPAWN_SETPGROUP);
         posix_spawnattr_setpgroup(&request.attributes, 0);

@@ -17,6 +17,7 @@ struct ChildSetup {
     std::map<std::string, std::string> environment;  ///< set besides what this process has
     /** Open files that become the child's; -1: /dev/null. **/
     int input = -1, output = -1, error = -1;
+    std::string folder;  ///< where it works; empty: here
     /** A group of its own: Ctrl-C at the terminal does not reach it. **/
     bool isOwnGroup = false;
 };

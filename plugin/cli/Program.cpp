@@ -27,11 +27,14 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addReduceCommand(app, solver);
     addInfoCommand(app);
     addModesCommand(app);
-    addRunCommand(app);
     addExportCommand(app);
+    addRunCommand(app);
+    addShellCommand(app);
     addSchemaCommand(app);
     addKeysCommand(app);
     addPlotCommand(app);
+    addCompareCommand(app);
+    addSweepCommand(app);
     catchInterrupts();
     // A file that could not be written (disk full) cannot be closed; at exit HDF5 would crash over
     // it.
@@ -39,6 +42,8 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     try {
         app.parse(argc, argv);
         return 0;
+    } catch (const CLI::RuntimeError& error) {  // said already what is wrong
+        return error.get_exit_code();
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return app.exit(error);
         std::fprintf(stderr, "simflex: %s (see simflex --help)\n", error.what());

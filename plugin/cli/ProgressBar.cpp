@@ -36,6 +36,11 @@ bool wasInterrupted() {
     return interrupted != 0;
 }
 
+void forgetInterrupts() {
+    interrupted = 0;
+    catchInterrupts();
+}
+
 ProgressBar::ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases)
     : _quiet(quiet),
       _terminal(isatty(STDERR_FILENO)),

@@ -47,5 +47,8 @@ void catchInterrupts();
 
 bool wasInterrupted();
 
+/** Forgets a Ctrl-C and catches the next one. **/
+void forgetInterrupts();
+
 }  // namespace cli
 }  // namespace simflex

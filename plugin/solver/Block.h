@@ -46,6 +46,10 @@ public:
     /** Motions of this block's frames at the current state, in the order of addFrame(). **/
     std::vector<FrameMotion> frames;
 
+    /** "mode 3 (34.2 Hz) of 'boom'": a speed or coordinate of the block's, for people. **/
+    virtual std::string describeSpeed(int speed) const = 0;
+    virtual std::string describeCoordinate(int coordinate) const = 0;
+
     /** Position and velocity of the block and its frames. **/
     virtual void realize(const EvaluationContext& context, const double* q, const double* u) = 0;
 

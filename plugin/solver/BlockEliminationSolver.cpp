@@ -226,8 +226,9 @@ private:
         const int culprit =
             int(std::find(m_isRegular.begin(), m_isRegular.end(), 0) - m_isRegular.begin());
         if (culprit < count)
-            throw std::runtime_error("BlockEliminationSolver: the matrix of block " +
-                                     std::to_string(culprit) + " is singular or not finite");
+            throw SingularBlock(culprit, "BlockEliminationSolver: the matrix of block " +
+                                             std::to_string(culprit) +
+                                             " is singular or not finite");
     }
 
     void factorSchurComplement(const NewtonSystem& system) {

@@ -24,11 +24,21 @@ States: symbolic (after construction) → factored (after factor()); solve() may
 times. After the first of each, neither allocates memory (redundant constraints excepted). **/
 
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "simflex/solver/NewtonSystem.h"
 
 namespace simflex {
+
+/** A block whose matrix is singular or not finite. **/
+class SingularBlock : public std::runtime_error {
+public:
+    SingularBlock(int singularBlock, const std::string& message)
+        : std::runtime_error(message), block(singularBlock) {}
+    const int block;
+};
 
 class BlockEliminationSolver {
 public:

@@ -1,6 +1,7 @@
 #include "simflex/solver/FlexibleBlock.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "simflex/body/Dot.h"
 
@@ -380,6 +381,18 @@ void FlexibleBlock::putUDot(const double* q, const double* uDot, Vector& simbody
         simbodyUDot[m_stateFrameU + 3 + a] = uDot[3 + a];
     }
     for (int i = 0; i < m_n; ++i) simbodyUDot[m_stateU[i]] = uDot[6 + i];
+}
+
+std::string FlexibleBlock::describeSpeed(int speed) const {
+    if (speed < 6) return (speed < 3 ? "rotation of '" : "translation of '") + name + "'";
+    char text[64];
+    std::snprintf(text, sizeof text, "mode %d (%.4g Hz) of '", speed - 5,
+                  1 / (2 * SimTK::Pi * m_inverseOmega[speed - 6]));
+    return text + name + "'";
+}
+
+std::string FlexibleBlock::describeCoordinate(int coordinate) const {
+    return describeSpeed(coordinate < 4 ? 0 : coordinate - 1);
 }
 
 }  // namespace simflex

@@ -49,6 +49,8 @@ public:
     static void calcInertiaProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
                                     const double* u);
 
+    std::string describeSpeed(int speed) const override;
+    std::string describeCoordinate(int coordinate) const override;
     void realize(const EvaluationContext& context, const double* q, const double* u) override;
     void calcResidual(const EvaluationContext& context, const double* q, const double* u,
                       const double* uDot, double* r) override;

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "simflex/solver/FailureDiagnosis.h"
 #include "simflex/solver/TriggerSearch.h"
 
 namespace simflex {
@@ -159,6 +160,7 @@ void ImplicitIntegrator::Implementation::start() {
     m_history.push() = m_visible;
     m_history.startAtNewest();
     ++statistics.starts;
+    m_numRedundantAtStart = statistics.redundantConstraints;
     m_controller.restart();
     m_nextStep = chooseInitialStep(m_visible);
     m_order = std::min(m_scheme->getLowestOrder(), m_scheme->getHighestOrder(m_history));
@@ -427,20 +429,18 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
             }
             m_solvesPositions = false;
             if (fixedStep > 0)
-                failStep(h, m_outcome.converged
-                                ? "the positions cannot be brought back onto the joints after the "
-                                  "fixed step"
-                                : "Newton's iteration did not converge with the fixed step");
+                failStep(h, m_outcome.converged ? Failure::Projection : Failure::Convergence, 0);
             m_controller.restart();
             h *= 0.25;
             ++failures;
         }
         m_stepsAtOrder = 0;
         if (!(h >= minimumStep))
-            failStep(h, isSolved ? "the error test keeps failing"
-                        : m_outcome.converged
-                            ? "the positions cannot be brought back onto the joints"
-                            : "Newton's iteration does not converge");
+            failStep(h,
+                     isSolved              ? Failure::ErrorTest
+                     : m_outcome.converged ? Failure::Projection
+                                           : Failure::Convergence,
+                     error);
         if (failures == 3) {
             // The past is no guide: something jumped here.
             restartAtNewest();
@@ -449,30 +449,34 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
     }
 }
 
-void ImplicitIntegrator::Implementation::failStep(double h, const std::string& reason) const {
+void ImplicitIntegrator::Implementation::failStep(double h, Failure failure, double error) {
+    const std::vector<std::string> redundancies = m_step->describeRedundancies();
+    const FailureDiagnosis diagnosis(*m_equations);
+    const FailureDiagnosis::FailedStep step{m_history[0],
+                                            m_new,
+                                            h,
+                                            m_outcome,
+                                            redundancies,
+                                            m_numRedundantAtStart,
+                                            !differentiated.empty(),
+                                            accuracy};
     std::ostringstream text;
     text << name << ": no step could be taken from t = " << m_history[0].t << " s (h = " << h
-         << " s): " << reason << "; ";
-    const std::string& bodyName = m_equations->getBlock(m_outcome.worstBlock).name;
+         << " s): ";
     if (!m_outcome.isFinite)
-        text << "forces or positions of '" << bodyName << "' are not finite numbers";
-    else if (m_outcome.converged && m_step->mayLoseCount())
-        text << "it is too long to count the teeth and turns of gears and couplers";
-    else if (m_outcome.converged && m_worstProjectedRow >= 0)
-        text << m_equations->describeConstraint(m_worstProjectedRow) << " keeps an error of "
-             << m_new.constraintError << " (allowed " << constraintTolerance << ")";
-    else
-        text << "worst body '" << bodyName << "' moves by " << m_outcome.displacementChange
-             << " m in the last iteration";
-    // Rows beyond the multipliers are force elements'.
-    const int row = m_outcome.worstRow;
-    if (m_outcome.isFinite && !m_outcome.converged && row >= 0 &&
-        row < m_equations->numMultipliers())
-        text << ", " << m_equations->describeConstraint(row) << " has residual "
-             << m_outcome.constraintResidual;
-    text << ". The last good State is kept; a singular position, a contradictory joint or a load "
-            "that changes faster "
-            "than the step can follow are usual causes";
+        text << diagnosis.explainNonFinite(step);
+    else if (failure == Failure::ErrorTest)
+        text << "the error test keeps failing: "
+             << diagnosis.explainLargeError(step, error, m_errorQ.data(), m_errorU.data());
+    else if (failure == Failure::Convergence)
+        text << "Newton's iteration does not converge: " << diagnosis.explainNoConvergence(step);
+    else if (m_step->mayLoseCount())
+        text << "it is too long to count the teeth and turns of gears and couplers; allow shorter "
+                "steps";
+    else if (m_worstProjectedRow >= 0)
+        text << "the positions cannot be brought back onto the joints: "
+             << diagnosis.explainNoProjection(step, m_worstProjectedRow, constraintTolerance);
+    text << ". The last good State is kept";
     throw std::runtime_error(text.str());
 }
 

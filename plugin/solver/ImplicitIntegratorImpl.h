@@ -93,7 +93,9 @@ private:
     void chooseNextStep(double error, double h, int order);
     double calcError(int order);
     double calcFirstError();
-    [[noreturn]] void failStep(double h, const std::string& reason) const;
+    enum class Failure { ErrorTest, Convergence, Projection };
+    /** @param error  of the last try, in units of the accuracy **/
+    [[noreturn]] void failStep(double h, Failure failure, double error);
 
     // driving
     StepStatus advance(SimTK::Real goal);
@@ -151,6 +153,7 @@ private:
     SolutionPoint m_new;
     bool m_solvesPositions = false;  ///< position equations in Newton's iteration, speeds projected
     int m_worstProjectedRow = -1;
+    int m_numRedundantAtStart = 0;
     ImplicitStep::Outcome m_outcome;
     std::vector<double> m_errorQ, m_errorU, m_errorZ;
     int m_worstErrorBlock = -1;

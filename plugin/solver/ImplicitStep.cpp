@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <sstream>
 
 #include "simflex/body/Chunk.h"
 #include "simflex/solver/Checkpoint.h"
+#include "simflex/solver/FailureDiagnosis.h"
 #include "simflex/solver/FlushDenormals.h"
 
 namespace simflex {
@@ -82,14 +82,13 @@ void ImplicitStep::factor() {
     m_canProject = false;
     try {
         m_solver.factor(m_system);
-    } catch (const std::runtime_error& error) {
+    } catch (const SingularBlock& error) {
         invalidateMatrix();
-        std::string names;
-        for (int b = 0; b < m_equations.numBlocks(); ++b)
-            names +=
-                (b ? ", " : "") + std::to_string(b) + " '" + m_equations.getBlock(b).name + "'";
-        throw std::runtime_error(std::string(error.what()) + " (blocks: " + names +
-                                 "); has a body no mass or inertia?");
+        throw std::runtime_error(
+            FailureDiagnosis(m_equations).explainSingularBlock(error.block, m_system));
+    } catch (const std::runtime_error&) {
+        invalidateMatrix();
+        throw;
     }
     ++m_statistics.factorizations;
     m_statistics.redundantConstraints = m_solver.getNumRedundant();
@@ -362,12 +361,11 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
     // At γ = 1 s the matrix is M + K: any deformation costs far more than any rigid motion.
     std::vector<double> trial(q.size()), uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
     double error = 0;
-    int worst = -1;
     m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
     for (int iteration = 0;; ++iteration) {
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcPositionErrors(m_system.c.data());
-        error = largestAbs(m_system.c, &worst);
+        error = largestAbs(m_system.c);
         m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) break;
         const BlockForm form = blockForm;
@@ -393,11 +391,9 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         q = trial;
     }
     if (!(error <= tolerance)) {
-        std::ostringstream text;
-        text << "the joints cannot be assembled: " << m_equations.describeConstraint(worst)
-             << " keeps an error of " << error << " (allowed " << tolerance
-             << "); check the attachment frames, or start closer to an assembled position";
-        throw std::runtime_error(text.str());
+        throw std::runtime_error(
+            FailureDiagnosis(m_equations)
+                .explainAssembly(t, m_system.c, tolerance, describeRedundancies()));
     }
     if (const std::string* flipped = m_equations.findFlippedJoint())
         throw std::runtime_error("the joints were assembled with the axes of joint '" + *flipped +
@@ -410,13 +406,10 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         blockForm = BlockForm::Arrow;
         formAndFactor(1, q, u, uDot, MotionLevel::Velocity);
         blockForm = form;
-        const double speedError = projectSpeeds(t, q, u, &worst);
+        const double speedError = projectSpeeds(t, q, u);
         if (!(speedError <= 1e-8 * (1 + largestAbs(u)))) {
-            std::ostringstream text;
-            text << "no speeds satisfy the joints: " << m_equations.describeConstraint(worst)
-                 << " keeps a velocity error of " << speedError
-                 << "; do prescribed motions contradict each other?";
-            throw std::runtime_error(text.str());
+            throw std::runtime_error(
+                FailureDiagnosis(m_equations).explainSpeeds(t, m_system.c, describeRedundancies()));
         }
     }
     invalidateMatrix();
@@ -432,9 +425,8 @@ void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
     m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
     m_equations.calcAccelerationErrors(q.data(), u.data(), uDot.data(), m_system.c.data());
     if (!std::isfinite(largestAbs(m_system.r)))
-        throw std::runtime_error("the forces on '" +
-                                 m_equations.getBlock(findNonFiniteBlock()).name +
-                                 "' are not finite numbers at t = " + std::to_string(t) + " s");
+        throw std::runtime_error(
+            FailureDiagnosis(m_equations).explainNonFiniteForces(findNonFiniteBlock(), t, q, u));
     m_equations.formMassSystem(m_system);
     factor();
     m_canProject = false;

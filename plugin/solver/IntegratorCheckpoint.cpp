@@ -148,7 +148,7 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
     m_events.visit(c);
     c.visit(m_nextStep);
     c.visitWithin(m_order, 1, 5, "the order");
-    c.visit(m_stepsAtOrder);
+    c.visit(m_stepsAtOrder, m_numRedundantAtStart);
     c.visit(lastStep);
     c.visitWithin(lastOrder, 0, 5, "the last order");
     visitVector(c, m_triggersBefore);

@@ -181,9 +181,23 @@ public:
     double calcZError(const double* deltaZ) const;
     /**@}**/
 
-    /** What the next evaluation takes over from the last one: values of Motions, and where Simbody's
-    N(q) was evaluated. **/
+    /** What the next evaluation takes over from the last one: values of Motions, and where
+    Simbody's N(q) was evaluated. **/
     void visit(Checkpoint& checkpoint);
+
+    /** @name For messages about failures; empty: nothing to say **/
+    /**@{**/
+    /** "the load on 'boom.B' is not at t = 0.1 s": what gives numbers that are not finite. **/
+    std::string findNonFinite(double time, const double* q, const double* u);
+    /** "The motion of joint 'drive' jumps by …", if one does within some h. **/
+    std::string findMotionJump(double time, double h, const double* q, const double* u);
+    /** The largest force on a block, of simflex/forces and of Simbody's own elements. **/
+    std::string findLargestElement(double time, const double* q, const double* u, int block);
+    std::string findLargestForeignForce(double time, const double* q, const double* u,
+                                        int block) const;
+    /** A speed that moves no mass of its own. @pre realize() **/
+    std::string findMassless(int block) const;
+    /**@}**/
 
     /** True if N(q) or forces are asked of Simbody. **/
     bool needsSimbody() const { return m_needsSimbody; }
@@ -264,6 +278,10 @@ private:
         std::shared_ptr<const std::vector<double>> shapes;
     };
 
+    std::string describeElement(const ElementRef& element) const;
+    /** Calls visit(force, bodyForces, mobilityForces) for Simbody's elements but gravity. **/
+    template <class Visit>
+    void visitForeignForces(double time, const double* q, const double* u, Visit visit) const;
     void collectGravityAndForces(const SimTK::State& state);
     /** The private States without what is evaluated here. **/
     void preparePrivateStates(const SimTK::State& state);
@@ -361,6 +379,8 @@ private:
     double m_time = 0;
     mutable double m_simbodySeconds = 0;
 };
+
+bool isGeneralForceSubsystem(const SimTK::Subsystem& subsystem);
 
 /** @throws std::invalid_argument naming `method` if the system has changed since realizeTopology(),
 or the State is empty. **/

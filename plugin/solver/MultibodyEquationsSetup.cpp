@@ -32,16 +32,6 @@ std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex
     return "mobilized body " + std::to_string(int(index));
 }
 
-bool isGeneralForceSubsystem(const Subsystem& subsystem) {
-    // Simbody 3.7's isInstanceOf() takes any force subsystem for one.
-    try {
-        GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem)).getNumForces();
-        return true;
-    } catch (const std::bad_cast&) {
-        return false;
-    }
-}
-
 bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index) {
     if (!guts) return false;
     return std::any_of(guts->bodies().begin(), guts->bodies().end(),
@@ -51,6 +41,16 @@ bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index
 }
 
 }  // namespace
+
+bool isGeneralForceSubsystem(const Subsystem& subsystem) {
+    // Simbody 3.7's isInstanceOf() takes any force subsystem for one.
+    try {
+        GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem)).getNumForces();
+        return true;
+    } catch (const std::bad_cast&) {
+        return false;
+    }
+}
 
 MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const State& state,
                                        Setting setting,

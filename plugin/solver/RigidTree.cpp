@@ -714,4 +714,22 @@ void RigidTree::putUDot(const double*, const double* uDot, Vector& simbodyUDot) 
         for (int k = 0; k < body.nu; ++k) simbodyUDot[body.stateU0 + k] = uDot[body.u0 + k];
 }
 
+std::string RigidTree::describeSpeed(int speed) const {
+    for (const RigidBody& body : m_bodies)
+        if (body.u0 <= speed && speed < body.u0 + body.nu)
+            return "speed " + std::to_string(speed - body.u0 + 1) + " of " +
+                   std::to_string(body.nu) + " of mobilized body " +
+                   std::to_string(int(body.index));
+    return "'" + name + "'";
+}
+
+std::string RigidTree::describeCoordinate(int coordinate) const {
+    for (const RigidBody& body : m_bodies)
+        if (body.q0 <= coordinate && coordinate < body.q0 + body.nq)
+            return "coordinate " + std::to_string(coordinate - body.q0 + 1) + " of " +
+                   std::to_string(body.nq) + " of mobilized body " +
+                   std::to_string(int(body.index));
+    return "'" + name + "'";
+}
+
 }  // namespace simflex

@@ -46,6 +46,8 @@ public:
     void putCoordinates(const double* q, const double* u, SimTK::Vector& stateQ,
                         SimTK::Vector& stateU) const;
 
+    std::string describeSpeed(int speed) const override;
+    std::string describeCoordinate(int coordinate) const override;
     void realize(const EvaluationContext& context, const double* q, const double* u) override;
     void calcResidual(const EvaluationContext& context, const double* q, const double* u,
                       const double* uDot, double* r) override;

@@ -128,7 +128,7 @@ SchemaForm analysis() {
                 .such("{speed: [50, 100], length: {from: 0.1, to: 0.2, count: 5}}"),
             SchemaKey("combine", {choice({"grid", "list"})},
                       "All combinations of the values, or first with first, "
-                      "second with second …")
+                      "second with second.")
                 .only({"sweep"})
                 .orElse("grid")
                 .such("list"),

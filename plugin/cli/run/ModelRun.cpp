@@ -84,6 +84,8 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
         if (std::find(known.begin(), known.end(), name) == known.end())
             analyses.failUnknown("analysis", name, known);
     }
+    // What cannot be drawn is refused before hours of simulation.
+    if (options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*_model);
     _resultPath = chooseResultPath(text, *_model, options, bodies == ModelOptions::Bodies::Rigid);
 }
 

@@ -145,8 +145,8 @@ analyses:
     const ResultData::Analysis modes = read("modes");
     ASSERT_EQ(modes.frequency.at(0).size(), 1u);
     EXPECT_NEAR(modes.frequency[0][0], std::sqrt(100.0 / 2) / (2 * kPi), 1e-7);
-    for (const std::vector<double>& row : find(read("stay"), "y").rows)
-        EXPECT_NEAR(row[0], -1 - sag, 1e-9);
+    const ResultData::Analysis stay = read("stay");
+    for (const std::vector<double>& row : find(stay, "y").rows) EXPECT_NEAR(row[0], -1 - sag, 1e-9);
     const ResultData::Analysis stiffness = read("stiffness");
     EXPECT_EQ(stiffness.speeds, (std::vector<double>{100, 400}));
     EXPECT_NEAR(stiffness.frequency.at(1).at(0), std::sqrt(400.0 / 2) / (2 * kPi), 1e-7);
