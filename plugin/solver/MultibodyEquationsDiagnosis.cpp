@@ -21,6 +21,12 @@ bool isFinite(const SpatialVec& force) {
     return isFinite(&force[0][0], 3) && isFinite(&force[1][0], 3);
 }
 
+std::string describeForce(const Force& force) {
+    ForceSelection selection;
+    selection.force = force;
+    return selection.describe();
+}
+
 Real sizeOf(const SpatialVec& force) {
     return std::max(force[0].norm(), force[1].norm());
 }
@@ -88,17 +94,17 @@ std::string MultibodyEquations::findNonFinite(double time, const double* q, cons
     }
     std::string culprit;
     if (!m_hasForeignForces) return culprit;
-    visitForeignForces(
-        time, q, u,
-        [&](const Force& force, const Vector_<SpatialVec>& bodyForces,
-            const Vector& mobilityForces) {
-            bool isGood = true;
-            for (int i = 0; i < bodyForces.size(); ++i) isGood = isGood && isFinite(bodyForces[i]);
-            for (int i = 0; i < mobilityForces.size(); ++i)
-                isGood = isGood && std::isfinite(mobilityForces[i]);
-            if (!isGood && culprit.empty())
-                culprit = ForceSelection{force, {}}.describe() + " is not" + at.str();
-        });
+    visitForeignForces(time, q, u,
+                       [&](const Force& force, const Vector_<SpatialVec>& bodyForces,
+                           const Vector& mobilityForces) {
+                           bool isGood = true;
+                           for (int i = 0; i < bodyForces.size(); ++i)
+                               isGood = isGood && isFinite(bodyForces[i]);
+                           for (int i = 0; i < mobilityForces.size(); ++i)
+                               isGood = isGood && std::isfinite(mobilityForces[i]);
+                           if (!isGood && culprit.empty())
+                               culprit = describeForce(force) + " is not" + at.str();
+                       });
     return culprit;
 }
 
@@ -174,21 +180,22 @@ std::string MultibodyEquations::findLargestElement(double time, const double* q,
 std::string MultibodyEquations::findLargestForeignForce(double time, const double* q,
                                                         const double* u, int block) const {
     if (!m_hasForeignForces) return "";
+    const Block& target = *m_blocks[size_t(block)];
+    std::vector<double> r(size_t(target.numU), 0);
     Real largest = 0;
     std::ostringstream text;
-    visitForeignForces(
-        time, q, u,
-        [&](const Force& force, const Vector_<SpatialVec>& bodyForces,
-            const Vector& mobilityForces) {
-            std::vector<double> r(size_t(m_blocks[size_t(block)]->numU), 0);
-            m_blocks[size_t(block)]->subtractSimbodyForces(bodyForces, mobilityForces, r.data());
-            Real size = 0;
-            for (const double value : r) size = std::max(size, std::abs(value));
-            if (size <= largest) return;
-            largest = size;
-            text.str("");
-            text << ForceSelection{force, {}}.describe() << ", " << size << " N or N m";
-        });
+    const auto compare = [&](const Force& force, const Vector_<SpatialVec>& bodyForces,
+                             const Vector& mobilityForces) {
+        std::fill(r.begin(), r.end(), 0.0);
+        target.subtractSimbodyForces(bodyForces, mobilityForces, r.data());
+        Real size = 0;
+        for (const double value : r) size = std::max(size, std::abs(value));
+        if (size <= largest) return;
+        largest = size;
+        text.str("");
+        text << describeForce(force) << ", " << size << " N or N m";
+    };
+    visitForeignForces(time, q, u, compare);
     return text.str();
 }
 

@@ -31,6 +31,15 @@ import yaml
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
+class Yaml12(yaml.SafeLoader):
+    """`on` is a key, not true."""
+
+
+Yaml12.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag != "tag:yaml.org,2002:bool" or first in "tTfF"]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()}
+
+
 class Block:
     def __init__(self, line, info, text):
         words = info.split()
@@ -148,8 +157,10 @@ class Page:
             self.schema = json.loads(text)
             self.schema.pop("required", None)
         try:
-            jsonschema.validate(yaml.safe_load(block.text), self.schema)
-        except (yaml.YAMLError, jsonschema.ValidationError) as error:
+            jsonschema.validate(yaml.load(block.text, Yaml12), self.schema)
+        except jsonschema.ValidationError as error:
+            self.fail(block, f"{'.'.join(map(str, error.absolute_path))}: {error.message}")
+        except yaml.YAMLError as error:
             self.fail(block, str(error))
 
     def check_message(self, block):
@@ -179,12 +190,16 @@ def read_anchors(path):
             for heading in re.findall(r"^#+ +(.*)$", text, flags=re.M)}
 
 
+def absolute(path):
+    return Path(path).absolute()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--page", type=Path, required=True)
-    parser.add_argument("--bin", type=Path, required=True, help="folder of the program simflex")
-    parser.add_argument("--source", type=Path, required=True, help="root of the source tree")
-    parser.add_argument("--work", type=Path, required=True, help="folder to run in; emptied first")
+    parser.add_argument("--page", type=absolute, required=True)
+    parser.add_argument("--bin", type=absolute, required=True, help="folder of the program simflex")
+    parser.add_argument("--source", type=absolute, required=True, help="root of the source tree")
+    parser.add_argument("--work", type=absolute, required=True, help="folder to run in; emptied first")
     page = Page(parser.parse_args())
     page.check_links()
     for block in read_blocks(page.path):

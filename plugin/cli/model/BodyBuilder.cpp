@@ -44,6 +44,7 @@ FlexibleBody addFlexibleBody(const ModelValue& value,
     for (const char* key : {"mass", "center_of_mass", "inertia", "shape", "density"})
         if (value.has(key))
             value.get(key).fail("it is of a rigid body, and this one is flexible (`part`)");
+    if (value.has("color")) readColor(value.get("color"));
     FlexibleBody body = withPlace(
         value.get("part"), [&] { return FlexibleBody(system.flexible, part, value.getName()); });
     const ModelValue stiffening = value.get("stiffening");

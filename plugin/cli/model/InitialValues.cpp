@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPlaceTolerance = 1e-7;  ///< of a mobilizer's body [m, rad]
 constexpr double kLargestTurn = 0.15;     ///< of one assembly [rad]
-constexpr double kLargestShift = 0.05;    ///< of one assembly, as a part of the model's size
+constexpr double kLargestShift = 0.05;    ///< of one assembly [m]
 
 int readMode(const ModelValue& modes, const std::string& key, int count) {
     int mode = 0;

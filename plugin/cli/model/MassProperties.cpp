@@ -135,11 +135,10 @@ SolidMoments calcMeshMoments(const PolygonalMesh& mesh, const std::string& name)
     const Vec3 box = high - low;
     if (std::abs(volume) <= 1e-9 * box[0] * box[1] * box[2] || volume == 0)
         throw std::invalid_argument("the mesh '" + name + "' encloses no volume");
-    if (volume < 0) volume = -volume, first = -first, second = -second;  // inside out
     SolidMoments moments;
-    moments.volume = volume;
+    moments.volume = std::abs(volume);
     moments.center = first / volume;
-    moments.second = second;
+    moments.second = volume > 0 ? second : Mat33(-1 * second);  // inside out
     return moments.moved(Transform(middle));
 }
 

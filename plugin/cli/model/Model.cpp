@@ -84,7 +84,9 @@ Attachment Model::findFrame(const std::string& name) const {
 }
 
 State Model::makeInitialState() const {
-    return _contents->initialState;
+    State state = _contents->initialState;
+    getSystem().realize(state, Stage::Velocity);
+    return state;
 }
 
 }  // namespace cli

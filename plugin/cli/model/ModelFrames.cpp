@@ -110,13 +110,7 @@ FrameOnBody ModelFrames::find(const std::string& name, const Unknown& fail, int 
 }
 
 FrameOnBody ModelFrames::findMap(const ModelValue& value, int own) const {
-    FrameOnBody frame;
-    if (value.has("on"))
-        frame = find(value.get("on"));
-    else if (own != NoBody)
-        frame.body = own;
-    else
-        value.fail("say what the frame is on: `on: BODY`, `on: ground` …");
+    FrameOnBody frame = find(value.get("on"), own);
     const ModelValue node = value.get("node");
     if (node.isGiven()) {
         if (frame.body < 0 || !getPart(frame.body) || !frame.interface.empty() || frame.node)

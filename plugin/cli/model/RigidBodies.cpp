@@ -187,8 +187,9 @@ Body::Rigid makeRigidBody(const ModelValue& value) {
             shapes.push_back(readShape(given.at(i)));
     }
     Body::Rigid body(makeMassProperties(value, shapes));
+    const Vec3 color = value.has("color") ? readColor(value.get("color")) : Vec3(-1);
     for (const Shape& shape : shapes) {
-        if (value.has("color")) shape.drawing->setColor(readColor(value.get("color")));
+        if (color[0] >= 0) shape.drawing->setColor(color);
         body.addDecoration(shape.X_BS, *shape.drawing);
     }
     return body;

@@ -49,10 +49,10 @@ void printColumns(const std::vector<std::string>& words) {
     for (const std::string& word : words) width = std::max(width, word.size() + 2);
     const size_t columns = std::max<size_t>(1, size_t(Terminal::detect().columns) / width);
     const size_t shown = std::min(words.size(), mostRows * columns);
-    std::fputs("\r\n", stdout);
+    std::fputs("\n", stdout);
     for (size_t i = 0; i < shown; ++i) {
         const bool isLast = (i + 1) % columns == 0 || i + 1 == shown;
-        std::printf("%-*s%s", isLast ? 0 : int(width), words[i].c_str(), isLast ? "\r\n" : "");
+        std::printf("%-*s%s", isLast ? 0 : int(width), words[i].c_str(), isLast ? "\n" : "");
     }
     if (shown < words.size()) std::printf("and %zu more\r\n", words.size() - shown);
     std::fflush(stdout);
@@ -129,6 +129,8 @@ public:
         el_set(editor, EL_BIND, "^I", "simflex-complete", nullptr);
         el_set(editor, EL_BIND, "^R", "em-inc-search-prev", nullptr);
         el_set(editor, EL_SIGNAL, 0);
+        for (const char* mode : {"-d", "-x"})  // or Ctrl-C swallows what is printed next
+            el_set(editor, EL_SETTY, mode, "+noflsh", nullptr);
         el_set(editor, EL_GETCFN, readCharacter);
         el_source(editor, nullptr);  // ~/.editrc
     }

@@ -229,7 +229,7 @@ std::string findLargest(const Model& model, const Linearization& linear, const E
 void printEigenmodes(Shell& shell, const Words& words) {
     const ShellModel& model = shell.updModel();
     const int count = words.empty() ? 10 : shell.calcCount(words[0], 10000);
-    const Linearization linear = calcLinearization(model.getModel().getSystem(), model.getState());
+    const Linearization linear = calcLinearization(model.getModel().getSystem(), model.copyState());
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
     TextTable table({"mode", "frequency [Hz]", "damping [%]", "moves most"});
     for (int i = 0; i < std::min(count, int(modes.size())); ++i) {

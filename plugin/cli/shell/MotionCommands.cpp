@@ -104,7 +104,7 @@ void step(Shell& shell, const Words& words) {
 void findStatic(Shell& shell, const Words&) {
     ShellModel& model = shell.updModel();
     StaticEquilibrium equilibrium(model.getModel().getSystem());
-    equilibrium.solve(model.getState());
+    equilibrium.solve(model.copyState());
     SimTK::State state = equilibrium.getState();
     state.updU() = 0;
     model.setState(state);

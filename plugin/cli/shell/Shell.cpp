@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <fstream>
@@ -146,6 +147,7 @@ Completion Shell::complete(const std::string& text) const {
         }
     }
     completion.candidates = keepBeginnings(completion.candidates, typed.word);
+    std::sort(completion.candidates.begin(), completion.candidates.end());
     return completion;
 }
 

@@ -47,7 +47,8 @@ void runShell(const ShellArguments& arguments) {
         if (isPrompt) shell.printSummary();
     }
     if (isPrompt) {
-        if (!arguments.quiet) shell.print("'help' lists the commands, the tabulator completes.\n");
+        if (!arguments.quiet)
+            shell.print("'help' lists the commands; the Tab key completes words.\n");
         return leave(shell.runPrompt());
     }
     int status = 0;

@@ -72,9 +72,26 @@ void ShellModel::setState(const State& state) {
     recordRow();
 }
 
+State ShellModel::makeFresh(const State& state) const {
+    State fresh = _model->makeInitialState();
+    for (const Model::BodyEntry& body : _model->getBodies()) {
+        if (!body.flexible) continue;
+        if (body.flexible->isRigid(state))
+            body.flexible->setRigid(fresh);
+        else
+            body.flexible->setFlexible(fresh);
+    }
+    fresh.setTime(state.getTime());
+    fresh.updQ() = state.getQ();
+    fresh.updU() = state.getU();
+    fresh.updZ() = state.getZ();
+    _model->getSystem().realize(fresh, Stage::Velocity);
+    return fresh;
+}
+
 void ShellModel::start(const State& state) {
     std::unique_ptr<ImplicitIntegrator> integrator = makeIntegrator(*_model);
-    integrator->initialize(state);
+    integrator->initialize(makeFresh(state));
     _integrator = std::move(integrator);
     _energyBefore = calcEnergy();
 }

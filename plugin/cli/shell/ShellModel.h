@@ -41,6 +41,10 @@ public:
     /** Realized to Stage::Velocity. **/
     const SimTK::State& getState() const { return _integrator->getState(); }
     double getTime() const { return _integrator->getTime(); }
+    /** One like it to be changed. Copies of realized States will not do: Simbody copies what forces
+    have cached together with its version numbers, which may be those of the copy once it has been
+    changed as often. **/
+    SimTK::State copyState() const { return makeFresh(getState()); }
     /** What probes want to know; refers to this model. **/
     Moment makeMoment() const;
 
@@ -67,6 +71,7 @@ public:
     std::vector<SimTK::State> getPath() const;
 
 private:
+    SimTK::State makeFresh(const SimTK::State& state) const;
     void start(const SimTK::State& state);
     void recordRow();
 

@@ -87,15 +87,12 @@ std::optional<ShellVariable> findJointVariable(const ShellModel& model, const Pa
     const std::vector<std::string> names = getCoordinateNames(joint);
     ShellVariable variable;
     variable.path = "joints." + parts[1];
+    if (parts.size() == 2 && names.size() == 1)
+        return findJointVariable(model, {parts[0], parts[1], names[0]});
     if (parts.size() == 2 && !names.empty()) {
-        variable.path += names.size() == 1 ? "." + names[0] : "";
         variable.get = [&model, &joint] {
             return toValues(joint.calcCoordinates(model.getState()));
         };
-        if (names.size() == 1)
-            variable.calcStateWith = [&model, &joint](const Values& values) {
-                return dragJoint(model.getModel(), model.getState(), joint, 0, values[0]);
-            };
         return variable;
     }
     if (parts.size() != 3) return {};
@@ -110,7 +107,7 @@ std::optional<ShellVariable> findJointVariable(const ShellModel& model, const Pa
                 return Values{joint.calcCoordinates(model.getState())[c]};
             };
             variable.calcStateWith = [&model, &joint, c](const Values& values) {
-                return dragJoint(model.getModel(), model.getState(), joint, c, values[0]);
+                return dragJoint(model.getModel(), model.copyState(), joint, c, values[0]);
             };
             return variable;
         }
@@ -121,7 +118,7 @@ std::optional<ShellVariable> findJointVariable(const ShellModel& model, const Pa
                 return Values{joint.calcCoordinateDots(model.getState())[c]};
             };
             variable.calcStateWith = [&model, &joint, c](const Values& values) {
-                return setJointRate(model.getModel(), model.getState(), joint, c, values[0]);
+                return setJointRate(model.getModel(), model.copyState(), joint, c, values[0]);
             };
             return variable;
         }
@@ -139,7 +136,7 @@ Transform calcPose(const ShellModel& model, const BodyEntry& body) {
 
 /** The State with the body's own frame (of a flexible one: of its part) at X_GP. **/
 State place(const ShellModel& model, const BodyEntry& body, const Transform& X_GP) {
-    State state = model.getState();
+    State state = model.copyState();
     const SimbodyMatterSubsystem& matter = model.getModel().getMatter();
     matter.getSystem().realize(state, Stage::Position);
     const Transform X_GB = X_GP * ~body.X_BP;
@@ -152,7 +149,7 @@ State place(const ShellModel& model, const BodyEntry& body, const Transform& X_G
 
 /** The State with these velocities of the body's own frame's origin, in Ground. **/
 State setVelocity(const ShellModel& model, const BodyEntry& body, const SpatialVec& V_GP) {
-    State state = model.getState();
+    State state = model.copyState();
     model.getModel().getSystem().realize(state, Stage::Velocity);
     const Rotation& R_GB = body.mobod.getBodyRotation(state);
     const Vec3 v_GB = V_GP[1] - V_GP[0] % (R_GB * body.X_BP.p());
@@ -182,7 +179,7 @@ std::optional<ShellVariable> makeFlexibleVariable(const ShellModel& model, const
         variable.unit = "m kg^(1/2)";
         variable.get = [&] { return toValues(flexible.getModalCoordinates(model.getState())); };
         variable.calcStateWith = [&](const Values& values) {
-            State state = model.getState();
+            State state = model.copyState();
             flexible.setModalCoordinates(state, Vector(int(values.size()), values.data()));
             return state;
         };
@@ -190,14 +187,14 @@ std::optional<ShellVariable> makeFlexibleVariable(const ShellModel& model, const
         variable.unit = "m kg^(1/2)/s";
         variable.get = [&] { return toValues(flexible.getModalSpeeds(model.getState())); };
         variable.calcStateWith = [&](const Values& values) {
-            State state = model.getState();
+            State state = model.copyState();
             flexible.setModalSpeeds(state, Vector(int(values.size()), values.data()));
             return state;
         };
     } else if (name == "rigid") {
         variable.get = [&] { return Values{flexible.isRigid(model.getState()) ? 1. : 0.}; };
         variable.calcStateWith = [&](const Values& values) {
-            State state = model.getState();
+            State state = model.copyState();
             if (values[0] != 0)
                 flexible.setRigid(state);
             else
@@ -220,7 +217,7 @@ std::optional<ShellVariable> makeMobilizerVariable(const ShellModel& model, cons
         return toValues(isRate ? body.mobod.getUAsVector(state) : body.mobod.getQAsVector(state));
     };
     variable.calcStateWith = [&model, &body, isRate](const Values& values) {
-        State state = model.getState();
+        State state = model.copyState();
         const Vector vector(int(values.size()), values.data());
         if (isRate)
             body.mobod.setUFromVector(state, vector);

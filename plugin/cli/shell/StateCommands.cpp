@@ -40,7 +40,7 @@ void get(Shell& shell, const Words& words) {
                         formatValues(variable->get(), variable->unit).c_str());
             continue;
         }
-        const std::string full = normalizePath(path);
+        std::string full = normalizePath(path);
         const auto probe = std::find_if(model.getProbes().begin(), model.getProbes().end(),
                                         [&](const Probe& p) { return p.name == path; });
         if (probe != model.getProbes().end()) {
@@ -50,7 +50,7 @@ void get(Shell& shell, const Words& words) {
         }
         const ModelValue file = model.getModel().getFile();
         std::optional<std::string> text = formatModelValue(file, full);
-        if (!text) text = formatModelValue(file, "parameters." + full);
+        if (!text) text = formatModelValue(file, full = "parameters." + full);
         if (!text) throw std::runtime_error(describeUnknown("value", path, listNames(model)));
         shell.print("%s = %s\n", full.c_str(), text->c_str());
     }

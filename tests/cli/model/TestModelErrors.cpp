@@ -88,7 +88,7 @@ TEST_F(ModelErrors, OfJointsMotionsLoadsAndConnectorsAreNamedWithTheirPlace) {
         {"joints: {p: {type: pin, between: [ground, cart]}, s: {type: slider, between: [ground, "
          "boom.A]}, "
          "g: {type: gear, wheels: [p, s], teeth: [1, 2]}}",
-         {"joints.g", "angle"}},
+         {"joints.g", "displacement"}},
     };
     for (const Mistake& mistake : mistakes) {
         const std::string message = messageOf(bodies + mistake.text);

@@ -3,6 +3,7 @@ Joints, motions and initial values of models: what they promise holds in the ass
 
 #include "BuiltModel.h"
 #include "simflex/body/Joint.h"
+#include "simflex/solver/BdfIntegrator.h"
 
 namespace simflex::test {
 namespace {
@@ -100,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ModelJoints,
                                            JointKind{"screw", "pitch: 0.05,", 1, ZAxis},
                                            JointKind{"point_on_line", "", 1, ZAxis},
                                            JointKind{"point_in_plane", "", 2, ZAxis}),
-                         [](const auto& info) { return info.param.type; });
+                         [](const auto& kind) { return kind.param.type; });
 
 class ModelMechanisms : public BuiltModelTest {
 protected:
@@ -213,12 +214,40 @@ TEST_F(ModelMechanisms, RodsAreAsLongAsPlacedUnlessTold) {
                 Vec3(0.2, 0.1, -0.3).norm() - 0.5, 1e-15);
 }
 
+TEST_F(ModelMechanisms, ModelsRunAndConserveEnergyAlsoHeldAsAWhole) {
+    for (const std::string seat : {"a.A", "a"}) {
+        const auto model = build(
+            "gravity: [0, -9.81, 0]\nbodies: {a: {part: bar}}\n"
+            "joints: {j: {type: pin, between: [{on: ground, position: [0, 0.06, 0]}, " +
+            seat + "]}}\n");
+        BdfIntegrator integrator(model->getSystem());
+        integrator.setAccuracy(1e-7);
+        integrator.initialize(model->makeInitialState());
+        const auto calcEnergy = [&] {
+            model->getSystem().realize(integrator.getState(), Stage::Dynamics);
+            return model->getFlexibleBodies().calcEnergy(integrator.getState());
+        };
+        const double before = calcEnergy();
+        integrator.stepTo(0.2);
+        const Joint& j = model->getJoints()[0].joint;
+        EXPECT_NEAR(calcEnergy(), before, 1e-4) << seat;  // of about 1 J that fell
+        EXPECT_LT(j.calcPositionErrors(integrator.getState()).normInf(), 1e-9) << seat;
+        EXPECT_LT(j.calcCoordinates(integrator.getState())[0], -0.3) << seat;
+    }
+}
+
 TEST_F(ModelMechanisms, OpenJointsAndLooseBodiesAreNoted) {
     build(std::string("bodies: {b: ") + kBody + ", loose: " + kBody +
           "}\njoints: {j: {type: ball, between: [ground, b]}}\n");
     ASSERT_EQ(notes.size(), 2u);
     EXPECT_THAT(notes[0], AllOf(HasSubstr("'loose'"), HasSubstr("free")));
     EXPECT_THAT(notes[1], AllOf(HasSubstr("'j'"), HasSubstr("0.374 m")));
+    notes.clear();
+    build(
+        "bodies: {a: {part: bar}}\njoints: {j: {type: weld, between: [ground, a]}}\n"
+        "loads: {push: {on: a.A, force: [1, 0, 0]}}\n");
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_THAT(notes[0], AllOf(HasSubstr("joint 'j' is on 'a'"), HasSubstr("does not bend")));
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ TEST_F(ModelPlaces, EveryFormOfRotationIsSimbodys) {
     EXPECT_LT(distance(poseOf(*model, "c"), Rotation(Pi / 3, UnitVec3(1, 1, 0))), 1e-14);
     EXPECT_LT(distance(poseOf(*model, "d"), Rotation(-2 * std::atan(0.5), ZAxis)), 1e-14);
     EXPECT_THAT(messageOf("bodies:\n  d: {" + brick + ", place: {rotation: {angle: 1}}}\n"),
-                HasSubstr("needs its axis"));
+                HasSubstr("with axis"));
     EXPECT_THAT(messageOf("bodies:\n  d: {" + brick +
                           ", place: {rotation: {axis: [0, 0, 0], angle: 1}}}\n"),
                 HasSubstr("no direction"));
@@ -69,11 +69,12 @@ TEST_F(ModelPlaces, MatedFramesMeetWhateverTheOrder) {
 bodies:
   last: {part: bar, place: {frame: A, at: middle.B, position: [0.01, 0, 0], rotation: {axis: x, angle: 20*deg}}}
   middle: {part: stiffened, place: {frame: nose, at: first}}
-  first: {mass: 1, inertia: [0.1, 0.1, 0.1], place: {frame: {position: [0, 0, 0.2]}, at: door}}
+  first: {mass: 1, inertia: [0.1, 0.1, 0.1], place: {frame: {on: first, position: [0, 0, 0.2]}, at: door}}
 frames:
   door: {on: ground, position: [1, 0, 0], rotation: [0, 0, 1]}
   nose: {on: middle, node: 7, rotation: [0, 1, 0]}
-  inner: {on: {on: first, position: [1, 1, 1]}, position: [0, 0, 1]}
+  outer: {on: first, position: [1, 1, 1]}
+  inner: {on: outer, position: [0, 0, 1]}
 )");
     EXPECT_LT(distance(poseOf(*model, "door"), Transform(Rotation(1, ZAxis), Vec3(1, 0, 0))),
               1e-15);

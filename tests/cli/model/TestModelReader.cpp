@@ -105,6 +105,14 @@ TEST(ModelReader, LaterSettingsWin) {
     EXPECT_EQ(model.get("solver").get("threads").getInteger(), 2);
 }
 
+TEST(ModelReader, SettingsOfParametersThatAreNotThereAreRefused) {
+    EXPECT_EQ(
+        refuseRest("parameters: {speed: 1}\n", {"parameters.sped=2"}),
+        "setting 'parameters.sped=2': the model has no parameter 'sped'; did you mean 'speed'?");
+    EXPECT_EQ(refuseRest("", {"parameters.speed=2"}),
+              "setting 'parameters.speed=2': the model has no parameter 'speed'");
+}
+
 TEST(ModelReader, MistakesInSettingsNameTheSetting) {
     EXPECT_EQ(
         refuseRest("", {"solver.acuracy=1"}),
@@ -252,6 +260,45 @@ TEST(ModelReader, UnknownNamesAreProposedTheNearest) {
     EXPECT_EQ(fail({}), "m.yaml:3:13: bodies.a.part: there is no part 'cranck'; there are none");
 }
 
+TEST(ModelReader, MistakesAreToldTogetherInTheOrderOfTheFile) {
+    EXPECT_EQ(
+        refuse("simflex: 1\n"
+               "gravity: [0, 9, 81]\n"
+               "solver: {method: bfd, accuracy: -1}\n"
+               "bodies:\n"
+               "  a: {mas: 1}\n"
+               "  b: {mass: 1 kg, color: red}\n"
+               "joints:\n"
+               "  j: {type: pim, between: [ground]}\n"),
+        "m.yaml:3:18: solver.method: 'bfd' is none of the choices: bdf, generalized_alpha; did "
+        "you mean 'bdf'?\n"
+        "m.yaml:3:33: solver.accuracy: found -1; allowed is greater than 0\n"
+        "m.yaml:5:7: bodies.a: unknown key 'mas'; did you mean 'mass'?\n"
+        "m.yaml:6:13: bodies.b.mass: numbers have no units here, all are SI: write 1 instead of 1 "
+        "kg\n"
+        "m.yaml:8:13: joints.j.type: 'pim' is none of the choices: ball, pin, slider, weld, "
+        "cylinder, universal, planar, screw, point_on_line, point_in_plane, rod, gear, coupler; "
+        "did you mean 'pin'?\n"
+        "m.yaml:8:27: joints.j.between: the list has 1 values; it must have 2, for example "
+        "[ground, crank.shaft]");
+}
+
+TEST(ModelReader, NoMoreThanTenMistakesAreTold) {
+    std::string text = "simflex: 1\nbodies:\n";
+    for (int i = 0; i < 30; ++i) text += "  b" + std::to_string(i) + ": {mass: -1}\n";
+    const std::string message = refuse(text);
+    EXPECT_THAT(message, HasSubstr("bodies.b9.mass"));
+    EXPECT_THAT(message, ::testing::Not(HasSubstr("bodies.b10.mass")));
+    EXPECT_THAT(message, HasSubstr("There may be more mistakes"));
+}
+
+TEST(ModelReader, MistakesInParametersHideWhatTheyWouldCause) {
+    EXPECT_EQ(
+        refuseRest("parameters: {a: 1 mm}\ngravity: [0, a, 0]\n"),
+        "m.yaml:2:17: parameters.a: numbers have no units here, all are SI: write 1*1e-3 instead "
+        "of 1 mm");
+}
+
 TEST(ModelReader, DuplicateKeysAreRefused) {
     EXPECT_EQ(refuse("simflex: 1\ntitle: a\ntitle: b\n"),
               "m.yaml:3:1: the key 'title' stands here twice");
@@ -311,7 +358,10 @@ TEST(ModelReader, NoYamlSaysWhere) {
     EXPECT_THAT(refuse("simflex: 1\n---\nsimflex: 1\n"),
                 HasSubstr("a second document begins here"));
     EXPECT_THAT(refuse(std::string("simflex: 1\ntitle: a\0b\n", 22)),
-                HasSubstr("no text in UTF-8"));
+                HasSubstr("m.yaml:2:9: this is no text in UTF-8"));
+    EXPECT_THAT(refuse("simflex: 1\ntitle: K\xF6rper\n"),
+                HasSubstr("m.yaml:2:9: this is no text in UTF-8"));
+    EXPECT_THAT(refuse("simflex: 1\ntitle: \xC0\xAF\n"), HasSubstr("no text in UTF-8"));
     EXPECT_EQ(refuse(",si%"), "m.yaml:1:1: what begins here has no meaning");
     EXPECT_THAT(refuse("? [a, b]\n: 1\n"), HasSubstr("a key must be a single name"));
 }

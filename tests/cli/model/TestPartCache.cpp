@@ -34,10 +34,10 @@ protected:
         };
     }
 
-    std::shared_ptr<const ReducedBody> makePart(const std::string& keys) {
+    std::shared_ptr<const ReducedBody> makePart(const std::string& text) {
         notes.clear();
         phases.clear();
-        const auto model = build("parts: {beam: {" + keys + "}}\nbodies: {a: {part: beam}}\n");
+        const auto model = build("parts: {beam: {" + text + "}}\nbodies: {a: {part: beam}}\n");
         return model->getBodies()[0].flexible->getPartHandle();
     }
     bool wasReduced() const { return !phases.empty(); }
@@ -47,7 +47,8 @@ protected:
     std::vector<std::string> phases;
     const std::string keys =
         "deck: brick.inp, interfaces: {left: LEFT, right: {nodes: RIGHT, tie: distributing, "
-        "master: [0.21, 0, 0]}}, modes: 16, load_points: [CORNERS, {nodes: ONE, axes: z}], "
+        "master: [0.21, 0, 0]}}, modes: 20, load_points: ['plane:0.1,0,0,1,0,0', {nodes: "
+        "'plane:0.05,0,0,1,0,0', axes: z}], "
         "stress: [ALL]";
 };
 
@@ -60,8 +61,8 @@ TEST_F(PartCacheTest, ADeckIsReducedAsTheProgramDoesAndTakenFromTheCacheAfterwar
     ReductionOptions reduction;
     reduction.interfaces = {{"left", "LEFT"}, {"right", "RIGHT", TieType::Distributing}};
     reduction.interfaces[1].master = {0.21, 0, 0};
-    reduction.loadPoints = {{"CORNERS"}, {"ONE", "z"}};
-    reduction.numModes = 16;
+    reduction.loadPoints = {{"plane:0.1,0,0,1,0,0"}, {"plane:0.05,0,0,1,0,0", "z"}};
+    reduction.numModes = 20;
     reduction.stress.emplace();
     reduction.stress->nodes = StressOptions::Nodes::Sets;
     reduction.stress->sets = {"ALL"};
