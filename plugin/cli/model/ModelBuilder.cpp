@@ -94,23 +94,24 @@ State ModelBuilder::makeInitialState(const ModelSystem& system) const {
 void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) const {
     if (!_options.note) return;
     std::set<MobilizedBodyIndex> held;
-    const auto look = [&](const std::string& who, const ModelValue& value) {
+    const auto look = [&](const std::string& section, const std::string& name,
+                          const ModelValue& value) {
         const FrameOnBody frame = _frames.find(value);
         if (frame.body < 0) return;
         const Model::BodyEntry& body = system.bodies[size_t(frame.body)];
-        held.insert(body.mobod.getMobilizedBodyIndex());
+        if (section != "loads") held.insert(body.mobod.getMobilizedBodyIndex());
         if (body.flexible && frame.interface.empty() && !frame.node)
-            _options.note(who + " is on '" + body.name +
+            _options.note(section.substr(0, section.size() - 1) + " '" + name + "' is on '" +
+                          body.name +
                           "' as a whole, which it moves but does not bend: name an interface or a "
                           "node");
     };
     for (const std::string section : {"joints", "motions", "connectors", "loads"})
         for (const std::string& name : _file.get(section).getKeys()) {
             const ModelValue value = _file.get(section).get(name);
-            const std::string who = section.substr(0, section.size() - 1) + " '" + name + "'";
-            if (value.has("on") && section == "loads") look(who, value.get("on"));
+            if (value.has("on") && section == "loads") look(section, name, value.get("on"));
             for (int i = 0; value.has("between") && i < value.get("between").getSize(); ++i)
-                look(who, value.get("between").at(i));
+                look(section, name, value.get("between").at(i));
         }
     for (const Model::BodyEntry& body : system.bodies)
         if (MobilizedBody::Free::isInstanceOf(body.mobod) &&

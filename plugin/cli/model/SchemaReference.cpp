@@ -70,6 +70,7 @@ public:
             return;
         }
         if (form.kind == Kind::Map) {
+            if (!_described.insert(path + " " + form.title).second) return;
             _sections.push_back({path, &form});
             for (const SchemaKey& key : form.keys)
                 for (const SchemaForm& child : key.forms)
@@ -79,7 +80,7 @@ public:
         if (form.kind == Kind::Entries)
             for (const SchemaForm& value : form.items) addSections(value, path + item);
         if (form.kind == Kind::List)
-            for (const SchemaForm& value : form.items) addSections(value, path + "[]");
+            for (const SchemaForm& value : form.items) addSections(value, path);
     }
 
     /** A key that has no keys below it. **/
@@ -98,7 +99,7 @@ private:
     bool _isMarkdown;
     std::string _text;
     std::vector<Section> _sections, _commons;
-    std::set<std::string> _commonNames;
+    std::set<std::string> _commonNames, _described;
 
     void writeSection(const Section& section) {
         if (_isMarkdown) {
@@ -118,23 +119,44 @@ private:
                      (section.path.empty() || _isMarkdown ? "" : section.path + ".") + key.name);
     }
 
-    static std::string describeValue(const SchemaKey& key) {
-        std::string text;
-        for (const SchemaForm& form : key.forms) {
-            const std::string common = findCommonName(form);
-            std::string one = describeForm(form);
-            if (!common.empty()) one = common;
-            if (form.kind == Kind::List)
-                for (const SchemaForm& item : form.items)
-                    if (const std::string name = findCommonName(item); !name.empty()) {
-                        one = form.sizes.empty() ? "a list of " + name
-                                                 : "[" + name + ", " + name + "]";
-                    }
-            if (form.kind == Kind::Name && form.title == "a frame") one = "name of a frame";
-            text += (text.empty() ? "" : ", or ") + one;
+    static std::string describeOne(const SchemaForm& form) {
+        const std::string common = findCommonName(form);
+        if (!common.empty()) return common;
+        switch (form.kind) {
+            case Kind::Name:
+                return "name of " + form.title;
+            case Kind::File:
+            case Kind::Output:
+                return "path of " + form.title;
+            case Kind::Map:
+                return "{…}";
+            case Kind::Entries: {
+                const std::string key = form.hasNumbers ? "{NUMBER: " : "{NAME: ";
+                return key + (form.items.size() == 1 && form.items[0].kind == Kind::Map
+                                  ? "{…}}"
+                                  : describeAll(form.items) + "}");
+            }
+            case Kind::List: {
+                const std::string plain = describeForm(form);
+                if (plain.compare(0, 6, "a list") != 0) return plain;  // has a name of its own
+                std::string sizes;
+                for (int size : form.sizes)
+                    sizes += (sizes.empty() ? "" : " or ") + std::to_string(size);
+                return "a list" + (sizes.empty() ? "" : " of " + sizes) + ", each " +
+                       describeAll(form.items);
+            }
+            default:
+                return describeForm(form);
         }
+    }
+
+    static std::string describeAll(const std::vector<SchemaForm>& forms) {
+        std::string text;
+        for (const SchemaForm& form : forms)
+            text += (text.empty() ? "" : ", or ") + describeOne(form);
         return text;
     }
+    static std::string describeValue(const SchemaKey& key) { return describeAll(key.forms); }
 
     static std::string describeDefault(const SchemaKey& key) {
         if (key.isRequired) return "required";
@@ -240,7 +262,13 @@ std::string writeKeyReference(const std::string& path, ReferenceFormat format) {
                 reference.addKey(*key, path);
     }
     for (const SchemaForm* form : forms) reference.addSections(*form, path);
-    return reference.write();
+    const bool isWhole = parts.empty() && format == ReferenceFormat::Markdown;
+    return (isWhole
+                ? "`{…}` stands for keys that have a table of their own below, under their path;\n"
+                  "`FRAME`, `ROTATION`, `PLACE` and `RANGE` are the same everywhere: their tables "
+                  "come last.\n"
+                : "") +
+           reference.write();
 }
 
 }  // namespace cli

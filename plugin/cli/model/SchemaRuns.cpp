@@ -85,13 +85,13 @@ SchemaForm analysis() {
                 .only({"transient"})
                 .orElseNote("a 200th of the duration")
                 .such("1e-3"),
-            SchemaKey("from", {name("start, or an analysis")},
+            SchemaKey("from", {choice({"start"}), name("an analysis")},
                       "Where it begins: start, or the end of an earlier "
                       "static or transient analysis.")
                 .only({"transient", "static"})
                 .orElse("start")
                 .such("rest"),
-            SchemaKey("about", {name("placed, static, or an analysis")},
+            SchemaKey("about", {choice({"placed", "static"}), name("an analysis")},
                       "State whose small vibrations are found: placed, "
                       "static (equilibrium), or the end of an earlier analysis.")
                 .only({"eigen"})

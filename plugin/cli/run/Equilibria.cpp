@@ -63,7 +63,7 @@ void ModelRun::runStatic(const ModelValue& analysis) {
                        toNumbers(equilibrium.state.getQ()));
     _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
     for (const std::string& motion : equilibrium.freeMotions)
-        _remarks[name].push_back("nothing holds a motion of " + motion);
+        _remarks[name].push_back("nothing holds a motion of " + nameBodies(*_model, motion));
     _writer->setComplete(name);
 }
 

@@ -40,15 +40,6 @@ int findDifference(const std::string& a, const std::string& b) {
     return line;
 }
 
-/** Names of rigid bodies are the model's. **/
-std::string nameFrame(const Model& model, const Attachment& frame) {
-    for (const Model::BodyEntry& body : model.getBodies())
-        if (!frame.isFlexible() &&
-            body.mobod.getMobilizedBodyIndex() == frame.getMobilizedBodyIndex())
-            return body.name;
-    return frame.getName();
-}
-
 std::string join(const std::vector<std::string>& items) {
     std::string text;
     for (const std::string& item : items) text += (text.empty() ? "" : " ") + item;
@@ -242,7 +233,8 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
     try {
         solver.solve(findNamedState(analysis.get("from"), analysis.getName()));
     } catch (const std::runtime_error& error) {
-        throw std::runtime_error("analysis '" + analysis.getName() + "': " + error.what());
+        throw std::runtime_error("analysis '" + analysis.getName() +
+                                 "': " + nameBodies(*_model, error.what()));
     }
     Equilibrium& equilibrium = _equilibria[analysis.getName()];
     equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
@@ -319,12 +311,13 @@ void ModelRun::check() {
                         double(body.mobod.getBodyMass(state)));
     }
     for (const Model::JointEntry& entry : model.getJoints())
-        std::printf(
-            "  joint %s: %s of %s and %s, %d equations\n", entry.name.c_str(),
-            entry.joint.getEquations().getKind(), nameFrame(model, entry.joint.getFrameF()).c_str(),
-            nameFrame(model, entry.joint.getFrameM()).c_str(), entry.joint.getNumEquations());
+        std::printf("  joint %s: %s of %s and %s, %d equations\n", entry.name.c_str(),
+                    entry.joint.getEquations().getKind(),
+                    nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
+                    nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
+                    entry.joint.getNumEquations());
     for (const std::string& line : integrator->getRedundantConstraints())
-        std::printf("  redundant: %s\n", line.c_str());
+        std::printf("  redundant: %s\n", nameBodies(model, line).c_str());
     for (const Probe& probe : _probes.getProbes())
         std::printf("  probe %s: %zu %s%s%s\n", probe.name.c_str(), probe.columns.size(),
                     probe.columns.size() == 1 ? "column" : "columns",

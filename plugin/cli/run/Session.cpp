@@ -1,5 +1,7 @@
 #include "simflex/cli/run/Session.h"
 
+#include <regex>
+
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -78,6 +80,23 @@ State findStart(const Model& model) {
     else
         equilibrium.solveSteadyMotion(state);
     return equilibrium.getState();
+}
+
+std::string nameBodies(const Model& model, const std::string& message) {
+    static const std::regex body("(rigid tree at )?\\bbody ([0-9]+)\\b");
+    std::string named;
+    auto last = message.cbegin();
+    for (std::sregex_iterator match(message.begin(), message.end(), body), end; match != end;
+         ++match) {
+        named.append(last, (*match)[0].first);
+        last = (*match)[0].second;
+        std::string name = match->str();
+        for (const Model::BodyEntry& entry : model.getBodies())
+            if (std::to_string(int(entry.mobod.getMobilizedBodyIndex())) == (*match)[2])
+                name = entry.name;
+        named += name;
+    }
+    return named.append(last, message.cend());
 }
 
 }  // namespace cli

@@ -116,7 +116,8 @@ void TransientRun::advance(double time) {
     } catch (const std::runtime_error& error) {
         _bar.clear();
         _run._writer->flush();
-        throw std::runtime_error("analysis '" + _name + "': " + error.what() +
+        throw std::runtime_error("analysis '" + _name +
+                                 "': " + nameBodies(*_run._model, error.what()) +
                                  "; the rows before stay in '" + _run._resultPath + "'");
     }
     if (status != ImplicitIntegrator::StepStatus::Interrupted) return;
@@ -135,7 +136,7 @@ bool TransientRun::watchStep(double time) {
         char text[120];
         std::snprintf(text, sizeof text, "t = %.5g s, h = %.2g s, order %d", time,
                       double(_integrator->getLastStepSize()), _integrator->getLastOrder());
-        const std::string source = _integrator->getErrorSource();
+        const std::string source = nameBodies(*_run._model, _integrator->getErrorSource());
         return text + (source.empty() ? "" : ", limited by '" + source + "'");
     });
 }
@@ -186,7 +187,8 @@ void TransientRun::finish() {
                 {"largest_energy_error", _progress.energy.largestError},
                 {"largest_kinetic_energy", _progress.energy.largestKinetic}});
     _run._ends[_name] = _integrator->getState();
-    _run._remarks[_name] = _integrator->getRedundantConstraints();
+    for (const std::string& line : _integrator->getRedundantConstraints())
+        _run._remarks[_name].push_back(nameBodies(*_run._model, line));
     if (_lastFrame >= 0) {
         // Drawing can be stopped as well.
         keep();

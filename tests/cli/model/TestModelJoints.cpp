@@ -3,6 +3,7 @@ Joints, motions and initial values of models: what they promise holds in the ass
 
 #include "BuiltModel.h"
 #include "simflex/body/Joint.h"
+#include "simflex/solver/BdfIntegrator.h"
 
 namespace simflex::test {
 namespace {
@@ -211,6 +212,28 @@ TEST_F(ModelMechanisms, RodsAreAsLongAsPlacedUnlessTold) {
     State state = longer->makeInitialState();
     EXPECT_NEAR(longer->getJoints()[0].joint.calcPositionErrors(state)[0],
                 Vec3(0.2, 0.1, -0.3).norm() - 0.5, 1e-15);
+}
+
+TEST_F(ModelMechanisms, ModelsRunAndConserveEnergyAlsoHeldAsAWhole) {
+    for (const std::string seat : {"a.A", "a"}) {
+        const auto model = build(
+            "gravity: [0, -9.81, 0]\nbodies: {a: {part: bar}}\n"
+            "joints: {j: {type: pin, between: [{on: ground, position: [0, 0.06, 0]}, " +
+            seat + "]}}\n");
+        BdfIntegrator integrator(model->getSystem());
+        integrator.setAccuracy(1e-7);
+        integrator.initialize(model->makeInitialState());
+        const auto calcEnergy = [&] {
+            model->getSystem().realize(integrator.getState(), Stage::Dynamics);
+            return model->getFlexibleBodies().calcEnergy(integrator.getState());
+        };
+        const double before = calcEnergy();
+        integrator.stepTo(0.2);
+        const Joint& j = model->getJoints()[0].joint;
+        EXPECT_NEAR(calcEnergy(), before, 1e-4) << seat;  // of about 1 J that fell
+        EXPECT_LT(j.calcPositionErrors(integrator.getState()).normInf(), 1e-9) << seat;
+        EXPECT_LT(j.calcCoordinates(integrator.getState())[0], -0.3) << seat;
+    }
 }
 
 TEST_F(ModelMechanisms, OpenJointsAndLooseBodiesAreNoted) {

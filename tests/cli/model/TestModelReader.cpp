@@ -358,7 +358,10 @@ TEST(ModelReader, NoYamlSaysWhere) {
     EXPECT_THAT(refuse("simflex: 1\n---\nsimflex: 1\n"),
                 HasSubstr("a second document begins here"));
     EXPECT_THAT(refuse(std::string("simflex: 1\ntitle: a\0b\n", 22)),
-                HasSubstr("no text in UTF-8"));
+                HasSubstr("m.yaml:2:9: this is no text in UTF-8"));
+    EXPECT_THAT(refuse("simflex: 1\ntitle: K\xF6rper\n"),
+                HasSubstr("m.yaml:2:9: this is no text in UTF-8"));
+    EXPECT_THAT(refuse("simflex: 1\ntitle: \xC0\xAF\n"), HasSubstr("no text in UTF-8"));
     EXPECT_EQ(refuse(",si%"), "m.yaml:1:1: what begins here has no meaning");
     EXPECT_THAT(refuse("? [a, b]\n: 1\n"), HasSubstr("a key must be a single name"));
 }

@@ -154,11 +154,47 @@ analyses:
     EXPECT_THAT(out, HasSubstr("modes: natural modes"));
 }
 
+TEST_F(RunTest, AnalysesBeginWhereOthersEnd) {
+    writeModel(makePendulum("1", R"(probes: {tip: {position: rod}, rate: {rate: pivot}}
+solver: {accuracy: 1e-9}
+analyses:
+  whole: {type: transient, duration: 0.4}
+  first: {type: transient, duration: 0.3}
+  second: {type: transient, duration: 0.1, from: first}
+  rest: {type: static, from: second}
+  modes: {type: eigen, about: rest, count: 1}
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData::Analysis whole = read("whole"), second = read("second");
+    EXPECT_DOUBLE_EQ(second.time.front(), 0.3);
+    EXPECT_DOUBLE_EQ(second.time.back(), 0.4);
+    for (size_t k = 0; k < 2; ++k)
+        EXPECT_NEAR(find(whole, "tip").rows.back()[k], find(second, "tip").rows.back()[k], 2e-6);
+    EXPECT_NEAR(read("modes").frequency.at(0).at(0),
+                std::sqrt(2 * kGravity * 0.5 / (2.0 / 3)) / (2 * kPi), 1e-7);
+    writeModel(makePendulum("1",
+                            "analyses: {a: {type: transient, duration: 1, from: b}, b: {type: "
+                            "static, from: a}}\n"));
+    EXPECT_EQ(runModel(), 1);
+    EXPECT_THAT(err, HasSubstr("above it"));
+}
+
+TEST_F(RunTest, MessagesNameTheModelsBodies) {
+    // Two motions that fight each other.
+    writeModel(makePendulum("1", R"(motions:
+  drive: {joint: pivot, position: 0.1*t}
+  shake: {between: [ground, {on: rod, position: [0, -0.5, 0]}], axis: x, position: 1 + t}
+analyses: {run: {type: transient, duration: 1}}
+)"));
+    EXPECT_EQ(runModel(), 1);
+    EXPECT_THAT(err, ::testing::Not(HasSubstr("body 1")));
+}
+
 TEST_F(RunTest, CheckListsTheModelAndRunsNothing) {
     writeModel(makePendulum("1", "analyses: {run: {type: transient, duration: 0.5}}\n"));
     ASSERT_EQ(runModel("--check"), 0) << err;
     EXPECT_THAT(out, HasSubstr("body rod: rigid, 2 kg"));
-    EXPECT_THAT(out, HasSubstr("joint pivot: Pin"));
+    EXPECT_THAT(out, HasSubstr("joint pivot: Pin of ground and rod, 5 equations"));
     EXPECT_THAT(out, HasSubstr("analysis run: transient"));
     EXPECT_THAT(out, HasSubstr("model.results.h5"));
     EXPECT_NE(access((folder / "model.results.h5").c_str(), F_OK), 0);
