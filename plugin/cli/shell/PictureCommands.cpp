@@ -40,8 +40,14 @@ void show(Shell& shell, const Words& words) {
                 describeUnknown("kind of picture", name, {"symbols", "sixel", "kitty"}));
     }
     const SimTK::State& state = shell.updModel().getState();
-    const Image image = shell.updVisualizer().drawFrame(state);
-    std::fputs(drawTerminalPicture(image, Terminal::detect(), kind).c_str(), stdout);
+    const Terminal terminal = Terminal::detect();
+    OffscreenVisualizer visualizer = shell.updVisualizer();
+    if (!terminal.hasColor)  // light is all there is: none where there is nothing
+        visualizer.setTheme(OffscreenVisualizer::Theme::Dark)
+            .setBackgroundType(OffscreenVisualizer::SolidColor)
+            .setBackgroundColor(SimTK::Vec3(0));
+    const Image image = visualizer.drawFrame(state);
+    std::fputs(drawTerminalPicture(image, terminal, kind).c_str(), stdout);
 }
 
 void save(Shell& shell, const Words& words) {

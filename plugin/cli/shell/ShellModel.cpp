@@ -126,7 +126,8 @@ ShellModel::Outcome ShellModel::runTo(double time, double interval,
         const double next = row == numRows ? time : begin + double(row) * interval;
         while (getTime() < next) {
             // Reports between steps are interpolated: the motion does not depend on them.
-            const double look = getTime() + kStepsBetweenLooks * _integrator->getLastStepSize();
+            const double h = _integrator->getLastStepSize();  // 0 before the first step
+            const double look = getTime() + (h > 0 ? kStepsBetweenLooks * h : 1e-6 * span);
             const auto status = _integrator->stepTo(look > getTime() ? std::min(next, look) : next);
             const bool goesOn = progress((getTime() - begin) / span);
             if (status == ImplicitIntegrator::StepStatus::Terminated || !goesOn) {
