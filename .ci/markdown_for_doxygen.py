@@ -9,6 +9,7 @@ import sys
 def convert_text(text):
     text = re.sub(r"(?<![\\$`])\$([^$`]+)\$(?![\w$])", lambda m: r"\f$" + m.group(1) + r"\f$", text)
     text = re.sub(r"\]\(([^)#\s:]+\.md)#[^)]*\)", r"](\1)", text)  # headings have no names there
+    text = re.sub(r"(?<=['\"])#(?=\w)", r"\\#", text)  # a colour is no name of a class
     # What is no page and no picture stays as text.
     return re.sub(r"(?<!!)\[([^\]]+)\]\((?![a-z]+:)(?![^)]*\.md\))[^)]*\)", r"\1", text)
 

@@ -154,6 +154,7 @@ std::string FailureDiagnosis::explainLargeError(const FailedStep& step, double e
 
 std::string FailureDiagnosis::explainNoProjection(const FailedStep& step, int worstRow,
                                                   double tolerance) const {
+    if (!std::isfinite(step.tried.constraintError)) return explainNonFinite(step);
     std::ostringstream text;
     text << m_equations.describeConstraint(worstRow) << " keeps an error of "
          << step.tried.constraintError << " (allowed " << tolerance << ")";
@@ -204,9 +205,10 @@ std::string FailureDiagnosis::findSingularity(const FailedStep& step) const {
                 if (block.rows[size_t(i)] < m && block.rows[size_t(j)] < m)
                     S(block.rows[size_t(i)], block.rows[size_t(j)]) += part(i, j);
     }
-    for (int i = 0; i < m; ++i)
-        if (!(S(i, i) > 0)) return "";
-    const Eigen::VectorXd scale = S.diagonal().cwiseSqrt().cwiseInverse();
+    if (!S.allFinite()) return "";
+    const double smallest = 1e-20 * S.diagonal().maxCoeff();
+    Eigen::VectorXd scale(m);
+    for (int i = 0; i < m; ++i) scale[i] = S(i, i) > smallest ? 1 / std::sqrt(S(i, i)) : 0;
     S = scale.asDiagonal() * S * scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
     int k = step.numRedundantAtStart;

@@ -58,7 +58,7 @@ void ImplicitIntegrator::Implementation::setUp(const State& state) {
 void ImplicitIntegrator::Implementation::prepare(const State& state) {
     m_isInitialized = m_isTerminated = m_isFinished = false;
     checkSettings(state.getTime());
-    m_state = state;
+    m_state = makeFreshState(m_system, state);
     m_system.realize(m_state, Stage::Velocity);
     m_step.reset();
     m_equations.reset();
@@ -496,6 +496,8 @@ void ImplicitIntegrator::Implementation::showPoint(double t) {
     SolutionPoint& point = m_visible;
     if (!isLater(t, newest.t)) {
         point = newest;
+        // An event at t must not stay ahead of the State by round-off: it would come for ever.
+        point.t = std::max(t, newest.t);
         return;
     }
     point.t = t;

@@ -43,6 +43,7 @@ bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index
 }  // namespace
 
 bool isGeneralForceSubsystem(const Subsystem& subsystem) {
+    if (!dynamic_cast<const ForceSubsystem::Guts*>(&subsystem.getSubsystemGuts())) return false;
     // Simbody 3.7's isInstanceOf() takes any force subsystem for one.
     try {
         GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem)).getNumForces();

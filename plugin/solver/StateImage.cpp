@@ -229,4 +229,31 @@ void StateImage::visitVariables(Checkpoint& c, State& state) const {
     m_system.realizeModel(state);
 }
 
+State makeFreshState(const MultibodySystem& system, const State& state) {
+    State realized = state;
+    system.realizeModel(realized);
+    State fresh = system.getDefaultState();
+    const auto copyVariables = [&](bool isForModel) {
+        forEachVariable(fresh, [&](const DiscreteVarKey& key) {
+            const auto& [subsystem, index] = key;
+            const bool isModel =
+                fresh.getDiscreteVarInvalidatesStage(subsystem, index) <= Stage::Model;
+            if (isModel == isForModel)
+                fresh.updDiscreteVariable(subsystem, index) =
+                    realized.getDiscreteVariable(subsystem, index);
+        });
+        system.realizeModel(fresh);
+    };
+    fresh.invalidateAll(Stage::Model);
+    copyVariables(true);
+    copyVariables(false);
+    fresh.setTime(realized.getTime());
+    fresh.updQ() = realized.getQ();
+    fresh.updU() = realized.getU();
+    fresh.updZ() = realized.getZ();
+    fresh.updUWeights() = realized.getUWeights();
+    fresh.updZWeights() = realized.getZWeights();
+    return fresh;
+}
+
 }  // namespace simflex

@@ -41,4 +41,9 @@ private:
     std::vector<OpaqueVariable> m_opaque;
 };
 
+/** A State of the same system with the same variables and nothing computed. Simbody copies lazily
+computed values too, and in a copy that is changed as often as the original was, those of the
+original can pass for its own (Force::Gravity's energy, in 3.7). **/
+SimTK::State makeFreshState(const SimTK::MultibodySystem& system, const SimTK::State& state);
+
 }  // namespace simflex

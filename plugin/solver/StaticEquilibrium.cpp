@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "simflex/body/Assembly.h"
+#include "simflex/solver/StateImage.h"
 #include "simflex/solver/SteadyMotion.h"
 
 namespace simflex {
@@ -311,7 +312,7 @@ void StaticEquilibrium::Search::fail(double fraction) {
 }
 
 State StaticEquilibrium::assemble(const State& state) const {
-    State start = state;
+    State start = makeFreshState(m_system, state);
     m_system.realize(start, Stage::Velocity);
     State held = start;
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
@@ -393,7 +394,7 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system))
         for (JointIndex j(0); j < flexible->getNumJoints(); ++j)
             m_firstRows.push_back(equations.getFirstRow(j));
-    m_state = state;
+    m_state = makeFreshState(m_system, state);
     equations.putIntoState(point.t, point.q.data(), point.u.data(), m_state);
     m_system.realize(m_state, Stage::Velocity);
 }

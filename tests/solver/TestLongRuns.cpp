@@ -124,6 +124,58 @@ TEST(LongRuns, SystemsInThreadsThatShareAPartGiveTheBitsOfALoneOne) {
     for (int k = 0; k < Count; ++k) EXPECT_TRUE(haveSameBits(results[k], expected[k % 2])) << k;
 }
 
+TEST(LongRuns, AReportAheadByRoundOffComesOnce) {
+    // 0.15·k, reached in steps of 1e-3 whose sum is now and then a last digit short.
+    class Counter : public PeriodicEventReporter {
+    public:
+        Counter() : PeriodicEventReporter(0.15) {}
+        void handleEvent(const State& state) const override { times.push_back(state.getTime()); }
+        mutable std::vector<Real> times;
+    };
+    Chain model(makePart(), 100);
+    auto* counter = new Counter;
+    model.system.addEventReporter(counter);
+    const State start = model.system.realizeTopology();
+    BdfIntegrator integrator(model.system);
+    integrator.setFixedStep(1e-3);
+    integrator.initialize(start);
+    for (int k = 1; k <= 30 && counter->times.size() < 100; ++k) integrator.stepTo(0.1 * k);
+    ASSERT_EQ(counter->times.size(), 21u);
+    for (size_t k = 0; k < counter->times.size(); ++k)
+        EXPECT_NEAR(counter->times[k], 0.15 * double(k), 1e-12);
+}
+
+/** Energy of gravity in a State in which nothing was computed before. **/
+Real calcPotentialEnergy(const Chain& model, const State& state) {
+    State fresh = model.system.getDefaultState();
+    fresh.updQ() = state.getQ();
+    model.system.realize(fresh, Stage::Position);
+    return model.gravity.calcPotentialEnergyContribution(fresh);
+}
+
+TEST(LongRuns, AStateThatWasRealizedFurtherStartsARunWithTrueEnergies) {
+    Chain model(makePart(), 100);
+    State state = model.state;
+    for (int run = 0; run < 6; ++run) {
+        model.system.realize(state, run % 2 == 0 ? Stage::Dynamics : Stage::Acceleration);
+        EXPECT_NEAR(model.gravity.calcPotentialEnergyContribution(state),
+                    calcPotentialEnergy(model, state), 1e-12)
+            << "at the start of run " << run;
+        BdfIntegrator integrator(model.system);
+        integrator.setAccuracy(1e-4);
+        integrator.initialize(state);
+        for (int k = 1; k <= 4; ++k) {
+            integrator.stepTo(state.getTime() + 0.005 * k);
+            const State& now = integrator.getState();
+            model.system.realize(now, Stage::Dynamics);
+            EXPECT_NEAR(model.gravity.calcPotentialEnergyContribution(now),
+                        calcPotentialEnergy(model, now), 1e-12)
+                << "run " << run << ", output " << k;
+        }
+        state = integrator.getState();
+    }
+}
+
 /** Resident memory of this process [bytes]. **/
 double getResidentMemory() {
     std::ifstream file("/proc/self/statm");

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "simflex/cli/model/ModelGeometry.h"
+#include "simflex/cli/model/Seat.h"
 
 namespace simflex {
 namespace cli {
@@ -41,7 +42,7 @@ double readNonZero(const ModelValue& value) {
 FramePair readBetween(const ModelValue& between, const ModelFrames& frames) {
     if (!between.isList() || between.getSize() != 2)
         between.fail("it is a pair of frames, [ground, crank.shaft]");
-    FramePair pair{frames.find(between.at(0)), frames.find(between.at(1))};
+    FramePair pair{findSeat(between.at(0), frames), findSeat(between.at(1), frames)};
     if (pair.F.body == pair.M.body)
         between.fail(
             "both frames are on " +

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "simflex/cli/model/ModelGeometry.h"
+#include "simflex/cli/model/Seat.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/forces/LoadShape.h"
@@ -33,7 +34,7 @@ void addForce(const ModelValue& value, const ModelFrames& frames, ModelSystem& s
     if (!value.has("force") && !value.has("torque")) value.fail("give its force or torque");
     const auto force = readVector(value.get("force")), torque = readVector(value.get("torque"));
     const bool turns = value.has("axes") && value.get("axes").getText() == "frame";
-    const FrameOnBody frame = frames.find(value.get("on"));
+    const FrameOnBody frame = findSeat(value.get("on"), frames);
     if (frame.body < 0) value.get("on").fail("ground takes no load");
     withPlace(value.get("on"), [&] {
         AttachmentForce(

@@ -93,30 +93,17 @@ State ModelBuilder::makeInitialState(const ModelSystem& system) const {
 
 void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) const {
     if (!_options.note) return;
-    std::set<MobilizedBodyIndex> held;
-    const auto look = [&](const std::string& section, const std::string& name,
-                          const ModelValue& value) {
-        const FrameOnBody frame = _frames.find(value);
-        if (frame.body < 0) return;
-        const Model::BodyEntry& body = system.bodies[size_t(frame.body)];
-        if (section != "loads") held.insert(body.mobod.getMobilizedBodyIndex());
-        if (body.flexible && frame.interface.empty() && !frame.node)
-            _options.note(section.substr(0, section.size() - 1) + " '" + name + "' is on '" +
-                          body.name +
-                          "' as a whole, which it moves but does not bend: name an interface or a "
-                          "node");
-    };
-    for (const std::string section : {"joints", "motions", "connectors", "loads"})
+    std::set<int> held;
+    for (const std::string section : {"joints", "motions", "connectors"})
         for (const std::string& name : _file.get(section).getKeys()) {
             const ModelValue value = _file.get(section).get(name);
-            if (value.has("on") && section == "loads") look(section, name, value.get("on"));
             for (int i = 0; value.has("between") && i < value.get("between").getSize(); ++i)
-                look(section, name, value.get("between").at(i));
+                held.insert(_frames.find(value.get("between").at(i)).body);
         }
-    for (const Model::BodyEntry& body : system.bodies)
-        if (MobilizedBody::Free::isInstanceOf(body.mobod) &&
-            !held.count(body.mobod.getMobilizedBodyIndex()))
-            _options.note("body '" + body.name + "' is held by no joint or connector: it is free");
+    for (size_t i = 0; i < system.bodies.size(); ++i)
+        if (MobilizedBody::Free::isInstanceOf(system.bodies[i].mobod) && !held.count(int(i)))
+            _options.note("body '" + system.bodies[i].name +
+                          "' is held by no joint or connector: it is free");
     const double size = _placement.calcSize();
     for (const Model::JointEntry& joint : system.joints) {
         if (!_file.get("joints").get(joint.name).has("between")) continue;  // gears mesh anyhow

@@ -368,8 +368,12 @@ SchemaForm pictures() {
                 .in("m")
                 .with({"look_at"})
                 .such("[1, 1, 1]"),
-            SchemaKey("look_at", {vec3()}, "Point that it looks at.").in("m").such("[0, 0, 0]"),
+            SchemaKey("look_at", {vec3()}, "Point that it looks at.")
+                .with({"position"})
+                .in("m")
+                .such("[0, 0, 0]"),
             SchemaKey("up", direction, "Direction that is up in the picture.")
+                .with({"position"})
                 .orElseNote("up of the pictures")
                 .such("z"),
             SchemaKey("follow", frame(), "Frame that the camera moves with.").such("slider"),
@@ -377,14 +381,13 @@ SchemaForm pictures() {
                 .in("rad/s of simulated time")
                 .orElse("0")
                 .such("0.5"),
-            SchemaKey("perspective", {number(1e-3, 3.1)}, "Perspective, with this field of view.")
+            SchemaKey("perspective", {number(1e-3, 3.1)},
+                      "Perspective, with this vertical field of view.")
                 .in("rad")
                 .without({"orthographic"})
-                .orElse("40*deg")
+                .orElseNote("30*deg, with a position 45*deg")
                 .such("50*deg"),
-            SchemaKey("orthographic", {positive()}, "Parallel view of this height.")
-                .in("m")
-                .such("0.5"),
+            SchemaKey("orthographic", {boolean()}, "Parallel view.").orElse("false").such("true"),
             SchemaKey("inset", {list({number(0, 1)}, {4})},
                       "Place in the picture: [left, top, width, height] as "
                       "fractions.")

@@ -109,7 +109,7 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
             if (!bar.show(name, double(done++) / double(speeds.size())))
                 throw Stopped("what was complete is in '" + _resultPath +
-                              "'; go on with: " + _options.makeResumeCommand());
+                              "'; go on with: " + _resumeCommand);
             return linearizeAt(_text, _modelOptions, parameter, speed);
         });
     std::vector<std::vector<double>> frequency(speeds.size()), damping(speeds.size());

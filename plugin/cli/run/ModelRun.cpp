@@ -51,6 +51,9 @@ std::string join(const std::vector<std::string>& items) {
 ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options)
     : _text(text), _options(options) {
     _modelOptions.bodies = bodies;
+    _resumeCommand = options.makeResumeCommand();
+    // Pictures of the same names would replace those of the model as given.
+    if (bodies == ModelOptions::Bodies::Rigid) _options.drawsPictures = false;
     ProgressBar bar(options.isQuiet, {});
     _modelOptions.progress = [&](const std::string& phase, double fraction) {
         return bar.show(phase, fraction);
@@ -76,7 +79,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
             analyses.failUnknown("analysis", name, known);
     }
     // What cannot be drawn is refused before hours of simulation.
-    if (options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*_model);
+    if (_options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*_model);
     _resultPath = chooseResultPath(text, *_model, options, bodies == ModelOptions::Bodies::Rigid);
 }
 
@@ -165,7 +168,7 @@ void ModelRun::perform() {
         const std::string type = analysis.get("type").getText();
         if (wasInterrupted())
             throw Stopped("what was complete is in '" + _resultPath +
-                          "'; go on with: " + _options.makeResumeCommand());
+                          "'; go on with: " + _resumeCommand);
         if (type == "transient")
             runTransient(analysis);
         else if (type == "static")

@@ -78,7 +78,7 @@ private:
     RunOptions _options;
     std::shared_ptr<const Model> _model;
     Probes _probes;
-    std::string _resultPath;
+    std::string _resultPath, _resumeCommand;
     std::unique_ptr<ResultWriter> _writer;
     std::optional<ResultData> _earlier;  ///< of the run that is gone on with
     std::optional<SimTK::State> _start;

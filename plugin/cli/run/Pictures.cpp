@@ -71,7 +71,7 @@ CameraView makeCamera(const Model& model, const ModelValue& camera, const Vec3& 
     if (camera.get("orbit").getNumber() != 0) view.setOrbit(camera.get("orbit").getNumber());
     if (camera.get("perspective").isGiven())
         view.setFieldOfView(camera.get("perspective").getNumber());
-    if (camera.get("orthographic").isGiven()) view.setOrthographic();
+    if (camera.get("orthographic").getBool()) view.setOrthographic();
     if (camera.get("inset").isGiven()) {
         const std::vector<double> place = camera.get("inset").getNumbers();
         try {

@@ -126,7 +126,7 @@ void TransientRun::advance(double time) {
     std::ostringstream text;
     text << "analysis '" << _name << "' has reached t = " << _reached << " of "
          << _startTime + _duration << " s, which '" << _run._resultPath
-         << "' holds; go on with: " << _run._options.makeResumeCommand();
+         << "' holds; go on with: " << _run._resumeCommand;
     throw Stopped(text.str());
 }
 
@@ -199,7 +199,7 @@ void TransientRun::finish() {
                 if (analysis.name == _name) rows = std::move(analysis);
         rows.name = _name;
         drawFrames(*_run._model, _progress.frames, rows, _run._options.isQuiet,
-                   _run._options.makeResumeCommand());
+                   _run._resumeCommand);
     }
     _run._writer->setComplete(_name);
     ::unlink(_run.getCheckpointPath().c_str());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -41,13 +42,15 @@ std::vector<std::string> split(const std::string& text) {
     return parts;
 }
 
-/** The shortest text that reads back as the same number. **/
+/** The shortest text that is the number but for rounding: 0.15, where steps of 0.025 add up to
+0.15000000000000002. **/
 std::string write(double value) {
     char text[32];
-    for (int digits = 6; digits <= 17; ++digits) {
+    for (int digits = 6; digits <= 14; ++digits) {
         std::snprintf(text, sizeof text, "%.*g", digits, value);
-        if (std::strtod(text, nullptr) == value) break;
+        if (std::abs(std::strtod(text, nullptr) - value) <= 1e-14 * std::abs(value)) return text;
     }
+    std::snprintf(text, sizeof text, "%.17g", value);
     return text;
 }
 

@@ -214,26 +214,33 @@ TEST_F(ModelMechanisms, RodsAreAsLongAsPlacedUnlessTold) {
                 Vec3(0.2, 0.1, -0.3).norm() - 0.5, 1e-15);
 }
 
-TEST_F(ModelMechanisms, ModelsRunAndConserveEnergyAlsoHeldAsAWhole) {
-    for (const std::string seat : {"a.A", "a"}) {
-        const auto model = build(
-            "gravity: [0, -9.81, 0]\nbodies: {a: {part: bar}}\n"
-            "joints: {j: {type: pin, between: [{on: ground, position: [0, 0.06, 0]}, " +
-            seat + "]}}\n");
-        BdfIntegrator integrator(model->getSystem());
-        integrator.setAccuracy(1e-7);
-        integrator.initialize(model->makeInitialState());
-        const auto calcEnergy = [&] {
-            model->getSystem().realize(integrator.getState(), Stage::Dynamics);
-            return model->getFlexibleBodies().calcEnergy(integrator.getState());
-        };
-        const double before = calcEnergy();
-        integrator.stepTo(0.2);
-        const Joint& j = model->getJoints()[0].joint;
-        EXPECT_NEAR(calcEnergy(), before, 1e-4) << seat;  // of about 1 J that fell
-        EXPECT_LT(j.calcPositionErrors(integrator.getState()).normInf(), 1e-9) << seat;
-        EXPECT_LT(j.calcCoordinates(integrator.getState())[0], -0.3) << seat;
-    }
+TEST_F(ModelMechanisms, ModelsRunBitForBitAsThoseBuiltByHand) {
+    const auto model = build(
+        "gravity: [0, -9.81, 0]\nbodies: {a: {part: bar, place: {frame: A, at: ground}}}\n"
+        "joints: {j: {type: pin, between: [ground, a.A]}}\n"
+        "initial: {bodies: {a: {modes: {1: 1e-3}}}}\n");
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    Force::Gravity(forces, matter, Vec3(0, -9.81, 0));
+    const FlexibleBody a(flexible, makeBar(), "a");
+    Joint::Pin j(flexible, matter.Ground(), a.interface("A"));
+    State state = system.realizeTopology();
+    const State start = model->makeInitialState();
+    a.setFramePose(state, model->getBodies()[0].flexible->getFramePose(start));
+    Vector xi(7, 0.0);
+    xi[0] = 1e-3;
+    a.setModalCoordinates(state, xi);
+    const auto run = [](const MultibodySystem& ofSystem, const State& from) {
+        BdfIntegrator integrator(ofSystem);
+        integrator.initialize(from);
+        integrator.stepTo(0.1);
+        return Vector(integrator.getState().getY());
+    };
+    const Vector built = run(model->getSystem(), start), byHand = run(system, state);
+    EXPECT_EQ((built - byHand).normInf(), 0);
+    EXPECT_GT((byHand - state.getY()).normInf(), 0.1);
 }
 
 TEST_F(ModelMechanisms, OpenJointsAndLooseBodiesAreNoted) {
@@ -242,12 +249,6 @@ TEST_F(ModelMechanisms, OpenJointsAndLooseBodiesAreNoted) {
     ASSERT_EQ(notes.size(), 2u);
     EXPECT_THAT(notes[0], AllOf(HasSubstr("'loose'"), HasSubstr("free")));
     EXPECT_THAT(notes[1], AllOf(HasSubstr("'j'"), HasSubstr("0.374 m")));
-    notes.clear();
-    build(
-        "bodies: {a: {part: bar}}\njoints: {j: {type: weld, between: [ground, a]}}\n"
-        "loads: {push: {on: a.A, force: [1, 0, 0]}}\n");
-    ASSERT_EQ(notes.size(), 1u);
-    EXPECT_THAT(notes[0], AllOf(HasSubstr("joint 'j' is on 'a'"), HasSubstr("does not bend")));
 }
 
 }  // namespace
