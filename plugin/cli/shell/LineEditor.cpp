@@ -1,6 +1,7 @@
 #include "simflex/cli/shell/LineEditor.h"
 
 #include <histedit.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -81,12 +82,29 @@ private:
     }, _resume{};
 };
 
+/** False, with errno EINTR, after a signal, also one that came just before. **/
+bool waitForInput() {
+    sigset_t interrupt, before;
+    sigemptyset(&interrupt);
+    sigaddset(&interrupt, SIGINT);
+    sigprocmask(SIG_BLOCK, &interrupt, &before);
+    struct pollfd input {
+        STDIN_FILENO, POLLIN, 0
+    };
+    errno = EINTR;
+    const bool isReady = !wasInterrupted() && ppoll(&input, 1, nullptr, &before) > 0;
+    const int error = errno;
+    sigprocmask(SIG_SETMASK, &before, nullptr);
+    errno = error;
+    return isReady;
+}
+
 /** libedit's own reader sends signals on to the whole process group. **/
 int readCharacter(EditLine* editor, wchar_t* character) {
     std::mbstate_t state{};
     for (;;) {
         char byte = 0;
-        const ssize_t count = read(STDIN_FILENO, &byte, 1);
+        const ssize_t count = waitForInput() ? read(STDIN_FILENO, &byte, 1) : -1;
         if (count == 0) return 0;
         if (count < 0) {
             if (errno != EINTR || wasInterrupted()) return -1;

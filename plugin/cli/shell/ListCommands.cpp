@@ -47,6 +47,15 @@ const Model::BodyEntry& findBody(const Model& model, const std::string& name) {
     throw std::runtime_error(describeUnknown("body", name, names));
 }
 
+/** By the names of the model file; Simbody numbers rigid bodies. **/
+std::string getPlaceName(const Model& model, const Attachment& frame) {
+    if (!frame.isFlexible())
+        for (const Model::BodyEntry& body : model.getBodies())
+            if (body.mobod.getMobilizedBodyIndex() == frame.getMobilizedBodyIndex())
+                return body.name;
+    return frame.getName();
+}
+
 // ---- list
 
 void listBodies(Shell& shell) {
@@ -81,8 +90,8 @@ void listJoints(Shell& shell) {
         const bool isCoupler = joint.getEquations().isCoupler();
         table.add(
             {entry.name, joint.getEquations().getKind(),
-             isCoupler ? "-" : joint.getFrameF().getName(),
-             isCoupler ? "-" : joint.getFrameM().getName(), coordinates,
+             isCoupler ? "-" : getPlaceName(model.getModel(), joint.getFrameF()),
+             isCoupler ? "-" : getPlaceName(model.getModel(), joint.getFrameM()), coordinates,
              formatShort(SimTK::max(SimTK::abs(joint.calcPositionErrors(model.getState()))))});
     }
     shell.print("%s", table.format().c_str());
@@ -140,7 +149,7 @@ void listFrames(Shell& shell) {
     const auto add = [&](const std::string& name) {
         const Attachment frame = model.getModel().findFrame(name);
         const SimTK::Vec3 place = frame.calcMotion(model.getState()).X.p();
-        table.add({name, frame.getName(), formatShort(toValues(place))});
+        table.add({name, getPlaceName(model.getModel(), frame), formatShort(toValues(place))});
     };
     for (const std::string& name : model.getModel().getFile().get("frames").getKeys()) add(name);
     for (const Model::BodyEntry& body : model.getModel().getBodies())

@@ -61,6 +61,7 @@ TEST_F(PromptTest, NamesOfTheModelAndFilesAreCompleted) {
     testing::writeText(folder / "a plan", "get joint.pivot.angle");
     terminal.type("source a\t\n");  // put in quotes
     EXPECT_TRUE(terminal.waitFor("joints.pivot.angle = ")) << terminal.getOutput();
+    EXPECT_TRUE(terminal.waitFor(kPrompt));
     terminal.type("\x04");
     EXPECT_EQ(terminal.waitForEnd(), 0);
 }
@@ -75,6 +76,7 @@ TEST_F(PromptTest, HistoryIsKeptOverSessions) {
         ASSERT_TRUE(terminal.waitFor(kPrompt));
         terminal.type("\x10\n");  // the line before
         EXPECT_TRUE(terminal.waitFor(text)) << terminal.getOutput();
+        EXPECT_TRUE(terminal.waitFor(kPrompt));
         terminal.type("\x04");
         EXPECT_EQ(terminal.waitForEnd(), 0);
     }

@@ -298,8 +298,9 @@ TEST_F(ShellTest, ListsNameWhatTheModelHas) {
         << err;
     EXPECT_EQ(readRow("rod")[1], "rigid");
     EXPECT_EQ(readRow("pivot")[1], "Pin");
+    EXPECT_EQ(readRow("pivot")[3], "rod");
     EXPECT_EQ(readRow("mass")[1], "2");
-    EXPECT_EQ(readRow("tip")[1], "body");
+    EXPECT_EQ(readRow("tip")[1], "rod");
     EXPECT_EQ(readNumber("time"), 0.5);
     EXPECT_EQ(readNumber("solver.accuracy"), 1e-8);
     EXPECT_THAT(out, AllOf(HasSubstr("solver.method = bdf (default)"), HasSubstr("history 1\n")));
