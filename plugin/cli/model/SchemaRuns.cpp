@@ -192,6 +192,8 @@ SchemaForm probe() {
     const std::vector<std::string> kinematic{"position",         "velocity",
                                              "acceleration",     "orientation",
                                              "angular_velocity", "angular_acceleration"};
+    std::vector<std::string> measured = kinematic;
+    measured.push_back("displacement");
     std::vector<std::string> vectors = kinematic;
     vectors.insert(vectors.end(), {"displacement", "reaction", "driving", "momentum",
                                    "center_of_mass", "joint_error", "coordinate", "rate"});
@@ -267,11 +269,12 @@ SchemaForm probe() {
                              .such("[0, 0, 30*deg]"),
                      },
                      {"on", "body"})},
-                "Elastic displacement of a frame or node, in the body's axes.")
+                "Elastic displacement of a frame or node: against the body's mean frame, which "
+                "its support moves in, too, or with relative_to against that.")
                 .in("m")
                 .such("{body: rod, node: 4711}"),
             SchemaKey("largest_displacement", {name("a flexible body")},
-                      "Largest elastic displacement of a body's nodes.")
+                      "Largest elastic displacement of a body's nodes against its mean frame.")
                 .in("m")
                 .such("rod"),
             SchemaKey("modes", {name("a flexible body")}, "Modal coordinates of a body.")
@@ -321,9 +324,10 @@ SchemaForm probe() {
                 .orElse("all")
                 .such("norm"),
             SchemaKey("relative_to", frame(),
-                      "Frame against which it is measured, and in whose axes.")
-                .with(kinematic)
-                .orElse("ground")
+                      "Frame against which it is measured, and in whose axes; of a displacement "
+                      "another one of the same body, such as its support.")
+                .with(measured)
+                .orElseNote("ground; of a displacement the body's mean frame")
                 .such("crank"),
             SchemaKey("select", {list({integer(1)})}, "Which modes, numbered from 1.")
                 .with({"modes"})

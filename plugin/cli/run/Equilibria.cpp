@@ -64,7 +64,7 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     _writer->addStatic(name, makeColumns(), values, toNumbers(equilibrium.state.getQ()));
     _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
     for (const std::string& motion : equilibrium.freeMotions)
-        _remarks[name].push_back("nothing holds a motion of " + nameBodies(*_model, motion));
+        _remarks[name].push_back(nameBodies(*_model, motion) + ": nothing holds it");
     _writer->setComplete(name);
 }
 

@@ -12,6 +12,7 @@
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
+#include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/run/RunSummary.h"
 #include "simflex/cli/run/Session.h"
 #include "simflex/cli/run/TransientRun.h"
@@ -163,6 +164,14 @@ void ModelRun::checkWishes(const ModelValue& file) const {
     for (const std::string& name : _options.only)
         if (std::find(known.begin(), known.end(), name) == known.end())
             analyses.failUnknown("analysis", name, known);
+    // An empty result would replace a good one.
+    const auto isSweep = [&](const std::string& name) {
+        return analyses.get(name).get("type").getText() == "sweep";
+    };
+    const std::vector<std::string>& wanted = _options.only.empty() ? known : _options.only;
+    if (std::all_of(wanted.begin(), wanted.end(), isSweep))
+        analyses.get(wanted.front())
+            .fail("this is a sweep: do it with 'simflex sweep " + _text.path + "'");
     const fs::path path(_resultPath), folder = path.parent_path();
     const std::string advice = "; choose another name with -o";
     if (!folder.empty() && !fs::is_directory(folder))
@@ -177,11 +186,16 @@ void ModelRun::checkWishes(const ModelValue& file) const {
 }
 
 void ModelRun::readEarlier() {
+    std::vector<std::string> lost;
     const bool isThere = fs::exists(_resultPath) || fs::exists(_resultPath + ".rows");
     if (isThere) {
         try {
             ResultData data = readResults(_resultPath, ReadStates::No);
-            if (_options.resumes) _earlier = std::move(data);
+            if (_options.resumes)
+                _earlier = std::move(data);
+            else if (!_options.only.empty())
+                for (const ResultData::Analysis& analysis : data.analyses)
+                    if (!isWanted(analysis.name)) lost.push_back(analysis.name);
         } catch (const std::exception& error) {
             throw std::runtime_error("'" + _resultPath +
                                      "' is there and cannot be read as a result file of simflex, "
@@ -189,6 +203,9 @@ void ModelRun::readEarlier() {
                                      error.what() + "; choose another name with -o or remove it");
         }
     }
+    if (!lost.empty())
+        say("'" + _resultPath + "' is replaced, with its results of " + joinNames(lost) +
+            "; Ctrl-C, and -o with another name, keeps them");
     if (_earlier) checkSame(_earlier->header);
 }
 

@@ -207,7 +207,9 @@ void TransientRun::finish() {
                 {"largest_energy_error", _progress.energy.largestError},
                 {"largest_kinetic_energy", _progress.energy.largestKinetic}});
     _run._ends[_name] = _integrator->getState();
-    for (const std::string& line : _integrator->getRedundantConstraints())
+    std::vector<std::string> redundant = _integrator->getRedundantConstraints();
+    std::sort(redundant.begin(), redundant.end());
+    for (const std::string& line : redundant)
         _run._remarks[_name].push_back(nameBodies(*_run._model, line));
     if (_lastFrame >= 0) {
         // Drawing can be stopped as well.

@@ -335,5 +335,30 @@ TEST_F(RunTest, IntervalsLongerThanTheRunAreMentioned) {
     EXPECT_EQ(read("run").time, (std::vector<double>{0, 0.1}));
 }
 
+TEST_F(RunTest, SweepsAreRefusedBeforeResultsAreReplaced) {
+    writeModel(makePendulum("0.5", R"(analyses:
+  run: {type: transient, duration: 0.1}
+  rest: {type: static}
+  sweep: {type: sweep, analysis: run, parameters: {angle: [0.1, 0.2]}}
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const std::string bytes = testing::readText(folder / "model.results.h5");
+    EXPECT_EQ(runModel("--only sweep"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("model.yaml:14:"), HasSubstr("simflex sweep model.yaml")));
+    EXPECT_TRUE(bytes == testing::readText(folder / "model.results.h5"));
+    // What goes with the file that is replaced.
+    ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml --only run"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("is replaced, with its results of rest;"));
+}
+
+TEST_F(RunTest, BodiesThatNothingHoldsAreNamed) {
+    writeModel(R"(simflex: 1
+bodies: {block: {mass: 1, inertia: [1, 1, 1]}}
+analyses: {rest: {type: static}}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(out, HasSubstr("'block' is free to move: nothing holds it\n"));
+}
+
 }  // namespace
 }  // namespace simflex
