@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -222,6 +223,7 @@ LineEditor::Outcome LineEditor::readLine(std::string& line) {
     const char* text = el_gets(_impl->editor, &length);
     if (wasInterrupted()) {
         el_reset(_impl->editor);
+        tcflush(STDIN_FILENO, TCIFLUSH);  // what was typed before libedit listened
         std::puts("^C");
         return Outcome::Interrupted;
     }
