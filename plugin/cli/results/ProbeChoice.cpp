@@ -71,6 +71,9 @@ const ResultData::Analysis& chooseAnalysis(const ResultData& results, const std:
 
 std::vector<std::string> makeFileLabels(const std::vector<std::string>& paths) {
     std::vector<std::string> labels;
+    std::set<std::string> stems;
+    for (const std::string& path : paths) stems.insert(std::filesystem::path(path).stem().string());
+    const bool isFolderEnough = paths.size() > 1 && stems.size() == 1;
     for (int folders = 0; folders < 5; ++folders) {
         labels.clear();
         for (const std::string& path : paths) {
@@ -78,7 +81,8 @@ std::vector<std::string> makeFileLabels(const std::vector<std::string>& paths) {
             std::string label = rest.stem().string();
             for (int k = 0; k < folders && rest.has_parent_path(); ++k) {
                 rest = rest.parent_path();
-                label = rest.filename().string() + "/" + label;
+                const bool isAlone = isFolderEnough && k == 0;
+                label = rest.filename().string() + (isAlone ? "" : "/" + label);
             }
             labels.push_back(label);
         }
