@@ -219,6 +219,7 @@ LineEditor::Outcome LineEditor::readLine(std::string& line) {
     forgetInterrupts();
     const TerminalSignals signals;
     el_resize(_impl->editor);
+    el_set(_impl->editor, EL_PREP_TERM, 1);  // before the prompt invites to type
     int length = 0;
     const char* text = el_gets(_impl->editor, &length);
     if (wasInterrupted()) {
