@@ -17,6 +17,13 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
 void addInfoCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addModesCommand(CLI::App& app);
+void addRunCommand(CLI::App& app);
+void addSchemaCommand(CLI::App& app);
+void addKeysCommand(CLI::App& app);
+void addPlotCommand(CLI::App& app);
+void addCompareCommand(CLI::App& app);
+void addSweepCommand(CLI::App& app);
+void addShellCommand(CLI::App& app);
 
 }  // namespace cli
 }  // namespace simflex

@@ -3,6 +3,8 @@ The whole program, for either way of running it. **/
 
 #include "simflex/cli/Program.h"
 
+#include <hdf5.h>
+
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -26,10 +28,22 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addInfoCommand(app);
     addModesCommand(app);
     addExportCommand(app);
+    addRunCommand(app);
+    addShellCommand(app);
+    addSchemaCommand(app);
+    addKeysCommand(app);
+    addPlotCommand(app);
+    addCompareCommand(app);
+    addSweepCommand(app);
     catchInterrupts();
+    // A file that could not be written (disk full) cannot be closed; at exit HDF5 would crash over
+    // it.
+    H5dont_atexit();
     try {
         app.parse(argc, argv);
         return 0;
+    } catch (const CLI::RuntimeError& error) {  // said already what is wrong
+        return error.get_exit_code();
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return app.exit(error);
         std::fprintf(stderr, "simflex: %s (see simflex --help)\n", error.what());

@@ -13,6 +13,7 @@ namespace {
 
 volatile sig_atomic_t interrupted = 0;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
+constexpr auto kNextLine = std::chrono::seconds(10);  // where there is no terminal
 constexpr double kFirstGuess = 0.03;  // part done before the time left means anything
 constexpr int kBarWidth = 28;
 
@@ -28,10 +29,16 @@ void catchInterrupts() {
     action.sa_flags = int(SA_RESETHAND);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
 }
 
 bool wasInterrupted() {
     return interrupted != 0;
+}
+
+void forgetInterrupts() {
+    interrupted = 0;
+    catchInterrupts();
 }
 
 ProgressBar::ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases)
@@ -51,16 +58,25 @@ void ProgressBar::clear() {
     _onLine = false;
 }
 
-bool ProgressBar::show(const std::string& phase, double fraction) {
+bool ProgressBar::show(const std::string& phase, double fraction,
+                       const std::function<std::string()>& describe) {
     if (wasInterrupted()) return false;
     if (_quiet) return true;
     const bool isNew = phase != _phase;
     if (isNew) {
         _phase = phase;
-        if (!_terminal)
+        if (!_terminal) {
             std::fprintf(stderr, "%7.1f s  %s\n", secondsSince(_started), phase.c_str());
+            _drawn = Clock::now();
+        }
     }
-    if (_terminal && (isNew || Clock::now() - _drawn > kRedraw)) draw(fraction);
+    if (_terminal && (isNew || Clock::now() - _drawn > kRedraw))
+        draw(fraction, describe ? describe() : "");
+    if (!_terminal && describe && Clock::now() - _drawn > kNextLine) {
+        std::fprintf(stderr, "%7.1f s  %s: %.0f %%, %s\n", secondsSince(_started), phase.c_str(),
+                     100 * fraction, describe().c_str());
+        _drawn = Clock::now();
+    }
     return true;
 }
 
@@ -79,16 +95,26 @@ double ProgressBar::calcDone(double fraction) const {
     return reached ? before / whole : 0;
 }
 
-void ProgressBar::draw(double fraction) {
+void ProgressBar::draw(double fraction, const std::string& status) {
     _drawn = Clock::now();
     const double elapsed = secondsSince(_started), done = calcDone(fraction);
     const int filled = int(done * kBarWidth);
-    const std::string bar =
-        std::string(size_t(filled), '=') + std::string(size_t(kBarWidth - filled), ' ');
-    char left[40] = "";
-    if (done > kFirstGuess)
-        std::snprintf(left, sizeof left, ", %.0f s left", elapsed * (1 - done) / done);
-    std::fprintf(stderr, "\r\033[K[%s] %s, %.1f s%s", bar.c_str(), _phase.c_str(), elapsed, left);
+    std::string line = "[" + std::string(size_t(filled), '=') +
+                       std::string(size_t(kBarWidth - filled), ' ') + "] " + _phase;
+    char text[40];
+    std::snprintf(text, sizeof text, ", %.1f s", elapsed);
+    line += text;
+    if (done > kFirstGuess) {
+        std::snprintf(text, sizeof text, ", %.0f s left", elapsed * (1 - done) / done);
+        line += text;
+    }
+    if (!status.empty()) line += ", " + status;
+    // A line that wraps could not be taken back.
+    winsize size{};
+    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 &&
+        line.size() > size_t(size.ws_col - 1))
+        line.resize(size_t(size.ws_col - 1));
+    std::fprintf(stderr, "\r\033[K%s", line.c_str());
     std::fflush(stderr);
     _onLine = true;
 }

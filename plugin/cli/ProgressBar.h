@@ -4,6 +4,7 @@ Progress on standard error: a bar with the time left on a terminal, plain lines 
 Ctrl-C as the wish to stop. **/
 
 #include <chrono>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,8 +19,10 @@ public:
     ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases);
     ~ProgressBar();
 
-    /** Shows where the work is. @returns false once Ctrl-C was pressed. **/
-    bool show(const std::string& phase, double fraction);
+    /** Shows where the work is. @returns false once Ctrl-C was pressed.
+    @param describe  makes more text for the line; called only when it is drawn **/
+    bool show(const std::string& phase, double fraction,
+              const std::function<std::string()>& describe = {});
 
     /** Takes the bar off the line, so that other text can be written. **/
     void clear();
@@ -29,7 +32,7 @@ private:
 
     /** Part of the whole that is done, 0…1. **/
     double calcDone(double fraction) const;
-    void draw(double fraction);
+    void draw(double fraction, const std::string& status);
 
     bool _quiet, _terminal;
     std::vector<std::pair<std::string, double>> _phases;
@@ -43,6 +46,9 @@ Ctrl-C ends it. **/
 void catchInterrupts();
 
 bool wasInterrupted();
+
+/** Forgets a Ctrl-C and catches the next one. **/
+void forgetInterrupts();
 
 }  // namespace cli
 }  // namespace simflex

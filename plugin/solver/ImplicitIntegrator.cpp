@@ -99,6 +99,10 @@ void ImplicitIntegrator::setNewtonSystemObserver(
     m_impl->observer = std::move(observer);
 }
 
+void ImplicitIntegrator::setStepObserver(std::function<bool(Real time)> observer) {
+    m_impl->stepObserver = std::move(observer);
+}
+
 void ImplicitIntegrator::initialize(const SimTK::State& state) {
     m_impl->initialize(state);
 }
@@ -155,6 +159,9 @@ Real ImplicitIntegrator::getLastStepSize() const {
 }
 int ImplicitIntegrator::getLastOrder() const {
     return m_impl->lastOrder;
+}
+std::string ImplicitIntegrator::getErrorSource() const {
+    return m_impl->getErrorSource();
 }
 Real ImplicitIntegrator::getWork() const {
     return m_impl->getWork();

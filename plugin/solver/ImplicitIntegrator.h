@@ -87,7 +87,8 @@ public:
         int maxIterations = 8;
     };
 
-    enum class StepStatus { ReachedTime, ReachedFinalTime, Terminated };
+    /** Interrupted: setStepObserver()'s function said so. **/
+    enum class StepStatus { ReachedTime, ReachedFinalTime, Terminated, Interrupted };
 
     virtual ~ImplicitIntegrator();
     ImplicitIntegrator(ImplicitIntegrator&&) noexcept;
@@ -133,6 +134,10 @@ public:
     void addForceJacobian(const std::vector<SimTK::MobilizedBodyIndex>& bodies);
     /** Called with every Newton system just before it is solved; for tests and benchmarks. **/
     void setNewtonSystemObserver(std::function<void(const NewtonSystem&)> observer);
+    /** Called after every internal step with the time that it has reached, maybe beyond that of
+    getState(). If it returns false, stepTo() returns at once: getState() stays where it was, and a
+    later stepTo() goes on as if nothing had been. **/
+    void setStepObserver(std::function<bool(SimTK::Real time)> observer);
     /**@}**/
 
     /** Takes the State over: handles the Initialization event, assembles the joints by least
@@ -187,6 +192,9 @@ public:
     SimTK::Vector getMultipliers(const SimTK::Constraint& constraint) const;
     SimTK::Real getLastStepSize() const;
     int getLastOrder() const;
+    /** The body whose error was largest in the last step, and so limits the steps; empty before the
+    first. **/
+    std::string getErrorSource() const;
     /** Work since initialize() of loads and dampers in simflex/forces, prescribed motions of
     joints, Motions, locked speeds and Simbody's working constraints [J]. Gravity, elasticity and
     springs are potential energy; Simbody's other force elements are not counted. Integrated along

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "simflex/solver/FailureDiagnosis.h"
 #include "simflex/solver/TriggerSearch.h"
@@ -307,9 +308,10 @@ double ImplicitIntegrator::Implementation::calcError(int order) {
     for (size_t i = 0; i < m_errorZ.size(); ++i)
         m_errorZ[i] = factors.u * (m_new.z[i] - m_errorZ[i]);
     m_equations->clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
-    return std::max(m_equations->calcErrorDisplacement(m_errorQ.data(), m_errorU.data(),
-                                                       m_new.t - m_history[0].t),
-                    m_equations->calcZError(m_errorZ.data())) /
+    return std::max(
+               m_equations->calcErrorDisplacement(m_errorQ.data(), m_errorU.data(),
+                                                  m_new.t - m_history[0].t, &m_worstErrorBlock),
+               m_equations->calcZError(m_errorZ.data())) /
            accuracy;
 }
 
@@ -322,7 +324,8 @@ double ImplicitIntegrator::Implementation::calcFirstError() {
     for (size_t i = 0; i < m_errorZ.size(); ++i)
         m_errorZ[i] = factor * (m_new.zDot[i] - last.zDot[i]);
     m_equations->clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
-    return std::max(m_equations->calcErrorDisplacement(m_errorQ.data(), m_errorU.data(), h),
+    return std::max(m_equations->calcErrorDisplacement(m_errorQ.data(), m_errorU.data(), h,
+                                                       &m_worstErrorBlock),
                     m_equations->calcZError(m_errorZ.data())) /
            accuracy;
 }
@@ -526,6 +529,12 @@ const State& ImplicitIntegrator::Implementation::getState() const {
     return m_state;
 }
 
+std::string ImplicitIntegrator::Implementation::getErrorSource() const {
+    if (m_worstErrorBlock < 0 || !m_equations || m_worstErrorBlock >= m_equations->numBlocks())
+        return {};
+    return m_equations->getBlock(m_worstErrorBlock).name;
+}
+
 Vector ImplicitIntegrator::Implementation::calcUDot() const {
     return m_equations->calcSimbodyUDot(m_visible.q.data(), m_visible.uDot.data());
 }
@@ -615,6 +624,7 @@ void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
     takeStep(limit);
     m_isTimeAdvancePending = m_events.hasTimeAdvancedEvents();
     if (m_events.hasTriggers()) m_hasTriggered = locateTrigger();
+    if (stepObserver && !stepObserver(m_history[0].t)) m_isInterrupted = true;
 }
 
 ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real goal) {
@@ -626,8 +636,11 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
         statistics.simbodySeconds += secondsSince(eventStart);
         const Real target = std::min({goal, reportTime, eventTime});
         const Real limit = std::min(eventTime, finalTime);
-        while (isLater(m_history[0].t, target) && !m_hasTriggered && !m_isTimeAdvancePending)
+        while (isLater(m_history[0].t, target) && !m_hasTriggered && !m_isTimeAdvancePending &&
+               !m_isInterrupted)
             advanceInternally(limit);
+        // What is shown stays, so that reports and events before the step's end are not missed.
+        if (std::exchange(m_isInterrupted, false)) return StepStatus::Interrupted;
         const double newestTime = m_history[0].t;
         const bool isReached = target <= newestTime || !isLater(newestTime, target);
         const double visible = isReached ? target : newestTime;
@@ -714,6 +727,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepOnce() {
         if (status != StepStatus::ReachedTime) return status;
         if (!isLater(m_visible.t, m_history[0].t))
             advanceInternally(std::min(m_events.calcNextEventTime(getState()), finalTime));
+        m_isInterrupted = false;
         return advance(std::min(finalTime, Real(m_history[0].t)));
     });
 }

@@ -40,6 +40,7 @@ public:
 
     SimTK::Real getTime() const { return m_visible.t; }
     SimTK::Real getWork() const { return m_visible.work; }
+    std::string getErrorSource() const;
     SimTK::Real getConstraintError() const { return m_visible.constraintError; }
 
     const std::string name;
@@ -55,6 +56,7 @@ public:
     BlockForm blockForm = BlockForm::Automatic;
     NewtonTolerances newtonTolerances;
     std::function<void(const NewtonSystem&)> observer;
+    std::function<bool(SimTK::Real)> stepObserver;
     std::vector<ForceSelection> differentiated;
     /**@}**/
 
@@ -154,6 +156,8 @@ private:
     int m_numRedundantAtStart = 0;
     ImplicitStep::Outcome m_outcome;
     std::vector<double> m_errorQ, m_errorU, m_errorZ;
+    int m_worstErrorBlock = -1;
+    bool m_isInterrupted = false;
 };
 
 }  // namespace simflex

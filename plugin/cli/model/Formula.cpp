@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
 #include <limits>
 #include <mutex>
 
@@ -246,6 +246,10 @@ Formula::Formula(const std::string& text, const FormulaScope& scope,
         for (const auto& constant : scope.constants) known.push_back(constant.first);
         for (const auto& table : scope.tables) known.push_back(table.first);
         for (const std::string& function : getFormulaFunctions()) known.push_back(function);
+        const std::vector<std::string> functions = getFormulaFunctions();
+        if (scope.tables.count(word) > 0 ||
+            std::find(functions.begin(), functions.end(), word) != functions.end())
+            throw FormulaError(word + " wants its arguments in parentheses", position);
         const bool isTime = word == "t";
         const std::string proposal = proposeName(word, known);
         throw FormulaError(isTime ? "this number is constant: it cannot depend on the time t"
@@ -299,13 +303,19 @@ double Formula::calc(const double* values) const {
     }
     if (!evaluator) evaluator = makeEvaluator();
     std::copy(values, values + _variables.size(), evaluator->values.begin());
+    const auto giveBack = [&] {
+        const std::lock_guard<std::mutex> lock(_pool->mutex);
+        _pool->idle.push_back(std::move(evaluator));
+    };
     double result = std::numeric_limits<double>::quiet_NaN();
     try {
         result = evaluator->parser.Eval();
     } catch (const mu::ParserError&) {  // of mathematics, as a division by zero
+    } catch (...) {
+        giveBack();
+        throw;
     }
-    const std::lock_guard<std::mutex> lock(_pool->mutex);
-    _pool->idle.push_back(std::move(evaluator));
+    giveBack();
     return result;
 }
 
@@ -325,9 +335,10 @@ bool isFormulaWord(const std::string& name) {
 bool readPlainNumber(const std::string& text, double& value) {
     if (text.empty() || text.size() > 100) return false;
     if (text.find_first_not_of("0123456789+-.eE") != std::string::npos) return false;
-    char* end = nullptr;
-    value = std::strtod(text.c_str(), &end);
-    return *end == '\0' && std::isfinite(value);
+    const char* const end = text.data() + text.size();
+    const char* const begin = text.data() + (text[0] == '+' && text[1] != '-' ? 1 : 0);
+    const std::from_chars_result read = std::from_chars(begin, end, value);  // in any locale
+    return read.ec == std::errc() && read.ptr == end && std::isfinite(value);
 }
 
 }  // namespace cli

@@ -82,8 +82,9 @@ public:
     Attachment findFrame(const std::string& name) const;
     /**@}**/
 
-    /** As placed and with the file's initial values; joints are not assembled yet. Flexible bodies
-    are rigid where they should be. **/
+    /** As placed and with the file's initial values, realized to Stage::Velocity. Joints are
+    assembled only if the file gives initial coordinates or rates of joints. Flexible bodies are
+    rigid where they should be. **/
     SimTK::State makeInitialState() const;
 
 private:

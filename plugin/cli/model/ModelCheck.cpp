@@ -9,9 +9,9 @@ Checks what was read against the schema. **/
 #include <functional>
 #include <stdexcept>
 
-#include "simflex/cli/model/ExpressionFormula.h"
 #include "simflex/cli/model/ModelNode.h"
 #include "simflex/cli/model/NearestName.h"
+#include "simflex/cli/model/ScalarCheck.h"
 #include "simflex/cli/model/SchemaText.h"
 
 namespace simflex {
@@ -24,42 +24,7 @@ using Form = SchemaForm::Kind;
 using Node = ModelValue::Node;
 using NodePointer = std::shared_ptr<const Node>;
 
-const double kWholeTolerance = 1e-9;
-
-bool isNameCharacter(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
-}
-
-/** Letters, digits, '_' and '-', not beginning with a digit or '-'; with dots between if allowed.
- * **/
-bool isName(const std::string& text, bool canHaveDots) {
-    bool isFirst = true;
-    for (char c : text) {
-        if (isFirst && !(std::isalpha(static_cast<unsigned char>(c)) || c == '_')) return false;
-        isFirst = c == '.' && canHaveDots;
-        if (!isFirst && !isNameCharacter(c)) return false;
-    }
-    return !isFirst;
-}
-
-std::string shorten(const std::string& text) {
-    return text.size() > 60 ? text.substr(0, 57) + "..." : text;
-}
-
-std::string describeFound(const YamlTree& tree) {
-    switch (tree.kind) {
-        case YamlTree::Kind::Empty:
-            return "nothing";
-        case YamlTree::Kind::Scalar:
-            return "'" + shorten(tree.scalar) + "'";
-        case YamlTree::Kind::List:
-            return "a list of " + std::to_string(tree.items.size());
-        default:
-            return "a map" + (tree.entries.empty()
-                                  ? std::string()
-                                  : " with '" + shorten(tree.entries[0].key) + "'");
-    }
-}
+const std::size_t kMaxMistakes = 10;  // that are told at once
 
 class Checker {
 public:
@@ -98,141 +63,50 @@ public:
         return node;
     }
 
+    /** The same; tells all mistakes at once. **/
+    NodePointer checkAll(const YamlTree& tree, const std::vector<SchemaForm>& forms,
+                         const SchemaKey* key, const std::string& path, const std::string& name) {
+        NodePointer node;
+        attempt([&] { node = check(tree, forms, key, path, name); });
+        throwMistakes();
+        return node;
+    }
+
 private:
     std::shared_ptr<const ModelFile> _file;
     ModelFile* _newFile = nullptr;  ///< while parameters and tables are read
+    std::vector<PlacedError> _mistakes;
+
+    /** Goes on after a mistake. **/
+    template <class Check>
+    void attempt(const Check& checkPart) {
+        try {
+            checkPart();
+        } catch (const PlacedError& mistake) {
+            _mistakes.push_back(mistake);
+        }
+        if (_mistakes.size() >= kMaxMistakes) throwMistakes();
+    }
+
+    void throwMistakes() {
+        if (_mistakes.empty()) return;
+        std::stable_sort(_mistakes.begin(), _mistakes.end(),
+                         [](const PlacedError& a, const PlacedError& b) {
+                             return std::make_pair(a.place.line, a.place.column) <
+                                    std::make_pair(b.place.line, b.place.column);
+                         });
+        std::string text;
+        for (const PlacedError& mistake : _mistakes)
+            text += (text.empty() ? "" : "\n") + std::string(mistake.what());
+        if (_mistakes.size() >= kMaxMistakes) text += "\nThere may be more mistakes than these.";
+        throw ModelError(text);
+    }
 
     static const SchemaForm* findForm(const YamlTree& tree, const Node& node,
                                       const std::vector<Form>& kinds) {
         for (const SchemaForm& form : *node.forms)
             if (std::find(kinds.begin(), kinds.end(), form.kind) != kinds.end()) return &form;
-        node.fail(
-            "found " + describeFound(tree) + "; expected " + describeForms(*node.forms) +
-            (node.key && !node.key->example.empty() ? ", for example " + node.key->example : ""));
-    }
-
-    // --- Scalars ---
-
-    void checkScalar(const YamlTree& tree, Node& node) {
-        std::vector<const SchemaForm*> scalars;
-        for (const SchemaForm& form : *node.forms)
-            if (form.kind != Form::List && form.kind != Form::Map && form.kind != Form::Entries)
-                scalars.push_back(&form);
-        if (scalars.empty()) findForm(tree, node, {});
-        const bool isOne = scalars.size() == 1;
-        const std::string& text = node.scalar;
-        const bool beginsAsNumber =
-            !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) ||
-                              std::string("+-.(").find(text[0]) != std::string::npos);
-        const SchemaForm* guess = nullptr;
-        for (const SchemaForm* form : scalars) {
-            node.form = form;
-            const bool isNumber = form->kind == Form::Number || form->kind == Form::Integer ||
-                                  form->kind == Form::Function;
-            if (isOne || (isNumber && beginsAsNumber)) {
-                checkScalarForm(tree, node, *form);
-                return;
-            }
-            try {
-                checkScalarForm(tree, node, *form);
-                return;
-            } catch (const ModelError&) {
-                if (form->kind == Form::Choice && !findNearestName(text, form->choices).empty())
-                    guess = form;
-            }
-        }
-        if (guess) checkScalarForm(tree, node, *guess);
-        findForm(tree, node, {});
-    }
-
-    void checkScalarForm(const YamlTree& tree, Node& node, const SchemaForm& form) const {
-        const std::string& text = node.scalar;
-        switch (form.kind) {
-            case Form::Number:
-            case Form::Integer:
-            case Form::Function:
-                checkNumber(node, form);
-                break;
-            case Form::Bool:
-                if (tree.isQuoted || (text != "true" && text != "false"))
-                    node.fail("found '" + shorten(text) + "'; write true or false");
-                break;
-            case Form::Name:
-                if (!isName(text, true))
-                    node.fail("'" + shorten(text) + "' is no name: expected " + form.title +
-                              " (letters, digits, _ and -)");
-                break;
-            case Form::Choice:
-                if (std::find(form.choices.begin(), form.choices.end(), text) ==
-                    form.choices.end()) {
-                    const std::string nearest = findNearestName(text, form.choices);
-                    node.fail("'" + shorten(text) +
-                              "' is none of the choices: " + joinNames(form.choices) +
-                              (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
-                }
-                break;
-            case Form::File:
-                if (text.empty()) node.fail("the name of a file is missing");
-                break;
-            case Form::Output:
-                checkOutput(node);
-                break;
-            default:
-                break;
-        }
-    }
-
-    /** A model file writes only where it is run. **/
-    static void checkOutput(const Node& node) {
-        const std::filesystem::path path(node.scalar);
-        bool climbs = path.empty() || path.is_absolute() || node.scalar[0] == '~';
-        for (const auto& part : path) climbs = climbs || part == "..";
-        if (climbs)
-            node.fail("'" + shorten(node.scalar) +
-                      "' must be a relative path without '..': model files write only below the "
-                      "current folder (the command line may name any other)");
-    }
-
-    void checkNumber(Node& node, const SchemaForm& form) const {
-        const std::string& text = node.scalar;
-        std::string plain = text;
-        std::transform(plain.begin(), plain.end(), plain.begin(),
-                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-        if (!plain.empty() && (plain[0] == '-' || plain[0] == '+')) plain.erase(0, 1);
-        if (plain == ".nan" || plain == ".inf" || plain == "nan" || plain == "inf" ||
-            plain == "infinity")
-            node.fail("'" + shorten(text) + "' is not finite");
-        const bool canMove = form.kind == Form::Function;
-        try {
-            if (canMove) {
-                node.expression = Expression(std::make_shared<Expression::Formula>(
-                    text, _file->scope, node.place.getText() + ": " + node.path));
-            } else {
-                double value = 0;
-                if (!readPlainNumber(text, value)) {
-                    const Formula formula(text, _file->scope, {});
-                    const double none = 0;
-                    value = formula.calc(&none);
-                    if (!std::isfinite(value))
-                        throw FormulaError("'" + shorten(text) + "' has no finite value", 0);
-                }
-                node.expression = Expression(value);
-            }
-        } catch (const FormulaError& error) {
-            node.failAt(error.position, error.what());
-        } catch (const std::domain_error& error) {
-            node.fail(error.what());
-        }
-        if (canMove) return;
-        const double value = node.expression.calcValue(0);
-        const std::string found =
-            writeNumber(value) + (text == writeNumber(value) ? "" : " ('" + shorten(text) + "')");
-        if (form.kind == Form::Integer && std::fabs(value - std::round(value)) > kWholeTolerance)
-            node.fail("found " + found + "; expected a whole number");
-        if (value < form.minimum || value > form.maximum || (form.isOpen && value <= form.minimum))
-            node.fail("found " + found + "; allowed is " + describeRange(form));
-        if (form.kind == Form::Integer && std::fabs(value) > 2147483647.0)
-            node.fail("found " + found + ", which is too large");
+        failForm(tree, node);
     }
 
     // --- Lists ---
@@ -255,7 +129,10 @@ private:
             const YamlTree& item = tree.items[static_cast<std::size_t>(i)];
             if (item.kind == YamlTree::Kind::Empty)
                 node.fail("value " + index + " of the list (from 0) is empty");
-            node.items.push_back(check(item, form.items, nullptr, node.path + "." + index, index));
+            attempt([&] {
+                node.items.push_back(
+                    check(item, form.items, nullptr, node.path + "." + index, index));
+            });
         }
     }
 
@@ -263,8 +140,6 @@ private:
 
     void checkMap(const YamlTree& tree, Node& node) {
         const SchemaForm& form = *node.form;
-        for (const YamlTree::Entry& entry : tree.entries)
-            if (!findSchemaKey(form, entry.key)) failUnknownKey(node, entry);
         // parameters and tables come first, since formulas name them
         if (node.path.empty() && _newFile) {
             for (const char* name : {"parameters", "tables"})
@@ -272,23 +147,32 @@ private:
                     check(*child, findSchemaKey(form, name)->forms, findSchemaKey(form, name), name,
                           name);
             _newFile = nullptr;
+            throwMistakes();  // or formulas would miss what is wrong here
         }
+        bool isKnown = true;
         for (const YamlTree::Entry& entry : tree.entries) {
-            const SchemaKey* key = findSchemaKey(form, entry.key);
-            const std::string path = (node.path.empty() ? "" : node.path + ".") + entry.key;
-            if (!isGiven(entry.value)) {
-                const bool canBeEmpty =
-                    std::any_of(key->forms.begin(), key->forms.end(), [](const SchemaForm& f) {
-                        return f.kind == Form::Map || f.kind == Form::Entries;
-                    });
-                if (canBeEmpty) continue;
-                throw ModelError(entry.place.getText() + ": " + path + ": the value is missing" +
-                                 (key->example.empty() ? "" : ", for example " + key->example));
-            }
+            isKnown = isKnown && findSchemaKey(form, entry.key);
+            attempt([&] { checkKey(entry, node); });
+        }
+        if (isKnown) attempt([&] { checkTogether(tree, node); });
+    }
+
+    void checkKey(const YamlTree::Entry& entry, Node& node) {
+        const SchemaKey* key = findSchemaKey(*node.form, entry.key);
+        if (!key) failUnknownKey(node, entry);
+        const std::string path = (node.path.empty() ? "" : node.path + ".") + entry.key;
+        if (isGiven(entry.value)) {
             node.entries.emplace_back(entry.key,
                                       check(entry.value, key->forms, key, path, entry.key));
+            return;
         }
-        checkTogether(tree, node);
+        const bool canBeEmpty = std::any_of(
+            key->forms.begin(), key->forms.end(),
+            [](const SchemaForm& f) { return f.kind == Form::Map || f.kind == Form::Entries; });
+        if (!canBeEmpty)
+            throw PlacedError(entry.place,
+                              path + ": the value is missing" +
+                                  (key->example.empty() ? "" : ", for example " + key->example));
     }
 
     static bool isGiven(const YamlTree& tree) { return tree.kind != YamlTree::Kind::Empty; }
@@ -296,10 +180,14 @@ private:
     /** Which keys go together. **/
     static void checkTogether(const YamlTree& tree, const Node& node) {
         const SchemaForm& form = *node.form;
-        const auto has = [&](const std::string& name) { return node.find(name) != nullptr; };
+        const auto has = [&](const std::string& name) {
+            const YamlTree* value = tree.find(name);
+            return value && isGiven(*value);
+        };
         std::string type;
         if (const SchemaKey* typeKey = findSchemaKey(form, "type")) {
             const NodePointer given = node.find("type");
+            if (!given && has("type")) return;  // which is wrong
             if (!given && typeKey->isRequired)
                 node.fail("'type' is missing; it is one of " +
                           joinNames(typeKey->forms[0].choices));
@@ -328,8 +216,8 @@ private:
             const auto fail = [&](const std::string& message) {
                 for (const YamlTree::Entry& entry : tree.entries)
                     if (entry.key == key.name)
-                        throw ModelError(entry.place.getText() + ": " + node.find(key.name)->path +
-                                         ": " + message);
+                        throw PlacedError(entry.place, (node.path.empty() ? "" : node.path + ".") +
+                                                           key.name + ": " + message);
                 throw std::logic_error("a key has no place");
             };
             if (!applies)
@@ -357,42 +245,43 @@ private:
             proposal =
                 findNearestName(entry.key, known).empty() ? hint : proposal + " (" + hint + ")";
         }
-        throw ModelError(entry.place.getText() + ": " +
-                         (node.path.empty() ? "" : node.path + ": ") + "unknown key '" +
-                         shorten(entry.key) + "'" + (proposal.empty() ? "" : "; " + proposal));
+        throw PlacedError(entry.place, (node.path.empty() ? "" : node.path + ": ") +
+                                           "unknown key '" + shorten(entry.key) + "'" +
+                                           (proposal.empty() ? "" : "; " + proposal));
     }
 
     // --- Entries ---
 
     void checkEntries(const YamlTree& tree, Node& node) {
+        for (const YamlTree::Entry& entry : tree.entries) attempt([&] { checkEntry(entry, node); });
+    }
+
+    void checkEntry(const YamlTree::Entry& entry, Node& node) {
         const SchemaForm& form = *node.form;
-        for (const YamlTree::Entry& entry : tree.entries) {
-            const std::string path = node.path + "." + entry.key;
-            checkEntryName(form, entry, path);
-            YamlTree value = entry.value;
-            if (!isGiven(value)) {
-                const bool canBeEmpty =
-                    std::any_of(form.items.begin(), form.items.end(),
-                                [](const SchemaForm& f) { return f.kind == Form::Map; });
-                if (!canBeEmpty)
-                    throw ModelError(entry.place.getText() + ": " + path +
-                                     ": the value is missing");
-                value.kind = YamlTree::Kind::Map;
-                value.place = entry.place;
-            }
-            const NodePointer child = check(value, form.items, nullptr, path, entry.key);
-            node.entries.emplace_back(entry.key, child);
-            if (!_newFile) continue;
-            if (node.path == "parameters")
-                _newFile->scope.constants[entry.key] = child->expression.calcValue(0);
-            if (node.path == "tables") _newFile->scope.tables[entry.key] = makeTable(child);
-        }
+        const std::string path = node.path + "." + entry.key;
+        checkEntryName(form, entry, path);
+        YamlTree nothing;
+        nothing.kind = YamlTree::Kind::Map;
+        nothing.place = entry.place;
+        const bool canBeEmpty =
+            std::any_of(form.items.begin(), form.items.end(),
+                        [](const SchemaForm& f) { return f.kind == Form::Map; });
+        if (!isGiven(entry.value) && !canBeEmpty)
+            throw PlacedError(entry.place, path + ": the value is missing");
+        const std::size_t numMistakes = _mistakes.size();
+        const NodePointer child = check(isGiven(entry.value) ? entry.value : nothing, form.items,
+                                        nullptr, path, entry.key);
+        node.entries.emplace_back(entry.key, child);
+        if (!_newFile || _mistakes.size() > numMistakes) return;
+        if (node.path == "parameters")
+            _newFile->scope.constants[entry.key] = child->expression.calcValue(0);
+        if (node.path == "tables") _newFile->scope.tables[entry.key] = makeTable(child);
     }
 
     static void checkEntryName(const SchemaForm& form, const YamlTree::Entry& entry,
                                const std::string& path) {
         const auto fail = [&](const std::string& message) {
-            throw ModelError(entry.place.getText() + ": " + path + ": " + message);
+            throw PlacedError(entry.place, path + ": " + message);
         };
         const std::string name = "'" + shorten(entry.key) + "'";
         if (form.hasNumbers) {
@@ -460,25 +349,25 @@ NodePointer ModelValue::Node::find(const std::string& wanted) const {
 }
 
 void ModelValue::Node::fail(const std::string& message) const {
-    throw ModelError(place.getText() + ": " + (path.empty() ? "" : path + ": ") + message);
+    throw PlacedError(place, (path.empty() ? "" : path + ": ") + message);
 }
 
 void ModelValue::Node::failAt(int position, const std::string& message) const {
     YamlPlace there = place;
     const bool isOneLine = scalar.find('\n') == std::string::npos;
     if (isPlainText && isOneLine && there.line > 0) there.column += position;
-    throw ModelError(there.getText() + ": " + path + ": " + message);
+    throw PlacedError(there, path + ": " + message);
 }
 
 NodePointer checkModelValue(const std::shared_ptr<const ModelFile>& file, const YamlTree& tree,
                             const std::vector<SchemaForm>& forms, const SchemaKey* key,
                             const std::string& path, const std::string& name) {
-    return Checker(file).check(tree, forms, key, path, name);
+    return Checker(file).checkAll(tree, forms, key, path, name);
 }
 
 NodePointer checkModel(const std::shared_ptr<ModelFile>& file, const YamlTree& tree) {
     static const std::vector<SchemaForm> forms{getModelSchema()};
-    return Checker(file).check(tree, forms, nullptr, "", "");
+    return Checker(file).checkAll(tree, forms, nullptr, "", "");
 }
 
 }  // namespace cli

@@ -21,6 +21,14 @@ struct ModelFile {
     FormulaScope scope;
 };
 
+/** A mistake at a place of a file. **/
+class PlacedError : public ModelError {
+public:
+    PlacedError(const YamlPlace& where, const std::string& message)
+        : ModelError(where.getText() + ": " + message), place(where) {}
+    YamlPlace place;
+};
+
 struct ModelValue::Node {
     std::shared_ptr<const ModelFile> file;
     Kind kind = Kind::Missing;
@@ -40,7 +48,7 @@ struct ModelValue::Node {
     [[noreturn]] void failAt(int position, const std::string& message) const;
 };
 
-/** Checks `tree` against `forms`. **/
+/** Checks `tree` against `forms`. @throws ModelError with up to ten mistakes, one a line. **/
 std::shared_ptr<const ModelValue::Node> checkModelValue(
     const std::shared_ptr<const ModelFile>& file, const YamlTree& tree,
     const std::vector<SchemaForm>& forms, const SchemaKey* key, const std::string& path,

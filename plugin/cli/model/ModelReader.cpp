@@ -1,12 +1,13 @@
 #include "simflex/cli/model/ModelReader.h"
 
-#include <cmath>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
 #include "simflex/cli/model/ModelNode.h"
+#include "simflex/cli/model/NearestName.h"
 
 namespace simflex {
 namespace cli {
@@ -39,6 +40,21 @@ void checkFormat(const YamlTree& tree, const std::string& path) {
                          std::to_string(kFormat));
 }
 
+/** A setting changes parameters that are there: others would change nothing. **/
+void checkSetting(const YamlTree& tree, const std::string& setting) {
+    const std::string group = "parameters.";
+    if (setting.compare(0, group.size(), group) != 0) return;
+    const std::string name =
+        setting.substr(group.size(), setting.find_first_of(".=", group.size()) - group.size());
+    std::vector<std::string> known;
+    if (const YamlTree* parameters = tree.find("parameters"))
+        for (const YamlTree::Entry& entry : parameters->entries) known.push_back(entry.key);
+    if (std::find(known.begin(), known.end(), name) != known.end()) return;
+    const std::string proposal = proposeName(name, known);
+    throw ModelError("setting '" + setting + "': the model has no parameter '" + name + "'" +
+                     (proposal.empty() ? "" : "; " + proposal));
+}
+
 }  // namespace
 
 ModelText loadModelText(const std::string& path, const std::vector<std::string>& settings) {
@@ -62,7 +78,10 @@ ModelText loadModelText(const std::string& path, const std::vector<std::string>&
 ModelValue readModel(const ModelText& text) {
     YamlTree tree = parseYaml(text.text, text.path);
     checkFormat(tree, text.path);
-    for (const std::string& setting : text.settings) applySetting(tree, setting);
+    for (const std::string& setting : text.settings) {
+        checkSetting(tree, setting);
+        applySetting(tree, setting);
+    }
     checkFormat(tree, text.path);
     auto file = std::make_shared<ModelFile>();
     file->path = text.path;

@@ -82,10 +82,9 @@ SchemaForm part() {
                 "Material by name, or its constants.")
                 .with({"geometry"})
                 .such("aluminium"),
-            SchemaKey("mesh_size", {positive()}, "Size of the elements.")
-                .in("m")
+            SchemaKey("mesh_size", {positive()}, "Size of the elements, in the geometry's unit.")
                 .with({"geometry"})
-                .orElseNote("a twentieth of the part's size")
+                .orElseNote("Gmsh's own choice")
                 .such("0.002"),
             SchemaKey("order", {integer(1, 2)}, "Order of the elements.")
                 .with({"geometry"})
@@ -103,33 +102,37 @@ SchemaForm part() {
                 .with(sources)
                 .orElse("m-kg-s")
                 .such("mm-t-s"),
-            SchemaKey("interfaces",
-                      {entries("interfaces",
-                               {text(), list({number()}),
-                                map("an interface",
-                                    {
-                                        SchemaKey("nodes", {text(), list({integer(0)})},
-                                                  "Node set, physical group, or node numbers.")
-                                            .required()
-                                            .such("BIG_END"),
-                                        SchemaKey("tie", {choice({"rigid", "distributing"})},
-                                                  "How the nodes follow the interface's frame.")
-                                            .orElse("rigid")
-                                            .such("distributing"),
-                                        SchemaKey("master", {vec3()},
-                                                  "Origin of the frame, in the part's coordinates.")
-                                            .in("m")
-                                            .orElseNote("the centre of the nodes")
-                                            .such("[0, 0, 0.1]"),
-                                    })})},
-                      "Names of the attachment frames and the nodes that each holds.")
+            SchemaKey(
+                "interfaces",
+                {entries(
+                    "interfaces",
+                    {text(),
+                     map("an interface",
+                         {
+                             SchemaKey("nodes", {text()},
+                                       "Node set, physical group, or shape such as sphere:x,y,z,r.")
+                                 .required()
+                                 .such("BIG_END"),
+                             SchemaKey("tie", {choice({"rigid", "distributing"})},
+                                       "How the nodes follow the interface's frame.")
+                                 .orElse("rigid")
+                                 .such("distributing"),
+                             SchemaKey("master", {vec3()},
+                                       "Origin of the frame, in the part's coordinates.")
+                                 .in("m")
+                                 .orElseNote("the centre of the nodes")
+                                 .such("[0, 0, 0.1]"),
+                         })})},
+                "Names of the attachment frames and the nodes that each holds.")
                 .with(sources)
                 .such("{big_end: BIG_END}"),
-            SchemaKey("modes", {integer(0, 10000)}, "Number of modes with the interfaces held.")
+            SchemaKey(
+                "modes", {integer(1, 10000)},
+                "Craig-Bampton modes, 6 for each interface among them; the part keeps 6 fewer.")
                 .with(sources)
                 .without({"up_to"})
-                .orElse("20")
-                .such("50"),
+                .orElse("50")
+                .such("80"),
             SchemaKey("up_to", {positive()}, "Keeps the modes up to this frequency.")
                 .in("Hz")
                 .with(sources)

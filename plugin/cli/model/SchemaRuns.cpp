@@ -17,11 +17,15 @@ SchemaForm solver() {
                 .orElse("bdf")
                 .such("generalized_alpha"),
             SchemaKey("accuracy", {positive()},
-                      "Error allowed in a step, relative to each quantity's size.")
-                .orElse("1e-4")
-                .such("1e-6"),
+                      "Local error allowed in a step, as a displacement anywhere "
+                      "on a body.")
+                .in("m")
+                .orElse("1e-6")
+                .such("1e-5"),
             SchemaKey("constraint_tolerance", {positive()}, "Error allowed in the joints.")
-                .such("1e-10"),
+                .in("m, rad")
+                .orElse("1e-10")
+                .such("1e-9"),
             SchemaKey("formulation", {choice({"stabilized_index2", "index3"})},
                       "Form of the equations of motion.")
                 .orElse("stabilized_index2")
@@ -81,13 +85,13 @@ SchemaForm analysis() {
                 .only({"transient"})
                 .orElseNote("a 200th of the duration")
                 .such("1e-3"),
-            SchemaKey("from", {name("start, or an analysis")},
+            SchemaKey("from", {choice({"start"}), name("an analysis")},
                       "Where it begins: start, or the end of an earlier "
                       "static or transient analysis.")
                 .only({"transient", "static"})
                 .orElse("start")
                 .such("rest"),
-            SchemaKey("about", {name("placed, static, or an analysis")},
+            SchemaKey("about", {choice({"placed", "static"}), name("an analysis")},
                       "State whose small vibrations are found: placed, "
                       "static (equilibrium), or the end of an earlier analysis.")
                 .only({"eigen"})
@@ -124,7 +128,7 @@ SchemaForm analysis() {
                 .such("{speed: [50, 100], length: {from: 0.1, to: 0.2, count: 5}}"),
             SchemaKey("combine", {choice({"grid", "list"})},
                       "All combinations of the values, or first with first, "
-                      "second with second …")
+                      "second with second.")
                 .only({"sweep"})
                 .orElse("grid")
                 .such("list"),
@@ -364,8 +368,12 @@ SchemaForm pictures() {
                 .in("m")
                 .with({"look_at"})
                 .such("[1, 1, 1]"),
-            SchemaKey("look_at", {vec3()}, "Point that it looks at.").in("m").such("[0, 0, 0]"),
+            SchemaKey("look_at", {vec3()}, "Point that it looks at.")
+                .with({"position"})
+                .in("m")
+                .such("[0, 0, 0]"),
             SchemaKey("up", direction, "Direction that is up in the picture.")
+                .with({"position"})
                 .orElseNote("up of the pictures")
                 .such("z"),
             SchemaKey("follow", frame(), "Frame that the camera moves with.").such("slider"),
@@ -373,14 +381,13 @@ SchemaForm pictures() {
                 .in("rad/s of simulated time")
                 .orElse("0")
                 .such("0.5"),
-            SchemaKey("perspective", {number(1e-3, 3.1)}, "Perspective, with this field of view.")
+            SchemaKey("perspective", {number(1e-3, 3.1)},
+                      "Perspective, with this vertical field of view.")
                 .in("rad")
                 .without({"orthographic"})
-                .orElse("40*deg")
+                .orElseNote("30*deg, with a position 45*deg")
                 .such("50*deg"),
-            SchemaKey("orthographic", {positive()}, "Parallel view of this height.")
-                .in("m")
-                .such("0.5"),
+            SchemaKey("orthographic", {boolean()}, "Parallel view.").orElse("false").such("true"),
             SchemaKey("inset", {list({number(0, 1)}, {4})},
                       "Place in the picture: [left, top, width, height] as "
                       "fractions.")
@@ -413,15 +420,12 @@ SchemaForm pictures() {
             SchemaKey("video", {output("a video file"), list({output("a video file")})},
                       "Videos: .mp4, .gif or .webp.")
                 .such("run.mp4"),
-            SchemaKey("format", {choice({"png", "jpg", "webp"})}, "Format of single pictures.")
-                .orElse("png")
-                .such("jpg"),
-            SchemaKey(
-                "contour",
-                {choice({"none", "displacement", "von_mises", "signed_von_mises", "principal_1",
-                         "principal_2", "principal_3", "xx", "yy", "zz", "xy", "yz", "zx"})},
-                "What colors flexible bodies.")
-                .orElse("none")
+            SchemaKey("contour",
+                      {choice({"none", "displacement", "displacement_x", "displacement_y",
+                               "displacement_z", "speed", "strain_energy", "von_mises",
+                               "signed_von_mises", "principal_1", "principal_3"})},
+                      "What colors flexible bodies.")
+                .orElse("displacement")
                 .such("von_mises"),
             SchemaKey("range", {choice({"run", "frame"}), list({number()}, {2})},
                       "Range of the colors: of the whole run, of "

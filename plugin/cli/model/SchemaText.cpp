@@ -52,11 +52,11 @@ std::string describeForm(const SchemaForm& form) {
         return text + (range.empty() ? "" : " " + range);
     }
     if (form.kind == Kind::List && text == "a list") {
-        text = "a list of ";
+        text = "a list";
         std::string sizes;
         for (int size : form.sizes) sizes += (sizes.empty() ? "" : " or ") + std::to_string(size);
-        if (!sizes.empty()) text += sizes + ": ";
-        return text + describeForms(form.items);
+        if (!sizes.empty()) text += " of " + sizes;
+        return text + ", each " + describeForms(form.items);
     }
     if (form.kind == Kind::Map && !form.oneOf.empty() && form.oneOf.size() < 6)
         return text + " {" + joinNames(form.oneOf, ": … | ") + ": …}";

@@ -1,9 +1,9 @@
 #include "simflex/cli/model/Table.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <stdexcept>
 
@@ -140,15 +140,17 @@ void readTableFile(const std::string& path, int columnX, int columnY, std::vecto
         std::vector<double> values;
         bool isText = false;
         const char* at = line.c_str() + begin;
-        while (*at) {
-            char* end = nullptr;
-            const double value = std::strtod(at, &end);
-            if (end == at || !std::isfinite(value)) {
+        const char* const lineEnd = line.c_str() + line.size();
+        while (at < lineEnd) {
+            double value = 0;
+            const char* const first = at[0] == '+' && at[1] != '-' ? at + 1 : at;
+            const std::from_chars_result read = std::from_chars(first, lineEnd, value);
+            if (read.ec != std::errc() || !std::isfinite(value)) {
                 isText = true;
                 break;
             }
             values.push_back(value);
-            at = end;
+            at = read.ptr;
             while (*at == ' ' || *at == '\t' || *at == '\r') ++at;
             if (*at == ',' || *at == ';') ++at;
             while (*at == ' ' || *at == '\t' || *at == '\r') ++at;

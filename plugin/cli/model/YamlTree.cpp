@@ -1,11 +1,14 @@
 #include "simflex/cli/model/YamlTree.h"
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
+#include <map>
 #include <set>
+#include <sstream>
 
 #include "simflex/cli/model/ModelError.h"
 
@@ -15,112 +18,223 @@ namespace cli {
 namespace {
 
 const std::size_t kMaxBytes = 16000000;
-const int kMaxValues = 500000;
+const int kMaxValues = 200000;
 const int kMaxDepth = 64;
 
 [[noreturn]] void fail(const YamlPlace& place, const std::string& message) {
     throw ModelError(place.getText() + ": " + message);
 }
 
-/** Makes a YamlTree of yaml-cpp's graph. **/
-class Converter {
+/** Makes a YamlTree of what yaml-cpp's parser tells. **/
+class TreeMaker : public YAML::EventHandler {
 public:
-    Converter(const std::string& text, const std::string& name) : _text(text), _name(name) {
+    TreeMaker(const std::string& text, const std::string& name) : _text(text), _name(name) {
         _lines.push_back(0);
         for (std::size_t i = 0; i < text.size(); ++i)
             if (text[i] == '\n') _lines.push_back(i + 1);
     }
+
+    YamlTree takeRoot() { return std::move(_root); }
 
     YamlPlace makePlace(const YAML::Mark& mark) const {
         if (mark.is_null()) return {_name, 0, 0};
         return {_name, mark.line + 1, mark.column + 1};
     }
 
-    YamlTree convert(const YAML::Node& node, int depth) {
-        YamlTree tree;
-        tree.place = makePlace(node.Mark());
-        if (depth > kMaxDepth)
-            fail(tree.place, "values are nested more than " + std::to_string(kMaxDepth) +
-                                 " deep (does an alias contain itself?)");
-        if (++_numValues > kMaxValues)
-            fail(tree.place, "the file has more than " + std::to_string(kMaxValues) +
-                                 " values once its aliases are expanded");
-        const std::string& tag = node.Tag();
-        if (!tag.empty() && tag != "?" && tag != "!")
-            fail(tree.place, "tags such as '" + tag + "' have no meaning here: leave it out");
-        if (node.IsScalar()) {
-            tree.kind = YamlTree::Kind::Scalar;
-            tree.scalar = node.Scalar();
-            tree.isQuoted = tag == "!";
-            findText(node.Mark(), tree);
-        } else if (node.IsSequence()) {
-            tree.kind = YamlTree::Kind::List;
-            for (const YAML::Node& item : node) tree.items.push_back(convert(item, depth + 1));
-        } else if (node.IsMap()) {
-            tree.kind = YamlTree::Kind::Map;
-            convertMap(node, depth, tree);
-        }
-        return tree;
+    void OnDocumentStart(const YAML::Mark& mark) override {
+        if (++_numDocuments == 1) return;
+        if (_text.compare(findByte(mark), 3, "---") == 0)
+            fail(makePlace(mark), "a second document begins here; a model file has one");
+        fail(makePlace(mark), "what begins here has no meaning");
+    }
+    void OnDocumentEnd() override {}
+    void OnAnchor(const YAML::Mark&, const std::string&) override {}
+
+    void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+        add(makeTree(YamlTree::Kind::Empty, mark, "?"), anchor);
+    }
+    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  const std::string& value) override {
+        YamlTree tree = makeTree(YamlTree::Kind::Scalar, mark, tag);
+        tree.scalar = value;
+        tree.isQuoted = tag == "!";
+        if (tree.isQuoted) checkQuote(mark);
+        if (!tree.isQuoted && (value == "~" || value == "null")) tree.kind = YamlTree::Kind::Empty;
+        findText(mark, tree);
+        add(std::move(tree), anchor);
+    }
+    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                         YAML::EmitterStyle::value) override {
+        begin(makeTree(YamlTree::Kind::List, mark, tag), anchor);
+    }
+    void OnSequenceEnd() override { end(); }
+    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                    YAML::EmitterStyle::value) override {
+        begin(makeTree(YamlTree::Kind::Map, mark, tag), anchor);
+    }
+    void OnMapEnd() override {
+        mergeBases(_open.back());
+        end();
+    }
+
+    void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+        const auto found = _anchors.find(anchor);
+        if (found == _anchors.end())
+            fail(makePlace(mark), "this alias stands within what it means");
+        checkDepth(found->second, static_cast<int>(_open.size()));
+        add(copy(found->second), 0);
     }
 
 private:
+    /** A list or map that is not complete yet. **/
+    struct Open {
+        YamlTree tree;
+        YAML::anchor_t anchor = 0;
+        bool hasKey = false;
+        YamlTree key;
+        std::set<std::string> keys;
+        std::vector<YamlTree> bases;  ///< of `<<`
+    };
+
     const std::string& _text;
     std::string _name;
     std::vector<std::size_t> _lines;
-    int _numValues = 0;
+    YamlTree _root;
+    std::vector<Open> _open;
+    std::map<YAML::anchor_t, YamlTree> _anchors;
+    int _numDocuments = 0, _numValues = 0;
 
-    void convertMap(const YAML::Node& node, int depth, YamlTree& tree) {
-        std::vector<YamlTree> bases;
-        std::set<std::string> keys;
-        for (const auto& entry : node) {
-            const YamlPlace place = makePlace(entry.first.Mark());
-            if (!entry.first.IsScalar()) fail(place, "a key must be a single name");
-            const std::string key = entry.first.Scalar();
-            if (!keys.insert(key).second) fail(place, "the key '" + key + "' stands here twice");
-            YamlTree value = convert(entry.second, depth + 1);
-            if (key == "<<") {
-                if (value.kind == YamlTree::Kind::List)
-                    bases.insert(bases.end(), value.items.begin(), value.items.end());
-                else
-                    bases.push_back(value);
-            } else {
-                if (value.place.line == 0) value.place = place;
-                tree.entries.push_back({key, place, std::move(value)});
-            }
+    void countValue(const YamlPlace& place) {
+        if (++_numValues > kMaxValues)
+            fail(place, "the file has more than " + std::to_string(kMaxValues) +
+                            " values once its aliases are expanded (large tables belong in CSV "
+                            "files)");
+    }
+
+    YamlTree makeTree(YamlTree::Kind kind, const YAML::Mark& mark, const std::string& tag) {
+        YamlTree tree;
+        tree.kind = kind;
+        tree.place = makePlace(mark);
+        countValue(tree.place);
+        if (!tag.empty() && tag != "?" && tag != "!")
+            fail(tree.place, "tags such as '" + tag + "' have no meaning here: leave it out");
+        return tree;
+    }
+
+    YamlTree copy(const YamlTree& tree) {
+        countAll(tree);
+        return tree;
+    }
+    void countAll(const YamlTree& tree) {
+        countValue(tree.place);
+        for (const YamlTree& item : tree.items) countAll(item);
+        for (const YamlTree::Entry& entry : tree.entries) countAll(entry.value);
+    }
+
+    static void checkDepth(const YamlTree& tree, int depth) {
+        if (depth > kMaxDepth)
+            fail(tree.place, "values are nested more than " + std::to_string(kMaxDepth) + " deep");
+        for (const YamlTree& item : tree.items) checkDepth(item, depth + 1);
+        for (const YamlTree::Entry& entry : tree.entries) checkDepth(entry.value, depth + 1);
+    }
+
+    void begin(YamlTree tree, YAML::anchor_t anchor) {
+        if (static_cast<int>(_open.size()) >= kMaxDepth)
+            fail(tree.place, "values are nested more than " + std::to_string(kMaxDepth) + " deep");
+        Open open;
+        open.tree = std::move(tree);
+        open.anchor = anchor;
+        _open.push_back(std::move(open));
+    }
+    void end() {
+        Open open = std::move(_open.back());
+        _open.pop_back();
+        add(std::move(open.tree), open.anchor);
+    }
+
+    void add(YamlTree tree, YAML::anchor_t anchor) {
+        if (anchor != 0) _anchors[anchor] = copy(tree);
+        if (_open.empty()) {
+            _root = std::move(tree);
+            return;
         }
-        for (const YamlTree& base : bases) {  // `<<: *name` adds what is not there yet
-            if (base.kind != YamlTree::Kind::Map) fail(tree.place, "'<<' wants a map");
+        Open& open = _open.back();
+        if (open.tree.kind == YamlTree::Kind::List) {
+            open.tree.items.push_back(std::move(tree));
+            return;
+        }
+        if (!open.hasKey) {
+            if (tree.kind != YamlTree::Kind::Scalar)
+                fail(tree.place, "a key must be a single name");
+            if (!open.keys.insert(tree.scalar).second)
+                fail(tree.place, "the key '" + tree.scalar + "' stands here twice");
+            open.key = std::move(tree);
+            open.hasKey = true;
+            return;
+        }
+        open.hasKey = false;
+        if (open.key.scalar == "<<" && !open.key.isQuoted) {
+            if (tree.kind == YamlTree::Kind::List)
+                open.bases = std::move(tree.items);
+            else
+                open.bases.push_back(std::move(tree));
+            return;
+        }
+        if (tree.place.line == 0) tree.place = open.key.place;
+        open.tree.entries.push_back({open.key.scalar, open.key.place, std::move(tree)});
+    }
+
+    /** `<<: *name` adds what is not there yet. **/
+    static void mergeBases(Open& open) {
+        for (const YamlTree& base : open.bases) {
+            if (base.kind != YamlTree::Kind::Map) fail(base.place, "'<<' wants a map");
             for (const YamlTree::Entry& entry : base.entries)
-                if (keys.insert(entry.key).second) tree.entries.push_back(entry);
+                if (open.keys.insert(entry.key).second) open.tree.entries.push_back(entry);
         }
+    }
+
+    /** Where a mark stands in the text; its end for what stands nowhere. **/
+    std::size_t findByte(const YAML::Mark& mark) const {
+        if (mark.is_null() || mark.line < 0 || mark.column < 0) return _text.size();
+        if (static_cast<std::size_t>(mark.line) >= _lines.size()) return _text.size();
+        return std::min(_text.size(), _lines[static_cast<std::size_t>(mark.line)] +
+                                          static_cast<std::size_t>(mark.column));
+    }
+
+    /** A text in quotes must end, which yaml-cpp does not ask for. **/
+    void checkQuote(const YAML::Mark& mark) const {
+        std::size_t at = findByte(mark);
+        if (at >= _text.size() || (_text[at] != '"' && _text[at] != '\'')) return;
+        const char quote = _text[at];
+        for (++at; at < _text.size(); ++at) {
+            if (_text[at] == quote) return;
+            if (quote == '"' && _text[at] == '\\') ++at;
+        }
+        fail(makePlace(mark), std::string("the text that begins here has no closing ") + quote);
     }
 
     /** Sees whether the scalar stands in the file as it is. **/
     void findText(const YAML::Mark& mark, YamlTree& tree) const {
-        if (mark.is_null() || mark.line < 0 || mark.column < 0) return;
-        if (static_cast<std::size_t>(mark.line) >= _lines.size()) return;
-        std::size_t begin =
-            _lines[static_cast<std::size_t>(mark.line)] + static_cast<std::size_t>(mark.column);
-        if (begin >= _text.size()) return;
-        const bool hasQuote = _text[begin] == '"' || _text[begin] == '\'';
-        if (hasQuote) ++begin;
-        if (_text.compare(begin, tree.scalar.size(), tree.scalar) != 0) return;
+        std::size_t at = findByte(mark);
+        if (at >= _text.size()) return;
+        const bool hasQuote = _text[at] == '"' || _text[at] == '\'';
+        if (hasQuote) ++at;
+        if (_text.compare(at, tree.scalar.size(), tree.scalar) != 0) return;
         tree.isPlainText = true;
         if (hasQuote) ++tree.place.column;
     }
 };
 
 YamlTree parse(const std::string& text, const std::string& name) {
-    Converter converter(text, name);
+    TreeMaker maker(text, name);
     try {
-        const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-        if (documents.empty()) return {};
-        if (documents.size() > 1)
-            fail(converter.makePlace(documents[1].Mark()),
-                 "a second document begins here; a model file has one");
-        return converter.convert(documents[0], 0);
+        std::istringstream stream(text);
+        YAML::Parser parser(stream);
+        while (parser.HandleNextDocument(maker)) {  // a second one is refused
+        }
+        return maker.takeRoot();
     } catch (const YAML::Exception& error) {
-        fail(converter.makePlace(error.mark), "this is no YAML: " + error.msg);
+        fail(maker.makePlace(error.mark), "this is no YAML: " + error.msg);
     }
 }
 
@@ -131,6 +245,38 @@ void forgetLines(YamlTree& tree) {
     for (YamlTree::Entry& entry : tree.entries) {
         entry.place.line = 0;
         forgetLines(entry.value);
+    }
+}
+
+/** Length of the character of UTF-8 that begins at `at`; 0 for what is none. **/
+std::size_t measureCharacter(const std::string& text, std::size_t at) {
+    const auto byte = [&](std::size_t i) {
+        return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u;
+    };
+    const unsigned first = byte(0);
+    if (first < 0x80) return 1;
+    const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+    if (first < 0xC2 || first > 0xF4) return 0;
+    for (std::size_t i = 1; i < length; ++i)
+        if ((byte(i) & 0xC0) != 0x80) return 0;
+    const unsigned second = byte(1);  // not longer than needed, no surrogates, up to U+10FFFF
+    const bool isWrong = (first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) ||
+                         (first == 0xF0 && second < 0x90) || (first == 0xF4 && second > 0x8F);
+    return isWrong ? 0 : length;
+}
+
+void checkEncoding(const std::string& text, const std::string& name) {
+    YamlPlace place{name, 1, 1};
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t length = measureCharacter(text, at);
+        if (length == 0 || text[at] == '\0')
+            fail(place, "this is no text in UTF-8: save the file in that encoding");
+        if (text[at] == '\n') {
+            ++place.line;
+            place.column = 0;
+        }
+        ++place.column;
+        at += length;
     }
 }
 
@@ -172,8 +318,7 @@ YamlTree parseYaml(const std::string& text, const std::string& name) {
         fail({name, 0, 0}, "the file has " + std::to_string(text.size()) + " bytes; at most " +
                                std::to_string(kMaxBytes) +
                                " are read (large tables belong in CSV files)");
-    if (text.find('\0') != std::string::npos)
-        fail({name, 0, 0}, "the file has bytes of value zero: it is no text in UTF-8");
+    checkEncoding(text, name);
     try {
         return parse(text, name);
     } catch (const ModelError&) {

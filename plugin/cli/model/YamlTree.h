@@ -43,7 +43,7 @@ struct YamlTree::Entry {
 };
 
 /** @param name  of the file, for messages
-@throws ModelError  for what is no YAML, tags, duplicate keys, more than 64 levels or 500 000
+@throws ModelError  for what is no YAML, tags, duplicate keys, more than 64 levels or 200 000
 values, more than 16 MB. **/
 YamlTree parseYaml(const std::string& text, const std::string& name);
 

@@ -21,6 +21,10 @@ std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
 `initial.start` says so. **/
 SimTK::State findStart(const Model& model);
 
+/** A message of the library with the model's names of rigid bodies for Simbody's numbers: "rigid
+tree at body 3" becomes "slider". **/
+std::string nameBodies(const Model& model, const std::string& message);
+
 /** A visualizer that draws the model as its `pictures` say: flexible bodies with contours, rigid
 ones with their shapes, cameras, joints, reactions. Not fitted to anything yet. **/
 std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model);

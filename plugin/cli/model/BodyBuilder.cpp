@@ -1,0 +1,91 @@
+#include "simflex/cli/model/BodyBuilder.h"
+
+#include "simflex/cli/model/RigidBodies.h"
+#include "simflex/forces/ModalDamping.h"
+
+namespace simflex {
+namespace cli {
+
+using namespace SimTK;
+
+namespace {
+
+void addDamping(const ModelValue& value, FlexibleBodySubsystem& flexible,
+                const FlexibleBody& body) {
+    if (!value.isGiven()) return;
+    withPlace(value, [&] {
+        if (value.isMap()) {
+            const std::vector<double> rayleigh = value.get("rayleigh").getNumbers();
+            if (rayleigh.size() != 2)
+                value.get("rayleigh")
+                    .fail(
+                        "it is [alpha, beta]: alpha [1/s] on mass, beta [s] on "
+                        "stiffness");
+            ModalDamping::rayleigh(flexible, body, rayleigh[0], rayleigh[1]);
+        } else if (value.isScalar()) {
+            if (value.getText() == "by_frequency")
+                ModalDamping::byFrequency(flexible, body);
+            else
+                ModalDamping(flexible, body, value.getNumber());
+        } else {
+            const std::vector<double> ratios = value.getNumbers();
+            if (int(ratios.size()) != body.getNumModes())
+                value.fail("there are " + std::to_string(ratios.size()) + " damping ratios; '" +
+                           body.getName() + "' has " + std::to_string(body.getNumModes()) +
+                           " modes");
+            ModalDamping(flexible, body, Vector(int(ratios.size()), ratios.data()));
+        }
+    });
+}
+
+FlexibleBody addFlexibleBody(const ModelValue& value,
+                             const std::shared_ptr<const ReducedBody>& part,
+                             const ModelOptions& options, ModelSystem& system) {
+    for (const char* key : {"mass", "center_of_mass", "inertia", "shape", "density"})
+        if (value.has(key))
+            value.get(key).fail("it is of a rigid body, and this one is flexible (`part`)");
+    if (value.has("color")) readColor(value.get("color"));
+    FlexibleBody body = withPlace(
+        value.get("part"), [&] { return FlexibleBody(system.flexible, part, value.getName()); });
+    const ModelValue stiffening = value.get("stiffening");
+    if (value.has("stiffening"))
+        withPlace(stiffening, [&] { body.setStiffeningDisabledByDefault(!stiffening.getBool()); });
+    if (options.bodies == ModelOptions::Bodies::Rigid ||
+        (value.has("rigid") && value.get("rigid").getBool()))
+        body.setRigidByDefault(true);
+    addDamping(value.get("damping"), system.flexible, body);
+    return body;
+}
+
+}  // namespace
+
+void addBodies(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
+               const Parts& parts, const ModelOptions& options, ModelSystem& system) {
+    const std::vector<std::string>& names = frames.getBodyNames();
+    system.bodies.resize(names.size());
+    for (const int i : placement.getOrder()) {
+        const ModelValue value = file.get("bodies").get(names[size_t(i)]);
+        Model::BodyEntry& entry = system.bodies[size_t(i)];
+        entry.name = names[size_t(i)];
+        entry.X_BP = ~frames.calcBodyFrame(i);
+        if (frames.getPart(i)) {
+            const auto& part = parts.at(value.get("part").getText());
+            entry.flexible = addFlexibleBody(value, part, options, system);
+            entry.mobod = entry.flexible->getFrame();
+            continue;
+        }
+        for (const char* key : {"rigid", "stiffening", "damping"})
+            if (value.has(key))
+                value.get(key).fail("it is of a flexible body, and this one has no `part`");
+        const Mobilizer& mobilizer = placement.getMobilizer(i);
+        MobilizedBody parent = mobilizer.parent.body < 0
+                                   ? MobilizedBody(system.matter.updGround())
+                                   : system.bodies[size_t(mobilizer.parent.body)].mobod;
+        entry.mobod =
+            addMobilizedBody(mobilizer, parent, frames.calcPose(mobilizer.parent) * mobilizer.X_PF,
+                             makeRigidBody(value));
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,47 @@
+#pragma once
+/** @file
+The State in which a model starts: bodies as placed, then what the file has under `initial`. **/
+
+#include "simflex/cli/model/MotionBuilder.h"
+
+namespace simflex {
+namespace cli {
+
+/** Coordinates and rates of joints that the file gives. **/
+struct JointStart {
+    ModelValue joint;  ///< of `initial.joints` or `initial.rates`
+    int coordinate = 0;
+    std::optional<double> value, rate;
+};
+std::vector<JointStart> readJointStarts(const ModelValue& file);
+
+/** As placed, with velocities and modes of bodies; joints are not assembled.
+@throws ModelError if a mobilizer cannot put its body where it is placed. **/
+void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
+                 const ModelSystem& system, SimTK::State& state);
+
+/** Leads coordinates of joints to given values, from those they have. Made before the topology is
+realized. **/
+class JointLeader {
+public:
+    /** Adds an equation for each start. **/
+    void addTo(ModelSystem& system, const std::vector<JointStart>& starts,
+               const ModelFrames& frames, const JointBuilder& joints);
+    /** Assembles step by step; leaves the State realized to Stage::Velocity.
+    @throws ModelError if it cannot. **/
+    void lead(const ModelSystem& system, SimTK::State& state) const;
+
+private:
+    struct Course {
+        double from = 0, to = 0, rate = 0, done = 0;  ///< done: 0 … 1
+    };
+    struct Entry {
+        JointStart start;
+        Joint joint;
+        std::shared_ptr<Course> course;
+    };
+    std::vector<Entry> _entries;
+};
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,41 @@
+#pragma once
+/** @file
+Adds the joints of a model file to its system. **/
+
+#include "simflex/cli/model/Placement.h"
+
+namespace simflex {
+namespace cli {
+
+/** F and M of a pair, as the file has them under `between`. **/
+struct FramePair {
+    FrameOnBody F, M;
+};
+
+/** @throws ModelError unless they are two, of different bodies. **/
+FramePair readBetween(const ModelValue& between, const ModelFrames& frames);
+
+class JointBuilder {
+public:
+    JointBuilder(const ModelValue& file, const ModelFrames& frames, const Placement& placement)
+        : _joints(file.get("joints")), _frames(frames), _placement(placement) {}
+
+    /** All joints, in the file's order but for gears and couplers, which come last. **/
+    void addTo(ModelSystem& system);
+
+    /** Frames of joint `name` as they were turned; a gear or coupler has none. **/
+    const FramePair* findFrames(const std::string& name) const;
+
+private:
+    Joint addJoint(const ModelValue& value, const std::string& type, ModelSystem& system);
+    Joint addCoupling(const ModelValue& value, const std::string& type, ModelSystem& system);
+    FramePair turn(const ModelValue& axis, const std::string& type, const FramePair& pair) const;
+
+    ModelValue _joints;
+    const ModelFrames& _frames;
+    const Placement& _placement;
+    std::map<std::string, FramePair> _pairs;
+};
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,53 @@
+#include "simflex/cli/model/Mobilizer.h"
+
+#include "simflex/cli/model/ModelGeometry.h"
+
+namespace simflex {
+namespace cli {
+
+using namespace SimTK;
+
+Mobilizer readMobilizer(const ModelValue& value, const ModelFrames& frames) {
+    Mobilizer mobilizer;
+    if (!value.isGiven()) return mobilizer;
+    if (value.has("type")) mobilizer.type = value.get("type").getText();
+    if (value.has("parent")) {
+        mobilizer.parent = frames.find(value.get("parent"));
+        if (mobilizer.parent.body >= 0 && frames.getPart(mobilizer.parent.body))
+            value.get("parent").fail(
+                "'" + frames.getBodyNames()[size_t(mobilizer.parent.body)] +
+                "' is flexible, and mobilizers stand on rigid bodies: leave the mobilizer out and "
+                "hold the body by a joint to " +
+                frames.describe(mobilizer.parent));
+    }
+    mobilizer.X_PF = readPose(value.get("inboard"));
+    mobilizer.X_BM = readPose(value.get("outboard"));
+    const ModelValue pitch = value.get("pitch");
+    if (mobilizer.type == "screw") {
+        if (!pitch.isGiven()) value.fail("a screw needs its pitch [m/rad]");
+        mobilizer.pitch = pitch.getNumber();
+        if (mobilizer.pitch == 0) pitch.fail("the pitch of a screw is not 0");
+    } else if (pitch.isGiven()) {
+        pitch.fail("only a screw has a pitch");
+    }
+    return mobilizer;
+}
+
+MobilizedBody addMobilizedBody(const Mobilizer& mobilizer, MobilizedBody& parent,
+                               const Transform& X_PF, const Body& body) {
+    const Transform& X_BM = mobilizer.X_BM;
+    const std::string& type = mobilizer.type;
+    if (type == "pin") return MobilizedBody::Pin(parent, X_PF, body, X_BM);
+    if (type == "slider") return MobilizedBody::Slider(parent, X_PF, body, X_BM);
+    if (type == "ball") return MobilizedBody::Ball(parent, X_PF, body, X_BM);
+    if (type == "weld") return MobilizedBody::Weld(parent, X_PF, body, X_BM);
+    if (type == "universal") return MobilizedBody::Universal(parent, X_PF, body, X_BM);
+    if (type == "planar") return MobilizedBody::Planar(parent, X_PF, body, X_BM);
+    if (type == "cylinder") return MobilizedBody::Cylinder(parent, X_PF, body, X_BM);
+    if (type == "translation") return MobilizedBody::Translation(parent, X_PF, body, X_BM);
+    if (type == "screw") return MobilizedBody::Screw(parent, X_PF, body, X_BM, mobilizer.pitch);
+    return MobilizedBody::Free(parent, X_PF, body, X_BM);
+}
+
+}  // namespace cli
+}  // namespace simflex

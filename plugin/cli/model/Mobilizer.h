@@ -1,0 +1,27 @@
+#pragma once
+/** @file
+Mobilizers of rigid bodies, as a model file has them. **/
+
+#include "simflex/cli/model/ModelFrames.h"
+
+namespace simflex {
+namespace cli {
+
+struct Mobilizer {
+    std::string type = "free";
+    FrameOnBody parent;           ///< on Ground or a rigid body
+    SimTK::Transform X_PF, X_BM;  ///< inboard frame in `parent`, outboard frame in the body
+    double pitch = 0;             ///< of a screw [m/rad]
+
+    bool isFree() const { return type == "free"; }
+};
+
+/** @param value  `mobilizer` of a body; if it is not given: free on Ground. **/
+Mobilizer readMobilizer(const ModelValue& value, const ModelFrames& frames);
+
+/** @param X_PF  inboard frame in the parent's body frame **/
+SimTK::MobilizedBody addMobilizedBody(const Mobilizer& mobilizer, SimTK::MobilizedBody& parent,
+                                      const SimTK::Transform& X_PF, const SimTK::Body& body);
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,93 @@
+#include "simflex/cli/model/Model.h"
+
+#include "simflex/cli/model/ModelBuilder.h"
+#include "simflex/cli/model/NearestName.h"
+
+namespace simflex {
+namespace cli {
+
+using namespace SimTK;
+
+struct Model::Contents {
+    Contents(const ModelValue& file, const ModelOptions& options)
+        : builder(file, options),
+          system(builder.build()),
+          initialState(builder.makeInitialState(*system)) {
+        builder.noteDoubts(*system, initialState);
+    }
+
+    ModelBuilder builder;
+    std::unique_ptr<ModelSystem> system;
+    State initialState;
+};
+
+Model::Model(const ModelValue& file, const ModelOptions& options)
+    : _contents(std::make_unique<Contents>(file, options)) {}
+
+Model::~Model() = default;
+
+const ModelValue& Model::getFile() const {
+    return _contents->builder.getFile();
+}
+
+const MultibodySystem& Model::getSystem() const {
+    return _contents->system->system;
+}
+
+const SimbodyMatterSubsystem& Model::getMatter() const {
+    return _contents->system->matter;
+}
+
+const FlexibleBodySubsystem& Model::getFlexibleBodies() const {
+    return _contents->system->flexible;
+}
+
+const std::vector<Model::BodyEntry>& Model::getBodies() const {
+    return _contents->system->bodies;
+}
+
+const std::vector<Model::JointEntry>& Model::getJoints() const {
+    return _contents->system->joints;
+}
+
+const std::vector<Model::MotionEntry>& Model::getMotions() const {
+    return _contents->system->motions;
+}
+
+const Model::BodyEntry& Model::findBody(const ModelValue& name) const {
+    return findEntry(getBodies(), "body", name.getText(), name);
+}
+
+const Model::JointEntry& Model::findJoint(const ModelValue& name) const {
+    return findEntry(getJoints(), "joint", name.getText(), name);
+}
+
+const Model::MotionEntry& Model::findMotion(const ModelValue& name) const {
+    return findEntry(getMotions(), "motion", name.getText(), name);
+}
+
+Attachment Model::findFrame(const ModelValue& frame) const {
+    const ModelFrames& frames = _contents->builder.getFrames();
+    const FrameOnBody found = frames.find(frame);
+    return withPlace(frame, [&] { return frames.attach(found, *_contents->system); });
+}
+
+Attachment Model::findFrame(const std::string& name) const {
+    const ModelFrames& frames = _contents->builder.getFrames();
+    const auto fail = [](const std::string& what, const std::string& found,
+                         const std::vector<std::string>& known) {
+        const std::string nearest = findNearestName(found, known);
+        throw std::invalid_argument("there is no " + what + " '" + found + "'" +
+                                    (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+    };
+    return frames.attach(frames.find(name, fail), *_contents->system);
+}
+
+State Model::makeInitialState() const {
+    State state = _contents->initialState;
+    getSystem().realize(state, Stage::Velocity);
+    return state;
+}
+
+}  // namespace cli
+}  // namespace simflex

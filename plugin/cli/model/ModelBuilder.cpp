@@ -1,0 +1,123 @@
+#include "simflex/cli/model/ModelBuilder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+#include "simflex/cli/model/BodyBuilder.h"
+#include "simflex/cli/model/LoadBuilder.h"
+#include "simflex/cli/model/ModelGeometry.h"
+#include "simflex/cli/model/PartBuilder.h"
+
+namespace simflex {
+namespace cli {
+
+using namespace SimTK;
+
+namespace {
+
+constexpr double kFarApart = 1e-3;  ///< error of a joint, as a part of the model's size
+
+std::string format(const char* text, double value) {
+    char buffer[64];
+    std::snprintf(buffer, sizeof buffer, text, value);
+    return buffer;
+}
+
+}  // namespace
+
+ModelSystem::ModelSystem() : matter(system), forces(system), flexible(system, matter) {
+    matter.setShowDefaultGeometry(false);
+}
+
+ModelBuilder::ModelBuilder(const ModelValue& file, const ModelOptions& options)
+    : _file(file),
+      _options(options),
+      _parts(makeParts(file, options)),
+      _frames(file, _parts),
+      _placement(file, _frames) {}
+
+std::unique_ptr<ModelSystem> ModelBuilder::build(const std::vector<JointStart>& starts,
+                                                 JointLeader* leader) const {
+    auto system = std::make_unique<ModelSystem>();
+    const Vec3 gravity = readVec3(_file.get("gravity"));
+    if (gravity.norm() > 0) Force::Gravity(system->forces, system->matter, gravity);
+    addBodies(_file, _frames, _placement, _parts, _options, *system);
+    JointBuilder joints(_file, _frames, _placement);
+    joints.addTo(*system);
+    addMotions(_file, _frames, joints, *system);
+    addLoads(_file, _frames, *system);
+    addConnectors(_file, _frames, _placement, *system);
+    if (leader) leader->addTo(*system, starts, _frames, joints);
+    system->system.realizeTopology();
+    return system;
+}
+
+State ModelBuilder::makeInitialState(const ModelSystem& system) const {
+    State state = system.system.getDefaultState();
+    placeBodies(_file, _frames, _placement, system, state);
+    std::vector<JointStart> starts = readJointStarts(_file), values;
+    if (starts.empty()) return state;
+    for (const JointStart& start : starts)
+        if (start.value) values.push_back({start.joint, start.coordinate, start.value, {}});
+
+    // Positions, with the bodies' own speeds; then speeds at these positions.
+    const auto lead = [&](const std::vector<JointStart>& these) {
+        JointLeader leader;
+        const auto led = build(these, &leader);
+        State start = led->system.getDefaultState();
+        start.updQ() = state.getQ();
+        start.updU() = state.getU();
+        leader.lead(*led, start);
+        return start;
+    };
+    const bool hasRates = std::any_of(starts.begin(), starts.end(),
+                                      [](const JointStart& start) { return bool(start.rate); });
+    if (!values.empty()) {
+        state.updQ() = lead(values).getQ();
+    } else {
+        State assembled = state;
+        system.flexible.initializeNative(assembled);
+        state.updQ() = assembled.getQ();
+    }
+    if (hasRates) {
+        for (JointStart& start : starts) start.value.reset();  // where they are now
+        const State start = lead(starts);
+        state.updQ() = start.getQ();
+        state.updU() = start.getU();
+    }
+    system.system.realize(state, Stage::Velocity);
+    return state;
+}
+
+void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) const {
+    if (!_options.note) return;
+    std::set<int> held;
+    for (const std::string section : {"joints", "motions", "connectors"})
+        for (const std::string& name : _file.get(section).getKeys()) {
+            const ModelValue value = _file.get(section).get(name);
+            for (int i = 0; value.has("between") && i < value.get("between").getSize(); ++i)
+                held.insert(_frames.find(value.get("between").at(i)).body);
+        }
+    for (size_t i = 0; i < system.bodies.size(); ++i)
+        if (MobilizedBody::Free::isInstanceOf(system.bodies[i].mobod) && !held.count(int(i)))
+            _options.note("body '" + system.bodies[i].name +
+                          "' is held by no joint or connector: it is free");
+    const double size = _placement.calcSize();
+    for (const Model::JointEntry& joint : system.joints) {
+        if (!_file.get("joints").get(joint.name).has("between")) continue;  // gears mesh anyhow
+        const Vector errors = joint.joint.calcPositionErrors(state);
+        double largest = 0;
+        for (int i = 0; i < errors.size(); ++i) largest = std::max(largest, std::abs(errors[i]));
+        if (!(largest > kFarApart * std::min(size, 1.0))) continue;
+        const Vec3 between = joint.joint.getFrameM().calcMotion(state).X.p() -
+                             joint.joint.getFrameF().calcMotion(state).X.p();
+        _options.note("joint '" + joint.name + "' is not closed as placed: its error is " +
+                      format("%.3g", largest) + ", its frames are " +
+                      format("%.3g", between.norm()) + " m apart; assembly will move the bodies");
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,39 @@
+#pragma once
+/** @file
+Puts the system of a model together (private header). **/
+
+#include "simflex/cli/model/InitialValues.h"
+
+namespace simflex {
+namespace cli {
+
+/** Keeps what the parts of a model are found by; systems are made of it, as many as are needed. **/
+class ModelBuilder {
+public:
+    /** @throws ModelError. **/
+    ModelBuilder(const ModelValue& file, const ModelOptions& options);
+
+    const ModelValue& getFile() const { return _file; }
+    const ModelFrames& getFrames() const { return _frames; }
+    const Placement& getPlacement() const { return _placement; }
+
+    /** The system, with its topology realized.
+    @param leader  if not null, gets an equation for each of `starts` **/
+    std::unique_ptr<ModelSystem> build(const std::vector<JointStart>& starts = {},
+                                       JointLeader* leader = nullptr) const;
+
+    SimTK::State makeInitialState(const ModelSystem& system) const;
+
+    /** Tells `note` of bodies that nothing holds and of joints that are apart. **/
+    void noteDoubts(const ModelSystem& system, const SimTK::State& state) const;
+
+private:
+    ModelValue _file;
+    ModelOptions _options;
+    Parts _parts;
+    ModelFrames _frames;
+    Placement _placement;
+};
+
+}  // namespace cli
+}  // namespace simflex

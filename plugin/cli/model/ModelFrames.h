@@ -1,0 +1,71 @@
+#pragma once
+/** @file
+The frames of a model file: `ground`, `BODY`, `BODY.INTERFACE`, names under `frames`, and maps.
+
+A body's own coordinates D are those of its part (deck) for a flexible body, and its body frame for
+a rigid one. **/
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simflex/cli/model/ModelSystem.h"
+
+namespace simflex {
+namespace cli {
+
+/** A frame by what it is on. **/
+struct FrameOnBody {
+    static constexpr int Ground = -1;
+    int body = Ground;        ///< in the file's order
+    std::string interface;    ///< of a flexible body; empty: none
+    std::optional<int> node;  ///< of a flexible body
+    SimTK::Transform X_base;  ///< of the frame in the interface, node or coordinates D
+
+    /** The same turned and shifted by X. **/
+    FrameOnBody moved(const SimTK::Transform& X) const;
+};
+
+class ModelFrames {
+public:
+    /** Reads names only: frames are resolved when they are asked for. **/
+    ModelFrames(const ModelValue& file, const Parts& parts);
+
+    const std::vector<std::string>& getBodyNames() const { return _names; }
+    /** Null for a rigid body. **/
+    const ReducedBody* getPart(int body) const { return _parts[size_t(body)].get(); }
+    /** @throws ModelError. **/
+    int findBody(const ModelValue& name) const;
+
+    /** @param own  a body whose interfaces may be named alone; −2: none. @throws ModelError. **/
+    FrameOnBody find(const ModelValue& frame, int own = NoBody) const;
+    /** @param fail  is called with the name that is not known, and those that are; throws. **/
+    using Unknown = std::function<void(const std::string& what, const std::string& name,
+                                       const std::vector<std::string>& known)>;
+    FrameOnBody find(const std::string& name, const Unknown& fail, int own = NoBody) const;
+
+    /** Pose in the body's own coordinates D (in Ground for Ground), undeformed. **/
+    SimTK::Transform calcPose(const FrameOnBody& frame) const;
+    /** Origin of frame B in D: the centre of mass of a flexible part. **/
+    SimTK::Transform calcBodyFrame(int body) const;
+
+    Attachment attach(const FrameOnBody& frame, const ModelSystem& system) const;
+    /** "ground", "crank", "crank.shaft" or "crank node 12". **/
+    std::string describe(const FrameOnBody& frame) const;
+
+    static constexpr int NoBody = -2;
+
+private:
+    FrameOnBody findMap(const ModelValue& frame, int own) const;
+    std::vector<std::string> listKnown(int own) const;
+
+    ModelValue _file;
+    std::vector<std::string> _names;
+    std::vector<std::shared_ptr<const ReducedBody>> _parts;
+    mutable std::vector<std::string> _open;  ///< under `frames`, being resolved
+};
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,130 @@
+#include "simflex/cli/model/MotionBuilder.h"
+
+#include <map>
+
+#include "simflex/cli/model/ModelGeometry.h"
+
+namespace simflex {
+namespace cli {
+
+using namespace SimTK;
+
+namespace {
+
+/** Axes of F or M as x and y of a frame, z from both. **/
+Rotation makeAxes(int x, int y) {
+    const UnitVec3 u{CoordinateAxis(x)}, v{CoordinateAxis(y)};
+    Mat33 columns;
+    columns.col(0) = u.asVec3();
+    columns.col(1) = v.asVec3();
+    columns.col(2) = u % v;
+    return Rotation(columns, true);
+}
+
+Joint addRotation(const JointCoordinate& angle, const FramePair& pair,
+                  const Joint::MotionFunction& motion, const std::string& name,
+                  const ModelFrames& frames, ModelSystem& system) {
+    // PrescribedRotation has atan2(y_F·x_M, x_F·x_M): two axes of one frame, one of the other.
+    const int sF = angle.sine[0], sM = angle.sine[1], cF = angle.cosine[0], cM = angle.cosine[1];
+    const auto turned = [&](const FrameOnBody& frame, int x, int y) {
+        return frames.attach(frame.moved(Transform(makeAxes(x, y))), system);
+    };
+    const auto other = [](int axis) { return (axis + 1) % 3; };
+    if (sM == cM)
+        return Joint::PrescribedRotation(system.flexible, turned(pair.F, cF, sF),
+                                         turned(pair.M, cM, other(cM)), motion, name);
+    return Joint::PrescribedRotation(system.flexible, turned(pair.M, cM, sM),
+                                     turned(pair.F, cF, other(cF)), motion, name);
+}
+
+}  // namespace
+
+Joint::MotionFunction makeMotionFunction(const Expression& expression) {
+    return [expression](Real time) {
+        return Vec3(expression.calcValue(time), expression.calcDerivative(time),
+                    expression.calcSecondDerivative(time));
+    };
+}
+
+const FramePair& findJointFrames(const ModelValue& name, const JointBuilder& joints,
+                                 const ModelSystem& system) {
+    findEntry(system.joints, "joint", name.getText(), name);
+    const FramePair* pair = joints.findFrames(name.getText());
+    if (!pair) name.fail("'" + name.getText() + "' is a gear or coupler: name a joint it turns");
+    return *pair;
+}
+
+Joint addJointMotion(const Joint& joint, const FramePair& pair, int index,
+                     const Joint::MotionFunction& motion, const std::string& name,
+                     const ModelFrames& frames, ModelSystem& system) {
+    const int count = joint.getNumCoordinates();
+    if (index < 0 || index >= count)
+        throw std::invalid_argument(
+            "joint '" + joint.getName() + "' has no coordinate " + std::to_string(index) +
+            (count == 0   ? "; joints of its type have none"
+             : count == 1 ? "; it has one, number 0"
+                          : "; they are 0 to " + std::to_string(count - 1)));
+    const JointCoordinate coordinate = Joint::Coordinate(joint, index).getCoordinate();
+    if (coordinate.isAngle()) return addRotation(coordinate, pair, motion, name, frames, system);
+    return Joint::PrescribedTranslation(system.flexible, frames.attach(pair.F, system),
+                                        frames.attach(pair.M, system),
+                                        CoordinateAxis(coordinate.sine[0]), motion, name);
+}
+
+void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBuilder& joints,
+                ModelSystem& system) {
+    const ModelValue motions = file.get("motions");
+    std::map<std::pair<std::string, int>, std::string> led;
+    for (const std::string& name : motions.getKeys()) {
+        const ModelValue value = motions.get(name);
+        const bool hasJoint = value.has("joint"), hasAngle = value.has("angle");
+        if (hasJoint == value.has("between"))
+            value.fail("give either the joint whose coordinate it leads, or the frames (between)");
+        if (hasAngle == value.has("position"))
+            value.fail("give either position or angle, as a function of time");
+        if (value.has("coordinate") && !hasJoint)
+            value.get("coordinate").fail("only joints have coordinates");
+        const ModelValue function = value.get(hasAngle ? "angle" : "position");
+        const Expression expression = function.getExpression();
+        const Joint::MotionFunction motion = makeMotionFunction(expression);
+        if (hasJoint) {
+            if (value.has("axis")) value.get("axis").fail("it goes with `between`");
+            const ModelValue jointName = value.get("joint");
+            const FramePair& pair = findJointFrames(jointName, joints, system);
+            const Joint& joint =
+                findEntry(system.joints, "joint", jointName.getText(), jointName).joint;
+            const int index = value.has("coordinate") ? value.get("coordinate").getInteger() : 0;
+            const auto isNew = led.emplace(std::make_pair(jointName.getText(), index), name);
+            if (!isNew.second)
+                value.fail("coordinate " + std::to_string(index) + " of '" + jointName.getText() +
+                           "' is led by motion '" + isNew.first->second + "' already");
+            system.motions.push_back(
+                {name,
+                 withPlace(value.has("coordinate") ? value.get("coordinate") : jointName,
+                           [&] {
+                               return addJointMotion(joint, pair, index, motion, name, frames,
+                                                     system);
+                           }),
+                 expression});
+            continue;
+        }
+        if (hasAngle && value.has("axis"))
+            value.get("axis").fail("an angle is about the z axis of the first frame");
+        const FramePair pair = readBetween(value.get("between"), frames);
+        const Joint joint = withPlace(value.get("between"), [&]() -> Joint {
+            const Attachment M = frames.attach(pair.M, system);
+            if (hasAngle)
+                return Joint::PrescribedRotation(system.flexible, frames.attach(pair.F, system), M,
+                                                 motion, name);
+            const UnitVec3 axis =
+                value.has("axis") ? readDirection(value.get("axis")) : UnitVec3(XAxis);
+            const Attachment F =
+                frames.attach(pair.F.moved(Transform(Rotation(axis, XAxis))), system);
+            return Joint::PrescribedTranslation(system.flexible, F, M, XAxis, motion, name);
+        });
+        system.motions.push_back({name, joint, expression});
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,29 @@
+#pragma once
+/** @file
+Prescribed motions of a model file: of a coordinate of a joint, or of a frame in another. **/
+
+#include "simflex/cli/model/JointBuilder.h"
+
+namespace simflex {
+namespace cli {
+
+/** Value, rate and acceleration as a motion has them. **/
+Joint::MotionFunction makeMotionFunction(const Expression& expression);
+
+/** Adds the equation that leads coordinate `index` of a joint.
+@param frames  of the joint
+@throws std::invalid_argument if the joint has no such coordinate **/
+Joint addJointMotion(const Joint& joint, const FramePair& pair, int index,
+                     const Joint::MotionFunction& motion, const std::string& name,
+                     const ModelFrames& frames, ModelSystem& system);
+
+/** A joint with coordinates, by name. @throws ModelError for a gear or coupler, naming it. **/
+const FramePair& findJointFrames(const ModelValue& name, const JointBuilder& joints,
+                                 const ModelSystem& system);
+
+/** All motions. **/
+void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBuilder& joints,
+                ModelSystem& system);
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,44 @@
+#pragma once
+/** @file
+Where a model file places its bodies: by position, or by mating a frame of theirs with one that is
+already placed. Bodies may be in any order. **/
+
+#include "simflex/cli/model/Mobilizer.h"
+
+namespace simflex {
+namespace cli {
+
+class Placement {
+public:
+    /** @throws ModelError, naming all bodies of a circle of places. **/
+    Placement(const ModelValue& file, const ModelFrames& frames);
+
+    /** Of the body's own coordinates D in Ground. **/
+    const SimTK::Transform& getPose(int body) const { return _poses[size_t(body)]; }
+    /** Of a frame in Ground, undeformed. **/
+    SimTK::Transform calcPose(const FrameOnBody& frame) const;
+    /** Of a rigid body. **/
+    const Mobilizer& getMobilizer(int body) const { return _mobilizers[size_t(body)]; }
+    /** Bodies in such an order that parents come before what they carry. **/
+    const std::vector<int>& getOrder() const { return _order; }
+
+    /** Diagonal of the box about bodies' origins and interfaces, at least 1e-3 m. **/
+    double calcSize() const;
+
+private:
+    void place(int body);
+    SimTK::Transform calcPlace(int body);
+    SimTK::Transform follow(const FrameOnBody& frame);
+
+    enum class Mark { Open, Placing, Placed };
+    ModelValue _bodies;
+    const ModelFrames& _frames;
+    std::vector<SimTK::Transform> _poses;
+    std::vector<Mobilizer> _mobilizers;
+    std::vector<Mark> _marks;
+    std::vector<int> _path;  ///< bodies being placed
+    std::vector<int> _order;
+};
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,40 @@
+/** @file
+simflex schema and simflex keys: what a model file may hold, for editors and for people. **/
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/model/SchemaJson.h"
+#include "simflex/cli/model/SchemaReference.h"
+
+namespace simflex {
+namespace cli {
+
+void addSchemaCommand(CLI::App& app) {
+    CLI::App* command = app.add_subcommand(
+        "schema", "Prints the JSON schema of model files, for completion and checks in editors.");
+    command->callback([] { std::fputs(writeJsonSchema().c_str(), stdout); });
+}
+
+void addKeysCommand(CLI::App& app) {
+    struct Arguments {
+        std::string path;
+        bool isMarkdown = false;
+    };
+    const auto arguments = std::make_shared<Arguments>();
+    CLI::App* command = app.add_subcommand(
+        "keys", "Lists the keys of model files: value, unit, default and meaning.");
+    command->add_option("PATH", arguments->path,
+                        "keys below this one, as solver or bodies.NAME.place");
+    command->add_flag("--markdown", arguments->isMarkdown, "as tables in Markdown");
+    command->callback([arguments] {
+        const ReferenceFormat format =
+            arguments->isMarkdown ? ReferenceFormat::Markdown : ReferenceFormat::Text;
+        std::fputs(writeKeyReference(arguments->path, format).c_str(), stdout);
+    });
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,126 @@
+/** @file
+The analyses without time: static, eigen, campbell. **/
+
+#include <algorithm>
+#include <cmath>
+
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
+#include "simflex/cli/run/ModelRun.h"
+#include "simflex/cli/run/Pictures.h"
+#include "simflex/cli/run/Session.h"
+#include "simflex/solver/CampbellDiagram.h"
+#include "simflex/solver/StaticEquilibrium.h"
+
+namespace simflex {
+namespace cli {
+
+using SimTK::Real;
+using SimTK::State;
+using SimTK::Vector;
+
+namespace {
+
+std::vector<double> toNumbers(const Vector& vector) {
+    std::vector<double> numbers;
+    for (int k = 0; k < vector.size(); ++k) numbers.push_back(vector[k]);
+    return numbers;
+}
+
+/** With joints met and speeds consistent. **/
+State assembleState(const Model& model, const State& state) {
+    const auto integrator = makeIntegrator(model);
+    integrator->initialize(state);
+    return integrator->getState();
+}
+
+constexpr int kUsualModes = 10, kUsualBranches = 6;
+
+/** The model again, with another value of a parameter, in steady motion. **/
+Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
+                          const std::string& parameter, Real value) {
+    char number[40];
+    std::snprintf(number, sizeof number, "%.17g", double(value));
+    ModelText changed = text;
+    changed.settings.push_back("parameters." + parameter + "=" + number);
+    const Model model(readModel(changed), options);
+    if (model.getFile().get("initial").get("start").getText() != "as_placed")
+        return calcLinearization(model.getSystem(), findStart(model));
+    StaticEquilibrium equilibrium(model.getSystem());
+    equilibrium.solveSteadyMotion(assembleState(model, model.makeInitialState()));
+    return calcLinearization(model.getSystem(), equilibrium.getState());
+}
+
+}  // namespace
+
+void ModelRun::runStatic(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    ProgressBar(_options.isQuiet, {}).show(name, 0);
+    const Equilibrium& equilibrium = obtainEquilibrium(analysis);
+    const Vector atRest;
+    const Moment moment{equilibrium.state, atRest, equilibrium.multipliers, 0};
+    _writer->addStatic(name, makeColumns(), _probes.calc(moment),
+                       toNumbers(equilibrium.state.getQ()));
+    _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
+    for (const std::string& motion : equilibrium.freeMotions)
+        _remarks[name].push_back("nothing holds a motion of " + nameBodies(*_model, motion));
+    _writer->setComplete(name);
+}
+
+void ModelRun::runEigen(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    const ModelValue wanted = analysis.get("count");
+    const int count = wanted.isGiven() ? wanted.getInteger() : kUsualModes;
+    ProgressBar(_options.isQuiet, {}).show(name, 0);
+    const State about = assembleState(*_model, findNamedState(analysis.get("about"), name));
+    const Linearization linear = calcLinearization(_model->getSystem(), about);
+    std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    const auto firstElastic = std::find_if(
+        modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
+    const auto numRigid = firstElastic - modes.begin();
+    modes.erase(modes.begin(), firstElastic);
+    if (int(modes.size()) > count) modes.resize(size_t(count));
+    if (modes.empty())
+        throw std::runtime_error("analysis '" + name + "': the model has no natural frequencies");
+    std::vector<double> frequency, damping;
+    for (const Eigenmode& mode : modes) {
+        frequency.push_back(mode.frequency);
+        damping.push_back(mode.dampingRatio);
+    }
+    if (_options.drawsPictures && analysis.get("pictures").getBool())
+        drawModes(*_model, linear, modes, name, _options.isQuiet);
+    _writer->addEigen(name, frequency, damping);
+    _writer->setStatistics(name, {{"rigid_motions", double(numRigid)}});
+    _writer->setComplete(name);
+}
+
+void ModelRun::runCampbell(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    const ModelValue wanted = analysis.get("count");
+    const int count = wanted.isGiven() ? wanted.getInteger() : kUsualBranches;
+    const std::vector<double> speeds = analysis.get("speeds").getNumbers();
+    const std::string parameter = analysis.get("parameter").getText();
+    const std::vector<std::string> known = _model->getFile().get("parameters").getKeys();
+    if (std::find(known.begin(), known.end(), parameter) == known.end())
+        analysis.get("parameter").failUnknown("parameter", parameter, known);
+    ProgressBar bar(_options.isQuiet, {{name, 1}});
+    int done = 0;
+    const CampbellDiagram diagram =
+        calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
+            if (!bar.show(name, double(done++) / double(speeds.size())))
+                throw Stopped("what was complete is in '" + _resultPath +
+                              "'; go on with: " + _resumeCommand);
+            return linearizeAt(_text, _modelOptions, parameter, speed);
+        });
+    std::vector<std::vector<double>> frequency(speeds.size()), damping(speeds.size());
+    for (size_t k = 0; k < speeds.size(); ++k)
+        for (const CampbellDiagram::Branch& branch : diagram.branches) {
+            frequency[k].push_back(branch.frequency[k]);
+            damping[k].push_back(branch.dampingRatio[k]);
+        }
+    _writer->addCampbell(name, speeds, frequency, damping);
+    _writer->setComplete(name);
+}
+
+}  // namespace cli
+}  // namespace simflex

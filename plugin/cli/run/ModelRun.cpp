@@ -1,0 +1,338 @@
+#include "simflex/cli/run/ModelRun.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "simflex/body/JointEquations.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
+#include "simflex/cli/run/RunSummary.h"
+#include "simflex/cli/run/Session.h"
+#include "simflex/cli/run/TransientRun.h"
+#include "simflex/solver/StaticEquilibrium.h"
+
+namespace simflex {
+namespace cli {
+
+namespace fs = std::filesystem;
+using SimTK::State;
+using SimTK::Vector;
+
+namespace {
+
+/** The model file's own choice, or one from its name, in the current folder. **/
+std::string chooseResultPath(const ModelText& text, const Model& model, const RunOptions& options,
+                             bool isRigid) {
+    const ModelValue file = model.getFile().get("output").get("file");
+    fs::path path = !options.output.empty() ? fs::path(options.output)
+                    : file.isGiven()
+                        ? fs::path(file.getText())
+                        : fs::path(fs::path(text.path).stem().string() + ".results.h5");
+    if (isRigid) path.replace_extension(".rigid" + path.extension().string());
+    return path.string();
+}
+
+/** Number of the first line in which two texts differ. **/
+int findDifference(const std::string& a, const std::string& b) {
+    int line = 1;
+    for (size_t i = 0; i < std::min(a.size(), b.size()) && a[i] == b[i]; ++i) line += a[i] == '\n';
+    return line;
+}
+
+std::string join(const std::vector<std::string>& items) {
+    std::string text;
+    for (const std::string& item : items) text += (text.empty() ? "" : " ") + item;
+    return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options)
+    : _text(text), _options(options) {
+    _modelOptions.bodies = bodies;
+    _resumeCommand = options.makeResumeCommand();
+    // Pictures of the same names would replace those of the model as given.
+    if (bodies == ModelOptions::Bodies::Rigid) _options.drawsPictures = false;
+    ProgressBar bar(options.isQuiet, {});
+    _modelOptions.progress = [&](const std::string& phase, double fraction) {
+        return bar.show(phase, fraction);
+    };
+    _modelOptions.note = [&](const std::string& note) {
+        bar.clear();
+        if (!options.isQuiet) std::fprintf(stderr, "simflex: %s\n", note.c_str());
+    };
+    const ModelValue file = readModel(text);
+    const ModelValue analyses = file.get("analyses");
+    if (!analyses.isGiven() || analyses.getKeys().empty())
+        throw ModelError(text.path +
+                         ": there is nothing to do: add what to simulate, for example\n"
+                         "analyses:\n"
+                         "  run: {type: transient, duration: 1}");
+    _model = std::make_shared<const Model>(file, _modelOptions);
+    _modelOptions.progress = {};
+    _modelOptions.note = {};
+    _probes = Probes::make(_model);
+    for (const std::string& name : options.only) {
+        const std::vector<std::string> known = analyses.getKeys();
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            analyses.failUnknown("analysis", name, known);
+    }
+    // What cannot be drawn is refused before hours of simulation.
+    if (_options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*_model);
+    _resultPath = chooseResultPath(text, *_model, options, bodies == ModelOptions::Bodies::Rigid);
+}
+
+ModelRun::~ModelRun() = default;
+
+void ModelRun::say(const std::string& note) const {
+    if (!_options.isQuiet) std::fprintf(stderr, "simflex: %s\n", note.c_str());
+}
+
+bool ModelRun::isWanted(const std::string& analysis) const {
+    return _options.only.empty() ||
+           std::find(_options.only.begin(), _options.only.end(), analysis) != _options.only.end();
+}
+
+bool ModelRun::isComplete(const std::string& analysis) const {
+    if (!_earlier) return false;
+    for (const ResultData::Analysis& done : _earlier->analyses)
+        if (done.name == analysis) return done.isComplete;
+    return false;
+}
+
+//-------------------------------------------------------------------------------------------------
+// files
+
+void ModelRun::checkSame(const ResultHeader& earlier) const {
+    const auto refuse = [&](const std::string& what) {
+        throw std::runtime_error("cannot go on with '" + _resultPath + "': " + what +
+                                 "; run without --resume to begin anew");
+    };
+    if (earlier.modelText != _text.text)
+        refuse("the model file '" + _text.path + "' has changed since, first in line " +
+               std::to_string(findDifference(earlier.modelText, _text.text)));
+    if (earlier.settings != _text.settings)
+        refuse("it was run with other settings (then: " + join(earlier.settings) +
+               "; now: " + join(_text.settings) + ")");
+    if (earlier.isRigid != (_modelOptions.bodies == ModelOptions::Bodies::Rigid))
+        refuse(earlier.isRigid ? "its bodies are all rigid" : "its bodies are flexible");
+}
+
+void ModelRun::openResults() {
+    const bool isThere = fs::exists(_resultPath) || fs::exists(_resultPath + ".rows");
+    if (isThere) {
+        try {
+            ResultData data = readResults(_resultPath, ReadStates::No);
+            if (_options.resumes) _earlier = std::move(data);
+        } catch (const std::exception& error) {
+            throw std::runtime_error("'" + _resultPath +
+                                     "' is there and cannot be read as a result file of simflex, "
+                                     "so it is not replaced: " +
+                                     error.what() + "; choose another name with -o or remove it");
+        }
+    }
+    if (_earlier) {
+        checkSame(_earlier->header);
+        _writer = std::make_unique<ResultWriter>(_resultPath);
+        return;
+    }
+    if (_options.resumes) say("there is no '" + _resultPath + "' to go on with: begins anew");
+    fs::remove(getCheckpointPath());
+    ResultHeader header;
+    if (_model->getFile().get("title").isGiven())
+        header.title = _model->getFile().get("title").getText();
+    header.modelPath = _text.path;
+    header.modelText = _text.text;
+    header.settings = _text.settings;
+    header.isRigid = _modelOptions.bodies == ModelOptions::Bodies::Rigid;
+    _writer = std::make_unique<ResultWriter>(_resultPath, header);
+}
+
+std::vector<ResultColumn> ModelRun::makeColumns() const {
+    std::vector<ResultColumn> columns;
+    for (const Probe& probe : _probes.getProbes())
+        columns.push_back({probe.name, probe.unit, probe.columns});
+    return columns;
+}
+
+//-------------------------------------------------------------------------------------------------
+// what is done
+
+void ModelRun::perform() {
+    openResults();
+    const ModelValue analyses = _model->getFile().get("analyses");
+    for (const std::string& name : analyses.getKeys()) {
+        const ModelValue analysis = analyses.get(name);
+        if (!isWanted(name) || isComplete(name)) continue;
+        const std::string type = analysis.get("type").getText();
+        if (wasInterrupted())
+            throw Stopped("what was complete is in '" + _resultPath +
+                          "'; go on with: " + _resumeCommand);
+        if (type == "transient")
+            runTransient(analysis);
+        else if (type == "static")
+            runStatic(analysis);
+        else if (type == "eigen")
+            runEigen(analysis);
+        else if (type == "campbell")
+            runCampbell(analysis);
+        else
+            say("analysis '" + name + "' is left to 'simflex sweep'");
+    }
+    _writer.reset();
+    if (_options.writesCsv || _model->getFile().get("output").get("csv").getBool())
+        for (const ResultData::Analysis& analysis :
+             readResults(_resultPath, ReadStates::No).analyses)
+            writeResultCsv(
+                fs::path(_resultPath).replace_extension("." + analysis.name + ".csv").string(),
+                analysis);
+}
+
+void ModelRun::runTransient(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    const State start = findNamedState(analysis.get("from"), name);
+    TransientRun run(*this, analysis);
+    const ResultData::Analysis* begun = nullptr;
+    if (_earlier)
+        for (const ResultData::Analysis& earlier : _earlier->analyses)
+            if (earlier.name == name) begun = &earlier;
+    if (begun && fs::exists(getCheckpointPath())) {
+        const RunCheckpoint checkpoint = readRunCheckpoint(getCheckpointPath());
+        const std::map<std::string, std::string> inputs = calcInputChecksums(*_model);
+        for (const auto& [what, sum] : inputs) {
+            const auto then = checkpoint.inputs.find(what);
+            if (then == checkpoint.inputs.end() || then->second != sum)
+                throw std::runtime_error("cannot go on with '" + _resultPath + "': " + what +
+                                         " has changed since; run without --resume to begin anew");
+        }
+        if (checkpoint.analysis == name) {
+            run.resume(start, checkpoint);
+            _writer->resumeTransient(name, checkpoint.numRows);
+            run.perform();
+            return;
+        }
+    }
+    run.start(start);
+    if (begun)
+        _writer->resumeTransient(name, 0);
+    else {
+        const bool keepsStates = _model->getFile().get("output").get("states").getText() != "none";
+        _writer->beginTransient(name, makeColumns(), keepsStates ? start.getNQ() : 0,
+                                keepsStates ? start.getNU() : 0);
+    }
+    run.perform();
+}
+
+const State& ModelRun::getStart() {
+    if (!_start) _start = findStart(*_model);
+    return *_start;
+}
+
+const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analysis) {
+    const auto found = _equilibria.find(analysis.getName());
+    if (found != _equilibria.end()) return found->second;
+    StaticEquilibrium solver(_model->getSystem());
+    try {
+        solver.solve(findNamedState(analysis.get("from"), analysis.getName()));
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error("analysis '" + analysis.getName() +
+                                 "': " + nameBodies(*_model, error.what()));
+    }
+    Equilibrium& equilibrium = _equilibria[analysis.getName()];
+    equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
+                   solver.getFreeMotions()};
+    // A copy of a State is not realized.
+    _model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
+    return equilibrium;
+}
+
+State ModelRun::findEnd(const std::string& name) const {
+    const auto found = _ends.find(name);
+    if (found != _ends.end()) return found->second;
+    // Of a run that is gone on with.
+    for (const ResultData::Analysis& analysis : readResults(_resultPath).analyses) {
+        if (analysis.name != name || !analysis.isComplete || analysis.q.empty()) continue;
+        State state = _model->makeInitialState();
+        state.setTime(analysis.time.back());
+        for (int k = 0; k < state.getNQ(); ++k) state.updQ()[k] = analysis.q.back().at(size_t(k));
+        for (int k = 0; k < state.getNU(); ++k) state.updU()[k] = analysis.u.back().at(size_t(k));
+        return state;
+    }
+    throw std::runtime_error("the end of analysis '" + name +
+                             "' is not known: it was left out, or its states were not kept");
+}
+
+State ModelRun::findNamedState(const ModelValue& name, const std::string& forAnalysis) {
+    const std::string wanted = name.getText();
+    if (wanted == "start" || wanted == "placed") return getStart();
+    const ModelValue analyses = _model->getFile().get("analyses");
+    std::vector<std::string> earlier;
+    for (const std::string& other : analyses.getKeys()) {
+        if (other == forAnalysis) break;
+        const std::string type = analyses.get(other).get("type").getText();
+        if (type != "static" && type != "transient") continue;
+        earlier.push_back(other);
+        if (other == wanted)
+            return type == "static" ? obtainEquilibrium(analyses.get(other)).state : findEnd(other);
+    }
+    if (wanted == "static") {
+        StaticEquilibrium solver(_model->getSystem());
+        solver.solve(getStart());
+        return solver.getState();
+    }
+    name.failUnknown("static or transient analysis above it", wanted, earlier);
+}
+
+//-------------------------------------------------------------------------------------------------
+// what is said
+
+void ModelRun::printSummary() const {
+    const ResultData results = readResults(_resultPath, ReadStates::No);
+    for (const ResultData::Analysis& analysis : results.analyses) {
+        const auto remarks = _remarks.find(analysis.name);
+        printAnalysis(analysis,
+                      remarks != _remarks.end() ? remarks->second : std::vector<std::string>());
+    }
+    std::printf("results: %s\n", _resultPath.c_str());
+}
+
+void ModelRun::check() {
+    const Model& model = *_model;
+    const auto integrator = makeIntegrator(model);
+    integrator->initialize(getStart());
+    const State& state = integrator->getState();
+    std::printf("%s: %zu bodies, %zu joints, %zu motions\n", _text.path.c_str(),
+                model.getBodies().size(), model.getJoints().size(), model.getMotions().size());
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        if (body.flexible)
+            std::printf("  body %s: flexible, %d modes%s\n", body.name.c_str(),
+                        body.flexible->getNumModes(),
+                        body.flexible->isRigid(state) ? ", held rigid" : "");
+        else
+            std::printf("  body %s: rigid, %.6g kg\n", body.name.c_str(),
+                        double(body.mobod.getBodyMass(state)));
+    }
+    for (const Model::JointEntry& entry : model.getJoints())
+        std::printf("  joint %s: %s of %s and %s, %d equations\n", entry.name.c_str(),
+                    entry.joint.getEquations().getKind(),
+                    nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
+                    nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
+                    entry.joint.getNumEquations());
+    for (const std::string& line : integrator->getRedundantConstraints())
+        std::printf("  redundant: %s\n", nameBodies(model, line).c_str());
+    for (const Probe& probe : _probes.getProbes())
+        std::printf("  probe %s: %zu %s%s%s\n", probe.name.c_str(), probe.columns.size(),
+                    probe.columns.size() == 1 ? "column" : "columns",
+                    probe.unit.empty() ? "" : ", ", probe.unit.c_str());
+    const ModelValue analyses = model.getFile().get("analyses");
+    for (const std::string& name : analyses.getKeys())
+        std::printf("  analysis %s: %s%s\n", name.c_str(),
+                    analyses.get(name).get("type").getText().c_str(),
+                    isWanted(name) ? "" : ", left out");
+    std::printf("assembled: largest error of a joint %.2g; results would go to %s\n",
+                double(integrator->getLargestConstraintError()), _resultPath.c_str());
+}
+
+}  // namespace cli
+}  // namespace simflex

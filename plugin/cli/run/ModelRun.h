@@ -1,0 +1,91 @@
+#pragma once
+/** @file
+All analyses of a model, one after the other, into one result file.
+
+    ModelRun run(loadModelText("crank.yaml"), ModelOptions::Bodies::AsGiven, options);
+    run.perform();
+    run.printSummary();  **/
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simflex/cli/model/ModelReader.h"
+#include "simflex/cli/results/ResultFile.h"
+#include "simflex/cli/run/Probe.h"
+#include "simflex/cli/run/RunOptions.h"
+
+namespace simflex {
+namespace cli {
+
+class ModelRun {
+public:
+    /** Reads and builds the model, and finds out which analyses there are to do.
+    @throws ModelError. **/
+    ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options);
+    ~ModelRun();
+
+    /** Says on standard output what the model is made of and what would be done; assembles it. **/
+    void check();
+
+    /** Begins the result file, or goes on with it.
+    @throws Stopped when Ctrl-C was pressed, after everything was kept; std::runtime_error if
+        something fails. **/
+    void perform();
+
+    /** What has been found, on standard output. The same run prints the same. **/
+    void printSummary() const;
+
+    const std::string& getResultPath() const { return _resultPath; }
+
+private:
+    friend class TransientRun;
+
+    /** An equilibrium that later analyses may begin at. **/
+    struct Equilibrium {
+        SimTK::State state;
+        SimTK::Vector multipliers;
+        int numIterations = 0;
+        std::vector<std::string> freeMotions;
+    };
+
+    void openResults();
+    void checkSame(const ResultHeader& earlier) const;
+    std::string getCheckpointPath() const { return _resultPath + ".checkpoint"; }
+    bool isComplete(const std::string& analysis) const;
+    bool isWanted(const std::string& analysis) const;
+
+    const SimTK::State& getStart();
+    const Equilibrium& obtainEquilibrium(const ModelValue& analysis);
+    /** Last State of a transient analysis. **/
+    SimTK::State findEnd(const std::string& name) const;
+    /** The State that a key such as `from` names: start (or placed), static, or an analysis above
+    the one that asks. **/
+    SimTK::State findNamedState(const ModelValue& name, const std::string& forAnalysis);
+
+    void runTransient(const ModelValue& analysis);
+    void runStatic(const ModelValue& analysis);
+    void runEigen(const ModelValue& analysis);
+    void runCampbell(const ModelValue& analysis);
+
+    std::vector<ResultColumn> makeColumns() const;
+    void say(const std::string& note) const;
+
+    ModelText _text;
+    ModelOptions _modelOptions;
+    RunOptions _options;
+    std::shared_ptr<const Model> _model;
+    Probes _probes;
+    std::string _resultPath, _resumeCommand;
+    std::unique_ptr<ResultWriter> _writer;
+    std::optional<ResultData> _earlier;  ///< of the run that is gone on with
+    std::optional<SimTK::State> _start;
+    std::map<std::string, Equilibrium> _equilibria;
+    std::map<std::string, SimTK::State> _ends;                 ///< of transient analyses
+    std::map<std::string, std::vector<std::string>> _remarks;  ///< by analysis, for the summary
+};
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,297 @@
+#include "simflex/cli/run/Pictures.h"
+
+#include <filesystem>
+#include <map>
+
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
+#include "simflex/cli/run/Session.h"
+
+namespace simflex {
+namespace cli {
+
+namespace fs = std::filesystem;
+using SimTK::Pi;
+using SimTK::State;
+using SimTK::Transform;
+using SimTK::UnitVec3;
+using SimTK::Vec3;
+
+namespace {
+
+constexpr int kFramesPerPeriod = 24;     // of a mode
+constexpr double kModeRate = 20;         // pictures a second
+constexpr double kModeAmplitude = 0.04;  // largest displacement, to the scene's size
+
+template <class Value>
+Value choose(const ModelValue& value, const std::map<std::string, Value>& known) {
+    const auto found = known.find(value.getText());
+    if (found != known.end()) return found->second;
+    std::vector<std::string> names;
+    for (const auto& entry : known) names.push_back(entry.first);
+    value.failUnknown("choice", value.getText(), names);
+}
+
+Vec3 getDirection(const ModelValue& value) {
+    if (!value.isList())
+        return choose<Vec3>(value,
+                            {{"x", Vec3(1, 0, 0)}, {"y", Vec3(0, 1, 0)}, {"z", Vec3(0, 0, 1)}});
+    if (value.getVec3().norm() == 0) value.fail("has no direction");
+    return value.getVec3();
+}
+
+/** Azimuth and elevation [rad] of named views. **/
+const std::map<std::string, SimTK::Vec2>& getViews() {
+    static const std::map<std::string, SimTK::Vec2> views{
+        {"front", {0, 0}},        {"back", {Pi, 0}},
+        {"right", {Pi / 2, 0}},   {"side", {Pi / 2, 0}},
+        {"left", {-Pi / 2, 0}},   {"top", {0, Pi / 2}},
+        {"bottom", {0, -Pi / 2}}, {"isometric", {Pi / 4, std::atan(std::sqrt(0.5))}}};
+    return views;
+}
+
+CameraView makeCamera(const Model& model, const ModelValue& camera, const Vec3& up) {
+    CameraView view(camera.get("name").isGiven() ? camera.get("name").getText() : "");
+    if (camera.get("view").isGiven()) {
+        const SimTK::Vec2 direction = choose(camera.get("view"), getViews());
+        view.setDirection(direction[0], direction[1]);
+    }
+    if (camera.get("position").isGiven()) {
+        const Vec3 place = camera.get("position").getVec3(),
+                   back = place - camera.get("look_at").getVec3();
+        const Vec3 upwards = camera.get("up").isGiven() ? getDirection(camera.get("up")) : up;
+        if ((upwards % back).norm() <= 1e-9 * upwards.norm() * back.norm())
+            camera.get("position").fail("must not be at, or straight above or below, 'look_at'");
+        SimTK::Rotation R_GC;
+        R_GC.setRotationFromTwoAxes(UnitVec3(back), SimTK::ZAxis, upwards, SimTK::YAxis);
+        view.setTransform(Transform(R_GC, place));
+    }
+    if (camera.get("follow").isGiven())
+        view.setFollowedBody(model.findFrame(camera.get("follow")).getMobilizedBodyIndex());
+    if (camera.get("orbit").getNumber() != 0) view.setOrbit(camera.get("orbit").getNumber());
+    if (camera.get("perspective").isGiven())
+        view.setFieldOfView(camera.get("perspective").getNumber());
+    if (camera.get("orthographic").getBool()) view.setOrthographic();
+    if (camera.get("inset").isGiven()) {
+        const std::vector<double> place = camera.get("inset").getNumbers();
+        try {
+            view.setRectangle(place.at(0), place.at(1), place.at(2), place.at(3));
+        } catch (const std::invalid_argument& error) {
+            camera.get("inset").fail(error.what());
+        }
+    }
+    return view;
+}
+
+void setContour(const ModelValue& pictures, OffscreenVisualizer& viz) {
+    const ModelValue contour = pictures.get("contour"), range = pictures.get("range");
+    try {
+        viz.setContour(
+            choose<Contour>(contour, {{"none", Contour::None},
+                                      {"displacement", Contour::Displacement},
+                                      {"displacement_x", Contour::DisplacementX},
+                                      {"displacement_y", Contour::DisplacementY},
+                                      {"displacement_z", Contour::DisplacementZ},
+                                      {"speed", Contour::Speed},
+                                      {"strain_energy", Contour::StrainEnergyDensity},
+                                      {"von_mises", Contour::VonMises},
+                                      {"signed_von_mises", Contour::SignedVonMises},
+                                      {"principal_1", Contour::LargestPrincipalStress},
+                                      {"principal_3", Contour::SmallestPrincipalStress}}));
+        if (range.isList())
+            viz.setContourRange(range.at(0).getNumber(), range.at(1).getNumber());
+        else if (range.getText() == "frame")
+            viz.setContourRange(ContourRange::PerFrame);
+    } catch (const std::invalid_argument& error) {
+        (range.isList() ? range : contour).fail(error.what());
+    }
+}
+
+bool isText(const ModelValue& value, const std::string& text) {
+    return !value.isList() && !value.isMap() && value.getText() == text;
+}
+
+/** Names of files by analysis, where a model has several that are drawn. **/
+std::string makeName(const Model& model, const std::string& file, const std::string& analysis) {
+    const ModelValue analyses = model.getFile().get("analyses");
+    int numDrawn = 0;
+    for (const std::string& name : analyses.getKeys())
+        numDrawn += analyses.get(name).get("type").getText() == "transient";
+    if (numDrawn < 2) return file;
+    const fs::path path(file);
+    return (path.parent_path() /
+            (path.stem().string() + "_" + analysis + path.extension().string()))
+        .string();
+}
+
+State makeState(const State& pattern, const RunCheckpoint::Frame& frame) {
+    State state = pattern;
+    state.setTime(frame.time);
+    for (int k = 0; k < state.getNQ(); ++k) state.updQ()[k] = frame.q.at(size_t(k));
+    for (int k = 0; k < state.getNU(); ++k) state.updU()[k] = frame.u.at(size_t(k));
+    return state;
+}
+
+[[noreturn]] void stopDrawing(const std::string& resumeCommand) {
+    throw Stopped("all results are kept; draw the other pictures with: " + resumeCommand);
+}
+
+/** Plots beside the pictures, of the analysis' rows up to now. **/
+void addPlots(const Model& model, const ResultData::Analysis& rows, OffscreenVisualizer& viz) {
+    const ModelValue plots = model.getFile().get("pictures").get("plots");
+    for (int i = 0; i < plots.getSize(); ++i) {
+        const ModelValue plot = plots.at(i), names = plot.get("probes");
+        ProbePlot figure(plot.get("title").getText());
+        std::string lastUnit;
+        for (int k = 0; k < names.getSize(); ++k) {
+            const std::string name = names.at(k).getText();
+            std::vector<std::string> known;
+            bool isFound = false;
+            for (const ResultData::Series& series : rows.probes)
+                for (size_t c = 0; c < series.column.columns.size(); ++c) {
+                    const std::string column = series.column.columns[c];
+                    const std::string label =
+                        series.column.name + (column.empty() ? "" : "." + column);
+                    known.push_back(label);
+                    if (name != label && name != series.column.name) continue;
+                    if (figure.getNumPanels() == 0 || series.column.unit != lastUnit)
+                        figure.addPanel(name, series.column.unit);
+                    lastUnit = series.column.unit;
+                    std::vector<double> values;
+                    for (const std::vector<double>& row : series.rows) values.push_back(row[c]);
+                    figure.addCurve(label, rows.time, values);
+                    isFound = true;
+                }
+            if (!isFound) names.at(k).failUnknown("probe", name, known);
+        }
+        viz.addPlot(figure);
+    }
+}
+
+}  // namespace
+
+std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
+    const ModelValue pictures = model.getFile().get("pictures");
+    const std::vector<double> size = pictures.get("size").getNumbers();
+    auto viz =
+        std::make_unique<OffscreenVisualizer>(model.getSystem(), int(size.at(0)), int(size.at(1)));
+    viz->setOutputFolder("");
+    if (model.getFile().get("title").isGiven())
+        viz->setWindowTitle(model.getFile().get("title").getText());
+    for (const Model::BodyEntry& body : model.getBodies())
+        if (body.flexible) viz->addFlexibleBody(*body.flexible);
+    if (pictures.get("contour").getText() != "displacement" || pictures.get("range").isGiven())
+        setContour(pictures, *viz);
+    if (!isText(pictures.get("exaggeration"), "auto"))
+        viz->setDeformationFactor(pictures.get("exaggeration").getNumber());
+    viz->setShowUndeformed(pictures.get("ghost").getBool())
+        .setShowJoints(pictures.get("joints").getBool())
+        .setShowReactions(pictures.get("reactions").getBool())
+        .setShowElementEdges(pictures.get("wireframe").getBool())
+        .setShowAxes(pictures.get("axes").getBool())
+        .setShowShadows(pictures.get("shadows").getBool())
+        .setTransparentBackground(pictures.get("transparent").getBool());
+    const Vec3 up = getDirection(pictures.get("up"));
+    for (int axis = 0; axis < 3; ++axis)
+        if (std::abs(up[axis]) == up.norm())
+            viz->setSystemUpDirection(
+                SimTK::CoordinateDirection(SimTK::CoordinateAxis(axis), up[axis] > 0 ? 1 : -1));
+    const ModelValue ground = pictures.get("ground");
+    if (isText(ground, "none"))
+        viz->setBackgroundType(SimTK::Visualizer::SolidColor);
+    else if (!isText(ground, "auto"))
+        viz->setGroundHeight(ground.getNumber());
+    if (isText(pictures.get("theme"), "dark")) viz->setTheme(OffscreenVisualizer::Theme::Dark);
+    const ModelValue cameras = pictures.get("cameras");
+    for (int k = 0; cameras.isGiven() && k < cameras.getSize(); ++k) {
+        const CameraView view = makeCamera(model, cameras.at(k), up);
+        if (k == 0)
+            viz->setCamera(view);
+        else
+            viz->addView(view);
+    }
+    return viz;
+}
+
+void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
+                const ResultData::Analysis& rows, bool isQuiet, const std::string& resumeCommand) {
+    const ModelValue pictures = model.getFile().get("pictures"), video = pictures.get("video");
+    const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
+    if (pictures.get("folder").isGiven() || !video.isGiven())
+        viz->setOutputFolder(makeName(
+            model, pictures.get("folder").isGiven() ? pictures.get("folder").getText() : "frames",
+            rows.name));
+    viz->setOldFrames(OldFrames::Resume);
+    VideoOptions options;
+    options.framesPerSecond = pictures.get("rate").getNumber();
+    for (int k = 0; video.isGiven() && k < video.getSize(); ++k) {
+        const std::string name = makeName(model, video.at(k).getText(), rows.name);
+        try {
+            if (fs::path(name).has_parent_path())
+                fs::create_directories(fs::path(name).parent_path());
+            viz->addVideo(name, options);
+        } catch (const std::exception& error) {
+            video.at(k).fail(error.what());
+        }
+    }
+    addPlots(model, rows, *viz);
+
+    const State pattern = model.makeInitialState();
+    MotionRecorder motion(model.getSystem());
+    for (const RunCheckpoint::Frame& frame : frames) {
+        const State state = makeState(pattern, frame);
+        model.getSystem().realize(state, SimTK::Stage::Velocity);
+        motion.record(state);
+    }
+    viz->fitToMotion(motion);
+    ProgressBar bar(isQuiet, {{"pictures", 1}});
+    bar.show("pictures", 0);
+    const int numDrawn = viz->reportAll(motion, [&](int numComplete, int numFrames) {
+        return bar.show("pictures", double(numComplete) / numFrames);
+    });
+    bar.clear();
+    if (numDrawn < motion.getNumStates()) stopDrawing(resumeCommand);
+    viz->finish();
+}
+
+void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
+               const std::string& analysis, bool isQuiet) {
+    const ModelValue pictures = model.getFile().get("pictures");
+    const fs::path folder =
+        pictures.get("folder").isGiven() ? pictures.get("folder").getText() : "frames";
+    fs::create_directories(folder);
+    // The largest of the bodies' sizes, and of their distances from Ground's origin.
+    double size = 0;
+    model.getSystem().realize(linear.state, SimTK::Stage::Velocity);
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        if (body.flexible) size = std::max(size, 2 * double(body.flexible->getPart().calcRadius()));
+        size = std::max(size, double(body.mobod.getBodyTransform(linear.state).p().norm()));
+    }
+    if (size == 0) size = 1;
+    ProgressBar bar(isQuiet, {{"pictures of modes", 1}});
+    for (size_t k = 0; k < modes.size(); ++k) {
+        const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
+        char title[80];
+        std::snprintf(title, sizeof title, "mode %zu: %.5g Hz", k + 1, double(modes[k].frequency));
+        viz->setWindowTitle(title).setShowSimTime(false);
+        viz->setDeformationFactor(1);
+        VideoOptions options;
+        options.framesPerSecond = kModeRate;
+        viz->addVideo((folder / (analysis + "_mode_" + std::to_string(k + 1) + ".gif")).string(),
+                      options);
+        const std::vector<State> period = calcModeStates(model.getSystem(), linear, modes[k],
+                                                         kModeAmplitude * size, kFramesPerPeriod);
+        viz->fitToMotion(period);
+        const int numDrawn = viz->reportAll(period, [&](int numComplete, int numFrames) {
+            return bar.show("pictures of modes",
+                            (double(k) + double(numComplete) / numFrames) / double(modes.size()));
+        });
+        bar.clear();
+        if (numDrawn < int(period.size()))
+            throw Stopped("modes were drawn up to the " + std::to_string(k) + ". one");
+        viz->finish();
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,95 @@
+/** @file
+simflex run: does the analyses of a model file. **/
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/run/ModelRun.h"
+#include "simflex/cli/run/RunSummary.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+/** As a shell takes it for one word. **/
+std::string quote(const std::string& text) {
+    const std::string plain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./%@";
+    if (!text.empty() && text.find_first_not_of(plain) == std::string::npos) return text;
+    std::string quoted = "'";
+    for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+void perform(const RunOptions& options) {
+    const auto started = std::chrono::steady_clock::now();
+    const ModelText text = loadModelText(options.model, options.settings);
+    ModelRun run(text, ModelOptions::Bodies::AsGiven, options);
+    if (options.onlyChecks) {
+        run.check();
+        return;
+    }
+    run.perform();
+    run.printSummary();
+    if (options.isRigidToo) {
+        ModelRun rigid(text, ModelOptions::Bodies::Rigid, options);
+        rigid.perform();
+        printDifference(readResults(run.getResultPath(), ReadStates::No),
+                        readResults(rigid.getResultPath(), ReadStates::No));
+        std::printf("results of the rigid model: %s\n", rigid.getResultPath().c_str());
+    }
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started;
+    std::fflush(stdout);
+    if (!options.isQuiet) std::fprintf(stderr, "simflex: %.1f s\n", elapsed.count());
+}
+
+}  // namespace
+
+std::string RunOptions::makeResumeCommand() const {
+    std::string command = "simflex run " + quote(model);
+    if (!output.empty()) command += " -o " + quote(output);
+    for (const std::string& setting : settings) command += " --set " + quote(setting);
+    for (const std::string& name : only) command += " --only " + quote(name);
+    if (isRigidToo) command += " --rigid";
+    if (writesCsv) command += " --csv";
+    if (!drawsPictures) command += " --no-pictures";
+    return command + " --resume";
+}
+
+void addRunCommand(CLI::App& app) {
+    CLI::App* command = app.add_subcommand("run", "Does the analyses of a model file");
+    auto options = std::make_shared<RunOptions>();
+    command->add_option("model", options->model, "The model (YAML)")
+        ->required()
+        ->check(CLI::ExistingFile)
+        ->type_name("MODEL.yaml");
+    command->add_option("-o,--output", options->output, "Result file; default: MODEL.results.h5")
+        ->type_name("FILE");
+    command
+        ->add_option("--set", options->settings,
+                     "Another value for a key of the model, as solver.accuracy=1e-5")
+        ->type_name("PATH=VALUE")
+        ->allow_extra_args(false);
+    command->add_option("--only", options->only, "Does this analysis only; may be repeated")
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+    command->add_flag("--rigid", options->isRigidToo,
+                      "Runs the model with all bodies rigid as well and prints the differences");
+    command->add_flag("--resume", options->resumes,
+                      "Goes on where the last run of this model was stopped");
+    command->add_flag("--csv", options->writesCsv, "Writes a CSV file of each analysis as well");
+    command->add_flag("!--no-pictures", options->drawsPictures, "Leaves the model's pictures out");
+    command->add_flag("--check", options->onlyChecks,
+                      "Builds and assembles the model, lists what it has, runs nothing");
+    command->add_option("--threads", options->threads, "Threads; results do not depend on it")
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    command->add_flag("--quiet", options->isQuiet, "No progress");
+    command->callback([options] { perform(*options); });
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,209 @@
+#include "simflex/cli/run/TransientRun.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "simflex/cli/Stopped.h"
+#include "simflex/cli/run/Pictures.h"
+#include "simflex/cli/run/ProbeKinds.h"
+#include "simflex/cli/run/Session.h"
+
+namespace simflex {
+namespace cli {
+
+using SimTK::State;
+using SimTK::Vector;
+
+namespace {
+
+constexpr int kUsualRows = 200;
+constexpr double kRoundOff = 1e-9;  // of the number of intervals
+constexpr int kMostRows = 100'000'000;
+
+/** Number of intervals that cover a duration; the last may be shorter. **/
+int countIntervals(double duration, double interval, const ModelValue& where) {
+    const double count = std::ceil(duration / interval - kRoundOff * (duration / interval));
+    if (count > kMostRows)
+        where.fail("gives more than " + std::to_string(kMostRows) + " rows of output");
+    return std::max(1, int(count));
+}
+
+std::vector<double> toNumbers(const Vector& vector) {
+    std::vector<double> numbers(static_cast<size_t>(vector.size()));
+    for (int k = 0; k < vector.size(); ++k) numbers[size_t(k)] = vector[k];
+    return numbers;
+}
+
+}  // namespace
+
+TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
+    : _run(run),
+      _analysis(analysis),
+      _name(analysis.getName()),
+      _duration(analysis.get("duration").getNumber()),
+      _bar(run._options.isQuiet, {{analysis.getName(), 1}}),
+      _kept(Clock::now()) {
+    if (!(_duration > 0)) analysis.get("duration").fail("must be positive");
+    const ModelValue interval = analysis.get("interval");
+    _interval = interval.isGiven() ? interval.getNumber() : _duration / kUsualRows;
+    if (!(_interval > 0)) interval.fail("must be positive");
+    _lastRow = countIntervals(_duration, _interval, interval.isGiven() ? interval : analysis);
+    const ModelValue output = run._model->getFile().get("output");
+    _keepsStates = output.get("states").getText() != "none";
+    _checkpointInterval = output.get("checkpoint").getNumber();
+
+    const ModelValue pictures = run._model->getFile().get("pictures");
+    if (run._options.drawsPictures && pictures.isGiven()) {
+        _frameInterval =
+            1 / (pictures.get("rate").getNumber() * pictures.get("slow_motion").getNumber());
+        _lastFrame = countIntervals(_duration, _frameInterval, pictures.get("rate"));
+    }
+    _integrator = makeIntegrator(*run._model);
+    if (run._options.threads > 0) _integrator->setNumThreads(run._options.threads);
+    _integrator->setStepObserver([this](SimTK::Real time) { return watchStep(time); });
+}
+
+void TransientRun::start(const State& state) {
+    _progress.inputs = calcInputChecksums(*_run._model);
+    _progress.analysis = _name;
+    _startTime = state.getTime();
+    _bar.show(_name, 0);
+    _integrator->initialize(state);
+    const Moment moment{_integrator->getState(), _integrator->getUDot(),
+                        _integrator->getMultipliers(), 0};
+    _progress.energy.balanceAtStart = calcEnergy(*_run._model, moment, "balance");
+}
+
+void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
+    _progress = checkpoint;
+    _startTime = start.getTime();
+    std::istringstream text(checkpoint.integrator);
+    _integrator->readCheckpoint(text, start);
+}
+
+double TransientRun::calcRowTime(int row) const {
+    return row == _lastRow ? _startTime + _duration : _startTime + row * _interval;
+}
+
+double TransientRun::calcFrameTime(int frame) const {
+    return std::min(_startTime + frame * _frameInterval, _startTime + _duration);
+}
+
+void TransientRun::perform() {
+    while (_progress.numRows <= _lastRow || int(_progress.frames.size()) <= _lastFrame) {
+        const int frame = int(_progress.frames.size());
+        const double rowTime =
+            _progress.numRows <= _lastRow ? calcRowTime(_progress.numRows) : SimTK::Infinity;
+        const double frameTime = frame <= _lastFrame ? calcFrameTime(frame) : SimTK::Infinity;
+        advance(std::min(rowTime, frameTime));
+        if (frameTime <= rowTime) takeFrame();
+        if (rowTime <= frameTime) takeRow();
+        if (_checkpointInterval > 0 &&
+            std::chrono::duration<double>(Clock::now() - _kept).count() > _checkpointInterval)
+            keep();
+    }
+    finish();
+}
+
+void TransientRun::advance(double time) {
+    if (time <= _integrator->getTime()) return;
+    ImplicitIntegrator::StepStatus status;
+    try {
+        status = _integrator->stepTo(time);
+    } catch (const std::runtime_error& error) {
+        _bar.clear();
+        _run._writer->flush();
+        throw std::runtime_error("analysis '" + _name +
+                                 "': " + nameBodies(*_run._model, error.what()) +
+                                 "; the rows before stay in '" + _run._resultPath + "'");
+    }
+    if (status != ImplicitIntegrator::StepStatus::Interrupted) return;
+    _bar.clear();
+    keep();
+    std::ostringstream text;
+    text << "analysis '" << _name << "' has reached t = " << _reached << " of "
+         << _startTime + _duration << " s, which '" << _run._resultPath
+         << "' holds; go on with: " << _run._resumeCommand;
+    throw Stopped(text.str());
+}
+
+bool TransientRun::watchStep(double time) {
+    _reached = time;
+    return _bar.show(_name, (time - _startTime) / _duration, [&] {
+        char text[120];
+        std::snprintf(text, sizeof text, "t = %.5g s, h = %.2g s, order %d", time,
+                      double(_integrator->getLastStepSize()), _integrator->getLastOrder());
+        const std::string source = nameBodies(*_run._model, _integrator->getErrorSource());
+        return text + (source.empty() ? "" : ", limited by '" + source + "'");
+    });
+}
+
+void TransientRun::takeRow() {
+    const State& state = _integrator->getState();
+    const Moment moment{state, _integrator->getUDot(), _integrator->getMultipliers(),
+                        _integrator->getWork()};
+    RunCheckpoint::Energy& energy = _progress.energy;
+    energy.largestKinetic =
+        std::max(energy.largestKinetic, calcEnergy(*_run._model, moment, "kinetic"));
+    energy.largestError =
+        std::max(energy.largestError,
+                 std::abs(calcEnergy(*_run._model, moment, "balance") - energy.balanceAtStart));
+    const std::vector<double> values = _run._probes.calc(moment);
+    _run._writer->addRow(state.getTime(), values,
+                         _keepsStates ? toNumbers(state.getQ()) : std::vector<double>(),
+                         _keepsStates ? toNumbers(state.getU()) : std::vector<double>());
+    ++_progress.numRows;
+}
+
+void TransientRun::takeFrame() {
+    const State& state = _integrator->getState();
+    _progress.frames.push_back({state.getTime(), toNumbers(state.getQ()), toNumbers(state.getU())});
+}
+
+void TransientRun::keep() {
+    _run._writer->flush();
+    std::ostringstream text;
+    _integrator->writeCheckpoint(text);
+    _progress.integrator = text.str();
+    writeRunCheckpoint(_run.getCheckpointPath(), _progress);
+    _kept = Clock::now();
+}
+
+void TransientRun::finish() {
+    _bar.clear();
+    const IntegratorStatistics& statistics = _integrator->getStatistics();
+    _run._writer->setStatistics(
+        _name, {{"steps", double(statistics.stepsTaken)},
+                {"newton_iterations", double(statistics.newtonIterations)},
+                {"error_test_failures", double(statistics.errorTestFailures)},
+                {"convergence_failures",
+                 double(statistics.convergenceFailures + statistics.projectionFailures +
+                        statistics.nonFiniteFailures)},
+                {"factorizations", double(statistics.factorizations)},
+                {"redundant_constraints", double(statistics.redundantConstraints)},
+                {"largest_energy_error", _progress.energy.largestError},
+                {"largest_kinetic_energy", _progress.energy.largestKinetic}});
+    _run._ends[_name] = _integrator->getState();
+    for (const std::string& line : _integrator->getRedundantConstraints())
+        _run._remarks[_name].push_back(nameBodies(*_run._model, line));
+    if (_lastFrame >= 0) {
+        // Drawing can be stopped as well.
+        keep();
+        ResultData::Analysis rows;
+        if (_run._model->getFile().get("pictures").get("plots").isGiven())
+            for (ResultData::Analysis& analysis :
+                 readResults(_run._resultPath, ReadStates::No).analyses)
+                if (analysis.name == _name) rows = std::move(analysis);
+        rows.name = _name;
+        drawFrames(*_run._model, _progress.frames, rows, _run._options.isQuiet,
+                   _run._resumeCommand);
+    }
+    _run._writer->setComplete(_name);
+    ::unlink(_run.getCheckpointPath().c_str());
+}
+
+}  // namespace cli
+}  // namespace simflex

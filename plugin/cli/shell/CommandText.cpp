@@ -1,0 +1,131 @@
+#include "simflex/cli/shell/CommandText.h"
+
+#include <stdexcept>
+
+namespace simflex {
+namespace cli {
+namespace {
+
+bool isBlank(char c) {
+    return c == ' ' || c == '\t' || c == '\r' || c == '\n';
+}
+
+/** Reads one character after the other. **/
+class Splitter {
+public:
+    void read(const std::string& text) {
+        for (const char c : text) {
+            if (_isComment) return;
+            read(c);
+        }
+    }
+
+    void endWord() {
+        if (_isWord) words.push_back(word);
+        word.clear();
+        _isWord = false;
+    }
+    void endCommand() {
+        endWord();
+        if (!words.empty()) commands.push_back(words);
+        words.clear();
+    }
+
+    bool isComment() const { return _isComment; }
+    char getQuote() const { return _quote; }
+    const std::string& getBrackets() const { return _brackets; }
+
+    std::vector<Words> commands;
+    Words words;
+    std::string word;
+
+private:
+    void read(char c) {
+        if (_quote) {
+            if (c == _quote)
+                _quote = 0;
+            else
+                word += c;
+        } else if (c == '\'' || c == '"') {
+            _quote = c;
+            _isWord = true;
+        } else if (!_brackets.empty() || isBracket(c)) {
+            readInBrackets(c);
+        } else if (isBlank(c)) {
+            endWord();
+        } else if (c == ';') {
+            endCommand();
+        } else if (c == '#' && !_isWord) {
+            _isComment = true;
+        } else {
+            add(c);
+        }
+    }
+
+    static bool isBracket(char c) { return c == '(' || c == '[' || c == '{'; }
+
+    void readInBrackets(char c) {
+        if (isBracket(c))
+            _brackets += c == '(' ? ')' : c == '[' ? ']' : '}';
+        else if (c == _brackets.back())
+            _brackets.pop_back();
+        add(c);
+    }
+
+    void add(char c) {
+        word += c;
+        _isWord = true;
+    }
+
+    char _quote = 0;
+    std::string _brackets;  ///< that will close those that are open
+    bool _isWord = false, _isComment = false;
+};
+
+}  // namespace
+
+std::vector<Words> splitCommands(const std::string& line) {
+    Splitter splitter;
+    splitter.read(line);
+    if (splitter.getQuote())
+        throw std::invalid_argument(std::string("a quote ") + splitter.getQuote() +
+                                    " is not closed");
+    if (!splitter.getBrackets().empty())
+        throw std::invalid_argument(std::string("'") + splitter.getBrackets().back() +
+                                    "' is missing");
+    splitter.endCommand();
+    return splitter.commands;
+}
+
+UnfinishedCommand splitUnfinished(const std::string& text) {
+    Splitter splitter;
+    splitter.read(text);
+    return {splitter.words, splitter.word, splitter.getQuote(), splitter.isComment()};
+}
+
+std::vector<std::string> splitList(const std::string& text) {
+    if (text.size() < 2 || text.front() != '[' || text.back() != ']') return {text};
+    std::vector<std::string> items(1);
+    int depth = 0;
+    for (const char c : text.substr(1, text.size() - 2)) {
+        depth += c == '(' || c == '[' || c == '{';
+        depth -= c == ')' || c == ']' || c == '}';
+        if (c == ',' && depth == 0)
+            items.emplace_back();
+        else if (!isBlank(c) || !items.back().empty())
+            items.back() += c;
+    }
+    return items;
+}
+
+std::string quoteWord(const std::string& word) {
+    bool isPlain = !word.empty();
+    for (const char c : word)
+        if (isBlank(c) || std::string("'\";#()[]{}").find(c) != std::string::npos) isPlain = false;
+    if (isPlain) return word;
+    const char quote = word.find('\'') == std::string::npos ? '\'' : '"';
+    return quote + word + quote;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,46 @@
+#include "simflex/cli/shell/Format.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace simflex {
+namespace cli {
+
+std::string formatNumber(double value) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.10g", value == 0 ? 0.0 : value);  // no -0
+    return text;
+}
+
+std::string formatValues(const std::vector<double>& values, const std::string& unit) {
+    std::string text;
+    for (const double value : values) text += (text.empty() ? "" : ", ") + formatNumber(value);
+    if (values.size() != 1) text = "[" + text + "]";
+    return unit.empty() ? text : text + ' ' + unit;
+}
+
+std::string TextTable::format() const {
+    std::vector<size_t> widths(_rows.front().size(), 0);
+    std::vector<bool> areNumbers(widths.size(), _rows.size() > 1);
+    for (size_t i = 0; i < _rows.size(); ++i)
+        for (size_t j = 0; j < widths.size(); ++j) {
+            const std::string& cell = _rows[i][j];
+            widths[j] = std::max(widths[j], cell.size());
+            const bool isNumber = cell.find_first_not_of("0123456789.+-e %") == std::string::npos;
+            if (i > 0 && !isNumber) areNumbers[j] = false;
+        }
+    std::string text;
+    for (const std::vector<std::string>& row : _rows) {
+        std::string line;
+        for (size_t j = 0; j < widths.size(); ++j) {
+            const std::string pad(widths[j] - row[j].size(), ' ');
+            line += (j ? "  " : "") + (areNumbers[j] ? pad + row[j] : row[j] + pad);
+        }
+        line.erase(line.find_last_not_of(' ') + 1);
+        text += line + '\n';
+    }
+    return text;
+}
+
+}  // namespace cli
+}  // namespace simflex

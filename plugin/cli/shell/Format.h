@@ -1,0 +1,29 @@
+#pragma once
+/** @file
+Numbers and tables as the prompt prints them. **/
+
+#include <string>
+#include <vector>
+
+namespace simflex {
+namespace cli {
+
+/** Ten digits at most. **/
+std::string formatNumber(double value);
+/** "0.5 rad", "[1, 2, 3] m". **/
+std::string formatValues(const std::vector<double>& values, const std::string& unit);
+
+/** Rows in columns of even width; numbers to the right. **/
+class TextTable {
+public:
+    explicit TextTable(std::vector<std::string> head) : _rows{std::move(head)} {}
+    void add(std::vector<std::string> row) { _rows.push_back(std::move(row)); }
+    bool isEmpty() const { return _rows.size() == 1; }
+    std::string format() const;
+
+private:
+    std::vector<std::vector<std::string>> _rows;
+};
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,87 @@
+/** @file
+Commands of the prompt about itself: open, source, history, help, quit. **/
+
+#include <algorithm>
+
+#include "simflex/cli/shell/Shell.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+using Names = std::vector<std::string>;
+
+void open(Shell& shell, const Words& words) {
+    if (!words.empty())
+        shell.open(loadModelText(words[0]));
+    else
+        shell.open(
+            loadModelText(shell.updModel().getText().path, shell.updModel().getText().settings));
+    shell.printSummary();
+}
+
+void printHistory(Shell& shell, const Words& words) {
+    const Names lines = shell.getHistory();
+    const size_t count = words.empty()
+                             ? lines.size()
+                             : std::min(lines.size(), size_t(shell.calcCount(words[0], 100000)));
+    for (size_t i = lines.size() - count; i < lines.size(); ++i)
+        shell.print("%s\n", lines[i].c_str());
+}
+
+void help(Shell& shell, const Words& words) {
+    if (words.empty())
+        shell.print("%s", formatHelp().c_str());
+    else if (words[0] == "--markdown")
+        shell.print("%s", formatMarkdownHelp().c_str());
+    else
+        shell.print("%s", formatHelp(findCommand(words[0])).c_str());
+}
+
+}  // namespace
+
+void addGeneralCommands(std::vector<Command>& commands) {
+    const std::string group = "The prompt";
+    commands.push_back(
+        {group, "open", "[MODEL.yaml]", "Opens another model; alone: reads this one again.",
+         "If the file is wrong, the model before stays. Values that were set stay when it is read "
+         "again.",
+         0, 1, open, [](const Shell&, const Words& before, const std::string& word) {
+             return before.empty() ? completePath(word, {".yaml", ".yml"}) : Names{};
+         }});
+    commands.push_back({group, "source", "FILE", "Runs the commands of a file.", "", 1, 1,
+                        [](Shell& shell, const Words& words) { shell.runFile(words[0]); },
+                        [](const Shell&, const Words& before, const std::string& word) {
+                            return before.empty() ? completePath(word) : Names{};
+                        }});
+    commands.push_back({group,
+                        "history",
+                        "[N]",
+                        "Prints the lines typed, or the last few.",
+                        "",
+                        0,
+                        1,
+                        printHistory,
+                        {}});
+    commands.push_back({group, "help", "[COMMAND]", "Explains the commands, or one.",
+                        "'help --markdown' prints them as tables.", 0, 1, help,
+                        [](const Shell&, const Words& before, const std::string&) {
+                            Names names;
+                            if (before.empty())
+                                for (const Command& command : getCommands())
+                                    names.push_back(command.name);
+                            return names;
+                        }});
+    commands.push_back({group,
+                        "quit",
+                        "",
+                        "Ends; so does Ctrl-D.",
+                        "",
+                        0,
+                        0,
+                        [](Shell& shell, const Words&) { shell.quit(); },
+                        {}});
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,241 @@
+#include "simflex/cli/shell/JointDrag.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "simflex/body/JointEquations.h"
+
+namespace simflex {
+namespace cli {
+
+using namespace SimTK;
+
+namespace {
+
+constexpr Real kModalWeight = 1e3;
+constexpr Real kLargestTurn = 0.1;    // [rad] in one step
+constexpr Real kTolerance = 1e-11;    // of joints and the coordinate [m, rad]
+constexpr Real kConditioning = 1e-9;  // rows that follow from others
+constexpr int kMostCorrections = 40;  // after the last step of the way
+
+class Drag {
+public:
+    Drag(const Model& model, const State& start, const Joint& joint, int coordinate)
+        : _model(model),
+          _matter(model.getMatter()),
+          _joint(joint),
+          _coordinate(coordinate),
+          _state(start) {
+        model.getFlexibleBodies().initializeNative(_state);
+        _weights = _state.getUWeights();
+        for (const Model::BodyEntry& body : model.getBodies()) {
+            if (!body.flexible) continue;
+            for (int k = 0; k < body.flexible->getNumModalMobilizers(); ++k)
+                scale(body.flexible->getModalMobilizer(k), kModalWeight);
+        }
+        // What a lock or a Motion holds does not move.
+        for (MobilizedBodyIndex i(1); i < _matter.getNumBodies(); ++i) {
+            const MobilizedBody& mobod = _matter.getMobilizedBody(i);
+            if (mobod.isLocked(_state) ||
+                (mobod.hasMotion() && !mobod.getMotion().isDisabled(_state)))
+                scale(mobod, Infinity);
+        }
+    }
+
+    const State& getState() const { return _state; }
+    Real calcCoordinate() const { return _joint.calcCoordinates(_state)[_coordinate]; }
+    Real calcRate() const { return _joint.calcCoordinateDots(_state)[_coordinate]; }
+
+    Real calcLargestError() const {
+        Real largest = 0;
+        for (int i = 0; i < getNumPositionRows(); ++i)
+            largest = std::max(largest, std::abs(_state.getQErr()[i]));
+        return largest;
+    }
+
+    /** Moves the coordinate by `change` to first order, and the joints together. **/
+    void move(Real change) {
+        const int m = getNumPositionRows();
+        Vector right(m + 1);
+        for (int i = 0; i < m; ++i) right[i] = -_state.getQErr()[i];
+        right[m] = change;
+        Vector dq(_state.getNQ());
+        _matter.multiplyByN(_state, false, solve(m, right), dq);
+        _state.updQ() += dq;
+        _matter.normalizeQuaternions(_state);
+        realize();
+    }
+
+    void changeRate(Real change) {
+        const int m = _state.getNUErr();
+        Vector right(m + 1);
+        for (int i = 0; i < m; ++i) right[i] = -_state.getUErr()[i];
+        right[m] = change;
+        _state.updU() += solve(m, right);
+        realize();
+    }
+
+    std::string findWorstJoint() const {
+        std::string worst = "a constraint";
+        Real largest = kTolerance;
+        for (int i = 0; i < _model.getFlexibleBodies().getNumJoints(); ++i) {
+            const Joint other = _model.getFlexibleBodies().getJoint(JointIndex(i));
+            const Vector errors = other.calcPositionErrors(_state);
+            for (int row = 0; row < errors.size(); ++row) {
+                if (std::abs(errors[row]) <= largest) continue;
+                largest = std::abs(errors[row]);
+                worst = "'" + other.getName() + "'";
+            }
+        }
+        return worst;
+    }
+
+private:
+    void scale(const MobilizedBody& mobod, Real factor) {
+        for (int i = 0; i < mobod.getNumU(_state); ++i)
+            _weights[mobod.getFirstUIndex(_state) + i] *= factor;
+    }
+
+    void realize() { _model.getSystem().realize(_state, Stage::Velocity); }
+
+    /** Without those of quaternions. **/
+    int getNumPositionRows() const {
+        return _state.getNQErr() - _matter.getNumQuaternionsInUse(_state);
+    }
+
+    /** Speeds that move the joint's frames. **/
+    std::vector<int> findSpeeds() const {
+        std::vector<int> speeds;
+        const auto add = [&](const MobilizedBody& mobod) {
+            for (int i = 0; i < mobod.getNumU(_state); ++i)
+                speeds.push_back(mobod.getFirstUIndex(_state) + i);
+        };
+        for (const Attachment* frame :
+             {&_joint.getFrameF(_coordinate), &_joint.getFrameM(_coordinate)}) {
+            for (MobilizedBodyIndex at = frame->getMobilizedBodyIndex(); at != GroundIndex;) {
+                const MobilizedBody& mobod = _matter.getMobilizedBody(at);
+                add(mobod);
+                at = mobod.getParentMobilizedBody().getMobilizedBodyIndex();
+            }
+            if (!frame->isFlexible()) continue;
+            const FlexibleBody body =
+                _model.getFlexibleBodies().getBody(frame->getFlexibleBodyIndex());
+            for (int k = 0; k < body.getNumModalMobilizers(); ++k) add(body.getModalMobilizer(k));
+        }
+        std::sort(speeds.begin(), speeds.end());
+        speeds.erase(std::unique(speeds.begin(), speeds.end()), speeds.end());
+        return speeds;
+    }
+
+    /** ∂c/∂u: rates are linear in the speeds. **/
+    Vector calcGradient() const {
+        Vector gradient(_state.getNU(), Real(0));
+        State moving = _state;
+        for (const int j : findSpeeds()) {
+            moving.updU() = 0;
+            moving.updU()[j] = 1;
+            _model.getSystem().realize(moving, Stage::Velocity);
+            gradient[j] = _joint.calcCoordinateDots(moving)[_coordinate];
+        }
+        return gradient;
+    }
+
+    /** The smallest change of speeds with these right-hand sides of m rows of G and of the
+    coordinate. **/
+    Vector solve(int m, const Vector& right) const {
+        const int n = _state.getNU();
+        Matrix G;
+        _matter.calcG(_state, G);
+        Matrix A(m + 1, n);
+        const Vector gradient = calcGradient();
+        for (int j = 0; j < n; ++j) {
+            for (int i = 0; i < m; ++i) A(i, j) = G(i, j) / _weights[j];
+            A(m, j) = gradient[j] / _weights[j];
+        }
+        Vector change;
+        FactorQTZ(A, kConditioning).solve(right, change);
+        for (int j = 0; j < n; ++j) change[j] /= _weights[j];
+        return change;
+    }
+
+    const Model& _model;
+    const SimbodyMatterSubsystem& _matter;
+    const Joint& _joint;
+    int _coordinate;
+    State _state;
+    Vector _weights;
+};
+
+std::string format(Real value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return text;
+}
+
+[[noreturn]] void refuse(const Drag& drag, const Joint& joint, int coordinate, const char* what,
+                         Real reached, Real wanted) {
+    throw std::runtime_error("the " + getCoordinateNames(joint)[size_t(coordinate)] + what +
+                             " of '" + joint.getName() + "' comes to " + format(reached) +
+                             ", not to " + format(wanted) + ": " + drag.findWorstJoint() +
+                             " does not allow it");
+}
+
+}  // namespace
+
+State dragJoint(const Model& model, const State& state, const Joint& joint, int coordinate,
+                double value) {
+    Drag drag(model, state, joint, coordinate);
+    const JointCoordinate& kind = joint.getEquations().getCoordinate(coordinate);
+    const auto calcRest = [&] {
+        const Real rest = value - drag.calcCoordinate();
+        return kind.isPeriodic() ? std::remainder(rest, 2 * Pi) : rest;
+    };
+    const Real way = std::abs(calcRest());
+    const Real longest = kind.isAngle() ? kLargestTurn : way / 10;
+    const int mostSteps = kMostCorrections + (way > 0 ? int(std::ceil(2 * way / longest)) : 0);
+    for (int step = 0; step < mostSteps; ++step) {
+        const Real rest = calcRest();
+        if (std::abs(rest) < kTolerance * (1 + std::abs(value)) &&
+            drag.calcLargestError() < kTolerance)
+            return drag.getState();
+        drag.move(std::clamp(rest, -longest, longest));
+        if (!std::isfinite(drag.calcLargestError())) break;
+    }
+    refuse(drag, joint, coordinate, "", drag.calcCoordinate(), value);
+}
+
+State setJointRate(const Model& model, const State& state, const Joint& joint, int coordinate,
+                   double rate) {
+    Drag drag(model, state, joint, coordinate);
+    for (int i = 0; i < 2; ++i) drag.changeRate(rate - drag.calcRate());
+    if (!(std::abs(drag.calcRate() - rate) < 1e-9 * (1 + std::abs(rate))))
+        refuse(drag, joint, coordinate, "'s rate", drag.calcRate(), rate);
+    return drag.getState();
+}
+
+std::vector<std::string> getCoordinateNames(const Joint& joint) {
+    const JointEquations& equations = joint.getEquations();
+    int numAngles = 0, numDisplacements = 0;
+    for (int i = 0; i < joint.getNumCoordinates(); ++i)
+        ++(equations.getCoordinate(i).isAngle() ? numAngles : numDisplacements);
+    std::vector<std::string> names;
+    int angle = 0, displacement = 0;
+    for (int i = 0; i < joint.getNumCoordinates(); ++i) {
+        const JointCoordinate& coordinate = equations.getCoordinate(i);
+        const auto axisName = std::string(1, "xyz"[coordinate.sine[0]]);
+        if (coordinate.isAngle())
+            names.push_back(numAngles == 1 ? "angle" : "angle_" + std::to_string(++angle));
+        else if (numDisplacements == 1)
+            names.emplace_back("displacement");
+        else if (equations.getNumFrames() == 2)
+            names.push_back(axisName);
+        else
+            names.push_back("displacement_" + std::to_string(++displacement));
+    }
+    return names;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,304 @@
+/** @file
+Commands of the prompt that list what the model has, and what it does now. **/
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "simflex/body/JointEquations.h"
+#include "simflex/cli/shell/Format.h"
+#include "simflex/cli/shell/JointDrag.h"
+#include "simflex/cli/shell/Shell.h"
+#include "simflex/solver/Eigenmodes.h"
+
+namespace simflex {
+namespace cli {
+
+using SimTK::Stage;
+using SimTK::State;
+
+namespace {
+
+const std::vector<std::string> kLists = {"bodies", "joints",     "motions", "modes",
+                                         "probes", "parameters", "frames"};
+
+std::vector<double> toValues(const SimTK::Vec3& vector) {
+    return {vector[0], vector[1], vector[2]};
+}
+
+std::string formatShort(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value == 0 ? 0.0 : value);
+    return text;
+}
+
+std::string formatShort(const std::vector<double>& values) {
+    std::string text;
+    for (const double value : values) text += (text.empty() ? "" : ", ") + formatShort(value);
+    return text;
+}
+
+const Model::BodyEntry& findBody(const Model& model, const std::string& name) {
+    std::vector<std::string> names;
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        if (body.name == name) return body;
+        names.push_back(body.name);
+    }
+    throw std::runtime_error(describeUnknown("body", name, names));
+}
+
+/** By the names of the model file; Simbody numbers rigid bodies. **/
+std::string getPlaceName(const Model& model, const Attachment& frame) {
+    if (!frame.isFlexible())
+        for (const Model::BodyEntry& body : model.getBodies())
+            if (body.mobod.getMobilizedBodyIndex() == frame.getMobilizedBodyIndex())
+                return body.name;
+    return frame.getName();
+}
+
+// ---- list
+
+void listBodies(Shell& shell) {
+    const ShellModel& model = shell.updModel();
+    TextTable table({"body", "kind", "mass [kg]", "place [m]", "largest displacement [m]"});
+    for (const Model::BodyEntry& body : model.getModel().getBodies()) {
+        std::string kind = "rigid", displacement = "-";
+        if (body.flexible) {
+            kind = std::to_string(body.flexible->getNumModes()) + " modes";
+            if (body.flexible->isRigid(model.getState())) kind += ", held rigid";
+            displacement = formatShort(body.flexible->calcLargestDisplacement(model.getState()));
+        }
+        const SimTK::Transform X_GP = body.mobod.getBodyTransform(model.getState()) * body.X_BP;
+        table.add({body.name, kind,
+                   formatShort(body.mobod.getBodyMassProperties(model.getState()).getMass()),
+                   formatShort(toValues(X_GP.p())), displacement});
+    }
+    shell.print("%s", table.format().c_str());
+}
+
+void listJoints(Shell& shell) {
+    const ShellModel& model = shell.updModel();
+    TextTable table({"joint", "type", "from", "to", "coordinates", "error"});
+    for (const Model::JointEntry& entry : model.getModel().getJoints()) {
+        const Joint& joint = entry.joint;
+        const std::vector<std::string> names = getCoordinateNames(joint);
+        const SimTK::Vector values =
+            names.empty() ? SimTK::Vector() : joint.calcCoordinates(model.getState());
+        std::string coordinates;
+        for (size_t i = 0; i < names.size(); ++i)
+            coordinates += (i ? ", " : "") + names[i] + ' ' + formatShort(values[int(i)]);
+        const bool isCoupler = joint.getEquations().isCoupler();
+        table.add(
+            {entry.name, joint.getEquations().getKind(),
+             isCoupler ? "-" : getPlaceName(model.getModel(), joint.getFrameF()),
+             isCoupler ? "-" : getPlaceName(model.getModel(), joint.getFrameM()), coordinates,
+             formatShort(SimTK::max(SimTK::abs(joint.calcPositionErrors(model.getState()))))});
+    }
+    shell.print("%s", table.format().c_str());
+    for (const std::string& line : model.getIntegrator().getRedundantConstraints())
+        shell.print("%s\n", line.c_str());
+}
+
+void listMotions(Shell& shell) {
+    const ShellModel& model = shell.updModel();
+    TextTable table({"motion", "now", "position"});
+    for (const Model::MotionEntry& motion : model.getModel().getMotions())
+        table.add({motion.name, formatShort(motion.position.calcValue(model.getTime())),
+                   motion.position.getText()});
+    shell.print("%s", table.format().c_str());
+}
+
+void listModes(Shell& shell, const std::string& name) {
+    const ShellModel& model = shell.updModel();
+    const Model::BodyEntry& body = findBody(model.getModel(), name);
+    if (!body.flexible) throw std::runtime_error("'" + name + "' is rigid: it has no modes");
+    const FlexibleBody& flexible = *body.flexible;
+    const SimTK::Vector xi = flexible.getModalCoordinates(model.getState());
+    const SimTK::Vector energies = flexible.calcModalStrainEnergies(model.getState());
+    TextTable table({"mode", "frequency [Hz]", "coordinate", "strain energy [J]"});
+    for (int i = 0; i < flexible.getNumModes(); ++i) {
+        const double omegaSquared = flexible.getPart().omegaSquared[size_t(i)];
+        table.add({std::to_string(i + 1), formatShort(std::sqrt(omegaSquared) / (2 * SimTK::Pi)),
+                   formatShort(xi[i]), formatShort(energies[i])});
+    }
+    shell.print("%s", table.format().c_str());
+}
+
+void listProbes(Shell& shell) {
+    TextTable table({"probe", "unit", "parts"});
+    for (const Probe& probe : shell.updModel().getProbes()) {
+        std::string columns;
+        for (const std::string& column : probe.columns)
+            columns += (columns.empty() ? "" : ", ") + column;
+        table.add({probe.name, probe.unit, columns});
+    }
+    shell.print("%s", table.format().c_str());
+}
+
+void listParameters(Shell& shell) {
+    const ModelValue parameters = shell.updModel().getModel().getFile().get("parameters");
+    TextTable table({"parameter", "value"});
+    for (const std::string& name : parameters.getKeys())
+        table.add({name, formatNumber(parameters.get(name).getNumber())});
+    shell.print("%s", table.format().c_str());
+}
+
+void listFrames(Shell& shell) {
+    const ShellModel& model = shell.updModel();
+    TextTable table({"frame", "on", "place [m]"});
+    const auto add = [&](const std::string& name) {
+        const Attachment frame = model.getModel().findFrame(name);
+        const SimTK::Vec3 place = frame.calcMotion(model.getState()).X.p();
+        table.add({name, getPlaceName(model.getModel(), frame), formatShort(toValues(place))});
+    };
+    for (const std::string& name : model.getModel().getFile().get("frames").getKeys()) add(name);
+    for (const Model::BodyEntry& body : model.getModel().getBodies())
+        if (body.flexible)
+            for (const auto& interface : body.flexible->getPart().interfaces)
+                add(body.name + '.' + interface.name);
+    shell.print("%s", table.format().c_str());
+}
+
+void list(Shell& shell, const Words& words) {
+    const std::string& what = words[0];
+    if (what == "modes") {
+        if (words.size() < 2) throw std::runtime_error("of which body? write 'list modes BODY'");
+        return listModes(shell, words[1]);
+    }
+    if (words.size() > 1) throw std::runtime_error("'" + words[1] + "' is too much");
+    if (what == "bodies") return listBodies(shell);
+    if (what == "joints") return listJoints(shell);
+    if (what == "motions") return listMotions(shell);
+    if (what == "probes") return listProbes(shell);
+    if (what == "parameters") return listParameters(shell);
+    if (what == "frames") return listFrames(shell);
+    throw std::runtime_error(describeUnknown("list of", what, kLists));
+}
+
+// ---- probe, energy
+
+void printProbes(Shell& shell, const Words& words) {
+    const ShellModel& model = shell.updModel();
+    std::vector<std::string> known;
+    for (const Probe& probe : model.getProbes()) known.push_back(probe.name);
+    for (const std::string& name : words.empty() ? known : words) {
+        const auto found = std::find(known.begin(), known.end(), name);
+        if (found == known.end()) throw std::runtime_error(describeUnknown("probe", name, known));
+        const Probe& probe = model.getProbes()[size_t(found - known.begin())];
+        std::vector<double> values(probe.columns.size());
+        probe.calc(model.makeMoment(), values.data());
+        shell.print("%s = %s\n", name.c_str(), formatValues(values, probe.unit).c_str());
+    }
+}
+
+void printEnergy(Shell& shell, const Words&) {
+    const ShellModel& model = shell.updModel();
+    const FlexibleBodySubsystem& bodies = model.getModel().getFlexibleBodies();
+    const State& state = model.getState();
+    model.getModel().getSystem().realize(state, Stage::Dynamics);
+    double strain = 0;
+    for (const Model::BodyEntry& body : model.getModel().getBodies())
+        if (body.flexible) strain += body.flexible->calcStrainEnergy(state);
+    const double total = model.calcEnergy(), work = model.getIntegrator().getWork();
+    const std::pair<const char*, double> lines[] = {
+        {"kinetic", bodies.calcKineticEnergy(state)},
+        {"strain", strain},
+        {"gravity, springs", bodies.calcPotentialEnergy(state) - strain},
+        {"total", total},
+        {"work of loads, motions and dampers", work},
+        {"error of the balance", total - model.getEnergyBefore() - work}};
+    for (const auto& [name, value] : lines)
+        shell.print("%-34s  %s J\n", name, formatNumber(value).c_str());
+}
+
+// ---- eigen
+
+/** The body whose displacement in a mode is largest, and whether it bends. **/
+std::string findLargest(const Model& model, const Linearization& linear, const Eigenmode& mode) {
+    std::string largest = "-";
+    double size = 0;
+    const auto look = [&](const SimTK::MobilizedBody& mobod, const std::string& text) {
+        double sum = 0;
+        const int first = mobod.getFirstUIndex(linear.state);
+        for (int i = first; i < first + mobod.getNumU(linear.state); ++i)
+            sum += std::norm(mode.shape[i]) * linear.metres[i] * linear.metres[i];
+        if (sum <= size) return;
+        size = sum;
+        largest = text;
+    };
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        look(body.mobod, body.name);
+        if (!body.flexible) continue;
+        for (int k = 0; k < body.flexible->getNumModalMobilizers(); ++k)
+            look(body.flexible->getModalMobilizer(k), body.name + ", deformed");
+    }
+    return largest;
+}
+
+void printEigenmodes(Shell& shell, const Words& words) {
+    const ShellModel& model = shell.updModel();
+    const int count = words.empty() ? 10 : shell.calcCount(words[0], 10000);
+    const Linearization linear = calcLinearization(model.getModel().getSystem(), model.copyState());
+    const std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    TextTable table({"mode", "frequency [Hz]", "damping [%]", "moves most"});
+    for (int i = 0; i < std::min(count, int(modes.size())); ++i) {
+        const Eigenmode& mode = modes[size_t(i)];
+        table.add({std::to_string(i + 1), formatNumber(mode.frequency),
+                   mode.isRigidMotion() ? "0" : formatShort(100 * mode.dampingRatio),
+                   findLargest(model.getModel(), linear, mode)});
+    }
+    shell.print("%s", table.format().c_str());
+    if (int(modes.size()) > count) shell.print("%zu modes in all\n", modes.size());
+    for (const std::string& line : model.getIntegrator().getRedundantConstraints())
+        shell.print("%s\n", line.c_str());
+}
+
+std::vector<std::string> completeList(const Shell& shell, const Words& before, const std::string&) {
+    if (before.empty()) return kLists;
+    std::vector<std::string> names;
+    if (before[0] == "modes" && before.size() == 1 && shell.hasModel())
+        for (const Model::BodyEntry& body : shell.updModel().getModel().getBodies())
+            if (body.flexible) names.push_back(body.name);
+    return names;
+}
+
+}  // namespace
+
+void addListCommands(std::vector<Command>& commands) {
+    const std::string group = "What there is";
+    commands.push_back({group, "list", "WHAT [BODY]", "Lists what the model has, as it is now.",
+                        "bodies, joints, motions, modes BODY, probes, parameters, frames.", 1, 2,
+                        list, completeList});
+    commands.push_back({group, "probe", "[NAME ...]", "Prints probes as they are now; alone: all.",
+                        "", 0, 1000, printProbes,
+                        [](const Shell& shell, const Words&, const std::string&) {
+                            std::vector<std::string> names;
+                            if (shell.hasModel())
+                                for (const Probe& probe : shell.updModel().getProbes())
+                                    names.push_back(probe.name);
+                            return names;
+                        }});
+    commands.push_back({group,
+                        "energy",
+                        "",
+                        "Prints the energies and their balance.",
+                        "The balance counts from the start, or from the last change by hand.",
+                        0,
+                        0,
+                        printEnergy,
+                        {}});
+    commands.push_back(
+        {group,
+         "eigen",
+         "[N]",
+         "Prints the natural modes about this state, 10 by default.",
+         "Rigid motions come first. The state's speeds count: gyroscopic terms make frequencies of "
+         "what\nturns. Where it is not in equilibrium, they are those of an instant.",
+         0,
+         1,
+         printEigenmodes,
+         {}});
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,163 @@
+/** @file
+Commands of the prompt that move the model: run, step, static, reset. **/
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
+#include "simflex/cli/shell/Format.h"
+#include "simflex/cli/shell/Shell.h"
+#include "simflex/solver/StaticEquilibrium.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+constexpr int kRowsOfRun = 200;
+constexpr int kMostSteps = 1000000;
+
+struct Span {
+    double end, interval;
+};
+
+/** The first transient analysis of the model. **/
+Span findAnalysis(const ShellModel& model) {
+    const ModelValue analyses = model.getModel().getFile().get("analyses");
+    for (const std::string& name : analyses.getKeys()) {
+        const ModelValue analysis = analyses.get(name);
+        if (analysis.get("type").getText() != "transient") continue;
+        const double duration = analysis.get("duration").getNumber();
+        const ModelValue interval = analysis.get("interval");
+        return {model.getTime() + duration,
+                interval.isGiven() ? interval.getNumber() : duration / kRowsOfRun};
+    }
+    throw std::runtime_error("the model has no transient analysis: write 'run TIME'");
+}
+
+Span readSpan(Shell& shell, Words words) {
+    const double now = shell.updModel().getTime();
+    double interval = 0;
+    if (words.size() >= 2 && words[words.size() - 2] == "every") {
+        interval = shell.calcNumber(words.back());
+        if (!(interval > 0)) throw std::runtime_error("the interval must be positive");
+        words.resize(words.size() - 2);
+    }
+    Span span{};
+    if (words.empty()) {
+        span = findAnalysis(shell.updModel());
+    } else if (words.size() == 1) {
+        span.end = shell.calcNumber(words[0]);
+    } else if (words.size() == 2 && (words[0] == "for" || words[0] == "to")) {
+        span.end = (words[0] == "for" ? now : 0) + shell.calcNumber(words[1]);
+    } else {
+        throw std::runtime_error("write 'run TIME' or 'run for DURATION', then 'every INTERVAL'");
+    }
+    if (!(span.end > now))
+        throw std::runtime_error("the time is " + formatNumber(now) + " s, " +
+                                 formatNumber(span.end) + " s has passed; write 'run for " +
+                                 "DURATION', or 'reset' first");
+    if (interval > 0)
+        span.interval = interval;
+    else if (span.interval == 0)
+        span.interval = (span.end - now) / kRowsOfRun;
+    if ((span.end - now) / span.interval > 1e8)
+        throw std::runtime_error("the interval is too short for this duration");
+    return span;
+}
+
+void reportOutcome(Shell& shell, ShellModel::Outcome outcome) {
+    const double time = shell.updModel().getTime();
+    if (outcome == ShellModel::Outcome::Interrupted)
+        throw Stopped("the time is " + formatNumber(time) + " s");
+    if (outcome == ShellModel::Outcome::Terminated)
+        shell.print("the model ended its motion at t = %s s\n", formatNumber(time).c_str());
+}
+
+void run(Shell& shell, const Words& words) {
+    const Span span = readSpan(shell, words);
+    ShellModel& model = shell.updModel();
+    const IntegratorStatistics before = model.getIntegrator().getStatistics();
+    const std::string phase = "to t = " + formatNumber(span.end) + " s";
+    ProgressBar bar(!shell.showsProgress(), {{phase, 1}});
+    const ShellModel::Outcome outcome = model.runTo(
+        span.end, span.interval, [&](double fraction) { return bar.show(phase, fraction); });
+    bar.clear();
+    reportOutcome(shell, outcome);
+    const IntegratorStatistics& now = model.getIntegrator().getStatistics();
+    shell.print("t = %s s: %ld steps, %ld Newton iterations\n",
+                formatNumber(model.getTime()).c_str(), now.stepsTaken - before.stepsTaken,
+                now.newtonIterations - before.newtonIterations);
+}
+
+void step(Shell& shell, const Words& words) {
+    ShellModel& model = shell.updModel();
+    const int count = words.empty() ? 1 : shell.calcCount(words[0], kMostSteps);
+    const ShellModel::Outcome outcome = model.step(count, [](double) { return !wasInterrupted(); });
+    reportOutcome(shell, outcome);
+    shell.print("t = %s s: last step %s s, order %d\n", formatNumber(model.getTime()).c_str(),
+                formatNumber(model.getIntegrator().getLastStepSize()).c_str(),
+                model.getIntegrator().getLastOrder());
+}
+
+void findStatic(Shell& shell, const Words&) {
+    ShellModel& model = shell.updModel();
+    StaticEquilibrium equilibrium(model.getModel().getSystem());
+    equilibrium.solve(model.copyState());
+    SimTK::State state = equilibrium.getState();
+    state.updU() = 0;
+    model.setState(state);
+    shell.print("at rest after %d iterations\n", equilibrium.getNumIterations());
+    for (const std::string& motion : equilibrium.getFreeMotions())
+        shell.print("nothing holds %s\n", motion.c_str());
+}
+
+void reset(Shell& shell, const Words&) {
+    shell.updModel().reset();
+    shell.print("back at the start, t = %s s\n", formatNumber(shell.updModel().getTime()).c_str());
+}
+
+}  // namespace
+
+void addMotionCommands(std::vector<Command>& commands) {
+    const std::string group = "Motion";
+    commands.push_back(
+        {group, "run", "[TIME | for DURATION] [every INTERVAL]", "Runs to a time, or for a while.",
+         "Alone: the model's first transient analysis. Probes are recorded every INTERVAL, 200 "
+         "times\nin a run by default. Ctrl-C stops it; the state reached is kept.",
+         0, 4, run, [](const Shell&, const Words& before, const std::string&) {
+             return before.empty() ? std::vector<std::string>{"for", "every"}
+                                   : std::vector<std::string>{"every"};
+         }});
+    commands.push_back({group,
+                        "step",
+                        "[N]",
+                        "Takes one step of the integrator, or several.",
+                        "",
+                        0,
+                        1,
+                        step,
+                        {}});
+    commands.push_back({group,
+                        "static",
+                        "",
+                        "Goes to the static equilibrium near by, at rest.",
+                        "The time stays; loads and motions are those of that time.",
+                        0,
+                        0,
+                        findStatic,
+                        {}});
+    commands.push_back({group,
+                        "reset",
+                        "",
+                        "Goes back to the start; the record begins anew.",
+                        "",
+                        0,
+                        0,
+                        reset,
+                        {}});
+}
+
+}  // namespace cli
+}  // namespace simflex

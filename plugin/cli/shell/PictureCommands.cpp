@@ -1,0 +1,330 @@
+/** @file
+Commands of the prompt that draw: pictures and plots, in the terminal and to files. **/
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "simflex/cli/shell/Format.h"
+#include "simflex/cli/shell/Shell.h"
+#include "simflex/cli/shell/TerminalPicture.h"
+#include "simflex/cli/shell/TerminalPlot.h"
+#include "simflex/render/ProbePlot.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+using Names = std::vector<std::string>;
+
+void checkPng(const std::string& path) {
+    if (path.size() < 5 || path.compare(path.size() - 4, 4, ".png") != 0)
+        throw std::runtime_error("'" + path + "' is no name of a picture: write NAME.png");
+}
+
+// ---- show, save
+
+void show(Shell& shell, const Words& words) {
+    PictureKind kind = PictureKind::Automatic;
+    if (!words.empty()) {
+        const std::string& name = words[0];
+        if (name == "symbols")
+            kind = PictureKind::Symbols;
+        else if (name == "sixel")
+            kind = PictureKind::Sixel;
+        else if (name == "kitty")
+            kind = PictureKind::Kitty;
+        else
+            throw std::runtime_error(
+                describeUnknown("kind of picture", name, {"symbols", "sixel", "kitty"}));
+    }
+    const SimTK::State& state = shell.updModel().getState();
+    const Terminal terminal = Terminal::detect();
+    OffscreenVisualizer visualizer = shell.updVisualizer();
+    if (!terminal.hasColor)  // light is all there is: none where there is nothing
+        visualizer.setTheme(OffscreenVisualizer::Theme::Dark)
+            .setBackgroundType(OffscreenVisualizer::SolidColor)
+            .setBackgroundColor(SimTK::Vec3(0));
+    const Image image = visualizer.drawFrame(state);
+    std::fputs(drawTerminalPicture(image, terminal, kind).c_str(), stdout);
+}
+
+void save(Shell& shell, const Words& words) {
+    checkPng(words[0]);
+    const SimTK::State& state = shell.updModel().getState();
+    const Image image = shell.updVisualizer().drawFrame(state);
+    image.writePng(words[0]);
+    shell.print("%s: %d x %d pixels\n", words[0].c_str(), image.getWidth(), image.getHeight());
+}
+
+// ---- camera
+
+void setDirection(Shell& shell, const Words& words) {
+    std::optional<SimTK::Vec2>& direction = shell.updPictureSettings().direction;
+    if (words.size() == 3) {
+        direction = SimTK::Vec2(shell.calcNumber(words[1]), shell.calcNumber(words[2]));
+        return;
+    }
+    Names names;
+    for (const NamedView& view : getNamedViews()) {
+        names.push_back(view.name);
+        if (words.size() == 2 && words[1] == view.name) {
+            direction = SimTK::Vec2(view.azimuth, view.elevation);
+            return;
+        }
+    }
+    if (words.size() < 2)
+        throw std::runtime_error("from where? write 'camera view front', or two angles");
+    throw std::runtime_error(describeUnknown("view", words[1], names));
+}
+
+void setFollowed(Shell& shell, const Words& words) {
+    if (words.size() < 2)
+        throw std::runtime_error("which body? write 'camera follow BODY', or 'none'");
+    PictureSettings& settings = shell.updPictureSettings();
+    if (words[1] == "none") {
+        settings.followedBody.clear();
+        return;
+    }
+    Names names;
+    for (const Model::BodyEntry& body : shell.updModel().getModel().getBodies())
+        names.push_back(body.name);
+    if (std::find(names.begin(), names.end(), words[1]) == names.end())
+        throw std::runtime_error(describeUnknown("body", words[1], names));
+    const double size = words.size() > 2 ? shell.calcNumber(words[2]) : 0;
+    if (size < 0) throw std::runtime_error("the height of what is seen must be positive");
+    settings.followedBody = words[1];
+    settings.followedSize = size;
+}
+
+const Names kCameraWords = {"view",        "orbit",        "zoom", "follow",
+                            "perspective", "orthographic", "reset"};
+
+void setCamera(Shell& shell, const Words& words) {
+    PictureSettings& settings = shell.updPictureSettings();
+    const std::string& what = words[0];
+    if (what == "view") return setDirection(shell, words);
+    if (what == "follow") return setFollowed(shell, words);
+    const size_t most = what == "zoom" ? 2 : what == "orbit" ? 3 : 1;
+    if (words.size() > most) throw std::runtime_error("'" + words[most] + "' is too much");
+    if (what == "zoom") {
+        const double zoom = words.size() > 1 ? shell.calcNumber(words[1]) : 1;
+        if (!(zoom > 0)) throw std::runtime_error("the zoom must be positive");
+        settings.zoom = zoom;
+    } else if (what == "orbit") {
+        if (words.size() < 2)
+            throw std::runtime_error("by what angle? write 'camera orbit 30*deg'");
+        SimTK::Vec2 direction =
+            settings.direction.value_or(SimTK::Vec2(25 * SimTK::Pi / 180, 16 * SimTK::Pi / 180));
+        direction[0] += shell.calcNumber(words[1]);
+        if (words.size() > 2) direction[1] += shell.calcNumber(words[2]);
+        settings.direction = direction;
+    } else if (what == "perspective") {
+        settings.projection = CameraView::Projection::Perspective;
+    } else if (what == "orthographic") {
+        settings.projection = CameraView::Projection::Orthographic;
+    } else if (what == "reset") {
+        settings.resetCamera();
+    } else {
+        throw std::runtime_error(describeUnknown("setting of the camera", what, kCameraWords));
+    }
+}
+
+Names completeCamera(const Shell& shell, const Words& before, const std::string&) {
+    if (before.empty()) return kCameraWords;
+    Names names;
+    if (before.size() == 1 && before[0] == "view")
+        for (const NamedView& view : getNamedViews()) names.push_back(view.name);
+    if (before.size() == 1 && before[0] == "follow" && shell.hasModel()) {
+        names.push_back("none");
+        for (const Model::BodyEntry& body : shell.updModel().getModel().getBodies())
+            names.push_back(body.name);
+    }
+    return names;
+}
+
+// ---- exaggerate, contour
+
+void exaggerate(Shell& shell, const Words& words) {
+    const double factor = words[0] == "auto" ? 0 : shell.calcNumber(words[0]);
+    if (words[0] != "auto" && !(factor > 0))
+        throw std::runtime_error("the factor must be positive, or 'auto'");
+    shell.updPictureSettings().exaggeration = factor;
+}
+
+Names listContours() {
+    Names names;
+    for (const NamedContour& contour : getNamedContours()) names.push_back(contour.name);
+    return names;
+}
+
+void setContour(Shell& shell, const Words& words) {
+    const Names names = listContours();
+    const auto found = std::find(names.begin(), names.end(), words[0]);
+    if (found == names.end()) throw std::runtime_error(describeUnknown("contour", words[0], names));
+    std::optional<Contour>& contour = shell.updPictureSettings().contour;
+    const std::optional<Contour> before = contour;
+    contour = getNamedContours()[size_t(found - names.begin())].contour;
+    try {
+        if (shell.hasModel()) shell.updVisualizer();  // which refuses stress that a part lacks
+    } catch (...) {
+        contour = before;
+        throw;
+    }
+}
+
+// ---- plot
+
+struct PlotRequest {
+    Names names;
+    double from = -std::numeric_limits<double>::infinity();
+    double to = std::numeric_limits<double>::infinity();
+    std::string file;
+};
+
+PlotRequest readPlot(const Shell& shell, const Words& words) {
+    PlotRequest request;
+    for (size_t i = 0; i < words.size(); ++i) {
+        const std::string& word = words[i];
+        if (word != "from" && word != "to" && word != "into") {
+            request.names.push_back(word);
+            continue;
+        }
+        if (++i == words.size())
+            throw std::runtime_error("something is missing after '" + word + "'");
+        if (word == "into")
+            request.file = words[i];
+        else
+            (word == "from" ? request.from : request.to) = shell.calcNumber(words[i]);
+    }
+    if (request.names.empty()) throw std::runtime_error("name a probe");
+    if (!(request.from < request.to)) throw std::runtime_error("'from' must be before 'to'");
+    if (!request.file.empty()) checkPng(request.file);
+    return request;
+}
+
+/** A name and the columns of the record that it means. **/
+struct NamedColumns {
+    std::string name, unit;
+    std::vector<size_t> columns;
+};
+
+/** Whole probes and single parts of them, "slider.x". **/
+std::vector<NamedColumns> listColumns(const ShellModel& model) {
+    std::vector<NamedColumns> all;
+    size_t column = 0;
+    for (const Probe& probe : model.getProbes()) {
+        NamedColumns whole{probe.name, probe.unit, {}};
+        for (const std::string& part : probe.columns) {
+            if (!part.empty()) all.push_back({probe.name + '.' + part, probe.unit, {column}});
+            whole.columns.push_back(column++);
+        }
+        all.push_back(whole);
+    }
+    return all;
+}
+
+std::vector<TerminalCurve> collectCurves(const ShellModel& model, const PlotRequest& request) {
+    const std::vector<NamedColumns> all = listColumns(model);
+    const ProbeRecord& record = model.getRecord();
+    std::vector<TerminalCurve> curves;
+    for (const std::string& name : request.names) {
+        const auto found = std::find_if(all.begin(), all.end(),
+                                        [&](const NamedColumns& c) { return c.name == name; });
+        if (found == all.end()) {
+            Names known;
+            for (const NamedColumns& columns : all) known.push_back(columns.name);
+            throw std::runtime_error(describeUnknown("probe", name, known));
+        }
+        for (const size_t column : found->columns) {
+            TerminalCurve curve{name, found->unit, {}, {}};
+            if (found->columns.size() > 1)
+                for (const NamedColumns& part : all)
+                    if (part.columns.size() == 1 && part.columns[0] == column)
+                        curve.name = part.name;
+            for (size_t row = 0; row < record.time.size(); ++row) {
+                if (record.time[row] < request.from || record.time[row] > request.to) continue;
+                curve.time.push_back(record.time[row]);
+                curve.values.push_back(record.rows[row][column]);
+            }
+            curves.push_back(std::move(curve));
+        }
+    }
+    if (curves[0].time.size() < 2)
+        throw std::runtime_error("nothing was recorded there yet: 'run' first");
+    return curves;
+}
+
+void plot(Shell& shell, const Words& words) {
+    const PlotRequest request = readPlot(shell, words);
+    const ShellModel& model = shell.updModel();
+    const std::vector<TerminalCurve> curves = collectCurves(model, request);
+    if (request.file.empty()) {
+        std::fputs(drawTerminalPlot(curves, Terminal::detect()).c_str(), stdout);
+        return;
+    }
+    ProbePlot figure(model.getTitle());
+    Names units;
+    for (const TerminalCurve& curve : curves)
+        if (std::find(units.begin(), units.end(), curve.unit) == units.end())
+            units.push_back(curve.unit);
+    for (const std::string& unit : units) {
+        figure.addPanel("", unit);
+        for (const TerminalCurve& curve : curves)
+            if (curve.unit == unit) figure.addCurve(curve.name, curve.time, curve.values);
+    }
+    const int width = 1200, height = 120 + 320 * int(units.size());
+    figure.draw(width, height).writePng(request.file);
+    shell.print("%s: %d x %d pixels\n", request.file.c_str(), width, height);
+}
+
+Names completePlot(const Shell& shell, const Words& before, const std::string& word) {
+    if (!before.empty() && before.back() == "into") return completePath(word, {".png"});
+    if (!shell.hasModel()) return {};
+    Names names;
+    for (const NamedColumns& columns : listColumns(shell.updModel())) names.push_back(columns.name);
+    if (!before.empty()) names.insert(names.end(), {"from", "to", "into"});
+    return names;
+}
+
+Names completePng(const Shell&, const Words& before, const std::string& word) {
+    return before.empty() ? completePath(word, {".png"}) : Names{};
+}
+
+}  // namespace
+
+void addPictureCommands(std::vector<Command>& commands) {
+    const std::string group = "Pictures and plots";
+    commands.push_back(
+        {group, "plot", "PROBE ... [from TIME] [to TIME] [into FILE.png]",
+         "Plots probes, or parts of them as 'slider.x', in the terminal or into a file.", "", 1,
+         1000, plot, completePlot});
+    commands.push_back(
+        {group, "show", "[symbols | sixel | kitty]", "Shows the model in the terminal.",
+         "As fine as the terminal says it can: kitty or sixel graphics, or characters.", 0, 1, show,
+         [](const Shell&, const Words& before, const std::string&) {
+             return before.empty() ? Names{"symbols", "sixel", "kitty"} : Names{};
+         }});
+    commands.push_back(
+        {group, "save", "FILE.png", "Writes the picture to a file.", "", 1, 1, save, completePng});
+    commands.push_back(
+        {group, "camera", "SETTING ...", "Places the camera of 'show' and 'save'.",
+         "view NAME (front, back, left, right, top, bottom, isometric), view AZIMUTH ELEVATION,\n"
+         "orbit ANGLE [ANGLE] from where it stands, zoom FACTOR, follow BODY [HEIGHT], follow "
+         "none,\n"
+         "perspective, orthographic, reset: the model file's camera again.",
+         1, 3, setCamera, completeCamera});
+    commands.push_back(
+        {group, "exaggerate", "FACTOR | auto", "Draws deformations this many times larger.", "", 1,
+         1, exaggerate,
+         [](const Shell&, const Words&, const std::string&) { return Names{"auto"}; }});
+    commands.push_back(
+        {group, "contour", "NAME", "Chooses what the colours show.",
+         "Displacements, velocities, strain energy; stress of parts reduced with it.", 1, 1,
+         setContour,
+         [](const Shell&, const Words&, const std::string&) { return listContours(); }});
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,248 @@
+#include "simflex/cli/shell/Shell.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
+#include "simflex/cli/model/Formula.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+constexpr int kDeepestSource = 16;
+
+std::vector<std::string> keepBeginnings(const std::vector<std::string>& words,
+                                        const std::string& begin) {
+    std::vector<std::string> kept;
+    for (const std::string& word : words)
+        if (word.compare(0, begin.size(), begin) == 0) kept.push_back(word);
+    return kept;
+}
+
+}  // namespace
+
+Shell::Shell(const ShellOptions& options) : _options(options) {}
+
+Shell::~Shell() = default;
+
+int Shell::runPrompt() {
+    _editor =
+        std::make_unique<LineEditor>("simflex> ", LineEditor::findHistoryFile(),
+                                     [this](const std::string& text) { return complete(text); });
+    std::string line;
+    while (!_isOver) {
+        const LineEditor::Outcome outcome = _editor->readLine(line);
+        if (outcome == LineEditor::Outcome::Interrupted) continue;
+        if (outcome == LineEditor::Outcome::End) {
+            std::puts("");
+            break;
+        }
+        try {
+            run(line);
+        } catch (const Stopped& stopped) {
+            print("stopped; %s\n", stopped.what());
+        } catch (const std::exception& error) {
+            std::fflush(stdout);
+            std::fprintf(stderr, "%s\n", wasInterrupted() ? "stopped" : error.what());
+        }
+        std::fflush(stdout);
+    }
+    return 0;
+}
+
+int Shell::runScript(std::istream& script, const std::string& name) {
+    int status = 0, number = 0;
+    for (std::string line; !_isOver && std::getline(script, line);) {
+        ++number;
+        const std::string place = name + ":" + std::to_string(number) + ": ";
+        try {
+            run(line);
+        } catch (const Stopped& stopped) {
+            throw Stopped(place + stopped.what());
+        } catch (const std::exception& error) {
+            if (wasInterrupted()) throw;
+            if (_options.onError == ShellOptions::OnError::Stop)
+                throw std::runtime_error(place + error.what());
+            std::fflush(stdout);
+            std::fprintf(stderr, "simflex: %s%s\n", place.c_str(), error.what());
+            status = 1;
+        }
+        std::fflush(stdout);
+    }
+    if (script.bad()) throw std::runtime_error("'" + name + "' cannot be read");
+    return status;
+}
+
+void Shell::runFile(const std::string& path) {
+    if (_depth >= kDeepestSource)
+        throw std::runtime_error("'" + path + "' is read by files that it reads itself");
+    std::ifstream file(path);
+    if (!file || file.peek() == std::ifstream::traits_type::eof()) {
+        if (std::ifstream(path).good() && access(path.c_str(), R_OK) == 0 && !file.bad()) return;
+        throw std::runtime_error("'" + path + "' cannot be read");
+    }
+    ++_depth;
+    const struct Leave {
+        int& depth;
+        ~Leave() { --depth; }
+    } leave{_depth};
+    if (runScript(file, path) != 0) throw std::runtime_error("errors in '" + path + "'");
+}
+
+void Shell::run(const std::string& line) {
+    if (!_editor && line.find_first_not_of(" \t\r") != std::string::npos) _lines.push_back(line);
+    for (const Words& words : splitCommands(line)) {
+        runCommand(words);
+        if (_isOver) return;
+    }
+}
+
+void Shell::runCommand(const Words& words) {
+    const Command& command = findCommand(words.front());
+    const Words arguments(words.begin() + 1, words.end());
+    const int count = int(arguments.size());
+    if (count < command.fewestArguments || count > command.mostArguments) {
+        const bool isLess = count < command.fewestArguments;
+        throw std::runtime_error(
+            command.name +
+            (isLess ? ": an argument is missing"
+                    : ": '" + arguments[size_t(command.mostArguments)] + "' is too much") +
+            "; write: " + command.name +
+            (command.arguments.empty() ? "" : " " + command.arguments));
+    }
+    try {
+        command.run(*this, arguments);
+    } catch (const Stopped&) {
+        throw;
+    } catch (const std::exception& error) {
+        throw std::runtime_error(command.name + ": " + error.what());
+    }
+}
+
+Completion Shell::complete(const std::string& text) const {
+    const UnfinishedCommand typed = splitUnfinished(text);
+    if (typed.isComment) return {};
+    Completion completion;
+    completion.word = typed.word;
+    completion.quote = typed.quote;
+    if (typed.words.empty()) {
+        for (const Command& command : getCommands()) completion.candidates.push_back(command.name);
+    } else {
+        try {
+            const Command& command = findCommand(typed.words.front());
+            if (command.complete)
+                completion.candidates = command.complete(
+                    *this, Words(typed.words.begin() + 1, typed.words.end()), typed.word);
+        } catch (const std::exception&) {  // nothing to propose
+            return {};
+        }
+    }
+    completion.candidates = keepBeginnings(completion.candidates, typed.word);
+    std::sort(completion.candidates.begin(), completion.candidates.end());
+    return completion;
+}
+
+ShellModel& Shell::updModel() const {
+    if (!_model) throw std::runtime_error("there is no model yet: open MODEL.yaml");
+    return *_model;
+}
+
+void Shell::open(const ModelText& text) {
+    ModelOptions options = _options.model;
+    ProgressBar bar(!showsProgress(), {});
+    options.progress = [&](const std::string& phase, double fraction) {
+        return bar.show(phase, fraction);
+    };
+    options.note = [&](const std::string& what) {
+        bar.clear();
+        note(what);
+    };
+    auto model = std::make_unique<ShellModel>(text, options);
+    _visualizer.reset();  // before the system that it refers to
+    _model = std::move(model);
+}
+
+const OffscreenVisualizer& Shell::updVisualizer() {
+    const ShellModel& model = updModel();
+    const Model& built = model.getModel();
+    _visualizer = makeVisualizer(built);
+    std::optional<SimTK::MobilizedBodyIndex> followed;
+    for (const Model::BodyEntry& body : built.getBodies())
+        if (body.name == _pictures.followedBody) followed = body.mobod.getMobilizedBodyIndex();
+    _pictures.apply(*_visualizer, followed);
+    _visualizer->setOutputFolder("");
+    _visualizer->fitToMotion(model.getPath());
+    return *_visualizer;
+}
+
+void Shell::printSummary() {
+    const ShellModel& model = updModel();
+    const std::string title = model.getTitle();
+    const auto count = [](size_t n, const char* one, const char* many) {
+        return std::to_string(n) + ' ' + (n == 1 ? one : many);
+    };
+    print("%s: %s, %s, %s; t = %g s\n",
+          title.empty() ? model.getText().path.c_str() : title.c_str(),
+          count(model.getModel().getBodies().size(), "body", "bodies").c_str(),
+          count(model.getModel().getJoints().size(), "joint", "joints").c_str(),
+          count(model.getProbes().size(), "probe", "probes").c_str(), model.getTime());
+}
+
+void Shell::print(const char* format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    std::vprintf(format, arguments);
+    va_end(arguments);
+}
+
+void Shell::note(const std::string& text) const {
+    if (_options.isQuiet) return;
+    std::fflush(stdout);
+    std::fprintf(stderr, "simflex: note: %s\n", text.c_str());
+}
+
+bool Shell::showsProgress() const {
+    return !_options.isQuiet && isatty(STDERR_FILENO);
+}
+
+std::vector<std::string> Shell::getHistory() const {
+    return _editor ? _editor->getHistory() : _lines;
+}
+
+double Shell::calcNumber(const std::string& text) const {
+    double value = 0;
+    try {
+        value = _model ? calcConstant(_model->getModel().getFile(), text)
+                       : Formula(text, {}, {}).calc(nullptr);
+    } catch (const std::exception& error) {
+        throw std::runtime_error("'" + text + "' is no number: " + error.what());
+    }
+    if (!std::isfinite(value)) throw std::runtime_error("'" + text + "' is not finite");
+    return value;
+}
+
+std::vector<double> Shell::calcNumbers(const std::string& text) const {
+    std::vector<double> numbers;
+    for (const std::string& item : splitList(text)) numbers.push_back(calcNumber(item));
+    return numbers;
+}
+
+int Shell::calcCount(const std::string& text, int largest) const {
+    const double value = calcNumber(text);
+    if (value < 1 || value > largest || value != std::floor(value))
+        throw std::runtime_error("'" + text + "' is no whole number from 1 to " +
+                                 std::to_string(largest));
+    return int(value);
+}
+
+}  // namespace cli
+}  // namespace simflex

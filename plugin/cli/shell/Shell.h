@@ -1,0 +1,88 @@
+#pragma once
+/** @file
+The prompt: commands typed or read, run one after the other on a model. **/
+
+#include <cstdio>
+#include <iosfwd>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "simflex/cli/shell/CommandTable.h"
+#include "simflex/cli/shell/LineEditor.h"
+#include "simflex/cli/shell/PictureSettings.h"
+#include "simflex/cli/shell/ShellModel.h"
+#include "simflex/cli/shell/Terminal.h"
+
+namespace simflex {
+namespace cli {
+
+struct ShellOptions {
+    ModelOptions model;
+    enum class OnError { Stop, GoOn };  ///< of scripts
+    OnError onError = OnError::Stop;
+    bool isQuiet = false;  ///< no notes and progress on standard error
+};
+
+class Shell {
+public:
+    /** Prints to standard output. **/
+    explicit Shell(const ShellOptions& options);
+    ~Shell();
+
+    /** @name Running
+    Both return an exit status: 0, 1 after an error, 130 after Ctrl-C. **/
+    /**@{**/
+    /** With a prompt; errors are printed and it goes on. **/
+    int runPrompt();
+    /** @param name  for messages: a file's name **/
+    int runScript(std::istream& script, const std::string& name);
+    /**@}**/
+    /** The commands of one line. @throws std::runtime_error beginning with the command's name;
+    Stopped. **/
+    void run(const std::string& line);
+    /** @throws as run(), with the script's name and line before it. **/
+    void runFile(const std::string& path);
+    Completion complete(const std::string& text) const;
+
+    /** @name For commands **/
+    /**@{**/
+    void quit() { _isOver = true; }
+    bool isOver() const { return _isOver; }
+    bool hasModel() const { return _model != nullptr; }
+    /** @throws std::runtime_error if there is none. **/
+    ShellModel& updModel() const;
+    /** Reads a model; the one before stays if that fails. **/
+    void open(const ModelText& text);
+    /** The visualizer of the model, with the settings made here. **/
+    const OffscreenVisualizer& updVisualizer();
+    PictureSettings& updPictureSettings() { return _pictures; }
+
+    /** Which model it is and what it has, in a line. **/
+    void printSummary();
+    void print(const char* format, ...) __attribute__((format(printf, 2, 3)));
+    void note(const std::string& text) const;
+    bool showsProgress() const;
+    std::vector<std::string> getHistory() const;
+
+    /** Constants with the model's parameters: `30*deg`, `[0, 0, L/2]`. **/
+    double calcNumber(const std::string& text) const;
+    std::vector<double> calcNumbers(const std::string& text) const;
+    int calcCount(const std::string& text, int largest) const;
+    /**@}**/
+
+private:
+    void runCommand(const Words& words);
+
+    ShellOptions _options;
+    std::unique_ptr<ShellModel> _model;
+    std::unique_ptr<OffscreenVisualizer> _visualizer;
+    PictureSettings _pictures;
+    std::unique_ptr<LineEditor> _editor;
+    std::vector<std::string> _lines;  ///< of scripts, for `history`
+    int _depth = 0;                   ///< of `source`
+    bool _isOver = false;
+};
+
+}  // namespace cli
+}  // namespace simflex

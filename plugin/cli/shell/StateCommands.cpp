@@ -1,0 +1,199 @@
+/** @file
+Commands of the prompt that read and change the model and its State: get, set, drag. **/
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "simflex/cli/shell/Format.h"
+#include "simflex/cli/shell/JointDrag.h"
+#include "simflex/cli/shell/Shell.h"
+#include "simflex/cli/shell/ShellVariables.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+/** The names of all that `get` knows. **/
+std::vector<std::string> listNames(const ShellModel& model) {
+    std::vector<std::string> names = listVariables(model);
+    for (const Probe& probe : model.getProbes()) names.push_back(probe.name);
+    const ModelValue file = model.getModel().getFile();
+    for (const std::string& section : file.getKeys()) {
+        names.push_back(section);
+        for (const std::string& key : file.get(section).getKeys())
+            names.push_back(section + '.' + key);
+    }
+    return names;
+}
+
+std::vector<double> calcProbe(const ShellModel& model, const Probe& probe) {
+    std::vector<double> values(probe.columns.size());
+    probe.calc(model.makeMoment(), values.data());
+    return values;
+}
+
+void get(Shell& shell, const Words& words) {
+    const ShellModel& model = shell.updModel();
+    for (const std::string& path : words) {
+        if (const auto variable = findVariable(model, path)) {
+            shell.print("%s = %s\n", variable->path.c_str(),
+                        formatValues(variable->get(), variable->unit).c_str());
+            continue;
+        }
+        std::string full = normalizePath(path);
+        const auto probe = std::find_if(model.getProbes().begin(), model.getProbes().end(),
+                                        [&](const Probe& p) { return p.name == path; });
+        if (probe != model.getProbes().end()) {
+            shell.print("%s = %s\n", path.c_str(),
+                        formatValues(calcProbe(model, *probe), probe->unit).c_str());
+            continue;
+        }
+        const ModelValue file = model.getModel().getFile();
+        std::optional<std::string> text = formatModelValue(file, full);
+        if (!text) text = formatModelValue(file, full = "parameters." + full);
+        if (!text) throw std::runtime_error(describeUnknown("value", path, listNames(model)));
+        shell.print("%s = %s\n", full.c_str(), text->c_str());
+    }
+}
+
+void checkSize(const ShellVariable& variable, size_t given) {
+    const size_t wanted = variable.get().size();
+    if (wanted == given) return;
+    throw std::runtime_error("'" + variable.path + "' has " + std::to_string(wanted) +
+                             (wanted == 1 ? " value" : " values, as in [1, 2, 3]") + ", not " +
+                             std::to_string(given));
+}
+
+void setVariable(Shell& shell, const ShellVariable& variable, const std::string& text) {
+    ShellModel& model = shell.updModel();
+    if (!variable.calcStateWith)
+        throw std::runtime_error("'" + variable.path + "' cannot be set" +
+                                 (variable.path == "time" ? ": write 'run TIME' or 'reset'" : ""));
+    const std::vector<double> values = text == "true"    ? std::vector<double>{1}
+                                       : text == "false" ? std::vector<double>{0}
+                                                         : shell.calcNumbers(text);
+    checkSize(variable, values.size());
+    model.setState(variable.calcStateWith(values));
+    shell.print("%s = %s\n", variable.path.c_str(),
+                formatValues(variable.get(), variable.unit).c_str());
+}
+
+/** Changes the model file's text by a setting; the model is made anew. **/
+void setModelValue(Shell& shell, const std::string& path, const std::string& value) {
+    ModelText text = shell.updModel().getText();
+    const auto isSame = [&](const std::string& setting) {
+        return setting.compare(0, path.size() + 1, path + '=') == 0;
+    };
+    text.settings.erase(std::remove_if(text.settings.begin(), text.settings.end(), isSame),
+                        text.settings.end());
+    text.settings.push_back(path + '=' + value);
+    shell.open(text);
+    shell.print("the model was built anew with %s = %s; back at the start, t = %s s\n",
+                path.c_str(), value.c_str(), formatNumber(shell.updModel().getTime()).c_str());
+}
+
+void set(Shell& shell, const Words& words) {
+    // `set PATH = VALUE` is as good.
+    const bool hasSign = words.size() == 3 && words[1] == "=";
+    if (words.size() == 3 && !hasSign)
+        throw std::runtime_error("'" + words[2] + "' is too much; write a list in brackets, " +
+                                 "[1, 2, 3], and a text with blanks in quotes");
+    const std::string& path = words[0];
+    const std::string& value = words.back();
+    const ShellModel& model = shell.updModel();
+    if (const auto variable = findVariable(model, path))
+        return setVariable(shell, *variable, value);
+    std::string full = normalizePath(path);
+    if (formatModelValue(model.getModel().getFile(), "parameters." + full))
+        full = "parameters." + full;
+    if (full.find('.') == std::string::npos && !formatModelValue(model.getModel().getFile(), full))
+        throw std::runtime_error(describeUnknown("value", path, listNames(model)));
+    setModelValue(shell, full, value);
+}
+
+void drag(Shell& shell, const Words& words) {
+    const std::string path = normalizePath("joint." + words[0]);
+    const auto variable = findVariable(shell.updModel(), path);
+    if (!variable || variable->get().size() != 1) {
+        const Joint& joint = [&]() -> const Joint& {
+            const std::string name = words[0].substr(0, words[0].find('.'));
+            for (const Model::JointEntry& entry : shell.updModel().getModel().getJoints())
+                if (entry.name == name) return entry.joint;
+            throw std::runtime_error("there is no joint '" + name + "'");
+        }();
+        const std::vector<std::string> names = getCoordinateNames(joint);
+        if (names.empty())
+            throw std::runtime_error("'" + joint.getName() + "' has no coordinate to drag");
+        std::string text;
+        for (const std::string& name : names)
+            text += (text.empty() ? "" : ", ") + joint.getName() + '.' + name;
+        throw std::runtime_error("name one of the coordinates: " + text);
+    }
+    setVariable(shell, *variable, words[1]);
+}
+
+std::vector<std::string> completeValues(const Shell& shell, const std::string& word, bool hasAll) {
+    if (!shell.hasModel()) return {};
+    const ShellModel& model = shell.updModel();
+    std::vector<std::string> found = listVariables(model);
+    const size_t point = word.find('.');
+    const std::string section = normalizePath(word).substr(0, normalizePath(word).find('.') + 1);
+    if (point != std::string::npos)
+        for (std::string& path : found)  // in the singular if it was begun so
+            if (path.compare(0, section.size(), section) == 0)
+                path = word.substr(0, point + 1) + path.substr(section.size());
+    if (hasAll)
+        for (const Probe& probe : model.getProbes()) found.push_back(probe.name);
+    for (const std::string& path : completeModelPath(model.getModel().getFile(), word))
+        found.push_back(path);
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+}
+
+}  // namespace
+
+void addStateCommands(std::vector<Command>& commands) {
+    const std::string group = "State and model";
+    commands.push_back(
+        {group, "get", "PATH ...",
+         "Prints a coordinate, speed, probe, parameter or value of the model file.",
+         "joints.NAME.angle, angle_rate, displacement; bodies.NAME.position, orientation, "
+         "velocity, "
+         "angular_velocity,\nmodes, modal_speeds, rigid; of a rigid body's own mobilizer "
+         "coordinates and rates. Parts of\nlists: bodies.crank.modes.3, bodies.slider.position.x.",
+         1, 100, get, [](const Shell& shell, const Words&, const std::string& word) {
+             return completeValues(shell, word, true);
+         }});
+    commands.push_back(
+        {group, "set", "PATH VALUE", "Sets what 'get' prints.",
+         "Coordinates and speeds at once: joints are assembled and speeds made consistent "
+         "afterwards; a\n"
+         "joint's coordinate and its rate get exactly the value. For values of the model file the "
+         "model is\nbuilt anew and begins at its start; the file itself is not changed.",
+         2, 3, set, [](const Shell& shell, const Words& before, const std::string& word) {
+             return before.empty() ? completeValues(shell, word, false)
+                                   : std::vector<std::string>{};
+         }});
+    commands.push_back(
+        {group, "drag", "JOINT VALUE",
+         "Moves the mechanism until a joint's coordinate has this value.",
+         "JOINT.COORDINATE if it has several. An angle goes the shorter way round; flexible bodies "
+         "keep "
+         "their\nshape as well as they can.",
+         2, 2, drag, [](const Shell& shell, const Words& before, const std::string&) {
+             std::vector<std::string> names;
+             if (!before.empty() || !shell.hasModel()) return names;
+             for (const Model::JointEntry& entry : shell.updModel().getModel().getJoints()) {
+                 const std::vector<std::string> coordinates = getCoordinateNames(entry.joint);
+                 if (coordinates.size() == 1) names.push_back(entry.name);
+                 if (coordinates.size() > 1)
+                     for (const std::string& coordinate : coordinates)
+                         names.push_back(entry.name + '.' + coordinate);
+             }
+             return names;
+         }});
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,260 @@
+#include "simflex/cli/shell/TerminalPlot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+
+namespace simflex {
+namespace cli {
+namespace {
+
+constexpr int kColors[] = {34, 31, 32, 35, 36, 33};  // of ECMA-48
+constexpr int kSmallestPanel = 6;
+
+struct Range {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+
+    void include(double value) {
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+    bool isEmpty() const { return low > high; }
+};
+
+/** 1, 2 or 5 times a power of ten, not less than this. **/
+double roundUp(double size) {
+    const double power = std::pow(10, std::floor(std::log10(size)));
+    for (const double digit : {1, 2, 5})
+        if (digit * power >= size * (1 - 1e-9)) return digit * power;
+    return 10 * power;
+}
+
+/** Round values at equal distances, the first and last not inside the range. **/
+struct Scale {
+    double low, step;
+    int numSteps;
+
+    Scale(Range range, int mostSteps) {
+        if (range.high - range.low <= 1e-12 * std::max(std::abs(range.low), std::abs(range.high)) ||
+            range.high == range.low) {
+            const double margin = range.low == 0 ? 1 : 0.1 * std::abs(range.low);
+            range = {range.low - margin, range.high + margin};
+        }
+        for (step = roundUp((range.high - range.low) / mostSteps);; step = roundUp(1.5 * step)) {
+            const double first = std::floor(range.low / step + 1e-9);
+            const double last = std::ceil(range.high / step - 1e-9);
+            low = first * step;
+            numSteps = int(last - first);
+            if (numSteps <= mostSteps) return;
+        }
+    }
+
+    double getHigh() const { return low + numSteps * step; }
+    double getValue(int i) const {
+        const double value = std::round(low / step + i) * step;
+        return value == 0 ? 0 : value;
+    }
+};
+
+std::string formatTick(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return text;
+}
+
+std::string padLeft(const std::string& text, int width) {
+    return std::string(size_t(std::max(0, width - int(text.size()))), ' ') + text;
+}
+
+std::string encodeUtf8(unsigned code) {  // of the braille block: three bytes
+    return {char(0xe0 | (code >> 12)), char(0x80 | ((code >> 6) & 0x3f)),
+            char(0x80 | (code & 0x3f))};
+}
+
+/** Dots in cells: 2×4 of braille, or one of ASCII. **/
+class Canvas {
+public:
+    Canvas(int columns, int rows, bool isBraille)
+        : _columns(columns),
+          _rows(rows),
+          _isBraille(isBraille),
+          _dots(size_t(columns * rows), 0),
+          _colors(size_t(columns * rows), 0) {}
+
+    int getWidth() const { return _isBraille ? 2 * _columns : _columns; }
+    int getHeight() const { return _isBraille ? 4 * _rows : _rows; }
+
+    /** A dot, y from the bottom. **/
+    void draw(int x, int y, int color) {
+        if (x < 0 || y < 0 || x >= getWidth() || y >= getHeight()) return;
+        y = getHeight() - 1 - y;
+        static const unsigned bits[4][2] = {{0x01, 0x08}, {0x02, 0x10}, {0x04, 0x20}, {0x40, 0x80}};
+        const int column = _isBraille ? x / 2 : x, row = _isBraille ? y / 4 : y;
+        const auto cell = size_t(row * _columns + column);
+        _dots[cell] |= _isBraille ? bits[y % 4][x % 2] : 1;
+        _colors[cell] = color;
+    }
+
+    /** A line between two points given in dots. **/
+    void drawLine(double x0, double y0, double x1, double y1, int color) {
+        const int n = int(std::ceil(std::max(std::abs(x1 - x0), std::abs(y1 - y0)))) + 1;
+        for (int i = 0; i <= n; ++i) {
+            const double s = double(i) / n;
+            draw(int(std::lround(x0 + s * (x1 - x0))), int(std::lround(y0 + s * (y1 - y0))), color);
+        }
+    }
+
+    std::string formatRow(int row) const {
+        std::string text;
+        int color = 0;
+        for (int column = 0; column < _columns; ++column) {
+            const auto cell = size_t(row * _columns + column);
+            if (_dots[cell] && _colors[cell] != color) {
+                color = _colors[cell];
+                text += "\033[" + std::to_string(color) + "m";
+            }
+            text += !_dots[cell] ? " "
+                    : _isBraille ? encodeUtf8(0x2800 + _dots[cell])
+                                 : std::string("*");
+        }
+        text.erase(text.find_last_not_of(' ') + 1);
+        return color ? text + "\033[0m" : text;
+    }
+
+private:
+    int _columns, _rows;
+    bool _isBraille;
+    std::vector<unsigned> _dots;
+    std::vector<int> _colors;
+};
+
+struct Panel {
+    std::string unit;
+    std::vector<const TerminalCurve*> curves;
+    Range range;
+};
+
+std::vector<Panel> makePanels(const std::vector<TerminalCurve>& curves, bool isShared) {
+    std::vector<Panel> panels;
+    for (const TerminalCurve& curve : curves) {
+        auto panel = panels.end();
+        if (isShared)
+            panel = std::find_if(panels.begin(), panels.end(),
+                                 [&](const Panel& p) { return p.unit == curve.unit; });
+        if (panel == panels.end()) panel = panels.insert(panel, {curve.unit, {}, {}});
+        panel->curves.push_back(&curve);
+        for (const double value : curve.values)
+            if (std::isfinite(value)) panel->range.include(value);
+    }
+    return panels;
+}
+
+class Painter {
+public:
+    Painter(const Terminal& terminal, const Range& time, int rows)
+        : _terminal(terminal), _time(time), _rows(rows) {}
+
+    std::string draw(const Panel& panel, bool isLast) const {
+        const Scale scale(panel.range, std::max(1, (_rows - 1) / 3));
+        int labelWidth = 0;
+        for (int i = 0; i <= scale.numSteps; ++i)
+            labelWidth = std::max(labelWidth, int(formatTick(scale.getValue(i)).size()));
+        Canvas canvas(std::max(10, _terminal.columns - labelWidth - 2), _rows,
+                      _terminal.hasUnicode);
+        for (size_t i = 0; i < panel.curves.size(); ++i)
+            drawCurve(*panel.curves[i], scale, getColor(i), canvas);
+
+        std::string text = formatTitle(panel);
+        std::vector<std::string> labels(static_cast<size_t>(_rows));
+        for (int i = 0; i <= scale.numSteps; ++i)
+            labels[size_t(_rows - 1 - std::lround(double(i) / scale.numSteps * (_rows - 1)))] =
+                formatTick(scale.getValue(i));
+        for (int row = 0; row < _rows; ++row) {
+            const std::string& label = labels[size_t(row)];
+            text += padLeft(label, labelWidth) + ' ' + getAxis(!label.empty()) +
+                    canvas.formatRow(row) + '\n';
+        }
+        return isLast ? text + formatTimeAxis(labelWidth + 2) : text;
+    }
+
+private:
+    int getColor(size_t curve) const {
+        return _terminal.hasColor ? kColors[curve % std::size(kColors)] : 0;
+    }
+
+    std::string getAxis(bool isTick) const {
+        if (!_terminal.hasUnicode) return isTick ? "+" : "|";
+        return isTick ? "\u2524" : "\u2502";
+    }
+
+    std::string formatTitle(const Panel& panel) const {
+        std::string text;
+        for (size_t i = 0; i < panel.curves.size(); ++i) {
+            const int color = getColor(i);
+            if (i) text += "  ";
+            if (color) text += "\033[" + std::to_string(color) + "m";
+            text += panel.curves[i]->name;
+            if (color) text += "\033[0m";
+        }
+        return text + (panel.unit.empty() ? "" : " [" + panel.unit + "]") + '\n';
+    }
+
+    void drawCurve(const TerminalCurve& curve, const Scale& scale, int color,
+                   Canvas& canvas) const {
+        const double span = _time.high > _time.low ? _time.high - _time.low : 1;
+        double lastX = 0, lastY = 0;
+        bool hasLast = false;
+        for (size_t i = 0; i < curve.values.size(); ++i) {
+            if (!std::isfinite(curve.values[i])) {
+                hasLast = false;
+                continue;
+            }
+            const double x = (curve.time[i] - _time.low) / span * (canvas.getWidth() - 1);
+            const double y = (curve.values[i] - scale.low) / (scale.getHigh() - scale.low) *
+                             (canvas.getHeight() - 1);
+            canvas.drawLine(hasLast ? lastX : x, hasLast ? lastY : y, x, y, color);
+            lastX = x, lastY = y, hasLast = true;
+        }
+    }
+
+    std::string formatTimeAxis(int indent) const {
+        const int width = std::max(10, _terminal.columns - indent);
+        std::string line;
+        for (int i = 0; i < width; ++i) line += _terminal.hasUnicode ? "\u2500" : "-";
+        const std::string low = formatTick(_time.low), high = formatTick(_time.high) + " s";
+        return std::string(size_t(indent - 1), ' ') + (_terminal.hasUnicode ? "\u2514" : "+") +
+               line + '\n' + std::string(size_t(indent), ' ') + low +
+               padLeft(high, width - int(low.size())) + '\n';
+    }
+
+    const Terminal& _terminal;
+    Range _time;
+    int _rows;
+};
+
+}  // namespace
+
+std::string drawTerminalPlot(const std::vector<TerminalCurve>& curves, const Terminal& terminal) {
+    const std::vector<Panel> panels = makePanels(curves, terminal.hasColor);
+    Range time;
+    for (const TerminalCurve& curve : curves)
+        for (const double t : curve.time) time.include(t);
+    for (const Panel& panel : panels)
+        if (panel.range.isEmpty())
+            throw std::invalid_argument("'" + panel.curves[0]->name + "' has no values to plot");
+    if (panels.empty()) throw std::invalid_argument("there is nothing to plot");
+
+    const int available = terminal.rows - 2 - 2;  // the prompt; the time axis
+    const int rows = std::max(kSmallestPanel - 1, available / int(panels.size()) - 1);
+    const Painter painter(terminal, time, rows);
+    std::string text;
+    for (size_t i = 0; i < panels.size(); ++i)
+        text += painter.draw(panels[i], i + 1 == panels.size());
+    return text;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,324 @@
+#include "simflex/cli/sweep/SweepPlan.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+
+namespace simflex {
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr size_t kMostCases = 100000;
+constexpr size_t kLongestFolder = 120;
+
+std::string trim(const std::string& text) {
+    const size_t begin = text.find_first_not_of(" \t\r");
+    if (begin == std::string::npos) return "";
+    return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+/** Splits at commas that are not inside brackets or braces. **/
+std::vector<std::string> split(const std::string& text) {
+    std::vector<std::string> parts{""};
+    int depth = 0;
+    for (const char c : text) {
+        depth += (c == '[' || c == '{' || c == '(') - (c == ']' || c == '}' || c == ')');
+        if (c == ',' && depth == 0) {
+            parts.emplace_back();
+        } else {
+            parts.back() += c;
+        }
+    }
+    for (std::string& part : parts) part = trim(part);
+    return parts;
+}
+
+/** The shortest text that is the number but for rounding: 0.15, where steps of 0.025 add up to
+0.15000000000000002. **/
+std::string write(double value) {
+    char text[32];
+    for (int digits = 6; digits <= 14; ++digits) {
+        std::snprintf(text, sizeof text, "%.*g", digits, value);
+        if (std::abs(std::strtod(text, nullptr) - value) <= 1e-14 * std::abs(value)) return text;
+    }
+    std::snprintf(text, sizeof text, "%.17g", value);
+    return text;
+}
+
+std::vector<std::string> makeRange(double from, double to, int count) {
+    std::vector<std::string> values;
+    for (int k = 0; k < count; ++k)
+        values.push_back(write(k == 0           ? from
+                               : k == count - 1 ? to
+                                                : from + (to - from) * k / (count - 1)));
+    return values;
+}
+
+class Checksum {
+public:
+    void add(const char* bytes, size_t size) {
+        for (size_t k = 0; k < size; ++k) _sum = (_sum ^ (unsigned char)bytes[k]) * 1099511628211u;
+    }
+    std::string getText() const {
+        char text[20];
+        std::snprintf(text, sizeof text, "%016llx", (unsigned long long)_sum);
+        return text;
+    }
+
+private:
+    std::uint64_t _sum = 14695981039346656037u;
+};
+
+std::string calcFileChecksum(const std::string& path) {
+    Checksum sum;
+    std::ifstream in(path, std::ios::binary);
+    std::vector<char> block(1 << 16);
+    while (in.read(block.data(), std::streamsize(block.size())) || in.gcount() > 0)
+        sum.add(block.data(), size_t(in.gcount()));
+    return sum.getText();
+}
+
+/** Paths of the files that a model names, as they can be opened. **/
+void collectFiles(const ModelValue& value, std::set<std::string>& files) {
+    if (value.isMap()) {
+        for (const std::string& key : value.getKeys()) collectFiles(value.get(key), files);
+    } else if (value.isList()) {
+        for (int k = 0; k < value.getSize(); ++k) collectFiles(value.at(k), files);
+    } else if (value.isScalar()) {
+        std::error_code ignored;
+        const std::string text = value.getText();
+        if (text.empty() || text.size() > 4000) return;
+        const std::string path = value.getFilePath();
+        if (fs::is_regular_file(path, ignored)) files.insert(path);
+    }
+}
+
+std::string makeFolderName(const std::vector<SweptKey>& keys,
+                           const std::vector<std::string>& values) {
+    std::string name, exact;
+    for (size_t k = 0; k < keys.size(); ++k) {
+        exact += keys[k].name + "=" + values[k] + "\n";
+        name += (k ? "_" : "") + keys[k].name + "=" + values[k];
+    }
+    bool isExact = name.size() <= kLongestFolder;
+    for (char& c : name)
+        if (!std::isalnum((unsigned char)c) && !std::strchr("._=+-", c)) {
+            c = '-';
+            isExact = false;
+        }
+    if (isExact) return name;
+    Checksum sum;
+    sum.add(exact.data(), exact.size());
+    return name.substr(0, kLongestFolder - 10) + "-" + sum.getText().substr(0, 8);
+}
+
+}  // namespace
+
+std::vector<std::string> SweepPlan::getSettings(const SweepCase& one) const {
+    std::vector<std::string> settings = model.settings;
+    for (size_t k = 0; k < keys.size(); ++k) settings.push_back(keys[k].path + "=" + one.values[k]);
+    return settings;
+}
+
+std::string SweepPlan::makeCaseKey(const SweepCase& one) const {
+    std::string key = "model " + model.path + "\nfiles " + content + "\n";
+    for (const std::string& setting : getSettings(one)) key += "set " + setting + "\n";
+    for (const std::string& analysis : only) key += "only " + analysis + "\n";
+    return key;
+}
+
+SweptKey parseSweptKey(const std::string& text) {
+    const size_t equals = text.find('=');
+    SweptKey key;
+    key.name = trim(text.substr(0, equals));
+    if (equals == std::string::npos || key.name.empty())
+        throw std::runtime_error("'" + text + "' is not NAME=VALUE,VALUE… or NAME=FROM:TO:COUNT");
+    const std::string values = trim(text.substr(equals + 1));
+    double from = 0, to = 0;
+    int count = 0, end = 0;
+    if (std::sscanf(values.c_str(), "%lf:%lf:%d%n", &from, &to, &count, &end) == 3 &&
+        size_t(end) == values.size()) {
+        if (count < 1 || size_t(count) > kMostCases)
+            throw std::runtime_error("'" + text + "': the count is " + std::to_string(count) +
+                                     ", not 1 to " + std::to_string(kMostCases));
+        key.values = makeRange(from, to, count);
+    } else {
+        key.values = split(values);
+    }
+    for (const std::string& value : key.values)
+        if (value.empty()) throw std::runtime_error("'" + text + "' has an empty value");
+    return key;
+}
+
+std::vector<SweptKey> readSweptKeys(const std::string& path) {
+    std::ifstream in(path);
+    if (!in) throw std::runtime_error("cannot read '" + path + "'");
+    std::vector<SweptKey> keys;
+    std::string line;
+    for (int number = 1; std::getline(in, line); ++number) {
+        if (trim(line).empty() || trim(line)[0] == '#') continue;
+        const std::vector<std::string> fields = split(line);
+        const auto fail = [&](const std::string& what) {
+            throw std::runtime_error(path + ":" + std::to_string(number) + ": " + what);
+        };
+        if (keys.empty()) {
+            for (const std::string& name : fields) {
+                if (name.empty()) fail("a column has no name");
+                keys.push_back({name, {}, {}});
+            }
+            continue;
+        }
+        if (fields.size() != keys.size())
+            fail(std::to_string(fields.size()) + " values for " + std::to_string(keys.size()) +
+                 " columns");
+        for (size_t k = 0; k < keys.size(); ++k) {
+            if (fields[k].empty()) fail("'" + keys[k].name + "' has no value");
+            keys[k].values.push_back(fields[k]);
+        }
+    }
+    if (keys.empty() || keys[0].values.empty())
+        throw std::runtime_error("'" + path +
+                                 "' has no cases: names of parameters in its first line, " +
+                                 "values below, divided by commas");
+    return keys;
+}
+
+namespace {
+
+/** Whether the schema has a chapter of that name. **/
+bool hasChapterOf(const ModelValue& file, const std::string& name) {
+    try {
+        file.get(name);
+        return true;
+    } catch (const std::logic_error&) {
+        return false;
+    }
+}
+
+}  // namespace
+
+void findSweptPaths(SweepPlan& plan) {
+    const ModelValue file = readModel(plan.model), parameters = file.get("parameters");
+    const std::string chapter = "parameters.";
+    for (SweptKey& key : plan.keys) {
+        const bool hasChapter = key.name.compare(0, chapter.size(), chapter) == 0;
+        const std::string name = hasChapter ? key.name.substr(chapter.size()) : key.name;
+        key.path = chapter + name;
+        if (parameters.has(name)) continue;
+        key.path = key.name;
+        if (!hasChapter && name.find('.') != std::string::npos) continue;  // the reader checks it
+        if (!hasChapter && hasChapterOf(file, name)) continue;
+        parameters.failUnknown("parameter", name, parameters.getKeys());
+    }
+}
+
+void makeSweepCases(SweepPlan& plan, SweepOrder order) {
+    if (plan.keys.empty()) throw std::runtime_error("there is nothing to vary");
+    size_t count = order == SweepOrder::Grid ? 1 : plan.keys[0].values.size();
+    for (size_t k = 0; k < plan.keys.size(); ++k) {
+        const SweptKey& key = plan.keys[k];
+        for (size_t other = 0; other < k; ++other)
+            if (plan.keys[other].name == key.name)
+                throw std::runtime_error("'" + key.name + "' is varied twice");
+        if (order == SweepOrder::Grid) {
+            count *= std::min(key.values.size(), kMostCases + 1);
+        } else if (key.values.size() != count) {
+            throw std::runtime_error("'" + key.name + "' has " + std::to_string(key.values.size()) +
+                                     " values, '" + plan.keys[0].name + "' has " +
+                                     std::to_string(count) + ": a list wants as many of each");
+        }
+        if (count > kMostCases)
+            throw std::runtime_error("the sweep has more than " + std::to_string(kMostCases) +
+                                     " cases");
+    }
+    plan.cases.clear();
+    std::set<std::string> folders;
+    for (size_t index = 0; index < count; ++index) {
+        SweepCase one;
+        size_t rest = index;
+        for (auto key = plan.keys.rbegin(); key != plan.keys.rend(); ++key) {
+            const size_t size = key->values.size();
+            one.values.insert(one.values.begin(),
+                              key->values[order == SweepOrder::Grid ? rest % size : index]);
+            rest /= size;
+        }
+        one.folder = makeFolderName(plan.keys, one.values);
+        if (folders.insert(one.folder).second) plan.cases.push_back(one);  // a case is done once
+    }
+}
+
+void takeModelSweep(SweepPlan& plan, const std::string& name) {
+    const ModelValue file = readModel(plan.model);
+    const ModelValue analyses = file.get("analyses");
+    std::vector<std::string> sweeps;
+    for (const std::string& key : analyses.getKeys())
+        if (analyses.get(key).get("type").getText() == "sweep") sweeps.push_back(key);
+    const bool isKnown = std::find(sweeps.begin(), sweeps.end(), name) != sweeps.end();
+    if (!name.empty() && !isKnown) analyses.failUnknown("analysis of type sweep", name, sweeps);
+    if (sweeps.empty())
+        throw std::runtime_error(
+            "'" + plan.model.path +
+            "' has no analysis of type sweep, and nothing is varied here: add --vary NAME=VALUES");
+    if (name.empty() && sweeps.size() > 1) {
+        std::string list;
+        for (const std::string& sweep : sweeps) list += (list.empty() ? "" : ", ") + sweep;
+        throw std::runtime_error("'" + plan.model.path +
+                                 "' has several sweeps: choose by --analysis " + list);
+    }
+    const ModelValue sweep = analyses.get(name.empty() ? sweeps[0] : name);
+    const ModelValue parameters = sweep.get("parameters");
+    for (const std::string& key : parameters.getKeys()) {
+        SweptKey swept{key, {}, {}};
+        for (const double value : parameters.get(key).getNumbers())
+            swept.values.push_back(write(value));
+        plan.keys.push_back(swept);
+    }
+    const std::string analysis = sweep.get("analysis").getText();
+    if (!analyses.has(analysis))
+        sweep.get("analysis").failUnknown("analysis", analysis, analyses.getKeys());
+    // What an analysis begins from is done, too.
+    std::vector<std::string> wanted{analysis};
+    for (size_t k = 0; k < wanted.size(); ++k)
+        for (const char* key : {"from", "about"}) {
+            const ModelValue one = analyses.get(wanted[k]);
+            if (!one.has(key)) continue;
+            const std::string before = one.get(key).getText();
+            if (analyses.has(before) &&
+                std::find(wanted.begin(), wanted.end(), before) == wanted.end())
+                wanted.push_back(before);
+        }
+    std::reverse(wanted.begin(), wanted.end());
+    plan.only = wanted;
+    if (plan.of.empty() && sweep.has("of")) plan.of = sweep.get("of").getTexts();
+    makeSweepCases(plan,
+                   sweep.get("combine").getText() == "list" ? SweepOrder::List : SweepOrder::Grid);
+}
+
+void checkSweepCases(SweepPlan& plan) {
+    findSweptPaths(plan);
+    std::set<std::string> files;
+    for (const SweepCase& one : plan.cases) {
+        ModelText text = plan.model;
+        text.settings = plan.getSettings(one);
+        collectFiles(readModel(text), files);
+    }
+    Checksum sum;
+    sum.add(plan.model.text.data(), plan.model.text.size());
+    for (const std::string& file : files) {
+        const std::string entry = file + "\n" + calcFileChecksum(file) + "\n";
+        sum.add(entry.data(), entry.size());
+    }
+    plan.content = sum.getText();
+}
+
+}  // namespace cli
+}  // namespace simflex

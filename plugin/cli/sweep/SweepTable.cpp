@@ -1,0 +1,258 @@
+#include "simflex/cli/sweep/SweepTable.h"
+
+#include <fcntl.h>
+#include <fnmatch.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+
+#include "simflex/cli/results/ProbeChoice.h"
+#include "simflex/part/Hdf5.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+const std::vector<std::string> kStatistics = {"maximum", "minimum", "mean",
+                                              "rms",     "final",   "range"};
+const std::vector<std::string> kUsual = {"maximum", "minimum", "final"};
+
+/** Mean over time, by the trapezoidal rule. **/
+double calcMean(const std::vector<double>& time, const std::vector<double>& values) {
+    double sum = 0;
+    for (size_t k = 1; k < values.size(); ++k)
+        sum += 0.5 * (values[k] + values[k - 1]) * (time[k] - time[k - 1]);
+    const double span = time.back() - time.front();
+    return span > 0 ? sum / span : values.back();
+}
+
+double calcStatistic(const std::string& statistic, const std::vector<double>& time,
+                     const std::vector<double>& values) {
+    if (values.empty()) return NAN;
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    if (statistic == "maximum") return *high;
+    if (statistic == "minimum") return *low;
+    if (statistic == "range") return *high - *low;
+    if (statistic == "final") return values.back();
+    if (statistic == "mean") return calcMean(time, values);
+    std::vector<double> squares;
+    for (const double value : values) squares.push_back(value * value);
+    return std::sqrt(calcMean(time, squares));
+}
+
+/** One number of one case. **/
+struct Entry {
+    std::string analysis, name, unit;
+    double value;
+};
+
+/** What `of` wants: a pattern of probes and a statistic. **/
+struct Wish {
+    std::string text, probe, statistic;
+    bool isUsed = false;
+};
+
+std::vector<Wish> parseWishes(const std::vector<std::string>& of) {
+    std::vector<Wish> wishes;
+    for (const std::string& text : of) {
+        const size_t dot = text.rfind('.');
+        const std::string last = dot == std::string::npos ? "" : text.substr(dot + 1);
+        if (std::find(kStatistics.begin(), kStatistics.end(), last) != kStatistics.end()) {
+            wishes.push_back({text, text.substr(0, dot), last});
+        } else {
+            for (const std::string& statistic : kUsual) wishes.push_back({text, text, statistic});
+        }
+    }
+    return wishes;
+}
+
+void addStatistics(const ResultData::Analysis& analysis, std::vector<Wish>& wishes,
+                   std::vector<Entry>& entries) {
+    for (const ChosenColumn& column : chooseColumns(analysis, {})) {
+        const auto add = [&](const std::string& statistic) {
+            entries.push_back({analysis.name, column.name + "." + statistic, column.unit,
+                               calcStatistic(statistic, analysis.time, column.values)});
+        };
+        if (wishes.empty())
+            for (const std::string& statistic : kUsual) add(statistic);
+        for (Wish& wish : wishes) {
+            if (fnmatch(wish.probe.c_str(), column.name.c_str(), 0) != 0 &&
+                fnmatch(wish.probe.c_str(), column.probe.c_str(), 0) != 0)
+                continue;
+            wish.isUsed = true;
+            add(wish.statistic);
+        }
+    }
+}
+
+std::vector<Entry> collectEntries(const ResultData& results, std::vector<Wish>& wishes) {
+    std::vector<Entry> entries;
+    for (const auto& analysis : results.analyses) {
+        if (analysis.type == "transient") addStatistics(analysis, wishes, entries);
+        if (analysis.type == "static")
+            for (const ChosenColumn& column : chooseColumns(analysis, {}))
+                entries.push_back({analysis.name, column.name, column.unit, column.values.at(0)});
+        if (analysis.type == "eigen")
+            for (size_t k = 0; k < analysis.frequency.at(0).size(); ++k) {
+                const std::string number = std::to_string(k + 1);
+                entries.push_back(
+                    {analysis.name, "frequency " + number, "Hz", analysis.frequency[0][k]});
+                entries.push_back({analysis.name, "damping ratio " + number, "",
+                                   analysis.dampingRatio.at(0).at(k)});
+            }
+    }
+    return entries;
+}
+
+std::string quote(const std::string& field) {
+    if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
+    std::string quoted = "\"";
+    for (const char c : field) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + "\"";
+}
+
+std::string makeCsv(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
+                    const SweepTable& table) {
+    std::string text = "case";
+    for (const SweptKey& key : plan.keys) text += "," + quote(key.name);
+    text += ",status";
+    for (const auto& column : table.columns)
+        text += "," + quote(column.name + (column.unit.empty() ? "" : " [" + column.unit + "]"));
+    text += ",error\n";
+    for (size_t k = 0; k < plan.cases.size(); ++k) {
+        text += quote(plan.cases[k].folder);
+        for (const std::string& value : plan.cases[k].values) text += "," + quote(value);
+        text += "," + nameOf(outcomes[k].status);
+        for (const auto& column : table.columns) {
+            char number[32] = "";
+            if (!std::isnan(column.values[k]))
+                std::snprintf(number, sizeof number, "%.17g", column.values[k]);
+            text += "," + std::string(number);
+        }
+        text += "," + quote(outcomes[k].error) + "\n";
+    }
+    return text;
+}
+
+/** A name that HDF5 takes as one. **/
+std::string makeLinkName(std::string name) {
+    std::replace(name.begin(), name.end(), '/', '|');
+    return name == "." ? "_" : name;
+}
+
+void writeHdf5(const std::string& path, const SweepPlan& plan,
+               const std::vector<SweepOutcome>& outcomes, const SweepTable& table) {
+    const hdf5::Quiet quiet;
+    const hsize_t n = plan.cases.size();
+    const auto file = hdf5::createFile(path);
+    hdf5::writeInteger(file, "simflex_sweep", 1);
+    std::string folders;
+    for (const SweepCase& one : plan.cases) folders += one.folder + "\n";
+    if (folders.size() < 60000) hdf5::writeText(file, "folders", folders);
+    std::vector<int> status;
+    for (const SweepOutcome& outcome : outcomes)
+        status.push_back(outcome.status == SweepOutcome::Status::Complete ? 0
+                         : outcome.status == SweepOutcome::Status::Failed ? 1
+                                                                          : 2);
+    hdf5::write(file, "status", {n}, status.data());
+    const auto values = hdf5::createGroup(file, "values");
+    for (size_t k = 0; k < plan.keys.size(); ++k) {
+        std::vector<double> numbers;
+        for (const SweepCase& one : plan.cases) {
+            char* end = nullptr;
+            const double number = std::strtod(one.values[k].c_str(), &end);
+            numbers.push_back(*end == '\0' ? number : NAN);
+        }
+        hdf5::write(values, makeLinkName(plan.keys[k].name), {n}, numbers.data());
+    }
+    const auto columns = hdf5::createGroup(file, "columns");
+    for (const auto& column : table.columns) {
+        hdf5::write(columns, makeLinkName(column.name), {n}, column.values.data());
+        const hdf5::Handle data(H5Dopen2(columns, makeLinkName(column.name).c_str(), H5P_DEFAULT),
+                                H5Dclose, "open '" + column.name + "'");
+        hdf5::writeText(data, "unit", column.unit);
+    }
+    if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)
+        throw std::runtime_error("cannot write all of '" + path + "'; is the disk full?");
+}
+
+/** Only one process at a time writes the table of a folder. **/
+class TableLock {
+public:
+    explicit TableLock(const std::string& folder)
+        : _file(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+        if (_file >= 0) (void)!flock(_file, LOCK_EX);
+    }
+    ~TableLock() {
+        if (_file >= 0) close(_file);
+    }
+    TableLock(const TableLock&) = delete;
+    TableLock& operator=(const TableLock&) = delete;
+
+private:
+    int _file;
+};
+
+}  // namespace
+
+SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
+                          const std::string& folder) {
+    std::vector<Wish> wishes = parseWishes(plan.of);
+    std::vector<std::vector<Entry>> all;
+    std::set<std::string> analyses;
+    bool hasProbes = false;
+    for (size_t k = 0; k < plan.cases.size(); ++k) {
+        all.emplace_back();
+        if (outcomes[k].status != SweepOutcome::Status::Complete) continue;
+        const ResultData results =
+            readResults(folder + "/" + plan.cases[k].folder + "/results.h5", ReadStates::No);
+        all.back() = collectEntries(results, wishes);
+        for (const Entry& entry : all.back()) analyses.insert(entry.analysis);
+        for (const auto& analysis : results.analyses) hasProbes |= analysis.type == "transient";
+    }
+    if (hasProbes)
+        for (const Wish& wish : wishes)
+            if (!wish.isUsed)
+                throw std::runtime_error("'" + wish.text +
+                                         "' fits no probe of the sweep; a column is PROBE." +
+                                         "maximum, .minimum, .mean, .rms, .final or .range");
+    SweepTable table;
+    std::map<std::string, size_t> places;
+    for (size_t k = 0; k < all.size(); ++k)
+        for (const Entry& entry : all[k]) {
+            const std::string name =
+                analyses.size() > 1 ? entry.analysis + "." + entry.name : entry.name;
+            const auto [place, isNew] = places.emplace(name, table.columns.size());
+            if (isNew)
+                table.columns.push_back({name, entry.unit, std::vector<double>(all.size(), NAN)});
+            table.columns[place->second].values[k] = entry.value;
+        }
+    return table;
+}
+
+std::string writeSweepTable(const SweepPlan& plan, const std::string& folder) {
+    const TableLock lock(folder);
+    const std::vector<SweepOutcome> outcomes = readSweepOutcomes(plan, folder);
+    const SweepTable table = makeSweepTable(plan, outcomes, folder);
+    const std::string csv = folder + "/sweep.csv", hdf = folder + "/sweep.h5";
+    std::ofstream out(csv + ".new", std::ios::binary);
+    out << makeCsv(plan, outcomes, table);
+    out.close();
+    if (!out) throw std::runtime_error("cannot write '" + csv + ".new'; is the disk full?");
+    fs::rename(csv + ".new", csv);
+    writeHdf5(hdf + ".new", plan, outcomes, table);
+    fs::rename(hdf + ".new", hdf);
+    return csv;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,38 @@
+#pragma once
+/** @file
+The result table of a sweep: a line for each case. **/
+
+#include <string>
+#include <vector>
+
+#include "simflex/cli/sweep/SweepPlan.h"
+#include "simflex/cli/sweep/SweepRunner.h"
+
+namespace simflex {
+namespace cli {
+
+struct SweepTable {
+    struct Column {
+        std::string name;  ///< "tip.x.maximum"
+        std::string unit;
+        std::vector<double> values;  ///< one for each case; NaN where it is not known
+    };
+    std::vector<Column> columns;
+};
+
+/** Statistics of the probes of all complete cases (mean and rms are over time), values of static
+analyses, frequencies and damping ratios of modes. plan.of chooses: PROBE.maximum, .minimum, .mean,
+.rms, .final or .range, PROBE with or without its column and with `*`; default: maximum, minimum and
+final value of all. @throws std::runtime_error if one of plan.of fits nothing. **/
+SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
+                          const std::string& folder);
+
+/** Writes FOLDER/sweep.csv and FOLDER/sweep.h5; processes that share the folder one after the
+other. The HDF5 file has, one number for each case: values/KEY, columns/NAME (attribute unit),
+status (0 complete, 1 failed, 2 not finished); and attributes simflex_sweep = 1, folders (one a
+line).
+@returns the table's path. **/
+std::string writeSweepTable(const SweepPlan& plan, const std::string& folder);
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,255 @@
+/** @file
+Joints, motions and initial values of models: what they promise holds in the assembled system. **/
+
+#include "BuiltModel.h"
+#include "simflex/body/Joint.h"
+#include "simflex/solver/BdfIntegrator.h"
+
+namespace simflex::test {
+namespace {
+
+using namespace SimTK;
+using cli::Model;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const char* const kBody =
+    "{mass: 1, inertia: [0.01, 0.011, 0.012], place: {position: [0.2, 0.1, -0.3]}}";
+
+struct JointKind {
+    const char* type;
+    const char* keys;
+    int numCoordinates;
+    CoordinateAxis axis;  ///< of F that `axis` turns
+};
+
+void PrintTo(const JointKind& kind, std::ostream* out) {
+    *out << kind.type;
+}
+
+class ModelJoints : public BuiltModelTest, public ::testing::WithParamInterface<JointKind> {
+protected:
+    std::string joint(const std::string& more = "") const {
+        return std::string("joints: {j: {type: ") + GetParam().type + ", " + GetParam().keys +
+               " between: [{on: ground, position: [0.2, 0.1, -0.3], rotation: [0.3, 0.2, 0.1]}, "
+               "{on: b, rotation: [0.3, 0.2, 0.1]}]" +
+               more + "}}\n";
+    }
+};
+
+TEST_P(ModelJoints, EveryCoordinateFollowsItsMotion) {
+    for (int i = 0; i < GetParam().numCoordinates; ++i) {
+        const auto model = build(std::string("bodies: {b: ") + kBody + "}\n" + joint() +
+                                 "motions: {m: {joint: j, coordinate: " + std::to_string(i) +
+                                 ", position: 0.3 + 0.2*t}}\n");
+        State state = model->makeInitialState();
+        state.setTime(0.7);
+        model->getFlexibleBodies().initializeNative(state);
+        const Joint& j = model->getJoints()[0].joint;
+        EXPECT_NEAR(j.calcCoordinates(state)[i], 0.44, 1e-9) << i;
+        EXPECT_NEAR(j.calcCoordinateDots(state)[i], 0.2, 1e-9) << i;
+        EXPECT_LT(j.calcPositionErrors(state).normInf(), 1e-9) << i;
+        EXPECT_EQ(model->getMotions()[0].joint.getNumEquations(), 1);
+    }
+}
+
+TEST_P(ModelJoints, CoordinatesBeyondTheLastAreRefused) {
+    const std::string index = std::to_string(GetParam().numCoordinates);
+    EXPECT_THAT(messageOf(std::string("bodies: {b: ") + kBody + "}\n" + joint() +
+                          "motions: {m: {joint: j, coordinate: " + index + ", position: t}}\n"),
+                AllOf(HasSubstr("model.yaml:5:"), HasSubstr("'j' has no coordinate " + index)));
+}
+
+TEST_P(ModelJoints, InitialCoordinatesAndRatesAreThoseGiven) {
+    const int count = GetParam().numCoordinates;
+    std::string values, rates;
+    for (int i = 0; i < count; ++i) {
+        values += (i ? ", " : "") + std::to_string(0.5 + 0.1 * i);
+        rates += (i ? ", " : "") + std::to_string(2 - i);
+    }
+    const auto model =
+        build(std::string("bodies: {b: ") + kBody + "}\n" + joint() + "initial: {joints: {j: [" +
+              values + "]}, rates: {j: [" + rates + "]}}\n");
+    const State state = model->makeInitialState();
+    const Joint& j = model->getJoints()[0].joint;
+    for (int i = 0; i < count; ++i) {
+        EXPECT_NEAR(j.calcCoordinates(state)[i], 0.5 + 0.1 * i, 1e-9) << i;
+        EXPECT_NEAR(j.calcCoordinateDots(state)[i], 2 - i, 1e-9) << i;
+    }
+    EXPECT_LT(j.calcPositionErrors(state).normInf(), 1e-9);
+}
+
+TEST_P(ModelJoints, AxisLiesAlongTheDirectionGivenAndTheJointIsClosedAsPlaced) {
+    const auto model =
+        build(std::string("bodies: {b: ") + kBody + "}\n" + joint(", axis: [1, 2, -0.5]"));
+    State state = model->makeInitialState();
+    const Joint& j = model->getJoints()[0].joint;
+    EXPECT_LT(j.calcPositionErrors(state).normInf(), 1e-14);
+    const Rotation F = j.getFrameF().calcMotion(state).X.R(),
+                   M = j.getFrameM().calcMotion(state).X.R();
+    EXPECT_LT((F(GetParam().axis) - UnitVec3(1, 2, -0.5)).norm(), 1e-14);
+    EXPECT_LT((F.asMat33() - M.asMat33()).norm(), 1e-14);
+    EXPECT_LT(j.calcCoordinates(state).normInf(), 1e-14);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, ModelJoints,
+                         ::testing::Values(JointKind{"pin", "", 1, ZAxis},
+                                           JointKind{"slider", "", 1, XAxis},
+                                           JointKind{"cylinder", "", 2, ZAxis},
+                                           JointKind{"universal", "", 2, XAxis},
+                                           JointKind{"planar", "", 3, ZAxis},
+                                           JointKind{"screw", "pitch: 0.05,", 1, ZAxis},
+                                           JointKind{"point_on_line", "", 1, ZAxis},
+                                           JointKind{"point_in_plane", "", 2, ZAxis}),
+                         [](const auto& kind) { return kind.param.type; });
+
+class ModelMechanisms : public BuiltModelTest {
+protected:
+    static constexpr double r = 0.1, l = 0.3;
+    /** Crank, connecting rod and slider along x. **/
+    const std::string sliderCrank = R"(
+parameters: {r: 0.1, l: 0.3}
+bodies:
+  crank: {mass: 1, inertia: [0.01, 0.01, 0.01]}
+  rod: {mass: 1, inertia: [0.01, 0.01, 0.01], place: {position: [r, 0, 0]}}
+  piston: {mass: 1, inertia: [0.01, 0.01, 0.01], place: {position: [r + l, 0, 0]}}
+joints:
+  main: {type: pin, between: [ground, crank]}
+  crankpin: {type: pin, between: [{on: crank, position: [r, 0, 0]}, rod]}
+  gudgeon: {type: pin, between: [{on: rod, position: [l, 0, 0]}, piston]}
+  guide: {type: slider, between: [ground, piston]}
+)";
+};
+
+TEST_F(ModelMechanisms, InitialAngleAndRateMoveTheWholeMechanism) {
+    for (const double angle : {0.7, -2.5, 3.0}) {
+        const auto model = build(sliderCrank + "initial: {joints: {main: " + std::to_string(angle) +
+                                 "}, rates: {main: [5]}}\n");
+        const State state = model->makeInitialState();
+        const double root = std::sqrt(l * l - square(r * std::sin(angle)));
+        const double x = r * std::cos(angle) + root;
+        const double v = -5 * r * std::sin(angle) * (1 + r * std::cos(angle) / root);
+        const MobilizedBody& piston = model->getBodies()[2].mobod;
+        EXPECT_NEAR(piston.getBodyOriginLocation(state)[0], x, 1e-9) << angle;
+        EXPECT_NEAR(piston.getBodyOriginVelocity(state)[0], v, 1e-8) << angle;
+        EXPECT_NEAR(model->getBodies()[0].mobod.getBodyAngularVelocity(state)[2], 5, 1e-9);
+    }
+    EXPECT_TRUE(notes.empty()) << notes[0];
+}
+
+TEST_F(ModelMechanisms, RatesAloneKeepThePlacement) {
+    const auto model = build(sliderCrank + "initial: {rates: {gudgeon: -2}}\n");
+    const State state = model->makeInitialState();
+    // In line, the rod turns by r/l of the crank, the other way; the pin's rate is of M in F.
+    const Vec3 rod = model->getBodies()[1].mobod.getBodyAngularVelocity(state);
+    EXPECT_NEAR(rod[2], 2, 1e-9);
+    EXPECT_NEAR(model->getBodies()[0].mobod.getBodyAngularVelocity(state)[2], -2 * l / r, 1e-8);
+    EXPECT_NEAR(model->getBodies()[2].mobod.getBodyOriginLocation(state)[0], r + l, 1e-12);
+}
+
+TEST_F(ModelMechanisms, InitialValuesThatCannotBeAreRefusedWithTheirPlace) {
+    EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {gudgeon: 1.5}}\n"),
+                AllOf(HasSubstr("model.yaml:"), HasSubstr("initial.joints.gudgeon"),
+                      HasSubstr("cannot be assembled")));
+    EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {mian: 1}}\n"),
+                AllOf(HasSubstr("mian"), HasSubstr("main")));
+    EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {main: [1, 2]}}\n"),
+                HasSubstr("'main' has no coordinate 1; it has one, number 0"));
+    EXPECT_THAT(messageOf(sliderCrank + "initial: {bodies: {crnk: {velocity: [1, 0, 0]}}}\n"),
+                HasSubstr("crank"));
+}
+
+TEST_F(ModelMechanisms, InitialAngleWorksWithFlexibleBodiesToo) {
+    const auto model = build(R"(
+bodies:
+  arm: {part: bar, place: {frame: A, at: ground}}
+  fist: {part: bar, place: {frame: A, at: arm.B}}
+joints:
+  shoulder: {type: pin, between: [ground, arm.A]}
+  elbow: {type: pin, between: [arm.B, fist.A]}
+initial: {joints: {shoulder: 0.5, elbow: -1}, rates: {shoulder: 3, elbow: 4}}
+)");
+    const State state = model->makeInitialState();
+    for (int i = 0; i < 2; ++i) {
+        const Joint& joint = model->getJoints()[size_t(i)].joint;
+        EXPECT_NEAR(joint.calcCoordinates(state)[0], i ? -1 : 0.5, 1e-9);
+        EXPECT_NEAR(joint.calcCoordinateDots(state)[0], i ? 4 : 3, 1e-8);
+        // Nothing is bent: the mechanism turns as if it were rigid.
+        EXPECT_LT(model->getBodies()[size_t(i)].flexible->getModalCoordinates(state).norm(), 1e-9);
+    }
+}
+
+TEST_F(ModelMechanisms, VelocityIsThatOfTheOriginOfThePartsOwnCoordinates) {
+    const auto model = build(R"(
+bodies:
+  a: {part: bar, place: {position: [1, 2, 3], rotation: [0.1, 0.2, 0.3]}}
+  b: {mass: 1, inertia: [0.1, 0.1, 0.1], mobilizer: {type: translation}}
+initial:
+  bodies:
+    a: {velocity: [1, 0, 2], angular_velocity: [0, 5, 0]}
+    b: {velocity: [0, 3, 0]}
+)");
+    const State state = model->makeInitialState();
+    const FrameMotion origin = model->findFrame("a").calcMotion(state);
+    EXPECT_LT((origin.X.p() - Vec3(1, 2, 3)).norm(), 1e-14);
+    EXPECT_LT((origin.V[1] - Vec3(1, 0, 2)).norm(), 1e-13);
+    EXPECT_LT((origin.V[0] - Vec3(0, 5, 0)).norm(), 1e-13);
+    EXPECT_LT((model->getBodies()[1].mobod.getBodyOriginVelocity(state) - Vec3(0, 3, 0)).norm(),
+              1e-14);
+}
+
+TEST_F(ModelMechanisms, RodsAreAsLongAsPlacedUnlessTold) {
+    const std::string text = std::string("bodies: {b: ") + kBody +
+                             "}\njoints: {j: {type: rod, between: [ground, b]LENGTH}}\n";
+    const auto with = [&](const std::string& length) {
+        std::string copy = text;
+        return copy.replace(copy.find("LENGTH"), 6, length);
+    };
+    const auto model = build(with(""));
+    EXPECT_LT(model->getJoints()[0].joint.calcPositionErrors(model->makeInitialState()).normInf(),
+              1e-15);
+    const auto longer = build(with(", length: 0.5"));
+    State state = longer->makeInitialState();
+    EXPECT_NEAR(longer->getJoints()[0].joint.calcPositionErrors(state)[0],
+                Vec3(0.2, 0.1, -0.3).norm() - 0.5, 1e-15);
+}
+
+TEST_F(ModelMechanisms, ModelsRunBitForBitAsThoseBuiltByHand) {
+    const auto model = build(
+        "gravity: [0, -9.81, 0]\nbodies: {a: {part: bar, place: {frame: A, at: ground}}}\n"
+        "joints: {j: {type: pin, between: [ground, a.A]}}\n"
+        "initial: {bodies: {a: {modes: {1: 1e-3}}}}\n");
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    Force::Gravity(forces, matter, Vec3(0, -9.81, 0));
+    const FlexibleBody a(flexible, makeBar(), "a");
+    Joint::Pin j(flexible, matter.Ground(), a.interface("A"));
+    State state = system.realizeTopology();
+    const State start = model->makeInitialState();
+    a.setFramePose(state, model->getBodies()[0].flexible->getFramePose(start));
+    Vector xi(7, 0.0);
+    xi[0] = 1e-3;
+    a.setModalCoordinates(state, xi);
+    const auto run = [](const MultibodySystem& ofSystem, const State& from) {
+        BdfIntegrator integrator(ofSystem);
+        integrator.initialize(from);
+        integrator.stepTo(0.1);
+        return Vector(integrator.getState().getY());
+    };
+    const Vector built = run(model->getSystem(), start), byHand = run(system, state);
+    EXPECT_EQ((built - byHand).normInf(), 0);
+    EXPECT_GT((byHand - state.getY()).normInf(), 0.1);
+}
+
+TEST_F(ModelMechanisms, OpenJointsAndLooseBodiesAreNoted) {
+    build(std::string("bodies: {b: ") + kBody + ", loose: " + kBody +
+          "}\njoints: {j: {type: ball, between: [ground, b]}}\n");
+    ASSERT_EQ(notes.size(), 2u);
+    EXPECT_THAT(notes[0], AllOf(HasSubstr("'loose'"), HasSubstr("free")));
+    EXPECT_THAT(notes[1], AllOf(HasSubstr("'j'"), HasSubstr("0.374 m")));
+}
+
+}  // namespace
+}  // namespace simflex::test

@@ -1,0 +1,135 @@
+/** @file
+Places, rotations and frames of models. **/
+
+#include "BuiltModel.h"
+
+namespace simflex::test {
+namespace {
+
+using namespace SimTK;
+using cli::Model;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class ModelPlaces : public BuiltModelTest {
+protected:
+    static Transform poseOf(const Model& model, const std::string& frame) {
+        const State state = model.makeInitialState();
+        return model.findFrame(frame).calcMotion(state).X;
+    }
+    static double distance(const Transform& a, const Transform& b) {
+        return (a.p() - b.p()).norm() + (a.R().asMat33() - b.R().asMat33()).norm();
+    }
+    const std::string brick = "mass: 1, inertia: [0.1, 0.1, 0.1]";
+};
+
+TEST_F(ModelPlaces, EveryFormOfRotationIsSimbodys) {
+    const auto model =
+        build("bodies:\n  a: {" + brick + ", place: {rotation: [0.1, -20*deg, 2]}}\n" + "  b: {" +
+              brick + ", place: {rotation: {axis: y, angle: 30*deg}}}\n" + "  c: {" + brick +
+              ", place: {rotation: {axis: [1, 1, 0], angle: pi/3}}}\n" + "  d: {" + brick +
+              ", place: {rotation: {quaternion: [2, 0, 0, -1]}}}\n");
+    const double degree = Pi / 180;
+    Rotation a(BodyRotationSequence, 0.1, XAxis, -20 * degree, YAxis, 2, ZAxis);
+    EXPECT_LT(distance(poseOf(*model, "a"), a), 1e-14);
+    EXPECT_LT(distance(poseOf(*model, "b"), Rotation(30 * degree, YAxis)), 1e-14);
+    EXPECT_LT(distance(poseOf(*model, "c"), Rotation(Pi / 3, UnitVec3(1, 1, 0))), 1e-14);
+    EXPECT_LT(distance(poseOf(*model, "d"), Rotation(-2 * std::atan(0.5), ZAxis)), 1e-14);
+    EXPECT_THAT(messageOf("bodies:\n  d: {" + brick + ", place: {rotation: {angle: 1}}}\n"),
+                HasSubstr("with axis"));
+    EXPECT_THAT(messageOf("bodies:\n  d: {" + brick +
+                          ", place: {rotation: {axis: [0, 0, 0], angle: 1}}}\n"),
+                HasSubstr("no direction"));
+    EXPECT_THAT(
+        messageOf("bodies:\n  d: {" + brick + ", place: {rotation: {quaternion: [0, 0, 0, 0]}}}\n"),
+        HasSubstr("no rotation"));
+}
+
+TEST_F(ModelPlaces, PositionOfAFlexibleBodyIsThatOfItsPartsCoordinates) {
+    const auto model = build(
+        "bodies: {a: {part: bar, place: {position: [1, 2, 3], rotation: {axis: z, angle: "
+        "90*deg}}}}");
+    const Transform X_GP(Rotation(Pi / 2, ZAxis), Vec3(1, 2, 3));
+    EXPECT_LT(distance(poseOf(*model, "a"), X_GP), 1e-14);
+    const auto part = makeBar();
+    const auto& c = part->centerOfMass;
+    const Model::BodyEntry& a = model->getBodies()[0];
+    const State state = model->makeInitialState();
+    EXPECT_LT(distance(a.flexible->getFramePose(state), X_GP * Transform(Vec3(c[0], c[1], c[2]))),
+              1e-14);
+    EXPECT_LT(distance(a.flexible->getFramePose(state) * a.X_BP, X_GP), 1e-14);
+    const auto& s = part->getInterface("B").position;
+    EXPECT_LT(
+        (poseOf(*model, "a.B").p() - X_GP * Vec3(c[0] + s[0], c[1] + s[1], c[2] + s[2])).norm(),
+        1e-14);
+}
+
+TEST_F(ModelPlaces, MatedFramesMeetWhateverTheOrder) {
+    const auto model = build(R"(
+bodies:
+  last: {part: bar, place: {frame: A, at: middle.B, position: [0.01, 0, 0], rotation: {axis: x, angle: 20*deg}}}
+  middle: {part: stiffened, place: {frame: nose, at: first}}
+  first: {mass: 1, inertia: [0.1, 0.1, 0.1], place: {frame: {on: first, position: [0, 0, 0.2]}, at: door}}
+frames:
+  door: {on: ground, position: [1, 0, 0], rotation: [0, 0, 1]}
+  nose: {on: middle, node: 7, rotation: [0, 1, 0]}
+  outer: {on: first, position: [1, 1, 1]}
+  inner: {on: outer, position: [0, 0, 1]}
+)");
+    EXPECT_LT(distance(poseOf(*model, "door"), Transform(Rotation(1, ZAxis), Vec3(1, 0, 0))),
+              1e-15);
+    EXPECT_LT(distance(poseOf(*model, "first") * Vec3(0, 0, 0.2), poseOf(*model, "door") * Vec3(0)),
+              1e-14);
+    EXPECT_LT(distance(poseOf(*model, "nose"), poseOf(*model, "first")), 1e-13);
+    EXPECT_LT(
+        distance(poseOf(*model, "last.A"),
+                 poseOf(*model, "middle.B") * Transform(Rotation(Pi / 9, XAxis), Vec3(0.01, 0, 0))),
+        1e-13);
+    EXPECT_LT(distance(poseOf(*model, "inner"), poseOf(*model, "first") * Transform(Vec3(1, 1, 2))),
+              1e-14);
+    EXPECT_EQ(model->getBodies()[0].name, "last");
+}
+
+TEST_F(ModelPlaces, PlacesInACircleAreNamed) {
+    EXPECT_THAT(messageOf("bodies:\n  a: {" + brick + ", place: {at: b}}\n  b: {" + brick +
+                          ", place: {at: c}}\n  c: {" + brick + ", place: {at: a}}\n"),
+                AllOf(HasSubstr("model.yaml:4:"), HasSubstr("a -> b -> c -> a")));
+    EXPECT_THAT(messageOf("bodies:\n  a: {" + brick + ", place: {at: a}}\n"),
+                HasSubstr("frame of its own"));
+    EXPECT_THAT(messageOf("bodies:\n  a: {" + brick + ", place: {frame: ground, at: ground}}\n"),
+                HasSubstr("`frame` is one of the body's own"));
+    EXPECT_THAT(messageOf("frames: {a: {on: b}, b: {on: a}}\nbodies:\n  c: {" + brick +
+                          ", place: {at: a}}\n"),
+                HasSubstr("a -> b -> a"));
+}
+
+TEST_F(ModelPlaces, MobilizersPutTheirBodiesWhereTheyArePlacedOrSayThatTheyCannot) {
+    const auto model = build(
+        "bodies:\n  a: {" + brick +
+        ", mobilizer: {type: pin, inboard: {position: [1, 0, 0]}}, place: {position: [1, 0, 0], "
+        "rotation: [0, 0, 0.4]}}\n  b: {" +
+        brick + ", mobilizer: {type: weld, parent: a, inboard: {position: [0, 2, 0]}}}\n");
+    EXPECT_LT(distance(poseOf(*model, "a"), Transform(Rotation(0.4, ZAxis), Vec3(1, 0, 0))), 1e-14);
+    EXPECT_LT(distance(poseOf(*model, "b"),
+                       Transform(Rotation(0.4, ZAxis), Vec3(1, 0, 0)) * Transform(Vec3(0, 2, 0))),
+              1e-14);
+    EXPECT_THAT(messageOf("bodies:\n  a: {" + brick +
+                          ", mobilizer: {type: pin}, place: {position: [1, 0, 0]}}\n"),
+                AllOf(HasSubstr("bodies.a.place"), HasSubstr("type pin"), HasSubstr("1.0")));
+}
+
+TEST_F(ModelPlaces, FramesTypedAtAPromptAreFoundOrProposed) {
+    const auto model = build("bodies: {boom: {part: bar}}\nframes: {tip: {on: boom.B}}\n");
+    EXPECT_EQ(model->findFrame("boom.A").getName(), "boom.A");
+    EXPECT_EQ(model->findFrame("ground").getName(), "ground");
+    EXPECT_EQ(model->findFrame("tip").getName(), "boom.B");
+    try {
+        model->findFrame("bom.A");
+        ADD_FAILURE() << "found";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_THAT(error.what(), AllOf(HasSubstr("'bom.A'"), HasSubstr("boom.A")));
+    }
+}
+
+}  // namespace
+}  // namespace simflex::test

@@ -1,0 +1,242 @@
+/** @file
+simflex compare, and the figures of simflex plot, on results whose values are known. **/
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <functional>
+
+#include "TestResults.h"
+#include "cli/CliTest.h"
+#include "simflex/cli/results/Comparison.h"
+#include "simflex/cli/results/ResultFigure.h"
+#include "simflex/cli/results/UnitScale.h"
+#include "simflex/render/Image.h"
+
+namespace simflex {
+namespace {
+
+using namespace cli;
+using namespace testing;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+constexpr double pi = 3.14159265358979323846;
+
+/** A run of one probe: value(t), at `count` times from 0 to 1 s. **/
+ResultData makeData(int count, const std::function<double(double)>& value) {
+    ResultData data;
+    data.analyses.emplace_back();
+    ResultData::Analysis& run = data.analyses[0];
+    run.name = "run";
+    run.type = "transient";
+    run.probes.push_back({{"wave", "m", {""}}, {}});
+    for (int k = 0; k < count; ++k) {
+        run.time.push_back(double(k) / (count - 1));
+        run.probes[0].rows.push_back({value(run.time.back())});
+    }
+    return data;
+}
+
+double wave(double t) {
+    return std::sin(2 * pi * t);
+}
+
+TEST(Comparison, LargestAndRmsOfASineAreThoseOfItsClosedForm) {
+    const double size = 0.01;
+    const auto result = compareResults(
+        makeData(2001, wave), makeData(2001, [&](double t) { return (1 + size) * wave(t); }), {},
+        "a", "b");
+    ASSERT_THAT(result.columns, SizeIs(1));
+    EXPECT_NEAR(result.columns[0].largest, size, 1e-12);
+    EXPECT_NEAR(result.columns[0].time, 0.25, 1e-12);
+    EXPECT_NEAR(result.columns[0].rms, size / std::sqrt(2.0), 1e-3 * size);
+    EXPECT_NEAR(result.columns[0].range, 2 * (1 + size), 1e-12);
+    EXPECT_NEAR(result.columns[0].getRelative(), size / (2 * (1 + size)), 1e-12);
+    EXPECT_THAT(result.missing, SizeIs(0));
+    EXPECT_THAT(result.notes, SizeIs(0));
+}
+
+TEST(Comparison, InterpolationBetweenOtherTimesIsOfFourthOrder) {
+    double errors[2];
+    for (int k = 0; k < 2; ++k) {
+        const auto result =
+            compareResults(makeData(103, wave), makeData(41 << k, wave), {}, "a", "b");
+        ASSERT_THAT(result.notes, SizeIs(1));
+        EXPECT_THAT(result.notes[0],
+                    AllOf(HasSubstr("times"), HasSubstr("103"), HasSubstr("cubic")));
+        errors[k] = result.columns[0].largest;
+    }
+    EXPECT_NEAR(std::log2(errors[0] / errors[1]), 4, 0.3);
+}
+
+TEST(Comparison, WhatOnlyOneFileHasIsNamed) {
+    ResultData a = makeData(5, wave), b = makeData(5, wave);
+    a.analyses[0].probes[0].column.name = "tip";
+    b.analyses.push_back(b.analyses[0]);
+    b.analyses[1].name = "walk";
+    EXPECT_THAT(
+        compareResults(a, b, {}, "a", "b").missing,
+        ElementsAre("probe 'wave' of analysis 'run' is only in b",
+                    "probe 'tip' of analysis 'run' is only in a", "analysis 'walk' is only in b"));
+}
+
+TEST(Comparison, AComponentThatIsZeroIsMeasuredByItsProbesRange) {
+    ResultData a = makeData(101, wave), b = a;
+    for (ResultData* data : {&a, &b}) {
+        data->analyses[0].probes[0].column.columns = {"x", "z"};
+        for (auto& row : data->analyses[0].probes[0].rows) row.push_back(data == &b ? 1e-14 : 0);
+    }
+    const auto result = compareResults(a, b, {"wave"}, "a", "b");
+    ASSERT_THAT(result.columns, SizeIs(2));
+    EXPECT_LT(result.columns[1].getRelative(), 1e-13);
+}
+
+TEST(Comparison, WhatIsNoNumberOnOneSideOnlyDiffersWithoutBound) {
+    const auto broken = [](double t) { return t > 0.5 ? NAN : wave(t); };
+    EXPECT_EQ(compareResults(makeData(9, wave), makeData(9, broken), {}, "a", "b")
+                  .columns[0]
+                  .getRelative(),
+              INFINITY);
+    EXPECT_EQ(
+        compareResults(makeData(9, broken), makeData(9, broken), {}, "a", "b").columns[0].largest,
+        0);
+}
+
+TEST(UnitScale, PrefixesAreThoseThatPeopleUse) {
+    const auto name = [](const std::string& unit, double largest) {
+        return chooseUnitScale(unit, largest).unit;
+    };
+    EXPECT_EQ(name("m", 2.5e-4), "µm");
+    EXPECT_EQ(name("m", 0.02), "mm");
+    EXPECT_EQ(name("m", 0.3), "m");
+    EXPECT_EQ(name("m", 5000), "m");
+    EXPECT_EQ(name("Pa", 3e8), "MPa");
+    EXPECT_EQ(name("N m", 2e4), "kN m");
+    EXPECT_EQ(name("m/s^2", 20), "m/s²");
+    EXPECT_EQ(name("rad", 1e-5), "rad");
+    EXPECT_EQ(name("m^2", 1e-5), "m²");
+    EXPECT_EQ(chooseUnitScale("m", 0.02).size, 1e-3);
+    EXPECT_EQ(name("m", 0), "m");
+}
+
+TEST(ResultFigure, ProbesOfOneUnitButOtherSizesHavePanelsOfTheirOwn) {
+    ResultData data = makeData(11, wave);
+    auto& probes = data.analyses[0].probes;
+    probes.push_back(probes[0]);
+    probes[1].column.name = "small";
+    for (auto& row : probes[1].rows) row[0] *= 1e-4;
+    const Figure figure = makeResultFigure({{"a", &data.analyses[0]}}, {});
+    ASSERT_THAT(figure.panels, SizeIs(2));
+    EXPECT_EQ(figure.panels[1].label, "small [µm]");
+    EXPECT_NEAR(figure.panels[1].curves[0].y[2], 100 * wave(0.2), 1e-12);
+    FigureWishes wishes;
+    wishes.panels = FigureWishes::Panels::Together;
+    wishes.from = 0.35;
+    EXPECT_THAT(makeResultFigure({{"a", &data.analyses[0]}}, wishes).panels, SizeIs(1));
+    EXPECT_THAT(makeResultFigure({{"a", &data.analyses[0]}}, wishes).panels[0].curves[0].x,
+                SizeIs(7));
+}
+
+TEST(Figure, NothingInATextIsACommandOfGnuplot) {
+    Figure figure;
+    figure.title = "it's `touch owned`\n!touch owned\n\"quoted\" @macro";
+    figure.panels.push_back({"label'", {{"name", {0, 1}, {0, 1}}}, false});
+    const std::string script = makeGnuplotScript("svg", figure);
+    EXPECT_THAT(script, HasSubstr("'it''s  touch owned  !touch owned \"quoted\" @macro'"));
+    EXPECT_THAT(script, Not(HasSubstr("`")));
+    EXPECT_THAT(script, Not(HasSubstr("\n!")));
+    EXPECT_THAT(script, HasSubstr("'label'''"));
+}
+
+class PlotTest : public CliTest {
+protected:
+    void SetUp() override {
+        CliTest::SetUp();
+        ResultHeader header = makeHeader();
+        header.title = "Swing'; system('touch owned'); `touch owned`";
+        writeRun(folder / "a.h5", 60);
+        ResultWriter writer(folder / "b.h5", header);
+        writer.beginTransient("run", makeProbes(), 1, 2);
+        addCircle(writer, 0, 60);
+        writer.setComplete("run");
+    }
+
+    /** Whether a picture has this colour somewhere. **/
+    static bool hasColor(const Image& image, const Image::Pixel& color) {
+        for (int y = 0; y < image.getHeight(); ++y)
+            for (int x = 0; x < image.getWidth(); ++x)
+                if (image.getPixel(x, y) == color) return true;
+        return false;
+    }
+};
+
+TEST_F(PlotTest, PngHasItsSizeTwiceAndTheCurvesColours) {
+    ASSERT_EQ(run("plot b.h5 swing -o swing.png --size 500x300"), 0) << err;
+    EXPECT_EQ(out, "swing.png\n");
+    const Image image = Image::readPng(folder / "swing.png");
+    EXPECT_EQ(image.getWidth(), 1000);
+    EXPECT_EQ(image.getHeight(), 600);
+    EXPECT_TRUE(hasColor(image, {0, 114, 178, 255}));
+    EXPECT_TRUE(hasColor(image, {213, 94, 0, 255}));
+    EXPECT_THAT(listFiles(folder.path()), Not(::testing::Contains("owned")));
+}
+
+TEST_F(PlotTest, SvgHasTitleUnitsAndLegend) {
+    ASSERT_EQ(run("plot a.h5 b.h5 swing.x angle -o swing.svg"), 0) << err;
+    const std::string svg = readText(folder / "swing.svg");
+    for (const char* text : {"Swing", "swing.x [m]", "angle [rad]", "time [s]", ">a<", ">b<"})
+        EXPECT_THAT(svg, HasSubstr(text));
+    ASSERT_EQ(run("plot a.h5 --analysis modes -o modes.svg --title ''"), 0) << err;
+    EXPECT_THAT(readText(folder / "modes.svg"),
+                AllOf(HasSubstr("natural frequency [Hz]"), HasSubstr("damping ratio [%]")));
+    ASSERT_EQ(run("plot a.h5 --analysis map --orders 1 -o map.pdf"), 0) << err;
+    EXPECT_EQ(readText(folder / "map.pdf").substr(0, 5), "%PDF-");
+}
+
+TEST_F(PlotTest, MistakesAreExplained) {
+    EXPECT_EQ(run("plot a.h5 wing"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("'wing'"), HasSubstr("swing, angle")));
+    EXPECT_EQ(run("plot a.h5 --analysis walk"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("'walk'"), HasSubstr("rest, run, modes, map")));
+    EXPECT_EQ(run("plot a.h5 -o swing.jpg"), 1);
+    EXPECT_THAT(err, HasSubstr(".png, .svg or .pdf"));
+    EXPECT_EQ(run("plot a.h5 --analysis rest"), 1);
+    EXPECT_THAT(err, HasSubstr("static"));
+    EXPECT_EQ(run("plot a.h5 --together"), 1);
+    EXPECT_THAT(err, HasSubstr("one unit"));
+    EXPECT_EQ(run("plot a.h5 --x swing"), 1);
+    EXPECT_THAT(err, HasSubstr("swing.x, swing.y"));
+    EXPECT_EQ(run("plot none.h5"), 1);
+    EXPECT_THAT(err, HasSubstr("does not exist"));
+    EXPECT_EQ(run("plot a.h5 -o none/swing.png"), 1);
+    EXPECT_THAT(err, HasSubstr("none/swing.png"));
+}
+
+TEST_F(PlotTest, CompareTellsByItsExitStatusWhetherResultsAgree) {
+    EXPECT_EQ(run("compare a.h5 a.h5 --tolerance 0"), 0) << err;
+    EXPECT_EQ(run("compare a.h5 b.h5"), 1);
+    EXPECT_THAT(err, HasSubstr("analysis 'rest' is only in a"));
+    EXPECT_EQ(run("compare a.h5 b.h5 --analysis run --tolerance 0"), 0) << err;
+    ResultWriter writer(folder / "c.h5", makeHeader());
+    writer.beginTransient("run", makeProbes(), 0, 0);
+    for (int k = 0; k < 60; ++k) {
+        const double t = k * kStep;
+        writer.addRow(t, {2 * std::cos(t), 2 * std::sin(t), 1.001 * t}, {}, {});
+    }
+    writer.flush();
+    EXPECT_EQ(run("compare b.h5 c.h5 --plot difference.svg"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("'angle'"), HasSubstr("0.000999")));
+    EXPECT_THAT(out, HasSubstr("0.00059 rad"));
+    EXPECT_THAT(readText(folder / "difference.svg"),
+                AllOf(HasSubstr("angle [rad]"), HasSubstr("difference [rad]")));
+    EXPECT_EQ(run("compare b.h5 c.h5 --tolerance 2e-3"), 0) << err;
+    EXPECT_EQ(run("compare b.h5 c.h5 swing"), 0) << err;
+    EXPECT_EQ(run("compare b.h5 c.h5 wing"), 1);
+}
+
+}  // namespace
+}  // namespace simflex

@@ -1,0 +1,67 @@
+#pragma once
+/** @file
+Models that are run by the built program, and what it leaves. **/
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "cli/CliTest.h"
+#include "simflex/cli/results/ResultFile.h"
+
+namespace simflex {
+
+class RunTest : public CliTest {
+protected:
+    void writeModel(const std::string& text) { testing::writeText(folder / "model.yaml", text); }
+
+    /** Runs model.yaml without progress. @returns exit status. **/
+    int runModel(const std::string& arguments = "") {
+        return runProgram("SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'",
+                          "run model.yaml --quiet " + arguments);
+    }
+
+    cli::ResultData::Analysis read(const std::string& analysis,
+                                   const std::string& file = "model.results.h5") {
+        for (const cli::ResultData::Analysis& found : cli::readResults(folder / file).analyses)
+            if (found.name == analysis) return found;
+        ADD_FAILURE() << "there is no analysis " << analysis << " in " << file;
+        return {};
+    }
+
+    static const cli::ResultData::Series& find(const cli::ResultData::Analysis& analysis,
+                                               const std::string& probe) {
+        static const cli::ResultData::Series none;
+        for (const cli::ResultData::Series& series : analysis.probes)
+            if (series.column.name == probe) return series;
+        ADD_FAILURE() << "there is no probe " << probe;
+        return none;
+    }
+
+    /** Derivative of a column at row i, of fourth order. **/
+    static double differentiate(const cli::ResultData::Series& series, size_t i, size_t column,
+                                double interval) {
+        const auto at = [&](int shift) { return series.rows[size_t(int(i) + shift)][column]; };
+        return (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * interval);
+    }
+};
+
+/** A rod of 1 m and 2 kg that hangs on a pin at Ground's origin, its centre of mass in the middle.
+ **/
+inline std::string makePendulum(const std::string& angle, const std::string& more) {
+    return "simflex: 1\n"
+           "gravity: [0, -9.81, 0]\n"
+           "parameters: {angle: " +
+           angle +
+           "}\n"
+           "bodies:\n"
+           "  rod:\n"
+           "    mass: 2\n"
+           "    inertia: [1/6, 0.001, 1/6]\n"
+           "    place: {position: [0.5*sin(angle), -0.5*cos(angle), 0], rotation: [0, 0, angle]}\n"
+           "joints:\n"
+           "  pivot: {type: pin, between: [ground, {on: rod, position: [0, 0.5, 0]}], axis: z}\n" +
+           more;
+}
+
+}  // namespace simflex

@@ -1,0 +1,299 @@
+/** @file
+Every kind of probe against what can be said of it independently. **/
+
+#include "cli/run/RunTest.h"
+
+namespace simflex {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+using cli::ResultData;
+using ::testing::HasSubstr;
+
+TEST_F(RunTest, RatesAreDerivativesOfPositionsInAnyFrame) {
+    writeModel(makePendulum("1.5", R"(frames:
+  tip: {on: rod, position: [0.1, -0.5, 0], rotation: [0, 0, 0.3]}
+probes:
+  p: {position: tip}
+  v: {velocity: tip}
+  a: {acceleration: tip}
+  distance: {position: tip, component: norm}
+  angles: {orientation: tip}
+  spin: {angular_velocity: tip}
+  spin_up: {angular_acceleration: tip}
+  ground_from_rod: {position: {on: ground, position: [0.2, 0.1, 0.3]}, relative_to: tip}
+  ground_rate: {velocity: {on: ground, position: [0.2, 0.1, 0.3]}, relative_to: tip}
+  ground_acceleration: {acceleration: {on: ground, position: [0.2, 0.1, 0.3]}, relative_to: tip}
+  ground_spin: {angular_velocity: ground, relative_to: tip}
+  fixed: {velocity: rod, relative_to: tip}
+  swing: {coordinate: pivot}
+  swing_rate: {rate: pivot}
+  error: {joint_error: pivot}
+solver: {accuracy: 1e-9}
+analyses: {run: {type: transient, duration: 0.2, interval: 0.005}}
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData::Analysis run = read("run");
+    const double h = 0.005;
+    // Differences of rows leave h⁴/30 of fifth derivatives (below 1e3 here) and rows' errors over
+    // h.
+    const double allowed = 1e-4, allowedAcceleration = 2e-3;
+    const auto& p = find(run, "p");
+    for (size_t i = 2; i + 2 < run.time.size(); ++i) {
+        for (size_t k = 0; k < 3; ++k) {
+            EXPECT_NEAR(find(run, "v").rows[i][k], differentiate(p, i, k, h), allowed);
+            EXPECT_NEAR(find(run, "a").rows[i][k], differentiate(find(run, "v"), i, k, h),
+                        allowedAcceleration);
+            EXPECT_NEAR(find(run, "ground_rate").rows[i][k],
+                        differentiate(find(run, "ground_from_rod"), i, k, h), allowed);
+            EXPECT_NEAR(find(run, "ground_acceleration").rows[i][k],
+                        differentiate(find(run, "ground_rate"), i, k, h), allowedAcceleration);
+            EXPECT_NEAR(find(run, "fixed").rows[i][k], 0, 1e-12);
+        }
+        const double rate = find(run, "swing_rate").rows[i][0];
+        EXPECT_NEAR(rate, differentiate(find(run, "swing"), i, 0, h), allowed);
+        EXPECT_NEAR(find(run, "spin").rows[i][2], rate, 1e-9);
+        EXPECT_NEAR(find(run, "ground_spin").rows[i][2], -rate, 1e-9);
+        EXPECT_NEAR(find(run, "angles").rows[i][2], find(run, "swing").rows[i][0] + 1.8, 1e-9);
+        EXPECT_NEAR(find(run, "spin_up").rows[i][2], differentiate(find(run, "spin"), i, 2, h),
+                    allowedAcceleration);
+        EXPECT_NEAR(find(run, "distance").rows[i][0], std::hypot(p.rows[i][0], p.rows[i][1]),
+                    1e-12);
+        for (const double error : find(run, "error").rows[i]) EXPECT_NEAR(error, 0, 1e-9);
+    }
+    EXPECT_EQ(find(run, "a").column.unit, "m/s^2");
+    EXPECT_EQ(find(run, "swing").column.columns, std::vector<std::string>{""});
+}
+
+TEST_F(RunTest, ReactionsEnergiesAndMomentaFollowFromTheMotion) {
+    writeModel(makePendulum("1.5", R"(loads:
+  push: {on: rod, force: [3*t, 0, 0], torque: [0, 0, 0.5]}
+probes:
+  v: {velocity: rod}
+  a: {acceleration: rod}
+  middle: {position: rod}
+  com: {center_of_mass: true}
+  spin: {angular_velocity: rod, component: z}
+  force: {reaction: pivot}
+  force_on_ground: {reaction: pivot, on: F}
+  force_in_rod: {reaction: pivot, axes: M}
+  torque: {reaction: pivot, part: torque}
+  momentum: {momentum: linear}
+  momentum_of_rod: {momentum: linear, body: rod}
+  swirl: {momentum: angular, component: z}
+  swirl_of_rod: {momentum: angular, body: rod, component: z}
+  kinetic: {energy: kinetic}
+  kinetic_of_rod: {energy: kinetic, body: rod}
+  potential: {energy: potential}
+  total: {energy: total}
+  work: {energy: work}
+  balance: {energy: balance}
+  pushed: {function: 3*t, unit: N}
+  sum: {expression: 2*kinetic - middle.y + pushed*t}
+solver: {accuracy: 1e-8}
+analyses: {run: {type: transient, duration: 0.2, interval: 0.01}}
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData::Analysis run = read("run");
+    const auto value = [&](const char* probe, size_t i, size_t k = 0) {
+        return find(run, probe).rows[i][k];
+    };
+    for (size_t i = 0; i < run.time.size(); ++i) {
+        const double t = run.time[i], applied[3] = {3 * t, -2 * kGravity, 0};
+        for (size_t k = 0; k < 3; ++k) {
+            EXPECT_NEAR(value("force", i, k), 2 * value("a", i, k) - applied[k], 2e-3);
+            EXPECT_NEAR(value("force_on_ground", i, k), -value("force", i, k), 1e-9);
+            EXPECT_NEAR(value("momentum", i, k), 2 * value("v", i, k), 1e-12);
+            EXPECT_NEAR(value("momentum_of_rod", i, k), 2 * value("v", i, k), 1e-12);
+            EXPECT_NEAR(value("com", i, k), value("middle", i, k), 1e-12);
+        }
+        EXPECT_NEAR(value("torque", i, 2), 0, 1e-9);
+        EXPECT_NEAR(std::hypot(value("force_in_rod", i, 0), value("force_in_rod", i, 1)),
+                    std::hypot(value("force", i, 0), value("force", i, 1)), 1e-9);
+        // About the pivot a rod has m L²/3.
+        EXPECT_NEAR(value("swirl", i), 2.0 / 3 * value("spin", i), 1e-8);
+        EXPECT_NEAR(value("swirl_of_rod", i), value("swirl", i), 1e-12);
+        EXPECT_NEAR(value("kinetic", i), std::pow(value("spin", i), 2) / 3, 1e-8);
+        EXPECT_NEAR(value("kinetic_of_rod", i), value("kinetic", i), 1e-12);
+        EXPECT_NEAR(value("potential", i) - value("potential", 0),
+                    2 * kGravity * (value("middle", i, 1) - value("middle", 0, 1)), 1e-9);
+        EXPECT_NEAR(value("total", i), value("kinetic", i) + value("potential", i), 1e-12);
+        EXPECT_NEAR(value("balance", i), value("total", i) - value("work", i), 1e-12);
+        EXPECT_NEAR(value("balance", i), value("balance", 0), 1e-4);
+        EXPECT_DOUBLE_EQ(value("pushed", i), 3 * t);
+        EXPECT_NEAR(value("sum", i),
+                    2 * value("kinetic", i) - value("middle", i, 1) + value("pushed", i) * t,
+                    1e-12);
+    }
+    EXPECT_GT(std::abs(value("work", run.time.size() - 1)), 0.1);
+    EXPECT_EQ(find(run, "pushed").column.unit, "N");
+}
+
+/** A cantilever of 200 × 30 × 20 mm, held at its root. **/
+class CantileverTest : public RunTest {
+protected:
+    void SetUp() override {
+        testing::Brick brick;
+        brick.type = "C3D20R";
+        testing::writeText(folder / "bar.inp", brick.text());
+    }
+};
+
+TEST_F(CantileverTest, CantileverBendsAsBeamTheorySays) {
+    // Node 247: the middle of the upper face.
+    writeModel(R"(simflex: 1
+parameters: {P: 100}
+parts:
+  bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 20, stress: all}
+bodies:
+  bar: {part: bar}
+joints:
+  wall: {type: weld, between: [ground, bar.root]}
+loads:
+  push: {on: bar.tip, force: [0, -P, 0]}
+probes:
+  tip: {position: bar.tip}
+  tip_in_bar: {position: bar.tip, relative_to: bar}
+  bent: {displacement: bar.tip}
+  top_in_bar: {position: {on: bar, node: 247}, relative_to: bar, component: y}
+  top: {displacement: {body: bar, node: 247}, component: y}
+  largest: {largest_displacement: bar}
+  stress: {stress: {body: bar, node: 247, what: xx}}
+  mises: {stress: {body: bar, node: 247}}
+  worst: {stress: {body: bar, worst: true, what: signed_von_mises}}
+  strain: {strain: {body: bar, node: 247, what: xx}}
+  sideways: {strain: {body: bar, node: 247, what: zz}}
+  force: {reaction: wall}
+  torque: {reaction: wall, part: torque}
+  energy: {energy: strain}
+  energy_of_bar: {energy: strain, body: bar}
+  xi: {modes: bar, select: [1, 3]}
+analyses:
+  rest: {type: static}
+  modes: {type: eigen, about: rest, count: 4}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData::Analysis rest = read("rest");
+    const auto value = [&](const char* probe, size_t k = 0) {
+        return find(rest, probe).rows[0][k];
+    };
+    const double P = 100, L = 0.2, E = 70e9, I = 0.02 * std::pow(0.03, 3) / 12, A = 6e-4,
+                 G = E / 2.6;
+    const double bending = P * L * L * L / (3 * E * I), shear = P * L / (5.0 / 6 * G * A);
+    // Rigid faces hinder lateral contraction near the ends: a little stiffer than a beam.
+    EXPECT_NEAR(value("tip", 1), -(bending + shear), 0.02 * bending);
+    EXPECT_NEAR(value("tip", 0), 0.2, 1e-3 * bending);
+    // Displacements are counted from the frame that moves with the bar's mean.
+    for (size_t k = 0; k < 3; ++k)
+        EXPECT_NEAR(value("bent", k), value("tip_in_bar", k) - (k == 0 ? 0.2 : 0), 1e-12);
+    EXPECT_NEAR(value("top"), value("top_in_bar") - 0.015, 1e-12);
+    EXPECT_GE(value("largest"), std::abs(value("top")));
+    EXPECT_GE(value("largest"), std::abs(value("bent", 1)));
+    EXPECT_LT(value("largest"), bending);
+    const double upper = P * (L / 2) * 0.015 / I;
+    EXPECT_NEAR(value("stress"), upper, 0.01 * upper);
+    EXPECT_NEAR(value("mises"), upper, 0.01 * upper);
+    EXPECT_GT(std::abs(value("worst")), 1.8 * upper);
+    EXPECT_NEAR(value("strain"), upper / E, 0.01 * upper / E);
+    EXPECT_NEAR(value("sideways"), -0.3 * upper / E, 0.01 * upper / E);
+    EXPECT_NEAR(value("force", 1), P, 1e-6);
+    EXPECT_NEAR(value("torque", 2), P * L, 1e-2);
+    EXPECT_NEAR(value("energy"), 0.5 * P * -value("tip", 1), 1e-6 * P * bending);
+    EXPECT_DOUBLE_EQ(value("energy"), value("energy_of_bar"));
+    EXPECT_EQ(find(rest, "xi").column.columns, (std::vector<std::string>{"1", "3"}));
+    // Euler and Bernoulli; shear takes off about 1 %.
+    const double first = 3.5160 / (2 * 3.14159265 * L * L) *
+                         std::sqrt(E * 0.03 * std::pow(0.02, 3) / 12 / (2700 * A));
+    EXPECT_NEAR(read("modes").frequency.at(0).at(0), first, 0.02 * first);
+    EXPECT_THAT(out, HasSubstr("stress [Pa]"));
+}
+
+TEST_F(CantileverTest, RigidTooPrintsWhatBendingChanges) {
+    writeModel(R"(simflex: 1
+parts:
+  bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}
+bodies:
+  bar: {part: bar}
+joints:
+  wall: {type: weld, between: [ground, bar.root]}
+loads:
+  push: {on: bar.tip, force: [0, -100, 0]}
+probes:
+  tip: {position: bar.tip, component: y}
+  force: {reaction: wall, component: y}
+analyses:
+  rest: {type: static}
+)");
+    ASSERT_EQ(runModel("--rigid"), 0) << err;
+    EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "tip").rows[0][0], 0, 1e-12);
+    EXPECT_TRUE(cli::readResults(folder / "model.results.rigid.h5").header.isRigid);
+    EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "force").rows[0][0], 100, 1e-6);
+    EXPECT_THAT(out, HasSubstr("rest: flexible against rigid"));
+    EXPECT_THAT(out, HasSubstr("tip [m]     8.5"));
+    EXPECT_THAT(out, HasSubstr("model.results.rigid.h5"));
+}
+
+TEST_F(CantileverTest, AccelerationsHoldTheVibrationOfTheBody) {
+    testing::Brick soft;
+    soft.type = "C3D20R";
+    soft.E = 2e8;
+    testing::writeText(folder / "bar.inp", soft.text());
+    writeModel(R"(simflex: 1
+gravity: [0, -9.81, 0]
+parts:
+  bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}
+bodies:
+  bar: {part: bar}
+joints:
+  pivot: {type: pin, between: [ground, bar.root], axis: z}
+probes:
+  p: {position: bar.tip}
+  v: {velocity: bar.tip}
+  a: {acceleration: bar.tip}
+  spin: {angular_velocity: bar.tip}
+  spin_up: {angular_acceleration: bar.tip}
+solver: {fixed_step: 1e-5}
+analyses: {run: {type: transient, duration: 4e-3, interval: 2e-5}}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData::Analysis run = read("run");
+    const double h = 2e-5;
+    const auto compare = [&](const char* rate, const char* of, size_t k) {
+        double largest = 0, difference = 0;
+        for (size_t i = 2; i + 2 < run.time.size(); ++i) {
+            largest = std::max(largest, std::abs(find(run, rate).rows[i][k]));
+            difference = std::max(difference, std::abs(find(run, rate).rows[i][k] -
+                                                       differentiate(find(run, of), i, k, h)));
+        }
+        // The scheme's own error: (ωh)²/3 of vibrations of about 1 kHz.
+        EXPECT_LT(difference, 0.02 * largest) << rate;
+    };
+    compare("v", "p", 1);
+    compare("a", "v", 1);
+    compare("spin_up", "spin", 2);
+}
+
+TEST_F(RunTest, ProbesThatMakeNoSenseAreRefusedWithTheirPlace) {
+    const auto refuse = [&](const std::string& probe, const std::string& reason) {
+        writeModel(makePendulum("1",
+                                "analyses: {run: {type: transient, duration: 0.1}}\n"
+                                "probes:\n  p: " +
+                                    probe + "\n"));
+        EXPECT_EQ(runModel(), 1) << probe;
+        EXPECT_THAT(err, HasSubstr("model.yaml:13:"));
+        EXPECT_THAT(err, HasSubstr(reason));
+    };
+    refuse("{position: rodd}", "rod");
+    refuse("{largest_displacement: rod}", "no part");
+    refuse("{stress: {body: rod, worst: true}}", "no part");
+    refuse("{coordinate: pivott}", "pivot");
+    refuse("{coordinate: {joint: pivot, coordinate: 3}}", "numbered from 0");
+    refuse("{energy: potential, body: rod}", "kinetic, strain");
+    refuse("{expression: q + 1}", "q");
+    refuse("{expression: p + 1}", "p");
+    refuse("{displacement: ground}", "does not deform");
+}
+
+}  // namespace
+}  // namespace simflex

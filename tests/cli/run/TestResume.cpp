@@ -1,0 +1,187 @@
+/** @file
+Runs that are stopped, by whatever, and gone on with. **/
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <csignal>
+
+#include <chrono>
+#include <thread>
+
+#include "cli/run/RunTest.h"
+
+namespace simflex {
+namespace {
+
+using cli::ResultData;
+using ::testing::HasSubstr;
+
+/** Two pendulums, the second on the first: no two runs that differ by a bit stay together. **/
+const char kModel[] = R"(simflex: 1
+gravity: [0, -9.81, 0]
+bodies:
+  upper: {mass: 1, inertia: [0.1, 0.01, 0.1], place: {position: [0.5, 0, 0], rotation: [0, 0, 90*deg]}}
+  lower: {mass: 1, inertia: [0.1, 0.01, 0.1], place: {position: [1.5, 0, 0], rotation: [0, 0, 90*deg]}}
+joints:
+  first: {type: pin, between: [ground, {on: upper, position: [0, 0.5, 0]}], axis: z}
+  second: {type: ball, between: [{on: upper, position: [0, -0.5, 0]}, {on: lower, position: [0, 0.5, 0]}]}
+probes:
+  tip: {position: {on: lower, position: [0, -0.5, 0]}}
+  balance: {energy: balance}
+solver: {accuracy: 1e-8}
+output: {checkpoint: 0.02}
+analyses:
+  short: {type: transient, duration: 0.2}
+  long: {type: transient, duration: 10, interval: 0.01}
+)";
+
+class ResumeTest : public RunTest {
+protected:
+    /** Starts a run of model.yaml in the background. **/
+    pid_t start(const std::vector<std::string>& more) {
+        const pid_t child = fork();
+        if (child != 0) return child;
+        std::vector<std::string> words{SIMFLEX_PROGRAM, "run", "model.yaml", "--quiet"};
+        words.insert(words.end(), more.begin(), more.end());
+        std::vector<char*> arguments;
+        for (std::string& word : words) arguments.push_back(word.data());
+        arguments.push_back(nullptr);
+        if (chdir(folder.path().c_str()) != 0) _exit(99);
+        const int log = open("child.log", O_WRONLY | O_CREAT | O_TRUNC, 0666);
+        dup2(log, STDOUT_FILENO);
+        dup2(log, STDERR_FILENO);
+        execv(arguments[0], arguments.data());
+        _exit(98);
+    }
+
+    /** Waits until the run has kept a checkpoint, or has ended. **/
+    void awaitCheckpoint(pid_t child) {
+        siginfo_t info{};
+        while (access((folder / "model.results.h5.checkpoint").c_str(), F_OK) != 0) {
+            waitid(P_PID, id_t(child), &info, WEXITED | WNOHANG | WNOWAIT);
+            if (info.si_pid == child) return;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+    }
+
+    static int await(pid_t child) {
+        int status = 0;
+        waitpid(child, &status, 0);
+        return status;
+    }
+};
+
+TEST_F(ResumeTest, KilledRunsGoOnToTheSameBytes) {
+    writeModel(kModel);
+    ASSERT_EQ(runModel("-o whole.h5"), 0) << err;
+    const std::string summary = out;
+    int numKilled = 0;
+    std::vector<std::string> arguments;
+    for (int kill_ = 0; kill_ < 4; ++kill_) {
+        const pid_t child = start(arguments);
+        awaitCheckpoint(child);
+        std::this_thread::sleep_for(std::chrono::milliseconds(7 * kill_));
+        kill(child, SIGKILL);
+        numKilled += WIFSIGNALED(await(child));
+        arguments = {"--resume"};
+        if (kill_ == 0) {
+            // What has been recorded can be read at once.
+            EXPECT_FALSE(cli::readResults(folder / "model.results.h5").analyses.empty());
+        }
+    }
+    EXPECT_GT(numKilled, 0);
+    ASSERT_EQ(runModel("--resume"), 0) << err;
+    EXPECT_TRUE(testing::readText(folder / "whole.h5") ==
+                testing::readText(folder / "model.results.h5"));
+    EXPECT_EQ(summary.substr(0, summary.find("results:")), out.substr(0, out.find("results:")));
+    EXPECT_NE(access((folder / "model.results.h5.checkpoint").c_str(), F_OK), 0);
+}
+
+TEST_F(ResumeTest, CtrlCFinishesTheStepAndSaysHowToGoOn) {
+    writeModel(kModel);
+    ASSERT_EQ(runModel("-o whole.h5"), 0) << err;
+    const pid_t child = start({});
+    awaitCheckpoint(child);
+    kill(child, SIGINT);
+    const int status = await(child);
+    ASSERT_TRUE(WIFEXITED(status));
+    ASSERT_EQ(WEXITSTATUS(status), 130) << testing::readText(folder / "child.log");
+    const std::string log = testing::readText(folder / "child.log");
+    EXPECT_THAT(log, HasSubstr("stopped"));
+    EXPECT_THAT(log, HasSubstr("simflex run model.yaml --resume"));
+    const ResultData kept = cli::readResults(folder / "model.results.h5");
+    EXPECT_FALSE(kept.analyses.back().isComplete);
+    ASSERT_EQ(runModel("--resume --threads 2"), 0) << err;
+    EXPECT_TRUE(testing::readText(folder / "whole.h5") ==
+                testing::readText(folder / "model.results.h5"));
+    // Nothing is left to do.
+    ASSERT_EQ(runModel("--resume"), 0) << err;
+}
+
+TEST_F(ResumeTest, ChangedModelsAreNotGoneOnWith) {
+    writeModel(kModel);
+    const pid_t child = start({"--set", "solver.accuracy=1e-7"});
+    awaitCheckpoint(child);
+    kill(child, SIGTERM);
+    ASSERT_EQ(WEXITSTATUS(await(child)), 130);
+    EXPECT_EQ(runModel("--resume"), 1);
+    EXPECT_THAT(err, HasSubstr("other settings (then: solver.accuracy=1e-7; now: none)"));
+    std::string text = kModel;
+    text.replace(text.find("9.81"), 4, "1.62");
+    writeModel(text);
+    EXPECT_EQ(runModel("--resume --set solver.accuracy=1e-7"), 1);
+    EXPECT_THAT(err, HasSubstr("has changed since, first in line 2"));
+    // Anew is always possible.
+    EXPECT_EQ(runModel("--set analyses.long.duration=0.1"), 0) << err;
+}
+
+TEST_F(ResumeTest, DamagedCheckpointsAreRefused) {
+    std::string text = kModel;
+    text.erase(text.find("  short:"), text.find("  long:") - text.find("  short:"));
+    writeModel(text);
+    const pid_t child = start({});
+    awaitCheckpoint(child);
+    kill(child, SIGINT);
+    ASSERT_EQ(WEXITSTATUS(await(child)), 130);
+    const std::string path = folder / "model.results.h5.checkpoint";
+    const std::string whole = testing::readText(path);
+    for (const size_t size :
+         {size_t(0), size_t(10), size_t(40), whole.size() / 2, whole.size() - 1}) {
+        testing::writeText(path, whole.substr(0, size));
+        EXPECT_EQ(runModel("--resume"), 1) << size;
+        EXPECT_THAT(err, HasSubstr("checkpoint"));
+    }
+    std::string flipped = whole;
+    flipped[flipped.size() / 2] = char(flipped[flipped.size() / 2] ^ 1);
+    testing::writeText(path, flipped);
+    EXPECT_EQ(runModel("--resume"), 1);
+    EXPECT_THAT(err, HasSubstr("damaged"));
+    testing::writeText(path, whole);
+    EXPECT_EQ(runModel("--resume"), 0) << err;
+}
+
+TEST_F(ResumeTest, ARunWithoutRoomKeepsWhatItHas) {
+    writeModel(kModel);
+    ASSERT_EQ(runModel("-o whole.h5"), 0) << err;
+    // 64 KiB for any file, in bash's units of 1 KiB.
+    const int status =
+        runProgram("bash -c 'ulimit -f 64; exec \"$0\" \"$@\"' '" SIMFLEX_PROGRAM "'",
+                   "run model.yaml --quiet");
+    EXPECT_EQ(status, 1) << err;
+    EXPECT_THAT(err, HasSubstr("model.results.h5"));
+    const ResultData kept = cli::readResults(folder / "model.results.h5");
+    EXPECT_FALSE(kept.analyses.back().isComplete);
+    EXPECT_GT(kept.analyses.back().time.size(), 10u);
+    ASSERT_EQ(runModel("--resume"), 0) << err;
+    EXPECT_TRUE(testing::readText(folder / "whole.h5") ==
+                testing::readText(folder / "model.results.h5"));
+}
+
+TEST_F(ResumeTest, ResumeOfNothingBeginsAnew) {
+    writeModel(makePendulum("1", "analyses: {run: {type: transient, duration: 0.1}}\n"));
+    ASSERT_EQ(runModel("--resume"), 0) << err;
+    EXPECT_TRUE(read("run").isComplete);
+}
+
+}  // namespace
+}  // namespace simflex

@@ -1,0 +1,246 @@
+/** @file
+`simflex run` on models with known answers. **/
+
+#include "cli/run/RunTest.h"
+
+namespace simflex {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846, kGravity = 9.81;
+
+using cli::ResultData;
+using ::testing::HasSubstr;
+
+TEST_F(RunTest, PendulumReturnsAfterItsPeriod) {
+    // Elliptic integral by the arithmetic-geometric mean.
+    const double amplitude = 0.5, omega = std::sqrt(2 * kGravity * 0.5 / (2.0 / 3));
+    double a = 1, b = std::cos(amplitude / 2);
+    for (int k = 0; k < 6; ++k) {
+        const double mean = (a + b) / 2;
+        b = std::sqrt(a * b);
+        a = mean;
+    }
+    const double period = 2 * kPi / (omega * a);
+    char duration[40];
+    std::snprintf(duration, sizeof duration, "%.17g", period);
+    writeModel(makePendulum("0.5", std::string("probes: {tip: {position: {on: rod, position: [0, "
+                                               "-0.5, 0]}}, swing: {coordinate: pivot}}\n"
+                                               "solver: {accuracy: 1e-9}\n"
+                                               "analyses: {run: {type: transient, duration: ") +
+                                       duration + "}}\n"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData::Analysis run = read("run");
+    ASSERT_EQ(run.time.size(), 201u);
+    EXPECT_TRUE(run.isComplete);
+    EXPECT_DOUBLE_EQ(run.time.back(), period);
+    const ResultData::Series &tip = find(run, "tip"), &swing = find(run, "swing");
+    EXPECT_EQ(tip.column.unit, "m");
+    EXPECT_EQ(tip.column.columns, (std::vector<std::string>{"x", "y", "z"}));
+    // Slope 2/3 of a second-order method: errors of about 1e-9^(2/3).
+    EXPECT_NEAR(tip.rows.back()[0], std::sin(amplitude), 2e-6);
+    EXPECT_NEAR(tip.rows[100][0], -std::sin(amplitude), 2e-6);
+    // The angle of a joint is counted from the placement.
+    EXPECT_NEAR(swing.rows[100][0], -2 * amplitude, 4e-6);
+    EXPECT_NEAR(swing.rows[50][0], -amplitude, 4e-6);
+    EXPECT_THAT(out, HasSubstr("run: transient, t = 0 to 1.6"));
+    EXPECT_THAT(out, HasSubstr("tip.x [m]"));
+    EXPECT_THAT(out, HasSubstr("results: model.results.h5"));
+}
+
+TEST_F(RunTest, SliderCrankFollowsItsKinematics) {
+    writeModel(R"(simflex: 1
+parameters: {r: 0.06, l: 0.18, speed: 20}
+bodies:
+  crank: {mass: 0.3, inertia: [1e-4, 1e-4, 1e-4], place: {position: [r/2, 0, 0]}}
+  rod: {mass: 0.5, inertia: [1e-5, 1e-3, 1e-3], place: {position: [r+l/2, 0, 0]}}
+  slider: {mass: 0.2, inertia: [1e-4, 1e-4, 1e-4], place: {position: [r+l, 0, 0]}}
+joints:
+  bearing: {type: pin, between: [ground, {on: crank, position: [-r/2, 0, 0]}], axis: z}
+  pin: {type: point_on_line, between: [{on: crank, position: [r/2, 0, 0]}, {on: rod, position: [-l/2, 0, 0]}], axis: z}
+  gudgeon: {type: pin, between: [slider, {on: rod, position: [l/2, 0, 0]}], axis: z}
+  guide: {type: slider, between: [ground, slider], axis: x}
+motions:
+  drive: {joint: bearing, position: speed*t}
+probes:
+  x: {position: slider, component: x}
+  v: {velocity: slider, component: x}
+  a: {acceleration: slider, component: x}
+  torque: {driving: drive}
+  kinetic: {energy: kinetic}
+  work: {energy: work}
+solver: {accuracy: 1e-8}
+analyses:
+  run: {type: transient, duration: 0.3, interval: 0.01}
+)");
+    ASSERT_EQ(runModel("--csv"), 0) << err;
+    const ResultData::Analysis run = read("run");
+    const double r = 0.06, l = 0.18, speed = 20;
+    for (size_t i = 0; i < run.time.size(); ++i) {
+        const double angle = speed * run.time[i],
+                     root = std::sqrt(l * l - std::pow(r * std::sin(angle), 2));
+        const double slope =
+            -r * std::sin(angle) - r * r * std::sin(angle) * std::cos(angle) / root;
+        EXPECT_NEAR(find(run, "x").rows[i][0], r * std::cos(angle) + root, 1e-8);
+        EXPECT_NEAR(find(run, "v").rows[i][0], speed * slope, 1e-6);
+        // Work of the drive is all there is.
+        EXPECT_NEAR(find(run, "kinetic").rows[i][0] - find(run, "kinetic").rows[0][0],
+                    find(run, "work").rows[i][0], 1e-4);
+    }
+    const std::string csv = testing::readText(folder / "model.results.run.csv");
+    EXPECT_THAT(csv, HasSubstr("x [m]"));
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 32);
+}
+
+TEST_F(RunTest, SettingsChangeTheModelAndAreKept) {
+    writeModel(makePendulum("0.1",
+                            "probes: {tip: {position: rod, component: x}}\n"
+                            "analyses: {run: {type: transient, duration: 0.1}}\n"));
+    ASSERT_EQ(runModel("--set parameters.angle=0.2 --set analyses.run.duration=0.05 -o other.h5"),
+              0)
+        << err;
+    const ResultData::Analysis run = read("run", "other.h5");
+    EXPECT_NEAR(find(run, "tip").rows[0][0], 0.5 * std::sin(0.2), 1e-9);
+    EXPECT_DOUBLE_EQ(run.time.back(), 0.05);
+    EXPECT_EQ(cli::readResults(folder / "other.h5").header.settings,
+              (std::vector<std::string>{"parameters.angle=0.2", "analyses.run.duration=0.05"}));
+    EXPECT_FALSE(testing::listFiles(folder.path()).empty());
+    EXPECT_EQ(runModel("--set solver.acuracy=1"), 1);
+    EXPECT_THAT(err, HasSubstr("accuracy"));
+}
+
+TEST_F(RunTest, SameRunGivesTheSameBytesAndWords) {
+    writeModel(makePendulum("1", "analyses: {run: {type: transient, duration: 0.5}}\n"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const std::string bytes = testing::readText(folder / "model.results.h5"), words = out;
+    ASSERT_EQ(runModel("--threads 2"), 0) << err;
+    EXPECT_TRUE(bytes == testing::readText(folder / "model.results.h5"));
+    EXPECT_EQ(words, out);
+    EXPECT_EQ(err, "");
+}
+
+TEST_F(RunTest, MasslessSpringsVibrateWithTheirFrequencies) {
+    writeModel(R"(simflex: 1
+parameters: {k: 100, m: 2}
+gravity: [0, -9.81, 0]
+bodies:
+  block: {mass: m, inertia: [0.1, 0.1, 0.1], place: {position: [0, -1, 0]}}
+joints:
+  guide: {type: slider, between: [ground, block], axis: y}
+connectors:
+  spring: {type: spring, between: [ground, block], stiffness: k, free_length: 1}
+probes:
+  y: {position: block, component: y}
+  guide_force: {reaction: guide}
+  free_fall: {expression: "y + 1 - k*0"}
+analyses:
+  rest: {type: static}
+  modes: {type: eigen, about: rest, count: 3}
+  stay: {type: transient, duration: 0.2, interval: 0.1, from: rest}
+  stiffness: {type: campbell, parameter: k, speeds: [100, 400], count: 1}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+    const double sag = 2 * kGravity / 100;
+    EXPECT_NEAR(find(read("rest"), "y").rows[0][0], -1 - sag, 1e-9);
+    EXPECT_NEAR(find(read("rest"), "free_fall").rows[0][0], -sag, 1e-9);
+    const ResultData::Analysis modes = read("modes");
+    ASSERT_EQ(modes.frequency.at(0).size(), 1u);
+    EXPECT_NEAR(modes.frequency[0][0], std::sqrt(100.0 / 2) / (2 * kPi), 1e-7);
+    const ResultData::Analysis stay = read("stay");
+    for (const std::vector<double>& row : find(stay, "y").rows) EXPECT_NEAR(row[0], -1 - sag, 1e-9);
+    const ResultData::Analysis stiffness = read("stiffness");
+    EXPECT_EQ(stiffness.speeds, (std::vector<double>{100, 400}));
+    EXPECT_NEAR(stiffness.frequency.at(1).at(0), std::sqrt(400.0 / 2) / (2 * kPi), 1e-7);
+    EXPECT_THAT(out, HasSubstr("rest: static equilibrium"));
+    EXPECT_THAT(out, HasSubstr("modes: natural modes"));
+}
+
+TEST_F(RunTest, AnalysesBeginWhereOthersEnd) {
+    writeModel(makePendulum("1", R"(probes: {tip: {position: rod}, rate: {rate: pivot}}
+solver: {accuracy: 1e-9}
+analyses:
+  whole: {type: transient, duration: 0.4}
+  first: {type: transient, duration: 0.3}
+  second: {type: transient, duration: 0.1, from: first}
+  rest: {type: static, from: second}
+  modes: {type: eigen, about: rest, count: 1}
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData::Analysis whole = read("whole"), second = read("second");
+    EXPECT_DOUBLE_EQ(second.time.front(), 0.3);
+    EXPECT_DOUBLE_EQ(second.time.back(), 0.4);
+    for (size_t k = 0; k < 2; ++k)
+        EXPECT_NEAR(find(whole, "tip").rows.back()[k], find(second, "tip").rows.back()[k], 2e-6);
+    EXPECT_NEAR(read("modes").frequency.at(0).at(0),
+                std::sqrt(2 * kGravity * 0.5 / (2.0 / 3)) / (2 * kPi), 1e-7);
+    writeModel(makePendulum("1",
+                            "analyses: {a: {type: transient, duration: 1, from: b}, b: {type: "
+                            "static, from: a}}\n"));
+    EXPECT_EQ(runModel(), 1);
+    EXPECT_THAT(err, HasSubstr("above it"));
+}
+
+TEST_F(RunTest, MessagesNameTheModelsBodies) {
+    // Two motions that fight each other.
+    writeModel(makePendulum("1", R"(motions:
+  drive: {joint: pivot, position: 0.1*t}
+  shake: {between: [ground, {on: rod, position: [0, -0.5, 0]}], axis: x, position: 1 + t}
+analyses: {run: {type: transient, duration: 1}}
+)"));
+    EXPECT_EQ(runModel(), 1);
+    EXPECT_THAT(err, ::testing::Not(HasSubstr("body 1")));
+}
+
+TEST_F(RunTest, CheckListsTheModelAndRunsNothing) {
+    writeModel(makePendulum("1", "analyses: {run: {type: transient, duration: 0.5}}\n"));
+    ASSERT_EQ(runModel("--check"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("body rod: rigid, 2 kg"));
+    EXPECT_THAT(out, HasSubstr("joint pivot: Pin of ground and rod, 5 equations"));
+    EXPECT_THAT(out, HasSubstr("analysis run: transient"));
+    EXPECT_THAT(out, HasSubstr("model.results.h5"));
+    EXPECT_NE(access((folder / "model.results.h5").c_str(), F_OK), 0);
+}
+
+TEST_F(RunTest, AModelWithoutAnalysesSaysWhatToAdd) {
+    writeModel(makePendulum("1", ""));
+    EXPECT_EQ(runModel(), 1);
+    EXPECT_THAT(err, HasSubstr("analyses:\n  run: {type: transient, duration: 1}"));
+}
+
+TEST_F(RunTest, OnlyChoosesAnalyses) {
+    writeModel(makePendulum("1",
+                            "analyses:\n"
+                            "  first: {type: transient, duration: 0.1}\n"
+                            "  second: {type: transient, duration: 0.1}\n"));
+    ASSERT_EQ(runModel("--only second"), 0) << err;
+    ASSERT_EQ(cli::readResults(folder / "model.results.h5").analyses.size(), 1u);
+    EXPECT_EQ(runModel("--only secund"), 1);
+    EXPECT_THAT(err, HasSubstr("second"));
+}
+
+TEST_F(RunTest, FilesThatAreNoResultsAreNotReplaced) {
+    writeModel(makePendulum("1", "analyses: {run: {type: transient, duration: 0.1}}\n"));
+    testing::writeText(folder / "precious.h5", "years of work");
+    EXPECT_EQ(runModel("-o precious.h5"), 1);
+    EXPECT_THAT(err, HasSubstr("not replaced"));
+    EXPECT_EQ(testing::readText(folder / "precious.h5"), "years of work");
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(runModel(), 0) << "a result file is replaced: " << err;
+}
+
+TEST_F(RunTest, AFailingAnalysisNamesItselfAndKeepsItsRows) {
+    // The load is no number from t = 0.05 s on.
+    writeModel(
+        makePendulum("1",
+                     "loads: {push: {on: rod, force: ['if(t < 0.05, 1, 1e300*1e300)', 0, 0]}}\n"
+                     "analyses: {run: {type: transient, duration: 0.1, interval: 0.01}}\n"));
+    EXPECT_EQ(runModel(), 1);
+    EXPECT_THAT(err, HasSubstr("run"));
+    EXPECT_THAT(err, HasSubstr("model.results.h5"));
+    const ResultData::Analysis run = read("run");
+    EXPECT_FALSE(run.isComplete);
+    EXPECT_GE(run.time.size(), 5u);
+    EXPECT_LE(run.time.size(), 6u);
+}
+
+}  // namespace
+}  // namespace simflex

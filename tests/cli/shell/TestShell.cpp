@@ -1,0 +1,310 @@
+/** @file
+simflex shell with commands from a pipe, a file or the command line: what they print against closed
+forms. **/
+
+#include <algorithm>
+
+#include "ShellTest.h"
+#include "simflex/render/Image.h"
+
+namespace simflex {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+constexpr double kPi = 3.14159265358979323846, kGravity = 9.81;
+constexpr double kPivotInertia = 2.0 / 3;  // of the pendulum: mL²/3
+
+TEST_F(ShellTest, AHangingPendulumSwingsAtItsNaturalFrequency) {
+    writePendulum();
+    ASSERT_EQ(shell("eigen\n"), 0) << err;
+    EXPECT_NEAR(std::stod(readRow("1")[1]),
+                std::sqrt(2 * kGravity * 0.5 / kPivotInertia) / (2 * kPi), 1e-8);
+    EXPECT_EQ(readRow("1")[3], "rod");
+    EXPECT_THAT(err, IsEmpty());
+}
+
+TEST_F(ShellTest, APendulumLetGoIsOnTheOtherSideAfterHalfAPeriod) {
+    writePendulum();
+    const double omega = std::sqrt(2 * kGravity * 0.5 / kPivotInertia);
+    const double period = 4 * std::comp_ellint_1(std::sin(15 * kPi / 180)) / omega;
+    ASSERT_EQ(shell("drag pivot 30*deg\nget bodies.rod.position\nget joint.pivot.angle\nrun " +
+                    std::to_string(period / 2) + "\nget time\nget joint.pivot.angle\nenergy\n"),
+              0)
+        << err;
+    const std::vector<double> place = read("bodies.rod.position");
+    EXPECT_NEAR(place[0], 0.5 * std::sin(kPi / 6), 1e-9);
+    EXPECT_NEAR(place[1], -0.5 * std::cos(kPi / 6), 1e-9);
+    EXPECT_NEAR(readNumber("joints.pivot.angle"), -kPi / 6, 1e-4);
+    EXPECT_NEAR(readNumber("time"), period / 2, 1e-6);
+    EXPECT_NEAR(std::stod(readRow("total")[1]), -2 * kGravity * 0.5 * std::cos(kPi / 6), 1e-4);
+    EXPECT_NEAR(std::stod(readRow("kinetic")[1]), 0, 1e-6);
+}
+
+TEST_F(ShellTest, SpeedsThatAreSetAreTheJoints) {
+    writePendulum();
+    ASSERT_EQ(
+        shell("set joint.pivot.rate = 2\nget bodies.rod.velocity\nenergy; get joint.pivot.rate\n"),
+        0)
+        << err;
+    EXPECT_NEAR(readNumber("joints.pivot.angle_rate"), 2, 1e-9);
+    EXPECT_NEAR(read("bodies.rod.velocity")[0], 2 * 0.5, 1e-9);
+    EXPECT_NEAR(std::stod(readRow("kinetic")[1]), kPivotInertia * 2 * 2 / 2, 1e-8);
+    ASSERT_EQ(shell("set body.rod.angular_velocity.z 3; get joint.pivot.rate"), 0) << err;
+    // What a velocity of the centre of mass at rest leaves of 3 rad/s when the pin holds.
+    EXPECT_GT(readNumber("joints.pivot.angle_rate"), 0.5);
+}
+
+TEST_F(ShellTest, StaticFindsThePendulumHangingAndResetTheStart) {
+    writePendulum();
+    ASSERT_EQ(shell("drag pivot 1; run 0.3; static; get joint.pivot.angle\n"), 0) << err;
+    EXPECT_NEAR(readNumber("joints.pivot.angle"), 0, 1e-8);
+    EXPECT_THAT(out, HasSubstr("at rest after "));
+    ASSERT_EQ(shell("drag pivot 1; run 0.3; reset; get joint.pivot.angle joint.pivot.rate time\n"),
+              0)
+        << err;
+    EXPECT_NEAR(readNumber("joints.pivot.angle"), 0, 1e-12);
+    EXPECT_EQ(readNumber("time"), 0);
+}
+
+TEST_F(ShellTest, AParameterThatIsSetBuildsTheModelAnew) {
+    writePendulum();
+    ASSERT_EQ(
+        shell("get mass\nset parameters.L 4\neigen\nget parameters.L\nset mass 3; list bodies"), 0)
+        << err;
+    EXPECT_NEAR(std::stod(readRow("1")[1]), std::sqrt(1.5 * kGravity / 4) / (2 * kPi), 1e-8);
+    EXPECT_THAT(out, HasSubstr("built anew with parameters.L = 4"));
+    EXPECT_EQ(readNumber("parameters.L"), 4);
+    EXPECT_EQ(readRow("rod")[2], "3");
+    // The model before stays when the new one is wrong.
+    ASSERT_EQ(shell("set parameters.L 2\nset bodies.rod.mass -1\nget parameters.L\n",
+                    "model.yaml -q --keep-going"),
+              1);
+    EXPECT_THAT(err, AllOf(HasSubstr("standard input:2: set: "), HasSubstr("mass")));
+    EXPECT_EQ(readNumber("parameters.L"), 2);
+}
+
+constexpr const char* kSliderCrank = R"(simflex: 1
+parameters: {r: 0.06, l: 0.18}
+bodies:
+  crank: {mass: 0.3, inertia: [1e-4, 1e-4, 1e-4], place: {position: [r/2, 0, 0]}}
+  rod: {mass: 0.5, inertia: [1e-5, 1e-3, 1e-3], place: {position: [r+l/2, 0, 0]}}
+  slider: {mass: 0.2, inertia: [1e-4, 1e-4, 1e-4], place: {position: [r+l, 0, 0]}}
+joints:
+  bearing: {type: pin, between: [ground, {on: crank, position: [-r/2, 0, 0]}], axis: z}
+  pin: {type: pin, between: [{on: crank, position: [r/2, 0, 0]}, {on: rod, position: [-l/2, 0, 0]}], axis: z}
+  gudgeon: {type: pin, between: [slider, {on: rod, position: [l/2, 0, 0]}], axis: z}
+  guide: {type: slider, between: [ground, slider], axis: x}
+)";
+
+TEST_F(ShellTest, DraggingTheCrankTakesTheSliderAlong) {
+    writeModel(kSliderCrank);
+    const double r = 0.06, l = 0.18;
+    for (const double angle : {90., -150., 30.}) {
+        ASSERT_EQ(shell("drag bearing " + std::to_string(angle) +
+                        "*deg\nget bodies.slider.position\nlist joints\n"),
+                  0)
+            << err;
+        const double a = angle * kPi / 180;
+        EXPECT_NEAR(read("bodies.slider.position")[0],
+                    r * std::cos(a) + std::sqrt(l * l - std::pow(r * std::sin(a), 2)), 1e-8);
+        for (const char* joint : {"bearing", "pin", "gudgeon", "guide"})
+            EXPECT_LT(std::stod(readRow(joint).back()), 1e-9) << joint;
+        // Pins of one plane: three hold each other's tilt.
+        EXPECT_THAT(out, HasSubstr(" follows from "));
+    }
+    ASSERT_EQ(shell("drag guide 0.06\n"), 1);  // beyond its reach
+    EXPECT_THAT(err, AllOf(HasSubstr("drag: the displacement of 'guide' comes to "),
+                           HasSubstr("not to 0.06")));
+}
+
+TEST_F(ShellTest, ADrivenJointCannotBeDragged) {
+    writeModel(kSliderCrank + std::string("motions: {drive: {joint: bearing, position: 20*t}}\n"));
+    ASSERT_EQ(
+        shell("run 0.01; drag bearing 1\nget joint.bearing.angle\n", "model.yaml -q --keep-going"),
+        1);
+    EXPECT_THAT(err, HasSubstr("drag: the angle of 'bearing' comes to"));
+    EXPECT_NEAR(readNumber("joints.bearing.angle"), 0.2, 1e-8);
+}
+
+TEST_F(ShellTest, ModalCoordinatesThatAreSetSwing) {
+    writeModel(R"(simflex: 1
+parts:
+  bar: {deck: brick.inp, interfaces: {left: LEFT, right: RIGHT}, modes: 16}
+bodies:
+  bar: {part: bar}
+solver: {accuracy: 1e-9}
+)");
+    const std::string set = "set bodies.bar.modes.1 1e-5\n";
+    ASSERT_EQ(shell(set + "list modes bar\nenergy\n"), 0) << err;
+    const double omega = 2 * kPi * std::stod(readRow("1")[1]);
+    EXPECT_EQ(readRow("1")[2], "1e-05");
+    EXPECT_NEAR(std::stod(readRow("strain")[1]), omega * omega * 1e-10 / 2,
+                1e-5 * omega * omega * 1e-10);
+    ASSERT_EQ(shell(set + "run " + std::to_string(kPi / omega) +
+                    " every 1\nget bodies.bar.modes.1\nset body.bar.rigid true\nlist bodies\n"),
+              0)
+        << err;
+    EXPECT_NEAR(readNumber("bodies.bar.modes.1"), -1e-5, 2e-7);
+    EXPECT_THAT(out, HasSubstr("held rigid"));
+}
+
+TEST_F(ShellTest, ErrorsNameTheLineAndProposeWhatWasMeant) {
+    writePendulum("probes: {x: {position: rod, component: x}}\n");
+    const std::pair<const char*, const char*> mistakes[] = {
+        {"drg pivot 1", "there is no command 'drg'; did you mean 'drag'?"},
+        {"drag pivto 1", "drag: there is no joint 'pivto'; did you mean 'pivot'?"},
+        {"get joint.pivto.angle", "did you mean 'pivot'?"},
+        {"get joint.pivot.angel", "did you mean 'joints.pivot.angle'?"},
+        {"set bodies.rot.position [0, 0, 0]", "there is no body 'rot'; did you mean 'rod'?"},
+        {"set bodies.rod.position [0, 0]", "'bodies.rod.position' has 3 values"},
+        {"set solver.acuracy 1", "accuracy"},
+        {"set mass 3kg", "mass"},
+        {"set time 1", "'time' cannot be set"},
+        {"probe y", "there is no probe 'y'"},
+        {"plot x", "nothing was recorded there yet"},
+        {"run -1", "has passed"},
+        {"run", "no transient analysis"},
+        {"drag pivot", "an argument is missing; write: drag JOINT VALUE"},
+        {"reset now", "'now' is too much"},
+        {"drag pivot 1 2", "'2' is too much"},
+        {"drag pivot abc", "'abc' is no number"},
+        {"list modes rod", "'rod' is rigid"},
+        {"list bodis", "did you mean 'bodies'?"},
+        {"camera view font", "did you mean 'front'?"},
+        {"contour stress", "there is no contour 'stress'"},
+        {"save picture.jpg", "write NAME.png"},
+        {"save /no/such/folder/a.png", "/no/such/folder/a.png"},
+        {"show boxes", "there is no kind of picture 'boxes'"},
+        {"source nothing", "'nothing' cannot be read"},
+        {"open nothing.yaml", "nothing.yaml"},
+        {"step 0", "'0' is no whole number from 1"},
+        {"save 'a", "a quote ' is not closed"}};
+    std::string commands;
+    for (const auto& [command, message] : mistakes) {
+        // The first error ends it; the command before it has run, the one after it has not.
+        ASSERT_EQ(shell(std::string("get time\n") + command + "\nhelp quit\n"), 1) << command;
+        EXPECT_THAT(err, StartsWith("simflex: standard input:2: ")) << command;
+        EXPECT_THAT(err, HasSubstr(message));
+        EXPECT_EQ(out, "time = 0 s\n") << command;
+        commands += std::string(command) + "\n";
+    }
+    ASSERT_EQ(shell(commands + "get time\n", "model.yaml -q --keep-going"), 1);
+    EXPECT_EQ(size_t(std::count(err.begin(), err.end(), '\n')), std::size(mistakes)) << err;
+    EXPECT_THAT(out, ::testing::EndsWith("time = 0 s\n"));
+}
+
+TEST_F(ShellTest, AFailedRunKeepsTheLastGoodState) {
+    writePendulum(
+        "tables: {ends: {x: [0, 1], y: [0, 0.1], interpolation: linear, extrapolation: refuse}}\n"
+        "loads: {push: {on: rod, force: [ends(t), 0, 0]}}\n");
+    ASSERT_EQ(shell("run 2\nget time\nreset\nrun 0.5\nget time\n", "model.yaml -q --keep-going"),
+              1);
+    EXPECT_THAT(err, StartsWith("simflex: standard input:1: run: "));
+    EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+    const double reached = std::stod(out.substr(out.find("time = ") + 7));
+    EXPECT_GT(reached, 0.5);
+    EXPECT_LE(reached, 1);
+    EXPECT_EQ(readNumber("time"), 0.5);
+}
+
+TEST_F(ShellTest, ScriptsCommandsAndPipesDoTheSame) {
+    writePendulum("probes: {x: {position: rod, component: x}}\n");
+    const std::string commands = "drag pivot 0.5\nrun 0.2\nstep 3\nprobe\nenergy\n";
+    ASSERT_EQ(shell(commands), 0) << err;
+    const std::string piped = out;
+    EXPECT_THAT(piped, HasSubstr("x = "));
+    testing::writeText(folder / "steps", "# a comment\n" + commands);
+    ASSERT_EQ(shell("", "model.yaml -q --script steps"), 0) << err;
+    EXPECT_EQ(out, piped);
+    ASSERT_EQ(shell("", "model.yaml -q -c 'drag pivot 0.5; run 0.2; step 3; probe; energy'"), 0)
+        << err;
+    EXPECT_EQ(out, piped);
+    ASSERT_EQ(shell("source steps\n"), 0) << err;
+    EXPECT_EQ(out, piped);
+    ASSERT_EQ(shell("open model.yaml\nsource steps; quit\nget time\n", "-q"), 0) << err;
+    EXPECT_EQ(out.substr(out.find('\n') + 1), piped);
+    ASSERT_EQ(shell("set parameters.L 2; get mass", "model.yaml -q --set parameters.mass=7"), 0)
+        << err;
+    EXPECT_EQ(readNumber("parameters.mass"), 7);
+
+    testing::writeText(folder / "wrong", "get time\n\nget tim\n");
+    ASSERT_EQ(shell("", "model.yaml -q --script wrong"), 1);
+    EXPECT_THAT(err, StartsWith("simflex: wrong:3: get: "));
+    ASSERT_EQ(shell("source wrong\n"), 1);
+    EXPECT_THAT(err, StartsWith("simflex: standard input:1: source: wrong:3: get: "));
+    testing::writeText(folder / "loop", "source loop\n");
+    ASSERT_EQ(shell("source loop\n"), 1);
+    EXPECT_THAT(err, HasSubstr("files that it reads itself"));
+}
+
+TEST_F(ShellTest, WithoutAModelItSaysHowToOpenOne) {
+    ASSERT_EQ(shell("run 1\n", "-q"), 1);
+    EXPECT_THAT(err, HasSubstr("there is no model yet: open MODEL.yaml"));
+    ASSERT_EQ(shell("help --markdown\n", ""), 0);
+    EXPECT_THAT(out, HasSubstr("| `drag JOINT VALUE` |"));
+    ASSERT_NE(shell("", "nothing.yaml"), 0);
+    EXPECT_THAT(err, HasSubstr("nothing.yaml"));
+    EXPECT_EQ(shell("", "-q --script nothing"), 1);
+    EXPECT_EQ(shell("", "--no-such-option"), 2);
+}
+
+TEST_F(ShellTest, PlotsGoToTheTerminalAndToFiles) {
+    writePendulum("probes: {at: {position: rod}, turn: {coordinate: pivot}}\n");
+    ASSERT_EQ(shell("drag pivot 0.5\nrun 2\nplot at.x turn from 0.5 to 1.5\nplot at into a.png\n"),
+              0)
+        << err;
+    EXPECT_THAT(out, AllOf(HasSubstr("at.x [m]\n"), HasSubstr("turn [rad]\n"), HasSubstr("1.5 s\n"),
+                           HasSubstr("a.png: ")));
+    EXPECT_THAT(out, Not(HasSubstr("\033")));
+    const Image plot = Image::readPng(folder / "a.png");
+    EXPECT_EQ(plot.getWidth(), 1200);
+}
+
+TEST_F(ShellTest, PicturesFollowTheCamera) {
+    writePendulum("pictures: {size: [160, 90]}\n");
+    ASSERT_EQ(
+        shell("show symbols\nsave start.png\nsave again.png\ndrag pivot 1\nsave turned.png\n"
+              "camera view left; camera zoom 2; exaggerate 3; contour none\nsave left.png\n"
+              "camera follow rod 0.5; camera orbit 30*deg; camera orthographic\nsave near.png\n"
+              "camera reset\nsave turned_again.png\n"),
+        0)
+        << err;
+    const std::string shown = out.substr(0, out.find("start.png"));
+    EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 22);  // of 24 rows
+    const Image start = Image::readPng(folder / "start.png");
+    EXPECT_EQ(start.getWidth(), 160);
+    EXPECT_EQ(start.getHeight(), 90);
+    EXPECT_TRUE(start == Image::readPng(folder / "again.png"));
+    const Image turned = Image::readPng(folder / "turned.png");
+    EXPECT_FALSE(start == turned);
+    EXPECT_FALSE(turned == Image::readPng(folder / "left.png"));
+    EXPECT_FALSE(turned == Image::readPng(folder / "near.png"));
+    EXPECT_TRUE(turned == Image::readPng(folder / "turned_again.png"));
+}
+
+TEST_F(ShellTest, ListsNameWhatTheModelHas) {
+    writePendulum(
+        "frames: {tip: {on: rod, position: [0, -L/2, 0]}}\n"
+        "probes: {x: {position: tip}}\n"
+        "analyses: {swing: {type: transient, duration: 0.5, interval: 0.1}}\n");
+    ASSERT_EQ(shell("list bodies; list joints; list probes; list parameters; list frames\nrun\nget "
+                    "time solver.accuracy solver.method\nhistory 1\n"),
+              0)
+        << err;
+    EXPECT_EQ(readRow("rod")[1], "rigid");
+    EXPECT_EQ(readRow("pivot")[1], "Pin");
+    EXPECT_EQ(readRow("pivot")[3], "rod");
+    EXPECT_EQ(readRow("mass")[1], "2");
+    EXPECT_EQ(readRow("tip")[1], "rod");
+    EXPECT_EQ(readNumber("time"), 0.5);
+    EXPECT_EQ(readNumber("solver.accuracy"), 1e-8);
+    EXPECT_THAT(out, AllOf(HasSubstr("solver.method = bdf (default)"), HasSubstr("history 1\n")));
+}
+
+}  // namespace
+}  // namespace simflex

@@ -1,0 +1,233 @@
+/** @file
+Sweeps: cases run in processes of their own, once each, whoever shares them. **/
+
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "cli/CliTest.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/sweep/SweepRunner.h"
+#include "simflex/cli/sweep/SweepTable.h"
+
+namespace simflex {
+namespace {
+
+using namespace cli;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using Status = SweepOutcome::Status;
+
+/** Sweeps of a program that stands in for `simflex run`. **/
+class SweepRunnerTest : public ::testing::Test {
+protected:
+    SweepPlan makePlan(const std::string& speeds) {
+        testing::writeText(folder / "m.yaml", "simflex: 1\nparameters: {speed: 1}\n");
+        SweepPlan plan;
+        plan.model = loadModelText(folder / "m.yaml");
+        plan.keys = {parseSweptKey("speed=" + speeds)};
+        makeSweepCases(plan, SweepOrder::Grid);
+        checkSweepCases(plan);
+        return plan;
+    }
+    SweepOptions makeOptions() {
+        SweepOptions options;
+        options.folder = folder / "sweep";
+        options.program = SWING_PROGRAM;
+        options.numJobs = 2;
+        options.isQuiet = true;
+        return options;
+    }
+    std::vector<Status> run(const SweepPlan& plan) {
+        std::vector<Status> status;
+        for (const SweepOutcome& outcome : runSweep(plan, makeOptions()))
+            status.push_back(outcome.status);
+        return status;
+    }
+    /** Lines of runs.txt, sorted. **/
+    std::vector<std::string> listRuns() {
+        std::istringstream in(testing::readText(folder / "sweep/runs.txt"));
+        std::vector<std::string> lines;
+        for (std::string line; std::getline(in, line);) lines.push_back(line);
+        std::sort(lines.begin(), lines.end());
+        return lines;
+    }
+
+    testing::TestFolder folder;
+};
+
+TEST_F(SweepRunnerTest, WhatIsCompleteIsNotDoneAgainAndWhatFailedStopsNobody) {
+    const SweepPlan plan = makePlan("1,-2,3");
+    EXPECT_THAT(run(plan), ElementsAre(Status::Complete, Status::Failed, Status::Complete));
+    EXPECT_THAT(listRuns(), ElementsAre("-2", "1", "3"));
+    EXPECT_EQ(readSweepOutcomes(plan, folder / "sweep")[1].error, "the speed is negative");
+    EXPECT_THAT(run(makePlan("1,-2,3,4")),
+                ElementsAre(Status::Complete, Status::Failed, Status::Complete, Status::Complete));
+    EXPECT_THAT(listRuns(), ElementsAre("-2", "-2", "1", "3", "4"));  // a failure is tried again
+    SweepPlan other = plan;
+    other.model.settings = {"solver.accuracy=1e-5"};  // which makes all cases others
+    EXPECT_THAT(run(other), ElementsAre(Status::Complete, Status::Failed, Status::Complete));
+    EXPECT_EQ(listRuns().size(), 8u);
+}
+
+TEST_F(SweepRunnerTest, CtrlCStopsTheCasesAndTheSameSweepGoesOn) {
+    const SweepPlan plan = makePlan("1,2,7");
+    const pid_t child = fork();
+    if (child == 0) {
+        catchInterrupts();
+        const auto outcomes = runSweep(plan, makeOptions());
+        _exit(outcomes[2].status == Status::Interrupted ? 0 : 1);
+    }
+    while (true) {  // until all three have begun
+        const auto outcomes = readSweepOutcomes(plan, folder / "sweep");
+        if (outcomes[0].status == Status::Complete && outcomes[1].status == Status::Complete &&
+            listRuns().size() == 3)
+            break;
+        usleep(1000);
+    }
+    kill(child, SIGINT);
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+    EXPECT_EQ(readSweepOutcomes(plan, folder / "sweep")[2].status, Status::Interrupted);
+    EXPECT_THAT(run(plan), ElementsAre(Status::Complete, Status::Complete, Status::Complete));
+    EXPECT_THAT(listRuns(), ElementsAre("1", "2", "7", "7 on"));
+}
+
+TEST_F(SweepRunnerTest, ProcessesThatShareAFolderDoEachCaseOnce) {
+    const SweepPlan plan = makePlan("10:29:20");
+    std::vector<pid_t> children;
+    for (int rank = 0; rank < 3; ++rank) {
+        children.push_back(fork());
+        if (children.back() != 0) continue;
+        SweepOptions options = makeOptions();
+        options.share = {SweepShare::Kind::Rank, rank, 3};
+        const auto outcomes = runSweep(plan, options);
+        const bool isWhole = std::all_of(outcomes.begin(), outcomes.end(), [](const auto& outcome) {
+            return outcome.status == Status::Complete;
+        });
+        _exit(rank > 0 || isWhole ? 0 : 1);  // the first waits for the others
+    }
+    for (const pid_t child : children) {
+        int status = 0;
+        waitpid(child, &status, 0);
+        EXPECT_EQ(status, 0);
+    }
+    std::vector<std::string> expected;
+    for (int speed = 10; speed < 30; ++speed) expected.push_back(std::to_string(speed));
+    EXPECT_EQ(listRuns(), expected);
+}
+
+TEST_F(SweepRunnerTest, TheTableHasTheStatisticsOfEachCase) {
+    SweepPlan plan = makePlan("1,-2,3");
+    run(plan);
+    plan.of = {"turn.maximum", "turn.mean", "turn.rms"};
+    const std::string path = writeSweepTable(plan, folder / "sweep");
+    const std::string csv = testing::readText(path);
+    EXPECT_THAT(csv, HasSubstr("case,speed,status,turn.maximum [rad],turn.mean [rad],turn.rms "
+                               "[rad],error\nspeed=1,1,complete,1,0.5"));
+    EXPECT_THAT(csv, HasSubstr("\nspeed=-2,-2,failed,,,,the speed is negative\n"));
+    const SweepTable table =
+        makeSweepTable(plan, readSweepOutcomes(plan, folder / "sweep"), folder / "sweep");
+    ASSERT_EQ(table.columns.size(), 3u);
+    EXPECT_NEAR(table.columns[0].values[2], 3, 1e-15);
+    EXPECT_TRUE(std::isnan(table.columns[0].values[1]));
+    EXPECT_NEAR(table.columns[1].values[2], 1.5, 1e-14);
+    // Of 3 t over 1 s: 3/sqrt(3), and h²/2 of the trapezoidal rule's error.
+    EXPECT_NEAR(table.columns[2].values[2], std::sqrt(3.0 + 9 * 0.01 / 6), 1e-14);
+    plan.of = {"trun.maximum"};
+    EXPECT_THROW(writeSweepTable(plan, folder / "sweep"), std::runtime_error);
+}
+
+/** The built program on a rigid pendulum: a rod of 1 m and 2 kg, I = 2/3 kg m² about its pin. **/
+class SweepTest : public CliTest {
+protected:
+    void SetUp() override {
+        CliTest::SetUp();
+        setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+        setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+        setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
+        testing::writeText(folder / "model.yaml",
+                           "simflex: 1\n"
+                           "gravity: [0, -9.81, 0]\n"
+                           "parameters: {mass: 2}\n"
+                           "bodies: {rod: {mass: mass, inertia: [1/6, 0.001, 1/6], place: "
+                           "{position: [0, -0.5, 0]}}}\n"
+                           "joints: {pin: {type: pin, between: [ground, {on: rod, position: [0, "
+                           "0.5, 0]}], axis: z}}\n"
+                           "analyses: {modes: {type: eigen, count: 1}}\n");
+    }
+
+    /** Frequency in the table's line of a case [Hz]. **/
+    double findFrequency(const std::string& name) {
+        const std::string csv = testing::readText(folder / "out/sweep.csv");
+        const size_t line = csv.find("\n" + name), status = csv.find("complete,", line);
+        if (line == std::string::npos || status == std::string::npos) return NAN;
+        return std::atof(csv.c_str() + status + 9);
+    }
+
+    static double calcFrequency(double mass, double gravity) {
+        return std::sqrt(mass * gravity * 0.5 / (1.0 / 6 + mass * 0.25)) / (2 * M_PI);
+    }
+};
+
+TEST_F(SweepTest, FrequenciesOfAPendulumAreThoseOfItsFormula) {
+    ASSERT_EQ(run("sweep model.yaml --vary mass=1:3:2 --vary 'gravity=[0,-1.62,0],[0,-9.81,0]' -o "
+                  "out -q"),
+              0)
+        << err;
+    EXPECT_THAT(out, HasSubstr("out/sweep.csv: 4 of 4 cases are complete"));
+    for (const double mass : {1.0, 3.0})
+        for (const double gravity : {1.62, 9.81}) {
+            char name[60];
+            std::snprintf(name, sizeof name, "mass=%g_gravity=-0--%g-0-", mass, gravity);
+            EXPECT_NEAR(findFrequency(name) / calcFrequency(mass, gravity), 1, 1e-6) << name;
+        }
+    EXPECT_EQ(run("sweep model.yaml --vary mass=1:3:2 --vary 'gravity=[0,-1.62,0],[0,-9.81,0]' -o "
+                  "out -q"),
+              0);
+    EXPECT_THAT(out, HasSubstr("4 of 4 cases are complete (4 were before)"));
+}
+
+TEST_F(SweepTest, MistakesAreFoundBeforeAnythingRuns) {
+    EXPECT_EQ(run("sweep model.yaml --vary mas=1,2"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("model.yaml"), HasSubstr("'mas'"), HasSubstr("mass")));
+    EXPECT_EQ(run("sweep model.yaml --vary mass=1,x"), 1);
+    EXPECT_THAT(err, HasSubstr("mass"));
+    EXPECT_EQ(run("sweep model.yaml"), 1);
+    EXPECT_THAT(err, HasSubstr("--vary"));
+    EXPECT_EQ(access((folder / "model.sweep").c_str(), F_OK), -1);
+}
+
+TEST_F(SweepTest, RanksOfMpirunShareASweep) {
+    ASSERT_EQ(runProgram("mpirun -n 2 '" SIMFLEX_PROGRAM "'",
+                         "sweep model.yaml --vary mass=1,2,3,4 -o out --jobs 1"),
+              0)
+        << err;
+    EXPECT_THAT(out, HasSubstr("4 of 4 cases are complete"));
+    EXPECT_THAT(err, AllOf(HasSubstr("rank 0 of 2"), HasSubstr("rank 1 of 2")));
+    EXPECT_NEAR(findFrequency("mass=4") / calcFrequency(4, 9.81), 1, 1e-6);
+}
+
+TEST_F(SweepTest, TasksOfAJobArrayDoTheirSharesAndTheLastCompletesTheTable) {
+    for (int task = 1; task <= 2; ++task) {
+        const std::string environment = "SLURM_ARRAY_TASK_ID=" + std::to_string(task) +
+                                        " SLURM_ARRAY_TASK_MIN=1 SLURM_ARRAY_TASK_COUNT=2 ";
+        ASSERT_EQ(runProgram(environment + "'" SIMFLEX_PROGRAM "'",
+                             "sweep model.yaml --vary mass=1,2,3 -o out -q"),
+                  0)
+            << err;
+        const std::string csv = testing::readText(folder / "out/sweep.csv");
+        EXPECT_THAT(csv, HasSubstr("\nmass=3,3,complete,"));
+        EXPECT_THAT(csv, HasSubstr(task == 1 ? "\nmass=2,2,waiting," : "\nmass=2,2,complete,"));
+    }
+}
+
+}  // namespace
+}  // namespace simflex

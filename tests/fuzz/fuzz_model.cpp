@@ -1,0 +1,70 @@
+/** @file
+Model files: YAML, the schema, formulas and tables. Every value of an accepted model can be had, and
+its functions of time have finite values and derivatives or say where they have none. **/
+
+#include <cmath>
+
+#include "../../plugin/cli/model/ModelNode.h"
+#include "../../plugin/cli/model/ModelReader.h"
+#include "Fuzz.h"
+
+using namespace simflex;
+
+namespace {
+
+void checkFunction(const cli::Expression& function) {
+    for (const double t : {0.0, 0.5, 1.0, 1e6})
+        fuzz::accepts([&] {
+            if (!std::isfinite(function.calcValue(t))) fuzz::fail("a value is not finite");
+            if (!std::isfinite(function.calcDerivative(t)))
+                fuzz::fail("a derivative is not finite");
+            if (!std::isfinite(function.calcSecondDerivative(t)))
+                fuzz::fail("a second derivative is not finite");
+        });
+}
+
+void visit(const cli::ModelValue& value) {
+    const cli::ModelValue::Node& node = value.getNode();
+    if (value.getPlace().empty()) fuzz::fail("a value without a place");
+    if (value.isMap())
+        for (const std::string& key : value.getKeys()) visit(value.get(key));
+    if (value.isList())
+        for (int i = 0; i < value.getSize(); ++i) visit(value.at(i));
+    if (!value.isScalar()) return;
+    value.getText();
+    if (node.form->kind == cli::SchemaForm::Kind::Bool) value.getBool();
+    if (node.form->kind == cli::SchemaForm::Kind::Integer) value.getInteger();
+    if (node.form->kind == cli::SchemaForm::Kind::Function) checkFunction(value.getExpression());
+    if (node.form->kind == cli::SchemaForm::Kind::Number && !std::isfinite(value.getNumber()))
+        fuzz::fail("a number is not finite");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    const auto files = fuzz::splitFiles(data, size, 3);
+    fuzz::getFolder().write("table.csv", files[1]);
+    std::vector<std::string> settings;
+    for (size_t begin = 0; begin < files[2].size() && settings.size() < 4;) {
+        const size_t end = std::min(files[2].find('\n', begin), files[2].size());
+        settings.push_back(files[2].substr(begin, end - begin));
+        begin = end + 1;
+    }
+    const std::string path = fuzz::getFolder() / "model.yaml";
+    try {
+        std::unique_ptr<cli::ModelValue> model;
+        const bool isAccepted = fuzz::accepts([&] {
+            try {
+                model =
+                    std::make_unique<cli::ModelValue>(cli::readModel({path, files[0], settings}));
+            } catch (const cli::ModelError& error) {
+                const std::string message = error.what();
+                if (message.compare(0, 9, "setting '") != 0) throw;  // these name no file
+            }
+        });
+        if (isAccepted && model) visit(*model);
+    } catch (const std::exception& error) {
+        fuzz::fail(std::string("an accepted model has no values: ") + error.what());
+    }
+    return 0;
+}

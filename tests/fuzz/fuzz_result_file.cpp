@@ -1,0 +1,114 @@
+/** @file
+Result files: bytes changed behind the checksum must be found out; objects changed by another
+program give results or a refusal; a damaged journal gives rows that were written, or none. **/
+
+#include "FuzzHdf5.h"
+#include "simflex/cli/results/ResultFile.h"
+
+using namespace simflex;
+
+namespace {
+
+constexpr int kRows = 12;
+
+/** A result of everything, and its journal as a kill would leave it. **/
+struct Files {
+    std::string results, journal;
+};
+
+const Files& getFiles() {
+    static const Files files = [] {
+        const std::string path = fuzz::getFolder() / "base.h5";
+        Files made;
+        const std::vector<cli::ResultColumn> probes = {{"tip", "m", {"x", "y"}},
+                                                       {"angle", "rad", {""}}};
+        {
+            cli::ResultWriter writer(path, {"Title", "m.yaml", "simflex: 1\n", {"speed=1"}, false});
+            writer.addStatic("rest", probes, {1, 2, 3}, {4});
+            writer.addEigen("modes", {1, 2}, {0.1, 0.2});
+            writer.addCampbell("map", {0, 1}, {{1, 2}, {3, 4}}, {{0, 0}, {0, 0}});
+            writer.setComplete("map");
+            writer.beginTransient("run", probes, 1, 1);
+            for (int k = 0; k < kRows; ++k) {
+                writer.addRow(k, {1.0 * k, 2.0 * k, 3.0 * k}, {4.0 * k}, {5.0 * k});
+                if (k == 5) {
+                    writer.setStatistics("run", {{"steps", 7}});
+                    writer.setComplete("map");
+                }
+            }
+            const auto read = [](const std::string& name) {
+                std::ifstream in(name, std::ios::binary);
+                return std::string(std::istreambuf_iterator<char>(in), {});
+            };
+            made.results = read(path);
+            made.journal = read(path + ".rows");
+        }
+        return made;
+    }();
+    return files;
+}
+
+const char* const kObjects[] = {"model",
+                                "analyses",
+                                "analyses/rest",
+                                "analyses/rest/probes/tip",
+                                "analyses/rest/states/q",
+                                "analyses/modes",
+                                "analyses/modes/frequency",
+                                "analyses/modes/damping_ratio",
+                                "analyses/map/speeds",
+                                "analyses/map/frequency",
+                                "analyses/map/damping_ratio",
+                                "analyses/run",
+                                "analyses/run/time",
+                                "analyses/run/probes",
+                                "analyses/run/probes/tip",
+                                "analyses/run/probes/angle",
+                                "analyses/run/states",
+                                "analyses/run/states/q",
+                                "analyses/run/states/u",
+                                "analyses/run/statistics",
+                                "."};
+const char* const kAttributes[] = {"simflex_results", "version", "title",   "path", "settings",
+                                   "bodies",          "type",    "columns", "unit", "index",
+                                   "complete",        "steps"};
+
+/** Rows that can be read must be those that were written. **/
+void checkRows(const cli::ResultData& data) {
+    for (const auto& analysis : data.analyses) {
+        if (analysis.name != "run") continue;
+        for (size_t k = 0; k < analysis.time.size(); ++k)
+            if (analysis.time[k] != double(k) ||
+                analysis.probes.at(1).rows.at(k).at(0) != 3.0 * double(k))
+                fuzz::fail("a row that was never written");
+    }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    fuzz::Input input(data, size);
+    Files files = getFiles();
+    const unsigned kind = input.take() % 8;
+    const std::string journal = fuzz::getFolder() / "run.h5.rows";
+    std::remove(journal.c_str());
+    if (kind == 0 && !fuzz::changeBytes(files.results, input)) return 0;
+    const std::string path = fuzz::getFolder().write("run.h5", files.results);
+    if (kind == 1) {
+        std::string& bytes = files.journal;
+        if (input.take() % 2) bytes.resize(input.take2() % bytes.size());
+        while (!input.empty() && !bytes.empty())
+            bytes[input.take2() % bytes.size()] ^= char(input.take());
+        fuzz::getFolder().write("run.h5.rows", bytes);
+    }
+    if (kind > 1) fuzz::changeHdf5(path, kObjects, kAttributes, input);
+    const bool accepted = fuzz::accepts([&] {
+        const cli::ResultData results = cli::readResults(path);
+        if (kind == 1) checkRows(results);
+        for (const auto& analysis : results.analyses)
+            cli::writeResultCsv(fuzz::getFolder() / "run.csv", analysis);
+    });
+    if (accepted && kind == 0) fuzz::fail("a damaged file was accepted");
+    if (!accepted && kind == 1) fuzz::fail("a damaged journal spoiled its file");
+    return 0;
+}

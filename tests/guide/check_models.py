@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""Runs the models of examples/models and holds what comes out to closed forms, and the slider-crank to the C++ program of the
+same mechanism."""
+
+import argparse
+import csv
+import math
+import os
+import shutil
+import subprocess
+import unittest
+from pathlib import Path
+
+import h5py
+
+OPTIONS = None
+G = 9.80665
+
+
+def run(model, *arguments):
+    """Runs a model; its results."""
+    work = OPTIONS.work / model
+    work.mkdir(parents=True, exist_ok=True)
+    subprocess.run([OPTIONS.simflex, "run", OPTIONS.source / f"examples/models/{model}.yaml", "--quiet", "--no-pictures",
+                    *arguments], cwd=work, check=True, stdout=subprocess.DEVNULL,
+                   env=dict(os.environ, SIMFLEX_CACHE=str(OPTIONS.work / "cache")))
+    return h5py.File(work / f"{model}.results.h5")["analyses"]
+
+
+class Models(unittest.TestCase):
+    def test_pendulum_swings_like_a_bar(self):
+        analyses = run("pendulum")
+        arm, length = 0.09, 0.192
+        frequency = math.sqrt(G * arm / (arm**2 + length**2 / 12)) / (2 * math.pi)
+        self.assertAlmostEqual(analyses["modes/frequency"][:].ravel()[0] / frequency, 1, delta=2e-3)
+
+    def test_rocker_turns_between_its_dead_centres(self):
+        angle = run("four_bar", "--only", "run")["run/probes/rocker_angle"][:].ravel()
+        a, b, c, d = 0.06, 0.18, 0.18, 0.15
+        first, last = (math.pi - math.acos((d**2 + c**2 - (b + sign * a)**2) / (2 * d * c)) for sign in (1, -1))
+        self.assertAlmostEqual(min(angle), first, delta=2e-3)  # parts bend, samples miss the ends
+        self.assertAlmostEqual(max(angle), last, delta=2e-3)
+
+    def test_whirl_parts_into_backward_and_forward(self):
+        frequency = run("rotor", "--only", "campbell")["campbell/frequency"][:]
+        for backward, forward in ((0, 1), (2, 3)):
+            self.assertTrue(all(frequency[1:, backward] < frequency[:-1, backward]))
+            self.assertTrue(all(frequency[1:, forward] > frequency[:-1, forward]))
+
+    def test_robot_holds_its_weight(self):
+        probes = run("robot_arm", "--only", "rest")["rest/probes"]
+        upper, forearm, reach, load = math.radians(60), math.radians(60 - 80), 0.3, 1.5
+        arm = 0.1973923
+        elbow = reach * math.cos(upper)
+        torque = G * (arm * elbow / 2 + arm * (elbow + reach / 2 * math.cos(forearm))
+                      + load * (elbow + reach * math.cos(forearm)))
+        self.assertAlmostEqual(probes["shoulder_torque"][:].ravel()[0] / torque, 1, delta=2e-3)  # it sags a little
+
+    def test_slider_crank_is_that_of_the_program(self):
+        parts = OPTIONS.build / "parts"
+        slider = run("slider_crank", "--set", "parameters.offset=0",
+                     "--set", f"parts.crank={{file: {parts}/crank.h5}}",
+                     "--set", f"parts.rod={{file: {parts}/rod.h5}}")["run/probes/slider"][:].ravel()
+        out = OPTIONS.work / "program"
+        subprocess.run([OPTIONS.build / "bin/slider_crank", "--parts", parts, "--out", out, "--no-frames"], check=True,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with open(out / "probes.csv", newline="", encoding="ascii") as file:
+            expected = [float(row["slider_flexible_m"]) for row in csv.DictReader(file)]
+        self.assertEqual(len(slider), len(expected))
+        # Both are within the accuracy of each step, 1e-6 m.
+        self.assertLess(max(abs(a - b) for a, b in zip(slider, expected)), 1e-6)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    for name in ("simflex", "source", "build", "work"):
+        parser.add_argument("--" + name, type=lambda path: Path(path).absolute(), required=True)
+    parser.add_argument("tests", nargs="*")
+    OPTIONS = parser.parse_args()
+    shutil.rmtree(OPTIONS.work, ignore_errors=True)
+    unittest.main(argv=["check_models", *OPTIONS.tests])
