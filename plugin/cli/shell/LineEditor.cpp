@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -218,10 +219,12 @@ LineEditor::Outcome LineEditor::readLine(std::string& line) {
     forgetInterrupts();
     const TerminalSignals signals;
     el_resize(_impl->editor);
+    el_set(_impl->editor, EL_PREP_TERM, 1);  // before the prompt invites to type
     int length = 0;
     const char* text = el_gets(_impl->editor, &length);
     if (wasInterrupted()) {
         el_reset(_impl->editor);
+        tcflush(STDIN_FILENO, TCIFLUSH);  // what was typed before libedit listened
         std::puts("^C");
         return Outcome::Interrupted;
     }
