@@ -12,7 +12,6 @@
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
-#include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/run/RunSummary.h"
 #include "simflex/cli/run/Session.h"
 #include "simflex/cli/run/TransientRun.h"
@@ -46,9 +45,9 @@ int findDifference(const std::string& a, const std::string& b) {
     return line;
 }
 
-std::string join(const std::vector<std::string>& items) {
+std::string join(const std::vector<std::string>& items, const char* separator = " ") {
     std::string text;
-    for (const std::string& item : items) text += (text.empty() ? "" : " ") + item;
+    for (const std::string& item : items) text += (text.empty() ? "" : separator) + item;
     return text.empty() ? "none" : text;
 }
 
@@ -204,8 +203,8 @@ void ModelRun::readEarlier() {
         }
     }
     if (!lost.empty())
-        say("'" + _resultPath + "' is replaced, with its results of " + joinNames(lost) +
-            "; Ctrl-C, and -o with another name, keeps them");
+        say("'" + _resultPath + "' is replaced, with its results of " + join(lost, ", ") +
+            "; another name (-o) would keep them");
     if (_earlier) checkSame(_earlier->header);
 }
 
