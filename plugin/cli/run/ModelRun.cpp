@@ -7,6 +7,7 @@
 #include "simflex/body/JointEquations.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
+#include "simflex/cli/model/ModelTexts.h"
 #include "simflex/cli/run/RunSummary.h"
 #include "simflex/cli/run/Session.h"
 #include "simflex/cli/run/TransientRun.h"
@@ -140,8 +141,7 @@ void ModelRun::openResults() {
     if (_options.resumes) say("there is no '" + _resultPath + "' to go on with: begins anew");
     fs::remove(getCheckpointPath());
     ResultHeader header;
-    if (_model->getFile().get("title").isGiven())
-        header.title = _model->getFile().get("title").getText();
+    header.title = getModelTitle(_model->getFile());
     header.modelPath = _text.path;
     header.modelText = _text.text;
     header.settings = _text.settings;
