@@ -8,9 +8,9 @@ namespace simflex {
 namespace cli {
 
 std::string getModelTitle(const ModelValue& model) {
-    const std::string title = model.get("title").getText();
-    return title.empty() ? std::filesystem::path(model.getNode().file->path).stem().string()
-                         : title;
+    const ModelValue title = model.get("title");
+    if (title.isGiven() && !title.getText().empty()) return title.getText();
+    return std::filesystem::path(model.getNode().file->path).stem().string();
 }
 
 void failMissingFile(const ModelValue& value) {
