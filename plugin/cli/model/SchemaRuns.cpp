@@ -271,7 +271,7 @@ SchemaForm probe() {
                 .in("m")
                 .such("{body: rod, node: 4711}"),
             SchemaKey("largest_displacement", {name("a flexible body")},
-                      "Largest elastic displacement of a body's nodes.")
+                      "Largest elastic displacement of a body's nodes, from its mean position.")
                 .in("m")
                 .such("rod"),
             SchemaKey("modes", {name("a flexible body")}, "Modal coordinates of a body.")
