@@ -233,7 +233,7 @@ analyses:
     EXPECT_TRUE(cli::readResults(folder / "model.results.rigid.h5").header.isRigid);
     EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "force").rows[0][0], 100, 1e-6);
     EXPECT_THAT(out, HasSubstr("rest: flexible against rigid"));
-    EXPECT_THAT(out, HasSubstr("tip [m]     8.5"));
+    EXPECT_THAT(out, HasSubstr("tip [m]       8.5"));
     EXPECT_THAT(out, HasSubstr("model.results.rigid.h5"));
 }
 
