@@ -46,6 +46,43 @@ std::vector<Vec3> calcBoxCorners(const std::vector<Vec3>& points) {
     return corners;
 }
 
+// Views that have a place of their own take no share of the frame.
+SimTK::Vec4 calcRectangle(const std::vector<View>& views, int index) {
+    int number = 0, numShares = 0;
+    for (int i = 0; i < int(views.size()); ++i) {
+        if (views[std::size_t(i)].hasRectangle()) continue;
+        if (i < index) ++number;
+        ++numShares;
+    }
+    return views[std::size_t(index)].calcRectangle(number, numShares);
+}
+
+// Puts the bar beside the views that lie over the first one's right edge, if there is room.
+void avoidInsets(ColorBar& bar, const std::vector<ViewSnapshot>& views) {
+    constexpr double usualLength = 0.46, leastLength = 0.15;
+    const ViewSnapshot& first = views.front();
+    const double left = first.left + first.width - 130 * first.unit;
+    std::vector<std::pair<double, double>> covered{{1, 1}};
+    for (std::size_t i = 1; i < views.size(); ++i)
+        if (views[i].left < first.left + first.width && views[i].left + views[i].width > left)
+            covered.emplace_back(double(views[i].top - first.top) / first.height,
+                                 double(views[i].top + views[i].height - first.top) / first.height);
+    if (covered.size() == 1) return;
+    std::sort(covered.begin(), covered.end());
+    double from = 0, to = 0, end = 0;  // the largest free part; end of what was covered last
+    for (const auto& [top, bottom] : covered) {
+        if (top - end > to - from) from = end, to = top;
+        end = std::max(end, bottom);
+    }
+    // Its heading is above it, the footnote below.
+    from += 70 * first.unit / first.height;
+    to -= 50 * first.unit / first.height;
+    if (to - from < leastLength) return;
+    const double middle = 0.5 * (from + to), half = 0.5 * std::min(usualLength, to - from);
+    bar.top = middle - half;
+    bar.bottom = middle + half;
+}
+
 UnitVec3 calcFront(const SimTK::CoordinateDirection& up) {
     if (up.getAxis() == SimTK::ZAxis) return UnitVec3(0, -1, 0);
     return UnitVec3(0, 0, 1);
@@ -195,7 +232,7 @@ FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Decor
 void OffscreenVisualizer::Impl::captureViews(const State& state, FrameSnapshot& snapshot) const {
     for (std::size_t i = 0; i < views.size(); ++i) {
         const View& view = views[i];
-        const SimTK::Vec4 part = view.calcRectangle(int(i), int(views.size()));
+        const SimTK::Vec4 part = calcRectangle(views, int(i));
         ViewSnapshot shot;
         shot.left = int(std::lround(part[0] * width));
         shot.top = int(std::lround(part[1] * height));
@@ -228,7 +265,7 @@ double OffscreenVisualizer::Impl::calcRoundFactor(const LargestDisplacement& lar
 }
 
 Margins OffscreenVisualizer::Impl::calcMargins(int viewNumber) const {
-    const SimTK::Vec4 part = views[viewNumber].calcRectangle(viewNumber, int(views.size()));
+    const SimTK::Vec4 part = calcRectangle(views, viewNumber);
     const double viewWidth = part[2] * width * 720.0 / height;  // in units of the writing
     Margins margins;
     margins.right =
@@ -242,7 +279,7 @@ Margins OffscreenVisualizer::Impl::calcMargins(int viewNumber) const {
 }
 
 double OffscreenVisualizer::Impl::calcAspect(int viewNumber) const {
-    const SimTK::Vec4 part = views[viewNumber].calcRectangle(viewNumber, int(views.size()));
+    const SimTK::Vec4 part = calcRectangle(views, viewNumber);
     return part[2] * width / (part[3] * height);
 }
 
@@ -438,6 +475,7 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
         content.footnote = "grid " + formatLength(snapshot.style.ground.gridSpacing);
     content.hasColorBar = hasColorBar();
     content.colorBar = describeColorBar();
+    avoidInsets(content.colorBar, snapshot.views);
     return content;
 }
 

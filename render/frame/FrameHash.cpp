@@ -219,7 +219,10 @@ void add(ContentHash& hash, const ViewSnapshot& view) {
     hash.add(hasScaleBar);
     hash.add(pixelSize);
     hash.add(hasColorBar);
-    const auto& [quantity, dimension, low, high, colorMap, hasBelow, hasAbove, hasGaps] = colorBar;
+    const auto& [quantity, dimension, low, high, colorMap, hasBelow, hasAbove, barTop, barBottom,
+                 hasGaps] = colorBar;
+    hash.add(barTop);
+    hash.add(barBottom);
     hash.add(quantity);
     hash.add(dimension);
     (void)low, (void)high, (void)hasBelow, (void)hasAbove;  // set by the painter

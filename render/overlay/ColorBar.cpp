@@ -62,8 +62,8 @@ void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, dou
     };
     const auto scaled = [unit](double length) { return int(std::lround(length * unit)); };
     const BarPlace place{image.getWidth() - scaled(118), std::max(4, scaled(16)),
-                         int(std::lround(0.27 * image.getHeight())),
-                         int(std::lround(0.73 * image.getHeight()))};
+                         int(std::lround(bar.top * image.getHeight())),
+                         int(std::lround(bar.bottom * image.getHeight()))};
     if (place.bottom <= place.top) return;
     drawColors(image, place, bar, palette);
     if (bar.hasAbove) drawTip(image, place, place.top, -1, calcColor(bar.colorMap, 1), palette);

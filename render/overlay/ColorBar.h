@@ -16,6 +16,7 @@ struct ColorBar {
     double low = 0, high = 1;  ///< [SI]
     ColorMap colorMap = ColorMap::Viridis;
     bool hasBelow = false, hasAbove = false;  ///< values beyond the ends: the bar gets a tip there
+    double top = 0.27, bottom = 0.73;         ///< of it, to the picture's height
     bool hasGaps = false;                     ///< some of the surface has no value: grey
 };
 

@@ -42,6 +42,7 @@ public:
     /** Its part of the frame: left, top, width, height as fractions; that of view `index` of
     `numViews` unless one was given. **/
     SimTK::Vec4 calcRectangle(int index, int numViews) const;
+    bool hasRectangle() const { return view.hasRectangle; }
 
     /** Pose of the frame that the camera goes along with: the followed body's, or its origin
     without its rotation; Ground's for a camera that follows nothing. **/

@@ -28,6 +28,17 @@ def run(model, *arguments):
 
 
 class Models(unittest.TestCase):
+    def test_ruler_sags_like_a_cantilever(self):
+        rest = run("ruler", "--only", "rest")["rest/probes"]
+        length, width, thickness, load = 0.3, 0.02, 0.002, 0.05
+        stiffness = 210e9 * width * thickness**3 / 12
+        sag = G * length**3 / stiffness * (load / 3 + 7850 * width * thickness * length / 8)
+        # The clamped end cannot curve across, which makes it a little stiffer: by less than ν² of the whole.
+        ratio = -rest["bending"][:].ravel()[0] / sag
+        self.assertLess(ratio, 1)
+        self.assertGreater(ratio, 1 - 0.3**2)
+        self.assertAlmostEqual(ratio, 1, delta=0.02)
+
     def test_pendulum_swings_like_a_bar(self):
         analyses = run("pendulum")
         arm, length = 0.09, 0.192

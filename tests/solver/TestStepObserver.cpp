@@ -18,7 +18,7 @@ struct Pendulum {
 
     Pendulum() {
         const Body::Rigid rod(MassProperties(1, Vec3(0, -0.5, 0), Inertia(1)));
-        const MobilizedBody::Pin upper(matter.Ground(), Transform(), rod, Transform());
+        MobilizedBody::Pin upper(matter.Ground(), Transform(), rod, Transform());
         MobilizedBody::Pin lower(upper, Transform(Vec3(0, -1, 0)), rod, Transform());
         state = system.realizeTopology();
         upper.setAngle(state, 2);

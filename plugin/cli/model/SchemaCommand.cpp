@@ -14,7 +14,7 @@ namespace cli {
 
 void addSchemaCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "schema", "Prints the JSON schema of model files, for completion and checks in editors.");
+        "schema", "Print the JSON schema of model files, for completion and checks in editors");
     command->callback([] { std::fputs(writeJsonSchema().c_str(), stdout); });
 }
 
@@ -25,7 +25,7 @@ void addKeysCommand(CLI::App& app) {
     };
     const auto arguments = std::make_shared<Arguments>();
     CLI::App* command = app.add_subcommand(
-        "keys", "Lists the keys of model files: value, unit, default and meaning.");
+        "keys", "List the keys of model files: value, unit, default and meaning");
     command->add_option("PATH", arguments->path,
                         "keys below this one, as solver or bodies.NAME.place");
     command->add_flag("--markdown", arguments->isMarkdown, "as tables in Markdown");

@@ -176,7 +176,7 @@ SchemaForm connector() {
     return map("a connector",
                {
                    SchemaKey("type", {choice({"spring", "bushing", "torsion_spring", "stop"})},
-                             "Kind of the connector.")
+                             "Kind of the connector; a stop keeps M's origin at z > 0 of F.")
                        .required()
                        .such("spring"),
                    between("The two frames it connects: F, then M.").required(),

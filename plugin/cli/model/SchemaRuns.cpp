@@ -192,6 +192,8 @@ SchemaForm probe() {
     const std::vector<std::string> kinematic{"position",         "velocity",
                                              "acceleration",     "orientation",
                                              "angular_velocity", "angular_acceleration"};
+    std::vector<std::string> measured = kinematic;
+    measured.push_back("displacement");
     std::vector<std::string> vectors = kinematic;
     vectors.insert(vectors.end(), {"displacement", "reaction", "driving", "momentum",
                                    "center_of_mass", "joint_error", "coordinate", "rate"});
@@ -267,11 +269,12 @@ SchemaForm probe() {
                              .such("[0, 0, 30*deg]"),
                      },
                      {"on", "body"})},
-                "Elastic displacement of a frame or node, in the body's axes.")
+                "Elastic displacement of a frame or node: against the body's mean frame, which "
+                "its support moves in, too, or with relative_to against that.")
                 .in("m")
                 .such("{body: rod, node: 4711}"),
             SchemaKey("largest_displacement", {name("a flexible body")},
-                      "Largest elastic displacement of a body's nodes.")
+                      "Largest elastic displacement of a body's nodes against its mean frame.")
                 .in("m")
                 .such("rod"),
             SchemaKey("modes", {name("a flexible body")}, "Modal coordinates of a body.")
@@ -321,9 +324,10 @@ SchemaForm probe() {
                 .orElse("all")
                 .such("norm"),
             SchemaKey("relative_to", frame(),
-                      "Frame against which it is measured, and in whose axes.")
-                .with(kinematic)
-                .orElse("ground")
+                      "Frame against which it is measured, and in whose axes; of a displacement "
+                      "another one of the same body, such as its support.")
+                .with(measured)
+                .orElseNote("ground; of a displacement the body's mean frame")
                 .such("crank"),
             SchemaKey("select", {list({integer(1)})}, "Which modes, numbered from 1.")
                 .with({"modes"})
@@ -376,7 +380,9 @@ SchemaForm pictures() {
                 .with({"position"})
                 .orElseNote("up of the pictures")
                 .such("z"),
-            SchemaKey("follow", frame(), "Frame that the camera moves with.").such("slider"),
+            SchemaKey("follow", frame(),
+                      "Frame with whose body the camera goes along, looking at the middle of it.")
+                .such("slider"),
             SchemaKey("orbit", {number()}, "Speed of the camera's turn about what it looks at.")
                 .in("rad/s of simulated time")
                 .orElse("0")
@@ -389,9 +395,9 @@ SchemaForm pictures() {
                 .such("50*deg"),
             SchemaKey("orthographic", {boolean()}, "Parallel view.").orElse("false").such("true"),
             SchemaKey("inset", {list({number(0, 1)}, {4})},
-                      "Place in the picture: [left, top, width, height] as "
-                      "fractions.")
-                .orElse("[0, 0, 1, 1]")
+                      "Place in the picture, over the other cameras: "
+                      "[left, top, width, height] as fractions.")
+                .orElseNote("the whole picture, shared evenly by the cameras without inset")
                 .such("[0.7, 0, 0.3, 0.3]"),
         });
     SchemaForm plot = map(
@@ -404,7 +410,7 @@ SchemaForm pictures() {
     return map(
         "settings of pictures",
         {
-            SchemaKey("size", {list({integer(16, 16384)}, {2})}, "Width and height.")
+            SchemaKey("size", {list({integer(16, 16384)}, {2})}, "Width and height, without plots.")
                 .in("pixels")
                 .orElse("[1280, 720]")
                 .such("[1920, 1080]"),
@@ -416,6 +422,7 @@ SchemaForm pictures() {
                 .orElse("1")
                 .such("100"),
             SchemaKey("folder", {output("a folder for pictures")}, "Folder for single pictures.")
+                .orElseNote("MODEL.frames in the current folder; none if there is a video")
                 .such("frames"),
             SchemaKey("video", {output("a video file"), list({output("a video file")})},
                       "Videos: .mp4, .gif or .webp.")
@@ -433,7 +440,8 @@ SchemaForm pictures() {
                 .orElse("run")
                 .such("[0, 1e8]"),
             SchemaKey("exaggeration", {choice({"auto"}), positive()},
-                      "Factor of the elastic displacement that is drawn.")
+                      "Factor of the elastic displacement that is drawn; auto: what shows it well, "
+                      "1000 at most.")
                 .orElse("auto")
                 .such("50"),
             SchemaKey("ghost", {boolean()}, "Draws the undeformed shape as well.")
@@ -459,11 +467,13 @@ SchemaForm pictures() {
                 .such("dark"),
             SchemaKey("transparent", {boolean()}, "No background.").orElse("false").such("true"),
             SchemaKey("up", direction, "Direction that is up.").orElse("y").such("z"),
-            SchemaKey("cameras", {list({camera})},
-                      "Views; the first fills the picture, others are inset.")
+            SchemaKey(
+                "cameras", {list({camera})},
+                "Views: one fills the picture, several share it, those with an inset lie over it.")
                 .orElseNote("one isometric view")
                 .such("[{view: isometric}]"),
-            SchemaKey("plots", {list({plot})}, "Plots of probes beside the picture.")
+            SchemaKey("plots", {list({plot})},
+                      "Plots of probes below the picture, which each makes higher by 42 %.")
                 .such("[{probes: [tip.x]}]"),
         });
 }

@@ -142,7 +142,7 @@ void runCompare(const CompareArguments& arguments) {
 
 void addCompareCommand(CLI::App& app) {
     const auto arguments = std::make_shared<CompareArguments>();
-    CLI::App* compare = app.add_subcommand("compare", "Difference of two results");
+    CLI::App* compare = app.add_subcommand("compare", "Compare two results");
     compare->footer(
         "Exit status 0 if both have the same analyses and probes and no probe differs by more "
         "than\n"

@@ -115,8 +115,46 @@ const FlexibleBody& findFlexible(const Model& model, const ModelValue& name) {
     return *body.flexible;
 }
 
+namespace {
+
+FlexibleFramePose calcPose(const Attachment& frame, const Vector& xi, const State& state) {
+    return FrameAtXi(frame.getFlexibleFrame(), xi.size() > 0 ? &xi[0] : nullptr,
+                     frame.getFrameOrder(state))
+        .getPose();
+}
+
+/** Place of one frame of a body in another, less the same undeformed: the deflection of a tip from
+its support. **/
+Probe makeDeflectionProbe(const ProbeSource& source, const Attachment& frame) {
+    const ModelValue support = source.entry.get("relative_to");
+    const Attachment base = source.model->findFrame(support);
+    if (!base.isFlexible() || base.getFlexibleBodyIndex() != frame.getFlexibleBodyIndex())
+        support.fail(
+            "a displacement is relative to an interface or node of the same body, '" +
+            source.model->getFlexibleBodies().getBody(frame.getFlexibleBodyIndex()).getName() +
+            "', not to " + base.getName());
+    Probe probe;
+    probe.unit = "m";
+    probe.columns = {"x", "y", "z"};
+    probe.calc = [model = source.model, frame, base](const Moment& moment, double* values) {
+        const Vector xi = model->getFlexibleBodies()
+                              .getBody(frame.getFlexibleBodyIndex())
+                              .getModalCoordinates(moment.state);
+        const auto calcPlace = [&](const Vector& modes) {
+            const FlexibleFramePose F = calcPose(base, modes, moment.state),
+                                    M = calcPose(frame, modes, moment.state);
+            return ~F.R_BA * (M.r - F.r);
+        };
+        put(calcPlace(xi) - calcPlace(Vector(xi.size(), SimTK::Real(0))), values);
+    };
+    return selectComponent(source.entry, std::move(probe));
+}
+
+}  // namespace
+
 Probe makeDisplacementProbe(const ProbeSource& source) {
     const ModelValue what = source.entry.get("displacement");
+    const bool isRelative = source.entry.get("relative_to").isGiven();
     Probe probe;
     probe.unit = "m";
     probe.columns = {"x", "y", "z"};
@@ -128,6 +166,7 @@ Probe makeDisplacementProbe(const ProbeSource& source) {
         } catch (const std::exception& error) {
             what.get("node").fail(error.what());
         }
+        if (isRelative) return makeDeflectionProbe(source, Attachment::onNode(body, node));
         probe.calc = [model = source.model, body, node](const Moment& moment, double* values) {
             put(body.calcNodeDisplacement(moment.state, node), values);
         };
@@ -138,16 +177,12 @@ Probe makeDisplacementProbe(const ProbeSource& source) {
         what.fail(frame.getName() +
                   " does not deform; name an interface (BODY.INTERFACE) or a node of a flexible "
                   "body");
+    if (isRelative) return makeDeflectionProbe(source, frame);
     probe.calc = [model = source.model, frame](const Moment& moment, double* values) {
         const FlexibleBody body = model->getFlexibleBodies().getBody(frame.getFlexibleBodyIndex());
         const Vector xi = body.getModalCoordinates(moment.state);
         const Vector rest(xi.size(), SimTK::Real(0));
-        const FlexibleFrame& flexible = frame.getFlexibleFrame();
-        const FrameAtXi deformed(flexible, xi.size() > 0 ? &xi[0] : nullptr,
-                                 frame.getFrameOrder(moment.state));
-        const FrameAtXi straight(flexible, rest.size() > 0 ? &rest[0] : nullptr,
-                                 frame.getFrameOrder(moment.state));
-        put(deformed.getPose().r - straight.getPose().r, values);
+        put(calcPose(frame, xi, moment.state).r - calcPose(frame, rest, moment.state).r, values);
     };
     return selectComponent(source.entry, std::move(probe));
 }

@@ -59,11 +59,12 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     const Equilibrium& equilibrium = obtainEquilibrium(analysis);
     const Vector atRest;
     const Moment moment{equilibrium.state, atRest, equilibrium.multipliers, 0};
-    _writer->addStatic(name, makeColumns(), _probes.calc(moment),
-                       toNumbers(equilibrium.state.getQ()));
+    const std::vector<double> values = _probes.calc(moment);
+    checkFinite(name, equilibrium.state.getTime(), values);
+    _writer->addStatic(name, makeColumns(), values, toNumbers(equilibrium.state.getQ()));
     _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
     for (const std::string& motion : equilibrium.freeMotions)
-        _remarks[name].push_back("nothing holds a motion of " + nameBodies(*_model, motion));
+        _remarks[name].push_back(nameBodies(*_model, motion) + ": nothing holds it");
     _writer->setComplete(name);
 }
 
@@ -89,7 +90,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         damping.push_back(mode.dampingRatio);
     }
     if (_options.drawsPictures && analysis.get("pictures").getBool())
-        drawModes(*_model, linear, modes, name, _options.isQuiet);
+        drawModes(*_model, linear, modes, name, getUsualFolder(), _options.isQuiet);
     _writer->addEigen(name, frequency, damping);
     _writer->setStatistics(name,
                            {{"rigid_motions", double(numRigid)}, {"highest_frequency", highest}});

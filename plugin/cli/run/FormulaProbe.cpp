@@ -2,6 +2,7 @@
 Probes of functions of time and of formulas of other probes. **/
 
 #include <algorithm>
+#include <cmath>
 
 #include "simflex/cli/model/VariableFormula.h"
 #include "simflex/cli/run/ProbeKinds.h"
@@ -79,6 +80,8 @@ Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::stri
             arguments[k] = numbers[column.number];
         }
         *values = formula.calcValue(moment.state.getTime(), arguments.data());
+        // One kind of nothing, on every machine.
+        if (std::isnan(*values)) *values = SimTK::NaN;
     };
     return probe;
 }

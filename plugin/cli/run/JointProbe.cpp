@@ -36,30 +36,51 @@ Probe makeCoordinates(const std::shared_ptr<const Model>& model, const Joint& jo
     return probe;
 }
 
-/** The coordinate of a mobilizer: {body: NAME, coordinate: q}. **/
-Probe makeMobilizerCoordinate(const ProbeSource& source, const ModelValue& map, Order order) {
-    const Model::BodyEntry& body = source.model->findBody(map.get("body"));
-    const int number = map.get("coordinate").getInteger();
-    const SimTK::State state = source.model->getSystem().getDefaultState();
-    const int count = order == Order::Value ? body.mobod.getNumQ(state) : body.mobod.getNumU(state);
-    if (number < 0 || number >= count)
-        map.get("coordinate")
-            .fail("there is no coordinate " + std::to_string(number) + "; '" + body.name +
-                  "' has " + std::to_string(count) + ", numbered from 0");
+/** Coordinates of a mobilizer, of all or (number ≥ 0) of one. **/
+Probe makeMobilizerCoordinates(const std::shared_ptr<const Model>& model,
+                               const Model::BodyEntry& body, int number, Order order) {
+    const SimTK::State state = model->getSystem().getDefaultState();
+    const int all = order == Order::Value ? body.mobod.getNumQ(state) : body.mobod.getNumU(state);
+    const int first = number >= 0 ? number : 0, count = number >= 0 ? 1 : all;
     Probe probe;
-    probe.columns = {""};
-    probe.calc = [model = source.model, mobod = body.mobod, number, order](const Moment& moment,
-                                                                           double* values) {
-        *values = order == Order::Value ? mobod.getOneQ(moment.state, number)
-                                        : mobod.getOneU(moment.state, number);
+    for (int k = first; k < first + count; ++k)
+        probe.columns.push_back(count == 1 ? "" : std::to_string(k));
+    // Others have coordinates of several kinds.
+    const ModelValue mobilizer = model->getFile().get("bodies").get(body.name).get("mobilizer");
+    const std::string type = mobilizer.isGiven() ? mobilizer.get("type").getText() : "free";
+    if (type == "pin" || type == "universal") probe.unit = "rad";
+    if (type == "slider") probe.unit = "m";
+    if (order == Order::Rate && !probe.unit.empty()) probe.unit += "/s";
+    probe.calc = [model, mobod = body.mobod, first, count, order](const Moment& moment,
+                                                                  double* values) {
+        for (int k = 0; k < count; ++k)
+            values[k] = order == Order::Value ? mobod.getOneQ(moment.state, first + k)
+                                              : mobod.getOneU(moment.state, first + k);
     };
     return probe;
+}
+
+/** {body: NAME, coordinate: q}, or all without `coordinate`. **/
+Probe makeMobilizerProbe(const ProbeSource& source, const ModelValue& map, Order order) {
+    const Model::BodyEntry& body = source.model->findBody(map.get("body"));
+    const SimTK::State state = source.model->getSystem().getDefaultState();
+    const int count = order == Order::Value ? body.mobod.getNumQ(state) : body.mobod.getNumU(state);
+    if (count == 0) map.get("body").fail("'" + body.name + "' has no coordinates");
+    int number = -1;
+    if (map.has("coordinate")) {
+        number = map.get("coordinate").getInteger();
+        if (number < 0 || number >= count)
+            map.get("coordinate")
+                .fail("there is no coordinate " + std::to_string(number) + "; '" + body.name +
+                      "' has " + std::to_string(count) + ", numbered from 0");
+    }
+    return makeMobilizerCoordinates(source.model, body, number, order);
 }
 
 /** Of `key: JOINT`, or {joint: JOINT, coordinate: n}, or {body: BODY, coordinate: n}. **/
 Probe makeAnyCoordinate(const ProbeSource& source, const char* key, Order order) {
     const ModelValue what = source.entry.get(key);
-    if (what.isMap() && what.has("body")) return makeMobilizerCoordinate(source, what, order);
+    if (what.isMap() && what.has("body")) return makeMobilizerProbe(source, what, order);
     const ModelValue name = what.isMap() ? what.get("joint") : what;
     const Joint& joint = source.model->findJoint(name).joint;
     const int count = joint.getNumCoordinates();
@@ -93,6 +114,10 @@ Vector getMultipliers(const Model& model, const Joint& joint, const Moment& mome
 Probe makeJointCoordinates(const std::shared_ptr<const Model>& model, const Joint& joint,
                            int number) {
     return makeCoordinates(model, joint, number, Order::Value);
+}
+
+Probe makeBodyCoordinates(const std::shared_ptr<const Model>& model, const Model::BodyEntry& body) {
+    return makeMobilizerCoordinates(model, body, -1, Order::Value);
 }
 
 Probe makeJointRates(const std::shared_ptr<const Model>& model, const Joint& joint, int number) {

@@ -1,13 +1,19 @@
 #include "simflex/cli/run/ModelRun.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 
 #include "simflex/body/JointEquations.h"
+#include "simflex/body/LinearRangeReporter.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
 #include "simflex/cli/model/ModelTexts.h"
+#include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/run/RunSummary.h"
 #include "simflex/cli/run/Session.h"
 #include "simflex/cli/run/TransientRun.h"
@@ -23,9 +29,9 @@ using SimTK::Vector;
 namespace {
 
 /** The model file's own choice, or one from its name, in the current folder. **/
-std::string chooseResultPath(const ModelText& text, const Model& model, const RunOptions& options,
-                             bool isRigid) {
-    const ModelValue file = model.getFile().get("output").get("file");
+std::string chooseResultPath(const ModelText& text, const ModelValue& model,
+                             const RunOptions& options, bool isRigid) {
+    const ModelValue file = model.get("output").get("file");
     fs::path path = !options.output.empty() ? fs::path(options.output)
                     : file.isGiven()
                         ? fs::path(file.getText())
@@ -70,18 +76,16 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
                          ": there is nothing to do: add what to simulate, for example\n"
                          "analyses:\n"
                          "  run: {type: transient, duration: 1}");
+    _resultPath = chooseResultPath(text, file, options, bodies == ModelOptions::Bodies::Rigid);
+    // Parts may take minutes.
+    checkWishes(file);
+    if (!options.onlyChecks) readEarlier();
     _model = std::make_shared<const Model>(file, _modelOptions);
     _modelOptions.progress = {};
     _modelOptions.note = {};
     _probes = Probes::make(_model);
-    for (const std::string& name : options.only) {
-        const std::vector<std::string> known = analyses.getKeys();
-        if (std::find(known.begin(), known.end(), name) == known.end())
-            analyses.failUnknown("analysis", name, known);
-    }
     // What cannot be drawn is refused before hours of simulation.
     if (_options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*_model);
-    _resultPath = chooseResultPath(text, *_model, options, bodies == ModelOptions::Bodies::Rigid);
 }
 
 ModelRun::~ModelRun() = default;
@@ -90,9 +94,44 @@ void ModelRun::say(const std::string& note) const {
     if (!_options.isQuiet) std::fprintf(stderr, "simflex: %s\n", note.c_str());
 }
 
+void ModelRun::warn(const std::string& analysis, const std::string& message) {
+    std::fprintf(stderr, "simflex: warning: %s: %s\n", analysis.c_str(), message.c_str());
+    _remarks[analysis].push_back("warning: " + message);
+}
+
+const char* ModelRun::getAdviceAtStart() {
+    return "It is bent so from the start: if its joints do not meet as placed, place the bodies so "
+           "that they do.";
+}
+
+void ModelRun::checkLinearRange(const std::string& analysis, const State& state) {
+    LinearRangeReporter(_model->getFlexibleBodies(), 1, [&](const std::string& message) {
+        warn(analysis, message);
+    }).handleEvent(state);
+}
+
+void ModelRun::checkFinite(const std::string& analysis, double time,
+                           const std::vector<double>& values) {
+    size_t next = 0;
+    for (const Probe& probe : _probes.getProbes())
+        for (const std::string& column : probe.columns) {
+            const double value = values[next++];
+            if (std::isfinite(value) || !_notFinite.insert({analysis, probe.name}).second) continue;
+            std::ostringstream text;
+            text << "probe '" << probe.name << (column.empty() ? "" : "." + column) << "' is "
+                 << value << " at t = " << time
+                 << " s: its formula, or what it is made of, has no finite value there";
+            warn(analysis, text.str());
+        }
+}
+
 bool ModelRun::isWanted(const std::string& analysis) const {
     return _options.only.empty() ||
            std::find(_options.only.begin(), _options.only.end(), analysis) != _options.only.end();
+}
+
+std::string ModelRun::getUsualFolder() const {
+    return fs::path(_text.path).stem().string() + ".frames";
 }
 
 bool ModelRun::isComplete(const std::string& analysis) const {
@@ -120,12 +159,44 @@ void ModelRun::checkSame(const ResultHeader& earlier) const {
         refuse(earlier.isRigid ? "its bodies are all rigid" : "its bodies are flexible");
 }
 
-void ModelRun::openResults() {
+void ModelRun::checkWishes(const ModelValue& file) const {
+    const ModelValue analyses = file.get("analyses");
+    const std::vector<std::string> known = analyses.getKeys();
+    for (const std::string& name : _options.only)
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            analyses.failUnknown("analysis", name, known);
+    // An empty result would replace a good one.
+    const auto isSweep = [&](const std::string& name) {
+        return analyses.get(name).get("type").getText() == "sweep";
+    };
+    const std::vector<std::string>& wanted = _options.only.empty() ? known : _options.only;
+    if (std::all_of(wanted.begin(), wanted.end(), isSweep))
+        analyses.get(wanted.front())
+            .fail("this is a sweep: do it with 'simflex sweep " + _text.path + "'");
+    const fs::path path(_resultPath), folder = path.parent_path();
+    const std::string advice = "; choose another name with -o";
+    if (!folder.empty() && !fs::is_directory(folder))
+        throw std::runtime_error("there is no folder '" + folder.string() +
+                                 "' for the result file '" + _resultPath + "'; make it first" +
+                                 ", or" + advice.substr(1));
+    if (fs::is_directory(path))
+        throw std::runtime_error("the result file '" + _resultPath + "' is a folder" + advice);
+    if (::access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
+        throw std::runtime_error("the result file '" + _resultPath +
+                                 "' cannot be written into its folder" + advice);
+}
+
+void ModelRun::readEarlier() {
+    std::vector<std::string> lost;
     const bool isThere = fs::exists(_resultPath) || fs::exists(_resultPath + ".rows");
     if (isThere) {
         try {
             ResultData data = readResults(_resultPath, ReadStates::No);
-            if (_options.resumes) _earlier = std::move(data);
+            if (_options.resumes)
+                _earlier = std::move(data);
+            else if (!_options.only.empty())
+                for (const ResultData::Analysis& analysis : data.analyses)
+                    if (!isWanted(analysis.name)) lost.push_back(analysis.name);
         } catch (const std::exception& error) {
             throw std::runtime_error("'" + _resultPath +
                                      "' is there and cannot be read as a result file of simflex, "
@@ -133,8 +204,14 @@ void ModelRun::openResults() {
                                      error.what() + "; choose another name with -o or remove it");
         }
     }
+    if (!lost.empty())
+        say("'" + _resultPath + "' is replaced, with its results of " + joinNames(lost) +
+            "; Ctrl-C, and -o with another name, keeps them");
+    if (_earlier) checkSame(_earlier->header);
+}
+
+void ModelRun::openResults() {
     if (_earlier) {
-        checkSame(_earlier->header);
         _writer = std::make_unique<ResultWriter>(_resultPath);
         return;
     }
@@ -244,6 +321,7 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
                    solver.getFreeMotions()};
     // A copy of a State is not realized.
     _model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
+    checkLinearRange(analysis.getName(), equilibrium.state);
     return equilibrium;
 }
 
@@ -330,6 +408,9 @@ void ModelRun::check() {
         std::printf("  analysis %s: %s%s\n", name.c_str(),
                     analyses.get(name).get("type").getText().c_str(),
                     isWanted(name) ? "" : ", left out");
+    LinearRangeReporter(model.getFlexibleBodies(), 1, [](const std::string& message) {
+        std::printf("  warning: %s %s\n", message.c_str(), getAdviceAtStart());
+    }).handleEvent(state);
     std::printf("assembled: largest error of a joint %.2g; results would go to %s\n",
                 double(integrator->getLargestConstraintError()), _resultPath.c_str());
 }

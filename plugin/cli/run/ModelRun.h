@@ -9,7 +9,9 @@ All analyses of a model, one after the other, into one result file.
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "simflex/cli/model/ModelReader.h"
@@ -43,6 +45,16 @@ public:
 private:
     friend class TransientRun;
 
+    /** Says on standard error, and with the analysis' results, what its user must know. **/
+    void warn(const std::string& analysis, const std::string& message);
+    /** For bodies that are bent too far before anything has moved. **/
+    static const char* getAdviceAtStart();
+    /** Warns of flexible bodies that are bent beyond what modes describe. **/
+    void checkLinearRange(const std::string& analysis, const SimTK::State& state);
+
+    /** Warns of probes that have no finite value, of each once in an analysis. **/
+    void checkFinite(const std::string& analysis, double time, const std::vector<double>& values);
+
     /** An equilibrium that later analyses may begin at. **/
     struct Equilibrium {
         SimTK::State state;
@@ -51,8 +63,12 @@ private:
         std::vector<std::string> freeMotions;
     };
 
+    void checkWishes(const ModelValue& file) const;
+    void readEarlier();
     void openResults();
     void checkSame(const ResultHeader& earlier) const;
+    /** For pictures, where the model names no folder: MODEL.frames in the current one. **/
+    std::string getUsualFolder() const;
     std::string getCheckpointPath() const { return _resultPath + ".checkpoint"; }
     bool isComplete(const std::string& analysis) const;
     bool isWanted(const std::string& analysis) const;
@@ -84,6 +100,7 @@ private:
     std::optional<SimTK::State> _start;
     std::map<std::string, Equilibrium> _equilibria;
     std::map<std::string, SimTK::State> _ends;                 ///< of transient analyses
+    std::set<std::pair<std::string, std::string>> _notFinite;  ///< analysis and probe
     std::map<std::string, std::vector<std::string>> _remarks;  ///< by analysis, for the summary
 };
 

@@ -23,8 +23,10 @@ using SimTK::Vec3;
 
 namespace {
 
-constexpr int kFramesPerPeriod = 24;     // of a mode
-constexpr double kModeRate = 20;         // pictures a second
+constexpr int kFramesPerPeriod = 24;  // of a mode
+constexpr double kModeRate = 20;      // pictures a second
+// What is smaller is not worth a picture in which bodies stick out of their joints.
+constexpr double kLargestFactor = 1000;  // of an automatic exaggeration
 constexpr double kModeAmplitude = 0.04;  // largest displacement, to the scene's size
 
 template <class Value>
@@ -224,23 +226,30 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
         viz->setGroundHeight(ground.getNumber());
     if (isText(pictures.get("theme"), "dark")) viz->setTheme(OffscreenVisualizer::Theme::Dark);
     const ModelValue cameras = pictures.get("cameras");
-    for (int k = 0; cameras.isGiven() && k < cameras.getSize(); ++k) {
-        const CameraView view = makeCamera(model, cameras.at(k), up);
-        if (k == 0)
-            viz->setCamera(view);
-        else
-            viz->addView(view);
-    }
+    // Insets lie over the others, so they are drawn after them.
+    bool isFirst = true;
+    for (const bool isInset : {false, true})
+        for (int k = 0; cameras.isGiven() && k < cameras.getSize(); ++k) {
+            if (cameras.at(k).get("inset").isGiven() != isInset) continue;
+            const CameraView view = makeCamera(model, cameras.at(k), up);
+            if (isFirst)
+                viz->setCamera(view);
+            else
+                viz->addView(view);
+            isFirst = false;
+        }
     return viz;
 }
 
 void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
-                const ResultData::Analysis& rows, bool isQuiet, const std::string& resumeCommand) {
+                const ResultData::Analysis& rows, const std::string& usualFolder, bool isQuiet,
+                const std::string& resumeCommand) {
     const ModelValue pictures = model.getFile().get("pictures"), video = pictures.get("video");
     const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
     if (pictures.get("folder").isGiven() || !video.isGiven())
         viz->setOutputFolder(makeName(
-            model, pictures.get("folder").isGiven() ? pictures.get("folder").getText() : "frames",
+            model,
+            pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder,
             rows.name));
     viz->setOldFrames(OldFrames::Resume);
     VideoOptions options;
@@ -265,6 +274,9 @@ void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& fra
         motion.record(state);
     }
     viz->fitToMotion(motion);
+    if (isText(pictures.get("exaggeration"), "auto") &&
+        viz->getDeformationFactor() > kLargestFactor)
+        viz->setDeformationFactor(kLargestFactor).fitToMotion(motion);
     ProgressBar bar(isQuiet, {{"pictures", 1}});
     bar.show("pictures", 0);
     const int numDrawn = viz->reportAll(motion, [&](int numComplete, int numFrames) {
@@ -276,10 +288,10 @@ void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& fra
 }
 
 void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
-               const std::string& analysis, bool isQuiet) {
+               const std::string& analysis, const std::string& usualFolder, bool isQuiet) {
     const ModelValue pictures = model.getFile().get("pictures");
     const fs::path folder =
-        pictures.get("folder").isGiven() ? pictures.get("folder").getText() : "frames";
+        pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder;
     fs::create_directories(folder);
     // The largest of the bodies' sizes, and of their distances from Ground's origin.
     double size = 0;

@@ -14,15 +14,18 @@ namespace cli {
 
 /** Draws the frames of an analysis as the model's `pictures` say, all seen by one camera and in one
 range of colours. Frames that are there already and show the same are kept.
+@param usualFolder  for single pictures, where the model names none; model after model must not
+    remove each other's
 @param rows  of the analysis, for plots; its name is in that of files where a model has several
 @param resumeCommand  told to the user when Ctrl-C stops it
 @throws Stopped, std::runtime_error. **/
 void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
-                const ResultData::Analysis& rows, bool isQuiet, const std::string& resumeCommand);
+                const ResultData::Analysis& rows, const std::string& usualFolder, bool isQuiet,
+                const std::string& resumeCommand);
 
 /** A film of each mode: FOLDER/ANALYSIS_mode_1.gif … @throws Stopped, std::runtime_error. **/
 void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
-               const std::string& analysis, bool isQuiet);
+               const std::string& analysis, const std::string& usualFolder, bool isQuiet);
 
 }  // namespace cli
 }  // namespace simflex

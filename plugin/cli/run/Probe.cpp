@@ -82,6 +82,14 @@ std::vector<Probe> makeUsualProbes(const std::shared_ptr<const Model>& model) {
     for (const Model::JointEntry& entry : model->getJoints())
         if (entry.joint.getNumCoordinates() > 0)
             add(entry.name, makeJointCoordinates(model, entry.joint, -1));
+    // Bodies that are free on Ground have joints, or nothing that their six coordinates would tell.
+    for (const Model::BodyEntry& entry : model->getBodies()) {
+        const ModelValue mobilizer =
+            model->getFile().get("bodies").get(entry.name).get("mobilizer");
+        if (entry.flexible || !mobilizer.isGiven()) continue;
+        if (entry.mobod.getNumU(model->getSystem().getDefaultState()) > 0)
+            add(entry.name + "_coordinate", makeBodyCoordinates(model, entry));
+    }
     for (const Model::BodyEntry& entry : model->getBodies()) {
         if (!entry.flexible) continue;
         Probe probe;

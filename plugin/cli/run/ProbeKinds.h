@@ -59,6 +59,8 @@ SimTK::Vector getMultipliers(const Model& model, const Joint& joint, const Momen
 /** Coordinates of a joint as columns, of all or (number ≥ 0) of one. **/
 Probe makeJointCoordinates(const std::shared_ptr<const Model>& model, const Joint& joint,
                            int number);
+/** Coordinates of a rigid body's mobilizer as columns. **/
+Probe makeBodyCoordinates(const std::shared_ptr<const Model>& model, const Model::BodyEntry& body);
 Probe makeJointRates(const std::shared_ptr<const Model>& model, const Joint& joint, int number);
 /** Makes of a probe with columns x, y, z what the key `component` of the entry asks for: one of
 them, the norm, or all. **/

@@ -60,34 +60,38 @@ std::string RunOptions::makeResumeCommand() const {
 }
 
 void addRunCommand(CLI::App& app) {
-    CLI::App* command = app.add_subcommand("run", "Does the analyses of a model file");
+    CLI::App* command = app.add_subcommand("run", "Run the analyses of a model file");
     auto options = std::make_shared<RunOptions>();
     command->add_option("model", options->model, "The model (YAML)")
         ->required()
         ->check(CLI::ExistingFile)
         ->type_name("MODEL.yaml");
-    command->add_option("-o,--output", options->output, "Result file; default: MODEL.results.h5")
+    command
+        ->add_option("-o,--output", options->output,
+                     "Result file (default: MODEL.results.h5 here); one that is there is replaced")
         ->type_name("FILE");
     command
         ->add_option("--set", options->settings,
                      "Another value for a key of the model, as solver.accuracy=1e-5")
         ->type_name("PATH=VALUE")
         ->allow_extra_args(false);
-    command->add_option("--only", options->only, "Does this analysis only; may be repeated")
+    command->add_option("--only", options->only, "Only this analysis; may be repeated")
         ->type_name("NAME")
         ->allow_extra_args(false);
     command->add_flag("--rigid", options->isRigidToo,
-                      "Runs the model with all bodies rigid as well and prints the differences");
+                      "The model with all bodies rigid as well, and the differences");
     command->add_flag("--resume", options->resumes,
-                      "Goes on where the last run of this model was stopped");
-    command->add_flag("--csv", options->writesCsv, "Writes a CSV file of each analysis as well");
-    command->add_flag("!--no-pictures", options->drawsPictures, "Leaves the model's pictures out");
+                      "Go on where the last run of this model was stopped");
+    command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");
+    command->add_flag_callback(
+        "--no-pictures", [options] { options->drawsPictures = false; },
+        "Leave the model's pictures out");
     command->add_flag("--check", options->onlyChecks,
-                      "Builds and assembles the model, lists what it has, runs nothing");
+                      "Build and assemble the model, list what it has, run nothing");
     command->add_option("--threads", options->threads, "Threads; results do not depend on it")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
-    command->add_flag("--quiet", options->isQuiet, "No progress");
+    command->add_flag("--quiet", options->isQuiet, "No progress, only what came out");
     command->callback([options] { perform(*options); });
 }
 

@@ -56,8 +56,12 @@ void printTransient(const ResultData::Analysis& analysis) {
         for (size_t k = 0; k < series.column.columns.size(); ++k) {
             size_t least = 0, largest = 0;
             for (size_t i = 1; i < series.rows.size(); ++i) {
-                if (series.rows[i][k] < series.rows[least][k]) least = i;
-                if (series.rows[i][k] > series.rows[largest][k]) largest = i;
+                // What is not a number is less and more than nothing.
+                if (!(series.rows[i][k] >= series.rows[least][k]) && !std::isnan(series.rows[i][k]))
+                    least = i;
+                if (!(series.rows[i][k] <= series.rows[largest][k]) &&
+                    !std::isnan(series.rows[i][k]))
+                    largest = i;
             }
             std::printf("  %-*s %13.6g %11.5g %13.6g %11.5g %13.6g\n", width,
                         makeLabel(series.column, k).c_str(), series.rows[least][k],

@@ -2,6 +2,7 @@
 
 #include <regex>
 
+#include "simflex/body/JointEquations.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -31,6 +32,27 @@ void setSteps(const ModelValue& solver, Integrator& integrator) {
     set("maximum_step", &Integrator::setMaximumStepSize);
     set("minimum_step", &Integrator::setMinimumStepSize);
     set("fixed_step", &Integrator::setFixedStep);
+}
+
+/** Motions are joints to the library. **/
+std::string nameMotions(const Model& model, std::string message) {
+    const auto replace = [&](const std::string& what, const std::string& by) {
+        const size_t place = message.find(what);
+        if (place != std::string::npos) message.replace(place, what.size(), by);
+        return place != std::string::npos;
+    };
+    for (const Model::MotionEntry& entry : model.getMotions()) {
+        const ModelValue joint = model.getFile().get("motions").get(entry.name).get("joint");
+        const std::string of = joint.isGiven() ? " of joint '" + joint.getText() + "'" : "";
+        if (!replace("motion of joint '" + entry.name + "'", "motion '" + entry.name + "'" + of))
+            continue;
+        if (entry.joint.getNumCoordinates() != 1) break;
+        const bool isAngle = entry.joint.getEquations().getCoordinate(0).isAngle();
+        replace(" m or rad", isAngle ? " rad" : " m");
+        replace(" m/s or rad/s", isAngle ? " rad/s" : " m/s");
+        break;
+    }
+    return message;
 }
 
 }  // namespace
@@ -82,7 +104,8 @@ State findStart(const Model& model) {
     return equilibrium.getState();
 }
 
-std::string nameBodies(const Model& model, const std::string& message) {
+std::string nameBodies(const Model& model, const std::string& text) {
+    const std::string message = nameMotions(model, text);
     static const std::regex body("(rigid tree at )?\\bbody ([0-9]+)\\b");
     std::string named;
     auto last = message.cbegin();

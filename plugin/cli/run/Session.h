@@ -21,8 +21,9 @@ std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
 `initial.start` says so. **/
 SimTK::State findStart(const Model& model);
 
-/** A message of the library with the model's names of rigid bodies for Simbody's numbers: "rigid
-tree at body 3" becomes "slider". **/
+/** A message of the library in the words of the model: "rigid tree at body 3" becomes "slider", and
+"the motion of joint 'swing' jumps by 1 m or rad" becomes "the motion 'swing' of joint 'pin' jumps
+by 1 rad". **/
 std::string nameBodies(const Model& model, const std::string& message);
 
 /** A visualizer that draws the model as its `pictures` say: flexible bodies with contours, rigid

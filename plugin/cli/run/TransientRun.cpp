@@ -44,12 +44,26 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
       _analysis(analysis),
       _name(analysis.getName()),
       _duration(analysis.get("duration").getNumber()),
+      _linearRange(run._model->getFlexibleBodies(), _duration > 0 ? _duration : 1,
+                   [this](const std::string& message) {
+                       _bar.clear();
+                       const bool isAtStart = _progress.numRows == 0;
+                       _run.warn(_name, message + (isAtStart ? std::string(" ") +
+                                                                   ModelRun::getAdviceAtStart()
+                                                             : std::string()));
+                   }),
       _bar(run._options.isQuiet, {{analysis.getName(), 1}}),
       _kept(Clock::now()) {
     if (!(_duration > 0)) analysis.get("duration").fail("must be positive");
     const ModelValue interval = analysis.get("interval");
     _interval = interval.isGiven() ? interval.getNumber() : _duration / kUsualRows;
     if (!(_interval > 0)) interval.fail("must be positive");
+    if (_interval > _duration) {
+        std::ostringstream note;
+        note << interval.getPath() << ", " << _interval << " s, is longer than the duration, "
+             << _duration << " s: there are results of the start and the end only";
+        run.say(note.str());
+    }
     _lastRow = countIntervals(_duration, _interval, interval.isGiven() ? interval : analysis);
     const ModelValue output = run._model->getFile().get("output");
     _keepsStates = output.get("states").getText() != "none";
@@ -82,6 +96,10 @@ void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
     _startTime = start.getTime();
     std::istringstream text(checkpoint.integrator);
     _integrator->readCheckpoint(text, start);
+    std::ostringstream note;
+    note << "analysis '" << _name << "' goes on at t = " << _integrator->getTime() << " of "
+         << _startTime + _duration << " s";
+    _run.say(note.str());
 }
 
 double TransientRun::calcRowTime(int row) const {
@@ -152,6 +170,8 @@ void TransientRun::takeRow() {
         std::max(energy.largestError,
                  std::abs(calcEnergy(*_run._model, moment, "balance") - energy.balanceAtStart));
     const std::vector<double> values = _run._probes.calc(moment);
+    _linearRange.handleEvent(state);
+    _run.checkFinite(_name, state.getTime(), values);
     _run._writer->addRow(state.getTime(), values,
                          _keepsStates ? toNumbers(state.getQ()) : std::vector<double>(),
                          _keepsStates ? toNumbers(state.getU()) : std::vector<double>());
@@ -187,7 +207,9 @@ void TransientRun::finish() {
                 {"largest_energy_error", _progress.energy.largestError},
                 {"largest_kinetic_energy", _progress.energy.largestKinetic}});
     _run._ends[_name] = _integrator->getState();
-    for (const std::string& line : _integrator->getRedundantConstraints())
+    std::vector<std::string> redundant = _integrator->getRedundantConstraints();
+    std::sort(redundant.begin(), redundant.end());
+    for (const std::string& line : redundant)
         _run._remarks[_name].push_back(nameBodies(*_run._model, line));
     if (_lastFrame >= 0) {
         // Drawing can be stopped as well.
@@ -198,8 +220,8 @@ void TransientRun::finish() {
                  readResults(_run._resultPath, ReadStates::No).analyses)
                 if (analysis.name == _name) rows = std::move(analysis);
         rows.name = _name;
-        drawFrames(*_run._model, _progress.frames, rows, _run._options.isQuiet,
-                   _run._resumeCommand);
+        drawFrames(*_run._model, _progress.frames, rows, _run.getUsualFolder(),
+                   _run._options.isQuiet, _run._resumeCommand);
     }
     _run._writer->setComplete(_name);
     ::unlink(_run.getCheckpointPath().c_str());

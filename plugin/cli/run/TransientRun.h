@@ -5,6 +5,7 @@ One transient analysis: rows of probes at regular times, States for pictures, ch
 #include <chrono>
 #include <memory>
 
+#include "simflex/body/LinearRangeReporter.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/run/ModelRun.h"
 #include "simflex/cli/run/RunCheckpoint.h"
@@ -49,6 +50,7 @@ private:
     bool _keepsStates = true;
 
     std::unique_ptr<ImplicitIntegrator> _integrator;
+    LinearRangeReporter _linearRange;
     RunCheckpoint _progress;
     ProgressBar _bar;
     Clock::time_point _kept;

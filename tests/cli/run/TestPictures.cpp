@@ -73,5 +73,86 @@ pictures: {contour: von_mises}
     EXPECT_FALSE(isThere("model.results.h5"));
 }
 
+TEST_F(RunPicturesTest, FoldersAreCalledLikeTheModel) {
+    testing::writeText(folder / "keep.txt", "");
+    ASSERT_EQ(runProgram("mkdir", "frames"), 0);
+    testing::writeText(folder / "frames/frame_00000.png", "another model's");
+    writeModel(makePendulum("1", R"(analyses: {run: {type: transient, duration: 0.1}}
+pictures: {size: [160, 120], rate: 10, shadows: false}
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(testing::listFiles(folder / "model.frames"),
+              (std::vector<std::string>{"frame_00000.png", "frame_00001.png"}));
+    EXPECT_EQ(testing::readText(folder / "frames/frame_00000.png"), "another model's");
+}
+
+TEST_F(RunPicturesTest, InsetsLieOverAPictureThatStaysAsItIs) {
+    const auto draw = [&](const std::string& cameras) {
+        writeModel(makePendulum("1",
+                                "analyses: {run: {type: transient, duration: 0.1}}\n"
+                                "pictures: {size: [320, 240], rate: 10, shadows: false, "
+                                "folder: shots, cameras: " +
+                                    cameras + "}\n"));
+        EXPECT_EQ(runModel(), 0) << err;
+        return Image::readPng(folder / "shots/frame_00001.png");
+    };
+    const Image alone = draw("[{view: front}]");
+    const std::string inset = "{view: top, inset: [0.7, 0, 0.3, 0.3]}";
+    const Image both = draw("[{view: front}, " + inset + "]"),
+                swapped = draw("[" + inset + ", {view: front}]");
+    ASSERT_EQ(both.getWidth(), 320);
+    int numOther = 0, numInInset = 0;
+    for (int y = 0; y < 240; ++y)
+        for (int x = 0; x < 320; ++x) {
+            EXPECT_EQ(both.getPixel(x, y), swapped.getPixel(x, y));
+            if (both.getPixel(x, y) == alone.getPixel(x, y)) continue;
+            // A line stays free beside an inset.
+            (x >= 223 && y <= 73 ? numInInset : numOther) += 1;
+        }
+    EXPECT_EQ(numOther, 0);
+    EXPECT_GT(numInInset, 1000);
+}
+
+/** A bar that sags under its weight, a few micrometres at most. **/
+std::string makeSaggingBar(const std::string& pictures) {
+    return R"(simflex: 1
+gravity: [0, -9.81, 0]
+parts: {bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
+bodies: {bar: {part: bar, damping: 0.1}}
+joints: {wall: {type: weld, between: [ground, bar.root]}}
+initial: {start: static}
+solver: {accuracy: 1e-7}
+analyses: {run: {type: transient, duration: 0.001}}
+pictures: {size: [640, 360], rate: 1000, shadows: false, folder: shots, )" +
+           pictures + "}\n";
+}
+
+TEST_F(RunPicturesTest, ColorBarStaysFreeOfInsets) {
+    testing::writeText(folder / "bar.inp", testing::Brick().text());
+    writeModel(makeSaggingBar("cameras: [{view: front}, {view: top, inset: [0.6, 0, 0.4, 0.5]}]"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const Image image = Image::readPng(folder / "shots/frame_00001.png");
+    // Both ends of the colours, at the right edge below the inset.
+    const Image::Pixel largest{253, 231, 37, 255}, least{68, 1, 84, 255};
+    int numLargest = 0, numLeast = 0;
+    for (int y = 181; y < 360; ++y)
+        for (int x = 640 - 59; x < 640; ++x) {
+            numLargest += image.getPixel(x, y) == largest;
+            numLeast += image.getPixel(x, y) == least;
+        }
+    EXPECT_GE(numLargest, 6);
+    EXPECT_GE(numLeast, 6);
+}
+
+TEST_F(RunPicturesTest, TinyDeformationsAreNotExaggeratedWithoutLimit) {
+    testing::writeText(folder / "bar.inp", testing::Brick().text());
+    writeModel(makeSaggingBar("exaggeration: auto"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const std::string bytes = testing::readText(folder / "shots/frame_00001.png");
+    writeModel(makeSaggingBar("exaggeration: 1000"));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_TRUE(bytes == testing::readText(folder / "shots/frame_00001.png"));
+}
+
 }  // namespace
 }  // namespace simflex

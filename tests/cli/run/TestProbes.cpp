@@ -158,6 +158,9 @@ probes:
   bent: {displacement: bar.tip}
   top_in_bar: {position: {on: bar, node: 247}, relative_to: bar, component: y}
   top: {displacement: {body: bar, node: 247}, component: y}
+  deflection: {displacement: bar.tip, relative_to: bar.root}
+  top_deflection: {displacement: {body: bar, node: 247}, relative_to: bar.root, component: y}
+  top_from_root: {position: {on: bar, node: 247}, relative_to: bar.root, component: y}
   largest: {largest_displacement: bar}
   stress: {stress: {body: bar, node: 247, what: xx}}
   mises: {stress: {body: bar, node: 247}}
@@ -181,8 +184,13 @@ analyses:
     const double P = 100, L = 0.2, E = 70e9, I = 0.02 * std::pow(0.03, 3) / 12, A = 6e-4,
                  G = E / 2.6;
     const double bending = P * L * L * L / (3 * E * I), shear = P * L / (5.0 / 6 * G * A);
+    // Against its support, not against the mean of a body whose support moves, too.
+    EXPECT_NEAR(value("deflection", 1), value("tip", 1), 1e-12);
+    EXPECT_NEAR(value("top_deflection"), value("top_from_root") - 0.015, 1e-12);
+    EXPECT_GT(value("bent", 1), -0.5 * bending);
     // Rigid faces hinder lateral contraction near the ends: a little stiffer than a beam.
     EXPECT_NEAR(value("tip", 1), -(bending + shear), 0.02 * bending);
+    EXPECT_NEAR(value("deflection", 1), -(bending + shear), 0.02 * bending);
     EXPECT_NEAR(value("tip", 0), 0.2, 1e-3 * bending);
     // Displacements are counted from the frame that moves with the bar's mean.
     for (size_t k = 0; k < 3; ++k)
@@ -296,6 +304,41 @@ TEST_F(RunTest, ProbesThatMakeNoSenseAreRefusedWithTheirPlace) {
     refuse("{expression: q + 1}", "q");
     refuse("{expression: p + 1}", "p");
     refuse("{displacement: ground}", "does not deform");
+}
+
+TEST_F(CantileverTest, DisplacementsAreRelativeToPlacesOfTheSameBody) {
+    for (const char* place : {"ground", "bar", "other.root"}) {
+        writeModel(R"(simflex: 1
+parts: {bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
+bodies: {bar: {part: bar}, other: {part: bar}}
+joints: {wall: {type: weld, between: [ground, bar.root]}}
+analyses: {rest: {type: static}}
+probes: {p: {displacement: bar.tip, relative_to: )" +
+                   std::string(place) + "}}\n");
+        EXPECT_EQ(runModel(), 1) << place;
+        EXPECT_THAT(err, HasSubstr("an interface or node of the same body, 'bar', not to "));
+    }
+}
+
+TEST_F(RunTest, MobilizersTellTheirCoordinates) {
+    writeModel(R"(simflex: 1
+bodies:
+  wheel: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: pin}}
+  cart: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: planar}}
+analyses: {run: {type: transient, duration: 0.5}}
+)");
+    ASSERT_EQ(runModel("--set 'probes={all: {coordinate: {body: cart}}, first: {coordinate: {body: "
+                       "wheel}}, speed: {rate: {body: wheel}}}' -o chosen.h5"),
+              0)
+        << err;
+    const ResultData::Analysis chosen = read("run", "chosen.h5");
+    EXPECT_EQ(find(chosen, "all").column.columns, (std::vector<std::string>{"0", "1", "2"}));
+    EXPECT_EQ(find(chosen, "first").column.unit, "rad");
+    EXPECT_EQ(find(chosen, "speed").column.unit, "rad/s");
+    // Without probes, too.
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(find(read("run"), "wheel_coordinate").column.unit, "rad");
+    EXPECT_EQ(find(read("run"), "cart_coordinate").column.columns.size(), 3u);
 }
 
 }  // namespace

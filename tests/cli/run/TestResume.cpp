@@ -71,6 +71,17 @@ protected:
     }
 };
 
+TEST_F(ResumeTest, SaysWhereItGoesOn) {
+    writeModel(kModel);
+    const pid_t child = start({});
+    awaitCheckpoint(child);
+    kill(child, SIGKILL);
+    await(child);
+    EXPECT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml --resume"), 0) << err;
+    EXPECT_THAT(err, ::testing::ContainsRegex(
+                         "simflex: analysis '(short|long)' goes on at t = [0-9.]+ of [0-9.]+ s"));
+}
+
 TEST_F(ResumeTest, KilledRunsGoOnToTheSameBytes) {
     writeModel(kModel);
     ASSERT_EQ(runModel("-o whole.h5"), 0) << err;

@@ -267,5 +267,123 @@ TEST_F(RunTest, AFailingAnalysisNamesItselfAndKeepsItsRows) {
     EXPECT_LE(run.time.size(), 6u);
 }
 
+/** A bar of 0.2 m on a wall, its free end on a ball joint that stands somewhere else. **/
+std::string makeStretchedBar(const std::string& end) {
+    return R"(simflex: 1
+parts: {bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
+bodies: {bar: {part: bar}}
+joints:
+  wall: {type: weld, between: [ground, bar.root]}
+  knot: {type: ball, between: [{on: ground, position: )" +
+           end + R"(}, bar.tip]}
+solver: {accuracy: 1e-3}
+analyses:
+  rest: {type: static}
+  run: {type: transient, duration: 1e-5}
+)";
+}
+
+TEST_F(RunTest, BodiesBentBeyondWhatModesDescribeAreNamed) {
+    testing::writeText(folder / "bar.inp", testing::Brick().text());
+    writeModel(makeStretchedBar("[0.2, 0, 0]"));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(err, "");
+    EXPECT_THAT(out, Not(HasSubstr("warning")));
+
+    // Ends that stand 0.1 m too far apart: 0.05 m each, of a part of 0.2 m.
+    writeModel(makeStretchedBar("[0.3, 0, 0]"));
+    ASSERT_EQ(runModel("--check"), 0) << err;
+    const auto named =
+        AllOf(HasSubstr("'bar' at t = 0 s: node "), HasSubstr("is displaced by 0.05"),
+              HasSubstr(" % of the part's size"), HasSubstr("up to 10 %"));
+    EXPECT_THAT(out, AllOf(HasSubstr("warning: "), named, HasSubstr("place the bodies so")));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(err, AllOf(HasSubstr("warning: rest: 'bar'"), HasSubstr("warning: run: 'bar'"),
+                           named, HasSubstr("place the bodies so")));
+    EXPECT_THAT(out, AllOf(HasSubstr("  warning: "), named));
+}
+
+TEST_F(RunTest, WishesAreCheckedBeforePartsAreReduced) {
+    testing::writeText(folder / "bar.inp", testing::Brick().text());
+    writeModel(makeStretchedBar("[0.2, 0, 0]"));
+    const auto isReduced = [&] { return access((folder / "cache").c_str(), F_OK) == 0; };
+    EXPECT_EQ(runModel("--only rset"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("no analysis 'rset'"), HasSubstr("'rest'")));
+    EXPECT_EQ(runModel("-o nested/x.h5"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("no folder 'nested'"), HasSubstr("-o")));
+    EXPECT_EQ(runModel("-o ."), 1);
+    EXPECT_THAT(err, HasSubstr("is a folder"));
+    testing::writeText(folder / "letter.h5", "Dear Sir");
+    EXPECT_EQ(runModel("-o letter.h5"), 1);
+    EXPECT_THAT(err, HasSubstr("letter.h5"));
+    EXPECT_EQ(testing::readText(folder / "letter.h5"), "Dear Sir");
+    EXPECT_FALSE(isReduced());
+    EXPECT_EQ(runModel(), 0) << err;
+    EXPECT_TRUE(isReduced());
+}
+
+TEST_F(RunTest, FormulasWithoutValueAreNamedOnce) {
+    writeModel(makePendulum("0.5", R"(probes:
+  swing: {coordinate: pivot}
+  root: {expression: sqrt(swing + 0.5)}
+analyses: {run: {type: transient, duration: 1.6}}
+)"));
+    ASSERT_EQ(runModel("--csv"), 0) << err;
+    const std::string what = "probe 'root' is nan at t = ";
+    ASSERT_THAT(err, HasSubstr(what));
+    EXPECT_EQ(err.find(what), err.rfind(what));
+    // It is zero where the rod hangs straight, a quarter of the period after the start.
+    const double time = std::stod(err.substr(err.find(what) + what.size()));
+    const ResultData::Analysis run = read("run");
+    size_t first = 0;
+    while (find(run, "swing").rows[first][0] >= -0.5) ++first;
+    EXPECT_NEAR(time, run.time[first], 1e-5);
+    EXPECT_THAT(out, Not(HasSubstr("-nan")));
+    EXPECT_THAT(testing::readText(folder / "model.results.run.csv"), Not(HasSubstr("-nan")));
+}
+
+TEST_F(RunTest, MotionsThatJumpAreNamedWithTheirJointAndUnit) {
+    writeModel(makePendulum("0", R"(motions: {m1: {joint: pivot, position: "t < 0.05 ? 0 : 1"}}
+analyses: {run: {type: transient, duration: 0.1}}
+)"));
+    EXPECT_EQ(runModel(), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("motion 'm1' of joint 'pivot' jumps by 1 rad at"),
+                           Not(HasSubstr("m or rad"))));
+}
+
+TEST_F(RunTest, IntervalsLongerThanTheRunAreMentioned) {
+    writeModel(
+        makePendulum("0", "analyses: {run: {type: transient, duration: 0.1, interval: 1}}\n"));
+    ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml"), 0) << err;
+    EXPECT_THAT(err, AllOf(HasSubstr("analyses.run.interval, 1 s, is longer than the duration"),
+                           HasSubstr("0.1 s")));
+    EXPECT_EQ(read("run").time, (std::vector<double>{0, 0.1}));
+}
+
+TEST_F(RunTest, SweepsAreRefusedBeforeResultsAreReplaced) {
+    writeModel(makePendulum("0.5", R"(analyses:
+  run: {type: transient, duration: 0.1}
+  rest: {type: static}
+  sweep: {type: sweep, analysis: run, parameters: {angle: [0.1, 0.2]}}
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const std::string bytes = testing::readText(folder / "model.results.h5");
+    EXPECT_EQ(runModel("--only sweep"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("model.yaml:14:"), HasSubstr("simflex sweep model.yaml")));
+    EXPECT_TRUE(bytes == testing::readText(folder / "model.results.h5"));
+    // What goes with the file that is replaced.
+    ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml --only run"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("is replaced, with its results of rest;"));
+}
+
+TEST_F(RunTest, BodiesThatNothingHoldsAreNamed) {
+    writeModel(R"(simflex: 1
+bodies: {block: {mass: 1, inertia: [1, 1, 1]}}
+analyses: {rest: {type: static}}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(out, HasSubstr("'block' is free to move: nothing holds it\n"));
+}
+
 }  // namespace
 }  // namespace simflex

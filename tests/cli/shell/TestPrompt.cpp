@@ -50,14 +50,19 @@ TEST_F(PromptTest, NamesOfTheModelAndFilesAreCompleted) {
     ASSERT_TRUE(terminal.waitFor(kPrompt));
     terminal.type("drag pi\t0.25\n");
     EXPECT_TRUE(terminal.waitFor("joints.pivot.angle = 0.25 rad")) << terminal.getOutput();
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("get joint.pivot.angle_\t\n");
     EXPECT_TRUE(terminal.waitFor("joints.pivot.angle_rate = ")) << terminal.getOutput();
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("get sol\tacc\t\n");
     EXPECT_TRUE(terminal.waitFor("solver.accuracy = 1e-8")) << terminal.getOutput();
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("probe pl\t\n");
     EXPECT_TRUE(terminal.waitFor("place = [")) << terminal.getOutput();
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("open mo\t\n");
     EXPECT_TRUE(terminal.waitFor("Pendulum: 1 body")) << terminal.getOutput();
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     testing::writeText(folder / "a plan", "get joint.pivot.angle");
     terminal.type("source a\t\n");  // put in quotes
     EXPECT_TRUE(terminal.waitFor("joints.pivot.angle = ")) << terminal.getOutput();
@@ -85,8 +90,10 @@ TEST_F(PromptTest, HistoryIsKeptOverSessions) {
     ASSERT_TRUE(terminal.waitFor(kPrompt));
     terminal.type("\x10\n");
     EXPECT_TRUE(terminal.waitFor(text)) << terminal.getOutput();
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("history\n");
     EXPECT_TRUE(terminal.waitFor("help quit\r\nhistory\r\n")) << terminal.getOutput();
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("quit\n");
     EXPECT_EQ(terminal.waitForEnd(), 0);
 }
@@ -103,6 +110,7 @@ TEST_F(PromptTest, InterruptClearsTheLineAndErrorsDoNotEndTheSession) {
     }
     terminal.type("runn 1\n");
     EXPECT_TRUE(terminal.waitFor("did you mean 'run'?")) << terminal.getOutput();
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("run 1\n");
     EXPECT_TRUE(terminal.waitFor("there is no model yet")) << terminal.getOutput();
     ASSERT_TRUE(terminal.waitFor(kPrompt));
@@ -128,8 +136,10 @@ TEST_F(PromptTest, InterruptStopsARunAndKeepsItsState) {
     const double time = std::stod(output.substr(output.rfind("time = ") + 7));
     EXPECT_GT(time, 0);
     EXPECT_LT(time, 1e5);
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("run for 0.1\n");
     EXPECT_TRUE(terminal.waitFor(" Newton iterations")) << terminal.getOutput();
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("quit\n");
     EXPECT_EQ(terminal.waitForEnd(), 0);
 }
@@ -142,6 +152,7 @@ TEST_F(PromptTest, PicturesAreMadeOfWhatTheTerminalCan) {
         terminal.type("show; get time\n");
         ASSERT_TRUE(terminal.waitFor("time = 0 s\r\n")) << terminal.getOutput();
         EXPECT_THAT(terminal.getOutput(), HasSubstr("\033[38;"));
+        ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
         terminal.type("quit\n");
         EXPECT_EQ(terminal.waitForEnd(), 0);
     }
@@ -151,6 +162,7 @@ TEST_F(PromptTest, PicturesAreMadeOfWhatTheTerminalCan) {
         terminal.type("show; get time\n");
         ASSERT_TRUE(terminal.waitFor("time = 0 s\r\n")) << terminal.getOutput();
         EXPECT_THAT(terminal.getOutput(), HasSubstr("\033_G"));
+        ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
         terminal.type("quit\n");
         EXPECT_EQ(terminal.waitForEnd(), 0);
     }
@@ -159,6 +171,7 @@ TEST_F(PromptTest, PicturesAreMadeOfWhatTheTerminalCan) {
     terminal.type("show; get time\n");
     ASSERT_TRUE(terminal.waitFor("time = 0 s\r\n")) << terminal.getOutput();
     EXPECT_THAT(terminal.getOutput(), AllOf(Not(HasSubstr("\033[38")), Not(HasSubstr("\033_G"))));
+    ASSERT_TRUE(terminal.waitFor(kPrompt)) << terminal.getOutput();
     terminal.type("quit\n");
     EXPECT_EQ(terminal.waitForEnd(), 0);
 }
