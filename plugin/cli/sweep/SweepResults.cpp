@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <set>
 #include <sstream>
@@ -27,10 +28,29 @@ std::vector<std::string> listLinks(hid_t group) {
 }
 
 struct Table {
-    std::vector<std::string> keys, columns, units, folders;
+    std::vector<std::string> keys, columns, units;
     std::vector<std::vector<double>> values, numbers;  // of each key, each column
+    std::vector<std::vector<std::string>> texts;       // of each key
     std::vector<int> status;
 };
+
+/** The values of a key as they were given. **/
+std::vector<std::string> readTexts(hid_t group, const std::string& key,
+                                   const std::vector<double>& values) {
+    const hdf5::Handle data(H5Dopen2(group, key.c_str(), H5P_DEFAULT), H5Dclose,
+                            "open '" + key + "'");
+    std::vector<std::string> texts;
+    if (H5Aexists(data, "texts") > 0) {
+        std::istringstream lines(hdf5::readText(data, "texts"));
+        for (std::string line; std::getline(lines, line);) texts.push_back(line);
+    }
+    for (size_t k = texts.size(); k < values.size(); ++k) {
+        char text[32];
+        std::snprintf(text, sizeof text, "%.10g", values[k]);
+        texts.push_back(text);
+    }
+    return texts;
+}
 
 Table readTable(const std::string& path) {
     const hdf5::Quiet quiet;
@@ -40,15 +60,12 @@ Table readTable(const std::string& path) {
     Table table;
     table.status = hdf5::readIndices(file, "status", {0});
     const hsize_t count = table.status.size();
-    if (H5Aexists(file, "folders") > 0) {
-        std::istringstream lines(hdf5::readText(file, "folders"));
-        for (std::string line; std::getline(lines, line);) table.folders.push_back(line);
-    }
-    table.folders.resize(count);
     const auto values = hdf5::openGroup(file, "values");
     table.keys = listLinks(values);
-    for (const std::string& key : table.keys)
+    for (const std::string& key : table.keys) {
         table.values.push_back(hdf5::readNumbers(values, key, {count}));
+        table.texts.push_back(readTexts(values, key, table.values.back()));
+    }
     const auto columns = hdf5::openGroup(file, "columns");
     table.columns = listLinks(columns);
     for (const std::string& column : table.columns) {
@@ -80,16 +97,13 @@ size_t chooseKey(const Table& table, const std::string& key, const std::string& 
     return chosen;
 }
 
-/** "a=1_c=3" of "a=1_b=2_c=3" and b. **/
-std::string leaveOut(const Table& table, const std::string& key, const std::string& folder) {
-    size_t begin = folder.compare(0, key.size() + 1, key + "=") == 0
-                       ? 0
-                       : std::min(folder.find("_" + key + "="), folder.size());
-    size_t end = folder.size();
-    for (const std::string& other : table.keys)
-        if (begin < end) end = std::min(end, folder.find("_" + other + "=", begin + 1));
-    std::string rest = folder.substr(0, begin) + folder.substr(end);
-    return rest.substr(rest[0] == '_');
+/** "a=1, c=3": the values of a case but that of one key. **/
+std::string makeLabel(const Table& table, size_t without, size_t index) {
+    std::string label;
+    for (size_t k = 0; k < table.keys.size(); ++k)
+        if (k != without)
+            label += (label.empty() ? "" : ", ") + table.keys[k] + "=" + table.texts[k].at(index);
+    return label;
 }
 
 }  // namespace
@@ -112,7 +126,7 @@ SweepResults readSweepTable(const std::string& path, const std::string& key) {
     const std::vector<double>& x = table.values[chosen];
     for (size_t k = 0; k < table.status.size(); ++k)
         if (table.status[k] == 0 && !std::isnan(x[k])) {
-            const std::string label = leaveOut(table, sweep.key, table.folders[k]);
+            const std::string label = makeLabel(table, chosen, k);
             if (groups.find(label) == groups.end()) sweep.labels.push_back(label);
             groups[label].push_back(k);
         }

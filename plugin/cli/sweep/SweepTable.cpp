@@ -168,12 +168,18 @@ void writeHdf5(const std::string& path, const SweepPlan& plan,
     const auto values = hdf5::createGroup(file, "values");
     for (size_t k = 0; k < plan.keys.size(); ++k) {
         std::vector<double> numbers;
+        std::string texts;
         for (const SweepCase& one : plan.cases) {
+            texts += one.values[k] + "\n";
             char* end = nullptr;
             const double number = std::strtod(one.values[k].c_str(), &end);
             numbers.push_back(*end == '\0' ? number : NAN);
         }
-        hdf5::write(values, makeLinkName(plan.keys[k].name), {n}, numbers.data());
+        const std::string name = makeLinkName(plan.keys[k].name);
+        hdf5::write(values, name, {n}, numbers.data());
+        const hdf5::Handle data(H5Dopen2(values, name.c_str(), H5P_DEFAULT), H5Dclose,
+                                "open '" + name + "'");
+        if (texts.size() < 60000) hdf5::writeText(data, "texts", texts);
     }
     const auto columns = hdf5::createGroup(file, "columns");
     for (const auto& column : table.columns) {

@@ -28,7 +28,8 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
                           const std::string& folder);
 
 /** Writes FOLDER/sweep.csv and FOLDER/sweep.h5; processes that share the folder one after the
-other. The HDF5 file has, one number for each case: values/KEY, columns/NAME (attribute unit),
+other. The HDF5 file has, one number for each case: values/KEY (attribute texts: as given, one a
+line), columns/NAME (attribute unit),
 status (0 complete, 1 failed, 2 not finished); and attributes simflex_sweep = 1, folders (one a
 line).
 @returns the table's path. **/

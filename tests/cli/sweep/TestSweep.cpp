@@ -203,7 +203,7 @@ TEST_F(SweepTest, TheTableIsDrawnOverAParameter) {
         << err;
     const SweepResults sweep = readSweepTable(folder / "out/sweep.h5", "");
     EXPECT_EQ(sweep.key, "mass");
-    EXPECT_THAT(sweep.labels, ElementsAre("gravity=-0--1.62-0-", "gravity=-0--9.81-0-"));
+    EXPECT_THAT(sweep.labels, ElementsAre("gravity=[0,-1.62,0]", "gravity=[0,-9.81,0]"));
     for (size_t g = 0; g < 2; ++g) {
         const ResultData::Analysis& analysis = sweep.results.at(g).analyses.at(0);
         EXPECT_EQ(analysis.time, (std::vector<double>{1, 2, 3}));
