@@ -103,9 +103,9 @@ FrameOnBody ModelFrames::find(const std::string& name, const Unknown& fail, int 
     if (dot == std::string::npos) return frame;
     frame.interface = name.substr(dot + 1);
     const ReducedBody* part = getPart(frame.body);
-    if (!part) fail("frame of the rigid body '" + *body + "'", name, listKnown(own));
+    if (!part) fail("frame of the rigid body '" + *body + "' called", name, listKnown(own));
     if (!hasInterface(*part, frame.interface))
-        fail("interface of '" + *body + "'", frame.interface, listInterfaces(*part));
+        fail("interface of '" + *body + "' called", frame.interface, listInterfaces(*part));
     return frame;
 }
 

@@ -7,6 +7,7 @@
 
 #include "simflex/cli/model/ModelGeometry.h"
 #include "simflex/cli/model/ModelSystem.h"
+#include "simflex/cli/model/ModelTexts.h"
 #include "simflex/cli/model/PartCache.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/reduction/Reduction.h"
@@ -40,7 +41,7 @@ std::string readMaterial(const ModelValue& value) {
 
 std::string readFile(const ModelValue& value) {
     const std::string path = value.getFilePath();
-    if (!fs::is_regular_file(path)) value.fail("there is no file '" + path + "'");
+    if (!fs::is_regular_file(path)) failMissingFile(value);
     return path;
 }
 

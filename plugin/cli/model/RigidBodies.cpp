@@ -8,6 +8,7 @@
 #include "simflex/cli/model/MassProperties.h"
 #include "simflex/cli/model/ModelGeometry.h"
 #include "simflex/cli/model/ModelSystem.h"
+#include "simflex/cli/model/ModelTexts.h"
 
 namespace simflex {
 namespace cli {
@@ -49,7 +50,7 @@ double readPositive(const ModelValue& value) {
 
 PolygonalMesh readMesh(const ModelValue& file, double scale) {
     const std::string path = file.getFilePath();
-    if (!std::filesystem::is_regular_file(path)) file.fail("there is no file '" + path + "'");
+    if (!std::filesystem::is_regular_file(path)) failMissingFile(file);
     std::string ending = std::filesystem::path(path).extension().string();
     for (char& c : ending) c = char(std::tolower((unsigned char)(c)));
     if (ending != ".stl" && ending != ".obj" && ending != ".vtp")

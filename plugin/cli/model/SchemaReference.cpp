@@ -213,7 +213,10 @@ private:
             const std::string proposal = proposeName(part, known);
             const std::vector<std::string> elsewhere = findSchemaPaths(part);
             std::string text = "model files have no key '" + longer + "'";
-            if (!proposal.empty()) text += "; " + proposal;
+            if (!proposal.empty())
+                text += "; " + proposal;
+            else if (!known.empty())
+                text += "; there are " + joinNames(known);
             if (!elsewhere.empty() && elsewhere.size() <= 8)
                 text += "; '" + part + "' belongs to " + joinNames(elsewhere, " or ");
             throw std::runtime_error(text);
@@ -221,6 +224,27 @@ private:
         path = longer;
     }
     throw std::runtime_error("model files have no such key");
+}
+
+bool hasItemKey(const std::vector<const SchemaForm*>& forms, const std::string& key) {
+    for (const SchemaForm* form : forms)
+        if (form->kind == Kind::Entries)
+            for (const SchemaForm& item : form->items)
+                if (findSchemaKey(item, key)) return true;
+    return false;
+}
+
+/** "joints.NAME.type" for "joints.type": a key of what is named, where a name was left out. **/
+std::string addNames(const std::string& path) {
+    const std::vector<std::string> parts = splitPath(path);
+    std::vector<std::string> full;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const std::vector<const SchemaForm*> forms = findSchemaForms(joinNames(full, "."));
+        const bool isNamed = k + 1 < parts.size() && hasItemKey(forms, parts[k + 1]);
+        if (hasItemKey(forms, parts[k]) && !isNamed) full.push_back("NAME");
+        full.push_back(parts[k]);
+    }
+    return joinNames(full, ".");
 }
 
 }  // namespace
@@ -247,7 +271,8 @@ std::vector<std::string> getSchemaChoices(const std::string& path) {
     return names;
 }
 
-std::string writeKeyReference(const std::string& path, ReferenceFormat format) {
+std::string writeKeyReference(const std::string& shortPath, ReferenceFormat format) {
+    const std::string path = addNames(shortPath);
     Reference reference(format);
     const std::vector<std::string> parts = splitPath(path);
     const std::vector<const SchemaForm*> forms = findSchemaForms(path);

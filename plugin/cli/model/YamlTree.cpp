@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
+#include <cstring>
 #include <map>
 #include <set>
 #include <sstream>
@@ -225,6 +226,77 @@ private:
     }
 };
 
+/** Where a line begins, counted from 1; the text's end behind its last. **/
+std::size_t findLine(const std::string& text, int line) {
+    std::size_t at = 0;
+    while (--line > 0 && at < text.size()) at = std::min(text.find('\n', at), text.size() - 1) + 1;
+    return at;
+}
+
+/** The last '[' or '{' before a line's end that is not closed; column 0: none. **/
+YamlPlace findOpenBracket(const std::string& text, const std::string& name, int lastLine) {
+    std::vector<YamlPlace> open;
+    std::string ends;  // of those open
+    YamlPlace place{name, 1, 0};
+    char quote = 0, before = '\n';  // last that is no space
+    bool afterSpace = true, isComment = false;
+    for (const char c : text) {
+        if (c == '\n' && ++place.line > lastLine) break;
+        place.column = c == '\n' ? 0 : place.column + 1;
+        if (quote) {
+            if (c == quote) quote = 0;
+        } else if (isComment) {
+            isComment = c != '\n';
+            if (isComment) continue;
+        } else if (c == '#' && afterSpace) {
+            isComment = true;
+            continue;
+        } else if ((c == '"' || c == '\'') && std::strchr("\n:,-[{", before)) {
+            quote = c;
+        } else if ((c == '[' || c == '{') && std::strchr("\n:,-[{", before)) {
+            open.push_back(place);
+            ends += c == '[' ? ']' : '}';
+        } else if ((c == ']' || c == '}') && !open.empty()) {
+            if (ends.back() != c) break;
+            open.pop_back();
+            ends.pop_back();
+        }
+        afterSpace = c == ' ' || c == '\n';
+        if (c != ' ') before = c;
+    }
+    return open.empty() ? YamlPlace{name, 0, 0} : open.back();
+}
+
+/** What the parser's words mean for who wrote the file. **/
+[[noreturn]] void explain(const std::string& text, const std::string& name, const YamlPlace& place,
+                          const std::string& words) {
+    const auto says = [&](const char* part) { return words.find(part) != std::string::npos; };
+    if (says("flow")) {
+        const YamlPlace open = findOpenBracket(text, name, place.line);
+        const bool isList =
+            open.line > 0 ? text[findLine(text, open.line) + std::size_t(open.column - 1)] == '['
+                          : says("sequence");
+        const std::string bracket = isList ? "'['" : "'{'", end = isList ? "']'" : "'}'";
+        if (open.line > 0)
+            fail(open, "the " + bracket + " here has no " + end + " (sought up to line " +
+                           std::to_string(place.line) + "), or a comma is missing in between");
+        fail(place, "a " + bracket + " has no " + end + ", or a comma is missing in between");
+    }
+    if (says("illegal map value"))
+        fail(place,
+             "this ':' makes no key here: put a text that has one in quotes (title: \"A: b\"), a "
+             "map in braces or on lines of its own");
+    if (says("end of map not found") || says("end of sequence not found"))
+        fail(place,
+             "this line does not fit those above it: lines of one map or list begin in the same "
+             "column, and every key has a ':' and a space");
+    if (says("illegal block entry"))
+        fail(place, "this '-' begins no item here: items of a list stand on lines of their own");
+    if (says("unknown escape"))
+        fail(place, "'\\' has a meaning in double quotes: use single quotes for plain text");
+    fail(place, "this is no YAML: " + words);
+}
+
 YamlTree parse(const std::string& text, const std::string& name) {
     TreeMaker maker(text, name);
     try {
@@ -234,7 +306,7 @@ YamlTree parse(const std::string& text, const std::string& name) {
         }
         return maker.takeRoot();
     } catch (const YAML::Exception& error) {
-        fail(maker.makePlace(error.mark), "this is no YAML: " + error.msg);
+        explain(text, name, maker.makePlace(error.mark), error.msg);
     }
 }
 
@@ -324,13 +396,15 @@ YamlTree parseYaml(const std::string& text, const std::string& name) {
     } catch (const ModelError&) {
         const int line = findTab(text);
         if (line == 0) throw;
-        try {
-            std::string spaces = text;
-            std::replace(spaces.begin(), spaces.end(), '\t', ' ');
-            parse(spaces, name);
-        } catch (const ModelError&) {
-            throw;
-        }
+        const auto canRead = [&](int numLines) {
+            try {
+                parse(text.substr(0, findLine(text, numLines + 1)), name);
+                return true;
+            } catch (const ModelError&) {
+                return false;
+            }
+        };
+        if (!canRead(line - 1) || canRead(line)) throw;  // it is not for the tab
         fail({name, line, 1}, "this line is indented by a tab: YAML wants spaces");
     }
 }

@@ -26,20 +26,30 @@ struct CompareArguments {
 
 void print(const ResultComparison& comparison) {
     for (const std::string& note : comparison.notes) std::printf("%s\n", note.c_str());
-    size_t width = 5;
-    for (const auto& column : comparison.columns)
-        width = std::max(width, column.analysis.size() + 1 + column.name.size());
-    std::printf("%-*s  %12s %-6s %10s %12s %10s\n", int(width), "probe", "largest", "", "at", "RMS",
-                "relative");
+    size_t width = 5, numIdentical = 0;
     for (const auto& column : comparison.columns) {
+        width = std::max(width, column.name.size() + 2);
+        numIdentical += column.largest == 0;
+    }
+    const size_t count = comparison.columns.size();
+    std::string analysis;
+    if (numIdentical < count)
+        std::printf("%-*s  %12s %-6s %10s %12s %10s\n", int(width), "probe", "largest", "", "at",
+                    "RMS", "relative");
+    for (const auto& column : comparison.columns) {
+        if (column.largest == 0) continue;
+        if (column.analysis != analysis) std::printf("%s:\n", column.analysis.c_str());
+        analysis = column.analysis;
         char place[32] = "";
-        if (!column.x.empty() && column.largest > 0)
-            std::snprintf(place, sizeof place, "%.5g", column.time);
-        std::printf("%-*s  %12.4g %-6s %10s %12.4g %10.3g\n", int(width),
-                    (column.analysis + " " + column.name).c_str(), column.largest,
-                    column.unit.c_str(), place, column.rms, column.getRelative());
+        if (!column.x.empty()) std::snprintf(place, sizeof place, "%.5g", column.time);
+        std::printf("  %-*s  %12.4g %-6s %10s %12.4g %10.3g\n", int(width) - 2, column.name.c_str(),
+                    column.largest, column.unit.c_str(), place, column.rms, column.getRelative());
     }
     for (const std::string& missing : comparison.missing) std::printf("%s\n", missing.c_str());
+    if (numIdentical > 0)
+        std::printf("%s%zu of %zu columns are identical\n",
+                    numIdentical == count && comparison.missing.empty() ? "no difference: " : "",
+                    numIdentical, count);
 }
 
 FigureCurve makeCurve(const std::string& name, const ColumnDifference& column,

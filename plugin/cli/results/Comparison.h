@@ -15,7 +15,7 @@ struct ColumnDifference {
     std::string analysis, name, unit;
     double largest = 0, rms = 0;
     double time = 0;   ///< of the largest [s], or its speed in a Campbell diagram
-    double range = 0;  ///< of the probe's values, over all its columns; of one number its size
+    double range = 0;  ///< of the probe's values, over all its columns; of a constant its size
     std::vector<double> x, first, second;  ///< what was compared, over time
 
     /** Largest difference over range; 0 if there is no difference. **/

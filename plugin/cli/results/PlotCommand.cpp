@@ -9,6 +9,7 @@ simflex plot: probes of results over time, natural frequencies, Campbell diagram
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/results/ProbeChoice.h"
 #include "simflex/cli/results/ResultFigure.h"
+#include "simflex/cli/sweep/SweepResults.h"
 
 namespace simflex {
 namespace cli {
@@ -38,6 +39,18 @@ void parseSize(const std::string& text, Figure& figure) {
                                  "' is not WIDTHxHEIGHT in pixels, 200x150 to 10000x10000");
 }
 
+/** The curves of a sweep's table in place of results. **/
+void takeSweep(const std::vector<std::string>& paths, PlotArguments& arguments,
+               std::vector<std::string>& labels, std::vector<ResultData>& results) {
+    if (paths.size() > 1)
+        throw std::runtime_error("'" + paths[0] + "' is the table of a sweep: it is drawn alone");
+    SweepResults sweep = readSweepTable(paths[0], arguments.wishes.xProbe);
+    arguments.wishes.xProbe = sweep.key;
+    arguments.wishes.hasPoints = true;
+    labels = std::move(sweep.labels);
+    results = std::move(sweep.results);
+}
+
 void runPlot(PlotArguments& arguments) {
     std::vector<std::string> paths;
     for (const std::string& name : arguments.names) {
@@ -54,12 +67,18 @@ void runPlot(PlotArguments& arguments) {
     if (arguments.together) arguments.wishes.panels = FigureWishes::Panels::Together;
     if (arguments.stacked) arguments.wishes.panels = FigureWishes::Panels::Stacked;
 
-    const std::vector<std::string> labels = makeFileLabels(paths);
+    std::vector<std::string> labels = makeFileLabels(paths);
     std::vector<ResultData> results;
-    for (const std::string& path : paths) results.push_back(readResults(path, ReadStates::No));
+    if (isSweepTable(paths[0])) {
+        takeSweep(paths, arguments, labels, results);
+    } else {
+        for (const std::string& path : paths) results.push_back(readResults(path, ReadStates::No));
+    }
     std::vector<FigureSource> sources;
-    for (size_t k = 0; k < paths.size(); ++k)
-        sources.push_back({labels[k], &chooseAnalysis(results[k], paths[k], arguments.analysis)});
+    for (size_t k = 0; k < results.size(); ++k)
+        sources.push_back(
+            {labels[k],
+             &chooseAnalysis(results[k], paths.at(paths.size() > 1 ? k : 0), arguments.analysis)});
     Figure figure = makeResultFigure(sources, arguments.wishes);
     figure.title = arguments.hasTitle ? arguments.title : results[0].header.title;
     if (!arguments.size.empty()) parseSize(arguments.size, figure);
@@ -81,7 +100,9 @@ void addPlotCommand(CLI::App& app) {
         "drawn. Times may not be evenly spaced; long runs are thinned to their extremes.\n\n"
         "  simflex plot run.h5 'slider*' tip.x -o slider.pdf\n"
         "  simflex plot flexible.h5 rigid.h5 slider.x --from 0.05 --title 'Slider'\n"
-        "  simflex plot run.h5 --analysis campbell --orders 1,2");
+        "  simflex plot run.h5 --analysis campbell --orders 1,2\n"
+        "  simflex plot crank.sweep/sweep.h5 tip.x.maximum --x speed   (columns of a sweep over "
+        "a parameter)");
     plot->add_option("RESULT.h5", arguments->names,
                      "Result files, several are overlaid; then probes: names, or patterns like\n"
                      "'slider*' (default: all)")
@@ -93,7 +114,7 @@ void addPlotCommand(CLI::App& app) {
     plot->add_option("--from", arguments->wishes.from, "First time [s]");
     plot->add_option("--to", arguments->wishes.to, "Last time [s]");
     plot->add_option("--x", arguments->wishes.xProbe,
-                     "A probe along the horizontal axis, not time");
+                     "A probe along the horizontal axis, not time; of a sweep a parameter");
     plot->add_option("--orders", arguments->wishes.orders,
                      "Campbell diagram over a speed in rad/s: lines of 1, 2 … times the speed")
         ->delimiter(',');

@@ -184,6 +184,9 @@ Figure makeTransientFigure(const std::vector<FigureSource>& sources, const Figur
                                  std::to_string(kMostPanels) + "): name some of the probes");
     for (Group& entry : groups)
         figure.panels.push_back(makePanel(entry.candidates, sources, xScale.size));
+    if (wishes.hasPoints)
+        for (FigurePanel& panel : figure.panels)
+            for (FigureCurve& curve : panel.curves) curve.marks = FigureCurve::Marks::Points;
     return figure;
 }
 

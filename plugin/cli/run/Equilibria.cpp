@@ -79,6 +79,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const auto firstElastic = std::find_if(
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
     const auto numRigid = firstElastic - modes.begin();
+    const double highest = modes.empty() ? 0 : double(modes.back().frequency);
     modes.erase(modes.begin(), firstElastic);
     if (int(modes.size()) > count) modes.resize(size_t(count));
     if (modes.empty())
@@ -91,7 +92,8 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     if (_options.drawsPictures && analysis.get("pictures").getBool())
         drawModes(*_model, linear, modes, name, getUsualFolder(), _options.isQuiet);
     _writer->addEigen(name, frequency, damping);
-    _writer->setStatistics(name, {{"rigid_motions", double(numRigid)}});
+    _writer->setStatistics(name,
+                           {{"rigid_motions", double(numRigid)}, {"highest_frequency", highest}});
     _writer->setComplete(name);
 }
 

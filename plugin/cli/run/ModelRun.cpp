@@ -12,6 +12,7 @@
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
+#include "simflex/cli/model/ModelTexts.h"
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/run/RunSummary.h"
 #include "simflex/cli/run/Session.h"
@@ -217,8 +218,7 @@ void ModelRun::openResults() {
     if (_options.resumes) say("there is no '" + _resultPath + "' to go on with: begins anew");
     fs::remove(getCheckpointPath());
     ResultHeader header;
-    if (_model->getFile().get("title").isGiven())
-        header.title = _model->getFile().get("title").getText();
+    header.title = getModelTitle(_model->getFile());
     header.modelPath = _text.path;
     header.modelText = _text.text;
     header.settings = _text.settings;

@@ -1,10 +1,14 @@
 #include "simflex/cli/run/Pictures.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
+#include "simflex/cli/model/ModelTexts.h"
+#include "simflex/cli/results/UnitScale.h"
 #include "simflex/cli/run/Session.h"
 
 namespace simflex {
@@ -138,13 +142,29 @@ State makeState(const State& pattern, const RunCheckpoint::Frame& frame) {
     throw Stopped("all results are kept; draw the other pictures with: " + resumeCommand);
 }
 
+/** Curves of one unit, in the unit that suits their size. **/
+struct PlotPanel {
+    std::string name, unit;
+    std::vector<std::string> labels;
+    std::vector<std::vector<double>> values;
+
+    void addTo(ProbePlot& figure, const std::vector<double>& time) const {
+        double largest = 0;
+        for (const std::vector<double>& curve : values)
+            for (const double value : curve)
+                if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
+        const UnitScale scale = chooseUnitScale(unit, largest);
+        figure.addPanel(name, scale.unit, scale.size);
+        for (size_t k = 0; k < labels.size(); ++k) figure.addCurve(labels[k], time, values[k]);
+    }
+};
+
 /** Plots beside the pictures, of the analysis' rows up to now. **/
 void addPlots(const Model& model, const ResultData::Analysis& rows, OffscreenVisualizer& viz) {
     const ModelValue plots = model.getFile().get("pictures").get("plots");
     for (int i = 0; i < plots.getSize(); ++i) {
         const ModelValue plot = plots.at(i), names = plot.get("probes");
-        ProbePlot figure(plot.get("title").getText());
-        std::string lastUnit;
+        std::vector<PlotPanel> panels;
         for (int k = 0; k < names.getSize(); ++k) {
             const std::string name = names.at(k).getText();
             std::vector<std::string> known;
@@ -156,16 +176,18 @@ void addPlots(const Model& model, const ResultData::Analysis& rows, OffscreenVis
                         series.column.name + (column.empty() ? "" : "." + column);
                     known.push_back(label);
                     if (name != label && name != series.column.name) continue;
-                    if (figure.getNumPanels() == 0 || series.column.unit != lastUnit)
-                        figure.addPanel(name, series.column.unit);
-                    lastUnit = series.column.unit;
-                    std::vector<double> values;
-                    for (const std::vector<double>& row : series.rows) values.push_back(row[c]);
-                    figure.addCurve(label, rows.time, values);
+                    if (panels.empty() || panels.back().unit != series.column.unit)
+                        panels.push_back({name, series.column.unit, {}, {}});
+                    panels.back().labels.push_back(label);
+                    panels.back().values.emplace_back();
+                    for (const std::vector<double>& row : series.rows)
+                        panels.back().values.back().push_back(row[c]);
                     isFound = true;
                 }
             if (!isFound) names.at(k).failUnknown("probe", name, known);
         }
+        ProbePlot figure(plot.get("title").getText());
+        for (const PlotPanel& panel : panels) panel.addTo(figure, rows.time);
         viz.addPlot(figure);
     }
 }
@@ -178,8 +200,7 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     auto viz =
         std::make_unique<OffscreenVisualizer>(model.getSystem(), int(size.at(0)), int(size.at(1)));
     viz->setOutputFolder("");
-    if (model.getFile().get("title").isGiven())
-        viz->setWindowTitle(model.getFile().get("title").getText());
+    viz->setWindowTitle(getModelTitle(model.getFile()));
     for (const Model::BodyEntry& body : model.getBodies())
         if (body.flexible) viz->addFlexibleBody(*body.flexible);
     if (pictures.get("contour").getText() != "displacement" || pictures.get("range").isGiven())

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "simflex/cli/model/ModelReader.h"
+#include "simflex/cli/results/Comparison.h"
+
 namespace simflex {
 namespace cli {
 
@@ -77,6 +80,11 @@ void printStatic(const ResultData::Analysis& analysis) {
                         series.rows[0][k]);
 }
 
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kAperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate
+// Of eigenvalues λ², whose errors are those of the largest: of frequencies its root.
+constexpr double kRoundOff = 1e-7;
+
 void printEigen(const ResultData::Analysis& analysis) {
     const double numRigid = getStatistic(analysis, "rigid_motions");
     std::printf("%s: natural modes", analysis.name.c_str());
@@ -84,9 +92,30 @@ void printEigen(const ResultData::Analysis& analysis) {
         std::printf(", besides %.0f motion%s that nothing restores", numRigid,
                     numRigid == 1 ? "" : "s");
     std::printf("\n  mode  frequency [Hz]  damping ratio\n");
-    for (size_t k = 0; !analysis.frequency.empty() && k < analysis.frequency[0].size(); ++k)
-        std::printf("  %4zu  %14.7g  %13.3g\n", k + 1, analysis.frequency[0][k],
-                    analysis.dampingRatio[0][k]);
+    const double free = kRoundOff * getStatistic(analysis, "highest_frequency");
+    const size_t count = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
+    for (size_t k = 0; k < count; ++k) {
+        const double frequency = analysis.frequency[0][k], damping = analysis.dampingRatio[0][k];
+        const size_t first = k;
+        if (frequency <= free) {
+            // A motion that does not oscillate has two modes, one dying away and one growing.
+            const bool isPair = std::abs(damping) >= kAperiodic && k + 1 < count &&
+                                analysis.dampingRatio[0][k + 1] * damping < 0 &&
+                                analysis.frequency[0][k + 1] <= free;
+            k += isPair;
+        }
+        std::string number = std::to_string(first + 1);
+        if (k > first) number += "-" + std::to_string(k + 1);
+        if (frequency <= free)
+            std::printf("  %4s  %14.7g  free motion: nothing restores it but round-off\n",
+                        number.c_str(), frequency);
+        else if (std::abs(damping) < kAperiodic)
+            std::printf("  %4s  %14.7g  %13.3g\n", number.c_str(), frequency, damping);
+        else
+            std::printf("  %4s  %14s  no oscillation: %s by a factor of e in %.4g s\n",
+                        number.c_str(), "-", damping > 0 ? "dies away" : "UNSTABLE, grows",
+                        1 / (2 * kPi * frequency));
+    }
 }
 
 void printCampbell(const ResultData::Analysis& analysis) {
@@ -109,34 +138,36 @@ void printAnalysis(const ResultData::Analysis& analysis, const std::vector<std::
 }
 
 void printDifference(const ResultData& flexible, const ResultData& rigid) {
+    const ResultHeader& header = flexible.header;
+    const double accuracy = readModel({header.modelPath, header.modelText, header.settings})
+                                .get("solver")
+                                .get("accuracy")
+                                .getNumber();
+    const ResultComparison comparison = compareResults(flexible, rigid, {}, "flexible", "rigid");
+    const auto isSmall = [&](const ColumnDifference& column) {
+        return column.unit == "m" && column.largest <= accuracy;
+    };
+    bool hasSmall = false;
     for (const ResultData::Analysis& a : flexible.analyses) {
-        const auto b = std::find_if(rigid.analyses.begin(), rigid.analyses.end(),
-                                    [&](const auto& other) { return other.name == a.name; });
-        if (b == rigid.analyses.end() || a.probes.empty()) continue;
+        if (a.probes.empty()) continue;
         const int width = findLongestLabel(a);
         std::printf("%s: flexible against rigid\n  %-*s %13s %13s %13s\n", a.name.c_str(), width,
                     "probe", "largest", "rms", "of range");
-        for (size_t p = 0; p < std::min(a.probes.size(), b->probes.size()); ++p) {
-            const ResultData::Series &first = a.probes[p], &second = b->probes[p];
-            const size_t numRows = std::min(first.rows.size(), second.rows.size());
-            for (size_t k = 0; k < first.column.columns.size() && numRows > 0; ++k) {
-                double largest = 0, squares = 0, low = first.rows[0][k], high = low;
-                for (size_t i = 0; i < numRows; ++i) {
-                    const double difference = first.rows[i][k] - second.rows[i][k];
-                    largest = std::max(largest, std::abs(difference));
-                    squares += difference * difference;
-                    low = std::min(low, first.rows[i][k]);
-                    high = std::max(high, first.rows[i][k]);
-                }
-                std::printf("  %-*s %13.6g %13.6g", width, makeLabel(first.column, k).c_str(),
-                            largest, std::sqrt(squares / double(numRows)));
-                if (high > low)
-                    std::printf(" %11.3g %%\n", 100 * largest / (high - low));
-                else
-                    std::printf(" %13s\n", "-");
-            }
+        for (const ColumnDifference& column : comparison.columns) {
+            if (column.analysis != a.name) continue;
+            const std::string label =
+                column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
+            std::printf("  %-*s %13.6g %13.6g", width, label.c_str(), column.largest, column.rms);
+            if (isSmall(column))
+                std::printf(" %13s\n", column.largest > 0 ? "*" : "-");
+            else
+                std::printf(" %11.3g %%\n", 100 * column.getRelative());
+            hasSmall |= isSmall(column) && column.largest > 0;
         }
     }
+    if (hasSmall)
+        std::printf("  * less than the accuracy of the simulation, %g m (solver.accuracy)\n",
+                    accuracy);
 }
 
 }  // namespace cli

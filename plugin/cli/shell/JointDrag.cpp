@@ -14,15 +14,18 @@ using namespace SimTK;
 
 namespace {
 
-constexpr Real kModalWeight = 1e3;
-constexpr Real kLargestTurn = 0.1;    // [rad] in one step
-constexpr Real kTolerance = 1e-11;    // of joints and the coordinate [m, rad]
-constexpr Real kConditioning = 1e-9;  // rows that follow from others
-constexpr int kMostCorrections = 40;  // after the last step of the way
+constexpr Real kModalWeight = 1e3;     // where bodies have to deform
+constexpr Real kLargestTurn = 0.1;     // [rad] in one step
+constexpr Real kTolerance = 1e-11;     // of joints and the coordinate [m, rad]
+constexpr Real kConditioning = 1e-9;   // rows that follow from others
+constexpr Real kRateTolerance = 1e-9;  // [m/s, rad/s]
+constexpr int kMostCorrections = 40;   // after the last step of the way
+
+enum class Shapes { Held, Free };
 
 class Drag {
 public:
-    Drag(const Model& model, const State& start, const Joint& joint, int coordinate)
+    Drag(const Model& model, const State& start, const Joint& joint, int coordinate, Shapes shapes)
         : _model(model),
           _matter(model.getMatter()),
           _joint(joint),
@@ -32,8 +35,13 @@ public:
         _weights = _state.getUWeights();
         for (const Model::BodyEntry& body : model.getBodies()) {
             if (!body.flexible) continue;
-            for (int k = 0; k < body.flexible->getNumModalMobilizers(); ++k)
-                scale(body.flexible->getModalMobilizer(k), kModalWeight);
+            for (int k = 0; k < body.flexible->getNumModalMobilizers(); ++k) {
+                const MobilizedBody& mobod = body.flexible->getModalMobilizer(k);
+                scale(mobod, shapes == Shapes::Held ? Infinity : kModalWeight);
+                for (int i = 0; i < mobod.getNumU(_state); ++i)
+                    _modes.push_back({int(mobod.getFirstUIndex(_state)) + i,
+                                      int(mobod.getFirstQIndex(_state)) + i, 0});
+            }
         }
         // What a lock or a Motion holds does not move.
         for (MobilizedBodyIndex i(1); i < _matter.getNumBodies(); ++i) {
@@ -42,6 +50,7 @@ public:
                 (mobod.hasMotion() && !mobod.getMotion().isDisabled(_state)))
                 scale(mobod, Infinity);
         }
+        for (Mode& mode : _modes) mode.start = _state.getQ()[mode.q];
     }
 
     const State& getState() const { return _state; }
@@ -61,20 +70,51 @@ public:
         Vector right(m + 1);
         for (int i = 0; i < m; ++i) right[i] = -_state.getQErr()[i];
         right[m] = change;
+        Vector deformed(_state.getNU(), Real(0));  // since the start
+        for (const Mode& mode : _modes) deformed[mode.u] = _state.getQ()[mode.q] - mode.start;
         Vector dq(_state.getNQ());
-        _matter.multiplyByN(_state, false, solve(m, right), dq);
+        _matter.multiplyByN(_state, false, solve(m, right, deformed), dq);
         _state.updQ() += dq;
         _matter.normalizeQuaternions(_state);
         realize();
     }
 
-    void changeRate(Real change) {
-        const int m = _state.getNUErr();
-        Vector right(m + 1);
-        for (int i = 0; i < m; ++i) right[i] = -_state.getUErr()[i];
-        right[m] = change;
-        _state.updU() += solve(m, right);
-        realize();
+    /** Leads the coordinate to `value`. @returns false if the joints do not allow it. **/
+    bool leadTo(Real value) {
+        const JointCoordinate& kind = _joint.getEquations().getCoordinate(_coordinate);
+        const auto calcRest = [&] {
+            const Real rest = value - calcCoordinate();
+            return kind.isPeriodic() ? std::remainder(rest, 2 * Pi) : rest;
+        };
+        const Real way = std::abs(calcRest());
+        const Real longest = kind.isAngle() ? kLargestTurn : way / 10;
+        const int mostSteps = kMostCorrections + (way > 0 ? int(std::ceil(2 * way / longest)) : 0);
+        for (int step = 0; step < mostSteps; ++step) {
+            const Real rest = calcRest();
+            if (std::abs(rest) < kTolerance * (1 + std::abs(value)) &&
+                calcLargestError() < kTolerance)
+                return true;
+            move(std::clamp(rest, -longest, longest));
+            if (!std::isfinite(calcLargestError())) break;
+        }
+        return false;
+    }
+
+    /** Speeds consistent with the joints at which the coordinate's rate is `rate`. @returns false
+    if there are none. **/
+    bool changeRateTo(Real rate) {
+        for (int i = 0; i < 2; ++i) {
+            const int m = _state.getNUErr();
+            Vector right(m + 1);
+            for (int k = 0; k < m; ++k) right[k] = -_state.getUErr()[k];
+            right[m] = rate - calcRate();
+            _state.updU() += solve(m, right, Vector(_state.getNU(), Real(0)));
+            realize();
+        }
+        Real largest = std::abs(calcRate() - rate);
+        for (int k = 0; k < _state.getNUErr(); ++k)
+            largest = std::max(largest, std::abs(_state.getUErr()[k]));
+        return largest < kRateTolerance * (1 + std::abs(rate));
     }
 
     std::string findWorstJoint() const {
@@ -142,23 +182,32 @@ private:
         return gradient;
     }
 
-    /** The smallest change of speeds with these right-hand sides of m rows of G and of the
-    coordinate. **/
-    Vector solve(int m, const Vector& right) const {
+    /** The δ with these right-hand sides of m rows of G and of the coordinate for which
+    `before` + δ is smallest. **/
+    Vector solve(int m, Vector right, const Vector& before) const {
         const int n = _state.getNU();
         Matrix G;
         _matter.calcG(_state, G);
         Matrix A(m + 1, n);
         const Vector gradient = calcGradient();
         for (int j = 0; j < n; ++j) {
-            for (int i = 0; i < m; ++i) A(i, j) = G(i, j) / _weights[j];
+            for (int i = 0; i < m; ++i) {
+                A(i, j) = G(i, j) / _weights[j];
+                right[i] += G(i, j) * before[j];
+            }
             A(m, j) = gradient[j] / _weights[j];
+            right[m] += gradient[j] * before[j];
         }
         Vector change;
         FactorQTZ(A, kConditioning).solve(right, change);
-        for (int j = 0; j < n; ++j) change[j] /= _weights[j];
+        for (int j = 0; j < n; ++j) change[j] = change[j] / _weights[j] - before[j];
         return change;
     }
+
+    struct Mode {
+        int u, q;
+        Real start;
+    };
 
     const Model& _model;
     const SimbodyMatterSubsystem& _matter;
@@ -166,53 +215,82 @@ private:
     int _coordinate;
     State _state;
     Vector _weights;
+    std::vector<Mode> _modes;
 };
 
-std::string format(Real value) {
+std::string format(Real value, const std::string& unit) {
     char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return text;
+    std::snprintf(text, sizeof text, "%.6g ", value == 0 ? 0 : value);
+    return text + unit;
 }
 
-[[noreturn]] void refuse(const Drag& drag, const Joint& joint, int coordinate, const char* what,
-                         Real reached, Real wanted) {
-    throw std::runtime_error("the " + getCoordinateNames(joint)[size_t(coordinate)] + what +
-                             " of '" + joint.getName() + "' comes to " + format(reached) +
-                             ", not to " + format(wanted) + ": " + drag.findWorstJoint() +
-                             " does not allow it");
+/** What cannot be given the value, from here. **/
+struct Wish {
+    const Model& model;
+    const Joint& joint;
+    int coordinate;
+    std::string what, unit;
+    Real value, now;
+
+    [[noreturn]] void refuse(const std::string& reason) const {
+        throw std::runtime_error("the " + what + " of '" + joint.getName() +
+                                 "' cannot be brought to " + format(value, unit) + ": " + reason +
+                                 "; it stays at " + format(now, unit));
+    }
+
+    void checkThatNoMotionLeads() const {
+        const ModelValue motions = model.getFile().get("motions");
+        for (const std::string& name : motions.getKeys()) {
+            const ModelValue motion = motions.get(name), number = motion.get("coordinate");
+            if (!motion.has("joint") || motion.get("joint").getText() != joint.getName()) continue;
+            if ((number.isGiven() ? number.getInteger() : 0) != coordinate) continue;
+            const char* key = motion.has("angle") ? ".angle" : ".position";
+            refuse("motion '" + name + "' leads it (set motions." + name + key + " instead)");
+        }
+    }
+};
+
+Wish makeWish(const Model& model, const State& state, const Joint& joint, int coordinate,
+              bool isRate, Real value) {
+    const JointCoordinate& kind = joint.getEquations().getCoordinate(coordinate);
+    const Vector now = isRate ? joint.calcCoordinateDots(state) : joint.calcCoordinates(state);
+    return {model,
+            joint,
+            coordinate,
+            getCoordinateNames(joint)[size_t(coordinate)] + (isRate ? "'s rate" : ""),
+            std::string(kind.isAngle() ? "rad" : "m") + (isRate ? "/s" : ""),
+            value,
+            now[coordinate]};
 }
 
 }  // namespace
 
 State dragJoint(const Model& model, const State& state, const Joint& joint, int coordinate,
                 double value) {
-    Drag drag(model, state, joint, coordinate);
-    const JointCoordinate& kind = joint.getEquations().getCoordinate(coordinate);
-    const auto calcRest = [&] {
-        const Real rest = value - drag.calcCoordinate();
-        return kind.isPeriodic() ? std::remainder(rest, 2 * Pi) : rest;
-    };
-    const Real way = std::abs(calcRest());
-    const Real longest = kind.isAngle() ? kLargestTurn : way / 10;
-    const int mostSteps = kMostCorrections + (way > 0 ? int(std::ceil(2 * way / longest)) : 0);
-    for (int step = 0; step < mostSteps; ++step) {
-        const Real rest = calcRest();
-        if (std::abs(rest) < kTolerance * (1 + std::abs(value)) &&
-            drag.calcLargestError() < kTolerance)
-            return drag.getState();
-        drag.move(std::clamp(rest, -longest, longest));
-        if (!std::isfinite(drag.calcLargestError())) break;
+    const Wish wish = makeWish(model, state, joint, coordinate, false, value);
+    wish.checkThatNoMotionLeads();
+    const Real rate = joint.calcCoordinateDots(state)[coordinate];
+    std::string culprit;
+    for (const Shapes shapes : {Shapes::Held, Shapes::Free}) {
+        Drag drag(model, state, joint, coordinate, shapes);
+        if (drag.leadTo(value)) {
+            const State moved = drag.getState();
+            return drag.changeRateTo(rate) ? drag.getState() : moved;
+        }
+        culprit = drag.findWorstJoint();
     }
-    refuse(drag, joint, coordinate, "", drag.calcCoordinate(), value);
+    wish.refuse(culprit + " does not allow it");
 }
 
 State setJointRate(const Model& model, const State& state, const Joint& joint, int coordinate,
                    double rate) {
-    Drag drag(model, state, joint, coordinate);
-    for (int i = 0; i < 2; ++i) drag.changeRate(rate - drag.calcRate());
-    if (!(std::abs(drag.calcRate() - rate) < 1e-9 * (1 + std::abs(rate))))
-        refuse(drag, joint, coordinate, "'s rate", drag.calcRate(), rate);
-    return drag.getState();
+    const Wish wish = makeWish(model, state, joint, coordinate, true, rate);
+    wish.checkThatNoMotionLeads();
+    for (const Shapes shapes : {Shapes::Held, Shapes::Free}) {
+        Drag drag(model, state, joint, coordinate, shapes);
+        if (drag.changeRateTo(rate)) return drag.getState();
+    }
+    wish.refuse("the joints do not allow it");
 }
 
 std::vector<std::string> getCoordinateNames(const Joint& joint) {

@@ -6,18 +6,19 @@ From an assembled State, each step solves
 
     G δ = −g(q),   ∂c/∂u δ = Δc
 
-for the smallest δ, in metres anywhere on the bodies; modal coordinates count a thousandfold, so
-that bodies move before they bend. The coordinate is led to its value in steps of 0.1 rad or a tenth
-of the way. Redundant equations are allowed. O(m²n) each. **/
+for the smallest δ, in metres anywhere on the bodies. Flexible bodies keep their shapes. Only where
+the joints cannot be closed with these they deform, and as little as needed: the smallest change of
+modal coordinates since the start counts, a thousandfold. The coordinate is led to its value in
+steps of 0.1 rad or a tenth of the way. Redundant equations are allowed. O(m²n) each. **/
 
 #include "simflex/cli/model/Model.h"
 
 namespace simflex {
 namespace cli {
 
-/** Leads the coordinate to `value`; speeds stay as they are. An angle goes the shorter way round.
-@throws std::runtime_error if the joints do not allow it, saying how far the coordinate came and
-which joint came apart. **/
+/** Leads the coordinate to `value`; its rate stays, other speeds are made consistent. An angle goes
+the shorter way round.
+@throws std::runtime_error if the joints or a motion do not allow it, naming which. **/
 SimTK::State dragJoint(const Model& model, const SimTK::State& state, const Joint& joint,
                        int coordinate, double value);
 

@@ -1,5 +1,6 @@
 #include "simflex/cli/shell/LineEditor.h"
 
+#include <fcntl.h>
 #include <histedit.h>
 #include <poll.h>
 #include <signal.h>
@@ -8,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <clocale>
 #include <cstdio>
@@ -61,43 +63,62 @@ void printColumns(const std::vector<std::string>& words) {
 }
 
 volatile sig_atomic_t resized = 0, resumed = 0;
+int wakeUp[2] = {-1, -1};  // a pipe: signals may reach any thread, and just before poll()
+void (*noteInterrupt)(int) = nullptr;
 
-/** Minds the window's size, and goings to the background, while a line is edited. **/
+void hearSignal(int signal) {
+    const int error = errno;
+    if (signal == SIGWINCH)
+        resized = 1;
+    else if (signal == SIGCONT)
+        resumed = 1;
+    else
+        noteInterrupt(signal);
+    const ssize_t written = write(wakeUp[1], "", 1);  // if it is full, it wakes all the same
+    static_cast<void>(written);
+    errno = error;
+}
+
+void drain(int pipe) {
+    char bytes[64];
+    while (read(pipe, bytes, sizeof bytes) > 0) {
+    }
+}
+
+/** Minds Ctrl-C, the window's size, and goings to the background, while a line is edited. **/
 class TerminalSignals {
 public:
     TerminalSignals() {
+        if (wakeUp[0] < 0 && pipe2(wakeUp, O_CLOEXEC | O_NONBLOCK) != 0)
+            throw std::runtime_error("no pipe can be made");
+        drain(wakeUp[0]);
         struct sigaction action {};
-        action.sa_handler = [](int signal) { (signal == SIGWINCH ? resized : resumed) = 1; };
-        sigaction(SIGWINCH, &action, &_window);
-        sigaction(SIGCONT, &action, &_resume);
+        sigaction(SIGINT, nullptr, &action);
+        noteInterrupt = action.sa_handler;  // as forgetInterrupts() left it
+        action = {};
+        action.sa_handler = hearSignal;
+        for (size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &action, &_before[i]);
     }
     ~TerminalSignals() {
-        sigaction(SIGWINCH, &_window, nullptr);
-        sigaction(SIGCONT, &_resume, nullptr);
+        for (size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &_before[i], nullptr);
     }
     TerminalSignals(const TerminalSignals&) = delete;
     TerminalSignals& operator=(const TerminalSignals&) = delete;
 
 private:
-    struct sigaction _window {
-    }, _resume{};
+    static constexpr std::array<int, 4> kSignals{SIGINT, SIGTERM, SIGWINCH, SIGCONT};
+    std::array<struct sigaction, 4> _before{};
 };
 
 /** False, with errno EINTR, after a signal, also one that came just before. **/
 bool waitForInput() {
-    sigset_t interrupt, before;
-    sigemptyset(&interrupt);
-    sigaddset(&interrupt, SIGINT);
-    sigprocmask(SIG_BLOCK, &interrupt, &before);
-    struct pollfd input {
-        STDIN_FILENO, POLLIN, 0
-    };
+    struct pollfd sources[] = {{STDIN_FILENO, POLLIN, 0}, {wakeUp[0], POLLIN, 0}};
     errno = EINTR;
-    const bool isReady = !wasInterrupted() && ppoll(&input, 1, nullptr, &before) > 0;
-    const int error = errno;
-    sigprocmask(SIG_SETMASK, &before, nullptr);
-    errno = error;
-    return isReady;
+    if (wasInterrupted() || poll(sources, 2, -1) < 0) return false;
+    if (!sources[1].revents) return true;
+    drain(wakeUp[0]);
+    errno = EINTR;
+    return false;
 }
 
 /** libedit's own reader sends signals on to the whole process group. **/

@@ -96,7 +96,7 @@ void listJoints(Shell& shell) {
     }
     shell.print("%s", table.format().c_str());
     for (const std::string& line : model.getIntegrator().getRedundantConstraints())
-        shell.print("%s\n", line.c_str());
+        shell.print("%s\n", nameBodies(model.getModel(), line).c_str());
 }
 
 void listMotions(Shell& shell) {
@@ -235,22 +235,38 @@ std::string findLargest(const Model& model, const Linearization& linear, const E
     return largest;
 }
 
+/** Below this fraction of the largest eigenvalue nothing but rounding is left. **/
+constexpr double kFreeMotion = 3e-7;
+
+/** A row of the table for each motion: a free one may have two eigenvalues, ±what rounding left.
+ * **/
 void printEigenmodes(Shell& shell, const Words& words) {
     const ShellModel& model = shell.updModel();
     const int count = words.empty() ? 10 : shell.calcCount(words[0], 10000);
     const Linearization linear = calcLinearization(model.getModel().getSystem(), model.copyState());
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    double highest = 0;
+    for (const Eigenmode& mode : modes) highest = std::max(highest, double(mode.frequency));
     TextTable table({"mode", "frequency [Hz]", "damping [%]", "moves most"});
-    for (int i = 0; i < std::min(count, int(modes.size())); ++i) {
-        const Eigenmode& mode = modes[size_t(i)];
-        table.add({std::to_string(i + 1), formatNumber(mode.frequency),
-                   mode.isRigidMotion() ? "0" : formatShort(100 * mode.dampingRatio),
+    int numMotions = 0;
+    bool hasPartner = false;
+    for (const Eigenmode& mode : modes) {
+        const bool isFree = mode.frequency <= kFreeMotion * highest;
+        const bool oscillates = mode.eigenvalue.imag() != 0;
+        hasPartner = isFree && !oscillates && !mode.isRigidMotion() && !hasPartner;
+        const bool isSecond = isFree && !oscillates && !mode.isRigidMotion() && !hasPartner;
+        if (isSecond || ++numMotions > count) continue;
+        const std::string damping = isFree                  ? "free motion"
+                                    : oscillates            ? formatShort(100 * mode.dampingRatio)
+                                    : mode.dampingRatio > 0 ? "dies down"
+                                                            : "grows";
+        table.add({std::to_string(numMotions), isFree ? "0" : formatNumber(mode.frequency), damping,
                    findLargest(model.getModel(), linear, mode)});
     }
     shell.print("%s", table.format().c_str());
-    if (int(modes.size()) > count) shell.print("%zu modes in all\n", modes.size());
+    if (numMotions > count) shell.print("%d modes in all\n", numMotions);
     for (const std::string& line : model.getIntegrator().getRedundantConstraints())
-        shell.print("%s\n", line.c_str());
+        shell.print("%s\n", nameBodies(model.getModel(), line).c_str());
 }
 
 std::vector<std::string> completeList(const Shell& shell, const Words& before, const std::string&) {
@@ -266,9 +282,9 @@ std::vector<std::string> completeList(const Shell& shell, const Words& before, c
 
 void addListCommands(std::vector<Command>& commands) {
     const std::string group = "What there is";
-    commands.push_back({group, "list", "WHAT [BODY]", "Lists what the model has, as it is now.",
-                        "bodies, joints, motions, modes BODY, probes, parameters, frames.", 1, 2,
-                        list, completeList});
+    commands.push_back({group, "list",
+                        "bodies | joints | motions | modes BODY | probes | parameters | frames",
+                        "Lists what the model has, as it is now.", "", 1, 2, list, completeList});
     commands.push_back({group, "probe", "[NAME ...]", "Prints probes as they are now; alone: all.",
                         "", 0, 1000, printProbes,
                         [](const Shell& shell, const Words&, const std::string&) {
@@ -292,7 +308,9 @@ void addListCommands(std::vector<Command>& commands) {
          "eigen",
          "[N]",
          "Prints the natural modes about this state, 10 by default.",
-         "Rigid motions come first. The state's speeds count: gyroscopic terms make frequencies of "
+         "Free motions, which nothing restores, come first; 'grows' and 'dies down' are motions "
+         "that do "
+         "not\noscillate. The state's speeds count: gyroscopic terms make frequencies of "
          "what\nturns. Where it is not in equilibrium, they are those of an instant.",
          0,
          1,

@@ -110,7 +110,7 @@ void findStatic(Shell& shell, const Words&) {
     model.setState(state);
     shell.print("at rest after %d iterations\n", equilibrium.getNumIterations());
     for (const std::string& motion : equilibrium.getFreeMotions())
-        shell.print("nothing holds %s\n", motion.c_str());
+        shell.print("%s\n", nameBodies(model.getModel(), motion).c_str());
 }
 
 void reset(Shell& shell, const Words&) {

@@ -6,11 +6,11 @@ Commands of the prompt that draw: pictures and plots, in the terminal and to fil
 #include <limits>
 #include <stdexcept>
 
+#include "simflex/cli/results/ResultFigure.h"
 #include "simflex/cli/shell/Format.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/cli/shell/TerminalPicture.h"
 #include "simflex/cli/shell/TerminalPlot.h"
-#include "simflex/render/ProbePlot.h"
 
 namespace simflex {
 namespace cli {
@@ -24,6 +24,20 @@ void checkPng(const std::string& path) {
 }
 
 // ---- show, save
+
+/** Nothing but the model: characters are too coarse for texts and lines. **/
+void simplify(OffscreenVisualizer& visualizer) {
+    visualizer.setBackgroundType(OffscreenVisualizer::SolidColor)
+        .setTransparentBackground(true)
+        .setWindowTitle("")
+        .setShowColorBar(false)
+        .setShowDeformationFactor(false)
+        .setShowUndeformed(false)
+        .setShowAxes(false)
+        .setShowScaleBar(false)
+        .setShowSimTime(false)
+        .setShowFrameNumber(false);
+}
 
 void show(Shell& shell, const Words& words) {
     PictureKind kind = PictureKind::Automatic;
@@ -42,9 +56,10 @@ void show(Shell& shell, const Words& words) {
     const SimTK::State& state = shell.updModel().getState();
     const Terminal terminal = Terminal::detect();
     OffscreenVisualizer visualizer = shell.updVisualizer();
+    if (choosePictureKind(kind, terminal) == PictureKind::Symbols) simplify(visualizer);
     if (!terminal.hasColor)  // light is all there is: none where there is nothing
         visualizer.setTheme(OffscreenVisualizer::Theme::Dark)
-            .setBackgroundType(OffscreenVisualizer::SolidColor)
+            .setTransparentBackground(false)
             .setBackgroundColor(SimTK::Vec3(0));
     const Image image = visualizer.drawFrame(state);
     std::fputs(drawTerminalPicture(image, terminal, kind).c_str(), stdout);
@@ -200,7 +215,6 @@ PlotRequest readPlot(const Shell& shell, const Words& words) {
     }
     if (request.names.empty()) throw std::runtime_error("name a probe");
     if (!(request.from < request.to)) throw std::runtime_error("'from' must be before 'to'");
-    if (!request.file.empty()) checkPng(request.file);
     return request;
 }
 
@@ -256,6 +270,24 @@ std::vector<TerminalCurve> collectCurves(const ShellModel& model, const PlotRequ
     return curves;
 }
 
+/** The record as `simflex run` would write it. **/
+ResultData::Analysis makeAnalysis(const ShellModel& model) {
+    ResultData::Analysis analysis;
+    analysis.name = "record";
+    analysis.type = "transient";
+    analysis.time = model.getRecord().time;
+    size_t first = 0;
+    for (const Probe& probe : model.getProbes()) {
+        ResultData::Series series{{probe.name, probe.unit, probe.columns}, {}};
+        for (const std::vector<double>& row : model.getRecord().rows)
+            series.rows.emplace_back(row.begin() + long(first),
+                                     row.begin() + long(first + probe.columns.size()));
+        first += probe.columns.size();
+        analysis.probes.push_back(std::move(series));
+    }
+    return analysis;
+}
+
 void plot(Shell& shell, const Words& words) {
     const PlotRequest request = readPlot(shell, words);
     const ShellModel& model = shell.updModel();
@@ -264,23 +296,20 @@ void plot(Shell& shell, const Words& words) {
         std::fputs(drawTerminalPlot(curves, Terminal::detect()).c_str(), stdout);
         return;
     }
-    ProbePlot figure(model.getTitle());
-    Names units;
-    for (const TerminalCurve& curve : curves)
-        if (std::find(units.begin(), units.end(), curve.unit) == units.end())
-            units.push_back(curve.unit);
-    for (const std::string& unit : units) {
-        figure.addPanel("", unit);
-        for (const TerminalCurve& curve : curves)
-            if (curve.unit == unit) figure.addCurve(curve.name, curve.time, curve.values);
-    }
-    const int width = 1200, height = 120 + 320 * int(units.size());
-    figure.draw(width, height).writePng(request.file);
-    shell.print("%s: %d x %d pixels\n", request.file.c_str(), width, height);
+    const ResultData::Analysis rows = makeAnalysis(model);
+    FigureWishes wishes;
+    wishes.probes = request.names;
+    wishes.from = request.from;
+    wishes.to = request.to;
+    Figure figure = makeResultFigure({{"", &rows}}, wishes);
+    figure.title = model.getTitle();
+    drawFigure(request.file, figure);
+    shell.print("%s\n", request.file.c_str());
 }
 
 Names completePlot(const Shell& shell, const Words& before, const std::string& word) {
-    if (!before.empty() && before.back() == "into") return completePath(word, {".png"});
+    if (!before.empty() && before.back() == "into")
+        return completePath(word, {".png", ".svg", ".pdf"});
     if (!shell.hasModel()) return {};
     Names names;
     for (const NamedColumns& columns : listColumns(shell.updModel())) names.push_back(columns.name);
@@ -297,19 +326,21 @@ Names completePng(const Shell&, const Words& before, const std::string& word) {
 void addPictureCommands(std::vector<Command>& commands) {
     const std::string group = "Pictures and plots";
     commands.push_back(
-        {group, "plot", "PROBE ... [from TIME] [to TIME] [into FILE.png]",
-         "Plots probes, or parts of them as 'slider.x', in the terminal or into a file.", "", 1,
-         1000, plot, completePlot});
+        {group, "plot", "PROBE ... [from TIME] [to TIME] [into FILE]",
+         "Plots probes, or parts of them as 'slider.x', in the terminal or into a file.",
+         "Files are drawn as by 'simflex plot', .png, .svg or .pdf.", 1, 1000, plot, completePlot});
     commands.push_back(
         {group, "show", "[symbols | sixel | kitty]", "Shows the model in the terminal.",
-         "As fine as the terminal says it can: kitty or sixel graphics, or characters.", 0, 1, show,
-         [](const Shell&, const Words& before, const std::string&) {
+         "As fine as the terminal says it can: kitty or sixel graphics, or characters, which show "
+         "nothing\nbut the model.",
+         0, 1, show, [](const Shell&, const Words& before, const std::string&) {
              return before.empty() ? Names{"symbols", "sixel", "kitty"} : Names{};
          }});
     commands.push_back(
         {group, "save", "FILE.png", "Writes the picture to a file.", "", 1, 1, save, completePng});
     commands.push_back(
-        {group, "camera", "SETTING ...", "Places the camera of 'show' and 'save'.",
+        {group, "camera", "view | orbit | zoom | follow | perspective | orthographic | reset ...",
+         "Places the camera of 'show' and 'save'.",
          "view NAME (front, back, left, right, top, bottom, isometric), view AZIMUTH ELEVATION,\n"
          "orbit ANGLE [ANGLE] from where it stands, zoom FACTOR, follow BODY [HEIGHT], follow "
          "none,\n"

@@ -124,7 +124,9 @@ void Shell::runCommand(const Words& words) {
     } catch (const Stopped&) {
         throw;
     } catch (const std::exception& error) {
-        throw std::runtime_error(command.name + ": " + error.what());
+        const std::string what =
+            _model ? nameBodies(_model->getModel(), error.what()) : error.what();
+        throw std::runtime_error(command.name + ": " + what);
     }
 }
 

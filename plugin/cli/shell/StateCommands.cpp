@@ -26,6 +26,21 @@ std::vector<std::string> listNames(const ShellModel& model) {
     return names;
 }
 
+/** A path without its section: "shoulder", "crank.modes.3". **/
+std::optional<ShellVariable> findByName(const ShellModel& model, const std::string& path) {
+    const std::string name = path.substr(0, path.find('.'));
+    for (const Model::JointEntry& entry : model.getModel().getJoints())
+        if (entry.name == name) return findVariable(model, "joints." + path);
+    for (const Model::BodyEntry& entry : model.getModel().getBodies())
+        if (entry.name == name) return findVariable(model, "bodies." + path);
+    return {};
+}
+
+void printVariable(Shell& shell, const ShellVariable& variable) {
+    shell.print("%s = %s\n", variable.path.c_str(),
+                formatValues(variable.get(), variable.unit).c_str());
+}
+
 std::vector<double> calcProbe(const ShellModel& model, const Probe& probe) {
     std::vector<double> values(probe.columns.size());
     probe.calc(model.makeMoment(), values.data());
@@ -36,8 +51,7 @@ void get(Shell& shell, const Words& words) {
     const ShellModel& model = shell.updModel();
     for (const std::string& path : words) {
         if (const auto variable = findVariable(model, path)) {
-            shell.print("%s = %s\n", variable->path.c_str(),
-                        formatValues(variable->get(), variable->unit).c_str());
+            printVariable(shell, *variable);
             continue;
         }
         std::string full = normalizePath(path);
@@ -51,7 +65,13 @@ void get(Shell& shell, const Words& words) {
         const ModelValue file = model.getModel().getFile();
         std::optional<std::string> text = formatModelValue(file, full);
         if (!text) text = formatModelValue(file, full = "parameters." + full);
-        if (!text) throw std::runtime_error(describeUnknown("value", path, listNames(model)));
+        if (!text) {
+            const auto variable = findByName(model, path);
+            if (!variable)
+                throw std::runtime_error(describeUnknown("value", path, listNames(model)));
+            printVariable(shell, *variable);
+            continue;
+        }
         shell.print("%s = %s\n", full.c_str(), text->c_str());
     }
 }
@@ -74,8 +94,7 @@ void setVariable(Shell& shell, const ShellVariable& variable, const std::string&
                                                          : shell.calcNumbers(text);
     checkSize(variable, values.size());
     model.setState(variable.calcStateWith(values));
-    shell.print("%s = %s\n", variable.path.c_str(),
-                formatValues(variable.get(), variable.unit).c_str());
+    printVariable(shell, variable);
 }
 
 /** Changes the model file's text by a setting; the model is made anew. **/
@@ -106,6 +125,8 @@ void set(Shell& shell, const Words& words) {
     std::string full = normalizePath(path);
     if (formatModelValue(model.getModel().getFile(), "parameters." + full))
         full = "parameters." + full;
+    else if (const auto variable = findByName(model, path))
+        return setVariable(shell, *variable, value);
     if (full.find('.') == std::string::npos && !formatModelValue(model.getModel().getFile(), full))
         throw std::runtime_error(describeUnknown("value", path, listNames(model)));
     setModelValue(shell, full, value);
@@ -119,7 +140,10 @@ void drag(Shell& shell, const Words& words) {
             const std::string name = words[0].substr(0, words[0].find('.'));
             for (const Model::JointEntry& entry : shell.updModel().getModel().getJoints())
                 if (entry.name == name) return entry.joint;
-            throw std::runtime_error("there is no joint '" + name + "'");
+            std::vector<std::string> names;
+            for (const Model::JointEntry& entry : shell.updModel().getModel().getJoints())
+                names.push_back(entry.name);
+            throw std::runtime_error(describeUnknown("joint", name, names));
         }();
         const std::vector<std::string> names = getCoordinateNames(joint);
         if (names.empty())
@@ -158,7 +182,8 @@ void addStateCommands(std::vector<Command>& commands) {
     commands.push_back(
         {group, "get", "PATH ...",
          "Prints a coordinate, speed, probe, parameter or value of the model file.",
-         "joints.NAME.angle, angle_rate, displacement; bodies.NAME.position, orientation, "
+         "joints.NAME.angle, angle_rate, displacement; NAME alone if that is clear. "
+         "bodies.NAME.position, orientation, "
          "velocity, "
          "angular_velocity,\nmodes, modal_speeds, rigid; of a rigid body's own mobilizer "
          "coordinates and rates. Parts of\nlists: bodies.crank.modes.3, bodies.slider.position.x.",
@@ -178,9 +203,10 @@ void addStateCommands(std::vector<Command>& commands) {
     commands.push_back(
         {group, "drag", "JOINT VALUE",
          "Moves the mechanism until a joint's coordinate has this value.",
-         "JOINT.COORDINATE if it has several. An angle goes the shorter way round; flexible bodies "
+         "JOINT.COORDINATE if it has several. An angle goes the shorter way round. Flexible bodies "
          "keep "
-         "their\nshape as well as they can.",
+         "their\nshapes; where the joints cannot be closed with these, they deform as little as "
+         "needed.",
          2, 2, drag, [](const Shell& shell, const Words& before, const std::string&) {
              std::vector<std::string> names;
              if (!before.empty() || !shell.hasModel()) return names;

@@ -61,6 +61,17 @@ ChafaSymbolTags chooseSymbols(const Terminal& terminal, ChafaCanvasMode colors) 
 
 }  // namespace
 
+PictureKind choosePictureKind(PictureKind wanted, const Terminal& terminal) {
+    switch (chooseMode(wanted, terminal, findTermInfo(terminal).get())) {
+        case CHAFA_PIXEL_MODE_KITTY:
+            return PictureKind::Kitty;
+        case CHAFA_PIXEL_MODE_SIXELS:
+            return PictureKind::Sixel;
+        default:
+            return PictureKind::Symbols;
+    }
+}
+
 std::string drawTerminalPicture(const Image& image, const Terminal& terminal, PictureKind kind) {
     Handle<ChafaTermInfo> info = findTermInfo(terminal);
     const ChafaPixelMode mode = chooseMode(kind, terminal, info.get());

@@ -13,6 +13,9 @@ namespace cli {
 
 enum class PictureKind { Automatic, Symbols, Sixel, Kitty };
 
+/** Symbols, sixel or kitty. **/
+PictureKind choosePictureKind(PictureKind wanted, const Terminal& terminal);
+
 /** As wide as the terminal, or as high as it is but for two rows. Without colour, plain characters
 with no control sequences. Ends with a new line. **/
 std::string drawTerminalPicture(const Image& image, const Terminal& terminal,

@@ -40,6 +40,7 @@ SweepPlan makePlan(const SweepArguments& arguments) {
     plan.model = loadModelText(fs::absolute(arguments.model).lexically_normal().string(),
                                arguments.settings);
     plan.of = arguments.of;
+    checkSweepSettings(plan.model);
     if (arguments.vary.empty() && arguments.list.empty()) {
         takeModelSweep(plan, arguments.analysis);
     } else {
@@ -53,6 +54,7 @@ SweepPlan makePlan(const SweepArguments& arguments) {
         if (!arguments.list.empty()) plan.keys = readSweptKeys(arguments.list);
         makeSweepCases(plan, arguments.list.empty() ? SweepOrder::Grid : SweepOrder::List);
     }
+    checkSweepColumns(plan);
     checkSweepCases(plan);
     return plan;
 }
@@ -132,7 +134,7 @@ void addSweepCommand(CLI::App& app) {
                       "Cases of a CSV file: names in the first line, then a line for each case");
     sweep
         ->add_option("--set", arguments->settings,
-                     "A setting that all cases share, as of simflex run")
+                     "A setting that all cases share (one value), as of simflex run")
         ->type_name("PATH=VALUE")
         ->allow_extra_args(false);
     sweep->add_option("--analysis", arguments->analysis, "Which of the model's sweeps");

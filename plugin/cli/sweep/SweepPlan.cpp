@@ -1,5 +1,7 @@
 #include "simflex/cli/sweep/SweepPlan.h"
 
+#include <fnmatch.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -11,6 +13,8 @@
 #include <fstream>
 #include <set>
 #include <stdexcept>
+
+#include "simflex/cli/model/NearestName.h"
 
 namespace simflex {
 namespace cli {
@@ -61,6 +65,12 @@ std::vector<std::string> makeRange(double from, double to, int count) {
                                : k == count - 1 ? to
                                                 : from + (to - from) * k / (count - 1)));
     return values;
+}
+
+/** "1:2", "1:2:0.5": numbers and colons. **/
+bool looksLikeRange(const std::string& text) {
+    return text.find(':') != std::string::npos &&
+           text.find_first_not_of("0123456789.+-eE: ") == std::string::npos;
 }
 
 class Checksum {
@@ -151,6 +161,11 @@ SweptKey parseSweptKey(const std::string& text) {
             throw std::runtime_error("'" + text + "': the count is " + std::to_string(count) +
                                      ", not 1 to " + std::to_string(kMostCases));
         key.values = makeRange(from, to, count);
+    } else if (looksLikeRange(values)) {
+        throw std::runtime_error("'" + text + "' is not " + key.name +
+                                 "=FROM:TO:COUNT; COUNT is the number of values from FROM to TO, "
+                                 "as in " +
+                                 key.name + "=0:1:5");
     } else {
         key.values = split(values);
     }
@@ -190,6 +205,45 @@ std::vector<SweptKey> readSweptKeys(const std::string& path) {
                                  "' has no cases: names of parameters in its first line, " +
                                  "values below, divided by commas");
     return keys;
+}
+
+void checkSweepSettings(const ModelText& model) {
+    try {
+        readModel(model);
+    } catch (const ModelError& error) {
+        for (const std::string& setting : model.settings) {
+            const size_t equals = setting.find('=');
+            if (equals == std::string::npos) continue;
+            const std::string values = setting.substr(equals + 1);
+            const bool isWrong = std::strstr(error.what(), setting.c_str()) != nullptr;
+            if (!isWrong || (split(values).size() < 2 && !looksLikeRange(values))) continue;
+            throw ModelError(std::string(error.what()) +
+                             "\n--set gives all cases one value; several are varied by --vary " +
+                             setting);
+        }
+        throw;
+    }
+}
+
+void checkSweepColumns(const SweepPlan& plan) {
+    const std::vector<std::string> probes = readModel(plan.model).get("probes").getKeys();
+    if (probes.empty()) return;  // those of the joints, which the built model knows
+    for (const std::string& text : plan.of) {
+        bool isKnown = false;
+        // PROBE, PROBE.COLUMN, PROBE.STATISTIC, PROBE.COLUMN.STATISTIC; patterns may span dots
+        for (std::string pattern = text; !isKnown;) {
+            for (const std::string& probe : probes)
+                isKnown |= fnmatch(pattern.c_str(), probe.c_str(), 0) == 0;
+            const size_t dot = pattern.rfind('.');
+            if (dot == std::string::npos) break;
+            pattern.resize(dot);
+        }
+        if (isKnown) continue;
+        const std::string name = text.substr(0, text.find('.')),
+                          proposal = proposeName(name, probes);
+        throw std::runtime_error("--of " + text + ": the model has no probe '" + name + "'" +
+                                 (proposal.empty() ? "" : "; " + proposal));
+    }
 }
 
 namespace {

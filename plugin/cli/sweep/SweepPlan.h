@@ -58,6 +58,14 @@ void makeSweepCases(SweepPlan& plan, SweepOrder order);
 name, or the only one if `name` is empty. @throws ModelError, std::runtime_error. **/
 void takeModelSweep(SweepPlan& plan, const std::string& name);
 
+/** Checks the settings that all cases share. @throws ModelError; of several values it says how to
+vary them. **/
+void checkSweepSettings(const ModelText& model);
+
+/** Checks that the columns wanted are of probes that the model names, if it names any.
+@throws std::runtime_error proposing the nearest. **/
+void checkSweepColumns(const SweepPlan& plan);
+
 /** Checks each case's model, and finds `content`. @throws ModelError. **/
 void checkSweepCases(SweepPlan& plan);
 

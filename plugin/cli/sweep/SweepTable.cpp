@@ -14,6 +14,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/results/ProbeChoice.h"
 #include "simflex/part/Hdf5.h"
 
@@ -202,6 +203,14 @@ private:
     int _file;
 };
 
+[[noreturn]] void failUnused(const Wish& wish, const std::vector<std::string>& names) {
+    const std::string proposal = proposeName(wish.probe, names);
+    throw std::runtime_error(
+        "--of " + wish.text + ": no probe fits it" + (proposal.empty() ? "" : "; " + proposal) +
+        "; a column is PROBE.maximum, .minimum, .mean, .rms, .final or .range. The cases are "
+        "kept: the same command with another --of only makes the table");
+}
+
 }  // namespace
 
 SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
@@ -210,6 +219,7 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
     std::vector<std::vector<Entry>> all;
     std::set<std::string> analyses;
     bool hasProbes = false;
+    std::vector<std::string> names;
     for (size_t k = 0; k < plan.cases.size(); ++k) {
         all.emplace_back();
         if (outcomes[k].status != SweepOutcome::Status::Complete) continue;
@@ -217,14 +227,17 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
             readResults(folder + "/" + plan.cases[k].folder + "/results.h5", ReadStates::No);
         all.back() = collectEntries(results, wishes);
         for (const Entry& entry : all.back()) analyses.insert(entry.analysis);
-        for (const auto& analysis : results.analyses) hasProbes |= analysis.type == "transient";
+        for (const auto& analysis : results.analyses) {
+            if (analysis.type != "transient") continue;
+            hasProbes = true;
+            if (!names.empty()) continue;
+            for (const ChosenColumn& column : chooseColumns(analysis, {}))
+                names.push_back(column.name);
+        }
     }
     if (hasProbes)
         for (const Wish& wish : wishes)
-            if (!wish.isUsed)
-                throw std::runtime_error("'" + wish.text +
-                                         "' fits no probe of the sweep; a column is PROBE." +
-                                         "maximum, .minimum, .mean, .rms, .final or .range");
+            if (!wish.isUsed) failUnused(wish, names);
     SweepTable table;
     std::map<std::string, size_t> places;
     for (size_t k = 0; k < all.size(); ++k)

@@ -63,6 +63,8 @@ TEST_F(ModelErrors, OfJointsMotionsLoadsAndConnectorsAreNamedWithTheirPlace) {
         {"joints: {j: {type: ball, axis: z, between: [ground, boom.A]}}", {"axis"}},
         {"joints: {j: {type: screw, between: [ground, boom.A]}}", {"pitch"}},
         {"joints: {j: {type: pin, between: [ground, cart.shaft]}}", {"cart.shaft", "rigid"}},
+        {"joints: {j: {type: pin, between: [ground, boom.tip]}}",
+         {"there is no interface of 'boom' called 'tip'; there are A, B"}},
         {"joints: {j: {type: rod, between: [ground, cart]}}", {"length"}},
         {joint + "motions: {m: {joint: k, position: t}}",
          {"model.yaml:5:", "motions.m.joint", "'k'", "j"}},

@@ -5,8 +5,10 @@ What the reader of model files takes, and what it says of the rest. **/
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 
 #include "cli/model/ReadText.h"
+#include "simflex/cli/model/ModelTexts.h"
 #include "simflex/cli/model/VariableFormula.h"
 
 using namespace simflex;
@@ -345,6 +347,48 @@ TEST(ModelReader, TabsThatIndentAreNamed) {
               "m.yaml:3:1: this line is indented by a tab: YAML wants spaces");
 }
 
+TEST(ModelReader, AMissingFileIsToldWithTheFolderThatWasSearched) {
+    const ModelValue model =
+        readModelText("simflex: 1\nparts: {rod: {geometry: shapes/../forms/rod.geo}}\n");
+    try {
+        failMissingFile(model.get("parts").get("rod").get("geometry"));
+        FAIL();
+    } catch (const ModelError& error) {
+        EXPECT_THAT(error.what(),
+                    AllOf(StartsWith("m.yaml:2:"),
+                          HasSubstr("there is no file 'rod.geo' in '" +
+                                    (std::filesystem::current_path() / "forms").string() + "'"),
+                          HasSubstr("model file's folder")));
+    }
+}
+
+TEST(ModelReader, TitlesComeFromTheFileIfItHasNone) {
+    EXPECT_EQ(getModelTitle(readModelText("simflex: 1\ntitle: Crank\n")), "Crank");
+    EXPECT_EQ(getModelTitle(readModelText("simflex: 1\n")), "m");
+}
+
+TEST(ModelReader, TabsAreNamedWhereOtherThingsAreWrongToo) {
+    const std::string tab = "m.yaml:3:1: this line is indented by a tab: YAML wants spaces";
+    EXPECT_EQ(refuse("simflex: 1\nbodies:\n\trod:\n\t  mass: 1\n\tarm: {mass: 1}\n"), tab);
+    EXPECT_EQ(refuse("simflex: 1\nbodies:\n\trod: {mass: 1\n"), tab);
+    EXPECT_THAT(refuse("simflex: 1\ntitle: A: b\nsolver:\n\taccuracy: 1\n"),
+                StartsWith("m.yaml:2:"));
+}
+
+TEST(ModelReader, WhatIsNoYamlIsExplained) {
+    EXPECT_THAT(refuse("simflex: 1\n# [\ntitle: it's [\nbodies: {a: {mass: [1, 2}\n"),
+                AllOf(StartsWith("m.yaml:4:20:"), HasSubstr("'[' here has no ']'")));
+    EXPECT_THAT(refuse("simflex: 1\ngravity: [0, 1, 0\nbodies: {}\n"),
+                AllOf(StartsWith("m.yaml:2:10:"), HasSubstr("'[' here has no ']'")));
+    EXPECT_THAT(refuse("simflex: 1\nbodies: {a#b: {mass: 1}\n"),
+                AllOf(StartsWith("m.yaml:2:9:"), HasSubstr("'{' here has no '}'")));
+    EXPECT_THAT(refuse("simflex: 1\ntitle: A: b\n"),
+                AllOf(StartsWith("m.yaml:2:"), HasSubstr("in quotes")));
+    EXPECT_THAT(refuse("simflex: 1\nbodies:\n    a: {mass: 1}\n  b: {mass: 1}\n"),
+                AllOf(StartsWith("m.yaml:4:"), HasSubstr("same column")));
+    EXPECT_THAT(refuse("simflex: 1\ntitle: \"\\q\"\n"), HasSubstr("single quotes"));
+}
+
 TEST(ModelReader, TextsOfOtherSystemsAreRead) {
     EXPECT_EQ(
         readModelText("\xEF\xBB\xBFsimflex: 1\r\ntitle: K\xC3\xB6rper\r\n").get("title").getText(),
@@ -352,7 +396,6 @@ TEST(ModelReader, TextsOfOtherSystemsAreRead) {
 }
 
 TEST(ModelReader, NoYamlSaysWhere) {
-    EXPECT_THAT(refuse("simflex: 1\ntitle: [a\nbodies: {}\n"), StartsWith("m.yaml:3:"));
     EXPECT_THAT(refuse("simflex: 1\ntitle: 'a\n"),
                 HasSubstr("m.yaml:2:8: the text that begins here has no closing '"));
     EXPECT_THAT(refuse("simflex: 1\n---\nsimflex: 1\n"),

@@ -19,11 +19,13 @@ The schema: what it says of itself, and that the JSON schema agrees with the rea
 
 using namespace simflex;
 using namespace simflex::cli;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 namespace {
 
@@ -158,6 +160,16 @@ TEST(Schema, ReferenceNamesEveryKeyOnce) {
     EXPECT_THAT(writeKeyReference("solver", ReferenceFormat::Text), Not(HasSubstr("gravity")));
 }
 
+TEST(Schema, ReferenceFillsInNamesThatAreLeftOut) {
+    const std::string type = writeKeyReference("joints.NAME.type", ReferenceFormat::Text);
+    EXPECT_THAT(type, StartsWith("joints.NAME.type\n"));
+    EXPECT_EQ(writeKeyReference("joints.type", ReferenceFormat::Text), type);
+    EXPECT_EQ(writeKeyReference("bodies.place.at", ReferenceFormat::Text),
+              writeKeyReference("bodies.NAME.place.at", ReferenceFormat::Text));
+    EXPECT_THAT(writeKeyReference("joints.axis.type", ReferenceFormat::Text),
+                StartsWith("joints.axis.type\n"));
+}
+
 TEST(Schema, ReferenceOfUnknownKeysProposesTheNearest) {
     const auto refuse = [](const std::string& path) -> std::string {
         try {
@@ -168,6 +180,7 @@ TEST(Schema, ReferenceOfUnknownKeysProposesTheNearest) {
         return "accepted";
     };
     EXPECT_EQ(refuse("solvr"), "model files have no key 'solvr'; did you mean 'solver'?");
+    EXPECT_THAT(refuse("nix"), AllOf(HasSubstr("there are simflex, title,"), HasSubstr("joints")));
     EXPECT_THAT(refuse("solver.mass"), HasSubstr("'mass' belongs to "));
     EXPECT_THAT(refuse("bodies.a.place.att"), HasSubstr("did you mean 'at'?"));
 }

@@ -23,6 +23,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::SizeIs;
+using ::testing::StartsWith;
 
 constexpr double pi = 3.14159265358979323846;
 
@@ -93,6 +94,14 @@ TEST(Comparison, AComponentThatIsZeroIsMeasuredByItsProbesRange) {
     const auto result = compareResults(a, b, {"wave"}, "a", "b");
     ASSERT_THAT(result.columns, SizeIs(2));
     EXPECT_LT(result.columns[1].getRelative(), 1e-13);
+}
+
+TEST(Comparison, AConstantIsMeasuredByItsSizeNotByItsRoundOff) {
+    const auto noisy = [](double t) { return 9.81 * (1 + 1e-15 * wave(t)); };
+    const auto result = compareResults(makeData(101, [](double) { return 9.81; }),
+                                       makeData(101, noisy), {}, "a", "b");
+    EXPECT_GT(result.columns.at(0).largest, 0);
+    EXPECT_LT(result.columns[0].getRelative(), 1e-14);
 }
 
 TEST(Comparison, WhatIsNoNumberOnOneSideOnlyDiffersWithoutBound) {
@@ -218,6 +227,8 @@ TEST_F(PlotTest, MistakesAreExplained) {
 
 TEST_F(PlotTest, CompareTellsByItsExitStatusWhetherResultsAgree) {
     EXPECT_EQ(run("compare a.h5 a.h5 --tolerance 0"), 0) << err;
+    EXPECT_THAT(out, StartsWith("no difference: "));
+    EXPECT_THAT(out, Not(HasSubstr("damping")));
     EXPECT_EQ(run("compare a.h5 b.h5"), 1);
     EXPECT_THAT(err, HasSubstr("analysis 'rest' is only in a"));
     EXPECT_EQ(run("compare a.h5 b.h5 --analysis run --tolerance 0"), 0) << err;
@@ -230,7 +241,8 @@ TEST_F(PlotTest, CompareTellsByItsExitStatusWhetherResultsAgree) {
     writer.flush();
     EXPECT_EQ(run("compare b.h5 c.h5 --plot difference.svg"), 1);
     EXPECT_THAT(err, AllOf(HasSubstr("'angle'"), HasSubstr("0.000999")));
-    EXPECT_THAT(out, HasSubstr("0.00059 rad"));
+    EXPECT_THAT(out, AllOf(HasSubstr("0.00059 rad"), HasSubstr("\nrun:\n"), Not(HasSubstr("swing")),
+                           HasSubstr("2 of 3 columns are identical")));
     EXPECT_THAT(readText(folder / "difference.svg"),
                 AllOf(HasSubstr("angle [rad]"), HasSubstr("difference [rad]")));
     EXPECT_EQ(run("compare b.h5 c.h5 --tolerance 2e-3"), 0) << err;

@@ -229,11 +229,14 @@ loads:
   push: {on: bar.tip, force: [0, -100, 0]}
 probes:
   tip: {position: bar.tip, component: y}
+  whole: {position: bar.tip}
+  side: {position: bar.tip, component: z}
   force: {reaction: wall, component: y}
 analyses:
   rest: {type: static}
 )");
     ASSERT_EQ(runModel("--rigid"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("* less than the accuracy of the simulation, 1e-06 m"));
     EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "tip").rows[0][0], 0, 1e-12);
     EXPECT_TRUE(cli::readResults(folder / "model.results.rigid.h5").header.isRigid);
     EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "force").rows[0][0], 100, 1e-6);

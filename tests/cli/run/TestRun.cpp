@@ -9,7 +9,10 @@ namespace {
 constexpr double kPi = 3.14159265358979323846, kGravity = 9.81;
 
 using cli::ResultData;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::readText;
 
 TEST_F(RunTest, PendulumReturnsAfterItsPeriod) {
     // Elliptic integral by the arithmetic-geometric mean.
@@ -152,6 +155,28 @@ analyses:
     EXPECT_NEAR(stiffness.frequency.at(1).at(0), std::sqrt(400.0 / 2) / (2 * kPi), 1e-7);
     EXPECT_THAT(out, HasSubstr("rest: static equilibrium"));
     EXPECT_THAT(out, HasSubstr("modes: natural modes"));
+}
+
+TEST_F(RunTest, WhatDoesNotOscillateIsNoFrequency) {
+    // Upside down: lambda^2 = mgl/J = 14.715 1/s^2, both signs.
+    writeModel(makePendulum("pi", "analyses: {modes: {type: eigen, about: placed}}\n"));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(out, AllOf(HasSubstr("UNSTABLE, grows by a factor of e in 0.2607 s"),
+                           HasSubstr("dies away by a factor of e in 0.2607 s")));
+    // A nanoradian above the horizontal, beside a vibration of 10 kHz.
+    writeModel(makePendulum("pi/2 + 1e-9", R"(connectors:
+  spring: {type: spring, between: [ground, block], stiffness: 4e9, free_length: 1}
+analyses: {modes: {type: eigen, about: placed}}
+)"));
+    std::string model = readText(folder / "model.yaml");
+    model.replace(model.find("joints:\n"), 8,
+                  "  block: {mass: 1, inertia: [1, 1, 1], place: {position: [0, -1, 0]}}\n"
+                  "joints:\n  guide: {type: slider, between: [ground, block], axis: y}\n");
+    writeModel(model);
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(out,
+                AllOf(HasSubstr(" 1-2 "), HasSubstr("free motion"), Not(HasSubstr("oscillation"))));
+    EXPECT_EQ(read("modes").frequency.at(0).size(), 3u);
 }
 
 TEST_F(RunTest, AnalysesBeginWhereOthersEnd) {

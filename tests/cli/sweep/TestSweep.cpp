@@ -12,6 +12,7 @@ Sweeps: cases run in processes of their own, once each, whoever shares them. **/
 
 #include "cli/CliTest.h"
 #include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/sweep/SweepResults.h"
 #include "simflex/cli/sweep/SweepRunner.h"
 #include "simflex/cli/sweep/SweepTable.h"
 
@@ -193,6 +194,33 @@ TEST_F(SweepTest, FrequenciesOfAPendulumAreThoseOfItsFormula) {
                   "out -q"),
               0);
     EXPECT_THAT(out, HasSubstr("4 of 4 cases are complete (4 were before)"));
+}
+
+TEST_F(SweepTest, TheTableIsDrawnOverAParameter) {
+    ASSERT_EQ(run("sweep model.yaml --vary mass=3,1,2 --vary 'gravity=[0,-1.62,0],[0,-9.81,0]' -o "
+                  "out -q"),
+              0)
+        << err;
+    const SweepResults sweep = readSweepTable(folder / "out/sweep.h5", "");
+    EXPECT_EQ(sweep.key, "mass");
+    EXPECT_THAT(sweep.labels, ElementsAre("gravity=-0--1.62-0-", "gravity=-0--9.81-0-"));
+    for (size_t g = 0; g < 2; ++g) {
+        const ResultData::Analysis& analysis = sweep.results.at(g).analyses.at(0);
+        EXPECT_EQ(analysis.time, (std::vector<double>{1, 2, 3}));
+        const auto frequency =
+            std::find_if(analysis.probes.begin(), analysis.probes.end(),
+                         [](const auto& series) { return series.column.name == "frequency 1"; });
+        ASSERT_NE(frequency, analysis.probes.end());
+        for (size_t k = 0; k < 3; ++k)
+            EXPECT_NEAR(frequency->rows[k][0], calcFrequency(double(k) + 1, g ? 9.81 : 1.62), 1e-6);
+    }
+    ASSERT_EQ(run("plot out/sweep.h5 'frequency*' -o map.svg"), 0) << err;
+    EXPECT_THAT(testing::readText(folder / "map.svg"),
+                AllOf(HasSubstr(">mass<"), HasSubstr("frequency 1 [Hz]")));
+    EXPECT_EQ(run("plot out/sweep.h5 --x mas"), 1);
+    EXPECT_THAT(err, HasSubstr("it has gravity, mass"));
+    EXPECT_EQ(run("plot out/sweep.h5 --x gravity"), 1);
+    EXPECT_THAT(err, HasSubstr("no numbers"));
 }
 
 TEST_F(SweepTest, MistakesAreFoundBeforeAnythingRuns) {

@@ -17,6 +17,7 @@ using namespace cli;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 std::vector<std::string> listFolders(const SweepPlan& plan) {
@@ -43,6 +44,37 @@ TEST(SweepPlan, ValuesAreListsOrRanges) {
                 ElementsAre("[0,-1,0]", "[0,-9.81,0]"));
     for (const char* text : {"speed", "=5", "speed=", "speed=1,,2", "speed=0:1:0"})
         EXPECT_THAT(catchError([&] { parseSweptKey(text); }), HasSubstr(text)) << text;
+}
+
+TEST(SweepPlan, ARangeWithoutAWholeCountIsExplained) {
+    for (const char* text : {"load=1:2", "load=1:2:0.5", "load=1:2:3:4"})
+        EXPECT_THAT(catchError([&] { parseSweptKey(text); }),
+                    AllOf(HasSubstr(text), HasSubstr("load=FROM:TO:COUNT")));
+}
+
+TEST(SweepPlan, ASettingOfSeveralValuesPointsToVary) {
+    ModelText model{"m.yaml", "simflex: 1\nparameters: {load: 1}\n", {"parameters.load=0.5,1,2"}};
+    EXPECT_THAT(catchError([&] { checkSweepSettings(model); }),
+                HasSubstr("--vary parameters.load=0.5,1,2"));
+    model.settings = {"parameters.lod=0.5"};
+    EXPECT_THAT(catchError([&] { checkSweepSettings(model); }),
+                AllOf(HasSubstr("'load'"), Not(HasSubstr("--vary"))));
+    model.settings = {"parameters.load=0.5"};
+    EXPECT_EQ(catchError([&] { checkSweepSettings(model); }), "no error");
+}
+
+TEST(SweepPlan, ColumnsOfProbesThatTheModelHasNotAreRefusedBeforeAnyRun) {
+    SweepPlan plan;
+    plan.model = {
+        "m.yaml", "simflex: 1\nprobes: {tool: {position: ground}, all: {energy: kinetic}}\n", {}};
+    for (const char* text :
+         {"tool", "tool.x", "tool.final", "tool.x.final", "t*.rms", "*", "all"}) {
+        plan.of = {text};
+        EXPECT_EQ(catchError([&] { checkSweepColumns(plan); }), "no error") << text;
+    }
+    plan.of = {"tool.x", "tipp.final"};
+    EXPECT_THAT(catchError([&] { checkSweepColumns(plan); }),
+                AllOf(HasSubstr("'tipp'"), HasSubstr("tool")));
 }
 
 TEST(SweepPlan, AGridIsAllCombinationsAndTheLastKeyVariesFastest) {
