@@ -1,4 +1,4 @@
-# Makes the Debian package of BUILD, unpacks it into WORK/root, runs the program that is in it, and builds and runs
+# Makes the Debian package of BUILD, unpacks it into WORK/unpacked, runs the program that is in it, and builds and runs
 # pendulum/ with it.
 include(${CMAKE_CURRENT_LIST_DIR}/Run.cmake)
 
@@ -7,7 +7,7 @@ file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
 run(${CPACK} --config ${BUILD}/CPackConfig.cmake -B ${WORK} -D CPACK_CMAKE_GENERATOR=Ninja)
 file(GLOB package ${WORK}/*.deb)
-run(dpkg-deb --extract ${package} ${WORK}/root)
+run(dpkg-deb --extract ${package} ${WORK}/unpacked)
 
 run(dpkg-deb --field ${package} Depends)
 foreach(library IN ITEMS libsimbody3.7 libhdf5 libstdc\\+\\+6)
@@ -21,11 +21,11 @@ if(LINTIAN)
 endif()
 
 set(ENV{LD_LIBRARY_PATH} "")
-run(${WORK}/root/usr/bin/simflex --version)
-run(${WORK}/root/usr/bin/simflex --help)
+run(${WORK}/unpacked/usr/bin/simflex --version)
+run(${WORK}/unpacked/usr/bin/simflex --help)
 # Every command has its place in the man page.
 string(REGEX MATCHALL "\n  [a-z]+ " commands "${output}")
-file(GLOB page ${WORK}/root/usr/share/man/man1/simflex.1.gz)
+file(GLOB page ${WORK}/unpacked/usr/share/man/man1/simflex.1.gz)
 run(gzip -dc ${page})
 foreach(command IN LISTS commands)
     string(STRIP ${command} command)
@@ -34,13 +34,13 @@ foreach(command IN LISTS commands)
     endif()
 endforeach()
 foreach(file IN ITEMS guide/README.md models/ruler.yaml models/ruler.geo parts/crank.geo short/stress.cpp copyright)
-    if(NOT EXISTS ${WORK}/root/usr/share/doc/simflex/${file})
+    if(NOT EXISTS ${WORK}/unpacked/usr/share/doc/simflex/${file})
         message(FATAL_ERROR "the package lacks share/doc/simflex/${file}")
     endif()
 endforeach()
 
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/pendulum -B ${WORK}/build -D CMAKE_BUILD_TYPE=Release
-    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${WORK}/root/usr)
+    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${WORK}/unpacked/usr)
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/pendulum ${BUILD}/parts/rod.h5)
 if(NOT output MATCHES "fell by 0\\.39[0-9] rad")
