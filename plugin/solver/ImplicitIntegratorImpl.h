@@ -2,6 +2,10 @@
 /** @file
 The state of an ImplicitIntegrator (private header). **/
 
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
 #include "simflex/solver/EventDriver.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 #include "simflex/solver/ImplicitStep.h"
@@ -10,6 +14,15 @@ The state of an ImplicitIntegrator (private header). **/
 #include "simflex/solver/StepController.h"
 
 namespace simflex {
+
+inline double secondsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/** True if b is a later time than a by more than round-off. **/
+inline bool isLater(double a, double b) {
+    return b - a > 1e-13 * std::max(1.0, std::abs(a));
+}
 
 class ImplicitIntegrator::Implementation {
 public:

@@ -77,6 +77,8 @@ public:
     void putUDot(const double* q, const double* uDot, SimTK::Vector& simbodyUDot) const override;
 
 private:
+    static constexpr int LargestNumQ = 7;  ///< of one mobilizer
+
     enum class Mobilizer {
         Weld,
         Pin,

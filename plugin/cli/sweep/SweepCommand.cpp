@@ -156,6 +156,8 @@ void addSweepCommand(CLI::App& app) {
                      "Threads of each (default: the cores shared out)")
         ->check(CLI::Range(1, 1024));
     sweep->add_flag("--dry-run", arguments->isDry, "Lists the cases, checks each, runs none");
+    sweep->add_flag("--pictures", arguments->options.hasPictures,
+                    "Draws the pictures of the model for each case");
     sweep->add_flag("-q,--quiet", arguments->options.isQuiet, "No progress");
     sweep->callback([arguments] { runSweepCommand(*arguments); });
 }

@@ -214,6 +214,7 @@ private:
         setup.arguments = {
             _options.program, "run",     _plan.model.path, "-o",
             "results.h5",     "--quiet", "--threads",      std::to_string(_numThreads)};
+        if (!_options.hasPictures) setup.arguments.push_back("--no-pictures");
         for (const std::string& setting : _plan.getSettings(one)) {
             setup.arguments.push_back("--set");
             setup.arguments.push_back(setting);

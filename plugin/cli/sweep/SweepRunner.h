@@ -22,9 +22,10 @@ namespace cli {
 
 struct SweepOptions {
     std::string folder;
-    std::string program;  ///< `simflex`
-    int numJobs = 0;      ///< processes at once; 0: one for each core
-    int numThreads = 0;   ///< of each; 0: the cores shared out
+    std::string program;       ///< `simflex`
+    int numJobs = 0;           ///< processes at once; 0: one for each core
+    int numThreads = 0;        ///< of each; 0: the cores shared out
+    bool hasPictures = false;  ///< cases draw the pictures of the model
     bool isQuiet = false;
     SweepShare share;
 };

@@ -8,6 +8,7 @@ Sweeps: cases run in processes of their own, once each, whoever shares them. **/
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <sstream>
 
 #include "cli/CliTest.h"
@@ -221,6 +222,22 @@ TEST_F(SweepTest, TheTableIsDrawnOverAParameter) {
     EXPECT_THAT(err, HasSubstr("it has gravity, mass"));
     EXPECT_EQ(run("plot out/sweep.h5 --x gravity"), 1);
     EXPECT_THAT(err, HasSubstr("no numbers"));
+}
+
+TEST_F(SweepTest, CasesDrawPicturesOnlyIfAsked) {
+    const auto countPictures = [&](const std::string& where) {
+        int count = 0;
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / where))
+            count += entry.path().extension() == ".png";
+        return count;
+    };
+    const std::string command =
+        "sweep model.yaml --vary mass=1,2 -q --set 'analyses={fall: {type: transient, duration: "
+        "0.1}}' --set 'pictures={size: [64, 48], rate: 20}' -o ";
+    ASSERT_EQ(run(command + "plain"), 0) << err;
+    EXPECT_EQ(countPictures("plain"), 0);
+    ASSERT_EQ(run(command + "drawn --pictures"), 0) << err;
+    EXPECT_EQ(countPictures("drawn"), 2 * 3);  // at 0, 0.05, 0.1 s
 }
 
 TEST_F(SweepTest, MistakesAreFoundBeforeAnythingRuns) {
