@@ -1,7 +1,5 @@
 #include "simflex/cli/model/PartSource.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <filesystem>
 
@@ -9,6 +7,7 @@
 #include "simflex/cli/model/ModelSystem.h"
 #include "simflex/cli/model/ModelTexts.h"
 #include "simflex/cli/model/PartCache.h"
+#include "simflex/fe/CalculixRun.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/reduction/Reduction.h"
 
@@ -187,22 +186,6 @@ Request readRequest(const ModelValue& part) {
     return request;
 }
 
-/** A folder of this process that goes when it is done. **/
-struct TemporaryFolder {
-    TemporaryFolder() {
-        std::string name = (fs::temp_directory_path() / "simflex-part-XXXXXX").string();
-        if (!mkdtemp(name.data()))
-            throw std::runtime_error("no folder can be made in '" +
-                                     fs::temp_directory_path().string() + "'");
-        path = name;
-    }
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        fs::remove_all(path, ignored);
-    }
-    fs::path path;
-};
-
 ReducedBody runReduction(Request& request, const ModelOptions& options) {
     const std::string name = request.reduction.name;
     const auto note = [&](const std::string& text) {
@@ -219,7 +202,7 @@ ReducedBody runReduction(Request& request, const ModelOptions& options) {
     if (isGeometry && (request.reduction.stiffening || request.reduction.stress)) {
         // These come from the deck that Gmsh made, which must be there while it is reduced.
         folder.emplace();
-        source.gmsh.keepDeck = (folder->path / "part.inp").string();
+        source.gmsh.keepDeck = (folder->path() / "part.inp").string();
         readModelSource(source);
         SourceOptions deck;
         deck.path = source.gmsh.keepDeck;
