@@ -12,9 +12,11 @@ motion given to OffscreenVisualizer::fitToMotion(), or of the first frame, just 
 picture.
 **/
 
+#include <optional>
 #include <string>
 
 #include "Simbody.h"
+#include "simflex/body/Attachment.h"
 
 namespace simflex {
 
@@ -41,6 +43,10 @@ public:
     @throws std::invalid_argument unless size is finite and not negative. **/
     CameraView& setFollowedBody(SimTK::MobilizedBodyIndex body, SimTK::Real size = 0,
                                 Follow follow = Follow::Position);
+    /** The same with an attachment frame, on a flexible part as it is drawn, exaggerated: its
+    origin stays at one place of the picture. **/
+    CameraView& setFollowedFrame(const Attachment& frame, SimTK::Real size = 0,
+                                 Follow follow = Follow::Position);
     /** Default: perspective. **/
     CameraView& setProjection(Projection projection);
     CameraView& setOrthographic() { return setProjection(Projection::Orthographic); }
@@ -71,6 +77,7 @@ private:
     SimTK::Real azimuth = 25 * SimTK::Pi / 180, elevation = 16 * SimTK::Pi / 180;
     SimTK::Real orbitRate = 0;
     SimTK::MobilizedBodyIndex followedBody;
+    std::optional<Attachment> followedFrame;  // instead of the body
     Follow follow = Follow::Position;
     SimTK::Real followedSize = 0;
     Projection projection = Projection::Perspective;

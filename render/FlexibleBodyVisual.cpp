@@ -105,6 +105,36 @@ OffscreenVisualizer& OffscreenVisualizer::setShowJoints(bool show) {
     return *this;
 }
 
+OffscreenVisualizer& OffscreenVisualizer::addConnector(const DrawnConnector& connector) {
+    impl->marks.forces.connectors.push_back(connector);
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::addLoad(const DrawnLoad& load) {
+    impl->marks.forces.loads.push_back(load);
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::addLoad(const DrawnSpreadLoad& load) {
+    impl->marks.forces.spreadLoads.push_back(load);
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowConnectors(bool show) {
+    impl->marks.forces.showConnectors = show;
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setShowLoads(bool show) {
+    impl->marks.forces.showLoads = show;
+    impl->forgetFit();
+    return *this;
+}
+
 OffscreenVisualizer& OffscreenVisualizer::setShowReactions(bool show) {
     impl->marks.settings.showReactions = show;
     impl->forgetFit();

@@ -37,6 +37,7 @@ once.
 #include "simflex/render/ColorMap.h"
 #include "simflex/render/Contour.h"
 #include "simflex/render/DeformableMesh.h"
+#include "simflex/render/DrawnForces.h"
 #include "simflex/render/FrameOptions.h"
 #include "simflex/render/Image.h"
 #include "simflex/render/MotionRecorder.h"
@@ -248,13 +249,20 @@ public:
     OffscreenVisualizer& setCreaseAngle(SimTK::Real angle);
     /**@}**/
 
-    /** @name Joints and interfaces of flexible parts
+    /** @name Joints, connectors, loads and interfaces of flexible parts
     Drawn on the parts with their deformation exaggerated, in sizes that follow the parts'. **/
     /**@{**/
     /** Axes at the deformed interfaces, their master points and names; default hidden. **/
     OffscreenVisualizer& setShowInterfaces(bool show);
     /** A symbol for each joint of the System's FlexibleBodySubsystem; default hidden. **/
     OffscreenVisualizer& setShowJoints(bool show);
+    /** A symbol for a spring, damper, bushing or stop. **/
+    OffscreenVisualizer& addConnector(const DrawnConnector& connector);
+    /** Arrows for a load, the longest for the largest since fitToMotion(). **/
+    OffscreenVisualizer& addLoad(const DrawnLoad& load);
+    OffscreenVisualizer& addLoad(const DrawnSpreadLoad& load);
+    OffscreenVisualizer& setShowConnectors(bool show);  ///< those added; default shown
+    OffscreenVisualizer& setShowLoads(bool show);       ///< those added; default shown
     /** Arrows for the force and the moment (two tips) that each joint puts on the body of its frame
     M, the longest for the largest since fitToMotion(); default hidden. They come from
     Simbody's multipliers, for which States are realized to Stage::Acceleration: exact, and

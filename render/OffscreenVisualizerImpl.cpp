@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "simflex/render/scene/DrawnSeats.h"
+
 namespace simflex {
 
 using SimTK::State;
@@ -186,10 +188,10 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
     SceneBuilder builder(
         snapshot.scene, shapes, [&](int body) { return calcBodyPose(state, body); },
         calcPixelRadius, height / 720.0);
+    for (const SimTK::DecorativeGeometry& piece : geometry) builder.add(piece);
     Decorations ofParts;
     marks.append(system, state, snapshot, ofParts);
-    for (const Decorations* pieces : {&geometry, static_cast<const Decorations*>(&ofParts)})
-        for (const SimTK::DecorativeGeometry& piece : *pieces) builder.add(piece);
+    for (const SimTK::DecorativeGeometry& piece : ofParts) builder.add(piece);
     for (const SimTK::DecorativeGeometry& piece : decorations) builder.add(piece);
     for (const RubberBand& band : rubberBands) {
         SimTK::DecorativeLine line = band.line;
@@ -244,7 +246,11 @@ void OffscreenVisualizer::Impl::captureViews(const State& state, FrameSnapshot& 
         if (shot.top + shot.height < height) shot.height = std::max(1, shot.height - gap);
         // Letters of small views are smaller, but not in proportion.
         shot.unit = 0.5 * (1 + part[3]) * height / 720;
-        shot.X_GF = view.calcFollowedPose([&](int body) { return calcBodyPose(state, body); });
+        shot.X_GF = view.calcFollowedPose(
+            [&](int body) { return calcBodyPose(state, body); },
+            [&](const Attachment& frame) {
+                return calcDrawnPose(*matter, state, frame, snapshot.partStyle.deformationFactor);
+            });
         shot.camera = view.calcCamera(state.getTime(), shot.X_GF);
         shot.fitsClippingPlanes = view.fitsClippingPlanes();
         shot.showAxes = showAxes;
@@ -451,6 +457,7 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
                                                       int viewNumber) const {
     OverlayContent content;
     content.hasTriad = view.showAxes;
+    content.hasBorder = viewNumber > 0 && views[viewNumber].hasRectangle();
     content.R_GC = view.camera.X_GC.R();
     content.hasScaleBar = isScaleBarChosen ? showScaleBar : views[viewNumber].isOrthographic();
     content.pixelSize =

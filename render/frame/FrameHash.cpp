@@ -210,7 +210,7 @@ void add(ContentHash& hash, const ViewSnapshot& view) {
     hash.add(fitsClippingPlanes);
     hash.add(showAxes);
     const auto& [title, captions, screenTexts, footnote, overlayUnit, hasScaleBar, pixelSize,
-                 hasColorBar, colorBar, hasTriad, R_GC, labels] = overlay;
+                 hasColorBar, colorBar, hasBorder, hasTriad, R_GC, labels] = overlay;
     hash.add(title);
     add(hash, captions);
     add(hash, screenTexts);
@@ -228,6 +228,7 @@ void add(ContentHash& hash, const ViewSnapshot& view) {
     (void)low, (void)high, (void)hasBelow, (void)hasAbove;  // set by the painter
     hash.add(hasGaps);
     hash.add(colorMap);
+    hash.add(hasBorder);
     hash.add(hasTriad);
     add(hash, R_GC);
     hash.add(labels.size());

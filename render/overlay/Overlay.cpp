@@ -106,6 +106,14 @@ void Overlay::draw(Image& image, const OverlayContent& content, const Palette& p
         }
     }
     if (content.hasColorBar) drawColorBar(image, content.colorBar, palette, unit, *regular, *bold);
+    if (content.hasBorder) {
+        const int width = image.getWidth(), height = image.getHeight();
+        const int thickness = std::max(1, int(std::lround(1.5 * unit)));
+        for (int row = 0; row < height; ++row)
+            for (int column = 0; column < width; ++column)
+                if (std::min({column, row, width - 1 - column, height - 1 - row}) < thickness)
+                    image.blendPixel(column, row, palette.faintText, 0.9);
+    }
 }
 
 // A bar of a round length between a twelfth and a fifth of the picture's width.

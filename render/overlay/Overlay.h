@@ -22,6 +22,7 @@ struct OverlayContent {
     double pixelSize = 1;  ///< at the distance that the scale bar is for [m]
     bool hasColorBar = false;
     ColorBar colorBar;
+    bool hasBorder = false;  ///< of a view that lies over another
     bool hasTriad = false;
     SimTK::Rotation R_GC;  ///< orientation of the camera, for the axis names
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "Symbol.h"
+
 namespace simflex {
 
 using SimTK::Array_;
@@ -13,60 +15,7 @@ using SimTK::Vec3;
 
 namespace {
 
-const Vec3 dark(0.20, 0.225, 0.265), light(0.80, 0.815, 0.835), accent(0.93, 0.62, 0.16);
-
-class Symbol {
-public:
-    explicit Symbol(Array_<DecorativeGeometry>& geometryToFill) : geometry(geometryToFill) {}
-
-    /** About the z axis of X_GS, `offset` along it. **/
-    void addCylinder(const Transform& X_GS, double offset, double radius, double halfLength,
-                     const Vec3& color) {
-        const Rotation yToZ(SimTK::Pi / 2, SimTK::XAxis);
-        add(SimTK::DecorativeCylinder(radius, halfLength),
-            X_GS * Transform(yToZ, Vec3(0, 0, offset)), color);
-    }
-    void addRing(const Transform& X_GS, double offset, double radius, double tubeRadius,
-                 const Vec3& color) {
-        add(SimTK::DecorativeTorus(radius, tubeRadius), X_GS * Transform(Vec3(0, 0, offset)),
-            color);
-    }
-    void addSphere(const Vec3& center_G, double radius, const Vec3& color) {
-        add(SimTK::DecorativeSphere(radius), Transform(center_G), color);
-    }
-    void addBrick(const Transform& X_GS, const Vec3& halfLengths, const Vec3& color) {
-        add(SimTK::DecorativeBrick(halfLengths), X_GS, color);
-    }
-    void addPlate(const Transform& X_GS, double side) {
-        SimTK::DecorativeBrick plate(Vec3(side, side, 0.02 * side));
-        plate.setOpacity(0.35);
-        add(plate, X_GS, dark);
-    }
-    void addRod(const Vec3& start_G, const Vec3& end_G, double radius, const Vec3& color) {
-        const Vec3 span = end_G - start_G;
-        const double length = span.norm();
-        if (!(length > 0)) return;
-        const Rotation alongZ(SimTK::UnitVec3(span), SimTK::ZAxis);
-        addCylinder(Transform(alongZ, start_G + 0.5 * span), 0, radius, 0.5 * length, color);
-    }
-    void addArrow(const Vec3& start_G, const Vec3& end_G, double tipLength, const Vec3& color) {
-        add(SimTK::DecorativeArrow(start_G, end_G, tipLength), Transform(), color);
-    }
-    void addFrame(const Transform& X_GS, double length) {
-        SimTK::DecorativeFrame frame(length);
-        frame.setTransform(X_GS);
-        geometry.push_back(frame);
-    }
-
-private:
-    template <class Shape>
-    void add(Shape shape, const Transform& X_GS, const Vec3& color) {
-        shape.setBodyId(0).setTransform(X_GS).setColor(color);
-        geometry.push_back(shape);
-    }
-
-    Array_<DecorativeGeometry>& geometry;
-};
+using namespace symbol_colors;
 
 // A turned copy whose z axis is `axis`.
 Transform turnZTo(const Transform& X, SimTK::CoordinateAxis axis) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "DrawnSeats.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/InterfaceKinematics.h"
 #include "simflex/body/JointEquations.h"
@@ -39,13 +40,6 @@ bool isShaft(const std::string& kind) {
     return kind == "Pin" || kind == "Cylinder" || kind == "Screw";
 }
 
-const ReducedBody::Interface* findInterface(const ReducedBody& part, const Vec3& s) {
-    for (const auto& interface : part.interfaces)
-        if (Vec3(interface.position[0], interface.position[1], interface.position[2]) == s)
-            return &interface;
-    return nullptr;
-}
-
 }  // namespace
 
 SimTK::Stage MechanismMarks::getStage() const {
@@ -56,17 +50,18 @@ SimTK::Stage MechanismMarks::getStage() const {
 void MechanismMarks::append(const SimTK::System& system, const State& state, FrameSnapshot& frame,
                             Array_<DecorativeGeometry>& geometry) {
     frame.labels.clear();
-    if (settings.isEmpty()) return;
+    if (settings.isEmpty() && forces.isEmpty()) return;
     const std::vector<PartSnapshot>& parts = frame.parts;
     const double factor = frame.partStyle.deformationFactor;
-    scale = 0;
-    for (const PartSnapshot& part : parts) scale = std::max(scale, part.skin->part->calcRadius());
-    if (!(scale > 0)) scale = 1;
+    scale = calcScale(frame);
     const Image::Pixel& text = frame.style.palette.text;
     const Vec3 nameColor = Vec3(text[0], text[1], text[2]) / 255.0;
     if (settings.showInterfaces)
         for (const PartSnapshot& part : parts)
             appendInterfaces(part, factor, nameColor, frame.labels, geometry);
+    if (!forces.isEmpty())
+        forces.append(SimTK::MultibodySystem::downcast(system).getMatterSubsystem(), state, scale,
+                      frame, geometry);
     if (!settings.showJoints && !settings.showReactions) return;
 
     const FlexibleBodySubsystem* const flexible = FlexibleBodySubsystem::find(system);
@@ -80,20 +75,18 @@ void MechanismMarks::append(const SimTK::System& system, const State& state, Fra
         const Joint joint = flexible->getJoint(JointIndex(i));
         const JointEquations& equations = joint.getEquations();
         const auto pose = [&](const Attachment& seat) {
-            return calcPose(*flexible, state, seat, factor);
+            return calcDrawnPose(matter, state, seat, factor);
         };
         if (equations.isCoupler()) {
             std::vector<Transform> frames;
             for (int k = 0; k < equations.getNumCoordinates(); ++k)
                 frames.push_back(pose(joint.getFrameM(k)));
-            if (settings.showJoints)
-                appendCouplerSymbol(frames, calcSize(*flexible, joint, 0), geometry);
+            if (settings.showJoints) appendCouplerSymbol(frames, calcSize(matter, joint), geometry);
             continue;
         }
         const Transform X_GF = pose(joint.getFrameF()), X_GM = pose(joint.getFrameM());
         if (settings.showJoints)
-            appendJointSymbol(equations.getKind(), X_GF, X_GM, calcSize(*flexible, joint, 0),
-                              geometry);
+            appendJointSymbol(equations.getKind(), X_GF, X_GM, calcSize(matter, joint), geometry);
         if (!settings.showReactions) continue;
         if (!settings.multipliers &&
             matter.getConstraint(joint.getConstraintIndex()).isDisabled(state))
@@ -108,7 +101,7 @@ void MechanismMarks::append(const SimTK::System& system, const State& state, Fra
         Vec3 point = 0.5 * (X_GF.p() + X_GM.p());
         if (isShaft(equations.getKind()) && !frame.views.empty()) {
             // At the end of the shaft that the camera sees, where the part does not hide it.
-            const SymbolSize size = calcSize(*flexible, joint, 0);
+            const SymbolSize size = calcSize(matter, joint);
             const Vec3 axis(X_GF.R().z()), toCamera = frame.views.front().camera.X_GC.p() - point;
             const double reach = size.halfLength + 0.55 * size.radius;
             point += (SimTK::dot(axis, toCamera) < 0 ? -reach : reach) * axis;
@@ -136,46 +129,9 @@ void MechanismMarks::appendInterfaces(const PartSnapshot& part, double factor,
     }
 }
 
-Transform MechanismMarks::calcPose(const FlexibleBodySubsystem& flexible, const State& state,
-                                   const Attachment& frame, double factor) const {
-    if (!frame.isFlexible()) {
-        const auto& matter =
-            SimTK::MultibodySystem::downcast(flexible.getSystem()).getMatterSubsystem();
-        return matter.getMobilizedBody(frame.getMobilizedBodyIndex()).getBodyTransform(state) *
-               frame.getFrame();
-    }
-    const FlexibleBody body = flexible.getBody(frame.getFlexibleBodyIndex());
-    const Vector xi = factor * body.getModalCoordinates(state);
-    const FlexibleFramePose pose = calcFramePose(frame.getFlexibleFrame(), &xi[0]);
-    return body.getFramePose(state) * Transform(pose.R_BA, pose.r);
-}
-
-// That of the seat on a flexible part, if the joint is on one: mean distance of its nodes from the
-// joint's z axis, and how far they go along it.
-SymbolSize MechanismMarks::calcSize(const FlexibleBodySubsystem& flexible, const Joint& joint,
-                                    int coordinate) const {
-    SymbolSize size{0.05 * scale, 0.05 * scale};
-    for (const Attachment* frame : {&joint.getFrameM(coordinate), &joint.getFrameF(coordinate)}) {
-        if (!frame->isFlexible()) continue;
-        const ReducedBody& part = flexible.getBody(frame->getFlexibleBodyIndex()).getPart();
-        const FlexibleFrame& seat = frame->getFlexibleFrame();
-        const auto* const interface = findInterface(part, seat.shapes->s);
-        if (!interface || interface->nodes.empty()) continue;
-        const Vec3 origin = seat.shapes->s + seat.X_IA.p(), z(seat.X_IA.R().z());
-        double sum = 0, reach = 0;
-        for (const int node : interface->nodes) {
-            const auto p = part.mesh.position(node);
-            const Vec3 away = Vec3(p[0], p[1], p[2]) - origin;
-            const double along = SimTK::dot(away, z);
-            sum += (away - along * z).norm();
-            reach = std::max(reach, std::abs(along));
-        }
-        const auto limit = [&](double value) {
-            return std::min(0.12 * scale, std::max(0.012 * scale, value));
-        };
-        return {limit(sum / double(interface->nodes.size())), limit(reach)};
-    }
-    return size;
+SymbolSize MechanismMarks::calcSize(const SimTK::SimbodyMatterSubsystem& matter,
+                                    const Joint& joint) const {
+    return calcSeatSize(matter, {&joint.getFrameM(0), &joint.getFrameF(0)}, scale);
 }
 
 void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
@@ -211,6 +167,20 @@ void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
     SimTK::DecorativeText text(legend);
     text.setIsScreenText(true);
     geometry.push_back(text);
+}
+
+// The largest part's radius; without parts that of the largest thing.
+double MechanismMarks::calcScale(const FrameSnapshot& frame) {
+    double largest = 0;
+    for (const PartSnapshot& part : frame.parts)
+        largest = std::max(largest, part.skin->part->calcRadius());
+    if (largest > 0) return largest;
+    for (const SurfaceItem& item : frame.scene.surfaces)
+        largest = std::max(largest, double((item.geometry->upper - item.geometry->lower)
+                                               .elementwiseMultiply(item.scale)
+                                               .norm()) /
+                                        2);
+    return largest > 0 ? largest : 1;
 }
 
 // A moment's arrow has two tips.

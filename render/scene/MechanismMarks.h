@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What is drawn on flexible parts on request: interface frames, joints, and the forces and moments in
-joints. Internal to the renderer.
+What is drawn on flexible parts on request: interface frames, joints, the forces and moments in
+joints, connectors and loads. Internal to the renderer.
 
 All stands on the parts as they are drawn, with their deformation exaggerated. Sizes follow those of
 the parts. **/
@@ -9,6 +9,7 @@ the parts. **/
 #include <functional>
 #include <vector>
 
+#include "ForceMarks.h"
 #include "FrameSnapshot.h"
 #include "JointSymbols.h"
 #include "Simbody.h"
@@ -30,18 +31,22 @@ struct MarkSettings {
 class MechanismMarks {
 public:
     MarkSettings settings;
+    ForceMarks forces;
 
     /** The stage to which a State must be realized. **/
     SimTK::Stage getStage() const;
 
     /** Appends all that is to be shown on the frame's parts, in Ground.
-    @param frame  has its parts, factor and views; its labels are set
+    @param frame  has its parts, scene, factor and views; its labels are set
     @throws std::logic_error if joints are wanted and the system has no flexible subsystem. **/
     void append(const SimTK::System& system, const SimTK::State& state, FrameSnapshot& frame,
                 SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
     /** Forgets the largest reactions, which set the scale of the arrows. **/
-    void forgetRun() { largestForce = largestMoment = 0; }
+    void forgetRun() {
+        largestForce = largestMoment = 0;
+        forces.forgetRun();
+    }
 
 private:
     struct Reaction {
@@ -50,16 +55,14 @@ private:
     void appendInterfaces(const PartSnapshot& part, double factor, const SimTK::Vec3& nameColor,
                           std::vector<Label>& labels,
                           SimTK::Array_<SimTK::DecorativeGeometry>& geometry) const;
-    SimTK::Transform calcPose(const FlexibleBodySubsystem& flexible, const SimTK::State& state,
-                              const Attachment& frame, double factor) const;
-    SymbolSize calcSize(const FlexibleBodySubsystem& flexible, const Joint& joint,
-                        int coordinate) const;
+    SymbolSize calcSize(const SimTK::SimbodyMatterSubsystem& matter, const Joint& joint) const;
+    static double calcScale(const FrameSnapshot& frame);
     void appendReactions(const std::vector<Reaction>& reactions, std::vector<Label>& labels,
                          SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
     void appendArrow(const SimTK::Vec3& start_G, const SimTK::Vec3& span, bool isMoment,
                      SimTK::Array_<SimTK::DecorativeGeometry>& geometry) const;
 
-    double scale = 1;  // radius of the largest part [m]
+    double scale = 1;  // of symbols [m]
     double largestForce = 0, largestMoment = 0;
 };
 

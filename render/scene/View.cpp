@@ -35,9 +35,16 @@ CameraView& CameraView::setFollowedBody(SimTK::MobilizedBodyIndex body, Real siz
     if (!(size >= 0) || !std::isfinite(size))
         throw std::invalid_argument("setFollowedBody: size " + std::to_string(size) +
                                     " is not a finite length >= 0");
+    followedFrame.reset();
     followedBody = body;
     followedSize = size;
     follow = how;
+    return *this;
+}
+
+CameraView& CameraView::setFollowedFrame(const Attachment& frame, Real size, Follow how) {
+    setFollowedBody(frame.getMobilizedBodyIndex(), size, how);
+    followedFrame = frame;
     return *this;
 }
 
@@ -123,10 +130,11 @@ Vec4 View::calcRectangle(int index, int numViews) const {
                 1.0 / rows);
 }
 
-Transform View::calcFollowedPose(const BodyPose& bodyPose) const {
+Transform View::calcFollowedPose(const BodyPose& bodyPose, const FramePose& framePose) const {
     if (!isFollowing()) return Transform();
-    const Transform X_GB = bodyPose(view.followedBody);
-    return view.follow == CameraView::Follow::Pose ? X_GB : Transform(X_GB.p());
+    const Transform X_GF =
+        view.followedFrame ? framePose(*view.followedFrame) : bodyPose(view.followedBody);
+    return view.follow == CameraView::Follow::Pose ? X_GF : Transform(X_GF.p());
 }
 
 double View::calcFieldOfView() const {

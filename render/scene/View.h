@@ -25,6 +25,8 @@ class View {
 public:
     /** Poses of mobilized bodies at one time. **/
     using BodyPose = std::function<SimTK::Transform(int body)>;
+    /** Poses of attachment frames as they are drawn. **/
+    using FramePose = std::function<SimTK::Transform(const Attachment& frame)>;
 
     View() = default;
     explicit View(const CameraView& settings) : view(settings) {}
@@ -44,9 +46,9 @@ public:
     SimTK::Vec4 calcRectangle(int index, int numViews) const;
     bool hasRectangle() const { return view.hasRectangle; }
 
-    /** Pose of the frame that the camera goes along with: the followed body's, or its origin
+    /** Pose of the frame that the camera goes along with: what is followed, or its origin
     without its rotation; Ground's for a camera that follows nothing. **/
-    SimTK::Transform calcFollowedPose(const BodyPose& bodyPose) const;
+    SimTK::Transform calcFollowedPose(const BodyPose& bodyPose, const FramePose& framePose) const;
 
     /** Places the camera for a motion: bounds of each frame, and calcFollowedPose() in it. **/
     void fit(const SceneExtent& scene, const std::vector<std::vector<SimTK::Vec3>>& bounds_G,

@@ -6,7 +6,10 @@
 #include "TestParts.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/forces/LoadShape.h"
+#include "simflex/render/scene/ForceSymbols.h"
 #include "simflex/render/scene/MechanismMarks.h"
+#include "simflex/render/scene/SceneBuilder.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "support/PointMassPart.h"
 
@@ -25,7 +28,7 @@ public:
 
     std::vector<Transform> frames;
     std::vector<std::string> texts, screenTexts;
-    std::vector<Vec3> textPlaces;
+    std::vector<Vec3> textPlaces, spheres;
     struct Arrow {
         Vec3 start, span;
     };
@@ -38,7 +41,10 @@ public:
     void implementBrickGeometry(const DecorativeBrick& g) override { count(g); }
     void implementCylinderGeometry(const DecorativeCylinder& g) override { count(g); }
     void implementCircleGeometry(const DecorativeCircle& g) override { count(g); }
-    void implementSphereGeometry(const DecorativeSphere& g) override { count(g); }
+    void implementSphereGeometry(const DecorativeSphere& g) override {
+        count(g);
+        spheres.push_back(g.getTransform().p());
+    }
     void implementEllipsoidGeometry(const DecorativeEllipsoid& g) override { count(g); }
     void implementMeshGeometry(const DecorativeMesh& g) override { count(g); }
     void implementMeshFileGeometry(const DecorativeMeshFile& g) override { count(g); }
@@ -212,6 +218,196 @@ TEST(MechanismMarks, EveryKindOfJointHasASymbolOfItsSize) {
     Array_<DecorativeGeometry> coupler;
     appendCouplerSymbol({X_GF, Transform(Vec3(1, 0, 0))}, {0.01, 0.01}, coupler);
     EXPECT_EQ(coupler.size(), 3u);
+}
+
+// Ends of the sticks, balls and wires of a symbol: the box around it.
+void findBounds(const Array_<DecorativeGeometry>& geometry, Vec3& lower, Vec3& upper) {
+    ShapeCache shapes;
+    Scene scene;
+    SceneBuilder builder(
+        scene, shapes, [](int) { return Transform(); }, [](const Vec3&, double) { return 50.0; });
+    for (const DecorativeGeometry& piece : geometry) builder.add(piece);
+    std::vector<Vec3> points;
+    scene.appendBounds(points);
+    ASSERT_FALSE(points.empty());
+    lower = upper = points[0];
+    for (const Vec3& p : points)
+        for (int k = 0; k < 3; ++k) {
+            lower[k] = std::min(lower[k], p[k]);
+            upper[k] = std::max(upper[k], p[k]);
+        }
+}
+
+TEST(ForceSymbols, AStrutReachesFromOneEndToTheOtherHoweverLongItIs) {
+    const StrutSize size = chooseStrutSize(0.4, 0.5);
+    for (const double length : {0.1, 0.25, 0.4, 0.7})
+        for (const bool hasSpring : {false, true})
+            for (const bool hasDamper : {false, true}) {
+                if (!hasSpring && !hasDamper) continue;
+                Array_<DecorativeGeometry> geometry;
+                appendStrut(Transform(Vec3(1, 2, 3)), Vec3(1 + length, 2, 3), size,
+                            {hasSpring, hasDamper, false, false}, geometry);
+                Vec3 lower, upper;
+                findBounds(geometry, lower, upper);
+                const double eye = 0.42 * size.radius;
+                EXPECT_NEAR(lower[0], 1 - eye, 1e-9) << length;
+                EXPECT_NEAR(upper[0], 1 + length + eye, 1e-9) << length;
+                // Its thickness does not change with its length.
+                if (hasSpring && !hasDamper)
+                    EXPECT_NEAR(upper[1] - 2, size.radius, 0.45 * size.radius) << length;
+            }
+}
+
+TEST(ForceSymbols, TheCoilKeepsItsTurnsAndEvenlySpacesThem) {
+    // Crossings of the wire's middle with the plane through the axis, per turn one upwards.
+    EXPECT_EQ(chooseStrutSize(0.4, 0.5).numTurns, chooseStrutSize(0.8, 1).numTurns);
+    EXPECT_GE(chooseStrutSize(0.01, 1).numTurns, 5);
+    EXPECT_LE(chooseStrutSize(10, 0.1).numTurns, 14);
+    EXPECT_LE(chooseStrutSize(0.01, 1).radius, 0.2 * 0.01);
+}
+
+TEST(ForceSymbols, ATorqueTurnsByTheRightHandInThePlaneAcrossIt) {
+    for (const double sign : {-1.0, 1.0}) {
+        const UnitVec3 axis(Vec3(0, 0, sign));
+        Array_<DecorativeGeometry> geometry;
+        appendTorqueArrow(Vec3(0), axis, 0.2, 0.05, Vec3(1, 0, 0), geometry);
+        Vec3 lower, upper;
+        findBounds(geometry, lower, upper);
+        EXPECT_NEAR(upper[0], 0.2, 0.03);
+        EXPECT_LT(upper[2] - lower[2], 0.05);
+        // The tip points on along the circle: r × forward is along the axis.
+        struct Tip : Inventory {
+            using Inventory::Inventory;
+            Vec3 place, direction;
+            void implementConeGeometry(const DecorativeCone& g) override {
+                place = g.getOrigin();
+                direction = Vec3(g.getDirection());
+            }
+        } tip(Array_<DecorativeGeometry>{});
+        geometry.back().implementGeometry(tip);
+        EXPECT_GT(dot(cross(tip.place, tip.direction), Vec3(axis)), 0.19);
+    }
+}
+
+TEST(ForceMarks, SpringsAndLoadsGoWithTheDrawnBodyInEveryState) {
+    Pendulum pendulum;
+    State state = pendulum.place();
+    Vector xi(pendulum.part->numModes, 0.003);
+    pendulum.body.setModalCoordinates(state, xi);
+    const Attachment tip = pendulum.body.interface("B"),
+                     wall(pendulum.matter.Ground(), Transform(Vec3(0.3, 2, 0)));
+    MechanismMarks marks;
+    marks.forces.connectors.push_back({ConnectorKind::Spring, wall, tip, 1.0});
+    marks.forces.loads.push_back(
+        {tip, [](Real t) { return SpatialVec(Vec3(0), Vec3(0, 0, -50 * t)); }});
+    for (const double angle : {0.0, 0.7}) {
+        pendulum.body.setPoseByInterface(state, "A", Transform(Rotation(angle, ZAxis)));
+        state.setTime(1 + angle);
+        pendulum.system.realize(state, Stage::Velocity);
+        const Inventory found = pendulum.takeStock(marks, state);
+        const Vec3 end = tip.calcMotion(state).X.p();
+        ASSERT_EQ(found.arrows.size(), 1u);
+        EXPECT_LT((found.arrows[0].start - end).norm(), 1e-12);
+        EXPECT_LT((found.arrows[0].span.normalize() + Vec3(0, 0, 1)).norm(), 1e-12);
+        ASSERT_GE(found.spheres.size(), 2u);
+        EXPECT_LT((found.spheres[0] - Vec3(0.3, 2, 0)).norm(), 1e-12);
+        EXPECT_LT((found.spheres[1] - end).norm(), 1e-12);
+    }
+    // The longest arrow is the run's largest load.
+    state.setTime(0.85);
+    pendulum.system.realize(state, Stage::Velocity);
+    const double half = pendulum.takeStock(marks, state).arrows[0].span.norm();
+    state.setTime(1.7);
+    pendulum.system.realize(state, Stage::Velocity);
+    const Inventory largest = pendulum.takeStock(marks, state);
+    EXPECT_NEAR(half / largest.arrows[0].span.norm(), 0.5, 1e-12);
+    ASSERT_EQ(largest.screenTexts.size(), 1u);
+    EXPECT_EQ(largest.screenTexts[0], "loads up to 85 N");
+
+    marks.forces.showConnectors = marks.forces.showLoads = false;
+    EXPECT_EQ(pendulum.takeStock(marks, state).numShapes, 0);
+}
+
+TEST(ForceMarks, ASpreadLoadStandsOnTheDeformedBody) {
+    // Nodal forces all along y: their middle moves by the modes' mean displacement there.
+    Pendulum pendulum;
+    State state = pendulum.place();
+    const ReducedBody& part = *pendulum.part;
+    const LoadShape shape =
+        LoadShape::fromNodalForces(part, {0, 1}, {Vec3(0, 3, 0), Vec3(0, 3, 0)});
+    Vector xi(part.numModes);
+    for (int i = 0; i < xi.size(); ++i) xi[i] = 0.002 * std::cos(i);
+    pendulum.body.setModalCoordinates(state, xi);
+    pendulum.system.realize(state, Stage::Velocity);
+    MechanismMarks marks;
+    const auto position = [&](int node) {
+        const auto p = part.mesh.position(node);
+        return Vec3(p[0], p[1], p[2]);
+    };
+    const Vec3 center = 0.5 * (position(0) + position(1));
+    marks.forces.spreadLoads.push_back(
+        {pendulum.body, center, shape.force, shape.modal, [](Real) { return -2.0; }});
+    double displacement = 0;
+    for (int i = 0; i < xi.size(); ++i)
+        for (const int node : {0, 1})
+            displacement += 0.5 * xi[i] *
+                            part.Phi[std::size_t(i) * 3 * std::size_t(part.mesh.numNodes()) +
+                                     3 * std::size_t(node) + 1];
+    for (const double factor : {1.0, 20.0}) {
+        const Inventory found = pendulum.takeStock(marks, state, factor);
+        ASSERT_EQ(found.arrows.size(), 1u);
+        const Transform X_GB = pendulum.body.getFramePose(state);
+        EXPECT_LT(
+            (found.arrows[0].start - X_GB * (center + Vec3(0, factor * displacement, 0))).norm(),
+            1e-12);
+        EXPECT_GT(dot(found.arrows[0].span, Vec3(-X_GB.R().y())),
+                  0.999 * found.arrows[0].span.norm());
+    }
+}
+
+TEST(ForceMarks, ALoadWithoutValueIsNamed) {
+    Pendulum pendulum;
+    const State state = pendulum.place();
+    MechanismMarks marks;
+    marks.forces.loads.push_back(
+        {pendulum.body.interface("B"), [](Real) { return SpatialVec(Vec3(0), Vec3(NaN)); }});
+    try {
+        pendulum.takeStock(marks, state);
+        FAIL() << "accepted";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("boom.B"));
+    }
+}
+
+TEST(MechanismMarks, AFollowedFrameStaysAtOnePixel) {
+    Pendulum pendulum;
+    pendulum.matter.setShowDefaultGeometry(false);
+    State state = pendulum.place();
+    std::vector<State> states;
+    for (int i = 0; i < 7; ++i) {
+        Vector xi(pendulum.part->numModes, 0.01 * std::sin(i));
+        pendulum.body.setModalCoordinates(state, xi);
+        pendulum.body.setPoseByInterface(state, "A", Transform(Rotation(-0.3 * i, ZAxis)));
+        state.setTime(0.1 * i);
+        pendulum.system.realize(state, Stage::Velocity);
+        states.push_back(state);
+    }
+    const Attachment tip = pendulum.body.interface("B");
+    for (const double height : {0.0, 0.2})
+        for (const double orbit : {0.0, 0.5}) {
+            OffscreenVisualizer viz(pendulum.system, 160, 120);
+            viz.addFlexibleBody(pendulum.body).setDeformationFactor(1);
+            viz.setCamera(CameraView().setFollowedFrame(tip, height).setOrbit(orbit));
+            viz.fitToMotion(states);
+            Vec3 first(0);
+            for (const State& each : states) {
+                viz.drawFrame(each);
+                const Vec3 pixel = viz.calcPixel(tip.calcMotion(each).X.p());
+                if (each.getTime() == 0) first = pixel;
+                EXPECT_LT((pixel - first).getSubVec<2>(0).norm(), 1) << each.getTime();
+            }
+            if (height > 0) EXPECT_LT((first - Vec3(80, 60, first[2])).norm(), 1);
+        }
 }
 
 TEST(MechanismMarks, AreInThePicture) {

@@ -367,6 +367,7 @@ SchemaForm pictures() {
                 "view",
                 {choice({"front", "back", "left", "right", "side", "top", "bottom", "isometric"})},
                 "Direction of view; the model fills the picture.")
+                .without({"position"})
                 .such("isometric"),
             SchemaKey("position", {vec3()}, "Where the camera stands.")
                 .in("m")
@@ -381,8 +382,16 @@ SchemaForm pictures() {
                 .orElseNote("up of the pictures")
                 .such("z"),
             SchemaKey("follow", frame(),
-                      "Frame with whose body the camera goes along, looking at the middle of it.")
+                      "Frame that the camera goes along with: its origin stays at one place of the "
+                      "picture.")
                 .such("slider"),
+            SchemaKey("height", {positive()},
+                      "Height of what is seen at the frame that it follows, in the middle.")
+                .in("m")
+                .with({"follow"})
+                .without({"position"})
+                .orElseNote("the whole model fits")
+                .such("0.1"),
             SchemaKey("orbit", {number()}, "Speed of the camera's turn about what it looks at.")
                 .in("rad/s of simulated time")
                 .orElse("0")
@@ -395,7 +404,7 @@ SchemaForm pictures() {
                 .such("50*deg"),
             SchemaKey("orthographic", {boolean()}, "Parallel view.").orElse("false").such("true"),
             SchemaKey("inset", {list({number(0, 1)}, {4})},
-                      "Place in the picture, over the other cameras: "
+                      "Place in the picture, over the other cameras, in a frame: "
                       "[left, top, width, height] as fractions.")
                 .orElseNote("the whole picture, shared evenly by the cameras without inset")
                 .such("[0.7, 0, 0.3, 0.3]"),
@@ -435,19 +444,28 @@ SchemaForm pictures() {
                 .orElse("displacement")
                 .such("von_mises"),
             SchemaKey("range", {choice({"run", "frame"}), list({number()}, {2})},
-                      "Range of the colors: of the whole run, of "
+                      "Range of the colors: of all pictures of the run, of "
                       "each picture, or [lowest, highest].")
                 .orElse("run")
                 .such("[0, 1e8]"),
-            SchemaKey("exaggeration", {choice({"auto"}), positive()},
-                      "Factor of the elastic displacement that is drawn; auto: what shows it well, "
-                      "1000 at most.")
+            SchemaKey(
+                "exaggeration", {choice({"auto"}), positive()},
+                "Factor of the elastic displacement from a body's mean position that is drawn, "
+                "but in pictures of modes; auto: what shows it well, "
+                "1000 at most.")
                 .orElse("auto")
                 .such("50"),
             SchemaKey("ghost", {boolean()}, "Draws the undeformed shape as well.")
                 .orElse("true")
                 .such("false"),
             SchemaKey("joints", {boolean()}, "Draws joints.").orElse("false").such("true"),
+            SchemaKey("connectors", {boolean()}, "Draws springs, dampers, bushings and stops.")
+                .orElse("true")
+                .such("false"),
+            SchemaKey("loads", {boolean()},
+                      "Draws forces and torques as arrows, the longest for the largest of the run.")
+                .orElse("true")
+                .such("false"),
             SchemaKey("reactions", {boolean()}, "Draws reactions as arrows.")
                 .orElse("false")
                 .such("true"),
@@ -462,6 +480,10 @@ SchemaForm pictures() {
                 .orElse("auto")
                 .such("none"),
             SchemaKey("shadows", {boolean()}, "Draws shadows.").orElse("true").such("false"),
+            SchemaKey("ambient_occlusion", {boolean()},
+                      "Darkens corners and gaps, where other surfaces keep light away.")
+                .orElse("false")
+                .such("true"),
             SchemaKey("theme", {choice({"light", "dark"})}, "Colors of the background and text.")
                 .orElse("light")
                 .such("dark"),

@@ -9,6 +9,7 @@
 #include "simflex/cli/Stopped.h"
 #include "simflex/cli/model/ModelTexts.h"
 #include "simflex/cli/results/UnitScale.h"
+#include "simflex/cli/run/ForcePictures.h"
 #include "simflex/cli/run/Session.h"
 
 namespace simflex {
@@ -73,7 +74,9 @@ CameraView makeCamera(const Model& model, const ModelValue& camera, const Vec3& 
         view.setTransform(Transform(R_GC, place));
     }
     if (camera.get("follow").isGiven())
-        view.setFollowedBody(model.findFrame(camera.get("follow")).getMobilizedBodyIndex());
+        view.setFollowedFrame(
+            model.findFrame(camera.get("follow")),
+            camera.get("height").isGiven() ? camera.get("height").getNumber() : 0);
     if (camera.get("orbit").getNumber() != 0) view.setOrbit(camera.get("orbit").getNumber());
     if (camera.get("perspective").isGiven())
         view.setFieldOfView(camera.get("perspective").getNumber());
@@ -142,9 +145,18 @@ State makeState(const State& pattern, const RunCheckpoint::Frame& frame) {
     throw Stopped("all results are kept; draw the other pictures with: " + resumeCommand);
 }
 
+void checkVideos(const ModelValue& video) {
+    for (int k = 0; video.isGiven() && k < video.getSize(); ++k) {
+        const std::string suffix = fs::path(video.at(k).getText()).extension().string();
+        if (suffix != ".mp4" && suffix != ".gif" && suffix != ".webp")
+            video.at(k).fail("'" + video.at(k).getText() +
+                             "' is no video that can be written: call it .mp4, .gif or .webp");
+    }
+}
+
 /** Curves of one unit, in the unit that suits their size. **/
 struct PlotPanel {
-    std::string name, unit;
+    std::string heading, lastName, unit;  ///< the heading names all that are in it
     std::vector<std::string> labels;
     std::vector<std::vector<double>> values;
 
@@ -154,7 +166,7 @@ struct PlotPanel {
             for (const double value : curve)
                 if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
         const UnitScale scale = chooseUnitScale(unit, largest);
-        figure.addPanel(name, scale.unit, scale.size);
+        figure.addPanel(heading, scale.unit, scale.size);
         for (size_t k = 0; k < labels.size(); ++k) figure.addCurve(labels[k], time, values[k]);
     }
 };
@@ -177,7 +189,11 @@ void addPlots(const Model& model, const ResultData::Analysis& rows, OffscreenVis
                     known.push_back(label);
                     if (name != label && name != series.column.name) continue;
                     if (panels.empty() || panels.back().unit != series.column.unit)
-                        panels.push_back({name, series.column.unit, {}, {}});
+                        panels.push_back({"", "", series.column.unit, {}, {}});
+                    std::string& heading = panels.back().heading;
+                    if (panels.back().lastName != name)
+                        heading += (heading.empty() ? "" : ", ") + name;
+                    panels.back().lastName = name;
                     panels.back().labels.push_back(label);
                     panels.back().values.emplace_back();
                     for (const std::vector<double>& row : series.rows)
@@ -196,6 +212,7 @@ void addPlots(const Model& model, const ResultData::Analysis& rows, OffscreenVis
 
 std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     const ModelValue pictures = model.getFile().get("pictures");
+    checkVideos(pictures.get("video"));
     const std::vector<double> size = pictures.get("size").getNumbers();
     auto viz =
         std::make_unique<OffscreenVisualizer>(model.getSystem(), int(size.at(0)), int(size.at(1)));
@@ -203,6 +220,7 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     viz->setWindowTitle(getModelTitle(model.getFile()));
     for (const Model::BodyEntry& body : model.getBodies())
         if (body.flexible) viz->addFlexibleBody(*body.flexible);
+    addForces(model, *viz);
     if (pictures.get("contour").getText() != "displacement" || pictures.get("range").isGiven())
         setContour(pictures, *viz);
     if (!isText(pictures.get("exaggeration"), "auto"))
@@ -210,9 +228,12 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     viz->setShowUndeformed(pictures.get("ghost").getBool())
         .setShowJoints(pictures.get("joints").getBool())
         .setShowReactions(pictures.get("reactions").getBool())
+        .setShowConnectors(pictures.get("connectors").getBool())
+        .setShowLoads(pictures.get("loads").getBool())
         .setShowElementEdges(pictures.get("wireframe").getBool())
         .setShowAxes(pictures.get("axes").getBool())
         .setShowShadows(pictures.get("shadows").getBool())
+        .setShowAmbientOcclusion(pictures.get("ambient_occlusion").getBool())
         .setTransparentBackground(pictures.get("transparent").getBool());
     const Vec3 up = getDirection(pictures.get("up"));
     for (int axis = 0; axis < 3; ++axis)
@@ -252,19 +273,13 @@ void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& fra
             pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder,
             rows.name));
     viz->setOldFrames(OldFrames::Resume);
-    VideoOptions options;
-    options.framesPerSecond = pictures.get("rate").getNumber();
     for (int k = 0; video.isGiven() && k < video.getSize(); ++k) {
-        const std::string name = makeName(model, video.at(k).getText(), rows.name);
         try {
-            if (fs::path(name).has_parent_path())
-                fs::create_directories(fs::path(name).parent_path());
-            viz->addVideo(name, options);
+            addVideo(model, makeName(model, video.at(k).getText(), rows.name), *viz);
         } catch (const std::exception& error) {
             video.at(k).fail(error.what());
         }
     }
-    addPlots(model, rows, *viz);
 
     const State pattern = model.makeInitialState();
     MotionRecorder motion(model.getSystem());
@@ -273,18 +288,32 @@ void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& fra
         model.getSystem().realize(state, SimTK::Stage::Velocity);
         motion.record(state);
     }
-    viz->fitToMotion(motion);
-    if (isText(pictures.get("exaggeration"), "auto") &&
-        viz->getDeformationFactor() > kLargestFactor)
-        viz->setDeformationFactor(kLargestFactor).fitToMotion(motion);
+    if (!drawMotion(model, motion, rows, *viz, isQuiet)) stopDrawing(resumeCommand);
+}
+
+void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz) {
+    VideoOptions options;
+    options.framesPerSecond = model.getFile().get("pictures").get("rate").getNumber();
+    if (fs::path(file).has_parent_path()) fs::create_directories(fs::path(file).parent_path());
+    viz.addVideo(file, options);
+}
+
+bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
+                OffscreenVisualizer& viz, bool isQuiet) {
+    addPlots(model, rows, viz);
+    viz.fitToMotion(motion);
+    if (isText(model.getFile().get("pictures").get("exaggeration"), "auto") &&
+        viz.getDeformationFactor() > kLargestFactor)
+        viz.setDeformationFactor(kLargestFactor).fitToMotion(motion);
     ProgressBar bar(isQuiet, {{"pictures", 1}});
     bar.show("pictures", 0);
-    const int numDrawn = viz->reportAll(motion, [&](int numComplete, int numFrames) {
+    const int numDrawn = viz.reportAll(motion, [&](int numComplete, int numFrames) {
         return bar.show("pictures", double(numComplete) / numFrames);
     });
     bar.clear();
-    if (numDrawn < motion.getNumStates()) stopDrawing(resumeCommand);
-    viz->finish();
+    if (numDrawn < motion.getNumStates()) return false;
+    viz.finish();
+    return true;
 }
 
 void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
@@ -306,8 +335,9 @@ void drawModes(const Model& model, const Linearization& linear, const std::vecto
         const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
         char title[80];
         std::snprintf(title, sizeof title, "mode %zu: %.5g Hz", k + 1, double(modes[k].frequency));
-        viz->setWindowTitle(title).setShowSimTime(false);
-        viz->setDeformationFactor(1);
+        viz->setWindowTitle(title).setShowSimTime(false).setShowLoads(false);
+        // A mode has no size of its own.
+        viz->setDeformationFactor(1).setShowDeformationFactor(false).setShowColorBar(false);
         VideoOptions options;
         options.framesPerSecond = kModeRate;
         viz->addVideo((folder / (analysis + "_mode_" + std::to_string(k + 1) + ".gif")).string(),

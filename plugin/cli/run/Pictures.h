@@ -1,12 +1,13 @@
 #pragma once
 /** @file
-Pictures of a run and of mode shapes (private to this room). **/
+Pictures of a run and of mode shapes. **/
 
 #include <string>
 #include <vector>
 
 #include "simflex/cli/results/ResultFile.h"
 #include "simflex/cli/run/RunCheckpoint.h"
+#include "simflex/render/OffscreenVisualizer.h"
 #include "simflex/solver/Eigenmodes.h"
 
 namespace simflex {
@@ -22,6 +23,14 @@ range of colours. Frames that are there already and show the same are kept.
 void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
                 const ResultData::Analysis& rows, const std::string& usualFolder, bool isQuiet,
                 const std::string& resumeCommand);
+
+/** Adds a video at the model's rate. @throws as OffscreenVisualizer::addVideo(). **/
+void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz);
+
+/** Draws a motion with its plots, camera and colours fitted to all of it.
+@return false if Ctrl-C stopped it **/
+bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
+                OffscreenVisualizer& viz, bool isQuiet);
 
 /** A film of each mode: FOLDER/ANALYSIS_mode_1.gif … @throws Stopped, std::runtime_error. **/
 void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,

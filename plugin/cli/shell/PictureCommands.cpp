@@ -6,7 +6,10 @@ Commands of the prompt that draw: pictures and plots, in the terminal and to fil
 #include <limits>
 #include <stdexcept>
 
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
 #include "simflex/cli/results/ResultFigure.h"
+#include "simflex/cli/run/Pictures.h"
 #include "simflex/cli/shell/Format.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/cli/shell/TerminalPicture.h"
@@ -75,10 +78,19 @@ void save(Shell& shell, const Words& words) {
 
 // ---- camera
 
+double calcAngle(const Shell& shell, const std::string& text) {
+    const double angle = shell.calcNumber(text);
+    if (std::abs(angle) > 2 * SimTK::Pi + 1e-9)
+        throw std::runtime_error("angles are in radians, and " + text +
+                                 " is more than a whole turn: degrees are written " + text +
+                                 "*deg");
+    return angle;
+}
+
 void setDirection(Shell& shell, const Words& words) {
     std::optional<SimTK::Vec2>& direction = shell.updPictureSettings().direction;
     if (words.size() == 3) {
-        direction = SimTK::Vec2(shell.calcNumber(words[1]), shell.calcNumber(words[2]));
+        direction = SimTK::Vec2(calcAngle(shell, words[1]), calcAngle(shell, words[2]));
         return;
     }
     Names names;
@@ -96,20 +108,16 @@ void setDirection(Shell& shell, const Words& words) {
 
 void setFollowed(Shell& shell, const Words& words) {
     if (words.size() < 2)
-        throw std::runtime_error("which body? write 'camera follow BODY', or 'none'");
+        throw std::runtime_error("which frame? write 'camera follow FRAME', or 'none'");
     PictureSettings& settings = shell.updPictureSettings();
     if (words[1] == "none") {
-        settings.followedBody.clear();
+        settings.followedFrame.clear();
         return;
     }
-    Names names;
-    for (const Model::BodyEntry& body : shell.updModel().getModel().getBodies())
-        names.push_back(body.name);
-    if (std::find(names.begin(), names.end(), words[1]) == names.end())
-        throw std::runtime_error(describeUnknown("body", words[1], names));
+    shell.updModel().getModel().findFrame(words[1]);  // which refuses others
     const double size = words.size() > 2 ? shell.calcNumber(words[2]) : 0;
     if (size < 0) throw std::runtime_error("the height of what is seen must be positive");
-    settings.followedBody = words[1];
+    settings.followedFrame = words[1];
     settings.followedSize = size;
 }
 
@@ -132,8 +140,8 @@ void setCamera(Shell& shell, const Words& words) {
             throw std::runtime_error("by what angle? write 'camera orbit 30*deg'");
         SimTK::Vec2 direction =
             settings.direction.value_or(SimTK::Vec2(25 * SimTK::Pi / 180, 16 * SimTK::Pi / 180));
-        direction[0] += shell.calcNumber(words[1]);
-        if (words.size() > 2) direction[1] += shell.calcNumber(words[2]);
+        direction[0] += calcAngle(shell, words[1]);
+        if (words.size() > 2) direction[1] += calcAngle(shell, words[2]);
         settings.direction = direction;
     } else if (what == "perspective") {
         settings.projection = CameraView::Projection::Perspective;
@@ -187,6 +195,24 @@ void setContour(Shell& shell, const Words& words) {
         contour = before;
         throw;
     }
+}
+
+// ---- draw
+
+Names listDrawings() {
+    Names names;
+    for (const Drawing& drawing : getDrawings()) names.push_back(drawing.name);
+    return names;
+}
+
+void draw(Shell& shell, const Words& words) {
+    const Names names = listDrawings();
+    if (std::find(names.begin(), names.end(), words[0]) == names.end())
+        throw std::runtime_error(describeUnknown("thing to draw", words[0], names));
+    const std::string wish = words.size() > 1 ? words[1] : "on";
+    if (wish != "on" && wish != "off")
+        throw std::runtime_error("write 'draw " + words[0] + " on' or 'off', not '" + wish + "'");
+    shell.updPictureSettings().shown[words[0]] = wish == "on";
 }
 
 // ---- plot
@@ -317,6 +343,53 @@ Names completePlot(const Shell& shell, const Words& before, const std::string& w
     return names;
 }
 
+// ---- video
+
+void film(Shell& shell, const Words& words) {
+    constexpr int mostFrames = 100000;
+    ShellModel& model = shell.updModel();
+    const ModelValue pictures = model.getModel().getFile().get("pictures");
+    const double seconds = shell.calcNumber(words[1]),
+                 slowMotion = words.size() > 2 ? shell.calcNumber(words[2])
+                                               : pictures.get("slow_motion").getNumber();
+    if (!(seconds > 0)) throw std::runtime_error("the time to film must be positive");
+    if (!(slowMotion > 0)) throw std::runtime_error("the slow motion must be positive");
+    const double wanted = std::ceil(seconds * slowMotion * pictures.get("rate").getNumber());
+    if (wanted > mostFrames)
+        throw std::runtime_error("these are " + formatNumber(wanted) + " pictures, more than " +
+                                 std::to_string(mostFrames));
+    const int numFrames = std::max(1, int(wanted));
+    OffscreenVisualizer visualizer = shell.updVisualizer();
+    addVideo(model.getModel(), words[0], visualizer);  // which refuses what cannot be one
+
+    MotionRecorder motion(model.getModel().getSystem());
+    motion.record(model.getState());
+    const double begin = model.getTime();
+    const std::string phase = "to t = " + formatNumber(begin + seconds) + " s";
+    ProgressBar bar(!shell.showsProgress(), {{phase, 1}});
+    ShellModel::Outcome outcome = ShellModel::Outcome::ReachedTime;
+    for (int frame = 1; frame <= numFrames && outcome == ShellModel::Outcome::ReachedTime;
+         ++frame) {
+        const double time = begin + seconds * frame / numFrames;
+        outcome = model.runTo(time, time - model.getTime(), [&](double fraction) {
+            return bar.show(phase, (frame - 1 + fraction) / numFrames);
+        });
+        if (outcome != ShellModel::Outcome::Interrupted) motion.record(model.getState());
+    }
+    bar.clear();
+    if (outcome == ShellModel::Outcome::Interrupted)
+        throw Stopped("the time is " + formatNumber(model.getTime()) + " s; there is no video");
+    if (!drawMotion(model.getModel(), motion, makeAnalysis(model), visualizer,
+                    !shell.showsProgress()))
+        throw Stopped("the time is " + formatNumber(model.getTime()) + " s; there is no video");
+    shell.print("%s: %d pictures, t = %s s\n", words[0].c_str(), motion.getNumStates(),
+                formatNumber(model.getTime()).c_str());
+}
+
+Names completeVideo(const Shell&, const Words& before, const std::string& word) {
+    return before.empty() ? completePath(word, {".mp4", ".gif", ".webp"}) : Names{};
+}
+
 Names completePng(const Shell&, const Words& before, const std::string& word) {
     return before.empty() ? completePath(word, {".png"}) : Names{};
 }
@@ -338,14 +411,28 @@ void addPictureCommands(std::vector<Command>& commands) {
          }});
     commands.push_back(
         {group, "save", "FILE.png", "Writes the picture to a file.", "", 1, 1, save, completePng});
+    commands.push_back({group, "camera",
+                        "view | orbit | zoom | follow | perspective | orthographic | reset ...",
+                        "Places the camera of 'show', 'save' and 'video'.",
+                        "view NAME (front, back, left, right or side, top, bottom, isometric), "
+                        "view AZIMUTH ELEVATION,\n"
+                        "orbit ANGLE [ANGLE] from where it stands, angles as 30*deg or in radians; "
+                        "zoom FACTOR, follow FRAME [HEIGHT],\n"
+                        "follow none, "
+                        "perspective, orthographic, reset: the model file's camera again.",
+                        1, 3, setCamera, completeCamera});
     commands.push_back(
-        {group, "camera", "view | orbit | zoom | follow | perspective | orthographic | reset ...",
-         "Places the camera of 'show' and 'save'.",
-         "view NAME (front, back, left, right, top, bottom, isometric), view AZIMUTH ELEVATION,\n"
-         "orbit ANGLE [ANGLE] from where it stands, zoom FACTOR, follow BODY [HEIGHT], follow "
-         "none,\n"
-         "perspective, orthographic, reset: the model file's camera again.",
-         1, 3, setCamera, completeCamera});
+        {group, "video", "FILE SECONDS [SLOW_MOTION]",
+         "Runs on for a while and films it: .mp4, .gif or .webp.",
+         "Rate, slow motion and plots are those of 'pictures' in the model file; SLOW_MOTION is "
+         "how many\nseconds of video make a second of the motion. Ctrl-C keeps the state reached.",
+         2, 3, film, completeVideo});
+    commands.push_back({group, "draw", "THING [on | off]", "Shows or hides something in pictures.",
+                        "joints, connectors, loads, reactions, ghost, wireframe, axes, shadows, "
+                        "ambient_occlusion.",
+                        1, 2, draw, [](const Shell&, const Words& before, const std::string&) {
+                            return before.empty() ? listDrawings() : Names{"on", "off"};
+                        }});
     commands.push_back(
         {group, "exaggerate", "FACTOR | auto", "Draws deformations this many times larger.", "", 1,
          1, exaggerate,

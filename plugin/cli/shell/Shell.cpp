@@ -177,9 +177,8 @@ const OffscreenVisualizer& Shell::updVisualizer() {
     const ShellModel& model = updModel();
     const Model& built = model.getModel();
     _visualizer = makeVisualizer(built);
-    std::optional<SimTK::MobilizedBodyIndex> followed;
-    for (const Model::BodyEntry& body : built.getBodies())
-        if (body.name == _pictures.followedBody) followed = body.mobod.getMobilizedBodyIndex();
+    std::optional<Attachment> followed;
+    if (!_pictures.followedFrame.empty()) followed = built.findFrame(_pictures.followedFrame);
     _pictures.apply(*_visualizer, followed);
     _visualizer->setOutputFolder("");
     _visualizer->fitToMotion(model.getPath());

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "simflex/cli/shell/KeptState.h"
+
 namespace simflex {
 namespace cli {
 
@@ -69,6 +71,21 @@ void ShellModel::reset() {
 
 void ShellModel::setState(const State& state) {
     start(state);
+    recordRow();
+}
+
+void ShellModel::keepState(const std::string& path) const {
+    writeKeptState(path, *_model, getState());
+}
+
+void ShellModel::restoreState(const std::string& path) {
+    const State state = readKeptState(path, *_model);
+    start(state);
+    while (!_record.time.empty() && _record.time.back() >= state.getTime()) {
+        _record.time.pop_back();
+        _record.rows.pop_back();
+    }
+    while (!_path.empty() && _path.back().getTime() >= state.getTime()) _path.pop_back();
     recordRow();
 }
 

@@ -58,6 +58,12 @@ public:
     ImplicitIntegrator::initialize() does; the State stays what it was then. **/
     void setState(const SimTK::State& state);
 
+    /** Writes time, coordinates and speeds to a file, which restoreState() reads: it goes on from
+    there as after setState(), and forgets what was recorded later.
+    @throws std::runtime_error naming the file: of another model, damaged, of a newer version. **/
+    void keepState(const std::string& path) const;
+    void restoreState(const std::string& path);
+
     /** @name Motion
     Throw what the integrator throws; the last good State stays. **/
     /**@{**/

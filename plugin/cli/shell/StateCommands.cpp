@@ -156,6 +156,21 @@ void drag(Shell& shell, const Words& words) {
     setVariable(shell, *variable, words[1]);
 }
 
+void keep(Shell& shell, const Words& words) {
+    shell.updModel().keepState(words[0]);
+    shell.print("%s: t = %s s\n", words[0].c_str(),
+                formatNumber(shell.updModel().getTime()).c_str());
+}
+
+void restore(Shell& shell, const Words& words) {
+    shell.updModel().restoreState(words[0]);
+    shell.print("t = %s s\n", formatNumber(shell.updModel().getTime()).c_str());
+}
+
+std::vector<std::string> completeFile(const Shell&, const Words& before, const std::string& word) {
+    return before.empty() ? completePath(word) : std::vector<std::string>{};
+}
+
 std::vector<std::string> completeValues(const Shell& shell, const std::string& word, bool hasAll) {
     if (!shell.hasModel()) return {};
     const ShellModel& model = shell.updModel();
@@ -219,6 +234,13 @@ void addStateCommands(std::vector<Command>& commands) {
              }
              return names;
          }});
+    commands.push_back({group, "keep", "FILE", "Keeps the state reached in a file.",
+                        "Time, coordinates and speeds, for the same model.", 1, 1, keep,
+                        completeFile});
+    commands.push_back(
+        {group, "restore", "FILE", "Goes back to a state that was kept.",
+         "The record ends there; integration begins anew with small steps, as after 'set'.", 1, 1,
+         restore, completeFile});
 }
 
 }  // namespace cli

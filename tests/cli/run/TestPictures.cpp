@@ -58,6 +58,82 @@ pictures: {size: [160, 120], folder: films, shadows: false, contour: displacemen
     EXPECT_FALSE(isThere("films/modes_mode_3.gif"));
 }
 
+TEST_F(RunPicturesTest, ConnectorsAndLoadsAreDrawnUnlessHidden) {
+    const auto draw = [&](const std::string& choice) {
+        writeModel(makePendulum(
+            "1",
+            "connectors:\n"
+            "  pull: {type: spring, between: [{on: ground, position: [1, 0, 0]}, rod], stiffness: "
+            "20, damping: 1}\n"
+            "  coil: {type: torsion_spring, between: [ground, rod], stiffness: 1}\n"
+            "  floor: {type: stop, between: [{on: ground, position: [0, -1, 0], rotation: "
+            "[-90*deg, 0, 0]}, rod], stiffness: 1e4}\n"
+            "loads: {push: {on: rod, force: [0, 0, 5*t], torque: [0, 1, 0]}}\n"
+            "analyses: {run: {type: transient, duration: 0.1}}\n"
+            "pictures: {size: [320, 240], rate: 10, shadows: false, folder: shots, " +
+                choice + "}\n"));
+        EXPECT_EQ(runModel(), 0) << err;
+        return Image::readPng(folder / "shots/frame_00001.png");
+    };
+    // Crimson is of loads alone.
+    const auto countCrimson = [](const Image& image) {
+        int count = 0;
+        for (int y = 0; y < image.getHeight(); ++y)
+            for (int x = 0; x < image.getWidth(); ++x) {
+                const Image::Pixel p = image.getPixel(x, y);
+                count += p[0] > 90 && p[0] > 2.5 * p[1] && p[0] > 1.8 * p[2] && p[2] > p[1];
+            }
+        return count;
+    };
+    const Image all = draw("joints: false"), noLoads = draw("loads: false"),
+                noConnectors = draw("connectors: false"),
+                none = draw("loads: false, connectors: false");
+    EXPECT_GT(countCrimson(all), 50);
+    EXPECT_GT(countCrimson(noConnectors), 50);
+    EXPECT_EQ(countCrimson(noLoads), 0);
+    EXPECT_FALSE(all == noConnectors);
+    EXPECT_FALSE(noLoads == none);
+}
+
+TEST_F(RunPicturesTest, AFollowedFrameStaysInTheMiddleThoughItsBodyTurns) {
+    // A black ball away from the body's own frame, on a rod that swings through half a turn.
+    writeModel(R"(simflex: 1
+gravity: [0, -9.81, 0]
+bodies:
+  rod: {mass: 2, inertia: [1/6, 0.001, 1/6], shape: {sphere: 0.04, position: [0, -0.4, 0]}, color: [0, 0, 0], mobilizer: {type: pin, parent: ground}}
+frames: {ball: {on: rod, position: [0, -0.4, 0]}}
+initial: {bodies: {rod: {coordinates: [1.5], rates: [3]}}}
+analyses: {run: {type: transient, duration: 0.5}}
+pictures: {size: [160, 120], rate: 10, shadows: false, axes: false, ground: none, folder: shots, cameras: [{view: front, follow: ball, height: 0.5}]}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+    for (int frame = 0; frame <= 5; ++frame) {
+        const Image image =
+            Image::readPng(folder / ("shots/frame_0000" + std::to_string(frame) + ".png"));
+        double count = 0, x = 0, y = 0;
+        for (int row = 25; row < 95; ++row)
+            for (int column = 45; column < 115; ++column)
+                if (image.getPixel(column, row)[0] < 60) {
+                    ++count;
+                    x += column + 0.5;
+                    y += row + 0.5;
+                }
+        ASSERT_GT(count, 100) << frame;
+        EXPECT_NEAR(x / count, 80, 1) << frame;
+        EXPECT_NEAR(y / count, 60, 1) << frame;
+    }
+}
+
+TEST_F(RunPicturesTest, VideosThatCannotBeWrittenAreRefusedBeforeTheRun) {
+    writeModel(makePendulum("1", R"(analyses: {run: {type: transient, duration: 0.1}}
+pictures: {video: [run.gif, run.avi]}
+)"));
+    EXPECT_EQ(runModel("--check"), 1);
+    EXPECT_THAT(err, ::testing::AllOf(HasSubstr("run.avi"), HasSubstr(".webp")));
+    EXPECT_EQ(runModel(), 1);
+    EXPECT_FALSE(isThere("model.results.h5"));
+}
+
 TEST_F(RunPicturesTest, ContoursThatAPartCannotShowAreRefusedBeforeTheRun) {
     testing::writeText(folder / "bar.inp", testing::Brick().text());
     writeModel(R"(simflex: 1

@@ -369,6 +369,91 @@ TEST_F(ShellTest, PicturesFollowTheCamera) {
     EXPECT_TRUE(turned == Image::readPng(folder / "turned_again.png"));
 }
 
+TEST_F(ShellTest, AngularPositionsOfTheCameraAreRefusedInDegrees) {
+    writePendulum("pictures: {size: [160, 90]}\n");
+    EXPECT_EQ(shell("camera view 30 20\n"), 1);
+    EXPECT_THAT(err, HasSubstr("30*deg"));
+    EXPECT_EQ(shell("camera orbit 90\n"), 1);
+    EXPECT_THAT(err, HasSubstr("90*deg"));
+    ASSERT_EQ(shell("camera view 90*deg 0\nsave a.png\ncamera view side\nsave b.png\n"), 0) << err;
+    EXPECT_TRUE(Image::readPng(folder / "a.png") == Image::readPng(folder / "b.png"));
+    EXPECT_EQ(shell("camera follow nobody\n"), 1);
+    EXPECT_THAT(err, HasSubstr("nobody"));
+}
+
+TEST_F(ShellTest, WhatIsDrawnCanBeChosen) {
+    writePendulum(
+        "connectors: {pull: {type: spring, between: [{on: ground, position: [0.5, -1, 0]}, {on: "
+        "rod, position: [0, -L/2, 0]}], stiffness: 10}}\n"
+        "loads: {push: {on: rod, force: [0, 0, 3]}}\n"
+        "pictures: {size: [160, 90]}\n");
+    ASSERT_EQ(shell("save with.png\ndraw connectors off\nsave less.png\ndraw loads off; save "
+                    "none.png\ndraw connectors; draw loads on\nsave again.png\ndraw "
+                    "ambient_occlusion\nsave dark.png\n"),
+              0)
+        << err;
+    const auto read = [&](const char* name) { return Image::readPng(folder / name); };
+    EXPECT_FALSE(read("with.png") == read("less.png"));
+    EXPECT_FALSE(read("less.png") == read("none.png"));
+    EXPECT_TRUE(read("with.png") == read("again.png"));
+    EXPECT_FALSE(read("with.png") == read("dark.png"));
+    EXPECT_EQ(shell("draw joint\n"), 1);
+    EXPECT_THAT(err, HasSubstr("did you mean 'joints'"));
+}
+
+TEST_F(ShellTest, AVideoRunsOnAndShowsTheWayThere) {
+    writePendulum("pictures: {size: [160, 90], rate: 10, shadows: false}\n");
+    ASSERT_EQ(
+        shell("set pivot 0.5\nrun 0.1\nvideo swing.gif 0.5\nget time\nvideo slow.gif 0.2 4\n"), 0)
+        << err;
+    EXPECT_THAT(out, AllOf(HasSubstr("swing.gif: 6 pictures, t = 0.6 s"),
+                           HasSubstr("slow.gif: 9 pictures, t = 0.8 s")));
+    EXPECT_EQ(testing::readText(folder / "swing.gif").substr(0, 3), "GIF");
+    EXPECT_NEAR(readNumber("time"), 0.6, 1e-12);
+    // What cannot be a video is refused before it runs.
+    EXPECT_EQ(shell("run 0.1\nvideo swing.avi 0.5\n"), 1);
+    EXPECT_THAT(err, HasSubstr(".avi"));
+    EXPECT_EQ(shell("video a.gif -1\n"), 1);
+    EXPECT_THAT(err, HasSubstr("positive"));
+}
+
+TEST_F(ShellTest, AStateThatWasKeptIsTheSameAgain) {
+    writePendulum();
+    ASSERT_EQ(shell("set pivot 0.5\nrun 0.3\nkeep here.state\nget pivot\nget "
+                    "joint.pivot.rate\nenergy\nrun 0.4\nget pivot\n"),
+              0)
+        << err;
+    const std::string first = out;
+    const double later = readNumber("joints.pivot.angle");
+    out = first.substr(0, first.rfind("joints.pivot.angle ="));
+    const double angle = readNumber("joints.pivot.angle"),
+                 rate = readNumber("joints.pivot.angle_rate");
+    // In another session: the same place, and on from there the same way.
+    ASSERT_EQ(shell("run 0.9\nrestore here.state\nget time\nget pivot\nget joint.pivot.rate\n"), 0)
+        << err;
+    EXPECT_EQ(readNumber("time"), 0.3);
+    EXPECT_EQ(readNumber("joints.pivot.angle"), angle);
+    EXPECT_EQ(readNumber("joints.pivot.angle_rate"), rate);
+    ASSERT_EQ(shell("restore here.state\nrun 0.4\nget pivot\n"), 0) << err;
+    EXPECT_NEAR(readNumber("joints.pivot.angle"), later, 1e-6);
+
+    const std::string text = testing::readText(folder / "here.state");
+    const auto damage = [&](const std::string& from, const std::string& to) {
+        std::string changed = text;
+        changed.replace(changed.find(from), from.size(), to);
+        testing::writeText(folder / "bad.state", changed);
+        EXPECT_EQ(shell("restore bad.state\n"), 1);
+        return err;
+    };
+    EXPECT_THAT(damage("simflex state 1", "simflex state 7"), HasSubstr("format 7"));
+    EXPECT_THAT(damage("rod", "bar"), HasSubstr("another model"));
+    EXPECT_THAT(damage("\nq ", "\nq 1 "), HasSubstr("another model"));
+    EXPECT_THAT(damage("end\n", ""), HasSubstr("damaged"));
+    EXPECT_THAT(damage("time 0", "time nan"), HasSubstr("time"));
+    EXPECT_EQ(shell("restore none.state\n"), 1);
+    EXPECT_THAT(err, HasSubstr("none.state"));
+}
+
 TEST_F(ShellTest, ListsNameWhatTheModelHas) {
     writePendulum(
         "frames: {tip: {on: rod, position: [0, -L/2, 0]}}\n"

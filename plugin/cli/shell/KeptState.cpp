@@ -1,0 +1,120 @@
+#include "simflex/cli/shell/KeptState.h"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace simflex {
+namespace cli {
+
+using SimTK::State;
+using SimTK::Vector;
+
+namespace {
+
+const char* const kTitle = "simflex state";
+constexpr int kVersion = 1;
+
+std::string formatVector(const char* name, const Vector& values) {
+    std::string line = name;
+    char number[32];
+    for (int i = 0; i < values.size(); ++i) {
+        std::snprintf(number, sizeof number, " %.17g", double(values[i]));
+        line += number;
+    }
+    return line + '\n';
+}
+
+/** Lines of a file, each of which begins with the name that is wanted. **/
+class Lines {
+public:
+    explicit Lines(const std::string& path) : _path(path), _file(path) {
+        if (!_file) throw std::runtime_error("cannot read '" + path + "'");
+    }
+
+    [[noreturn]] void fail(const std::string& what) const {
+        throw std::runtime_error("'" + _path + "' " + what);
+    }
+
+    std::string next(const std::string& name) {
+        std::string line;
+        if (!std::getline(_file, line) || line.compare(0, name.size(), name) != 0)
+            fail("is damaged: there is no '" + name + "' where it belongs");
+        return line.substr(name.size());
+    }
+
+    Vector nextVector(const std::string& name, int size) {
+        std::istringstream text(next(name));
+        std::vector<double> values;
+        for (double value; text >> value;) values.push_back(value);
+        for (const double value : values)
+            if (!std::isfinite(value)) fail("is damaged: '" + name + "' is not finite");
+        if (int(values.size()) != size)
+            fail("is of another model: it has " + std::to_string(values.size()) + " values of '" +
+                 name + "', this one has " + std::to_string(size));
+        return Vector(size, values.data());
+    }
+
+private:
+    std::string _path;
+    std::ifstream _file;
+};
+
+}  // namespace
+
+void writeKeptState(const std::string& path, const Model& model, const State& state) {
+    const std::string unfinished = path + ".tmp";
+    {
+        std::ofstream file(unfinished);
+        file << kTitle << ' ' << kVersion << '\n';
+        for (const Model::BodyEntry& body : model.getBodies()) {
+            const bool isFlexible = body.flexible && !body.flexible->isRigid(state);
+            file << "body " << (isFlexible ? "flexible " : "rigid ") << body.name << '\n';
+        }
+        file << formatVector("time", Vector(1, state.getTime())) << formatVector("q", state.getQ())
+             << formatVector("u", state.getU()) << formatVector("z", state.getZ()) << "end\n";
+        file.flush();
+        if (!file) throw std::runtime_error("cannot write '" + path + "'");
+    }
+    std::error_code error;
+    std::filesystem::rename(unfinished, path, error);
+    if (error) throw std::runtime_error("cannot write '" + path + "': " + error.message());
+}
+
+State readKeptState(const std::string& path, const Model& model) {
+    Lines lines(path);
+    std::istringstream head(lines.next(kTitle));
+    int version = 0;
+    if (!(head >> version)) lines.fail("is damaged: it has no version");
+    if (version > kVersion)
+        lines.fail("is of format " + std::to_string(version) + ", this program knows up to " +
+                   std::to_string(kVersion));
+    State state = model.makeInitialState();
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        const std::string line = lines.next("body ");
+        const bool isFlexible = line.compare(0, 9, "flexible ") == 0;
+        if (line != (isFlexible ? "flexible " : "rigid ") + body.name)
+            lines.fail("is of another model: its bodies are not the same ('" + body.name + "')");
+        if (!body.flexible) continue;
+        if (isFlexible)
+            body.flexible->setFlexible(state);
+        else
+            body.flexible->setRigid(state);
+    }
+    const double time = lines.nextVector("time", 1)[0];
+    const Vector q = lines.nextVector("q", state.getNQ()), u = lines.nextVector("u", state.getNU()),
+                 z = lines.nextVector("z", state.getNZ());
+    lines.next("end");
+    state.setTime(time);
+    state.updQ() = q;
+    state.updU() = u;
+    state.updZ() = z;
+    model.getSystem().realize(state, SimTK::Stage::Velocity);
+    return state;
+}
+
+}  // namespace cli
+}  // namespace simflex
