@@ -77,8 +77,8 @@ TEST_P(FrameAccelerations, AreDerivativesOfVelocities) {
     EXPECT_GT(motions[0].A[1].norm(), 0.1);  // there is something to compare
 }
 
-INSTANTIATE_TEST_SUITE_P(Parts, FrameAccelerations, ::testing::Bool(), [](const auto& info) {
-    return info.param ? "WithStiffening" : "WithoutStiffening";
+INSTANTIATE_TEST_SUITE_P(Parts, FrameAccelerations, ::testing::Bool(), [](const auto& tested) {
+    return tested.param ? "WithStiffening" : "WithoutStiffening";
 });
 
 }  // namespace
