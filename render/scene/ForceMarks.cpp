@@ -80,8 +80,8 @@ void appendConnector(const SimTK::SimbodyMatterSubsystem& matter, const State& s
         if (!frame.views.empty() &&
             SimTK::dot(axis, frame.views.front().camera.X_GC.p() - X_GF.p()) < 0)
             side = -1;
-        appendTorsionSpring(X_GF, X_GM, seat, side * (seat.halfLength + 0.8 * seat.radius),
-                            geometry);
+        appendTorsionSpring(X_GF, X_GM, {std::max(seat.radius, 0.07 * scale), seat.halfLength},
+                            side * (seat.halfLength + 0.8 * seat.radius), geometry);
     }
 }
 
