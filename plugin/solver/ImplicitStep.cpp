@@ -109,6 +109,9 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
             line += separator + ("'" + name + "'");
             separator = ", ";
         }
+        if (named.empty())
+            line = m_equations.describeRow(rows[size_t(k)]) +
+                   " has nothing to hold: bodies on both sides are held so already";
         lines.push_back(line);
     }
     return lines;
