@@ -70,7 +70,7 @@ void appendConnector(const SimTK::SimbodyMatterSubsystem& matter, const State& s
     }
     const SymbolSize seat = calcSeatSize(matter, {&connector.M, &connector.F}, scale);
     if (kind == ConnectorKind::Bushing) {
-        appendBushing(X_GF, X_GM, seat, geometry);
+        appendBushing(X_GF, X_GM, {std::max(seat.radius, 0.05 * scale), seat.halfLength}, geometry);
     } else if (kind == ConnectorKind::Stop) {
         appendStop(X_GF, X_GM.p(), stopSide * scale, geometry);
     } else {

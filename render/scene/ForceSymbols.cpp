@@ -128,10 +128,10 @@ void appendTorsionSpring(const Transform& X_GF, const Transform& X_GM, const Sym
 void appendBushing(const Transform& X_GF, const Transform& X_GM, const SymbolSize& size,
                    Array_<DecorativeGeometry>& geometry) {
     Symbol symbol(geometry);
-    const double r = size.radius;
-    symbol.addRing(X_GF, 0, 1.05 * r, 0.42 * r, rubber);
-    symbol.addCylinder(X_GM, 0, 0.62 * r, 0.6 * r, light);
-    symbol.addCylinder(X_GM, 0, 0.3 * r, 0.75 * r, dark);
+    const double r = size.radius, h = std::max(size.halfLength, 0.4 * r);
+    symbol.addCylinder(X_GF, 0, 1.25 * r, h + 0.15 * r, rubber);
+    symbol.addCylinder(X_GM, 0, 0.75 * r, h + 0.3 * r, light);
+    symbol.addCylinder(X_GM, 0, 0.4 * r, h + 0.45 * r, dark);
     if ((X_GM.p() - X_GF.p()).norm() > 1.5 * r) symbol.addRod(X_GF.p(), X_GM.p(), 0.15 * r, dark);
 }
 

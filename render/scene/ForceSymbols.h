@@ -4,7 +4,7 @@ Symbols of force elements and arrows of loads, as in drawings of mechanisms. Int
 
     strut           a coil, a damper's cylinder and rod, or both in one, with an eye at each end
     torsion spring  a spiral between the two directions that it turns against each other
-    bushing         a ring of rubber about a sleeve
+    bushing         rubber about a sleeve and a bolt
     stop            a plate with hatching behind it, and the knob that it stops
 **/
 
