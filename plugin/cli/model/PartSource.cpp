@@ -1,8 +1,11 @@
 #include "simflex/cli/model/PartSource.h"
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <thread>
 
+#include "simflex/cli/model/FileLock.h"
 #include "simflex/cli/model/ModelGeometry.h"
 #include "simflex/cli/model/ModelSystem.h"
 #include "simflex/cli/model/ModelTexts.h"
@@ -212,16 +215,36 @@ ReducedBody runReduction(Request& request, const ModelOptions& options) {
     return reduce(readModelSource(source), request.reduction, progress);
 }
 
+constexpr auto kWait = std::chrono::milliseconds(50);
+
+/** Until no other process makes the same part. **/
+void waitFor(FileLock& lock, const std::string& part, const ModelOptions& options) {
+    const std::string what = "waiting for another run that reduces part '" + part + "'";
+    bool isTold = false;
+    while (lock.tryToHold() == FileLock::State::Busy) {
+        if (options.progress && !options.progress(what, 0)) throw Cancelled();
+        if (!options.progress && !isTold && options.note) options.note(what);
+        isTold = true;
+        std::this_thread::sleep_for(kWait);
+    }
+}
+
 }  // namespace
 
 ReducedBody reducePart(const ModelValue& value, const ModelOptions& options) {
     Request request = readRequest(value);
     const PartCache cache(options.cacheFolder, options.note);
-    if (std::optional<ReducedBody> kept = cache.find(request.key)) {
+    const auto take = [&](ReducedBody kept) {
         if (options.note) options.note("part '" + value.getName() + "' is taken from the cache");
-        kept->name = value.getName();
-        return std::move(*kept);
-    }
+        kept.name = value.getName();
+        return kept;
+    };
+    // Of a damaged entry the second look tells.
+    if (auto kept = PartCache(options.cacheFolder, {}).find(request.key))
+        return take(std::move(*kept));
+    FileLock lock(cache.prepareLock(request.key));
+    waitFor(lock, value.getName(), options);
+    if (auto kept = cache.find(request.key)) return take(std::move(*kept));
     try {
         ReducedBody part = runReduction(request, options);
         cache.keep(request.key, part);
