@@ -90,7 +90,9 @@ void runSweepCommand(SweepArguments& arguments) {
     if (options.folder.empty())
         options.folder = fs::path(arguments.model).stem().string() + ".sweep";
     if (arguments.isDry) {
-        for (const SweepCase& one : plan.cases) std::printf("%s\n", one.folder.c_str());
+        for (const SweepCase& one : plan.cases)
+            std::printf("%s%s%s\n", one.folder.c_str(), one.error.empty() ? "" : ": ",
+                        one.error.c_str());
         return;
     }
     options.program = findProgram();
