@@ -41,7 +41,8 @@ namespace simflex {
 
 /** Newest version of the layout; the library reads this one and all before. A file gets the oldest
 version that can hold its part, so that older programs read it or refuse it, but never leave part of
-it out: 1 without anything optional, 2 with geometric stiffness. **/
+it out: 1 without anything optional, 2 with geometric stiffness, 3 with distributing ties,
+modal stress or a report. **/
 constexpr int kReducedBodyFileVersion = 3;
 
 /** Writes a part. The file appears under its name only when it is complete: it is written beside

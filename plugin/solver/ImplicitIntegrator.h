@@ -119,11 +119,12 @@ public:
     /** Skips the initial projection of positions and speeds: the State is taken as consistent
      * already. **/
     void setProjectInitialState(bool project);
-    /** Before initialize(): takes the stiffness and damping of one of Simbody's force elements, a
-    Force::Custom say, into the Newton matrix: by central differences in the speeds that it depends
-    on, two evaluations of it for each speed whenever the matrix is formed. Only convergence
-    changes, not the solution. The symmetric part is taken, in its 24 largest terms: springs,
-    dampers and contacts, not what follower forces and friction have besides.
+    /** Before initialize() (a later call counts from the next one): takes the stiffness and damping
+    of one of Simbody's force elements, a Force::Custom say, into the Newton matrix: by central
+    differences in the speeds that it depends on, two evaluations of it for each speed whenever the
+    matrix is formed. Only convergence changes, not the solution. The symmetric part is taken, in
+    its 24 largest terms: springs, dampers and contacts, not what follower forces and friction have
+    besides.
     @param bodies  what it acts on and depends on. Flexible bodies by FlexibleBody::getFrame() and
         their modal mobilizers. None: those that it acts on or depends on in the State given to
         initialize(), found by trying, which does not see contacts that are open then. **/

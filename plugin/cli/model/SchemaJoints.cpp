@@ -198,7 +198,8 @@ SchemaForm connector() {
                        .only({"spring"})
                        .orElseNote("the distance at the placement")
                        .such("0.2"),
-                   SchemaKey("free_angle", {number()}, "Angle without torque.")
+                   SchemaKey("free_angle", {number()},
+                             "Angle without torque. Turns count up to one half to each side of it.")
                        .in("rad")
                        .only({"torsion_spring"})
                        .orElse("0")

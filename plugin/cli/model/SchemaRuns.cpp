@@ -280,7 +280,8 @@ SchemaForm probe() {
             SchemaKey("modes", {name("a flexible body")}, "Modal coordinates of a body.")
                 .such("rod"),
             SchemaKey("coordinate", coordinate,
-                      "Coordinates of a joint or of a rigid body's mobilizer.")
+                      "Coordinates of a joint or of a rigid body's mobilizer. In a motion, angles "
+                      "count turns.")
                 .in("rad or m")
                 .such("main_bearing"),
             SchemaKey("rate", coordinate, "Rates of those coordinates.")

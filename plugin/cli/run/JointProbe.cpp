@@ -3,6 +3,7 @@ Probes of joints and prescribed motions. **/
 
 #include "simflex/body/JointEquations.h"
 #include "simflex/cli/run/ProbeKinds.h"
+#include "simflex/cli/run/TurnCounter.h"
 
 namespace simflex {
 namespace cli {
@@ -31,7 +32,11 @@ Probe makeCoordinates(const std::shared_ptr<const Model>& model, const Joint& jo
     probe.calc = [model, joint, first, count, order](const Moment& moment, double* values) {
         const Vector all = order == Order::Value ? joint.calcCoordinates(moment.state)
                                                  : joint.calcCoordinateDots(moment.state);
-        for (int k = 0; k < count; ++k) values[k] = all[first + k];
+        for (int k = 0; k < count; ++k) {
+            values[k] = all[first + k];
+            if (order == Order::Value && moment.turns)
+                values[k] += moment.turns->getTurned(joint.getIndex(), first + k);
+        }
     };
     return probe;
 }

@@ -13,12 +13,15 @@ energies, and formulas of other probes. **/
 namespace simflex {
 namespace cli {
 
+class TurnCounter;
+
 /** What is known at one moment of a run, or of an equilibrium. **/
 struct Moment {
-    const SimTK::State& state;         ///< realized to Stage::Velocity
-    const SimTK::Vector& uDot;         ///< in Simbody's numbering; empty: at rest
-    const SimTK::Vector& multipliers;  ///< of all joints, then of Simbody's constraints
-    double work = 0;                   ///< of loads and dampers since the start [J]
+    const SimTK::State& state;           ///< realized to Stage::Velocity
+    const SimTK::Vector& uDot;           ///< in Simbody's numbering; empty: at rest
+    const SimTK::Vector& multipliers;    ///< of all joints, then of Simbody's constraints
+    double work = 0;                     ///< of loads and dampers since the start [J]
+    const TurnCounter* turns = nullptr;  ///< in a motion; null: angles are within half a turn
 };
 
 /** One probe: `columns.size()` numbers. **/

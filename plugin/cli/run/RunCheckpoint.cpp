@@ -15,7 +15,7 @@ namespace cli {
 namespace {
 
 constexpr char kMagic[] = "simflex checkpoint of a run\n";
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 
 /** FNV-1a, 64 bits. **/
 std::uint64_t calcChecksum(const void* data, size_t size,
@@ -152,6 +152,7 @@ void writeRunCheckpoint(const std::string& path, const RunCheckpoint& checkpoint
         packer.put(frame.q);
         packer.put(frame.u);
     }
+    packer.put(checkpoint.turns);
     packer.put(checkpoint.integrator);
     packer.put(calcChecksum(packer.bytes.data(), packer.bytes.size()));
     replaceFile(path, packer.bytes);
@@ -174,6 +175,10 @@ RunCheckpoint readRunCheckpoint(const std::string& path) {
     if (sum != calcChecksum(bytes.data(), bytes.size()))
         throw std::runtime_error("checkpoint '" + path + "' is damaged; remove it to begin anew");
 
+    if (number != kVersion)
+        throw std::runtime_error("checkpoint '" + path + "' has format " + std::to_string(number) +
+                                 " of an older simflex; remove it to begin anew");
+
     const std::string packed = bytes.substr(magic + sizeof number);
     Unpacker unpacker(packed, path);
     RunCheckpoint checkpoint;
@@ -194,6 +199,7 @@ RunCheckpoint readRunCheckpoint(const std::string& path) {
         unpacker.get(frame.q);
         unpacker.get(frame.u);
     }
+    unpacker.get(checkpoint.turns);
     unpacker.get(checkpoint.integrator);
     if (!unpacker.isAtEnd()) unpacker.fail();
     return checkpoint;

@@ -30,7 +30,8 @@ struct RunCheckpoint {
     };
     std::vector<Frame> frames;
 
-    std::string integrator;  ///< as the integrator writes itself
+    std::vector<double> turns;  ///< as TurnCounter saves them
+    std::string integrator;     ///< as the integrator writes itself
 };
 
 /** Replaces the file as a whole; it is never half written. @throws std::runtime_error. **/

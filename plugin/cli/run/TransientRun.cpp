@@ -52,6 +52,7 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
                                                                    ModelRun::getAdviceAtStart()
                                                              : std::string()));
                    }),
+      _turns(*run._model),
       _bar(run._options.isQuiet, {{analysis.getName(), 1}}),
       _kept(Clock::now()) {
     if (!(_duration > 0)) analysis.get("duration").fail("must be positive");
@@ -96,6 +97,8 @@ void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
     _startTime = start.getTime();
     std::istringstream text(checkpoint.integrator);
     _integrator->readCheckpoint(text, start);
+    _turns.restore(checkpoint.turns);
+    _numOverturned = _turns.getOverturnedSprings().size();
     std::ostringstream note;
     note << "analysis '" << _name << "' goes on at t = " << _integrator->getTime() << " of "
          << _startTime + _duration << " s";
@@ -162,8 +165,9 @@ bool TransientRun::watchStep(double time) {
 
 void TransientRun::takeRow() {
     const State& state = _integrator->getState();
+    countTurns(state);
     const Moment moment{state, _integrator->getUDot(), _integrator->getMultipliers(),
-                        _integrator->getWork()};
+                        _integrator->getWork(), &_turns};
     RunCheckpoint::Energy& energy = _progress.energy;
     energy.largestKinetic =
         std::max(energy.largestKinetic, calcEnergy(*_run._model, moment, "kinetic"));
@@ -179,6 +183,21 @@ void TransientRun::takeRow() {
     ++_progress.numRows;
 }
 
+void TransientRun::countTurns(const State& state) {
+    _turns.update(state);
+    const std::vector<std::string>& springs = _turns.getOverturnedSprings();
+    for (; _numOverturned < springs.size(); ++_numOverturned) {
+        std::ostringstream message;
+        message << "torsion spring '" << springs[_numOverturned]
+                << "' has been turned by more than "
+                << "half a turn from where it is free, before t = " << state.getTime()
+                << " s: it does not count turns, its moment has changed sign there; divide the "
+                   "angle among several springs in a row";
+        _bar.clear();
+        _run.warn(_name, message.str());
+    }
+}
+
 void TransientRun::takeFrame() {
     const State& state = _integrator->getState();
     _progress.frames.push_back({state.getTime(), toNumbers(state.getQ()), toNumbers(state.getU())});
@@ -189,6 +208,7 @@ void TransientRun::keep() {
     std::ostringstream text;
     _integrator->writeCheckpoint(text);
     _progress.integrator = text.str();
+    _progress.turns = _turns.save();
     writeRunCheckpoint(_run.getCheckpointPath(), _progress);
     _kept = Clock::now();
 }

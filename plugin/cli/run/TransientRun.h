@@ -9,6 +9,7 @@ One transient analysis: rows of probes at regular times, States for pictures, ch
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/run/ModelRun.h"
 #include "simflex/cli/run/RunCheckpoint.h"
+#include "simflex/cli/run/TurnCounter.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 
 namespace simflex {
@@ -35,6 +36,7 @@ private:
     void advance(double time);
     bool watchStep(double time);
     void takeRow();
+    void countTurns(const SimTK::State& state);
     void takeFrame();
     void keep();
     void finish();
@@ -51,6 +53,8 @@ private:
 
     std::unique_ptr<ImplicitIntegrator> _integrator;
     LinearRangeReporter _linearRange;
+    TurnCounter _turns;
+    size_t _numOverturned = 0;  ///< springs that have been reported
     RunCheckpoint _progress;
     ProgressBar _bar;
     Clock::time_point _kept;

@@ -39,7 +39,8 @@ ShellModel::ShellModel(const ModelText& text, const ModelOptions& options)
     : _text(text),
       _model(std::make_shared<const Model>(readModel(text), options)),
       _probes(Probes::make(_model)),
-      _start(findStart(*_model)) {
+      _start(findStart(*_model)),
+      _turns(*_model) {
     reset();
 }
 
@@ -50,7 +51,7 @@ std::string ShellModel::getTitle() const {
 }
 
 Moment ShellModel::makeMoment() const {
-    return {getState(), _uDot, _multipliers, _integrator->getWork()};
+    return {getState(), _uDot, _multipliers, _integrator->getWork(), &_turns};
 }
 
 double ShellModel::calcEnergy() const {
@@ -94,9 +95,11 @@ void ShellModel::start(const State& state) {
     integrator->initialize(makeFresh(state));
     _integrator = std::move(integrator);
     _energyBefore = calcEnergy();
+    _turns.reset();
 }
 
 void ShellModel::recordRow() {
+    _turns.update(getState());
     _uDot = _integrator->getUDot();
     _multipliers = _integrator->getMultipliers();
     _record.add(getTime(), _probes.calc(makeMoment()));

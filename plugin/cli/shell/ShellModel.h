@@ -10,6 +10,7 @@ The model at the prompt: where it is in its motion, and what its probes have see
 #include "simflex/cli/model/ModelReader.h"
 #include "simflex/cli/run/Probe.h"
 #include "simflex/cli/run/Session.h"
+#include "simflex/cli/run/TurnCounter.h"
 
 namespace simflex {
 namespace cli {
@@ -79,6 +80,7 @@ private:
     std::shared_ptr<const Model> _model;
     Probes _probes;
     SimTK::State _start;
+    TurnCounter _turns;
     std::unique_ptr<ImplicitIntegrator> _integrator;
     ProbeRecord _record;
     double _energyBefore = 0;

@@ -17,18 +17,23 @@ namespace {
 using cli::ResultData;
 using ::testing::HasSubstr;
 
-/** Two pendulums, the second on the first: no two runs that differ by a bit stay together. **/
+/** Two pendulums, the second on the first: no two runs that differ by a bit stay together. A wheel
+that turns many times. **/
 const char kModel[] = R"(simflex: 1
 gravity: [0, -9.81, 0]
 bodies:
   upper: {mass: 1, inertia: [0.1, 0.01, 0.1], place: {position: [0.5, 0, 0], rotation: [0, 0, 90*deg]}}
   lower: {mass: 1, inertia: [0.1, 0.01, 0.1], place: {position: [1.5, 0, 0], rotation: [0, 0, 90*deg]}}
+  wheel: {mass: 1, inertia: [0.1, 0.1, 0.1]}
 joints:
+  bearing: {type: pin, between: [ground, wheel], axis: z}
   first: {type: pin, between: [ground, {on: upper, position: [0, 0.5, 0]}], axis: z}
   second: {type: ball, between: [{on: upper, position: [0, -0.5, 0]}, {on: lower, position: [0, 0.5, 0]}]}
 probes:
   tip: {position: {on: lower, position: [0, -0.5, 0]}}
   balance: {energy: balance}
+  turned: {coordinate: bearing}
+initial: {rates: {bearing: 7}}
 solver: {accuracy: 1e-8}
 output: {checkpoint: 0.02}
 analyses:
