@@ -421,28 +421,33 @@ void ModelRun::check() {
     const auto integrator = makeIntegrator(model);
     integrator->initialize(getStart());
     const State& state = integrator->getState();
-    std::printf("%s: %zu bodies, %zu joints, %zu motions\n", _text.path.c_str(),
-                model.getBodies().size(), model.getJoints().size(), model.getMotions().size());
+    const auto count = [](size_t n, const char* one, const char* many) {
+        return std::to_string(n) + " " + (n == 1 ? one : many);
+    };
+    std::printf("%s: %s, %s, %s\n", _text.path.c_str(),
+                count(model.getBodies().size(), "body", "bodies").c_str(),
+                count(model.getJoints().size(), "joint", "joints").c_str(),
+                count(model.getMotions().size(), "motion", "motions").c_str());
     for (const Model::BodyEntry& body : model.getBodies()) {
         if (body.flexible)
-            std::printf("  body %s: flexible, %d modes%s\n", body.name.c_str(),
-                        body.flexible->getNumModes(),
+            std::printf("  body %s: flexible, %s%s\n", body.name.c_str(),
+                        count(size_t(body.flexible->getNumModes()), "mode", "modes").c_str(),
                         body.flexible->isRigid(state) ? ", held rigid" : "");
         else
             std::printf("  body %s: rigid, %.6g kg\n", body.name.c_str(),
                         double(body.mobod.getBodyMass(state)));
     }
     for (const Model::JointEntry& entry : model.getJoints())
-        std::printf("  joint %s: %s of %s and %s, %d equations\n", entry.name.c_str(),
+        std::printf("  joint %s: %s of %s and %s, %s\n", entry.name.c_str(),
                     entry.joint.getEquations().getKind(),
                     nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
                     nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
-                    entry.joint.getNumEquations());
+                    count(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
     for (const std::string& line : integrator->getRedundantConstraints())
         std::printf("  redundant: %s\n", nameBodies(model, line).c_str());
     for (const Probe& probe : _probes.getProbes())
-        std::printf("  probe %s: %zu %s%s%s\n", probe.name.c_str(), probe.columns.size(),
-                    probe.columns.size() == 1 ? "column" : "columns",
+        std::printf("  probe %s: %s%s%s\n", probe.name.c_str(),
+                    count(probe.columns.size(), "column", "columns").c_str(),
                     probe.unit.empty() ? "" : ", ", probe.unit.c_str());
     const ModelValue analyses = model.getFile().get("analyses");
     for (const std::string& name : analyses.getKeys())

@@ -80,7 +80,8 @@ void addRunCommand(CLI::App& app) {
                      "Another value for a key of the model, as solver.accuracy=1e-5")
         ->type_name("PATH=VALUE")
         ->allow_extra_args(false);
-    command->add_option("--only", options->only, "Only this analysis; may be repeated")
+    command->add_option("--only", options->only, "Only this analysis, or these: NAME,NAME")
+        ->delimiter(',')
         ->type_name("NAME")
         ->allow_extra_args(false);
     command->add_flag("--rigid", options->isRigidToo,

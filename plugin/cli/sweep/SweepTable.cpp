@@ -78,21 +78,22 @@ std::vector<Wish> parseWishes(const std::vector<std::string>& of) {
 
 void addStatistics(const ResultData::Analysis& analysis, std::vector<Wish>& wishes,
                    std::vector<Entry>& entries) {
-    for (const ChosenColumn& column : chooseColumns(analysis, {})) {
-        const auto add = [&](const std::string& statistic) {
-            entries.push_back({analysis.name, column.name + "." + statistic, column.unit,
-                               calcStatistic(statistic, analysis.time, column.values)});
-        };
-        if (wishes.empty())
-            for (const std::string& statistic : kUsual) add(statistic);
-        for (Wish& wish : wishes) {
+    const std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
+    const auto add = [&](const ChosenColumn& column, const std::string& statistic) {
+        entries.push_back({analysis.name, column.name + "." + statistic, column.unit,
+                           calcStatistic(statistic, analysis.time, column.values)});
+    };
+    if (wishes.empty())
+        for (const ChosenColumn& column : columns)
+            for (const std::string& statistic : kUsual) add(column, statistic);
+    for (Wish& wish : wishes)
+        for (const ChosenColumn& column : columns) {
             if (fnmatch(wish.probe.c_str(), column.name.c_str(), 0) != 0 &&
                 fnmatch(wish.probe.c_str(), column.probe.c_str(), 0) != 0)
                 continue;
             wish.isUsed = true;
-            add(wish.statistic);
+            add(column, wish.statistic);
         }
-    }
 }
 
 /** @param where  behind the names of the columns **/

@@ -142,7 +142,7 @@ TEST(Expression, KinksAndEndsHaveFiniteDerivatives) {
 
 TEST(Expression, ABranchThatIsNotTakenIsNotCalculated) {
     for (const char* formula :
-         {"t < 1 ? sqrt(1 - t) : 0", "if(t < 1, sqrt(1 - t), 0)", "if (t >= 1, 0, strict(4*t - 1))",
+         {"t < 1 ? sqrt(1 - t) : 0", "if(t < 1, sqrt(1 - t), 0)", "if(t >= 1, 0, strict(4*t - 1))",
           "t < 1 ? strict(t) : 0", "if(t < 1, strict(t), if(t < 1.5, 1/0, 0))",
           "2*if(t<1,ln(1-t),0)", "t > 1 ? 0 : if(t < 0.5, t, sqrt(1 - t))"}) {
         SCOPED_TRACE(formula);

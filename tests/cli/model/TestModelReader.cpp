@@ -310,7 +310,8 @@ TEST(ModelReader, DuplicateKeysAreRefused) {
 
 TEST(ModelReader, AliasesAndMergesWork) {
     const ModelValue model = readRest(
-        "bodies:\n  a: &base {mass: 2, center_of_mass: [1, 2, 3]}\n  b: {<<: *base, mass: 3}\n  c: "
+        "bodies:\n  a: &base {mass: 2, inertia: [1, 1, 1], center_of_mass: [1, 2, 3]}\n  b: {<<: "
+        "*base, mass: 3}\n  c: "
         "*base\n");
     EXPECT_EQ(model.get("bodies").get("b").get("mass").getNumber(), 3);
     EXPECT_EQ(model.get("bodies").get("b").get("center_of_mass").getVec3(), SimTK::Vec3(1, 2, 3));
@@ -491,7 +492,7 @@ TEST(ModelReader, NamesOfFormulasThatAreProbesAndSomethingElseAreRefused) {
     EXPECT_THAT(refuseRest(known + "  sum: {expression: road - 1}\n"),
                 HasSubstr("'road' is a table and a probe"));
     // What can mean one thing only.
-    readRest(known + "  sum: {expression: road(t)*load.x + step(t, 0, 0, 1, 1)}\n");
+    readRest(known + "  sum: {expression: 'road(t)*load.x + step(t, 0, 0, 1, 1)'}\n");
     readRest("parameters: {load: 2}\nprobes: {load: {expression: 3*load}}\n");
 }
 

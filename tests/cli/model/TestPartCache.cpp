@@ -249,7 +249,10 @@ TEST_F(PartCacheTest, ReductionStopsOnRequestAndItsErrorsNameTheFilesLine) {
     EXPECT_TRUE(listCache().empty());
     options.progress = {};
     EXPECT_THAT(messageOf("parts:\n  beam: {deck: brick.inp, interfaces: {left: LEFTT}}\n"),
-                AllOf(HasSubstr("model.yaml:3:"), HasSubstr("LEFTT"), HasSubstr("LEFT")));
+                AllOf(HasSubstr("model.yaml:3:46: parts.beam.interfaces.left"),
+                      HasSubstr("no node set 'LEFTT'"), HasSubstr("Did you mean 'LEFT'?")));
+    EXPECT_THAT(messageOf("parts:\n  beam: {deck: brick.inp, load_points: [{nodes: ONEE}]}\n"),
+                HasSubstr("Did you mean 'ONE'?"));
     EXPECT_THAT(messageOf("parts:\n  beam: {deck: none.inp}\n"),
                 AllOf(HasSubstr("model.yaml:3:"), HasSubstr("none.inp")));
     EXPECT_THAT(
