@@ -133,17 +133,20 @@ MatrixXd differentiateByQ(
     };
     for (int column : listFreeSpeeds(equations)) {
         double h = scales.step[size_t(column)];
+        const auto isStraight = [&] {
+            const VectorXd change = weights.cwiseProduct(rise);
+            return areAlike(change + weights.cwiseProduct(bend), change, KinkBend);
+        };
         VectorXd slope = differentiate(column, h);
-        const VectorXd change = weights.cwiseProduct(rise);
-        const bool isStraight = areAlike(weights.cwiseProduct(rise + bend), change, KinkBend);
-        for (int k = 0; !isStraight && k < MaxRefinements; ++k) {
+        bool isKinkFree = isStraight();
+        for (int k = 0; !isKinkFree && k < MaxRefinements; ++k) {
             h *= StepRefinement;
             const VectorXd finer = differentiate(column, h);
-            const bool isSmooth =
-                areAlike(weights.cwiseProduct(slope), weights.cwiseProduct(finer), KinkAgreement);
-            if (isSmooth && k == 0) break;  // the longer step is the sharper one
-            slope = finer;
-            if (isSmooth) break;
+            isKinkFree = isStraight();
+            // Of two that agree the longer step's is the sharper one.
+            if (isKinkFree &&
+                !areAlike(weights.cwiseProduct(slope), weights.cwiseProduct(finer), KinkAgreement))
+                slope = finer;
         }
         derivative.col(column) = slope;
     }

@@ -245,7 +245,7 @@ void checkStatistic(const std::string& text) {
     std::string meant;
     for (const std::string& statistic : known)
         if (statistic.compare(0, last.size(), last) == 0) meant = statistic;
-    if (meant.empty()) meant = findNearestName(last, known);
+    if (meant.empty() && last.size() > 4) meant = findNearestName(last, known);
     throw std::runtime_error("--of " + text + ": '" + last + "' is no statistic; " +
                              (meant.empty()
                                   ? "there are " + joinNames(known)

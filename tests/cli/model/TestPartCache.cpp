@@ -48,6 +48,11 @@ protected:
         const auto model = build("parts: {beam: {" + text + "}}\nbodies: {a: {part: beam}}\n");
         return model->getBodies()[0].flexible->getPartHandle();
     }
+    FeModel readDeck(const std::string& name) const {
+        SourceOptions source;
+        source.path = folder / name;
+        return readModelSource(source);
+    }
     bool wasReduced() const { return !phases.empty(); }
     std::vector<std::string> listCache() const { return testing::listFiles(options.cacheFolder); }
 
@@ -265,7 +270,7 @@ TEST_F(PartCacheTest, ReductionStopsOnRequestAndItsErrorsNameTheFilesLine) {
 }
 
 TEST_F(PartCacheTest, APartOfMatricesIsThatOfItsDeck) {
-    writeMatrixMarket(readModelSource({folder / "brick.inp"}), folder / "brick");
+    writeMatrixMarket(readDeck("brick.inp"), folder / "brick");
     const std::string more = ", interfaces: {left: LEFT, right: RIGHT}, modes: 20";
     const auto deck = makePart("deck: brick.inp" + more);
     const std::string matrices =
@@ -282,7 +287,7 @@ TEST_F(PartCacheTest, APartOfMatricesIsThatOfItsDeck) {
     // Every one of the files is content.
     brick.rho *= 2;
     testing::writeText(folder / "heavy.inp", brick.text());
-    writeMatrixMarket(readModelSource({folder / "heavy.inp"}), folder / "heavy");
+    writeMatrixMarket(readDeck("heavy.inp"), folder / "heavy");
     std::filesystem::rename(folder / "heavy_M.mtx", folder / "brick_M.mtx");
     EXPECT_NEAR(makePart(matrices)->mass, brick.mass(), 1e-9 * brick.mass());
     EXPECT_THAT(messageOf("parts:\n  beam: {matrices: {stiffness: brick_K.mtx, mass: none.mtx, "

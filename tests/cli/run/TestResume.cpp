@@ -159,8 +159,8 @@ TEST_F(ResumeTest, CtrlCStopsAnalysesWithoutTimeAndKeepsWhatIsComplete) {
         siginfo_t info{};
         const auto isFirstKept = [&] {
             if (access((folder / "model.results.h5").c_str(), F_OK) != 0) return false;
-            const auto analyses = cli::readResults(folder / "model.results.h5").analyses;
-            return !analyses.empty() && analyses[0].isComplete;
+            const auto kept = cli::readResults(folder / "model.results.h5").analyses;
+            return !kept.empty() && kept[0].isComplete;
         };
         while (info.si_pid != child && !isFirstKept()) {
             waitid(P_PID, id_t(child), &info, WEXITED | WNOHANG | WNOWAIT);

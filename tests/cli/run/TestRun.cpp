@@ -425,7 +425,7 @@ TEST_F(RunTest, WhatAnAnalysisBeginsFromIsCheckedFirst) {
         "0.5", "analyses:\n  rest: {type: static}\n  modes: {type: eigen, about: rset}\n"));
     EXPECT_EQ(runModel("--check"), 1);
     EXPECT_THAT(err, AllOf(HasSubstr("model.yaml:13:"), HasSubstr("did you mean 'rest'?")));
-    EXPECT_FALSE(testing::listFiles(folder.path()).size() > 2);
+    EXPECT_NE(access((folder / "model.results.h5").c_str(), F_OK), 0);
 }
 
 TEST_F(RunTest, AModelThatCannotBendIsRunOnceWithRigid) {
@@ -433,8 +433,8 @@ TEST_F(RunTest, AModelThatCannotBendIsRunOnceWithRigid) {
     ASSERT_EQ(runModel("--rigid"), 0) << err;
     EXPECT_THAT(err, HasSubstr("--rigid changes nothing and it is run once"));
     EXPECT_THAT(out, Not(HasSubstr("flexible against rigid")));
-    EXPECT_EQ(testing::listFiles(folder.path()),
-              (std::vector<std::string>{"brick.inp", "model.results.h5", "model.yaml"}));
+    EXPECT_EQ(access((folder / "model.results.h5").c_str(), F_OK), 0);
+    EXPECT_NE(access((folder / "model.results.rigid.h5").c_str(), F_OK), 0);
 }
 
 TEST_F(RunTest, TheEnergyBalanceOfAModelWithoutProbesStaysWhatItWas) {
@@ -446,7 +446,8 @@ TEST_F(RunTest, TheEnergyBalanceOfAModelWithoutProbesStaysWhatItWas) {
                            Not(HasSubstr("balance_energy"))));
     // At rest, 0.5 m cos(0.5) below the pin.
     const double start = -2 * kGravity * 0.5 * std::cos(0.5);
-    for (const auto& row : find(read("run"), "energy_balance").rows)
+    const ResultData::Analysis run = read("run");
+    for (const auto& row : find(run, "energy_balance").rows)
         EXPECT_NEAR(row[0], start, 1e-4);
 }
 

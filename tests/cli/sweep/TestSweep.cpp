@@ -216,8 +216,9 @@ TEST_F(SweepTest, TheTableHasCriticalSpeedsOfCampbellDiagrams) {
     std::string text = testing::readText(folder / "model.yaml");
     text.replace(text.find("-9.81"), 5, "-g");
     text.replace(text.find("{mass: 2}"), 9, "{mass: 2, speed: 1, g: 9.81}");
-    testing::writeText(folder / "model.yaml",
-                       text + "  whirl: {type: campbell, speeds: [0, 2, 4, 8], count: 1}\n");
+    text.replace(text.find("{modes:"), 1,
+                 "{whirl: {type: campbell, speeds: [0, 2, 4, 8], count: 1}, ");
+    testing::writeText(folder / "model.yaml", text);
     ASSERT_EQ(run("sweep model.yaml --vary g=1.62,9.81,98.1 --only whirl -o out -q"), 0) << err;
     const SweepResults sweep = readSweepTable(folder / "out/sweep.h5", "g");
     const auto find = [&](const std::string& name, size_t k) {
