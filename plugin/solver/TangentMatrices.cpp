@@ -124,8 +124,8 @@ MatrixXd differentiateByQ(
             equations.moveQ(delta.data(), moved.data());
             evaluate(moved, f);
             slope += Weights[k] / h * f;
-            if (std::abs(Places[k]) > 1) continue;
-            rise += Places[k] * f;
+            if (std::abs(Places[k]) < 2) continue;  // the outer ones see most
+            rise += Places[k] / 2 * f;
             bend += f;
         }
         delta[size_t(column)] = 0;

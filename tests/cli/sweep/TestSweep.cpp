@@ -214,13 +214,13 @@ TEST_F(SweepTest, ACaseWithAWrongValueFailsAloneAndIsNamed) {
 
 TEST_F(SweepTest, TheTableHasCriticalSpeedsOfCampbellDiagrams) {
     std::string text = testing::readText(folder / "model.yaml");
-    text.replace(text.find("-9.81"), 5, "-g");
-    text.replace(text.find("{mass: 2}"), 9, "{mass: 2, speed: 1, g: 9.81}");
+    text.replace(text.find("-9.81"), 5, "-pull");
+    text.replace(text.find("{mass: 2}"), 9, "{mass: 2, speed: 1, pull: 9.81}");
     text.replace(text.find("{modes:"), 1,
                  "{whirl: {type: campbell, speeds: [0, 2, 4, 8], count: 1}, ");
     testing::writeText(folder / "model.yaml", text);
-    ASSERT_EQ(run("sweep model.yaml --vary g=1.62,9.81,98.1 --only whirl -o out -q"), 0) << err;
-    const SweepResults sweep = readSweepTable(folder / "out/sweep.h5", "g");
+    ASSERT_EQ(run("sweep model.yaml --vary pull=1.62,9.81,98.1 --only whirl -o out -q"), 0) << err;
+    const SweepResults sweep = readSweepTable(folder / "out/sweep.h5", "pull");
     const auto find = [&](const std::string& name, size_t k) {
         for (const ResultData::Series& series : sweep.results.at(0).analyses.at(0).probes)
             if (series.column.name == name) return series.rows.at(k).at(0);
