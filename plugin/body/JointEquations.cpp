@@ -1,5 +1,6 @@
 #include "simflex/body/JointEquations.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "simflex/body/TurningAxis.h"
@@ -47,6 +48,14 @@ FrameMotion moveAlong(const FrameMotion& F, const FrameMotion& inF) {
 Real getMotion(const Row& row, const JointEquations::MotionFunction* motions, Real time,
                int order) {
     return row.motion < 0 ? 0 : motions[row.motion](time)[order];
+}
+
+/** ∂(f·m)/∂(turn of M) where M's axes are in place, in F. **/
+Vec3 calcNormalInPlace(const Row& row) {
+    Vec3 f(0), m(0);
+    f[row.axisF] = 1;
+    m[row.axisM] = 1;
+    return m % f;
 }
 
 }  // namespace
@@ -391,6 +400,54 @@ void JointEquations::addInTimeRate(Real time, Frames frames, Real* errorDots) co
     Real rates[MaxEquations];
     calcErrorDots(time, still, rates);
     for (int k = 0; k < getNumEquations(); ++k) errorDots[k] += rates[k];
+}
+
+int JointEquations::countPerpendicularRows() const {
+    return int(std::count_if(m_rows.begin(), m_rows.end(),
+                             [](const Row& row) { return row.kind == RowKind::Perpendicular; }));
+}
+
+Vec3 JointEquations::calcTurn(const Transform& F, const Transform& M) const {
+    const SimTK::Rotation R_FM = ~F.R() * M.R();
+    if (countPerpendicularRows() == 3) {
+        const SimTK::Vec4 angleAxis = R_FM.convertRotationToAngleAxis();
+        return angleAxis[0] * angleAxis.getSubVec<3>(1);
+    }
+    const Vec3 z = R_FM.z(), normal(-z[1], z[0], 0);  // z of F × z of M
+    const Real sine = normal.norm(), angle = std::atan2(sine, z[2]);
+    return sine > 0 ? Vec3(angle / sine * normal) : Vec3(angle, 0, 0);
+}
+
+Real JointEquations::calcMisalignment(Real time, Frames frames) const {
+    if (countPerpendicularRows() < 2) return 0;
+    std::optional<FrameMotion> driven;
+    return calcTurn(driveF(time, frames, driven).X, frames[1]->X).norm();
+}
+
+void JointEquations::alignErrors(Real time, Frames frames, Real* errors) const {
+    if (countPerpendicularRows() < 2) return;
+    std::optional<FrameMotion> driven;
+    const Vec3 turn = calcTurn(driveF(time, frames, driven).X, frames[1]->X);
+    for (const Row& row : m_rows) {
+        if (row.kind == RowKind::Perpendicular) *errors = ~turn * calcNormalInPlace(row);
+        ++errors;
+    }
+}
+
+void JointEquations::alignJacobian(Real time, Frames frames, SpatialVec* D) const {
+    if (countPerpendicularRows() < 2) return;
+    std::optional<FrameMotion> driven;
+    const Transform& F = driveF(time, frames, driven).X;
+    SpatialVec *D_F = D, *D_M = D + getNumEquations();
+    for (const Row& row : m_rows) {
+        if (row.kind == RowKind::Perpendicular) {
+            const Vec3 normal = F.R() * calcNormalInPlace(row);
+            *D_F = {-normal, Vec3(0)};
+            *D_M = {normal, Vec3(0)};
+        }
+        ++D_F;
+        ++D_M;
+    }
 }
 
 bool JointEquations::isFlipped(Real time, Frames frames) const {

@@ -98,6 +98,21 @@ public:
     /** Adds ∂e/∂t: what functions of time alone add to the velocity errors; from X. **/
     void addInTimeRate(SimTK::Real time, Frames frames, SimTK::Real* errorDots) const;
 
+    /** @name Axes far from their place
+    f·m is as small with axes opposed as with axes in place, and a quarter of a turn away its
+    derivative vanishes. For assembly, Perpendicular rows of joints that have two (which hold z
+    along z) or three (which hold all axes) can be exchanged for components of the rotation vector
+    that turns M's axes away from their place: to first order the same, and good for half a turn.
+    **/
+    /**@{**/
+    /** Length of that vector [rad]; 0 for other joints. **/
+    SimTK::Real calcMisalignment(SimTK::Real time, Frames frames) const;
+    /** Over what calcErrors() has written. **/
+    void alignErrors(SimTK::Real time, Frames frames, SimTK::Real* errors) const;
+    /** Over what calcJacobian() has written. **/
+    void alignJacobian(SimTK::Real time, Frames frames, SimTK::SpatialVec* D) const;
+    /**@}**/
+
     /** True if M's axes lie on the wrong branch of this joint's equations: errors small but axes
     opposed or exchanged, as after assembling a weld half a turn away. @pre the errors are small.
     **/
@@ -129,6 +144,9 @@ private:
         return isCoupler() ? frames + 2 * coordinate : frames;
     }
     SimTK::Real calcCoupledError(Frames frames) const;
+    int countPerpendicularRows() const;
+    /** Rotation vector of M's axes from their place, in F. **/
+    SimTK::Vec3 calcTurn(const SimTK::Transform& F, const SimTK::Transform& M) const;
 
     const char* m_kind;
     SimTK::Array_<Row> m_rows;

@@ -109,6 +109,9 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
             line += separator + ("'" + name + "'");
             separator = ", ";
         }
+        if (named.empty())
+            line = m_equations.describeRow(rows[size_t(k)]) +
+                   " has nothing to hold: bodies on both sides are held so already";
         lines.push_back(line);
     }
     return lines;
@@ -354,20 +357,16 @@ double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::
     }
 }
 
-void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
-                            std::vector<double>& u) {
-    const FlushDenormals flush(m_numThreads);
-    constexpr int MaxIterations = 60;
+double ImplicitStep::closeJoints(double t, double tolerance, int maxIterations,
+                                 std::vector<double>& q, const std::vector<double>& u) {
     // At γ = 1 s the matrix is M + K: any deformation costs far more than any rigid motion.
     std::vector<double> trial(q.size()), uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
-    double error = 0;
-    m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
     for (int iteration = 0;; ++iteration) {
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcPositionErrors(m_system.c.data());
-        error = largestAbs(m_system.c);
+        const double error = largestAbs(m_system.c);
         m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
-        if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) break;
+        if (error <= tolerance || iteration == maxIterations || !std::isfinite(error)) return error;
         const BlockForm form = blockForm;
         blockForm = BlockForm::Arrow;
         formAndFactor(1, q, u, uDot, MotionLevel::Position);
@@ -389,6 +388,58 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
             if (largestAbs(m_system.c) < error) break;
         }
         q = trial;
+    }
+}
+
+void ImplicitStep::alignJoints(double t, std::vector<double>& q, const std::vector<double>& u) {
+    constexpr int MaxIterations = 30;
+    constexpr double Misaligned = 1, Aligned = 1e-3;  // [rad]
+    m_equations.realize(t, q.data(), u.data());
+    const double misalignment = m_equations.calcMisalignment();
+    if (misalignment < Misaligned) return;
+    std::vector<double> aligned = q;
+    m_equations.setAligning(true);
+    closeJoints(t, Aligned, MaxIterations, aligned, u);
+    m_equations.setAligning(false);
+    m_equations.realize(t, aligned.data(), u.data());
+    if (m_equations.calcMisalignment() < misalignment) q = aligned;
+}
+
+void ImplicitStep::relaxShapes(double t, double tolerance, int maxIterations,
+                               const std::vector<double>& start, std::vector<double>& q,
+                               const std::vector<double>& u) {
+    constexpr int MaxPasses = 8, FirstModal = 7;  // behind quaternion and position
+    double gap = SimTK::Infinity;
+    for (int pass = 0; pass < MaxPasses && gap > tolerance; ++pass) {
+        std::vector<double> relaxed = q;
+        for (int b = 0; b < m_equations.numFlexibleBlocks(); ++b) {
+            const Block& block = m_equations.getBlock(b);
+            std::copy(start.begin() + block.firstQ + FirstModal,
+                      start.begin() + block.firstQ + block.numQ,
+                      relaxed.begin() + block.firstQ + FirstModal);
+        }
+        const double rest = calcPositionError(t, relaxed, u);
+        if (!(rest < 0.5 * gap)) return;  // they must deform as much to meet
+        gap = rest;
+        if (!(closeJoints(t, tolerance, maxIterations, relaxed, u) <= tolerance)) return;
+        q = relaxed;
+    }
+}
+
+void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
+                            std::vector<double>& u) {
+    const FlushDenormals flush(m_numThreads);
+    constexpr int MaxIterations = 60;
+    constexpr double Far = 1e-3;  // [m, rad]
+    std::vector<double> uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
+    m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
+    const std::vector<double> start = q;
+    alignJoints(t, q, u);
+    const bool isFar = calcPositionError(t, start, u) > Far;
+    double error = closeJoints(t, tolerance, MaxIterations, q, u);
+    if (isFar && error <= tolerance) {
+        relaxShapes(t, tolerance, MaxIterations, start, q, u);
+        error = calcPositionError(t, q, u);
     }
     if (!(error <= tolerance)) {
         throw std::runtime_error(

@@ -78,7 +78,7 @@ public:
     double calcPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
 
     /** Assembles the joints by least deformation (norm M + τ²K, τ = 1 s) and makes u consistent in
-    that norm.
+    that norm. Joints whose axes are more than 1 rad from their place are turned there first.
     @throws std::runtime_error that names the worst joint and its error, in positions or speeds. **/
     void assemble(double t, double tolerance, std::vector<double>& q, std::vector<double>& u);
 
@@ -92,11 +92,20 @@ public:
     /** Adds the solver's phase times to the statistics. **/
     void addInTiming();
 
-    /** What the next step takes over from the last ones; the factors are made anew from the matrices
-    they were made of. **/
+    /** What the next step takes over from the last ones; the factors are made anew from the
+    matrices they were made of. **/
     void visit(Checkpoint& checkpoint);
 
 private:
+    /** Gauss–Newton in q until no position error is larger; returns the error. **/
+    double closeJoints(double t, double tolerance, int maxIterations, std::vector<double>& q,
+                       const std::vector<double>& u);
+    void alignJoints(double t, std::vector<double>& q, const std::vector<double>& u);
+    /** On the way from afar bodies have bent a little: gives them back the shapes of the start and
+    closes what opens by that, as long as it is less each time. **/
+    void relaxShapes(double t, double tolerance, int maxIterations,
+                     const std::vector<double>& start, std::vector<double>& q,
+                     const std::vector<double>& u);
     enum class Purpose { Final, Projected };
     Outcome solve(const StepFormula& formula, Formulation formulation, Purpose purpose,
                   SolutionPoint& point);

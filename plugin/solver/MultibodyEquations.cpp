@@ -118,6 +118,8 @@ void MultibodyEquations::updateJacobians() const {
     parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
         JointRef& joint = m_joints[size_t(k)];
         joint.record->equations->calcJacobian(m_time, joint.motions.data(), joint.D.data());
+        if (m_isAligning)
+            joint.record->equations->alignJacobian(m_time, joint.motions.data(), joint.D.data());
     });
     m_hasJacobians = true;
 }
@@ -126,6 +128,8 @@ void MultibodyEquations::calcPositionErrors(double* g) const {
     parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
         const JointRef& joint = m_joints[size_t(k)];
         joint.record->equations->calcErrors(m_time, joint.motions.data(), g + joint.firstRow);
+        if (m_isAligning)
+            joint.record->equations->alignErrors(m_time, joint.motions.data(), g + joint.firstRow);
     });
     if (m_constraints) m_constraints->calcPositionErrors(*m_now, g + m_firstSimbodyRow);
 }
@@ -276,6 +280,14 @@ double MultibodyEquations::calcPower(const double* q, const double* u, const dou
             power += lambda[joint.firstRow + k] * timeRate[k];
     }
     return power;
+}
+
+double MultibodyEquations::calcMisalignment() const {
+    double largest = 0;
+    for (const JointRef& joint : m_joints)
+        largest = std::max<double>(
+            largest, joint.record->equations->calcMisalignment(m_time, joint.motions.data()));
+    return largest;
 }
 
 const std::string* MultibodyEquations::findFlippedJoint() const {

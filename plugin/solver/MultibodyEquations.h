@@ -130,6 +130,14 @@ public:
                       double* r);
     /** Power of applied loads, damping, working constraints and prescribed motions [W]. **/
     double calcPower(const double* q, const double* u, const double* uDot, const double* lambda);
+    /** Whether errors and derivatives of joints are those for axes far from their place, see
+    JointEquations; for assembly. **/
+    void setAligning(bool isAligning) {
+        m_isAligning = isAligning;
+        m_hasJacobians = false;
+    }
+    /** Largest angle that a joint's axes are away from their place [rad]. **/
+    double calcMisalignment() const;
     /** Name of a joint that is assembled on the wrong branch, or null. **/
     const std::string* findFlippedJoint() const;
     /**@}**/
@@ -352,6 +360,7 @@ private:
     std::vector<Batch> m_batches;
     mutable std::vector<JointRef> m_joints;  ///< Jacobians are made when first asked for
     mutable bool m_hasJacobians = false;
+    bool m_isAligning = false;
     std::vector<std::pair<int, double>> m_periods;   ///< rows of couplers that have one
     mutable std::vector<FrameMotion> m_accelerated;  ///< of one joint's sides
     mutable std::vector<const FrameMotion*> m_acceleratedFrames;

@@ -308,7 +308,7 @@ void StaticEquilibrium::Search::fail(double fraction) {
              << m_equations.describeConstraint(m_worstRow) << " (allowed "
              << m_settings.m_constraintTolerance << ")";
     if (fraction > 0) text << "; " << 100 * fraction << " % of the loads could be applied";
-    text << "; start closer to the equilibrium, or allow more iterations";
+    text << "; start closer to the equilibrium: a damped motion leads there";
     throw std::runtime_error(text.str());
 }
 

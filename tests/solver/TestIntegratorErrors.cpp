@@ -52,15 +52,6 @@ TEST(IntegratorErrors, JointsThatCannotMeetNameTheJointAndItsError) {
     EXPECT_THROW(integrator.stepTo(1), std::logic_error);
 }
 
-TEST(IntegratorErrors, AWeldHalfATurnAwayIsNotTakenForAssembled) {
-    Model model;
-    Joint::Weld(model.flexible, model.matter.Ground(), model.body.interface("A"), "clamp");
-    State state = model.system.realizeTopology();
-    model.body.setPoseByInterface(state, "A", Transform(Rotation(Pi, XAxis)));
-    BdfIntegrator integrator(model.system);
-    expectContains(messageOf([&] { integrator.initialize(state); }), {"clamp", "opposed"});
-}
-
 TEST(IntegratorErrors, UnsupportedParts) {
     {
         Model model;

@@ -429,5 +429,24 @@ TEST(FlexibleFrames, EulerAnglesAndQuaternionsGiveTheSameMotion) {
     EXPECT_LT((poses[0].R().asMat33() - poses[1].R().asMat33()).norm(), 1e-12);
 }
 
+TEST(JointOnMobilizer, ThatHoldsTheSameIsReportedAsIdle) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const MobilizedBody::Pin wheel(matter.updGround(), makeBrick(2));
+    Joint::Pin(flexible, matter.Ground(), wheel, "bearing");
+    State state = system.realizeTopology();
+    wheel.setOneU(state, 0, 1);
+    BdfIntegrator integrator(system);
+    integrator.initialize(state);
+    integrator.stepTo(0.01);
+    const std::vector<std::string> redundant = integrator.getRedundantConstraints();
+    ASSERT_EQ(redundant.size(), 5u);
+    for (const std::string& line : redundant)
+        EXPECT_NE(line.find("of 'bearing' has nothing to hold: bodies on both sides"),
+                  std::string::npos)
+            << line;
+}
+
 }  // namespace
 }  // namespace simflex
