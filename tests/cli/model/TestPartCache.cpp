@@ -237,7 +237,7 @@ TEST_F(PartCacheTest, EntriesAreListedAndRemovedButNotThoseBeingMade) {
                                                              entries[1].key + ".h5", "notes.txt"));
     EXPECT_TRUE(cache.remove(entries[0].key));
     EXPECT_THAT(listCache(), ::testing::UnorderedElementsAre(entries[1].key + ".h5", "notes.txt"));
-    makePart("deck: brick.inp, interfaces: {left: LEFT}, modes: 8");
+    makePart("deck: brick.inp, interfaces: {left: LEFT}, modes: 9");
     EXPECT_TRUE(wasReduced());
 }
 
