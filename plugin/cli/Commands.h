@@ -23,6 +23,7 @@ void addKeysCommand(CLI::App& app);
 void addPlotCommand(CLI::App& app);
 void addCompareCommand(CLI::App& app);
 void addSweepCommand(CLI::App& app);
+void addCacheCommand(CLI::App& app);
 void addShellCommand(CLI::App& app);
 
 }  // namespace cli

@@ -32,6 +32,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addShellCommand(app);
     addSchemaCommand(app);
     addKeysCommand(app);
+    addCacheCommand(app);
     addPlotCommand(app);
     addCompareCommand(app);
     addSweepCommand(app);

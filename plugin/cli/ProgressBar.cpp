@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace simflex {
@@ -14,7 +15,7 @@ namespace {
 volatile sig_atomic_t interrupted = 0;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
 constexpr auto kNextLine = std::chrono::seconds(10);  // where there is no terminal
-constexpr double kFirstGuess = 0.03;  // part done before the time left means anything
+constexpr double kFirstGuess = 0.03;  // of what is to do: done before the time left means anything
 constexpr int kBarWidth = 28;
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -63,6 +64,10 @@ bool ProgressBar::show(const std::string& phase, double fraction,
     if (wasInterrupted()) return false;
     if (_quiet) return true;
     const bool isNew = phase != _phase;
+    if (_doneBefore < 0) {
+        _phase = phase;
+        _doneBefore = calcDone(fraction);
+    }
     if (isNew) {
         _phase = phase;
         if (!_terminal) {
@@ -78,6 +83,12 @@ bool ProgressBar::show(const std::string& phase, double fraction,
         _drawn = Clock::now();
     }
     return true;
+}
+
+double ProgressBar::calcTimeLeft(double elapsed, double doneBefore, double done) {
+    const double gained = done - doneBefore;
+    if (!(gained > kFirstGuess * (1 - doneBefore))) return NAN;
+    return elapsed * (1 - done) / gained;
 }
 
 double ProgressBar::calcDone(double fraction) const {
@@ -104,8 +115,9 @@ void ProgressBar::draw(double fraction, const std::string& status) {
     char text[40];
     std::snprintf(text, sizeof text, ", %.1f s", elapsed);
     line += text;
-    if (done > kFirstGuess) {
-        std::snprintf(text, sizeof text, ", %.0f s left", elapsed * (1 - done) / done);
+    const double left = calcTimeLeft(elapsed, _doneBefore, done);
+    if (!std::isnan(left)) {
+        std::snprintf(text, sizeof text, ", %.0f s left", left);
         line += text;
     }
     if (!status.empty()) line += ", " + status;

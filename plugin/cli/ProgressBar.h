@@ -24,6 +24,12 @@ public:
     bool show(const std::string& phase, double fraction,
               const std::function<std::string()>& describe = {});
 
+    /** Time left [s] when the work goes on as it did since `doneBefore`, or NaN while that means
+    nothing yet.
+    @param elapsed  since then [s]
+    @param doneBefore, done  parts of the whole, 0…1 **/
+    static double calcTimeLeft(double elapsed, double doneBefore, double done);
+
     /** Takes the bar off the line, so that other text can be written. **/
     void clear();
 
@@ -38,6 +44,7 @@ private:
     std::vector<std::pair<std::string, double>> _phases;
     std::string _phase;
     Clock::time_point _started, _drawn;
+    double _doneBefore = -1;  ///< part of the whole at the first show(); negative: not shown yet
     bool _onLine = false;
 };
 

@@ -69,7 +69,8 @@ MovingAxes calcMovingAxes(MultibodyEquations& equations, const CoordinateScales&
 
 }  // namespace
 
-Linearization calcLinearization(const MultibodySystem& system, const State& state) {
+Linearization calcLinearization(const MultibodySystem& system, const State& state,
+                                const std::function<void()>& observer) {
     requireTopology(system, state, "calcLinearization()");
     Linearization result;
     result.state = state;
@@ -102,6 +103,7 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     const MatrixXd K =
         differentiateByQ(equations, scales, point.t, point.q, point.u,
                          [&](const std::vector<double>& q, VectorXd& r) {
+                             if (observer) observer();
                              equations.realize(point.t, q.data(), point.u.data());
                              equations.calcResidual(q.data(), point.u.data(), point.uDot.data(),
                                                     point.lambda.data(), r.data());

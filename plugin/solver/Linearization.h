@@ -26,6 +26,8 @@ M and G are exact, D and K fourth-order differences of the residual with displac
 body's size, relative error below 1e-8 where forces are smooth. O(n²) in time, and dense matrices:
 for some hundreds of speeds. SI units. **/
 
+#include <functional>
+
 #include "Simbody.h"
 
 namespace simflex {
@@ -45,8 +47,11 @@ struct Linearization {
 };
 
 /** Linearises about a State, which must be assembled.
+@param observer  called before every evaluation of forces, a few for each coordinate; an exception
+    that it throws passes through
 @throws std::invalid_argument that names what cannot be supported (see ImplicitIntegrator; and
     nonholonomic constraints and constraints on accelerations). **/
-Linearization calcLinearization(const SimTK::MultibodySystem& system, const SimTK::State& state);
+Linearization calcLinearization(const SimTK::MultibodySystem& system, const SimTK::State& state,
+                                const std::function<void()>& observer = {});
 
 }  // namespace simflex

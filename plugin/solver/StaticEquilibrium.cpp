@@ -103,6 +103,7 @@ void StaticEquilibrium::Search::run() {
 }
 
 void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd& r) {
+    if (m_settings.m_observer) m_settings.m_observer();
     m_motion.calcSpeeds(q.data(), m_point.u, m_point.uDot);
     std::vector<double>& moved = m_point.qDot;  // prescribed coordinates are where they are already
     moved = q;

@@ -23,7 +23,9 @@ of the speeds given.
 A motion that nothing holds is left alone if no load acts along it (see getFreeMotions()) and
 refused by name otherwise. **/
 
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "simflex/body/Joint.h"
@@ -44,6 +46,9 @@ public:
     void setMaximumStep(SimTK::Real step) { m_maximumStep = step; }
     /** Newton iterations of one load step; default 60. **/
     void setMaximumIterations(int iterations) { m_maximumIterations = iterations; }
+    /** Called before every evaluation of forces, of which an iteration has a few for each
+    coordinate. An exception that it throws ends solve(), with the results of before. **/
+    void setObserver(std::function<void()> observer) { m_observer = std::move(observer); }
     /** Coordinates of this mobilizer stay exactly as they are while the joints are assembled; then
     they are free. What should stay for good, lock() in the State. **/
     void holdDuringAssembly(const SimTK::MobilizedBody& mobod) {
@@ -89,6 +94,7 @@ private:
     SimTK::Real m_maximumStep = SimTK::Infinity;
     int m_maximumIterations = 60;
     std::vector<SimTK::MobilizedBodyIndex> m_held;
+    std::function<void()> m_observer;
 
     SimTK::State m_state;
     SimTK::Vector m_multipliers;

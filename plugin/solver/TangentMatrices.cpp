@@ -17,6 +17,20 @@ constexpr double RankTolerance = 1e-10;
 constexpr int Places[] = {-2, -1, 1, 2};
 constexpr double Weights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
 
+/** A force that bends by more than this part of its change, or of this part of the largest change,
+may have a kink: a stop that closes. **/
+constexpr double KinkBend = 0.1, SmallChange = 1e-3;
+/** Steps are refined until two derivatives agree so far; a kink is found down to 1e-9 of a size.
+ * **/
+constexpr double KinkAgreement = 0.02, StepRefinement = 1.0 / 16;
+constexpr int MaxRefinements = 4;
+
+/** Whether two columns are the same but for what SmallChange hides. **/
+bool areAlike(const VectorXd& a, const VectorXd& b, double allowed) {
+    const double largest = SmallChange * b.cwiseAbs().maxCoeff();
+    return ((a - b).array().abs() <= allowed * (b.array().abs() + largest)).all();
+}
+
 }  // namespace
 
 CoordinateScales::CoordinateScales(const MultibodyEquations& equations)
@@ -93,22 +107,49 @@ MatrixXd differentiateByQ(
     const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate) {
     const int n = equations.numU();
     std::vector<double> delta(size_t(n), 0), moved;
-    VectorXd f(n);
-    MatrixXd derivative;
-    for (int column : listFreeSpeeds(equations)) {
-        const double h = scales.step[size_t(column)];
+    VectorXd f(n), middle(n), rise, bend;
+    evaluate(q, middle);
+    MatrixXd derivative = MatrixXd::Zero(middle.size(), n);
+    VectorXd weights = VectorXd::Ones(middle.size());  // that make rows comparable
+    if (middle.size() == n)
+        for (int i = 0; i < n; ++i) weights[i] = 1 / std::max(scales.metres[size_t(i)], 1e-12);
+    const auto differentiate = [&](int column, double h) {
+        VectorXd slope = VectorXd::Zero(middle.size());
+        rise = VectorXd::Zero(middle.size());
+        bend = -2 * middle;
         for (int k = 0; k < 4; ++k) {
             if (equations.needsSimbody()) equations.realize(t, q.data(), u.data());  // for its N(q)
             delta[size_t(column)] = Places[k] * h;
             moved = q;
             equations.moveQ(delta.data(), moved.data());
             evaluate(moved, f);
-            if (derivative.size() == 0) derivative.setZero(f.size(), n);
-            derivative.col(column) += Weights[k] / h * f;
+            slope += Weights[k] / h * f;
+            if (std::abs(Places[k]) < 2) continue;  // the outer ones see most
+            rise += Places[k] / 2 * f;
+            bend += f;
         }
         delta[size_t(column)] = 0;
+        return slope;
+    };
+    for (int column : listFreeSpeeds(equations)) {
+        double h = scales.step[size_t(column)];
+        const auto isStraight = [&] {
+            const VectorXd change = weights.cwiseProduct(rise);
+            return areAlike(change + weights.cwiseProduct(bend), change, KinkBend);
+        };
+        VectorXd slope = differentiate(column, h);
+        bool isKinkFree = isStraight();
+        for (int k = 0; !isKinkFree && k < MaxRefinements; ++k) {
+            h *= StepRefinement;
+            const VectorXd finer = differentiate(column, h);
+            isKinkFree = isStraight();
+            // Of two that agree the longer step's is the sharper one.
+            if (isKinkFree &&
+                !areAlike(weights.cwiseProduct(slope), weights.cwiseProduct(finer), KinkAgreement))
+                slope = finer;
+        }
+        derivative.col(column) = slope;
     }
-    if (derivative.size() == 0) derivative.setZero(n, n);
     equations.realize(t, q.data(), u.data());
     return derivative;
 }

@@ -36,7 +36,8 @@ struct CoordinateScales {
 void calcMassAndJacobian(const MultibodyEquations& equations, Eigen::MatrixXd& M,
                          Eigen::MatrixXd& G);
 
-/** ∂f/∂δ for the free speeds, zero in columns of prescribed ones.
+/** ∂f/∂δ for the free speeds, zero in columns of prescribed ones. Steps are shortened where a kink
+of f is near, so that a stop that is closed by a hair counts in full.
 @param evaluate  writes f for a displaced q
 @param q  where to differentiate; the equations are left realized at `q` and `u` **/
 Eigen::MatrixXd differentiateByQ(

@@ -161,15 +161,52 @@ void checkText(const std::string& text, bool hasDots) {
                 {"rad", ""},     {"deg", "*deg"}, {"rpm", "*pi/30"}, {"Nm", ""},
                 {"min", "*60"},  {"h", "*3600"},  {"bar", "*1e5"},   {"kHz", "*1e3"}};
             const auto unit = units.find(name);
-            if (unit != units.end() && !(end < text.size() && text[end] == '('))
+            if (unit != units.end() && !(end < text.size() && text[end] == '(')) {
+                // "5e-3" rather than "5*1e-3"
+                const bool isPower = unit->second.compare(0, 3, "*1e") == 0 &&
+                                     number.find_first_of("eE") == std::string::npos;
                 throw FormulaError("numbers have no units here, all are SI: write " + number +
-                                       unit->second + " instead of " + number + " " + name,
+                                       unit->second.substr(isPower ? 2 : 0) + " instead of " +
+                                       number + " " + name,
                                    static_cast<int>(begin));
+            }
             throw FormulaError("an operator is missing between '" + number + "' and '" + name +
                                    "': write " + number + "*" + name,
                                static_cast<int>(word));
         }
     }
+}
+
+/** With if(c, a, b) as ((c)?(a):(b)), which does not calculate what is not taken. **/
+std::string writeChoices(const std::string& text) {
+    std::string result;
+    for (std::size_t i = 0; i < text.size();) {
+        std::size_t end = i;
+        while (end < text.size() && (isWordCharacter(text[end]) || text[end] == '.')) ++end;
+        const std::size_t open =
+            text.compare(i, end - i, "if") == 0 ? text.find_first_not_of(" \t\r\n", end) : end;
+        if (end == i || open >= text.size() || text[open] != '(' || end - i != 2) {
+            end = std::max(end, i + 1);
+            result += text.substr(i, end - i);
+            i = end;
+            continue;
+        }
+        std::vector<std::string> arguments(1);
+        int depth = 1;
+        for (end = open + 1; end < text.size(); ++end) {
+            depth += text[end] == '(' ? 1 : text[end] == ')' ? -1 : 0;
+            if (depth == 0) break;
+            if (depth == 1 && text[end] == ',')
+                arguments.emplace_back();
+            else
+                arguments.back() += text[end];
+        }
+        if (depth != 0 || arguments.size() != 3) return text;  // what is wrong is told elsewhere
+        for (std::string& argument : arguments) argument = "(" + writeChoices(argument) + ")";
+        result += "(" + arguments[0] + "?" + arguments[1] + ":" + arguments[2] + ")";
+        i = end + 1;
+    }
+    return result;
 }
 
 std::string describe(const mu::ParserError& error) {
@@ -220,7 +257,7 @@ Formula::Formula(const std::string& text, const FormulaScope& scope,
         if (text.find(table.first) != std::string::npos) _scope.tables.insert(table);
     std::unique_ptr<Evaluator> evaluator;
     try {
-        evaluator = makeEvaluator();
+        evaluator = makeEvaluator(_text);
         int count = 1;
         try {
             evaluator->parser.Eval(count);
@@ -230,6 +267,14 @@ Formula::Formula(const std::string& text, const FormulaScope& scope,
             throw FormulaError("a comma separates nothing here: decimals are written with a point",
                                static_cast<int>(text.find(',')));
         for (const auto& used : evaluator->parser.GetUsedVar()) _used.push_back(used.first);
+        _evaluated = writeChoices(_text);
+        if (_evaluated != _text) {
+            evaluator = makeEvaluator(_evaluated);
+            try {
+                evaluator->parser.Eval();
+            } catch (const std::domain_error&) {
+            }
+        }
     } catch (const mu::ParserError& error) {
         const int position =
             std::max(0, std::min(static_cast<int>(error.GetPos()), static_cast<int>(text.size())));
@@ -264,7 +309,7 @@ Formula::Formula(const std::string& text, const FormulaScope& scope,
 }
 Formula::~Formula() = default;
 
-std::unique_ptr<Formula::Evaluator> Formula::makeEvaluator() const {
+std::unique_ptr<Formula::Evaluator> Formula::makeEvaluator(const std::string& text) const {
     auto evaluator = std::make_unique<Evaluator>();
     mu::Parser& parser = evaluator->parser;
     evaluator->values.assign(_variables.size() + 1, 0);
@@ -288,7 +333,7 @@ std::unique_ptr<Formula::Evaluator> Formula::makeEvaluator() const {
                                  false);
     for (std::size_t i = 0; i < _variables.size(); ++i)
         parser.DefineVar(_variables[i], &evaluator->values[i]);
-    parser.SetExpr(_text);
+    parser.SetExpr(text);
     return evaluator;
 }
 
@@ -301,7 +346,7 @@ double Formula::calc(const double* values) const {
             _pool->idle.pop_back();
         }
     }
-    if (!evaluator) evaluator = makeEvaluator();
+    if (!evaluator) evaluator = makeEvaluator(_evaluated);
     std::copy(values, values + _variables.size(), evaluator->values.begin());
     const auto giveBack = [&] {
         const std::lock_guard<std::mutex> lock(_pool->mutex);

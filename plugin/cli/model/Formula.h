@@ -47,12 +47,12 @@ public:
 private:
     struct Evaluator;
     struct Pool;
-    std::string _text;
+    std::string _text, _evaluated;  ///< as given, and with choices that leave out the other branch
     FormulaScope _scope;
     std::vector<std::string> _variables, _used;
     std::unique_ptr<Pool> _pool;
 
-    std::unique_ptr<Evaluator> makeEvaluator() const;
+    std::unique_ptr<Evaluator> makeEvaluator(const std::string& text) const;
 };
 
 /** Names that parameters and tables must not have: functions, `t`, `pi` … **/

@@ -36,7 +36,11 @@ ModelBuilder::ModelBuilder(const ModelValue& file, const ModelOptions& options)
       _options(options),
       _parts(makeParts(file, options)),
       _frames(file, _parts),
-      _placement(file, _frames) {}
+      _placement(file, _frames) {
+    // Frames that nothing uses are to be right, too.
+    const ModelValue frames = file.get("frames");
+    for (const std::string& name : frames.getKeys()) _frames.find(frames.get(name));
+}
 
 std::unique_ptr<ModelSystem> ModelBuilder::build(const std::vector<JointStart>& starts,
                                                  JointLeader* leader) const {

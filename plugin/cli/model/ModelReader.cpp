@@ -1,11 +1,13 @@
 #include "simflex/cli/model/ModelReader.h"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
+#include "simflex/cli/model/Formula.h"
 #include "simflex/cli/model/ModelNode.h"
 #include "simflex/cli/model/NearestName.h"
 
@@ -17,6 +19,7 @@ namespace {
 const double kPi = 3.14159265358979323846;
 const double kGravity = 9.80665;
 const int kFormat = 1;
+const std::string kHdf5 = "\x89HDF\r\n";
 const std::uintmax_t kMaxBytes = 16000000;
 
 /** Refuses files of newer formats before anything else of them is judged. **/
@@ -55,6 +58,57 @@ void checkSetting(const YamlTree& tree, const std::string& setting) {
                      (proposal.empty() ? "" : "; " + proposal));
 }
 
+struct Word {
+    std::string text;
+    std::size_t position;
+};
+
+/** The names in a formula, but those of functions. **/
+std::vector<Word> findWords(const std::string& formula) {
+    std::vector<Word> words;
+    const auto isWordCharacter = [](unsigned char c) {
+        return std::isalnum(c) || c == '_' || c == '.';
+    };
+    for (std::size_t i = 0; i < formula.size();) {
+        const std::size_t begin = i;
+        while (i < formula.size() && isWordCharacter(static_cast<unsigned char>(formula[i]))) ++i;
+        if (i == begin) {
+            ++i;
+            continue;
+        }
+        const bool isName =
+            std::isalpha(static_cast<unsigned char>(formula[begin])) || formula[begin] == '_';
+        const std::size_t next = formula.find_first_not_of(" \t\r\n", i);
+        const bool isFunction = next != std::string::npos && formula[next] == '(';
+        if (isName && !isFunction) words.push_back({formula.substr(begin, i - begin), begin});
+    }
+    return words;
+}
+
+/** A name in the formula of a probe that is a probe and something else could mean either. **/
+void checkProbeNames(const ModelValue& model) {
+    const ModelValue probes = model.get("probes"), parameters = model.get("parameters");
+    for (const std::string& name : probes.getKeys()) {
+        const ModelValue probe = probes.get(name);
+        if (!probe.has("expression")) continue;
+        const ModelValue formula = probe.get("expression");
+        for (const Word& word : findWords(formula.getText())) {
+            const std::string& found = word.text;
+            if (found == name || !probes.has(found)) continue;
+            const bool isTable = model.get("tables").has(found);
+            if (!parameters.has(found) && !isTable && !isFormulaWord(found)) continue;
+            const std::string what = parameters.has(found) ? "a parameter"
+                                     : isTable             ? "a table"
+                                                           : "a word of formulas";
+            formula.getNode().failAt(static_cast<int>(word.position),
+                                     "'" + found + "' is " + what +
+                                         " and a probe: rename one of them, for example the probe "
+                                         "to 'probe_" +
+                                         found + "'");
+        }
+    }
+}
+
 }  // namespace
 
 ModelText loadModelText(const std::string& path, const std::vector<std::string>& settings) {
@@ -76,6 +130,10 @@ ModelText loadModelText(const std::string& path, const std::vector<std::string>&
 }
 
 ModelValue readModel(const ModelText& text) {
+    if (text.text.compare(0, kHdf5.size(), kHdf5) == 0)
+        throw ModelError(text.path +
+                         ": this is an HDF5 file, such as results and parts are, and no model: a "
+                         "model is a text that begins with 'simflex: 1'");
     YamlTree tree = parseYaml(text.text, text.path);
     checkFormat(tree, text.path);
     for (const std::string& setting : text.settings) {
@@ -86,7 +144,9 @@ ModelValue readModel(const ModelText& text) {
     auto file = std::make_shared<ModelFile>();
     file->path = text.path;
     file->scope.constants = {{"pi", kPi}, {"deg", kPi / 180}, {"g", kGravity}};
-    return ModelValue(checkModel(file, tree));
+    const ModelValue model(checkModel(file, tree));
+    checkProbeNames(model);
+    return model;
 }
 
 }  // namespace cli

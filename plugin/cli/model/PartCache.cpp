@@ -1,13 +1,12 @@
 #include "simflex/cli/model/PartCache.h"
 
-#include <cstdio>
+#include <algorithm>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
+#include "simflex/cli/model/FileLock.h"
+#include "simflex/part/Hdf5.h"
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
@@ -17,145 +16,37 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kDeepestInclude = 20;  ///< as decks have it
+constexpr size_t kKeySize = 32;
+const char* const kEnding = ".h5";
+const char* const kLockEnding = ".lock";
 
-std::string readBytes(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    return text.str();
+/** The key that a file's name begins with, or "". **/
+std::string findKey(const fs::path& path) {
+    const std::string name = path.filename().string();
+    const size_t end = name.find_first_not_of("0123456789abcdef");
+    return end == kKeySize && name[end] == '.' ? name.substr(0, kKeySize) : "";
 }
 
-std::string endingOf(const std::string& path) {
-    std::string ending = fs::path(path).extension().string();
-    for (char& c : ending) c = char(std::tolower((unsigned char)(c)));
-    return ending;
-}
-
-std::string upperCase(std::string text) {
-    for (char& c : text) c = char(std::toupper((unsigned char)(c)));
-    return text;
-}
-
-/** File names after INPUT= of *INCLUDE cards. **/
-std::vector<std::string> findDeckIncludes(const std::string& text) {
-    std::vector<std::string> names;
-    std::istringstream in(text);
-    bool open = false;
-    for (std::string line; std::getline(in, line);) {
-        std::string blankless;
-        for (const char c : line)
-            if (!std::isspace((unsigned char)(c)) && c != '"') blankless += c;
-        const std::string upper = upperCase(blankless);
-        if (upper.compare(0, 2, "**") == 0) continue;
-        if (upper.compare(0, 1, "*") == 0) open = upper.compare(0, 8, "*INCLUDE") == 0;
-        if (!open) continue;
-        const size_t input = upper.find("INPUT=");
-        if (input == std::string::npos) continue;
-        std::string name = line.substr(line.find('=', upper.find("INPUT=")) + 1);
-        name.erase(0, name.find_first_not_of(" \t\""));
-        const size_t end = name.find_last_not_of(" \t\r\"");
-        names.push_back(end == std::string::npos ? "" : name.substr(0, end + 1));
-        open = false;
+std::string readName(const fs::path& path) {
+    try {
+        const hdf5::Quiet quiet;
+        return hdf5::readText(hdf5::openFile(path.string()), "name");
+    } catch (const std::runtime_error&) {
+        return "";
     }
-    return names;
 }
 
-/** Names in quotes of the statements of a Gmsh script that read files. **/
-std::vector<std::string> findScriptIncludes(const std::string& text) {
-    std::vector<std::string> names;
-    for (const char* statement : {"Include", "Merge", "MergeWithBoundingBox", "ShapeFromFile"})
-        for (size_t at = text.find(statement); at != std::string::npos;
-             at = text.find(statement, at + 1)) {
-            const size_t open = text.find('"', at), end = text.find(';', at);
-            if (open == std::string::npos || open > end) continue;
-            const size_t close = text.find('"', open + 1);
-            if (close != std::string::npos)
-                names.push_back(text.substr(open + 1, close - open - 1));
-        }
-    return names;
-}
-
-/** What Gmsh parses as a script. **/
-bool isScript(const std::string& ending, const std::string& bytes) {
-    return ending == ".geo" || ending == ".opt" || ending == ".pos" ||
-           (ending == ".msh" && bytes.compare(0, 1, "$") != 0);
-}
-
-/** The first word of a script that can start a program, or "". **/
-std::string findCommand(const std::string& text) {
-    static const std::set<std::string> commands = {"System", "SystemCall", "NonBlockingSystemCall",
-                                                   "OnelabRun", "Parse"};
-    std::string word;
-    for (size_t i = 0; i <= text.size(); ++i) {
-        const char c = i < text.size() ? text[i] : ' ';
-        if (std::isalnum((unsigned char)(c)) || c == '_') {
-            word += c;
-            continue;
-        }
-        if (commands.count(word)) return word;
-        word.clear();
-    }
-    return "";
+/** The files of a folder; none if it cannot be read. **/
+std::vector<fs::path> listFiles(const std::string& folder) {
+    std::vector<fs::path> files;
+    std::error_code error;
+    fs::directory_iterator file(folder, error);
+    for (; !error && file != fs::directory_iterator(); file.increment(error))
+        files.push_back(file->path());
+    return files;
 }
 
 }  // namespace
-
-PartKey::PartKey() {
-    _second.add(std::string("second"));
-    add(std::string(SIMFLEX_VERSION));
-    add(double(kReducedBodyFileVersion));
-}
-
-void PartKey::add(const std::string& text) {
-    add(double(text.size()));
-    _first.add(text);
-    _second.add(text);
-}
-
-void PartKey::add(double number) {
-    _first.add(number);
-    _second.add(number);
-}
-
-void PartKey::addFile(const std::string& path) {
-    addFile(path, 0);
-}
-
-void PartKey::addFile(const std::string& path, int depth) {
-    const std::string ending = endingOf(path);
-    add(ending);
-    if (!fs::is_regular_file(path)) {
-        add(std::string("missing"));
-        return;
-    }
-    const std::string bytes = readBytes(path);
-    add(bytes);
-    if (depth > kDeepestInclude) return;
-    std::vector<std::string> names;
-    if (isScript(ending, bytes)) {
-        const std::string command = findCommand(bytes);
-        if (!command.empty())
-            throw std::invalid_argument("the script '" + path + "' has " + command +
-                                        ": models run no scripts that can start programs");
-        names = findScriptIncludes(bytes);
-        if (fs::is_regular_file(path + ".opt")) addFile(path + ".opt", depth + 1);
-    } else if (ending == ".inp" || ending == ".inc" || depth > 0) {
-        names = findDeckIncludes(bytes);
-    }
-    for (const std::string& name : names) {
-        const fs::path beside = fs::path(path).parent_path() / name;
-        addFile((fs::exists(beside) || !fs::exists(name) ? beside : fs::path(name)).string(),
-                depth + 1);
-    }
-}
-
-std::string PartKey::getText() const {
-    char text[40];
-    std::snprintf(text, sizeof text, "%016llx%016llx", (unsigned long long)(_first.get()),
-                  (unsigned long long)(_second.get()));
-    return text;
-}
 
 PartCache::PartCache(const std::string& folder, Note note) : _folder(folder), _note(note) {
     if (!_folder.empty()) return;
@@ -171,17 +62,15 @@ PartCache::PartCache(const std::string& folder, Note note) : _folder(folder), _n
         _folder = get("HOME") + "/.cache/simflex";
 }
 
-std::string PartCache::pathOf(const PartKey& key) const {
-    return (fs::path(_folder) / (key.getText() + ".h5")).string();
-}
-
 std::optional<ReducedBody> PartCache::find(const PartKey& key) const {
     if (_folder.empty()) return {};
-    const std::string path = pathOf(key);
+    const fs::path path = fs::path(_folder) / (key.getText() + kEnding);
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) return {};
     try {
-        return readReducedBody(path);
+        ReducedBody part = readReducedBody(path.string());
+        fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
+        return part;
     } catch (const std::exception& error) {
         if (_note) _note(std::string("a part in the cache is made anew: ") + error.what());
         return {};
@@ -193,12 +82,61 @@ void PartCache::keep(const PartKey& key, const ReducedBody& part) const {
         if (_folder.empty())
             throw std::runtime_error("there is no folder for it: set SIMFLEX_CACHE");
         fs::create_directories(_folder);
-        writeReducedBody(pathOf(key), part);
+        writeReducedBody((fs::path(_folder) / (key.getText() + kEnding)).string(), part);
     } catch (const std::exception& error) {
         if (_note)
             _note("part '" + part.name +
                   "' is not kept in the cache and will be reduced again: " + error.what());
     }
+}
+
+std::string PartCache::prepareLock(const PartKey& key) const {
+    if (_folder.empty()) return "";
+    std::error_code ignored;
+    fs::create_directories(_folder, ignored);
+    return (fs::path(_folder) / (key.getText() + kLockEnding)).string();
+}
+
+std::vector<PartCache::Entry> PartCache::list() const {
+    std::vector<Entry> entries;
+    for (const fs::path& path : listFiles(_folder)) {
+        const std::string key = findKey(path);
+        if (key.empty() || path.filename() != key + kEnding) continue;
+        std::error_code error;
+        Entry entry;
+        entry.key = key;
+        entry.size = fs::file_size(path, error);
+        if (!error) entry.used = fs::last_write_time(path, error);
+        if (error) continue;  // gone meanwhile
+        entry.part = readName(path);
+        entries.push_back(entry);
+    }
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+        return a.used != b.used ? a.used > b.used : a.key < b.key;
+    });
+    return entries;
+}
+
+bool PartCache::remove(const std::string& key) const {
+    FileLock lock((fs::path(_folder) / (key + kLockEnding)).string());
+    if (lock.tryToHold() == FileLock::State::Busy) return false;
+    for (const fs::path& path : listFiles(_folder))
+        if (findKey(path) == key && path.extension() != kLockEnding) {
+            std::error_code error;
+            fs::remove(path, error);
+            if (error)
+                throw std::runtime_error("cannot remove '" + path.string() +
+                                         "' from the cache: " + error.message());
+        }
+    return true;
+}
+
+void PartCache::removeLeftovers() const {
+    std::set<std::string> keys;
+    for (const fs::path& path : listFiles(_folder)) keys.insert(findKey(path));
+    keys.erase("");
+    for (const Entry& entry : list()) keys.erase(entry.key);
+    for (const std::string& key : keys) remove(key);
 }
 
 }  // namespace cli

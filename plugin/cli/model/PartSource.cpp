@@ -1,14 +1,19 @@
 #include "simflex/cli/model/PartSource.h"
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <thread>
 
+#include "simflex/cli/model/FileLock.h"
 #include "simflex/cli/model/ModelGeometry.h"
 #include "simflex/cli/model/ModelSystem.h"
 #include "simflex/cli/model/ModelTexts.h"
+#include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/model/PartCache.h"
 #include "simflex/fe/CalculixRun.h"
 #include "simflex/fe/ModelSource.h"
+#include "simflex/fe/NodeSelection.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
@@ -186,7 +191,28 @@ Request readRequest(const ModelValue& part) {
     return request;
 }
 
-ReducedBody runReduction(Request& request, const ModelOptions& options) {
+/** Nodes are looked for before minutes of assembling and factoring. **/
+void checkNodes(const ModelValue& value, const Mesh& mesh) {
+    const ModelValue nodes = value.isMap() ? value.get("nodes") : value;
+    try {
+        selectNodes(mesh, nodes.getText());
+    } catch (const std::invalid_argument& error) {
+        std::vector<std::string> sets;
+        for (const auto& set : mesh.nodeSets) sets.push_back(set.first);
+        const std::string nearest = findNearestName(nodes.getText(), sets);
+        nodes.fail(error.what() + (nearest.empty() ? "" : " Did you mean '" + nearest + "'?"));
+    }
+}
+
+void checkAllNodes(const ModelValue& part, const Mesh& mesh) {
+    const ModelValue interfaces = part.get("interfaces"), points = part.get("load_points");
+    for (const std::string& name : interfaces.getKeys()) checkNodes(interfaces.get(name), mesh);
+    if (!points.isGiven()) return;
+    if (points.isMap()) return checkNodes(points, mesh);
+    for (int i = 0; i < points.getSize(); ++i) checkNodes(points.at(i), mesh);
+}
+
+ReducedBody runReduction(const ModelValue& part, Request& request, const ModelOptions& options) {
     const std::string name = request.reduction.name;
     const auto note = [&](const std::string& text) {
         if (options.note) options.note("part '" + name + "': " + text);
@@ -203,13 +229,30 @@ ReducedBody runReduction(Request& request, const ModelOptions& options) {
         // These come from the deck that Gmsh made, which must be there while it is reduced.
         folder.emplace();
         source.gmsh.keepDeck = (folder->path() / "part.inp").string();
-        readModelSource(source);
+        checkAllNodes(part, readModelSource(source).mesh);
         SourceOptions deck;
         deck.path = source.gmsh.keepDeck;
         deck.calculix = source.calculix;
         return reduce(readModelSource(deck), request.reduction, progress);
     }
-    return reduce(readModelSource(source), request.reduction, progress);
+    if (isCalculixDeck(source)) checkAllNodes(part, readCalculixMesh(source.path));
+    const FeModel model = readModelSource(source);
+    checkAllNodes(part, model.mesh);
+    return reduce(model, request.reduction, progress);
+}
+
+constexpr auto kWait = std::chrono::milliseconds(50);
+
+/** Until no other process makes the same part. **/
+void waitFor(FileLock& lock, const std::string& part, const ModelOptions& options) {
+    const std::string what = "waiting for another run that reduces part '" + part + "'";
+    bool isTold = false;
+    while (lock.tryToHold() == FileLock::State::Busy) {
+        if (options.progress && !options.progress(what, 0)) throw Cancelled();
+        if (!options.progress && !isTold && options.note) options.note(what);
+        isTold = true;
+        std::this_thread::sleep_for(kWait);
+    }
 }
 
 }  // namespace
@@ -217,16 +260,24 @@ ReducedBody runReduction(Request& request, const ModelOptions& options) {
 ReducedBody reducePart(const ModelValue& value, const ModelOptions& options) {
     Request request = readRequest(value);
     const PartCache cache(options.cacheFolder, options.note);
-    if (std::optional<ReducedBody> kept = cache.find(request.key)) {
+    const auto take = [&](ReducedBody kept) {
         if (options.note) options.note("part '" + value.getName() + "' is taken from the cache");
-        kept->name = value.getName();
-        return std::move(*kept);
-    }
+        kept.name = value.getName();
+        return kept;
+    };
+    // Of a damaged entry the second look tells.
+    if (auto kept = PartCache(options.cacheFolder, {}).find(request.key))
+        return take(std::move(*kept));
+    FileLock lock(cache.prepareLock(request.key));
+    waitFor(lock, value.getName(), options);
+    if (auto kept = cache.find(request.key)) return take(std::move(*kept));
     try {
-        ReducedBody part = runReduction(request, options);
+        ReducedBody part = runReduction(value, request, options);
         cache.keep(request.key, part);
         return part;
     } catch (const Cancelled&) {
+        throw;
+    } catch (const ModelError&) {
         throw;
     } catch (const std::runtime_error& error) {
         value.fail(error.what());

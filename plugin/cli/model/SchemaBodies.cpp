@@ -282,9 +282,11 @@ SchemaForm body() {
                 .without(rigid)
                 .orElseNote("of shape and density")
                 .such("0.2"),
-            SchemaKey("center_of_mass", {vec3()}, "Centre of mass in the body's frame.")
+            SchemaKey("center_of_mass", {vec3()},
+                      "Centre of mass in the body's frame; that of a shape alone follows from "
+                      "its position.")
                 .in("m")
-                .with({"mass"})
+                .with({"inertia"})
                 .orElse("[0, 0, 0]")
                 .such("[0, 0, 0.01]"),
             SchemaKey("inertia", {list({number()}, {3, 6})},

@@ -306,7 +306,7 @@ SchemaForm probe() {
             SchemaKey("energy",
                       {choice({"kinetic", "potential", "strain", "total", "work", "balance"})},
                       "Energy of the model or of a body; work of loads and dampers since the "
-                      "start; balance: total less work.")
+                      "start; balance: total less work, which stays what it was at the start.")
                 .in("J")
                 .such("total"),
             SchemaKey("momentum", {choice({"linear", "angular"})},

@@ -54,8 +54,11 @@ void takeSweep(const std::vector<std::string>& paths, PlotArguments& arguments,
 void runPlot(PlotArguments& arguments) {
     std::vector<std::string> paths;
     for (const std::string& name : arguments.names) {
+        const fs::path table = fs::path(name) / "sweep.h5";
         if (isResultFile(name)) {
             paths.push_back(name);
+        } else if (fs::is_regular_file(table)) {  // the folder of a sweep
+            paths.push_back(table.string());
         } else {
             arguments.wishes.probes.push_back(name);
         }

@@ -23,7 +23,7 @@ struct FigureWishes {
     std::string xProbe;               ///< empty: time
     enum class Panels { ByUnit, Together, Stacked } panels = Panels::ByUnit;
     double from = -std::numeric_limits<double>::infinity(), to = -from;  ///< [s]
-    bool hasPoints = false;  ///< rows are marked
+    bool hasPoints = false;                                              ///< rows are marked
     std::vector<double> orders;  ///< campbell: lines of this many times the speed [rad/s]
 };
 

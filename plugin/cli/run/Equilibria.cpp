@@ -5,7 +5,6 @@ The analyses without time: static, eigen, campbell. **/
 #include <cmath>
 
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/cli/run/ModelRun.h"
 #include "simflex/cli/run/Pictures.h"
 #include "simflex/cli/run/Session.h"
@@ -34,21 +33,37 @@ State assembleState(const Model& model, const State& state) {
     return integrator->getState();
 }
 
+/** Each text once, with its number, in the order of the first. **/
+std::vector<std::pair<std::string, int>> countEqual(const std::vector<std::string>& texts) {
+    std::vector<std::pair<std::string, int>> counts;
+    for (const std::string& text : texts) {
+        const auto found = std::find_if(counts.begin(), counts.end(),
+                                        [&](const auto& entry) { return entry.first == text; });
+        if (found == counts.end())
+            counts.emplace_back(text, 1);
+        else
+            ++found->second;
+    }
+    return counts;
+}
+
 constexpr int kUsualModes = 10, kUsualBranches = 6;
 
 /** The model again, with another value of a parameter, in steady motion. **/
 Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
-                          const std::string& parameter, Real value) {
+                          const std::string& parameter, Real value,
+                          const std::function<void()>& observer) {
     char number[40];
     std::snprintf(number, sizeof number, "%.17g", double(value));
     ModelText changed = text;
     changed.settings.push_back("parameters." + parameter + "=" + number);
     const Model model(readModel(changed), options);
     if (model.getFile().get("initial").get("start").getText() != "as_placed")
-        return calcLinearization(model.getSystem(), findStart(model));
+        return calcLinearization(model.getSystem(), findStart(model, observer), observer);
     StaticEquilibrium equilibrium(model.getSystem());
+    equilibrium.setObserver(observer);
     equilibrium.solveSteadyMotion(assembleState(model, model.makeInitialState()));
-    return calcLinearization(model.getSystem(), equilibrium.getState());
+    return calcLinearization(model.getSystem(), equilibrium.getState(), observer);
 }
 
 }  // namespace
@@ -63,8 +78,10 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     checkFinite(name, equilibrium.state.getTime(), values);
     _writer->addStatic(name, makeColumns(), values, toNumbers(equilibrium.state.getQ()));
     _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
-    for (const std::string& motion : equilibrium.freeMotions)
-        _remarks[name].push_back(nameBodies(*_model, motion) + ": nothing holds it");
+    for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
+        _remarks[name].push_back(nameBodies(*_model, motion) +
+                                 (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
+                                 ": nothing holds it");
     _writer->setComplete(name);
 }
 
@@ -74,8 +91,10 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const int count = wanted.isGiven() ? wanted.getInteger() : kUsualModes;
     ProgressBar(_options.isQuiet, {}).show(name, 0);
     const State about = assembleState(*_model, findNamedState(analysis.get("about"), name));
-    const Linearization linear = calcLinearization(_model->getSystem(), about);
+    const Linearization linear =
+        calcLinearization(_model->getSystem(), about, [this] { stopIfAsked(); });
     std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    stopIfAsked();
     const auto firstElastic = std::find_if(
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
     const auto numRigid = firstElastic - modes.begin();
@@ -110,10 +129,9 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
     int done = 0;
     const CampbellDiagram diagram =
         calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
-            if (!bar.show(name, double(done++) / double(speeds.size())))
-                throw Stopped("what was complete is in '" + _resultPath +
-                              "'; go on with: " + _resumeCommand);
-            return linearizeAt(_text, _modelOptions, parameter, speed);
+            bar.show(name, double(done++) / double(speeds.size()));
+            stopIfAsked();
+            return linearizeAt(_text, _modelOptions, parameter, speed, [this] { stopIfAsked(); });
         });
     std::vector<std::vector<double>> frequency(speeds.size()), damping(speeds.size());
     for (size_t k = 0; k < speeds.size(); ++k)

@@ -13,6 +13,7 @@
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
 #include "simflex/cli/model/ModelTexts.h"
+#include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/run/RunSummary.h"
 #include "simflex/cli/run/Session.h"
 #include "simflex/cli/run/TransientRun.h"
@@ -50,6 +51,32 @@ std::string join(const std::vector<std::string>& items, const char* separator = 
     std::string text;
     for (const std::string& item : items) text += (text.empty() ? "" : separator) + item;
     return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+namespace {
+
+/** @throws ModelError if the State that a key such as `from` names is not that of an analysis above
+the one that asks. **/
+void checkNamedState(const ModelValue& name, const ModelValue& analyses,
+                     const std::string& forAnalysis) {
+    const std::string wanted = name.getText();
+    if (wanted == "start" || wanted == "placed" || wanted == "static") return;
+    std::vector<std::string> earlier{"start", "static"};
+    bool isBelow = false;
+    for (const std::string& other : analyses.getKeys()) {
+        isBelow |= other == forAnalysis;
+        const std::string type = analyses.get(other).get("type").getText();
+        if (type != "static" && type != "transient") continue;
+        if (other == wanted && !isBelow) return;
+        if (other == wanted)
+            name.fail("analysis '" + wanted + "' is not above '" + forAnalysis +
+                      "': analyses are done in the order of the file, so move it up");
+        if (!isBelow) earlier.push_back(other);
+    }
+    name.fail("'" + wanted + "' is no static or transient analysis above '" + forAnalysis + "'; " +
+              proposeName(wanted, earlier));
 }
 
 }  // namespace
@@ -124,6 +151,14 @@ void ModelRun::checkFinite(const std::string& analysis, double time,
         }
 }
 
+bool ModelRun::canBend() const {
+    const State state = _model->makeInitialState();
+    const auto& bodies = _model->getBodies();
+    return std::any_of(bodies.begin(), bodies.end(), [&](const Model::BodyEntry& body) {
+        return body.flexible && !body.flexible->isRigid(state);
+    });
+}
+
 bool ModelRun::isWanted(const std::string& analysis) const {
     return _options.only.empty() ||
            std::find(_options.only.begin(), _options.only.end(), analysis) != _options.only.end();
@@ -164,6 +199,10 @@ void ModelRun::checkWishes(const ModelValue& file) const {
     for (const std::string& name : _options.only)
         if (std::find(known.begin(), known.end(), name) == known.end())
             analyses.failUnknown("analysis", name, known);
+    for (const std::string& name : known)
+        for (const char* key : {"from", "about"})
+            if (analyses.get(name).has(key))
+                checkNamedState(analyses.get(name).get(key), analyses, name);
     // An empty result would replace a good one.
     const auto isSweep = [&](const std::string& name) {
         return analyses.get(name).get("type").getText() == "sweep";
@@ -235,6 +274,11 @@ std::vector<ResultColumn> ModelRun::makeColumns() const {
 //-------------------------------------------------------------------------------------------------
 // what is done
 
+void ModelRun::stopIfAsked() const {
+    if (!wasInterrupted()) return;
+    throw Stopped("what was complete is in '" + _resultPath + "'; go on with: " + _resumeCommand);
+}
+
 void ModelRun::perform() {
     openResults();
     const ModelValue analyses = _model->getFile().get("analyses");
@@ -242,9 +286,7 @@ void ModelRun::perform() {
         const ModelValue analysis = analyses.get(name);
         if (!isWanted(name) || isComplete(name)) continue;
         const std::string type = analysis.get("type").getText();
-        if (wasInterrupted())
-            throw Stopped("what was complete is in '" + _resultPath +
-                          "'; go on with: " + _resumeCommand);
+        stopIfAsked();
         if (type == "transient")
             runTransient(analysis);
         else if (type == "static")
@@ -301,7 +343,7 @@ void ModelRun::runTransient(const ModelValue& analysis) {
 }
 
 const State& ModelRun::getStart() {
-    if (!_start) _start = findStart(*_model);
+    if (!_start) _start = findStart(*_model, [this] { stopIfAsked(); });
     return *_start;
 }
 
@@ -309,8 +351,11 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
     const auto found = _equilibria.find(analysis.getName());
     if (found != _equilibria.end()) return found->second;
     StaticEquilibrium solver(_model->getSystem());
+    solver.setObserver([this] { stopIfAsked(); });
     try {
         solver.solve(findNamedState(analysis.get("from"), analysis.getName()));
+    } catch (const Stopped&) {
+        throw;
     } catch (const std::runtime_error& error) {
         throw std::runtime_error("analysis '" + analysis.getName() +
                                  "': " + nameBodies(*_model, error.what()));
@@ -344,21 +389,18 @@ State ModelRun::findNamedState(const ModelValue& name, const std::string& forAna
     const std::string wanted = name.getText();
     if (wanted == "start" || wanted == "placed") return getStart();
     const ModelValue analyses = _model->getFile().get("analyses");
-    std::vector<std::string> earlier;
-    for (const std::string& other : analyses.getKeys()) {
-        if (other == forAnalysis) break;
-        const std::string type = analyses.get(other).get("type").getText();
-        if (type != "static" && type != "transient") continue;
-        earlier.push_back(other);
-        if (other == wanted)
-            return type == "static" ? obtainEquilibrium(analyses.get(other)).state : findEnd(other);
-    }
+    checkNamedState(name, analyses, forAnalysis);
+    const std::string type =
+        analyses.has(wanted) ? analyses.get(wanted).get("type").getText() : std::string();
+    if (type == "static") return obtainEquilibrium(analyses.get(wanted)).state;
+    if (type == "transient") return findEnd(wanted);
     if (wanted == "static") {
         StaticEquilibrium solver(_model->getSystem());
+        solver.setObserver([this] { stopIfAsked(); });
         solver.solve(getStart());
         return solver.getState();
     }
-    name.failUnknown("static or transient analysis above it", wanted, earlier);
+    throw std::logic_error("a state was not checked");
 }
 
 //-------------------------------------------------------------------------------------------------
@@ -379,28 +421,33 @@ void ModelRun::check() {
     const auto integrator = makeIntegrator(model);
     integrator->initialize(getStart());
     const State& state = integrator->getState();
-    std::printf("%s: %zu bodies, %zu joints, %zu motions\n", _text.path.c_str(),
-                model.getBodies().size(), model.getJoints().size(), model.getMotions().size());
+    const auto count = [](size_t n, const char* one, const char* many) {
+        return std::to_string(n) + " " + (n == 1 ? one : many);
+    };
+    std::printf("%s: %s, %s, %s\n", _text.path.c_str(),
+                count(model.getBodies().size(), "body", "bodies").c_str(),
+                count(model.getJoints().size(), "joint", "joints").c_str(),
+                count(model.getMotions().size(), "motion", "motions").c_str());
     for (const Model::BodyEntry& body : model.getBodies()) {
         if (body.flexible)
-            std::printf("  body %s: flexible, %d modes%s\n", body.name.c_str(),
-                        body.flexible->getNumModes(),
+            std::printf("  body %s: flexible, %s%s\n", body.name.c_str(),
+                        count(size_t(body.flexible->getNumModes()), "mode", "modes").c_str(),
                         body.flexible->isRigid(state) ? ", held rigid" : "");
         else
             std::printf("  body %s: rigid, %.6g kg\n", body.name.c_str(),
                         double(body.mobod.getBodyMass(state)));
     }
     for (const Model::JointEntry& entry : model.getJoints())
-        std::printf("  joint %s: %s of %s and %s, %d equations\n", entry.name.c_str(),
+        std::printf("  joint %s: %s of %s and %s, %s\n", entry.name.c_str(),
                     entry.joint.getEquations().getKind(),
                     nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
                     nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
-                    entry.joint.getNumEquations());
+                    count(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
     for (const std::string& line : integrator->getRedundantConstraints())
         std::printf("  redundant: %s\n", nameBodies(model, line).c_str());
     for (const Probe& probe : _probes.getProbes())
-        std::printf("  probe %s: %zu %s%s%s\n", probe.name.c_str(), probe.columns.size(),
-                    probe.columns.size() == 1 ? "column" : "columns",
+        std::printf("  probe %s: %s%s%s\n", probe.name.c_str(),
+                    count(probe.columns.size(), "column", "columns").c_str(),
                     probe.unit.empty() ? "" : ", ", probe.unit.c_str());
     const ModelValue analyses = model.getFile().get("analyses");
     for (const std::string& name : analyses.getKeys())

@@ -40,6 +40,9 @@ public:
     /** What has been found, on standard output. The same run prints the same. **/
     void printSummary() const;
 
+    /** Whether a body is flexible and not held rigid. **/
+    bool canBend() const;
+
     const std::string& getResultPath() const { return _resultPath; }
 
 private:
@@ -63,6 +66,8 @@ private:
         std::vector<std::string> freeMotions;
     };
 
+    /** @throws Stopped once Ctrl-C was pressed; between analyses and where they take long. **/
+    void stopIfAsked() const;
     void checkWishes(const ModelValue& file) const;
     void readEarlier();
     void openResults();

@@ -100,14 +100,18 @@ std::vector<Probe> makeUsualProbes(const std::shared_ptr<const Model>& model) {
         };
         add(entry.name + "_displacement", probe);
     }
-    for (const char* kind : {"kinetic", "potential", "balance"}) {
+    // The balance is no energy, and no error: total energy less work, as it was at the start.
+    for (const auto& [name, kind] :
+         {std::pair<const char*, const char*>{"kinetic_energy", "kinetic"},
+          {"potential_energy", "potential"},
+          {"energy_balance", "balance"}}) {
         Probe probe;
         probe.unit = "J";
         probe.columns = {""};
-        probe.calc = [model, kind](const Moment& moment, double* values) {
+        probe.calc = [model, kind = std::string(kind)](const Moment& moment, double* values) {
             *values = calcEnergy(*model, moment, kind);
         };
-        add(std::string(kind) + "_energy", probe);
+        add(name, probe);
     }
     return probes;
 }

@@ -32,9 +32,14 @@ void perform(const RunOptions& options) {
         run.check();
         return;
     }
+    const bool isRigidToo = options.isRigidToo && run.canBend();
+    if (options.isRigidToo && !isRigidToo)
+        std::fprintf(stderr,
+                     "simflex: no body of the model can bend: it is rigid as it is, so --rigid "
+                     "changes nothing and it is run once\n");
     run.perform();
     run.printSummary();
-    if (options.isRigidToo) {
+    if (isRigidToo) {
         ModelRun rigid(text, ModelOptions::Bodies::Rigid, options);
         rigid.perform();
         printDifference(readResults(run.getResultPath(), ReadStates::No),
@@ -75,7 +80,8 @@ void addRunCommand(CLI::App& app) {
                      "Another value for a key of the model, as solver.accuracy=1e-5")
         ->type_name("PATH=VALUE")
         ->allow_extra_args(false);
-    command->add_option("--only", options->only, "Only this analysis; may be repeated")
+    command->add_option("--only", options->only, "Only this analysis, or these: NAME,NAME")
+        ->delimiter(',')
         ->type_name("NAME")
         ->allow_extra_args(false);
     command->add_flag("--rigid", options->isRigidToo,
@@ -91,7 +97,7 @@ void addRunCommand(CLI::App& app) {
     command->add_option("--threads", options->threads, "Threads; results do not depend on it")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
-    command->add_flag("--quiet", options->isQuiet, "No progress, only what came out");
+    command->add_flag("-q,--quiet", options->isQuiet, "No progress, only what came out");
     command->callback([options] { perform(*options); });
 }
 

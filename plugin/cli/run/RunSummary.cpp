@@ -6,6 +6,7 @@
 
 #include "simflex/cli/model/ModelReader.h"
 #include "simflex/cli/results/Comparison.h"
+#include "simflex/cli/results/CriticalSpeeds.h"
 
 namespace simflex {
 namespace cli {
@@ -125,6 +126,16 @@ void printCampbell(const ResultData::Analysis& analysis) {
         for (const double frequency : analysis.frequency[i]) std::printf(" %11.6g", frequency);
         std::printf("\n");
     }
+    const std::vector<double> critical = findCriticalSpeeds(analysis);
+    if (std::all_of(critical.begin(), critical.end(), [](double c) { return std::isnan(c); }))
+        return;
+    std::printf("  critical [rad/s], once a revolution:\n  %12s:", "");
+    for (const double speed : critical)
+        if (std::isnan(speed))
+            std::printf(" %11s", "-");
+        else
+            std::printf(" %11.6g", speed);
+    std::printf("\n");
 }
 
 }  // namespace

@@ -92,11 +92,12 @@ std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
     return integrator;
 }
 
-State findStart(const Model& model) {
+State findStart(const Model& model, const std::function<void()>& observer) {
     const State state = model.makeInitialState();
     const std::string start = model.getFile().get("initial").get("start").getText();
     if (start == "as_placed") return state;
     StaticEquilibrium equilibrium(model.getSystem());
+    equilibrium.setObserver(observer);
     if (start == "static")
         equilibrium.solve(state);
     else

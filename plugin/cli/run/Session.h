@@ -2,6 +2,7 @@
 /** @file
 A model that is being run: what `simflex run` and `simflex shell` share. **/
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -18,8 +19,9 @@ initialized. **/
 std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
 
 /** Where analyses begin: the initial State, brought to static equilibrium or steady motion first if
-`initial.start` says so. **/
-SimTK::State findStart(const Model& model);
+`initial.start` says so.
+@param observer  see StaticEquilibrium::setObserver() **/
+SimTK::State findStart(const Model& model, const std::function<void()>& observer = {});
 
 /** A message of the library in the words of the model: "rigid tree at body 3" becomes "slider", and
 "the motion of joint 'swing' jumps by 1 m or rad" becomes "the motion 'swing' of joint 'pin' jumps

@@ -103,6 +103,7 @@ void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
     note << "analysis '" << _name << "' goes on at t = " << _integrator->getTime() << " of "
          << _startTime + _duration << " s";
     _run.say(note.str());
+    _bar.show(_name, (_integrator->getTime() - _startTime) / _duration);
 }
 
 double TransientRun::calcRowTime(int row) const {

@@ -6,6 +6,8 @@ Commands of the prompt that list what the model has, and what it does now. **/
 #include <stdexcept>
 
 #include "simflex/body/JointEquations.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
 #include "simflex/cli/shell/Format.h"
 #include "simflex/cli/shell/JointDrag.h"
 #include "simflex/cli/shell/Shell.h"
@@ -243,7 +245,10 @@ constexpr double kFreeMotion = 3e-7;
 void printEigenmodes(Shell& shell, const Words& words) {
     const ShellModel& model = shell.updModel();
     const int count = words.empty() ? 10 : shell.calcCount(words[0], 10000);
-    const Linearization linear = calcLinearization(model.getModel().getSystem(), model.copyState());
+    const Linearization linear =
+        calcLinearization(model.getModel().getSystem(), model.copyState(), [] {
+            if (wasInterrupted()) throw Stopped("nothing has changed");
+        });
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
     double highest = 0;
     for (const Eigenmode& mode : modes) highest = std::max(highest, double(mode.frequency));

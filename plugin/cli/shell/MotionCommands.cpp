@@ -104,6 +104,9 @@ void step(Shell& shell, const Words& words) {
 void findStatic(Shell& shell, const Words&) {
     ShellModel& model = shell.updModel();
     StaticEquilibrium equilibrium(model.getModel().getSystem());
+    equilibrium.setObserver([] {
+        if (wasInterrupted()) throw Stopped("nothing has changed");
+    });
     equilibrium.solve(model.copyState());
     SimTK::State state = equilibrium.getState();
     state.updU() = 0;

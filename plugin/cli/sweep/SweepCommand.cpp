@@ -90,7 +90,9 @@ void runSweepCommand(SweepArguments& arguments) {
     if (options.folder.empty())
         options.folder = fs::path(arguments.model).stem().string() + ".sweep";
     if (arguments.isDry) {
-        for (const SweepCase& one : plan.cases) std::printf("%s\n", one.folder.c_str());
+        for (const SweepCase& one : plan.cases)
+            std::printf("%s%s%s\n", one.folder.c_str(), one.error.empty() ? "" : ": ",
+                        one.error.c_str());
         return;
     }
     options.program = findProgram();
@@ -138,7 +140,8 @@ void addSweepCommand(CLI::App& app) {
         ->type_name("PATH=VALUE")
         ->allow_extra_args(false);
     sweep->add_option("--analysis", arguments->analysis, "Which of the model's sweeps");
-    sweep->add_option("--only", arguments->only, "Analyses to do (default: all)")
+    sweep->add_option("--only", arguments->only, "Analyses to do, NAME,NAME (default: all)")
+        ->delimiter(',')
         ->type_name("NAME")
         ->allow_extra_args(false);
     sweep
@@ -146,6 +149,7 @@ void addSweepCommand(CLI::App& app) {
                      "Columns of the table: PROBE.maximum, .minimum, .mean, .rms, .final, .range\n"
                      "(default: maximum, minimum and final value of all)")
         ->delimiter(',')
+        ->type_name("PROBE,PROBE")
         ->allow_extra_args(false);
     sweep->add_option("-o,--output", arguments->options.folder,
                       "FOLDER (default: MODEL.sweep here)");

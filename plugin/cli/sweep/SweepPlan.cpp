@@ -225,6 +225,35 @@ void checkSweepSettings(const ModelText& model) {
     }
 }
 
+const std::vector<std::string>& getSweepStatistics() {
+    static const std::vector<std::string> statistics = {"maximum", "minimum", "mean",
+                                                        "rms",     "final",   "range"};
+    return statistics;
+}
+
+namespace {
+
+/** Columns of probes are called x, yz, 12: a longer word is meant as a statistic. **/
+void checkStatistic(const std::string& text) {
+    const size_t dot = text.rfind('.');
+    const std::string last = dot == std::string::npos ? "" : text.substr(dot + 1);
+    const auto isLetter = [](unsigned char c) { return std::isalpha(c) != 0; };
+    const auto& known = getSweepStatistics();
+    if (last.size() < 3 || !std::all_of(last.begin(), last.end(), isLetter) ||
+        std::find(known.begin(), known.end(), last) != known.end())
+        return;
+    std::string meant;
+    for (const std::string& statistic : known)
+        if (statistic.compare(0, last.size(), last) == 0) meant = statistic;
+    if (meant.empty() && last.size() > 4) meant = findNearestName(last, known);
+    throw std::runtime_error("--of " + text + ": '" + last + "' is no statistic; " +
+                             (meant.empty()
+                                  ? "there are " + joinNames(known)
+                                  : "did you mean '" + text.substr(0, dot + 1) + meant + "'?"));
+}
+
+}  // namespace
+
 void checkSweepColumns(const SweepPlan& plan) {
     const std::vector<std::string> probes = readModel(plan.model).get("probes").getKeys();
     if (probes.empty()) return;  // those of the joints, which the built model knows
@@ -238,7 +267,10 @@ void checkSweepColumns(const SweepPlan& plan) {
             if (dot == std::string::npos) break;
             pattern.resize(dot);
         }
-        if (isKnown) continue;
+        if (isKnown) {
+            checkStatistic(text);
+            continue;
+        }
         const std::string name = text.substr(0, text.find('.')),
                           proposal = proposeName(name, probes);
         throw std::runtime_error("--of " + text + ": the model has no probe '" + name + "'" +
@@ -360,11 +392,19 @@ void takeModelSweep(SweepPlan& plan, const std::string& name) {
 void checkSweepCases(SweepPlan& plan) {
     findSweptPaths(plan);
     std::set<std::string> files;
-    for (const SweepCase& one : plan.cases) {
+    for (SweepCase& one : plan.cases) {
         ModelText text = plan.model;
         text.settings = plan.getSettings(one);
-        collectFiles(readModel(text), files);
+        try {
+            collectFiles(readModel(text), files);
+        } catch (const std::runtime_error& error) {
+            one.error = error.what();
+            std::replace(one.error.begin(), one.error.end(), '\n', ' ');
+        }
     }
+    if (std::all_of(plan.cases.begin(), plan.cases.end(),
+                    [](const SweepCase& one) { return !one.error.empty(); }))
+        throw std::runtime_error("case " + plan.cases.at(0).folder + ": " + plan.cases[0].error);
     Checksum sum;
     sum.add(plan.model.text.data(), plan.model.text.size());
     for (const std::string& file : files) {

@@ -20,6 +20,7 @@ struct SweptKey {
 struct SweepCase {
     std::vector<std::string> values;  ///< of the keys, in their order
     std::string folder;               ///< name of its own folder: "speed=50_length=0.1"
+    std::string error = {};           ///< why it cannot be run; empty: it can
 };
 
 struct SweepPlan {
@@ -62,11 +63,15 @@ void takeModelSweep(SweepPlan& plan, const std::string& name);
 vary them. **/
 void checkSweepSettings(const ModelText& model);
 
-/** Checks that the columns wanted are of probes that the model names, if it names any.
-@throws std::runtime_error proposing the nearest. **/
+/** maximum, minimum, mean, rms, final, range. **/
+const std::vector<std::string>& getSweepStatistics();
+
+/** Checks that the columns wanted are of probes that the model names, if it names any, and their
+statistics. @throws std::runtime_error proposing the nearest. **/
 void checkSweepColumns(const SweepPlan& plan);
 
-/** Checks each case's model, and finds `content`. @throws ModelError. **/
+/** Checks each case's model, notes its error, and finds `content`. @throws std::runtime_error that
+names the first case, if all of them have errors. **/
 void checkSweepCases(SweepPlan& plan);
 
 }  // namespace cli

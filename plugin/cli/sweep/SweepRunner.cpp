@@ -200,10 +200,27 @@ private:
                 close(log);
                 continue;
             }
+            if (!_plan.cases[index].error.empty()) {
+                refuse(index, log);
+                continue;
+            }
             start(index, log, before.status != Status::Interrupted);
             return true;
         }
         return false;
+    }
+
+    /** A case whose model is wrong. **/
+    void refuse(size_t index, int log) {
+        const std::string line = "simflex: " + _plan.cases[index].error + "\n";
+        const bool isWritten =
+            ftruncate(log, 0) == 0 && write(log, line.data(), line.size()) == ssize_t(line.size());
+        if (!isWritten) throw std::runtime_error("cannot write a log");
+        keep(index, "failed: " + _plan.cases[index].error);
+        _outcomes[index].status = Status::Failed;
+        _outcomes[index].error = _plan.cases[index].error;
+        _isOver[index] = true;
+        close(log);
     }
 
     void start(size_t index, int log, bool isFresh) {

@@ -15,6 +15,7 @@
 #include <stdexcept>
 
 #include "simflex/cli/model/NearestName.h"
+#include "simflex/cli/results/CriticalSpeeds.h"
 #include "simflex/cli/results/ProbeChoice.h"
 #include "simflex/part/Hdf5.h"
 
@@ -23,8 +24,6 @@ namespace cli {
 namespace {
 
 namespace fs = std::filesystem;
-const std::vector<std::string> kStatistics = {"maximum", "minimum", "mean",
-                                              "rms",     "final",   "range"};
 const std::vector<std::string> kUsual = {"maximum", "minimum", "final"};
 
 /** Mean over time, by the trapezoidal rule. **/
@@ -67,7 +66,8 @@ std::vector<Wish> parseWishes(const std::vector<std::string>& of) {
     for (const std::string& text : of) {
         const size_t dot = text.rfind('.');
         const std::string last = dot == std::string::npos ? "" : text.substr(dot + 1);
-        if (std::find(kStatistics.begin(), kStatistics.end(), last) != kStatistics.end()) {
+        const auto& statistics = getSweepStatistics();
+        if (std::find(statistics.begin(), statistics.end(), last) != statistics.end()) {
             wishes.push_back({text, text.substr(0, dot), last});
         } else {
             for (const std::string& statistic : kUsual) wishes.push_back({text, text, statistic});
@@ -78,21 +78,43 @@ std::vector<Wish> parseWishes(const std::vector<std::string>& of) {
 
 void addStatistics(const ResultData::Analysis& analysis, std::vector<Wish>& wishes,
                    std::vector<Entry>& entries) {
-    for (const ChosenColumn& column : chooseColumns(analysis, {})) {
-        const auto add = [&](const std::string& statistic) {
-            entries.push_back({analysis.name, column.name + "." + statistic, column.unit,
-                               calcStatistic(statistic, analysis.time, column.values)});
-        };
-        if (wishes.empty())
-            for (const std::string& statistic : kUsual) add(statistic);
-        for (Wish& wish : wishes) {
+    const std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
+    const auto add = [&](const ChosenColumn& column, const std::string& statistic) {
+        entries.push_back({analysis.name, column.name + "." + statistic, column.unit,
+                           calcStatistic(statistic, analysis.time, column.values)});
+    };
+    if (wishes.empty())
+        for (const ChosenColumn& column : columns)
+            for (const std::string& statistic : kUsual) add(column, statistic);
+    for (Wish& wish : wishes)
+        for (const ChosenColumn& column : columns) {
             if (fnmatch(wish.probe.c_str(), column.name.c_str(), 0) != 0 &&
                 fnmatch(wish.probe.c_str(), column.probe.c_str(), 0) != 0)
                 continue;
             wish.isUsed = true;
-            add(wish.statistic);
+            add(column, wish.statistic);
         }
+}
+
+/** @param where  behind the names of the columns **/
+void addModes(const ResultData::Analysis& analysis, size_t row, const std::string& where,
+              std::vector<Entry>& entries) {
+    for (size_t k = 0; k < analysis.frequency.at(row).size(); ++k) {
+        const std::string name = std::to_string(k + 1) + where;
+        entries.push_back({analysis.name, "frequency " + name, "Hz", analysis.frequency[row][k]});
+        entries.push_back(
+            {analysis.name, "damping ratio " + name, "", analysis.dampingRatio.at(row).at(k)});
     }
+}
+
+void addCampbell(const ResultData::Analysis& analysis, std::vector<Entry>& entries) {
+    if (analysis.frequency.empty()) return;
+    addModes(analysis, 0, " at first speed", entries);
+    addModes(analysis, analysis.frequency.size() - 1, " at last speed", entries);
+    const std::vector<double> critical = findCriticalSpeeds(analysis);
+    for (size_t k = 0; k < critical.size(); ++k)
+        entries.push_back(
+            {analysis.name, "critical speed " + std::to_string(k + 1), "rad/s", critical[k]});
 }
 
 std::vector<Entry> collectEntries(const ResultData& results, std::vector<Wish>& wishes) {
@@ -102,14 +124,8 @@ std::vector<Entry> collectEntries(const ResultData& results, std::vector<Wish>& 
         if (analysis.type == "static")
             for (const ChosenColumn& column : chooseColumns(analysis, {}))
                 entries.push_back({analysis.name, column.name, column.unit, column.values.at(0)});
-        if (analysis.type == "eigen")
-            for (size_t k = 0; k < analysis.frequency.at(0).size(); ++k) {
-                const std::string number = std::to_string(k + 1);
-                entries.push_back(
-                    {analysis.name, "frequency " + number, "Hz", analysis.frequency[0][k]});
-                entries.push_back({analysis.name, "damping ratio " + number, "",
-                                   analysis.dampingRatio.at(0).at(k)});
-            }
+        if (analysis.type == "eigen") addModes(analysis, 0, "", entries);
+        if (analysis.type == "campbell") addCampbell(analysis, entries);
     }
     return entries;
 }

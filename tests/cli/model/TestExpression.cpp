@@ -140,6 +140,54 @@ TEST(Expression, KinksAndEndsHaveFiniteDerivatives) {
                 1e-6);
 }
 
+TEST(Expression, ABranchThatIsNotTakenIsNotCalculated) {
+    for (const char* formula :
+         {"t < 1 ? sqrt(1 - t) : 0", "if(t < 1, sqrt(1 - t), 0)", "if(t >= 1, 0, strict(4*t - 1))",
+          "t < 1 ? strict(t) : 0", "if(t < 1, strict(t), if(t < 1.5, 1/0, 0))",
+          "2*if(t<1,ln(1-t),0)", "t > 1 ? 0 : if(t < 0.5, t, sqrt(1 - t))"}) {
+        SCOPED_TRACE(formula);
+        const Expression expression = make(formula);
+        EXPECT_EQ(expression.calcValue(2), 0);
+        EXPECT_EQ(expression.calcDerivative(2), 0);
+        EXPECT_EQ(expression.calcSecondDerivative(2), 0);
+    }
+    EXPECT_DOUBLE_EQ(make("if(t < 1, sqrt(1 - t), 0)").calcValue(0.75), 0.5);
+    EXPECT_DOUBLE_EQ(make("2*if(t<1,ln(1-t),0) + 1").calcValue(0.5), 1 + 2 * std::log(0.5));
+    EXPECT_DOUBLE_EQ(make("if(if(t > 1, 1, 0), max(1, t), min(2*t, 3))").calcValue(1.5), 1.5);
+    EXPECT_DOUBLE_EQ(make("if(if(t > 1, 1, 0), max(1, t), min(2*t, 3))").calcValue(0.5), 1);
+    EXPECT_DOUBLE_EQ(make("3 - if(t > A, t, 0) - if(A > 1, 1, 2)").calcValue(0.5), 0.5);
+    // What is taken still fails.
+    EXPECT_THROW(make("if(t < 1, 0, sqrt(1 - t))").calcValue(2), ModelError);
+    EXPECT_THROW(make("t < 1 ? 0 : strict(4*t)").calcValue(2), ModelError);
+    EXPECT_THAT(refuseFormula("if(t < 1, 2)"), HasSubstr("'if' has too few arguments"));
+    EXPECT_THAT(refuseFormula("1 + if(t < 1, 2, 3, 4)"), HasSubstr("'if' has too many arguments"));
+}
+
+TEST(Expression, DerivativesOnBothSidesOfABranchAreThoseOfTheSide) {
+    for (const double distance : {1e-4, 1e-3, 0.01, 0.04, 0.3}) {
+        SCOPED_TRACE(distance);
+        const double before = 1 - distance, after = 1 + distance;
+        const Expression root = make("t < 1 ? sqrt(1 - t) : 0");
+        const double slope = -0.5 / std::sqrt(distance);
+        EXPECT_NEAR(root.calcDerivative(before) / slope, 1, 1e-6);
+        EXPECT_NEAR(root.calcSecondDerivative(before) / (0.5 * slope / distance), 1, 1e-3);
+        EXPECT_NEAR(root.calcDerivative(after), 0, 1e-9);
+        EXPECT_NEAR(root.calcSecondDerivative(after), 0, 1e-6);
+
+        const Expression smooth = make("if(t < 1, t^2, 2*t - 1)");
+        EXPECT_NEAR(smooth.calcDerivative(before), 2 * before, 1e-8);
+        EXPECT_NEAR(smooth.calcDerivative(after), 2, 1e-8);
+        EXPECT_NEAR(smooth.calcSecondDerivative(before), 2, 1e-3);
+        EXPECT_NEAR(smooth.calcSecondDerivative(after), 0, 1e-3);
+
+        const Expression start = make("t < 1 ? 0 : 0.1*(1 - cos(20*(t - 1)))");
+        EXPECT_NEAR(start.calcDerivative(before), 0, 1e-9);
+        EXPECT_NEAR(start.calcSecondDerivative(before), 0, 1e-6);
+        EXPECT_NEAR(start.calcDerivative(after), 2 * std::sin(20 * distance), 1e-7);
+        EXPECT_NEAR(start.calcSecondDerivative(after), 40 * std::cos(20 * distance), 1e-2);
+    }
+}
+
 TEST(Expression, ValuesThatAreNotFiniteNameTheFormula) {
     try {
         make("sqrt(1 - t)").calcValue(2);

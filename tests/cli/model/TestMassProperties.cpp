@@ -158,18 +158,37 @@ TEST_F(RigidShapes, OfBodiesGiveTheirMassProperties) {
                                    "0 0 20", "100 0 20", "100 50 20", "0 50 20"};
     const int triangles[][3] = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
                                 {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
-    std::string obj, stl = "solid box\n";
-    for (const char* corner : corners) obj += std::string("v ") + corner + "\n";
+    std::string obj, stl = "solid box\n", points, polygons, ends;
+    for (const char* corner : corners) {
+        obj += std::string("v ") + corner + "\n";
+        points += corner + std::string(" ");
+    }
     for (const auto& t : triangles) {
         stl += "facet normal 0 0 0\nouter loop\n";
         for (const int i : t) stl += std::string("vertex ") + corners[i] + "\n";
         stl += "endloop\nendfacet\n";
         obj += "f";
-        for (const int i : t) obj += " " + std::to_string(i + 1);
+        for (const int i : t) {
+            obj += " " + std::to_string(i + 1);
+            polygons += std::to_string(i) + " ";
+        }
         obj += "\n";
+        ends += std::to_string(3 * (1 + int(&t - triangles))) + " ";
     }
     testing::writeText(folder / "box.obj", obj);
     testing::writeText(folder / "box.stl", stl + "endsolid box\n");
+    const auto makeArray = [](const std::string& attributes, const std::string& numbers) {
+        return "<DataArray " + attributes + " format=\"ascii\">" + numbers + "</DataArray>\n";
+    };
+    testing::writeText(folder / "box.vtp",
+                       "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" "
+                       "byte_order=\"LittleEndian\"><PolyData>\n<Piece NumberOfPoints=\"8\" "
+                       "NumberOfPolys=\"12\">\n<Points>" +
+                           makeArray("type=\"Float64\" NumberOfComponents=\"3\"", points) +
+                           "</Points><Polys>" +
+                           makeArray("type=\"Int32\" Name=\"connectivity\"", polygons) +
+                           makeArray("type=\"Int32\" Name=\"offsets\"", ends) +
+                           "</Polys></Piece></PolyData></VTKFile>\n");
     testing::writeText(folder / "open.obj", obj.substr(0, obj.rfind('f')));
     const auto model = build(R"(
 bodies:
@@ -180,6 +199,7 @@ bodies:
   rod: {shape: {cylinder: [0.01, 0.2], axis: y, rotation: {axis: z, angle: 90*deg}}, density: 7800}
   ball: {shape: {sphere: 0.1}, mass: 2}
   drawn: {shape: {sphere: 0.1}, mass: 1, inertia: [1, 1, 1]}
+  vtp: {shape: {mesh: box.vtp, scale: 1e-3}, density: 1000}
 )");
     const State state = model->makeInitialState();
     const auto get = [&](int i) {
@@ -192,7 +212,7 @@ bodies:
                0.1 / 12 * Vec3(0.05 * 0.05 + 0.02 * 0.02, 0.1 * 0.1 + 0.02 * 0.02, 0.0125))
                   .norm(),
               1e-17);
-    for (const int i : {1, 3}) {
+    for (const int i : {1, 3, 7}) {
         EXPECT_NEAR(get(i).getMass(), 0.1, 1e-15) << i;
         EXPECT_LT((get(i).getMassCenter() - box.getMassCenter()).norm(), 1e-15) << i;
         EXPECT_LT((get(i).getInertia().toMat33() - box.getInertia().toMat33()).norm(), 1e-16) << i;

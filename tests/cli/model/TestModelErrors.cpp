@@ -48,6 +48,12 @@ TEST_F(ModelErrors, OfBodiesAreNamedWithTheirPlace) {
     }
 }
 
+TEST_F(ModelErrors, OfFramesThatNothingUsesAreNamedWithTheirPlace) {
+    EXPECT_THAT(messageOf("bodies: {wheel: {mass: 1, inertia: [1, 1, 1]}}\n"
+                          "frames:\n  good: {on: wheel}\n  bad: {on: weel}\n"),
+                AllOf(HasSubstr("model.yaml:6:"), HasSubstr("did you mean 'wheel'?")));
+}
+
 TEST_F(ModelErrors, OfJointsMotionsLoadsAndConnectorsAreNamedWithTheirPlace) {
     const std::string bodies = "bodies: {boom: {part: bar}, cart: {mass: 1, inertia: [1, 1, 1]}}\n";
     const std::string joint = "joints: {j: {type: pin, between: [ground, boom.A]}}\n";

@@ -197,7 +197,9 @@ TEST(ModelReader, NumbersWithUnitsOrCommasSayWhatToWrite) {
     EXPECT_THAT(
         refuseRest("frames: {a: {on: ground, position: [5 mm, 0, 0]}}\n"),
         HasSubstr("m.yaml:2:37: frames.a.position.0: numbers have no units here, all are SI: write "
-                  "5*1e-3 instead of 5 mm"));
+                  "5e-3 instead of 5 mm"));
+    EXPECT_THAT(refuseRest("bodies: {a: {mass: 5e2 mm}}\n"), HasSubstr("write 5e2*1e-3 instead"));
+    EXPECT_THAT(refuseRest("bodies: {a: {mass: 5 rpm}}\n"), HasSubstr("write 5*pi/30 instead"));
     EXPECT_THAT(refuseRest("bodies:\n  a: {mass: '10,5'}\n"),
                 HasSubstr("decimals are written with a point"));
     EXPECT_THAT(refuseRest("bodies: {a: {mass: 3x}}\n"), HasSubstr("write 3*x"));
@@ -297,7 +299,7 @@ TEST(ModelReader, NoMoreThanTenMistakesAreTold) {
 TEST(ModelReader, MistakesInParametersHideWhatTheyWouldCause) {
     EXPECT_EQ(
         refuseRest("parameters: {a: 1 mm}\ngravity: [0, a, 0]\n"),
-        "m.yaml:2:17: parameters.a: numbers have no units here, all are SI: write 1*1e-3 instead "
+        "m.yaml:2:17: parameters.a: numbers have no units here, all are SI: write 1e-3 instead "
         "of 1 mm");
 }
 
@@ -308,7 +310,8 @@ TEST(ModelReader, DuplicateKeysAreRefused) {
 
 TEST(ModelReader, AliasesAndMergesWork) {
     const ModelValue model = readRest(
-        "bodies:\n  a: &base {mass: 2, center_of_mass: [1, 2, 3]}\n  b: {<<: *base, mass: 3}\n  c: "
+        "bodies:\n  a: &base {mass: 2, inertia: [1, 1, 1], center_of_mass: [1, 2, 3]}\n  b: {<<: "
+        "*base, mass: 3}\n  c: "
         "*base\n");
     EXPECT_EQ(model.get("bodies").get("b").get("mass").getNumber(), 3);
     EXPECT_EQ(model.get("bodies").get("b").get("center_of_mass").getVec3(), SimTK::Vec3(1, 2, 3));
@@ -405,6 +408,10 @@ TEST(ModelReader, NoYamlSaysWhere) {
     EXPECT_THAT(refuse("simflex: 1\ntitle: K\xF6rper\n"),
                 HasSubstr("m.yaml:2:9: this is no text in UTF-8"));
     EXPECT_THAT(refuse("simflex: 1\ntitle: \xC0\xAF\n"), HasSubstr("no text in UTF-8"));
+    EXPECT_EQ(
+        refuse("\x89HDF\r\n\x1a\n and more"),
+        "m.yaml: this is an HDF5 file, such as results and parts are, and no model: a model is "
+        "a text that begins with 'simflex: 1'");
     EXPECT_EQ(refuse(",si%"), "m.yaml:1:1: what begins here has no meaning");
     EXPECT_THAT(refuse("? [a, b]\n: 1\n"), HasSubstr("a key must be a single name"));
 }
@@ -469,6 +476,24 @@ TEST(ModelReader, ConstantsAsTypedUseTheModelsParameters) {
     EXPECT_DOUBLE_EQ(calcConstant(model, "L/2 + 180*deg"), 0.25 + SimTK::Pi);
     EXPECT_THROW(calcConstant(model, "K/2"), std::invalid_argument);
     EXPECT_THROW(calcConstant(model, "1/0"), std::invalid_argument);
+}
+
+TEST(ModelReader, NamesOfFormulasThatAreProbesAndSomethingElseAreRefused) {
+    const std::string probes =
+        "probes:\n  load: {energy: kinetic}\n  g: {energy: total}\n  road: {energy: strain}\n";
+    const std::string known =
+        "parameters: {load: 2}\ntables: {road: {x: [0, 1], y: [0, 1]}}\n" + probes;
+    EXPECT_THAT(refuseRest(known + "  sum: {expression: 1e3 + 2*load}\n"),
+                AllOf(StartsWith("m.yaml:8:29: probes.sum.expression: "),
+                      HasSubstr("'load' is a parameter and a probe: rename one of them"),
+                      HasSubstr("'probe_load'")));
+    EXPECT_THAT(refuseRest(known + "  sum: {expression: 2*g}\n"),
+                HasSubstr("'g' is a word of formulas and a probe"));
+    EXPECT_THAT(refuseRest(known + "  sum: {expression: road - 1}\n"),
+                HasSubstr("'road' is a table and a probe"));
+    // What can mean one thing only.
+    readRest(known + "  sum: {expression: 'road(t)*load.x + step(t, 0, 0, 1, 1)'}\n");
+    readRest("parameters: {load: 2}\nprobes: {load: {expression: 3*load}}\n");
 }
 
 TEST(ModelReader, FormulasOfOtherProbesUseNamesAndColumns) {

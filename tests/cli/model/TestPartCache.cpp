@@ -1,13 +1,20 @@
 /** @file
 Parts that a model gives by their decks: reduced as `simflex reduce` does, kept by content. **/
 
+#include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <future>
+#include <thread>
 
 #include "BuiltModel.h"
+#include "simflex/cli/model/FileLock.h"
 #include "simflex/cli/model/PartCache.h"
+#include "simflex/fe/MatrixMarket.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
@@ -16,6 +23,7 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
+using namespace cli;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
@@ -39,6 +47,11 @@ protected:
         phases.clear();
         const auto model = build("parts: {beam: {" + text + "}}\nbodies: {a: {part: beam}}\n");
         return model->getBodies()[0].flexible->getPartHandle();
+    }
+    FeModel readDeck(const std::string& name) const {
+        SourceOptions source;
+        source.path = folder / name;
+        return readModelSource(source);
     }
     bool wasReduced() const { return !phases.empty(); }
     std::vector<std::string> listCache() const { return testing::listFiles(options.cacheFolder); }
@@ -119,6 +132,115 @@ TEST_F(PartCacheTest, DamagedEntriesAreMadeAnew) {
     EXPECT_FALSE(wasReduced());
 }
 
+TEST_F(PartCacheTest, WhoNeedsAPartThatAnotherReducesWaitsForItAndTakesIt) {
+    const std::string text =
+        "simflex: 1\nparts: {beam: {" + keys + "}}\nbodies: {a: {part: beam}}\n";
+    const std::string path = folder / "model.yaml";
+    const auto make = [&](const ModelOptions& wishes) {
+        const Model model(readModel({path, text, {}}), wishes);
+        return model.getBodies()[0].flexible->getPartHandle();
+    };
+    std::set<std::string> phasesOfSecond;
+    std::promise<void> isWaiting;
+    ModelOptions second = options;
+    second.progress = [&](const std::string& phase, double) {
+        if (phasesOfSecond.insert(phase).second) isWaiting.set_value();
+        return true;
+    };
+    std::shared_ptr<const ReducedBody> taken;
+    std::thread other;
+    options.progress = [&](const std::string&, double) {
+        if (other.joinable()) return true;
+        other = std::thread([&] { taken = make(second); });
+        isWaiting.get_future().wait();
+        return true;
+    };
+    const auto reduced = make(options);
+    other.join();
+    EXPECT_THAT(phasesOfSecond,
+                ::testing::ElementsAre("waiting for another run that reduces part 'beam'"));
+    EXPECT_EQ(taken->Phi, reduced->Phi);
+    EXPECT_EQ(taken->omegaSquared, reduced->omegaSquared);
+    EXPECT_EQ(listCache().size(), 1u);
+}
+
+TEST_F(PartCacheTest, WaitingCanBeStopped) {
+    bool isTried = false;
+    ModelOptions second = options;
+    second.progress = [&](const std::string& phase, double) {
+        EXPECT_THAT(phase, HasSubstr("waiting"));
+        return false;
+    };
+    options.progress = [&](const std::string&, double) {
+        if (isTried) return true;
+        isTried = true;
+        const std::string text = "simflex: 1\nparts: {beam: {" + keys + "}}\n";
+        EXPECT_THROW(Model(readModel({folder / "model.yaml", text, {}}), second), Cancelled);
+        return true;
+    };
+    makePart(keys);
+    EXPECT_TRUE(isTried);
+}
+
+TEST_F(PartCacheTest, TheLockOfAKilledProcessIsFree) {
+    const std::string path = folder / "part.lock";
+    int ready[2];
+    ASSERT_EQ(pipe(ready), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        FileLock lock(path);
+        const char state = lock.tryToHold() == FileLock::State::Held ? 'h' : '-';
+        if (write(ready[1], &state, 1) == 1) pause();
+        _exit(1);
+    }
+    char state = 0;
+    ASSERT_EQ(::read(ready[0], &state, 1), 1);
+    EXPECT_EQ(state, 'h');
+    {
+        FileLock lock(path);
+        EXPECT_EQ(lock.tryToHold(), FileLock::State::Busy);
+        kill(child, SIGKILL);
+        waitpid(child, nullptr, 0);
+        EXPECT_EQ(lock.tryToHold(), FileLock::State::Held);
+        EXPECT_EQ(FileLock(path).tryToHold(), FileLock::State::Busy);
+    }
+    EXPECT_FALSE(std::filesystem::exists(path));
+    EXPECT_EQ(FileLock(folder / "none/part.lock").tryToHold(), FileLock::State::Impossible);
+    close(ready[0]);
+    close(ready[1]);
+}
+
+TEST_F(PartCacheTest, EntriesAreListedAndRemovedButNotThoseBeingMade) {
+    makePart("deck: brick.inp, interfaces: {left: LEFT}, modes: 8");
+    makePart("deck: brick.inp, interfaces: {left: LEFT}, modes: 9");
+    const PartCache cache(options.cacheFolder, {});
+    const auto entries = cache.list();
+    ASSERT_EQ(entries.size(), 2u);
+    EXPECT_EQ(entries[0].part, "beam");
+    EXPECT_GE(entries[0].used, entries[1].used);
+    const std::string first = options.cacheFolder + "/" + entries[0].key;
+    EXPECT_EQ(entries[0].size, std::filesystem::file_size(first + ".h5"));
+
+    testing::writeText(options.cacheFolder + "/notes.txt", "of somebody else");
+    testing::writeText(first + ".h5.part-1", "of a killed run");
+    const std::string gone = options.cacheFolder + "/" + std::string(32, 'a');
+    testing::writeText(gone + ".h5.part-2", "of a killed run");
+    testing::writeText(gone + ".lock", "");
+    {
+        FileLock lock(first + ".lock");
+        ASSERT_EQ(lock.tryToHold(), FileLock::State::Held);
+        EXPECT_FALSE(cache.remove(entries[0].key));
+        cache.removeLeftovers();
+    }
+    EXPECT_THAT(listCache(), ::testing::UnorderedElementsAre(entries[0].key + ".h5",
+                                                             entries[0].key + ".h5.part-1",
+                                                             entries[1].key + ".h5", "notes.txt"));
+    EXPECT_TRUE(cache.remove(entries[0].key));
+    EXPECT_THAT(listCache(), ::testing::UnorderedElementsAre(entries[1].key + ".h5", "notes.txt"));
+    makePart("deck: brick.inp, interfaces: {left: LEFT}, modes: 9");
+    EXPECT_TRUE(wasReduced());
+}
+
 TEST_F(PartCacheTest, AFolderThatCannotBeWrittenIsNotedAndDoneWithout) {
     testing::writeText(folder / "cache", "a file");
     const auto part = makePart("deck: brick.inp, interfaces: {left: LEFT}, modes: 8");
@@ -129,10 +251,13 @@ TEST_F(PartCacheTest, AFolderThatCannotBeWrittenIsNotedAndDoneWithout) {
 TEST_F(PartCacheTest, ReductionStopsOnRequestAndItsErrorsNameTheFilesLine) {
     options.progress = [](const std::string&, double) { return false; };
     EXPECT_THROW(makePart(keys), Cancelled);
-    EXPECT_FALSE(std::filesystem::exists(options.cacheFolder));
+    EXPECT_TRUE(listCache().empty());
     options.progress = {};
     EXPECT_THAT(messageOf("parts:\n  beam: {deck: brick.inp, interfaces: {left: LEFTT}}\n"),
-                AllOf(HasSubstr("model.yaml:3:"), HasSubstr("LEFTT"), HasSubstr("LEFT")));
+                AllOf(HasSubstr("model.yaml:3:46: parts.beam.interfaces.left"),
+                      HasSubstr("no node set 'LEFTT'"), HasSubstr("Did you mean 'LEFT'?")));
+    EXPECT_THAT(messageOf("parts:\n  beam: {deck: brick.inp, load_points: [{nodes: ONEE}]}\n"),
+                HasSubstr("Did you mean 'ONE'?"));
     EXPECT_THAT(messageOf("parts:\n  beam: {deck: none.inp}\n"),
                 AllOf(HasSubstr("model.yaml:3:"), HasSubstr("none.inp")));
     EXPECT_THAT(
@@ -142,6 +267,56 @@ TEST_F(PartCacheTest, ReductionStopsOnRequestAndItsErrorsNameTheFilesLine) {
                 HasSubstr("mm-t-s"));
     EXPECT_THAT(messageOf("parts:\n  beam: {file: none.h5}\n"), HasSubstr("no part file"));
     EXPECT_THAT(messageOf("parts:\n  beam: {file: brick.inp}\n"), HasSubstr("model.yaml:3:"));
+}
+
+TEST_F(PartCacheTest, APartOfMatricesIsThatOfItsDeck) {
+    writeMatrixMarket(readDeck("brick.inp"), folder / "brick");
+    const std::string more = ", interfaces: {left: LEFT, right: RIGHT}, modes: 20";
+    const auto deck = makePart("deck: brick.inp" + more);
+    const std::string matrices =
+        "matrices: {stiffness: brick_K.mtx, mass: brick_M.mtx, nodes: brick_nodes.inp}" + more;
+    const auto part = makePart(matrices);
+    EXPECT_TRUE(wasReduced());
+    ASSERT_EQ(part->numModes, deck->numModes);
+    for (size_t i = 0; i < deck->omegaSquared.size(); ++i)
+        EXPECT_NEAR(part->omegaSquared[i] / deck->omegaSquared[i], 1, 1e-9) << i;
+    EXPECT_NEAR(part->mass, brick.mass(), 1e-9 * brick.mass());
+    EXPECT_EQ(part->provenance.program, "Matrix Market");
+    makePart(matrices);
+    EXPECT_FALSE(wasReduced());
+    // Every one of the files is content.
+    brick.rho *= 2;
+    testing::writeText(folder / "heavy.inp", brick.text());
+    writeMatrixMarket(readDeck("heavy.inp"), folder / "heavy");
+    std::filesystem::rename(folder / "heavy_M.mtx", folder / "brick_M.mtx");
+    EXPECT_NEAR(makePart(matrices)->mass, brick.mass(), 1e-9 * brick.mass());
+    EXPECT_THAT(messageOf("parts:\n  beam: {matrices: {stiffness: brick_K.mtx, mass: none.mtx, "
+                          "nodes: brick_nodes.inp}}\n"),
+                AllOf(HasSubstr("model.yaml:3:"), HasSubstr("none.mtx")));
+    EXPECT_THAT(messageOf("parts:\n  beam: {" + matrices + ", stress: skin}\n"),
+                HasSubstr("CalculiX deck"));
+}
+
+TEST_F(PartCacheTest, APartThatHangsOnOneNodeIsNamedWithWhatToLookFor) {
+    // Two cubes that share a corner: the second turns about it.
+    std::string nodes = "*NODE\n";
+    for (int k = 0; k < 15; ++k) {
+        const int corner = k < 8 ? k : k - 7;  // the eighth node is both cubes'
+        const double shift = k < 8 ? 0 : 0.1;
+        nodes += std::to_string(k + 1);
+        for (int axis = 0; axis < 3; ++axis)
+            nodes += "," + std::to_string(shift + (corner >> axis & 1 ? 0.1 : 0));
+        nodes += "\n";
+    }
+    testing::writeText(folder / "two.inp",
+                       nodes +
+                           "*ELEMENT, TYPE=C3D8, ELSET=BODY\n1,1,2,4,3,5,6,8,7\n"
+                           "2,8,9,11,10,12,13,15,14\n*NSET, NSET=LEFT\n1,3,5,7\n" +
+                           brick.materialText());
+    EXPECT_THAT(messageOf("parts:\n  beam: {deck: two.inp, interfaces: {left: LEFT}, modes: 8}\n"),
+                AllOf(HasSubstr("model.yaml:3:"), HasSubstr("'beam'"), HasSubstr("singular"),
+                      HasSubstr("at node "), HasSubstr("hang on a single node")));
+    EXPECT_TRUE(listCache().empty());
 }
 
 TEST_F(PartCacheTest, GeometryScriptsThatCanStartProgramsAreRefused) {

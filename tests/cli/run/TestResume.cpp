@@ -6,6 +6,7 @@ Runs that are stopped, by whatever, and gone on with. **/
 #include <csignal>
 
 #include <chrono>
+#include <filesystem>
 #include <thread>
 
 #include "cli/run/RunTest.h"
@@ -132,6 +133,49 @@ TEST_F(ResumeTest, CtrlCFinishesTheStepAndSaysHowToGoOn) {
                 testing::readText(folder / "model.results.h5"));
     // Nothing is left to do.
     ASSERT_EQ(runModel("--resume"), 0) << err;
+}
+
+TEST_F(ResumeTest, CtrlCStopsAnalysesWithoutTimeAndKeepsWhatIsComplete) {
+    // A hanging chain, whose stiffness takes many evaluations.
+    std::string text = "simflex: 1\ngravity: [0, -9.81, 0]\nbodies:\n", joints = "joints:\n";
+    for (int k = 0; k < 120; ++k) {
+        const std::string body = "b" + std::to_string(k);
+        text += "  " + body + ": {mass: 1, inertia: [0.1, 0.01, 0.1], place: {position: [0, " +
+                std::to_string(-k) + ".5, 0]}}\n";
+        joints +=
+            "  j" + std::to_string(k) + ": {type: ball, between: [" +
+            (k == 0 ? "ground" : "{on: b" + std::to_string(k - 1) + ", position: [0, -0.5, 0]}") +
+            ", {on: " + body + ", position: [0, 0.5, 0]}]}\n";
+    }
+    const std::string analyses[] = {"{type: static, from: first}", "{type: eigen, about: first}"};
+    for (const std::string& second : analyses) {
+        SCOPED_TRACE(second);
+        writeModel(text + joints +
+                   "analyses:\n  first: {type: transient, duration: 1e-6, interval: 1e-6}\n"
+                   "  second: " +
+                   second + "\n");
+        std::filesystem::remove(folder / "model.results.h5");
+        const pid_t child = start({});
+        siginfo_t info{};
+        const auto isFirstKept = [&] {
+            if (access((folder / "model.results.h5").c_str(), F_OK) != 0) return false;
+            const auto kept = cli::readResults(folder / "model.results.h5").analyses;
+            return !kept.empty() && kept[0].isComplete;
+        };
+        while (info.si_pid != child && !isFirstKept()) {
+            waitid(P_PID, id_t(child), &info, WEXITED | WNOHANG | WNOWAIT);
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        kill(child, SIGINT);
+        const int status = await(child);
+        const std::string log = testing::readText(folder / "child.log");
+        ASSERT_TRUE(WIFEXITED(status));
+        EXPECT_EQ(WEXITSTATUS(status), 130) << log;
+        EXPECT_THAT(log, HasSubstr("stopped; what was complete is in 'model.results.h5'; go on "
+                                   "with: simflex run model.yaml --resume"));
+        EXPECT_TRUE(read("first").isComplete);
+        EXPECT_EQ(cli::readResults(folder / "model.results.h5").analyses.size(), 1u);
+    }
 }
 
 TEST_F(ResumeTest, ChangedModelsAreNotGoneOnWith) {

@@ -2,6 +2,7 @@
 `simflex run` on models with known answers. **/
 
 #include "cli/run/RunTest.h"
+#include "simflex/cli/ProgressBar.h"
 
 namespace simflex {
 namespace {
@@ -201,7 +202,7 @@ analyses:
                             "analyses: {a: {type: transient, duration: 1, from: b}, b: {type: "
                             "static, from: a}}\n"));
     EXPECT_EQ(runModel(), 1);
-    EXPECT_THAT(err, HasSubstr("above it"));
+    EXPECT_THAT(err, HasSubstr("analysis 'b' is not above 'a'"));
 }
 
 TEST_F(RunTest, MessagesNameTheModelsBodies) {
@@ -382,7 +383,83 @@ bodies: {block: {mass: 1, inertia: [1, 1, 1]}}
 analyses: {rest: {type: static}}
 )");
     ASSERT_EQ(runModel(), 0) << err;
-    EXPECT_THAT(out, HasSubstr("'block' is free to move: nothing holds it\n"));
+    EXPECT_THAT(out, HasSubstr("  'block' is free to move in 6 ways: nothing holds it\n"));
+    writeModel(R"(simflex: 1
+bodies: {block: {mass: 1, inertia: [1, 1, 1]}}
+joints: {hinge: {type: pin, between: [ground, block]}}
+analyses: {rest: {type: static}}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(out, HasSubstr("  'block' is free to move: nothing holds it\n"));
+}
+
+TEST_F(RunTest, AMassOnAStopRestsAndSwingsOnItsStiffness) {
+    // Pressed in by 10 µm and 0.1 µm, far less than a step of differences.
+    for (const double stiffness : {1e4, 1e6, 1e8}) {
+        SCOPED_TRACE(stiffness);
+        char number[20];
+        std::snprintf(number, sizeof number, "%g", stiffness);
+        writeModel(
+            std::string("simflex: 1\ngravity: [0, 0, -9.81]\n"
+                        "bodies: {block: {mass: 1, inertia: [1, 1, 1]}}\n"
+                        "joints: {guide: {type: slider, between: [ground, block], axis: z}}\n"
+                        "connectors: {floor: {type: stop, between: [ground, block], "
+                        "stiffness: ") +
+            number +
+            "}}\nprobes: {z: {coordinate: guide}}\n"
+            "analyses:\n  rest: {type: static}\n  modes: {type: eigen, about: rest}\n");
+        ASSERT_EQ(runModel(), 0) << err;
+        const double depth = 9.81 / stiffness;
+        EXPECT_NEAR(find(read("rest"), "z").rows[0][0] / -depth, 1, 1e-5);
+        EXPECT_NEAR(read("modes").frequency[0][0] / (std::sqrt(stiffness) / (2 * kPi)), 1, 1e-5);
+    }
+}
+
+TEST_F(RunTest, WhatAnAnalysisBeginsFromIsCheckedFirst) {
+    writeModel(makePendulum(
+        "0.5", "analyses:\n  modes: {type: eigen, about: rest}\n  rest: {type: static}\n"));
+    EXPECT_EQ(runModel("--check"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("model.yaml:12:31: analyses.modes.about: "),
+                           HasSubstr("'rest' is not above 'modes'"), HasSubstr("move it up")));
+    writeModel(makePendulum(
+        "0.5", "analyses:\n  rest: {type: static}\n  modes: {type: eigen, about: rset}\n"));
+    EXPECT_EQ(runModel("--check"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("model.yaml:13:"), HasSubstr("did you mean 'rest'?")));
+    EXPECT_NE(access((folder / "model.results.h5").c_str(), F_OK), 0);
+}
+
+TEST_F(RunTest, AModelThatCannotBendIsRunOnceWithRigid) {
+    writeModel(makePendulum("0.5", "analyses: {run: {type: transient, duration: 0.1}}\n"));
+    ASSERT_EQ(runModel("--rigid"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("--rigid changes nothing and it is run once"));
+    EXPECT_THAT(out, Not(HasSubstr("flexible against rigid")));
+    EXPECT_EQ(access((folder / "model.results.h5").c_str(), F_OK), 0);
+    EXPECT_NE(access((folder / "model.results.rigid.h5").c_str(), F_OK), 0);
+}
+
+TEST_F(RunTest, TheEnergyBalanceOfAModelWithoutProbesStaysWhatItWas) {
+    writeModel(makePendulum("0.5",
+                            "loads: {push: {on: rod, force: [3*t, 0, 0]}}\n"
+                            "analyses: {run: {type: transient, duration: 0.2}}\n"));
+    ASSERT_EQ(runModel("-q"), 0) << err;
+    EXPECT_THAT(out, AllOf(HasSubstr("energy_balance [J]"), HasSubstr("kinetic_energy [J]"),
+                           Not(HasSubstr("balance_energy"))));
+    // At rest, 0.5 m cos(0.5) below the pin.
+    const double start = -2 * kGravity * 0.5 * std::cos(0.5);
+    const ResultData::Analysis run = read("run");
+    for (const auto& row : find(run, "energy_balance").rows)
+        EXPECT_NEAR(row[0], start, 1e-4);
+}
+
+TEST(ProgressBar, TimeLeftCountsWhatWasDoneSinceTheBarBegan) {
+    using cli::ProgressBar;
+    EXPECT_DOUBLE_EQ(ProgressBar::calcTimeLeft(10, 0, 0.25), 30);
+    // Gone on with at 80 %: 5 % in 10 s, 15 % are left.
+    EXPECT_NEAR(ProgressBar::calcTimeLeft(10, 0.8, 0.85), 30, 1e-9);
+    EXPECT_DOUBLE_EQ(ProgressBar::calcTimeLeft(10, 0.8, 1), 0);
+    EXPECT_TRUE(std::isnan(ProgressBar::calcTimeLeft(1, 0, 0.01)));
+    EXPECT_TRUE(std::isnan(ProgressBar::calcTimeLeft(1, 0.9, 0.901)));
+    EXPECT_TRUE(std::isnan(ProgressBar::calcTimeLeft(1, 1, 1)));
 }
 
 }  // namespace

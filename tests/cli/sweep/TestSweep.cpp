@@ -197,6 +197,50 @@ TEST_F(SweepTest, FrequenciesOfAPendulumAreThoseOfItsFormula) {
     EXPECT_THAT(out, HasSubstr("4 of 4 cases are complete (4 were before)"));
 }
 
+TEST_F(SweepTest, ACaseWithAWrongValueFailsAloneAndIsNamed) {
+    EXPECT_EQ(run("sweep model.yaml --vary mass=1,-2,3 -o out -q"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("1 of 3 cases failed, first mass=-2: "),
+                           HasSubstr("model.yaml:"), HasSubstr("-2")));
+    EXPECT_NEAR(findFrequency("mass=3") / calcFrequency(3, 9.81), 1, 1e-6);
+    EXPECT_THAT(testing::readText(folder / "out/sweep.csv"), HasSubstr("\nmass=-2,-2,failed,"));
+    EXPECT_THAT(testing::readText(folder / "out/mass=-2/log.txt"), HasSubstr("model.yaml:"));
+
+    EXPECT_EQ(run("sweep model.yaml --vary mass=-1,-2 -o none -q"), 1);
+    EXPECT_THAT(err, HasSubstr("case mass=-1: "));
+    EXPECT_FALSE(std::filesystem::exists(folder / "none"));
+    EXPECT_EQ(run("sweep model.yaml --vary mass=1,-2 --dry-run"), 0);
+    EXPECT_THAT(out, AllOf(HasSubstr("mass=1\n"), HasSubstr("mass=-2: ")));
+}
+
+TEST_F(SweepTest, TheTableHasCriticalSpeedsOfCampbellDiagrams) {
+    std::string text = testing::readText(folder / "model.yaml");
+    text.replace(text.find("-9.81"), 5, "-pull");
+    text.replace(text.find("{mass: 2}"), 9, "{mass: 2, speed: 1, pull: 9.81}");
+    text.replace(text.find("{modes:"), 1,
+                 "{whirl: {type: campbell, speeds: [0, 2, 4, 8], count: 1}, ");
+    testing::writeText(folder / "model.yaml", text);
+    ASSERT_EQ(run("sweep model.yaml --vary pull=1.62,9.81,98.1 --only whirl -o out -q"), 0) << err;
+    const SweepResults sweep = readSweepTable(folder / "out/sweep.h5", "pull");
+    const auto find = [&](const std::string& name, size_t k) {
+        for (const ResultData::Series& series : sweep.results.at(0).analyses.at(0).probes)
+            if (series.column.name == name) return series.rows.at(k).at(0);
+        ADD_FAILURE() << "there is no column " << name;
+        return 0.0;
+    };
+    const std::vector<double> gravities = {1.62, 9.81, 98.1};
+    for (size_t k = 0; k < 3; ++k) {
+        const double frequency = calcFrequency(2, gravities[k]);
+        EXPECT_NEAR(find("frequency 1 at first speed", k) / frequency, 1, 1e-6);
+        EXPECT_NEAR(find("frequency 1 at last speed", k) / frequency, 1, 1e-6);
+        EXPECT_NEAR(find("damping ratio 1 at last speed", k), 0, 1e-6);
+        const double critical = find("critical speed 1", k);
+        if (k < 2)
+            EXPECT_NEAR(critical / (2 * M_PI * frequency), 1, 1e-6);
+        else
+            EXPECT_TRUE(std::isnan(critical));  // 12 rad/s, beyond all speeds
+    }
+}
+
 TEST_F(SweepTest, TheTableIsDrawnOverAParameter) {
     ASSERT_EQ(run("sweep model.yaml --vary mass=3,1,2 --vary 'gravity=[0,-1.62,0],[0,-9.81,0]' -o "
                   "out -q"),
@@ -218,7 +262,7 @@ TEST_F(SweepTest, TheTableIsDrawnOverAParameter) {
     ASSERT_EQ(run("plot out/sweep.h5 'frequency*' -o map.svg"), 0) << err;
     EXPECT_THAT(testing::readText(folder / "map.svg"),
                 AllOf(HasSubstr(">mass<"), HasSubstr("frequency 1 [Hz]")));
-    EXPECT_EQ(run("plot out/sweep.h5 --x mas"), 1);
+    EXPECT_EQ(run("plot out --x mas"), 1);
     EXPECT_THAT(err, HasSubstr("it has gravity, mass"));
     EXPECT_EQ(run("plot out/sweep.h5 --x gravity"), 1);
     EXPECT_THAT(err, HasSubstr("no numbers"));
@@ -243,7 +287,7 @@ TEST_F(SweepTest, CasesDrawPicturesOnlyIfAsked) {
 TEST_F(SweepTest, MistakesAreFoundBeforeAnythingRuns) {
     EXPECT_EQ(run("sweep model.yaml --vary mas=1,2"), 1);
     EXPECT_THAT(err, AllOf(HasSubstr("model.yaml"), HasSubstr("'mas'"), HasSubstr("mass")));
-    EXPECT_EQ(run("sweep model.yaml --vary mass=1,x"), 1);
+    EXPECT_EQ(run("sweep model.yaml --vary mass=y,x"), 1);
     EXPECT_THAT(err, HasSubstr("mass"));
     EXPECT_EQ(run("sweep model.yaml"), 1);
     EXPECT_THAT(err, HasSubstr("--vary"));

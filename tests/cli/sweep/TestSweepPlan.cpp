@@ -75,6 +75,13 @@ TEST(SweepPlan, ColumnsOfProbesThatTheModelHasNotAreRefusedBeforeAnyRun) {
     plan.of = {"tool.x", "tipp.final"};
     EXPECT_THAT(catchError([&] { checkSweepColumns(plan); }),
                 AllOf(HasSubstr("'tipp'"), HasSubstr("tool")));
+    plan.of = {"tool.x.max"};
+    EXPECT_THAT(catchError([&] { checkSweepColumns(plan); }),
+                HasSubstr("'max' is no statistic; did you mean 'tool.x.maximum'?"));
+    plan.of = {"tool.minimun"};
+    EXPECT_THAT(catchError([&] { checkSweepColumns(plan); }), HasSubstr("'tool.minimum'?"));
+    plan.of = {"tool.peak"};
+    EXPECT_THAT(catchError([&] { checkSweepColumns(plan); }), HasSubstr("maximum, minimum, mean"));
 }
 
 TEST(SweepPlan, AGridIsAllCombinationsAndTheLastKeyVariesFastest) {

@@ -1,0 +1,161 @@
+#include "simflex/cli/model/PartKey.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "simflex/part/ReducedBodyFile.h"
+
+namespace simflex {
+namespace cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kDeepestInclude = 20;  ///< as decks have it
+
+std::string readBytes(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+std::string endingOf(const std::string& path) {
+    std::string ending = fs::path(path).extension().string();
+    for (char& c : ending) c = char(std::tolower((unsigned char)(c)));
+    return ending;
+}
+
+std::string upperCase(std::string text) {
+    for (char& c : text) c = char(std::toupper((unsigned char)(c)));
+    return text;
+}
+
+/** File names after INPUT= of *INCLUDE cards. **/
+std::vector<std::string> findDeckIncludes(const std::string& text) {
+    std::vector<std::string> names;
+    std::istringstream in(text);
+    bool open = false;
+    for (std::string line; std::getline(in, line);) {
+        std::string blankless;
+        for (const char c : line)
+            if (!std::isspace((unsigned char)(c)) && c != '"') blankless += c;
+        const std::string upper = upperCase(blankless);
+        if (upper.compare(0, 2, "**") == 0) continue;
+        if (upper.compare(0, 1, "*") == 0) open = upper.compare(0, 8, "*INCLUDE") == 0;
+        if (!open) continue;
+        const size_t input = upper.find("INPUT=");
+        if (input == std::string::npos) continue;
+        std::string name = line.substr(line.find('=', upper.find("INPUT=")) + 1);
+        name.erase(0, name.find_first_not_of(" \t\""));
+        const size_t end = name.find_last_not_of(" \t\r\"");
+        names.push_back(end == std::string::npos ? "" : name.substr(0, end + 1));
+        open = false;
+    }
+    return names;
+}
+
+/** Names in quotes of the statements of a Gmsh script that read files. **/
+std::vector<std::string> findScriptIncludes(const std::string& text) {
+    std::vector<std::string> names;
+    for (const char* statement : {"Include", "Merge", "MergeWithBoundingBox", "ShapeFromFile"})
+        for (size_t at = text.find(statement); at != std::string::npos;
+             at = text.find(statement, at + 1)) {
+            const size_t open = text.find('"', at), end = text.find(';', at);
+            if (open == std::string::npos || open > end) continue;
+            const size_t close = text.find('"', open + 1);
+            if (close != std::string::npos)
+                names.push_back(text.substr(open + 1, close - open - 1));
+        }
+    return names;
+}
+
+/** What Gmsh parses as a script. **/
+bool isScript(const std::string& ending, const std::string& bytes) {
+    return ending == ".geo" || ending == ".opt" || ending == ".pos" ||
+           (ending == ".msh" && bytes.compare(0, 1, "$") != 0);
+}
+
+/** The first word of a script that can start a program, or "". **/
+std::string findCommand(const std::string& text) {
+    static const std::set<std::string> commands = {"System", "SystemCall", "NonBlockingSystemCall",
+                                                   "OnelabRun", "Parse"};
+    std::string word;
+    for (size_t i = 0; i <= text.size(); ++i) {
+        const char c = i < text.size() ? text[i] : ' ';
+        if (std::isalnum((unsigned char)(c)) || c == '_') {
+            word += c;
+            continue;
+        }
+        if (commands.count(word)) return word;
+        word.clear();
+    }
+    return "";
+}
+
+}  // namespace
+
+PartKey::PartKey() {
+    _second.add(std::string("second"));
+    add(std::string(SIMFLEX_VERSION));
+    add(double(kReducedBodyFileVersion));
+}
+
+void PartKey::add(const std::string& text) {
+    add(double(text.size()));
+    _first.add(text);
+    _second.add(text);
+}
+
+void PartKey::add(double number) {
+    _first.add(number);
+    _second.add(number);
+}
+
+void PartKey::addFile(const std::string& path) {
+    addFile(path, 0);
+}
+
+void PartKey::addFile(const std::string& path, int depth) {
+    const std::string ending = endingOf(path);
+    add(ending);
+    if (!fs::is_regular_file(path)) {
+        add(std::string("missing"));
+        return;
+    }
+    const std::string bytes = readBytes(path);
+    add(bytes);
+    if (depth > kDeepestInclude) return;
+    std::vector<std::string> names;
+    if (isScript(ending, bytes)) {
+        const std::string command = findCommand(bytes);
+        if (!command.empty())
+            throw std::invalid_argument("the script '" + path + "' has " + command +
+                                        ": models run no scripts that can start programs");
+        names = findScriptIncludes(bytes);
+        if (fs::is_regular_file(path + ".opt")) addFile(path + ".opt", depth + 1);
+    } else if (ending == ".inp" || ending == ".inc" || depth > 0) {
+        names = findDeckIncludes(bytes);
+    }
+    for (const std::string& name : names) {
+        const fs::path beside = fs::path(path).parent_path() / name;
+        addFile((fs::exists(beside) || !fs::exists(name) ? beside : fs::path(name)).string(),
+                depth + 1);
+    }
+}
+
+std::string PartKey::getText() const {
+    char text[40];
+    std::snprintf(text, sizeof text, "%016llx%016llx", (unsigned long long)(_first.get()),
+                  (unsigned long long)(_second.get()));
+    return text;
+}
+
+}  // namespace cli
+}  // namespace simflex

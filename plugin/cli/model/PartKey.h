@@ -1,0 +1,32 @@
+#pragma once
+/** @file
+Name of a reduced part by its content: of what it is made from, byte by byte. **/
+
+#include <string>
+
+#include "simflex/fe/Checkpoint.h"
+
+namespace simflex {
+namespace cli {
+
+/** 128 bits over everything that a reduction depends on. **/
+class PartKey {
+public:
+    /** Begins with the version of simflex. **/
+    PartKey();
+    void add(const std::string& text);
+    void add(double number);
+    /** The bytes of a file and of those that it includes: *INCLUDE of decks, Include and Merge of
+    Gmsh's scripts. A file that does not exist counts as such.
+    @throws std::invalid_argument for a Gmsh script that starts programs. **/
+    void addFile(const std::string& path);
+    /** 32 hexadecimal digits. **/
+    std::string getText() const;
+
+private:
+    void addFile(const std::string& path, int depth);
+    ContentHash _first, _second;
+};
+
+}  // namespace cli
+}  // namespace simflex
