@@ -76,11 +76,13 @@ std::string drawTerminalPicture(const Image& image, const Terminal& terminal, Pi
     Handle<ChafaTermInfo> info = findTermInfo(terminal);
     const ChafaPixelMode mode = chooseMode(kind, terminal, info.get());
     const ChafaCanvasMode colors = chooseColors(mode, terminal, info.get());
-    if (mode != CHAFA_PIXEL_MODE_SYMBOLS)  // asked for of a terminal that may not know them
-        chafa_term_info_supplement(info.get(),
-                                   chafa_term_db_get_fallback_info(chafa_term_db_get_default()));
-    else if (!terminal.hasColor)
+    if (mode != CHAFA_PIXEL_MODE_SYMBOLS) {  // asked for of a terminal that may not know them
+        const Handle<ChafaTermInfo> fallback(
+            chafa_term_db_get_fallback_info(chafa_term_db_get_default()), chafa_term_info_unref);
+        chafa_term_info_supplement(info.get(), fallback.get());
+    } else if (!terminal.hasColor) {
         info = {chafa_term_info_new(), chafa_term_info_unref};
+    }
 
     gint columns = std::max(terminal.columns, 4), rows = std::max(terminal.rows - 2, 2);
     chafa_calc_canvas_geometry(image.getWidth(), image.getHeight(), &columns, &rows,
