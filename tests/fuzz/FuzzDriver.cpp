@@ -1,7 +1,7 @@
 /** @file
 Runs a fuzz target without libFuzzer: `fuzz_X CORPUS [MUTATIONS]` over every file of the corpus and
 a number of mutations of them, always the same ones. Memory is limited, so that a small file that
-asks for a lot of it is found out. **/
+asks for a lot of it is found out; but not for sanitizers, which reserve terabytes of addresses. **/
 
 #include <sys/resource.h>
 
@@ -10,6 +10,16 @@ asks for a lot of it is found out. **/
 #include <sstream>
 
 #include "Fuzz.h"
+
+#ifndef __has_feature
+#define __has_feature(feature) 0
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || \
+    __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define SIMFLEX_HAS_SANITIZER 1
+#else
+#define SIMFLEX_HAS_SANITIZER 0
+#endif
 
 namespace {
 
@@ -107,7 +117,7 @@ int main(int argc, char** argv) {
         return 2;
     }
     const rlimit limit{kMostMemory, kMostMemory};
-    setrlimit(RLIMIT_AS, &limit);
+    if (!SIMFLEX_HAS_SANITIZER) setrlimit(RLIMIT_AS, &limit);
     std::vector<std::filesystem::path> paths;
     for (const auto& entry : std::filesystem::directory_iterator(argv[1]))
         if (entry.is_regular_file()) paths.push_back(entry.path());
