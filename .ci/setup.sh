@@ -2,7 +2,8 @@
 #   use_preset NAME           builds by this one of CMakePresets.json from here on; release otherwise
 #   install_packages          installs what is missing from .ci/apt-packages.txt, and for a preset that
 #                             has a list of its own from .ci/apt-packages-PRESET.txt
-#   build_targets TARGET...   configures and builds in build/PRESET; seconds when nothing changed
+#   build_targets TARGET...   configures and builds in build/PRESET; seconds when nothing changed. Where the
+#                             environment has CI, warnings are errors
 # Works from any folder and leaves the caller in it.
 # shellcheck shell=bash
 
@@ -75,7 +76,7 @@ compile_jobs() {
 build_targets() {
     # Always configured: a pull may have brought targets that the old makefiles do not know.
     [ -f "$build/Makefile" ] || say "configuring $build"
-    (cd "$root" && cmake --preset "$preset" -G "Unix Makefiles" >/dev/null)
+    (cd "$root" && cmake --preset "$preset" -G "Unix Makefiles" ${CI:+-DSIMFLEX_WARNINGS_AS_ERRORS=ON} >/dev/null)
     say "building: $*"
     # Only lines that say something: what is compiled, made or wrong.
     (cd "$root" && cmake --build --preset "$preset" --parallel "$(compile_jobs)" --target "$@") |

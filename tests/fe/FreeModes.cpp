@@ -1,11 +1,11 @@
 #include "fe/FreeModes.h"
 
-#include <Spectra/SymGEigsShiftSolver.h>
-
+#include <Eigen/Dense>
 #include <Eigen/Sparse>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <stdexcept>
 
 namespace simflex {
@@ -43,62 +43,43 @@ Matrix toEigen(const NodalConstraints& T, int numRows) {
     return result;
 }
 
-/** (K − σM)⁻¹ by Cholesky, for σ < 0. **/
-class ShiftInvert {
-public:
-    using Scalar = double;
-    ShiftInvert(const Matrix& K, const Matrix& M) : _K(K), _M(M) {}
-    Eigen::Index rows() const { return _K.rows(); }
-    Eigen::Index cols() const { return _K.cols(); }
-    void set_shift(double sigma) {
-        _solver.compute(_K - sigma * _M);
-        if (_solver.info() != Eigen::Success) throw std::runtime_error("K is not free and regular");
-    }
-    void perform_op(const double* x, double* y) const {
-        Eigen::Map<Eigen::VectorXd>(y, rows()) =
-            _solver.solve(Eigen::Map<const Eigen::VectorXd>(x, rows()));
-    }
-
-private:
-    const Matrix &_K, &_M;
-    Eigen::SimplicialLLT<Matrix> _solver;
-};
-
-class Product {
-public:
-    using Scalar = double;
-    explicit Product(const Matrix& M) : _M(M) {}
-    Eigen::Index rows() const { return _M.rows(); }
-    Eigen::Index cols() const { return _M.cols(); }
-    void perform_op(const double* x, double* y) const {
-        Eigen::Map<Eigen::VectorXd>(y, rows()) = _M * Eigen::Map<const Eigen::VectorXd>(x, rows());
-    }
-
-private:
-    const Matrix& _M;
-};
-
 }  // namespace
 
+// Subspace iteration (Bathe, Finite Element Procedures, ch. 11.6): inverse iteration of a block
+// that is three times as wide as what is wanted, Rayleigh and Ritz in it.
 std::vector<double> calcFreeFrequencies(const FeModel& model, int numModes) {
     const int n = 3 * model.mesh.numNodes();
     const Matrix T = toEigen(model.constraints, n);
     const Matrix K = T.transpose() * toEigen(model.K, 1) * T;
     const Matrix M = T.transpose() * toEigen(model.m, 3) * T;
     // A shift well below the first elastic frequency, but far above round-off.
-    const double shift = -1e-7 * K.diagonal().maxCoeff() / M.diagonal().maxCoeff();
-    ShiftInvert inverse(K, M);
-    Product product(M);
-    Spectra::SymGEigsShiftSolver<ShiftInvert, Product, Spectra::GEigsMode::ShiftInvert> solver(
-        inverse, product, numModes, std::min<int>(int(K.rows()), 3 * numModes), shift);
-    solver.init();
-    solver.compute(Spectra::SortRule::LargestMagn, 1000, 1e-12, Spectra::SortRule::SmallestAlge);
-    if (solver.info() != Spectra::CompInfo::Successful) throw std::runtime_error("no eigenvalues");
-    std::vector<double> hertz;
-    for (const double eigenvalue : solver.eigenvalues())
-        hertz.push_back(std::sqrt(std::max(0.0, eigenvalue)) / (2 * M_PI));
-    std::sort(hertz.begin(), hertz.end());
-    return hertz;
+    const double shift = 1e-7 * K.diagonal().maxCoeff() / M.diagonal().maxCoeff();
+    const Eigen::SimplicialLLT<Matrix> shifted(K + shift * M);
+    if (shifted.info() != Eigen::Success) throw std::runtime_error("K is not free and regular");
+
+    std::mt19937 random;
+    Eigen::MatrixXd X = Eigen::MatrixXd::NullaryExpr(
+        K.rows(), std::min<Eigen::Index>(K.rows(), 3 * numModes),
+        [&] { return std::uniform_real_distribution<double>(-1, 1)(random); });
+    Eigen::VectorXd eigenvalues = Eigen::VectorXd::Zero(numModes);
+    for (int iteration = 0; iteration < 1000; ++iteration) {
+        X = shifted.solve(M * X);
+        X = Eigen::HouseholderQR<Eigen::MatrixXd>(X).householderQ() *
+            Eigen::MatrixXd::Identity(X.rows(), X.cols());
+        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> ritz(X.transpose() * K * X,
+                                                                             X.transpose() * M * X);
+        X *= ritz.eigenvectors();
+        const Eigen::VectorXd previous = eigenvalues;
+        eigenvalues = ritz.eigenvalues().head(numModes);
+        if (((eigenvalues - previous).array().abs() > 1e-8 * (eigenvalues.array().abs() + shift))
+                .any())
+            continue;
+        std::vector<double> hertz;
+        for (const double eigenvalue : eigenvalues)
+            hertz.push_back(std::sqrt(std::max(0.0, eigenvalue)) / (2 * M_PI));
+        return hertz;
+    }
+    throw std::runtime_error("the frequencies did not converge");
 }
 
 }  // namespace testing
