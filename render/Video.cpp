@@ -2,9 +2,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,24 +17,14 @@
 #include <stdexcept>
 #include <vector>
 
+#include "simflex/base/ChildProcess.h"
 #include "simflex/render/frame/FrameOutput.h"
-
-extern char** environ;
 
 namespace simflex {
 
 namespace {
 
 enum class Format { Mp4, Gif, WebP };
-
-bool isOnPath(const std::string& program) {
-    const char* path = std::getenv("PATH");
-    std::istringstream folders(path ? path : "");
-    std::string folder;
-    while (std::getline(folders, folder, ':'))
-        if (access((folder + "/" + program).c_str(), X_OK) == 0) return true;
-    return false;
-}
 
 Format findFormat(const std::string& file) {
     const size_t dot = file.find_last_of("./");
@@ -72,39 +60,26 @@ public:
             fail(std::string("cannot make a socket: ") + std::strerror(errno));
         input = ends[0];
 
-        std::vector<char*> argv{const_cast<char*>("ffmpeg")};
-        for (const std::string& argument : arguments)
-            argv.push_back(const_cast<char*>(argument.c_str()));
-        argv.push_back(nullptr);
-        posix_spawn_file_actions_t actions;
-        posix_spawn_file_actions_init(&actions);
-        if (hasInput)
-            posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
-        else
-            posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-        posix_spawn_file_actions_adddup2(&actions, fileno(log), STDOUT_FILENO);
-        posix_spawn_file_actions_adddup2(&actions, fileno(log), STDERR_FILENO);
+        ChildSetup setup;
+        setup.arguments = {"ffmpeg"};
+        setup.arguments.insert(setup.arguments.end(), arguments.begin(), arguments.end());
+        setup.input = ends[1];
+        setup.output = setup.error = fileno(log);
         // Ctrl-C on the terminal is the caller's affair: what is finished can still be coded.
-        posix_spawnattr_t attributes;
-        posix_spawnattr_init(&attributes);
-        posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-        const int failure =
-            posix_spawnp(&child, argv[0], &actions, &attributes, argv.data(), environ);
-        posix_spawnattr_destroy(&attributes);
-        posix_spawn_file_actions_destroy(&actions);
-        if (ends[1] >= 0) close(ends[1]);
-        if (failure != 0) {
-            child = 0;
-            fail(std::string("cannot run ffmpeg: ") + std::strerror(failure));
+        setup.isOwnGroup = true;
+        std::string failure;
+        try {
+            child = ChildProcess(setup);
+        } catch (const std::runtime_error& error) {
+            failure = error.what();
         }
+        if (ends[1] >= 0) close(ends[1]);
+        if (!failure.empty()) fail(failure);
     }
 
     ~Coder() {
-        if (child != 0) {
-            kill(child, SIGKILL);
-            wait();
-        }
         closeInput();
+        child = ChildProcess();  // ended before its log is closed
         std::fclose(log);
     }
     Coder(const Coder&) = delete;
@@ -125,7 +100,7 @@ public:
     /** Ends its input and waits for it. @return whether it reports success. **/
     bool finish() {
         closeInput();
-        return wait();
+        return child.wait().isSuccess();
     }
 
     std::string readMessages() {
@@ -133,7 +108,7 @@ public:
         std::fflush(log);
         std::fseek(log, 0, SEEK_SET);
         text.resize(std::fread(&text[0], 1, text.size(), log));
-        return text.empty() ? signalText : text;
+        return text.empty() ? "it " + child.getEnd().describe() : text;
     }
 
 private:
@@ -146,21 +121,15 @@ private:
         if (input >= 0) close(input);
         input = -1;
     }
-    bool wait() {
-        int status = 0;
-        while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-        }
-        child = 0;
-        if (WIFSIGNALED(status))
-            signalText = std::string("ended by the signal ") + strsignal(WTERMSIG(status));
-        return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-    }
-
     std::FILE* log;
     int input = -1;
-    pid_t child = 0;
-    std::string signalText;
+    ChildProcess child;
 };
+
+/** A file's name as ffmpeg takes it, whatever it begins with. **/
+std::string url(const std::string& file) {
+    return "file:" + file;
+}
 
 void layOnWhite(std::vector<std::uint8_t>& bytes) {
     for (size_t i = 0; i < bytes.size(); i += 4) {
@@ -193,7 +162,7 @@ void removeLeftovers(const std::string& file) {
 }  // namespace
 
 bool isVideoAvailable() {
-    return isOnPath("ffmpeg");
+    return !findProgram("ffmpeg").empty();
 }
 
 class VideoWriter::Impl {
@@ -293,14 +262,15 @@ private:
         if (format == Format::Mp4) {
             add({"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-c:v", "libx264", "-crf",
                  "16", "-preset", "medium", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f",
-                 "mp4", partial});
+                 "mp4", url(partial)});
         } else if (format == Format::WebP) {
             add({"-c:v", "libwebp_anim", "-quality", "88", "-compression_level", "3", "-pix_fmt",
-                 "yuva420p", "-loop", std::to_string(options.numRepeats), "-f", "webp", partial});
+                 "yuva420p", "-loop", std::to_string(options.numRepeats), "-f", "webp",
+                 url(partial)});
         } else {
             // One palette suits all frames only after all were seen: they wait in a file.
             lossless = partial + ".nut";
-            add({"-c:v", "huffyuv", "-pix_fmt", "bgra", "-f", "nut", lossless});
+            add({"-c:v", "huffyuv", "-pix_fmt", "bgra", "-f", "nut", url(lossless)});
         }
         coder = std::make_unique<Coder>(arguments, true);
     }
@@ -316,11 +286,11 @@ private:
                          : options.numRepeats == 1 ? -1
                                                    : options.numRepeats - 1;
         const bool ok =
-            run({"-y", "-xerror", "-loglevel", "error", "-i", lossless, "-vf",
-                 "palettegen=stats_mode=full", "-f", "image2", "-update", "1", palette}) &&
-            run({"-y", "-xerror", "-loglevel", "error", "-i", lossless, "-i", palette, "-lavfi",
-                 "paletteuse=dither=bayer:bayer_scale=3", "-loop", std::to_string(loop), "-f",
-                 "gif", partial});
+            run({"-y", "-xerror", "-loglevel", "error", "-f", "nut", "-i", url(lossless), "-vf",
+                 "palettegen=stats_mode=full", "-f", "image2", "-update", "1", url(palette)}) &&
+            run({"-y", "-xerror", "-loglevel", "error", "-f", "nut", "-i", url(lossless), "-f",
+                 "png_pipe", "-i", url(palette), "-lavfi", "paletteuse=dither=bayer:bayer_scale=3",
+                 "-loop", std::to_string(loop), "-f", "gif", url(partial)});
         std::remove(palette.c_str());
         std::remove(lossless.c_str());
         if (!ok) fail(coder->readMessages());

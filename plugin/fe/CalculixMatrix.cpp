@@ -57,7 +57,7 @@ public:
             atEnd = got == 0;
             held += size_t(got);
             done += size_t(got);
-            if (atEnd && held > 0) _buffer[held++] = '\n';
+            if (atEnd && held > 0) fail("is cut off");
             const char *at = _buffer.data(), *end = at + held;
             while (const void* found = std::memchr(at, '\n', size_t(end - at))) {
                 const char* stop = static_cast<const char*>(found);
@@ -86,6 +86,13 @@ public:
                 " in row " + std::to_string(line.fileRow) + ", column " +
                 std::to_string(line.fileColumn) + ", must be a finite number");
         return value;
+    }
+
+    /** CalculiX writes all of the diagonal, column after column. **/
+    [[noreturn]] void failDiagonal(const std::vector<int>& dofs, int dof) const {
+        const auto equation = std::find(dofs.begin(), dofs.end(), dof) - dofs.begin();
+        throw std::runtime_error(_path.filename().string() + " has no diagonal entry of equation " +
+                                 std::to_string(equation + 1) + ": is it cut off?");
     }
 
 private:
@@ -202,6 +209,10 @@ SymmetricMatrix readCalculixMatrix(const fs::path& path, const std::vector<int>&
         A.values[at] = value;
     });
     sortColumns(A);
+    for (const int dof : dofs) {
+        const auto first = size_t(A.columnStarts[size_t(dof)]);
+        if (first == A.rows.size() || A.rows[first] != dof) file.failDiagonal(dofs, dof);
+    }
     return A;
 }
 

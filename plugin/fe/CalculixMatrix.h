@@ -16,7 +16,7 @@ namespace simflex {
 
 /** @param dofs  3·node + axis of each equation: row and column of the result.
 Exact zeros off the diagonal are left out, entries given several times are added.
-@throws std::runtime_error if the file is missing or no such file, with the line.
+@throws std::runtime_error if the file is missing, cut off or no such file, with the line.
 @throws std::invalid_argument for a number that is not finite. @throws Cancelled. **/
 SymmetricMatrix readCalculixMatrix(const std::filesystem::path& path, const std::vector<int>& dofs,
                                    const char* phase, const ProgressCallback& progress);

@@ -1,16 +1,10 @@
 #include "CalculixRun.h"
 
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
-#include <deque>
 #include <fstream>
 #include <stdexcept>
 #include <thread>
@@ -27,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr auto kPollInterval = std::chrono::milliseconds(20);
 constexpr int kMostErrorLines = 12, kTailLines = 8;
+constexpr std::uintmax_t kLeastSpace = 4096;  // of a disk that is not full [bytes]
 
 const char* const kCure = "Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.";
 
@@ -50,21 +45,6 @@ std::string errorTextOf(const fs::path& log) {
     return result;
 }
 
-/** The last lines of a file that hold something. **/
-std::string tailOf(const fs::path& log) {
-    std::ifstream in(log);
-    std::deque<std::string> lines;
-    for (std::string text; std::getline(in, text);) {
-        const size_t begin = text.find_first_not_of(' ');
-        if (begin == std::string::npos) continue;
-        lines.push_back("\n    " + text.substr(begin));
-        if (int(lines.size()) > kTailLines) lines.pop_front();
-    }
-    std::string result;
-    for (const std::string& line : lines) result += line;
-    return result;
-}
-
 /** Walks through the whitespace-separated integers of a file held in memory. **/
 class NumberReader {
 public:
@@ -83,10 +63,11 @@ public:
 
     int readInteger() {
         skipBlanks();
-        if (*_at < '0' || *_at > '9') fail();
-        long value = 0;
-        while (*_at >= '0' && *_at <= '9') value = 10 * value + (*_at++ - '0');
-        return int(value);
+        int value = 0;
+        const auto result = std::from_chars(_at, _text.data() + _text.size(), value);
+        if (result.ec != std::errc()) fail();
+        _at = result.ptr;
+        return value;
     }
 
     void skip(char expected) {
@@ -122,8 +103,14 @@ std::vector<int> readEquations(const fs::path& path, const Mesh& mesh,
         if (axis < 1 || axis > 3)
             throw std::invalid_argument("CalculiX gave node " + std::to_string(node) +
                                         " a degree of freedom that is no translation");
+        if (!std::binary_search(mesh.nodeNumbers.begin(), mesh.nodeNumbers.end(), node))
+            throw std::runtime_error("CalculiX names node " + std::to_string(node) + " in " +
+                                     path.filename().string() + ", which the mesh does not have");
         dofs.push_back(3 * mesh.indexOf(node) + axis - 1);
-        seen[dofs.back()] = 1;
+        if (seen[size_t(dofs.back())]++)
+            throw std::runtime_error("CalculiX names direction " + std::to_string(axis) +
+                                     " of node " + std::to_string(node) + " twice in " +
+                                     path.filename().string());
     }
     for (size_t dof = 0; dof < seen.size(); ++dof)
         if (!seen[dof] && expected[dof / 3])
@@ -135,20 +122,6 @@ std::vector<int> readEquations(const fs::path& path, const Mesh& mesh,
 
 }  // namespace
 
-TemporaryFolder::TemporaryFolder() {
-    const char* place = std::getenv("TMPDIR");
-    std::string pattern = std::string(place && *place ? place : "/tmp") + "/simflex-XXXXXX";
-    if (!mkdtemp(pattern.data()))
-        throw std::runtime_error("cannot make a temporary folder '" + pattern +
-                                 "': " + std::strerror(errno));
-    _path = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(_path, ignored);
-}
-
 std::string chooseCalculixProgram(const std::string& program) {
     const char* fromEnvironment = std::getenv("SIMFLEX_CCX");
     std::string chosen = !program.empty() ? program : fromEnvironment ? fromEnvironment : "";
@@ -158,10 +131,10 @@ std::string chooseCalculixProgram(const std::string& program) {
 }
 
 std::string readCalculixVersion(const std::string& program) {
-    TemporaryFolder folder;
-    const pid_t pid = startProgram(program, {"-v"}, folder.path(), folder.path() / "log", kCure);
-    for (int status = 0; !hasEnded(pid, status);) std::this_thread::sleep_for(kPollInterval);
-    std::ifstream in(folder.path() / "log");
+    const TemporaryFolder folder;
+    const fs::path log = folder.path() / "log";
+    startProgram({program, {"-v"}, folder.path(), log, kCure}).wait();
+    std::ifstream in(log);
     for (std::string text; std::getline(in, text);) {
         const size_t at = text.find("Version ");
         if (at != std::string::npos) return "CalculiX " + text.substr(at + 8);
@@ -169,37 +142,31 @@ std::string readCalculixVersion(const std::string& program) {
     return "CalculiX";
 }
 
-CalculixProcess::~CalculixProcess() {
-    if (_pid < 0) return;
-    kill(_pid, SIGKILL);
-    waitpid(_pid, &_status, 0);
-}
-
 void CalculixProcess::start(const std::string& program, const fs::path& folder,
                             const std::string& job) {
     _program = program;
     _log = folder / (job + ".log");
-    _pid = startProgram(program, {job}, folder, _log, kCure);
-}
-
-bool CalculixProcess::poll() {
-    if (_pid >= 0 && hasEnded(_pid, _status)) _pid = -1;
-    return _pid < 0;
+    _process = startProgram({program, {job}, folder, _log, kCure});
 }
 
 void CalculixProcess::checkResult() const {
+    // It goes on when it cannot write, and then its files lack their ends.
+    const fs::path folder = _log.parent_path();
+    std::error_code unknown;
+    if (fs::space(folder, unknown).available < kLeastSpace)
+        throw std::runtime_error("the disk of '" + folder.parent_path().string() +
+                                 "' is full: CalculiX cannot write its matrices; make room, or set "
+                                 "TMPDIR to a folder on another disk");
     const std::string errors = errorTextOf(_log);
-    const bool exited = WIFEXITED(_status);
-    if (exited && WEXITSTATUS(_status) == 127)
-        throw std::runtime_error("cannot run '" + _program + "'. " + kCure);
-    if (exited && WEXITSTATUS(_status) == 0 && errors.empty()) return;
-    const std::string text =
-        exited
-            ? "CalculiX refused the deck (exit status " + std::to_string(WEXITSTATUS(_status)) + ")"
-            : "CalculiX was ended by signal " + std::to_string(WTERMSIG(_status));
+    const ChildEnd& end = _process.getEnd();
+    if (end.exitCode == 127) throw std::runtime_error("cannot run '" + _program + "'. " + kCure);
+    if (end.isSuccess() && errors.empty()) return;
+    const std::string text = end.signal == 0 ? "CalculiX refused the deck (exit status " +
+                                                   std::to_string(end.exitCode) + ")"
+                                             : "CalculiX " + end.describe();
     if (!errors.empty()) throw std::runtime_error(text + ":" + errors);
-    const std::string tail = tailOf(_log);
-    throw std::runtime_error(text + " and wrote no *ERROR line" +
+    const std::string tail = readLastLines(_log, kTailLines);
+    throw std::runtime_error(text + ", and wrote no *ERROR line" +
                              (tail.empty() ? "" : "; the end of its output:" + tail));
 }
 

@@ -2,30 +2,16 @@
 /** @file
 Runs ccx on a clean deck and reads the matrices it stores. Internal to fe. **/
 
-#include <sys/types.h>
-
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "simflex/base/ChildProcess.h"
+#include "simflex/base/TemporaryFolder.h"
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/Progress.h"
 
 namespace simflex {
-
-/** A folder of its own under $TMPDIR (else /tmp), removed with everything in it at the end. **/
-class TemporaryFolder {
-public:
-    TemporaryFolder();
-    ~TemporaryFolder();
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    const std::filesystem::path& path() const { return _path; }
-
-private:
-    std::filesystem::path _path;
-};
 
 /** The ccx program to run: `program`, else $SIMFLEX_CCX, else "ccx". **/
 std::string chooseCalculixProgram(const std::string& program);
@@ -38,25 +24,19 @@ std::string readCalculixVersion(const std::string& program);
 still runs when this goes. **/
 class CalculixProcess {
 public:
-    CalculixProcess() = default;
-    ~CalculixProcess();
-    CalculixProcess(const CalculixProcess&) = delete;
-    CalculixProcess& operator=(const CalculixProcess&) = delete;
-
     /** @throws std::runtime_error if it cannot be started. **/
     void start(const std::string& program, const std::filesystem::path& folder,
                const std::string& job);
     /** True once it has ended. **/
-    bool poll();
+    bool poll() { return _process.hasEnded(); }
     /** @throws std::runtime_error with ccx's own *ERROR text, or the end of its output, if it
-    failed. @pre poll(). **/
+    failed; if the disk is full. @pre poll(). **/
     void checkResult() const;
 
 private:
     std::string _program;
     std::filesystem::path _log;
-    pid_t _pid = -1;
-    int _status = 0;
+    ChildProcess _process;
 };
 
 /** Runs `program JOB` in `folder` as a CalculixProcess, to its end.

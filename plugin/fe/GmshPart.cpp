@@ -1,13 +1,13 @@
 #include "simflex/fe/GmshPart.h"
 
-#include <sys/wait.h>
-
+#include <algorithm>
 #include <cctype>
 #include <cstdlib>
-#include <deque>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "CalculixRun.h"
@@ -15,6 +15,7 @@
 #include "DeckVocabulary.h"
 #include "InpCards.h"
 #include "ProgramRun.h"
+#include "simflex/base/Sandbox.h"
 
 namespace simflex {
 namespace {
@@ -23,6 +24,7 @@ namespace fs = std::filesystem;
 constexpr const char* kMeshName = "mesh.inp";
 constexpr const char* kSolids = "SIMFLEX_SOLIDS";
 constexpr size_t kMostErrorLines = 12;
+constexpr size_t kMostScripts = 1000;  ///< that one includes
 
 std::string number(double value) {
     char text[40];
@@ -36,45 +38,111 @@ std::string suffixOf(const std::string& path) {
     return suffix;
 }
 
-/** Gmsh's error lines, or the end of what it said. **/
-std::string errorTextOf(const fs::path& log) {
-    std::ifstream in(log);
-    std::deque<std::string> errors, tail;
-    for (std::string line; std::getline(in, line);) {
-        if (line.compare(0, 5, "Error") == 0 && errors.size() < kMostErrorLines)
-            errors.push_back("\n    " + line);
-        tail.push_back("\n    " + line);
-        if (tail.size() > kMostErrorLines) tail.pop_front();
-    }
-    std::string text;
-    for (const std::string& line : errors.empty() ? tail : errors) text += line;
-    return text;
+/** Names in quotes of the statements and options that read files. **/
+std::vector<std::string> findIncludes(const std::string& text) {
+    std::vector<std::string> names;
+    for (const char* statement : {"Include", "Merge", "ShapeFromFile", "FileName"})
+        for (size_t at = text.find(statement); at != std::string::npos;
+             at = text.find(statement, at + 1)) {
+            const size_t open = text.find('"', at), end = text.find(';', at);
+            if (open == std::string::npos || open > end) continue;
+            const size_t close = text.find('"', open + 1);
+            if (close != std::string::npos)
+                names.push_back(text.substr(open + 1, close - open - 1));
+        }
+    return names;
 }
 
-bool hasErrors(const fs::path& log) {
+/** The lines where Gmsh speaks of errors. **/
+std::string readErrors(const fs::path& log) {
     std::ifstream in(log);
-    for (std::string line; std::getline(in, line);)
-        if (line.compare(0, 5, "Error") == 0) return true;
-    return false;
+    std::string errors;
+    size_t count = 0;
+    for (std::string line; std::getline(in, line) && count < kMostErrorLines;)
+        if (line.compare(0, 5, "Error") == 0) errors += "\n    " + line, ++count;
+    return errors;
+}
+
+/** Gmsh takes for a script what does not begin like a mesh. **/
+void checkIsMesh(const std::string& path) {
+    std::ifstream in(path);
+    std::string first;
+    in >> first;
+    for (const char* known : {"$MeshFormat", "$Comments", "$NOD", "$NOE", "$PARA", "$ELM"})
+        if (first == known) return;
+    throw std::invalid_argument("'" + path + "' is no mesh of Gmsh: it does not begin with " +
+                                "$MeshFormat");
+}
+
+/** Whether a file is in a folder, or in one of its folders, wherever links lead. **/
+bool isInside(const fs::path& file, const fs::path& folder) {
+    std::error_code unknown;  // of names that cannot be
+    const fs::path relative =
+        fs::weakly_canonical(file, unknown).lexically_relative(fs::canonical(folder, unknown));
+    return !unknown && !relative.empty() && *relative.begin() != "..";
+}
+
+/** What a script may use. **/
+Sandbox makeSandbox(const std::string& program, const std::string& script,
+                    const std::string& libraryPath, const fs::path& folder) {
+    Sandbox sandbox;
+    sandbox.program = findProgram(program);
+    sandbox.readable = listSystemFolders();
+    // Where Gmsh is installed by itself.
+    sandbox.readable.push_back((fs::path(sandbox.program).parent_path() / "../lib").string());
+    std::istringstream libraries(libraryPath);
+    for (std::string place; std::getline(libraries, place, ':');) sandbox.readable.push_back(place);
+    for (const std::string& file : listScriptFiles(script))
+        if (isInside(file, fs::path(script).parent_path())) sandbox.readable.push_back(file);
+    sandbox.writable = folder.string();
+    return sandbox;
+}
+
+/** Whether a script runs in a sandbox. @throws std::runtime_error if it should and cannot. **/
+bool needsSandbox(const std::string& path, const GmshOptions& options) {
+    if (!isGmshScript(path) || options.allowsScripts) return false;
+    const std::string obstacle = findSandboxObstacle();
+    if (obstacle.empty()) return true;
+    const char* wish = std::getenv("SIMFLEX_SANDBOX");
+    if (wish && std::string(wish) == "optional") return false;
+    throw std::runtime_error(
+        path + ": a script of Gmsh is a program, and this system cannot keep it in a sandbox: " +
+        obstacle + "; if you trust it, give --allow-scripts, or mesh it yourself: gmsh -3 " +
+        fs::path(path).filename().string() + " -o " + fs::path(path).stem().string() + ".msh");
+}
+
+std::string chooseGmshProgram(const std::string& wish) {
+    const char* fromEnvironment = std::getenv("SIMFLEX_GMSH");
+    const std::string program = !wish.empty() ? wish : fromEnvironment ? fromEnvironment : "gmsh";
+    // It will run in another folder.
+    return program.find('/') == std::string::npos ? program : fs::absolute(program).string();
 }
 
 void runGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder) {
     const std::string suffix = suffixOf(path);
     const bool isMesh = suffix == ".msh", isStep = suffix == ".step" || suffix == ".stp";
-    std::vector<std::string> arguments = {fs::absolute(path).string(),
-                                          "-3",
-                                          "-format",
-                                          "inp",
-                                          "-o",
-                                          kMeshName,
-                                          "-setnumber",
-                                          "Mesh.SaveGroupsOfNodes",
-                                          "1",
-                                          "-setnumber",
-                                          "Mesh.SecondOrderIncomplete",
-                                          "1"};
+    const bool isScript = isGmshScript(path), isInSandbox = needsSandbox(path, options);
+    if (isMesh) checkIsMesh(path);
+
+    // Of NAME.step Gmsh would also run NAME.step.opt: data are read where they are alone.
+    const std::string given = fs::absolute(path).string();
+    if (!isScript) fs::create_symlink(given, folder / ("geometry" + suffix));
+    ProgramRun run;
+    run.program = chooseGmshProgram(options.program);
+    run.arguments = {isScript ? given : "geometry" + suffix,
+                     "-3",
+                     "-format",
+                     "inp",
+                     "-o",
+                     kMeshName,
+                     "-setnumber",
+                     "Mesh.SaveGroupsOfNodes",
+                     "1",
+                     "-setnumber",
+                     "Mesh.SecondOrderIncomplete",
+                     "1"};
     const auto add = [&](std::initializer_list<std::string> words) {
-        arguments.insert(arguments.end(), words);
+        run.arguments.insert(run.arguments.end(), words);
     };
     const int order = options.order == 0 && !isMesh ? 2 : options.order;
     if (order) add({"-order", std::to_string(order)});
@@ -85,20 +153,39 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
         add({"-setstring", "Geometry.OCCTargetUnit", "M"});
     }
     for (const auto& [name, value] : options.settings) add({"-setnumber", name, value});
+    run.folder = folder;
+    run.log = folder / "gmsh.log";
+    run.cure = "Install it (Debian: gmsh), or set SIMFLEX_GMSH to its path.";
 
-    const char* fromEnvironment = std::getenv("SIMFLEX_GMSH");
-    std::string program = !options.program.empty() ? options.program
-                          : fromEnvironment        ? fromEnvironment
-                                                   : "gmsh";
-    if (program.find('/') != std::string::npos) program = fs::absolute(program).string();
-    const fs::path log = folder / "gmsh.log";
-    const int status = runProgram(program, arguments, folder, log,
-                                  "Install it (Debian: gmsh), or set SIMFLEX_GMSH to its path.",
-                                  isMesh ? "Gmsh converts the mesh" : "Gmsh meshes the part",
-                                  options.calculix.progress);
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || hasErrors(log) ||
-        !fs::exists(folder / kMeshName))
-        throw std::runtime_error(path + ": Gmsh could not mesh the part:" + errorTextOf(log));
+    // Options that a user keeps at home would change the mesh.
+    run.environment["GMSH_HOME"] = folder.string();
+    Sandbox sandbox;
+    if (isInSandbox) {
+        const std::string libraries = run.environment["LD_LIBRARY_PATH"];
+        sandbox = makeSandbox(run.program, given, libraries, folder);
+        if (!sandbox.program.empty()) run.program = sandbox.program;
+        run.sandbox = &sandbox;
+        run.environment = {{"GMSH_HOME", folder.string()},
+                           {"HOME", folder.string()},
+                           {"LC_ALL", "C"},
+                           {"LD_LIBRARY_PATH", libraries},
+                           {"OMP_NUM_THREADS", "1"}};
+    }
+    ChildProcess process = startProgram(run);
+    const ChildEnd& end =
+        waitForProgram(process, isMesh ? "Gmsh converts the mesh" : "Gmsh meshes the part",
+                       options.calculix.progress);
+    const std::string errors = readErrors(run.log);
+    if (end.isSuccess() && errors.empty() && fs::exists(folder / kMeshName)) return;
+    std::string message =
+        path + ": Gmsh could not mesh the part:" + (end.signal ? " it " + end.describe() : "") +
+        (errors.empty() ? readLastLines(run.log, kMostErrorLines) : errors);
+    const auto says = [&](const char* words) { return errors.find(words) != std::string::npos; };
+    if (isInSandbox && (says("Unable to open file") || says("/bin/sh") || says("socket")))
+        message +=
+            "\n  (A script reads only files of its own folder that it names plainly, Include "
+            "\"NAME\"; and writes none. --allow-scripts lets it do anything.)";
+    throw std::runtime_error(message);
 }
 
 /** Element types as ccx should take them: reduced integration, which does not lock in bending. **/
@@ -143,6 +230,28 @@ void writeDeck(const std::string& path, const fs::path& mesh, const Material& ma
 }
 
 }  // namespace
+
+bool isGmshScript(const std::string& path) {
+    return suffixOf(path) == ".geo";
+}
+
+std::vector<std::string> listScriptFiles(const std::string& path) {
+    std::vector<std::string> files = {path, path + ".opt"};
+    for (size_t k = 0; k < files.size() && k < kMostScripts; ++k) {
+        const std::string file = files[k], suffix = suffixOf(file);
+        const auto add = [&](const std::string& name) {
+            if (std::find(files.begin(), files.end(), name) == files.end()) files.push_back(name);
+        };
+        // Whatever is no geometry or mesh is a script, with any ending.
+        if (suffix == ".step" || suffix == ".stp" || suffix == ".brep") continue;
+        std::ifstream in(file, std::ios::binary);
+        const std::string text(std::istreambuf_iterator<char>(in), {});
+        if (text.compare(0, 1, "$") == 0) continue;
+        for (const std::string& name : findIncludes(text))
+            add((fs::path(file).parent_path() / name).string());
+    }
+    return files;
+}
 
 FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
     options.material.validate();

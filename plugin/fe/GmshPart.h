@@ -4,6 +4,10 @@ A part from a Gmsh mesh (.msh), a Gmsh script (.geo) or CAD geometry (.step, .st
 material: Gmsh meshes it, CalculiX assembles its matrices. Physical groups become node sets of their
 names. Surface and line elements are left out.
 
+A script is a program. It runs in a sandbox (base/Sandbox.h) where it reads those of
+listScriptFiles() that lie in its folder, writes in a temporary folder, starts no program and has no
+network. Meshes and CAD files are data, and read as such whatever is in them or beside them.
+
     GmshOptions options;
     options.material = findMaterial("aluminium");
     options.meshSize = 0.004;
@@ -21,8 +25,11 @@ namespace simflex {
 
 struct GmshOptions {
     Material material;
-    double meshSize = 0;    ///< largest element, in the geometry's unit; 0: Gmsh's own choice
-    int order = 0;          ///< 1 or 2; 0: as it is for a mesh, else 2
+    double meshSize = 0;  ///< largest element, in the geometry's unit; 0: Gmsh's own choice
+    int order = 0;        ///< 1 or 2; 0: as it is for a mesh, else 2
+    /** Scripts run without a sandbox: they can do whatever you may. Otherwise they run in it, or,
+    on a system that has none, not at all (with $SIMFLEX_SANDBOX=optional they do). **/
+    bool allowsScripts = false;
     double lengthUnit = 0;  ///< one unit of the geometry in metres; 0: metres, of STEP as it says
     /** Gmsh's own options and constants of the script, `-setnumber NAME VALUE`. **/
     std::vector<std::pair<std::string, std::string>> settings;
@@ -31,9 +38,17 @@ struct GmshOptions {
     CalculixOptions calculix;
 };
 
+/** True for what Gmsh runs as a program: .geo. **/
+bool isGmshScript(const std::string& path);
+
+/** The files that a script reads, itself first: its options beside it, NAME.opt, and those that it
+names by a plain text in Include, Merge and their like, and so on from those that are scripts. Names
+of files that are not there are among them. **/
+std::vector<std::string> listScriptFiles(const std::string& path);
+
 /** Meshes and assembles.
 @throws std::invalid_argument for options that cannot be; for a mesh that is not one free solid
-part.
+part; for a .msh that is no mesh.
 @throws std::runtime_error if a file cannot be read or Gmsh (with its own error text) or CalculiX
 fails.
 @throws Cancelled if options.calculix.progress asks to stop. **/

@@ -1,32 +1,39 @@
 #pragma once
 /** @file
-Starts other programs (CalculiX, Gmsh) on one thread with their output in a file. Internal to fe.
-**/
-
-#include <sys/types.h>
+Runs CalculiX and Gmsh: on one thread, in a folder of their own, with their output in a file. Internal to fe. **/
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "simflex/base/ChildProcess.h"
 #include "simflex/fe/Progress.h"
 
 namespace simflex {
 
-/** Starts `program arguments…` in `folder` with its output in `log`.
-@param cure  what to do if it is not there, for the message.
-@throws std::runtime_error if it cannot be started. **/
-pid_t startProgram(const std::string& program, const std::vector<std::string>& arguments,
-                   const std::filesystem::path& folder, const std::filesystem::path& log,
-                   const std::string& cure);
+struct ProgramRun {
+    std::string program;
+    std::vector<std::string> arguments;
+    std::filesystem::path folder;  ///< where it works
+    std::filesystem::path log;     ///< takes its output
+    std::string cure;              ///< what to do if it is not there, for the message
+    /** All variables that it sees. **/
+    std::map<std::string, std::string> environment = getSerialEnvironment();
+    const Sandbox* sandbox = nullptr;
 
-/** True once the process has ended, with its wait status. **/
-bool hasEnded(pid_t pid, int& status);
+    /** This process's, with one thread for each program. **/
+    static std::map<std::string, std::string> getSerialEnvironment();
+};
 
-/** Runs a program to its end, or kills it if progress asks to stop. @returns its wait status.
-@throws std::runtime_error if it cannot be started. @throws Cancelled. **/
-int runProgram(const std::string& program, const std::vector<std::string>& arguments,
-               const std::filesystem::path& folder, const std::filesystem::path& log,
-               const std::string& cure, const std::string& phase, const ProgressCallback& progress);
+/** @throws std::runtime_error if it cannot be started. **/
+ChildProcess startProgram(const ProgramRun& run);
+
+/** Waits for its end, and kills it if progress asks to stop. @throws Cancelled. **/
+const ChildEnd& waitForProgram(ChildProcess& process, const std::string& phase,
+                               const ProgressCallback& progress);
+
+/** The last lines of a file that hold something, each on a line of its own, indented. **/
+std::string readLastLines(const std::filesystem::path& file, size_t most);
 
 }  // namespace simflex

@@ -43,7 +43,7 @@ TEST_F(CalculixMatrixTest, EntriesComeInTheOrderOfTheDegreesOfFreedom) {
 }
 
 TEST_F(CalculixMatrixTest, EntriesGivenTwiceAreAdded) {
-    const SymmetricMatrix A = read("1 1 1\n2 1 3\n1 2 4\n2 2 5\n1 1 0.5", {0, 1});
+    const SymmetricMatrix A = read("1 1 1\n2 1 3\n1 2 4\n2 2 5\n1 1 0.5\n", {0, 1});
     EXPECT_THAT(A.rows, ElementsAre(0, 1, 1));
     EXPECT_THAT(A.values, ElementsAre(1.5, 7, 5));
 }
@@ -84,6 +84,9 @@ TEST_F(CalculixMatrixTest, BadLinesAreNamed) {
     EXPECT_THAT(errorOf("1 4 1\n"), HasSubstr("outside"));
     EXPECT_THAT(errorOf("0 1 1\n"), HasSubstr("outside"));
     EXPECT_THAT(errorOf("1 1 1\n1 2 inf\n"), AllOf(HasSubstr("inf"), HasSubstr("row 1, column 2")));
+    EXPECT_EQ(errorOf("1 1 1\n2 2 1\n3 3 1.2"), "part.sti is cut off, line 2");
+    EXPECT_EQ(errorOf("1 1 1\n2 1 1\n2 2 1\n3 2 1\n"),
+              "part.sti has no diagonal entry of equation 3: is it cut off?");
     EXPECT_THAT(errorOf(std::string(2000, '1')), HasSubstr("part.sti"));
     EXPECT_THROW(readCalculixMatrix(folder / "none.sti", {0}, "reading K", {}), std::runtime_error);
 }

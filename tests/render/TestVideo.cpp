@@ -90,6 +90,20 @@ TEST_F(VideoFile, Mp4ShowsThePicturesItWasGiven) {
               "h264,yuv420p,10/1\n");
 }
 
+TEST_F(VideoFile, AnyNameIsANameAndNothingElse) {
+    const fs::path before = fs::current_path();
+    fs::current_path(folder);
+    for (const std::string ending : {".mp4", ".gif", ".webp"}) {
+        const std::string name = "-y:a;touch b $(touch c) 'q' \"w\"\n%03d" + ending;
+        VideoWriter video(name);
+        for (const Image::Pixel& color : colors) video.write(Image(64, 48, color));
+        video.finish();
+        EXPECT_GT(fs::file_size(name), 100u) << ending;
+    }
+    EXPECT_EQ(countFiles(), 3);
+    fs::current_path(before);
+}
+
 TEST_F(VideoFile, Mp4OfOddSizeIsPaddedToEven) {
     VideoWriter video(folder + "/v.mp4");
     video.write(Image(63, 41, colors[0]));

@@ -26,6 +26,7 @@ namespace cli {
 struct ModelOptions {
     enum class Bodies { AsGiven, Rigid };
     Bodies bodies = Bodies::AsGiven;  ///< Rigid: every flexible body is held rigid
+    bool allowsScripts = false;       ///< of Gmsh, outside the sandbox: see GmshOptions
     /** Folder of reduced parts, by content; empty: $SIMFLEX_CACHE, else $XDG_CACHE_HOME/simflex,
     else
     ~/.cache/simflex. **/

@@ -3,11 +3,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <set>
 #include <sstream>
-#include <stdexcept>
 #include <vector>
 
+#include "simflex/fe/GmshPart.h"
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
@@ -61,44 +60,6 @@ std::vector<std::string> findDeckIncludes(const std::string& text) {
     return names;
 }
 
-/** Names in quotes of the statements of a Gmsh script that read files. **/
-std::vector<std::string> findScriptIncludes(const std::string& text) {
-    std::vector<std::string> names;
-    for (const char* statement : {"Include", "Merge", "MergeWithBoundingBox", "ShapeFromFile"})
-        for (size_t at = text.find(statement); at != std::string::npos;
-             at = text.find(statement, at + 1)) {
-            const size_t open = text.find('"', at), end = text.find(';', at);
-            if (open == std::string::npos || open > end) continue;
-            const size_t close = text.find('"', open + 1);
-            if (close != std::string::npos)
-                names.push_back(text.substr(open + 1, close - open - 1));
-        }
-    return names;
-}
-
-/** What Gmsh parses as a script. **/
-bool isScript(const std::string& ending, const std::string& bytes) {
-    return ending == ".geo" || ending == ".opt" || ending == ".pos" ||
-           (ending == ".msh" && bytes.compare(0, 1, "$") != 0);
-}
-
-/** The first word of a script that can start a program, or "". **/
-std::string findCommand(const std::string& text) {
-    static const std::set<std::string> commands = {"System", "SystemCall", "NonBlockingSystemCall",
-                                                   "OnelabRun", "Parse"};
-    std::string word;
-    for (size_t i = 0; i <= text.size(); ++i) {
-        const char c = i < text.size() ? text[i] : ' ';
-        if (std::isalnum((unsigned char)(c)) || c == '_') {
-            word += c;
-            continue;
-        }
-        if (commands.count(word)) return word;
-        word.clear();
-    }
-    return "";
-}
-
 }  // namespace
 
 PartKey::PartKey() {
@@ -119,31 +80,25 @@ void PartKey::add(double number) {
 }
 
 void PartKey::addFile(const std::string& path) {
-    addFile(path, 0);
+    if (!isGmshScript(path)) return addFile(path, 0);
+    for (const std::string& file : listScriptFiles(path)) addBytes(file);
+}
+
+std::string PartKey::addBytes(const std::string& path) {
+    add(endingOf(path));
+    if (!fs::is_regular_file(path)) {
+        add(std::string("missing"));
+        return "";
+    }
+    std::string bytes = readBytes(path);
+    add(bytes);
+    return bytes;
 }
 
 void PartKey::addFile(const std::string& path, int depth) {
-    const std::string ending = endingOf(path);
-    add(ending);
-    if (!fs::is_regular_file(path)) {
-        add(std::string("missing"));
-        return;
-    }
-    const std::string bytes = readBytes(path);
-    add(bytes);
-    if (depth > kDeepestInclude) return;
-    std::vector<std::string> names;
-    if (isScript(ending, bytes)) {
-        const std::string command = findCommand(bytes);
-        if (!command.empty())
-            throw std::invalid_argument("the script '" + path + "' has " + command +
-                                        ": models run no scripts that can start programs");
-        names = findScriptIncludes(bytes);
-        if (fs::is_regular_file(path + ".opt")) addFile(path + ".opt", depth + 1);
-    } else if (ending == ".inp" || ending == ".inc" || depth > 0) {
-        names = findDeckIncludes(bytes);
-    }
-    for (const std::string& name : names) {
+    const std::string bytes = addBytes(path), ending = endingOf(path);
+    if (depth > kDeepestInclude || (ending != ".inp" && ending != ".inc" && depth == 0)) return;
+    for (const std::string& name : findDeckIncludes(bytes)) {
         const fs::path beside = fs::path(path).parent_path() / name;
         addFile((fs::exists(beside) || !fs::exists(name) ? beside : fs::path(name)).string(),
                 depth + 1);

@@ -16,15 +16,15 @@ public:
     PartKey();
     void add(const std::string& text);
     void add(double number);
-    /** The bytes of a file and of those that it includes: *INCLUDE of decks, Include and Merge of
-    Gmsh's scripts. A file that does not exist counts as such.
-    @throws std::invalid_argument for a Gmsh script that starts programs. **/
+    /** The bytes of a file and of those that it includes: *INCLUDE of decks, listScriptFiles() of
+    Gmsh's scripts. A file that does not exist counts as such. **/
     void addFile(const std::string& path);
     /** 32 hexadecimal digits. **/
     std::string getText() const;
 
 private:
     void addFile(const std::string& path, int depth);
+    std::string addBytes(const std::string& path);
     ContentHash _first, _second;
 };
 

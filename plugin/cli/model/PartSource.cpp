@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <thread>
 
+#include "simflex/base/TemporaryFolder.h"
 #include "simflex/cli/model/FileLock.h"
 #include "simflex/cli/model/ModelGeometry.h"
 #include "simflex/cli/model/ModelSystem.h"
 #include "simflex/cli/model/ModelTexts.h"
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/model/PartCache.h"
-#include "simflex/fe/CalculixRun.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/fe/NodeSelection.h"
 #include "simflex/reduction/Reduction.h"
@@ -223,6 +223,7 @@ ReducedBody runReduction(const ModelValue& part, Request& request, const ModelOp
     SourceOptions& source = request.source;
     source.calculix.note = note;
     source.calculix.progress = progress;
+    source.gmsh.allowsScripts = options.allowsScripts;
     std::optional<TemporaryFolder> folder;
     const bool isGeometry = !source.material.empty();
     if (isGeometry && (request.reduction.stiffening || request.reduction.stress)) {

@@ -11,6 +11,12 @@ const std::map<std::string, double> kLengthUnits = {{"m", 1},     {"cm", 1e-2}, 
 
 }  // namespace
 
+void addScriptsFlag(CLI::App& command, bool& isAllowed) {
+    command.add_flag("--allow-scripts", isAllowed,
+                     "Let scripts of Gmsh (.geo) do what you may: start programs, read and write "
+                     "any file");
+}
+
 void SourceArguments::addTo(CLI::App& command) {
     command
         .add_option("SOURCE", _options.path,
@@ -81,6 +87,7 @@ void SourceArguments::addTo(CLI::App& command) {
         ->expected(1)
         ->take_all()
         ->group(gmsh);
+    addScriptsFlag(command, _options.gmsh.allowsScripts);
     command
         .add_option("--keep-deck", _options.gmsh.keepDeck,
                     "keep the CalculiX deck that is made, to be reduced with --stiffening")

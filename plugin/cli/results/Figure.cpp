@@ -8,7 +8,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "simflex/cli/ChildProcess.h"
+#include "simflex/base/ChildProcess.h"
 #include "simflex/render/ProbePlot.h"
 
 namespace simflex {
@@ -265,15 +265,15 @@ void drawFigure(const std::string& path, const Figure& figure) {
     setup.input = fileno(script.get());
     setup.output = fileno(picture.get());
     setup.error = fileno(errors.get());
-    int status = 0;
+    ChildEnd end;
     try {
-        status = waitForChild(startChild(setup));
+        end = ChildProcess(setup).wait();
     } catch (const std::runtime_error& error) {
         fs::remove(aside);
         throw std::runtime_error(std::string(error.what()) +
                                  " (plots are drawn by gnuplot: package gnuplot-nox)");
     }
-    if (status != 0 || fs::file_size(aside) == 0) {
+    if (!end.isSuccess() || fs::file_size(aside) == 0) {
         std::string said(2000, '\0');
         std::rewind(errors.get());
         said.resize(std::fread(said.data(), 1, said.size(), errors.get()));

@@ -84,6 +84,7 @@ void checkNamedState(const ModelValue& name, const ModelValue& analyses,
 ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options)
     : _text(text), _options(options) {
     _modelOptions.bodies = bodies;
+    _modelOptions.allowsScripts = options.allowsScripts;
     _resumeCommand = options.makeResumeCommand();
     // Pictures of the same names would replace those of the model as given.
     if (bodies == ModelOptions::Bodies::Rigid) _options.drawsPictures = false;

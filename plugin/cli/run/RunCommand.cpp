@@ -7,6 +7,7 @@ simflex run: does the analyses of a model file. **/
 
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/part/SourceArguments.h"
 #include "simflex/cli/run/ModelRun.h"
 #include "simflex/cli/run/RunSummary.h"
 
@@ -61,6 +62,7 @@ std::string RunOptions::makeResumeCommand() const {
     if (isRigidToo) command += " --rigid";
     if (writesCsv) command += " --csv";
     if (!drawsPictures) command += " --no-pictures";
+    if (allowsScripts) command += " --allow-scripts";
     return command + " --resume";
 }
 
@@ -97,6 +99,7 @@ void addRunCommand(CLI::App& app) {
     command->add_option("--threads", options->threads, "Threads; results do not depend on it")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
+    addScriptsFlag(*command, options->allowsScripts);
     command->add_flag("-q,--quiet", options->isQuiet, "No progress, only what came out");
     command->callback([options] { perform(*options); });
 }

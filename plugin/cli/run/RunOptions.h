@@ -19,6 +19,7 @@ struct RunOptions {
     bool writesCsv = false;
     bool drawsPictures = true;
     bool isQuiet = false;
+    bool allowsScripts = false;  ///< of Gmsh, outside the sandbox
     bool onlyChecks = false;
 
     /** The command that goes on with such a run. **/

@@ -9,6 +9,7 @@ simflex shell: a model at a prompt, or commands from a file, a pipe or the comma
 #include <sstream>
 
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/part/SourceArguments.h"
 #include "simflex/cli/shell/Shell.h"
 
 namespace simflex {
@@ -18,7 +19,7 @@ namespace {
 struct ShellArguments {
     std::string model, script, commands;
     std::vector<std::string> settings;
-    bool rigid = false, keepGoing = false, quiet = false;
+    bool rigid = false, keepGoing = false, quiet = false, allowsScripts = false;
 };
 
 /** Leaves with the status of a script that went on after errors. **/
@@ -29,6 +30,7 @@ void leave(int status) {
 void runShell(const ShellArguments& arguments) {
     ShellOptions options;
     if (arguments.rigid) options.model.bodies = ModelOptions::Bodies::Rigid;
+    options.model.allowsScripts = arguments.allowsScripts;
     if (arguments.keepGoing) options.onError = ShellOptions::OnError::GoOn;
     options.isQuiet = arguments.quiet;
     std::ifstream script;
@@ -84,6 +86,7 @@ void addShellCommand(CLI::App& app) {
         ->expected(1)
         ->take_all();
     command->add_flag("--rigid", arguments->rigid, "every flexible body is held rigid");
+    addScriptsFlag(*command, arguments->allowsScripts);
     command->add_flag("-q,--quiet", arguments->quiet, "no notes and no progress");
     command->callback([arguments] { runShell(*arguments); });
 }

@@ -11,6 +11,7 @@ simflex sweep: many runs of one model, each with other values. **/
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
+#include "simflex/cli/part/SourceArguments.h"
 #include "simflex/cli/sweep/SweepPlan.h"
 #include "simflex/cli/sweep/SweepRunner.h"
 #include "simflex/cli/sweep/SweepTable.h"
@@ -162,6 +163,7 @@ void addSweepCommand(CLI::App& app) {
     sweep->add_flag("--dry-run", arguments->isDry, "Lists the cases, checks each, runs none");
     sweep->add_flag("--pictures", arguments->options.hasPictures,
                     "Draws the pictures of the model for each case");
+    addScriptsFlag(*sweep, arguments->options.allowsScripts);
     sweep->add_flag("-q,--quiet", arguments->options.isQuiet, "No progress");
     sweep->callback([arguments] { runSweepCommand(*arguments); });
 }

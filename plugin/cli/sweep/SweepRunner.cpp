@@ -4,7 +4,6 @@
 #include <sched.h>
 #include <signal.h>
 #include <sys/file.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,7 +16,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "simflex/cli/ChildProcess.h"
+#include "simflex/base/ChildProcess.h"
 #include "simflex/cli/ProgressBar.h"
 
 namespace simflex {
@@ -124,7 +123,7 @@ public:
     /** What still runs, since something failed, is stopped. **/
     ~Runner() {
         askToStop();
-        for (const Job& job : _running) waitpid(job.child, nullptr, 0);
+        for (Job& job : _running) job.child.wait();
     }
 
     std::vector<SweepOutcome> run() {
@@ -144,7 +143,7 @@ public:
 private:
     struct Job {
         size_t index;
-        pid_t child;
+        ChildProcess child;
         int log;
         bool isFresh;  ///< begun anew, not gone on with
     };
@@ -241,37 +240,36 @@ private:
             setup.arguments.push_back(analysis);
         }
         if (!isFresh) setup.arguments.push_back("--resume");
-        setup.environment = {{"OMP_NUM_THREADS", std::to_string(_numThreads)}};
+        if (_options.allowsScripts) setup.arguments.push_back("--allow-scripts");
+        setup.environment["OMP_NUM_THREADS"] = std::to_string(_numThreads);
         setup.output = setup.error = log;
         setup.folder = fs::absolute(getFolder(index)).string();
         setup.isOwnGroup = true;
-        _running.push_back({index, startChild(setup), log, isFresh});
+        _running.push_back({index, ChildProcess(setup), log, isFresh});
     }
 
     /** Takes note of cases that have ended. @returns whether there were any. **/
     bool waitForSome() {
         bool hasEnded = false;
         for (auto job = _running.begin(); job != _running.end();) {
-            int status = 0;
-            const pid_t ended = waitpid(job->child, &status, WNOHANG);
-            if (ended == 0 || (ended < 0 && errno == EINTR)) {
+            if (!job->child.hasEnded()) {
                 ++job;
                 continue;
             }
-            finish(*job, ended < 0 ? 1 : getExitStatus(status));
+            finish(*job, job->child.getEnd());
             job = _running.erase(job);
             hasEnded = true;
         }
         return hasEnded;
     }
 
-    void finish(const Job& job, int exitStatus) {
+    void finish(const Job& job, const ChildEnd& end) {
         SweepOutcome& outcome = _outcomes[job.index];
         const std::string log = readFile(getFolder(job.index) + "/log.txt");
-        if (exitStatus == 0) {
+        if (end.isSuccess()) {
             outcome.status = Status::Complete;
             keep(job.index, "complete");
-        } else if (exitStatus == kStopped || _isStopped) {
+        } else if (end.exitCode == kStopped || _isStopped) {
             outcome.status = Status::Interrupted;
             keep(job.index, "interrupted");
             _isStopped = true;  // Ctrl-C reached the case alone: the sweep ends as well
@@ -281,10 +279,7 @@ private:
             return;
         } else {
             outcome.status = Status::Failed;
-            outcome.error = exitStatus > 128
-                                ? "ended by signal " + std::to_string(exitStatus - 128) +
-                                      (exitStatus == 128 + SIGKILL ? " (out of memory?)" : "")
-                                : findLastLine(log);
+            outcome.error = end.signal ? "it " + end.describe() : findLastLine(log);
             keep(job.index, "failed: " + outcome.error);
             _bar.clear();
             if (!_options.isQuiet)
@@ -299,7 +294,7 @@ private:
     void askToStop() {
         _isStopped = true;
         if (_isAsked) return;
-        for (const Job& job : _running) kill(job.child, SIGINT);
+        for (Job& job : _running) job.child.sendSignal(SIGINT);
         _isAsked = true;
     }
 

@@ -1,0 +1,228 @@
+#include "simflex/base/Sandbox.h"
+
+#include <fcntl.h>
+#include <link.h>
+#include <linux/audit.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
+
+namespace simflex {
+namespace {
+
+// Landlock as linux/landlock.h of the newest kernel that is used here has it; that of the system
+// may be older.
+struct RulesetAttributes {
+    std::uint64_t handledAccess;
+};
+struct PathAttributes {
+    std::uint64_t allowedAccess;
+    std::int32_t parent;
+} __attribute__((packed));
+constexpr long kCreateRuleset = 444, kAddRule = 445, kRestrictSelf = 446;
+constexpr unsigned kAskVersion = 1, kPathBeneath = 1;
+using Access = std::uint64_t;
+constexpr Access Execute = 1 << 0, WriteFile = 1 << 1, ReadFile = 1 << 2, ReadFolder = 1 << 3,
+                 Version1 = (1 << 13) - 1,  // these, and removing and making whatever there is
+    Refer = 1 << 13,                        // version 2: moving between folders
+    Truncate = 1 << 14,                     // version 3
+    ControlDevice = 1 << 15;                // version 5
+
+#if defined(__x86_64__)
+constexpr unsigned kArchitecture = AUDIT_ARCH_X86_64;
+#elif defined(__aarch64__)
+constexpr unsigned kArchitecture = AUDIT_ARCH_AARCH64;
+#else
+constexpr unsigned kArchitecture = 0;
+#endif
+constexpr unsigned kFirstForeignCall = 0x40000000;  // of x86-64's calls with short pointers
+
+/** Calls by which a process gets at what Landlock does not guard. **/
+constexpr long kForbiddenCalls[] = {
+    SYS_socket,
+    SYS_io_uring_setup,  // network
+    SYS_kill,
+    SYS_tkill,
+    SYS_rt_sigqueueinfo,
+    SYS_pidfd_open,
+    SYS_ptrace,  // processes
+    SYS_process_vm_readv,
+    SYS_process_vm_writev,  //
+    SYS_shmget,
+    SYS_semget,
+    SYS_msgget,
+    SYS_mq_open,
+    SYS_memfd_create,  // shared memory
+    SYS_truncate,
+    SYS_fchmod,
+    SYS_fchmodat,
+    SYS_fchown,
+    SYS_fchownat,  // files
+    SYS_utimensat,
+    SYS_setxattr,
+    SYS_lsetxattr,
+    SYS_fsetxattr,
+    SYS_removexattr,  //
+    SYS_lremovexattr,
+    SYS_fremovexattr,
+    SYS_open_by_handle_at,
+    SYS_mknodat,  //
+    SYS_mount,
+    SYS_umount2,
+    SYS_pivot_root,
+    SYS_chroot,
+    SYS_unshare,
+    SYS_setns,  // the system
+    SYS_bpf,
+    SYS_perf_event_open,
+    SYS_userfaultfd,
+    SYS_keyctl,
+    SYS_add_key,  //
+    SYS_request_key,
+    SYS_personality,
+    SYS_reboot,
+    SYS_settimeofday,
+    SYS_quotactl,  //
+    SYS_acct,
+    SYS_swapon,
+    SYS_swapoff,
+    SYS_init_module,
+    SYS_finit_module,  //
+    SYS_delete_module,
+    SYS_sethostname,
+    SYS_setdomainname,  //
+#ifdef SYS_chmod        // old names, which newer architectures lack
+    SYS_chmod,
+    SYS_chown,
+    SYS_lchown,
+    SYS_utime,
+    SYS_utimes,
+    SYS_futimesat,
+    SYS_mknod,
+#endif
+};
+
+[[noreturn]] void fail(const std::string& what) {
+    throw std::runtime_error("cannot make a sandbox: " + what + ": " + std::strerror(errno));
+}
+
+long getLandlockVersion() {
+    return syscall(kCreateRuleset, nullptr, 0, kAskVersion);
+}
+
+/** The program that loads this one and its libraries, and will load the other: only it and the
+ * other may be run. **/
+std::string findLoader() {
+    std::string loader;
+    dl_iterate_phdr(
+        [](dl_phdr_info* info, size_t, void* result) {
+            for (int k = 0; k < info->dlpi_phnum; ++k)
+                if (info->dlpi_phdr[k].p_type == PT_INTERP)
+                    *static_cast<std::string*>(result) =
+                        reinterpret_cast<const char*>(info->dlpi_addr + info->dlpi_phdr[k].p_vaddr);
+            return 1;  // the first is the program itself
+        },
+        &loader);
+    return loader;
+}
+
+/** A set of rules, closed at the end. **/
+class Landlock {
+public:
+    Landlock() {
+        const long version = getLandlockVersion();
+        _known = Version1 | (version >= 2 ? Refer : 0) | (version >= 3 ? Truncate : 0) |
+                 (version >= 5 ? ControlDevice : 0);
+        const RulesetAttributes attributes{_known};
+        _rules = int(syscall(kCreateRuleset, &attributes, sizeof attributes, 0));
+        if (_rules < 0) fail("Landlock");
+    }
+    ~Landlock() { close(_rules); }
+    Landlock(const Landlock&) = delete;
+    Landlock& operator=(const Landlock&) = delete;
+
+    /** What is not there needs no rule. **/
+    void allow(const std::string& path, Access access) {
+        const int file = open(path.c_str(), O_PATH | O_CLOEXEC);
+        if (file < 0) return;
+        struct stat status {};
+        fstat(file, &status);
+        if (!S_ISDIR(status.st_mode)) access &= Execute | WriteFile | ReadFile | Truncate;
+        const PathAttributes attributes{access & _known, file};
+        const long failed = syscall(kAddRule, _rules, kPathBeneath, &attributes, 0);
+        close(file);
+        if (failed) fail(path);
+    }
+
+    void restrictThread() {
+        if (syscall(kRestrictSelf, _rules, 0) != 0) fail("Landlock");
+    }
+
+private:
+    Access _known;
+    int _rules;
+};
+
+void forbidCalls() {
+    constexpr unsigned refuse = SECCOMP_RET_ERRNO | EPERM;
+    std::vector<sock_filter> filter = {
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kArchitecture, 1, 0),
+        BPF_STMT(BPF_RET | BPF_K, refuse),
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+        BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, kFirstForeignCall, 0, 1),
+        BPF_STMT(BPF_RET | BPF_K, refuse)};
+    for (const long call : kForbiddenCalls) {
+        filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, unsigned(call), 0, 1));
+        filter.push_back(BPF_STMT(BPF_RET | BPF_K, refuse));
+    }
+    filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
+    const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
+    if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0) fail("seccomp");
+}
+
+}  // namespace
+
+std::vector<std::string> listSystemFolders() {
+    return {"/usr",
+            "/lib",
+            "/lib64",
+            "/lib32",
+            "/etc/ld.so.cache",
+            "/dev/null",
+            "/dev/urandom",
+            "/sys/devices/system/cpu"};
+}
+
+std::string findSandboxObstacle() {
+    if (kArchitecture == 0) return "its processor is neither x86-64 nor 64-bit ARM";
+    if (getLandlockVersion() < 1)
+        return std::string(
+                   "its kernel does not let Landlock be used (Linux 5.13 and later have it): ") +
+               std::strerror(errno);
+    if (prctl(PR_GET_SECCOMP) < 0) return "its kernel has no seccomp";
+    return "";
+}
+
+void enterSandbox(const Sandbox& sandbox) {
+    Landlock landlock;
+    landlock.allow(sandbox.program, Execute | ReadFile);
+    landlock.allow(findLoader(), Execute | ReadFile);
+    for (const std::string& path : sandbox.readable) landlock.allow(path, ReadFile | ReadFolder);
+    landlock.allow("/dev/null", ReadFile | WriteFile | Truncate);
+    landlock.allow(sandbox.writable, ~Execute);
+    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) fail("no new privileges");
+    landlock.restrictThread();
+    forbidCalls();
+}
+
+}  // namespace simflex

@@ -1,0 +1,107 @@
+/** @file
+Programs that are started: what they are given, how they end. **/
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "simflex/base/ChildProcess.h"
+#include "simflex/base/TemporaryFolder.h"
+
+namespace simflex {
+namespace {
+
+using File = std::unique_ptr<FILE, int (*)(FILE*)>;
+
+/** What it writes. **/
+std::string outputOf(ChildSetup setup) {
+    const File output(std::tmpfile(), std::fclose);
+    setup.output = fileno(output.get());
+    ChildProcess(setup).wait();
+    std::string text(10000, '\0');
+    std::rewind(output.get());
+    text.resize(std::fread(text.data(), 1, text.size(), output.get()));
+    return text;
+}
+
+ChildSetup setupOf(const std::vector<std::string>& arguments) {
+    ChildSetup setup;
+    setup.arguments = arguments;
+    return setup;
+}
+
+TEST(ChildProcess, ArgumentsArriveAsTheyAre) {
+    const std::vector<std::string> words = {
+        "a;touch b",  "$(touch c)", "`touch d`", "it's \"so\"",
+        "two\nlines", "-v",         "",          " * ? ~ \\ & |"};
+    std::vector<std::string> arguments = {"printf", "%s\\t"};
+    std::string expected;
+    for (const std::string& word : words) {
+        arguments.push_back(word);
+        expected += word + "\t";
+    }
+    const TemporaryFolder folder;
+    ChildSetup setup = setupOf(arguments);
+    setup.folder = folder.path().string();
+    EXPECT_EQ(outputOf(setup), expected);
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(ChildProcess, FolderAndEnvironmentAreThoseAskedFor) {
+    const TemporaryFolder folder;
+    ChildSetup setup = setupOf({"/bin/pwd"});
+    setup.folder = folder.path().string();
+    EXPECT_EQ(outputOf(setup), std::filesystem::canonical(folder.path()).string() + "\n");
+    setup = setupOf({"/usr/bin/env"});
+    setup.environment = {{"NAME", "value = $HOME"}};
+    EXPECT_EQ(outputOf(setup), "NAME=value = $HOME\n");
+}
+
+TEST(ChildProcess, HowItEndedIsTold) {
+    EXPECT_TRUE(ChildProcess(setupOf({"true"})).wait().isSuccess());
+    EXPECT_EQ(ChildProcess(setupOf({"sh", "-c", "exit 3"})).wait().describe(),
+              "left with exit status 3");
+    EXPECT_EQ(ChildProcess(setupOf({"sh", "-c", "kill -9 $$"})).wait().describe(),
+              "was ended by signal 9 (Killed); is memory short?");
+    EXPECT_EQ(ChildProcess(setupOf({"sh", "-c", "kill -6 $$"})).wait().describe(),
+              "was ended by signal 6 (Aborted)");
+    ChildProcess sleeper(setupOf({"sleep", "1000"}));
+    EXPECT_FALSE(sleeper.hasEnded());
+    sleeper.sendSignal(SIGTERM);
+    EXPECT_EQ(sleeper.wait().signal, SIGTERM);
+    EXPECT_TRUE(sleeper.hasEnded());
+}
+
+TEST(ChildProcess, WhatIsNotThereIsNamed) {
+    EXPECT_THAT([] { ChildProcess(setupOf({"no-such-program"})); },
+                ::testing::ThrowsMessage<std::runtime_error>(
+                    "cannot run 'no-such-program': No such file or directory"));
+    EXPECT_EQ(findProgram("no-such-program"), "");
+    EXPECT_EQ(findProgram("/etc/passwd"), "");  // no program
+    EXPECT_THAT(findProgram("sh"), ::testing::EndsWith("/sh"));
+}
+
+/** It holds one end of a pipe: the other end tells when it is gone. **/
+TEST(ChildProcess, NoneOutlivesItsObject) {
+    int ends[2];
+    ASSERT_EQ(pipe2(ends, O_CLOEXEC), 0);
+    {
+        ChildSetup setup = setupOf({"sleep", "1000"});
+        setup.output = ends[1];
+        ChildProcess sleeper(setup);
+        ChildProcess moved(std::move(sleeper));
+        close(ends[1]);
+        EXPECT_FALSE(moved.hasEnded());
+    }
+    char byte;
+    EXPECT_EQ(read(ends[0], &byte, 1), 0);
+    close(ends[0]);
+}
+
+}  // namespace
+}  // namespace simflex

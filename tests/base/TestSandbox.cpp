@@ -1,0 +1,161 @@
+/** @file
+What a program in the sandbox can do, and what it cannot: tried out. **/
+
+#include <gmock/gmock.h>
+
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include "simflex/base/ChildProcess.h"
+#include "simflex/base/Sandbox.h"
+#include "simflex/base/TemporaryFolder.h"
+
+namespace simflex {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/** Python runs in the sandbox, as a program that tries everything. **/
+class SandboxTest : public ::testing::Test {
+protected:
+    SandboxTest() {
+        fs::create_directories(inside);
+        fs::create_directories(outside);
+        write(outside / "secret", "secret");
+        write(folder.path() / "readable", "open");
+        sandbox.program = fs::canonical("/usr/bin/python3").string();
+        sandbox.readable = listSystemFolders();
+        sandbox.readable.push_back((folder.path() / "readable").string());
+        sandbox.writable = inside.string();
+    }
+    void SetUp() override {
+        if (!findSandboxObstacle().empty()) GTEST_SKIP() << findSandboxObstacle();
+    }
+
+    static void write(const fs::path& file, const std::string& text) {
+        std::ofstream(file) << text;
+    }
+    static std::string read(const fs::path& file) {
+        std::stringstream text;
+        text << std::ifstream(file).rdbuf();
+        return text.str();
+    }
+
+    /** "ok", or the error's name. **/
+    std::string attempt(const std::string& code) {
+        ChildSetup setup;
+        setup.arguments = {sandbox.program,
+                           "-I",
+                           "-c",
+                           "import os, sys, errno\n"
+                           "outside, readable = sys.argv[1:3]\n"
+                           "try:\n"
+                           "    " +
+                               code +
+                               "\n"
+                               "    print('ok', end='')\n"
+                               "except OSError as error:\n"
+                               "    print(errno.errorcode[error.errno], end='')\n",
+                           outside.string(),
+                           (folder.path() / "readable").string()};
+        setup.folder = inside.string();
+        setup.environment = {{"PYTHONDONTWRITEBYTECODE", "1"}};
+        setup.sandbox = &sandbox;
+        const std::unique_ptr<FILE, int (*)(FILE*)> output(std::tmpfile(), std::fclose);
+        setup.output = setup.error = fileno(output.get());
+        ChildProcess(setup).wait();
+        std::string text(4000, '\0');
+        std::rewind(output.get());
+        text.resize(std::fread(text.data(), 1, text.size(), output.get()));
+        return text;
+    }
+
+    TemporaryFolder folder;
+    fs::path inside = folder.path() / "inside", outside = folder.path() / "outside";
+    Sandbox sandbox;
+};
+
+TEST_F(SandboxTest, ItsOwnFolderIsItsOwn) {
+    EXPECT_EQ(attempt("open('new', 'w').write('text')"), "ok");
+    EXPECT_EQ(read(inside / "new"), "text");
+    EXPECT_EQ(attempt("os.mkdir('deep'); os.rename('new', 'deep/moved')"), "ok");
+    EXPECT_EQ(attempt("os.remove('deep/moved'); os.rmdir('deep')"), "ok");
+    EXPECT_TRUE(fs::is_empty(inside));
+    EXPECT_EQ(attempt("assert open(readable).read() == 'open'"), "ok");
+}
+
+TEST_F(SandboxTest, NothingElseIsReadOrChanged) {
+    const auto refused = ::testing::AnyOf("EACCES", "EPERM", "EXDEV");
+    for (const char* code : {"open(outside + '/secret').read()",
+                             "open('/etc/passwd').read()",
+                             "os.listdir(outside)",
+                             "open('/proc/self/environ').read()",
+                             "open(outside + '/new', 'w')",
+                             "open(outside + '/secret', 'a')",
+                             "open(outside + '/secret', 'w')",
+                             "open(readable, 'a')",
+                             "open('../new', 'w')",
+                             "os.truncate(outside + '/secret', 0)",
+                             "os.truncate(readable, 0)",
+                             "os.remove(outside + '/secret')",
+                             "os.mkdir(outside + '/folder')",
+                             "os.rename(outside + '/secret', 'mine')",
+                             "os.link(outside + '/secret', 'mine')",
+                             "os.symlink('/', outside + '/link')",
+                             "os.mkfifo(outside + '/fifo')",
+                             "os.symlink(outside + '/secret', 'link'); open('link').read()",
+                             "os.chmod(outside + '/secret', 0)",
+                             "os.chown(outside + '/secret', 0, 0)",
+                             "os.utime(outside + '/secret', (0, 0))",
+                             "os.setxattr(outside + '/secret', 'user.x', b'x')"})
+        EXPECT_THAT(attempt(code), refused) << code;
+    EXPECT_EQ(read(outside / "secret"), "secret");
+    EXPECT_EQ(read(folder.path() / "readable"), "open");
+    EXPECT_EQ(std::distance(fs::directory_iterator(outside), fs::directory_iterator()), 1);
+}
+
+TEST_F(SandboxTest, NoProgramIsStarted) {
+    write(folder.path() / "readable", "#!/bin/sh\necho ran\n");
+    fs::permissions(folder.path() / "readable", fs::perms::owner_all);
+    for (const char* code :
+         {"os.execv('/bin/sh', ['sh', '-c', 'echo ran'])", "os.execv(readable, [readable])",
+          "os.posix_spawn('/bin/true', ['true'], {})",
+          "open('mine', 'w').write('#!/bin/sh'); os.chmod('mine', 0o700)",
+          "import shutil; shutil.copyfile('/usr/bin/env', 'mine'); os.execv('mine', ['mine'])",
+          "os.execv(os.memfd_create('x'), ['x'])"})
+        EXPECT_THAT(attempt(code), ::testing::AnyOf("EACCES", "EPERM")) << code;
+    // As Gmsh's scripts would: by a shell, in a process of its own.
+    EXPECT_EQ(attempt("assert os.system('echo ran > ran') != 0"), "ok");
+    EXPECT_FALSE(fs::exists(inside / "ran"));
+}
+
+TEST_F(SandboxTest, ThereIsNoNetworkAndNoSignalGoesOut) {
+    for (const char* code :
+         {"import socket; socket.socket()", "import socket; socket.socket(socket.AF_UNIX)",
+          "os.kill(os.getppid(), 0)", "os.kill(-1, 0)", "os.pidfd_open(os.getppid())"})
+        EXPECT_EQ(attempt(code), "EPERM") << code;
+}
+
+TEST_F(SandboxTest, OnlyTheProgramIsShutIn) {
+    EXPECT_EQ(attempt("pass"), "ok");
+    write(outside / "secret", "as ever");
+    EXPECT_EQ(read(outside / "secret"), "as ever");
+    ChildSetup setup;
+    setup.arguments = {"sh", "-c", "test -r /etc/passwd"};
+    EXPECT_TRUE(ChildProcess(setup).wait().isSuccess());
+}
+
+TEST_F(SandboxTest, WhatIsNotItsProgramCannotBeStartedInIt) {
+    sandbox.program = "/usr/bin/env";
+    ChildSetup setup;
+    setup.arguments = {"/bin/sh", "-c", "true"};
+    setup.sandbox = &sandbox;
+    EXPECT_THAT([&] { ChildProcess{setup}; }, ::testing::ThrowsMessage<std::runtime_error>(
+                                                  "cannot run '/bin/sh': Permission denied"));
+}
+
+}  // namespace
+}  // namespace simflex

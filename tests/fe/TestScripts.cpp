@@ -1,0 +1,271 @@
+/** @file
+What scripts of Gmsh can do, and that meshes and CAD files are none. **/
+
+#include <gmock/gmock.h>
+#include <linux/audit.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include "fe/TestDecks.h"
+#include "simflex/base/ChildProcess.h"
+#include "simflex/base/Sandbox.h"
+#include "simflex/fe/ModelSource.h"
+
+namespace simflex {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr const char* kBox =
+    "SetFactory(\"OpenCASCADE\");\n"
+    "Box(1) = {0, 0, 0, 0.06, 0.02, 0.01};\n"
+    "Physical Volume(\"BODY\") = {1};\n";
+constexpr const char* kHint =
+    "\n  (A script reads only files of its own folder that it names plainly, Include \"NAME\"; and "
+    "writes none. --allow-scripts lets it do anything.)";
+
+class Scripts : public ::testing::Test {
+protected:
+    Scripts() { fs::create_directory(folder / "model"); }
+
+    std::string write(const std::string& name, const std::string& text) {
+        testing::writeText(folder / ("model/" + name), text);
+        return folder / ("model/" + name);
+    }
+
+    SourceOptions optionsOf(const std::string& path) const {
+        SourceOptions options;
+        options.path = path;
+        options.material = "steel";
+        options.gmsh.meshSize = 0.02;
+        return options;
+    }
+
+    /** What reading it says. **/
+    std::string read(const SourceOptions& options) {
+        std::string message = "accepted";
+        try {
+            readModelSource(options);
+        } catch (const std::exception& error) {
+            message = error.what();
+        }
+        EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
+        return message;
+    }
+
+    /** What a box says whose script goes on like this. **/
+    std::string readScript(const std::string& more) {
+        return read(optionsOf(write("box.geo", kBox + more)));
+    }
+
+    std::vector<std::string> listModel() const { return testing::listFiles(folder / "model"); }
+
+    testing::TestFolder folder;
+};
+
+/** Where there is a sandbox. **/
+class ShieldedScripts : public Scripts {
+protected:
+    void SetUp() override {
+        if (!findSandboxObstacle().empty()) GTEST_SKIP() << findSandboxObstacle();
+    }
+};
+
+TEST_F(ShieldedScripts, MeshAndReadTheirOwnFiles) {
+    write("size.txt", "Include \"deep/more.txt\";\n");
+    fs::create_directory(folder / "model/deep");
+    write("deep/more.txt", "length = 0.06;\n");
+    EXPECT_EQ(readScript("Include \"size.txt\";\nPoint(99) = {length, 0, 0};\n"), "accepted");
+}
+
+TEST_F(ShieldedScripts, StartNoPrograms) {
+    write("helper.txt", "SystemCall \"touch 'OWNED'\";\n");
+    const std::string owned = folder / "model/OWNED";
+    const std::string refusal = folder / "model/box.geo" +
+                                ": Gmsh could not mesh the part:\n    Error   : Could not find "
+                                "/bin/sh: aborting system call" +
+                                kHint;
+    EXPECT_EQ(readScript("SystemCall \"touch '" + owned + "'\";\n"), refusal);
+    EXPECT_EQ(readScript("NonBlockingSystemCall \"touch '" + owned + "'\";\n"), refusal);
+    EXPECT_EQ(readScript("Include \"helper.txt\";\n"), refusal);
+    EXPECT_THAT(readScript("OnelabRun(\"x\", \"touch '" + owned + "'\");\n"), HasSubstr("socket"));
+    EXPECT_THAT(listModel(), ElementsAre("box.geo", "helper.txt"));
+}
+
+TEST_F(ShieldedScripts, ReadNoFilesButThoseTheyName) {
+    write("helper.txt", "SystemCall \"touch OWNED\";\n");
+    testing::writeText(folder / "outside.txt", "length = 1;\n");
+    fs::create_symlink(folder / "outside.txt", folder / "model/link.txt");
+    const auto refusalOf = [&](const std::string& file) {
+        return folder / "model/box.geo" +
+               ": Gmsh could not mesh the part:\n    Error   : Unable to open file '" + file + "'" +
+               kHint;
+    };
+    EXPECT_EQ(readScript("Include StrCat(\"./he\",\"lper.txt\");\n"),
+              refusalOf(folder / "model/./helper.txt"));
+    EXPECT_EQ(readScript("Include \"/etc/passwd\";\n"), refusalOf("/etc/passwd"));
+    EXPECT_EQ(readScript("Include \"../outside.txt\";\n"),
+              refusalOf(folder / "model/../outside.txt"));
+    EXPECT_EQ(readScript("Include \"link.txt\";\n"), refusalOf(folder / "model/link.txt"));
+}
+
+TEST_F(ShieldedScripts, WriteNoFiles) {
+    for (const std::string& target :
+         {folder / "model/OUT", folder / "OUT", folder / "model/box.geo"})
+        for (const char* statement : {"Printf(\"x\") > ", "Printf(\"x\") >> ", "Save "})
+            EXPECT_THAT(
+                readScript(statement + ("\"" + target) + ".msh\";\n"),
+                AllOf(HasSubstr("Unable to open file '" + target), ::testing::EndsWith(kHint)));
+    EXPECT_THAT(listModel(), ElementsAre("box.geo"));
+    EXPECT_FALSE(fs::exists(folder / "OUT"));
+}
+
+TEST_F(ShieldedScripts, OptionsBesideAScriptAreAScript) {
+    write("box.geo.opt", "SystemCall \"touch OWNED\";\n");
+    EXPECT_THAT(readScript(""), HasSubstr("Could not find /bin/sh"));
+}
+
+TEST_F(Scripts, DoAnythingWhereTheyAreAllowedTo) {
+    write("helper.txt", "SystemCall \"touch '" + folder / "model/RAN" + "'\";\n");
+    SourceOptions options =
+        optionsOf(write("box.geo", kBox + std::string("Include StrCat(\"./he\",\"lper.txt\");\n"
+                                                      "Printf(\"x\") > \"OUT\";\n")));
+    options.gmsh.allowsScripts = true;
+    EXPECT_EQ(read(options), "accepted");
+    EXPECT_THAT(listModel(), ElementsAre("OUT", "RAN", "box.geo", "helper.txt"));
+}
+
+TEST_F(Scripts, ThatNeverEndAreKilledOnRequest) {
+    SourceOptions options = optionsOf(
+        write("box.geo", "For i In {1:2}\n For j In {1:1000000000}\n  x = j;\n EndFor\nEndFor\n"));
+    int calls = 0;
+    options.calculix.progress = [&](const std::string&, double) { return ++calls < 5; };
+    EXPECT_THROW(readModelSource(options), Cancelled);
+    EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
+}
+
+TEST_F(Scripts, AnyNameIsANameAndNothingElse) {
+    const std::string odd = "a;touch b $(touch c) `touch d` 'q' \"w\"\n-n %d";
+    fs::create_directory(folder / ("model/" + odd));
+    fs::create_directory(folder / ("tmp/" + odd));
+    setenv("TMPDIR", (folder / ("tmp/" + odd)).c_str(), 1);
+    const std::string script = write(odd + "/-x;touch y,1.geo", kBox);
+    EXPECT_NO_THROW(readModelSource(optionsOf(script)));
+    const fs::path before = fs::current_path();
+    fs::current_path(folder / ("model/" + odd));
+    EXPECT_NO_THROW(readModelSource(optionsOf("-x;touch y,1.geo")));
+    fs::current_path(before);
+    EXPECT_THAT(testing::listFiles(folder / ("model/" + odd)), ElementsAre("-x;touch y,1.geo"));
+    EXPECT_THAT(testing::listFiles(folder / ("tmp/" + odd)), IsEmpty());
+    EXPECT_THAT(listModel(), ElementsAre(odd));
+}
+
+/** In a process whose system refuses Landlock. **/
+void readWithoutSandbox(const SourceOptions& options) {
+    constexpr unsigned kCreateRuleset = 444;
+    sock_filter filter[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+                            BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kCreateRuleset, 0, 1),
+                            BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS),
+                            BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
+    const sock_fprog program{4, filter};
+    prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+    prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program);
+    try {
+        readModelSource(options);
+        std::fprintf(stderr, "accepted\n");
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "%s\n", error.what());
+    }
+    std::exit(0);
+}
+
+TEST_F(Scripts, WithoutASandboxAreRefusedUnlessThatIsOptional) {
+    SourceOptions options = optionsOf(write("box.geo", kBox));
+    unsetenv("SIMFLEX_SANDBOX");
+    EXPECT_EXIT(readWithoutSandbox(options), ::testing::ExitedWithCode(0),
+                "box.geo: a script of Gmsh is a program, and this system cannot keep it in a "
+                "sandbox: its kernel does not let Landlock be used .Linux 5.13 and later have it.: "
+                "Function not implemented; if you trust it, give --allow-scripts, or mesh it "
+                "yourself: gmsh -3 box.geo -o box.msh\n$");
+    options.gmsh.allowsScripts = true;
+    EXPECT_EXIT(readWithoutSandbox(options), ::testing::ExitedWithCode(0), "^accepted\n$");
+    options.gmsh.allowsScripts = false;
+    setenv("SIMFLEX_SANDBOX", "optional", 1);
+    EXPECT_EXIT(readWithoutSandbox(options), ::testing::ExitedWithCode(0), "^accepted\n$");
+    unsetenv("SIMFLEX_SANDBOX");
+}
+
+/** Files that are data, whatever is in them and beside them. **/
+class DataFiles : public Scripts {
+protected:
+    void mesh(const std::string& result, const std::vector<std::string>& arguments) {
+        write("source.geo", kBox);
+        ChildSetup gmsh;
+        gmsh.arguments = {"gmsh", folder / "model/source.geo", "-o", folder / ("model/" + result)};
+        gmsh.arguments.insert(gmsh.arguments.end(), arguments.begin(), arguments.end());
+        ASSERT_TRUE(ChildProcess(gmsh).wait().isSuccess());
+        fs::remove(folder / "model/source.geo");
+    }
+    const std::string evil = "SystemCall \"touch '" + folder / "model/OWNED" + "'\";\n";
+};
+
+TEST_F(DataFiles, OptionsBesideThemAreNotRun) {
+    mesh("box.step", {"-0"});
+    mesh("box.msh", {"-3", "-clmax", "0.02"});
+    mesh("box.brep", {"-0"});
+    for (const std::string name : {"box.step", "box.msh", "box.brep"}) {
+        write(name + ".opt", evil);
+        EXPECT_EQ(read(optionsOf(folder / ("model/" + name))), "accepted") << name;
+    }
+    EXPECT_FALSE(fs::exists(folder / "model/OWNED"));
+}
+
+TEST_F(DataFiles, ScriptsUnderOtherNamesAreNotRun) {
+    for (const std::string name : {"a.step", "a.stp", "a.brep"})
+        EXPECT_THAT(read(optionsOf(write(name, kBox + evil))),
+                    ::testing::AnyOf(HasSubstr("Gmsh could not"), HasSubstr("no solid elements"),
+                                     HasSubstr("without nodes")))
+            << name;
+    for (const std::string& text :
+         {evil, "$x\n" + evil, "$MeshFormatted\n" + evil, "\n\n$\n" + evil})
+        EXPECT_EQ(read(optionsOf(write("a.msh", text))),
+                  "'" + folder / "model/a.msh" +
+                      "' is no mesh of Gmsh: it does not begin with $MeshFormat");
+    EXPECT_FALSE(fs::exists(folder / "model/OWNED"));
+}
+
+TEST_F(DataFiles, AnyNameIsANameAndNothingElse) {
+    mesh("box.step", {"-0"});
+    const std::string odd = "-3;touch b $(touch c) 'q' \"w\"\n%d.STEP";
+    fs::rename(folder / "model/box.step", folder / ("model/" + odd));
+    EXPECT_EQ(read(optionsOf(folder / ("model/" + odd))), "accepted");
+    EXPECT_THAT(listModel(), ElementsAre(odd));
+}
+
+TEST_F(Scripts, WhatTheyReadIsKnown) {
+    const std::string top = write("top.geo",
+                                  "Include \"a.txt\"; Merge StrCat(\"b\", \".step\");\n"
+                                  "Field[1].FileName = \"f.dat\"; // Include \"c.txt\";\n");
+    write("a.txt", "Include \"top.geo\"; Merge \"/x/y.msh\";\n");
+    std::vector<std::string> names;
+    for (const std::string& file : listScriptFiles(top))
+        if (file.find(".opt") == std::string::npos)
+            names.push_back(fs::path(file).lexically_relative(folder / "model").string());
+    EXPECT_THAT(names, ::testing::UnorderedElementsAre("top.geo", "a.txt", "b", "f.dat", "c.txt",
+                                                       ::testing::EndsWith("x/y.msh")));
+}
+
+}  // namespace
+}  // namespace simflex
