@@ -4,8 +4,6 @@ Stress and motion of nodes at a State, their extremes and histories over a run. 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
 #include <random>
 #include <sstream>
 #include <vector>
@@ -16,6 +14,7 @@ Stress and motion of nodes at a State, their extremes and histories over a run. 
 #include "simflex/part/TableFile.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "support/PointMassPart.h"
+#include "support/TestFolder.h"
 
 namespace simflex::test {
 namespace {
@@ -70,11 +69,7 @@ protected:
         part = withStress(*bare, countTo(bare->mesh.numNodes(), Skipped));
         body.emplace(flexible, part, "boom");
         plain.emplace(flexible, bare, "plain");
-        std::string pattern =
-            (std::filesystem::temp_directory_path() / "simflex-stress-XXXXXX").string();
-        folder = mkdtemp(pattern.data());
     }
-    ~StressRecoveryTest() override { std::filesystem::remove_all(folder); }
 
     /** A State in motion. **/
     State move(Real size = 0.01) const {
@@ -110,7 +105,7 @@ protected:
     FlexibleBodySubsystem flexible{system, matter};
     std::shared_ptr<const ReducedBody> part;
     std::optional<FlexibleBody> body, plain;
-    std::filesystem::path folder;
+    const testing::TestFolder folder;
 };
 
 TEST(StressMeasures, HaveTheValuesOfTextbookStates) {
@@ -290,7 +285,7 @@ TEST_F(StressRecoveryTest, ExtremesAreThoseOfTheStatesSeen) {
 TEST_F(StressRecoveryTest, HistoriesHaveAColumnAChannelAndEvenTimes) {
     const int first = part->mesh.nodeNumbers[3], second = part->mesh.nodeNumbers[8];
     for (const char* ending : {".csv", ".h5"}) {
-        const std::string path = (folder / ("run" + std::string(ending))).string();
+        const std::string path = folder / ("run" + std::string(ending));
         StressHistory history(path, 0.01);
         for (const Quantity quantity :
              {Quantity::Stress, Quantity::StressInGround, Quantity::Strain, Quantity::VonMises,
@@ -325,7 +320,7 @@ TEST_F(StressRecoveryTest, HistoriesHaveAColumnAChannelAndEvenTimes) {
 }
 
 TEST_F(StressRecoveryTest, ChannelsWithoutStressAreRefusedBeforeTheRun) {
-    StressHistory history((folder / "run.csv").string(), 0.01);
+    StressHistory history(folder / "run.csv", 0.01);
     const int number = part->mesh.nodeNumbers[Skipped];
     EXPECT_THAT(errorOf([&] { history.addChannels(*body, Quantity::VonMises, {number}); }),
                 HasSubstr("--stress=all"));
@@ -336,7 +331,7 @@ TEST_F(StressRecoveryTest, ChannelsWithoutStressAreRefusedBeforeTheRun) {
 }
 
 TEST_F(StressRecoveryTest, ARunIsRecordedAndItsExtremesAreThoseOfTheRecord) {
-    const std::string path = (folder / "run.h5").string();
+    const std::string path = folder / "run.h5";
     std::vector<int> numbers;
     for (const int node : part->modalStress->nodes)
         numbers.push_back(part->mesh.nodeNumbers[size_t(node)]);

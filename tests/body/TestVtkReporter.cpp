@@ -13,6 +13,7 @@ VTK series of a run, read back by the rules of VTK's file formats. **/
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/VtkReporter.h"
 #include "support/PointMassPart.h"
+#include "support/TestFolder.h"
 #include "support/VtuReader.h"
 
 namespace simflex::test {
@@ -35,13 +36,7 @@ std::shared_ptr<const ReducedBody> makePartWithStress() {
 
 class VtkReporterTest : public ::testing::Test {
 protected:
-    VtkReporterTest() {
-        std::string pattern = (fs::temp_directory_path() / "simflex-vtk-XXXXXX").string();
-        if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-        folder = pattern;
-        system.realizeTopology();
-    }
-    ~VtkReporterTest() override { fs::remove_all(folder); }
+    VtkReporterTest() { system.realizeTopology(); }
 
     State makeState(Real time) const {
         State state = system.getDefaultState();
@@ -59,7 +54,8 @@ protected:
         return text.str();
     }
 
-    fs::path folder;
+    const testing::TestFolder scratch;
+    const fs::path folder = scratch.path();
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
     FlexibleBodySubsystem flexible{system, matter};

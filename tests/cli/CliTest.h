@@ -10,6 +10,7 @@ The simflex program in a folder of a test's own, with a brick's deck in it. **/
 #include <string>
 
 #include "fe/TestDecks.h"
+#include "support/Await.h"
 
 namespace simflex {
 

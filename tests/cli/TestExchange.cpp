@@ -5,10 +5,8 @@ What other programs read, and pictures, made by the simflex program. **/
 #include <signal.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <thread>
 
 #include "cli/CliTest.h"
 #include "simflex/part/ReducedBodyFile.h"
@@ -197,8 +195,9 @@ TEST_F(ExchangeTest, ControlCKeepsTheModesThatAreDone) {
               "240x160", "-o", "shapes", nullptr);
         _exit(99);
     }
-    for (int k = 0; k < 6000 && access((folder / "shapes/mode_02.gif").c_str(), F_OK) != 0; ++k)
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    testing::await("the second mode", [&] {
+        return access((folder / "shapes/mode_02.gif").c_str(), F_OK) == 0 || testing::hasEnded(pid);
+    });
     kill(pid, SIGINT);
     int status = 0;
     waitpid(pid, &status, 0);

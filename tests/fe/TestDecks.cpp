@@ -55,49 +55,6 @@ std::string withoutSkin(const TestFolder& folder, const std::string& deck) {
 
 }  // namespace
 
-TestFolder::TestFolder() {
-    std::string pattern = (fs::temp_directory_path() / "simflex-test-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-    _path = pattern;
-    const char* old = std::getenv("TMPDIR");
-    _oldTemporary = old ? old : "";
-    fs::create_directory(_path + "/tmp");
-    setenv("TMPDIR", (_path + "/tmp").c_str(), 1);
-}
-
-TestFolder::~TestFolder() {
-    if (_oldTemporary.empty()) {
-        unsetenv("TMPDIR");
-    } else {
-        setenv("TMPDIR", _oldTemporary.c_str(), 1);
-    }
-    std::error_code ignored;
-    fs::remove_all(_path, ignored);
-}
-
-std::vector<std::string> TestFolder::listTemporaryFiles() const {
-    return listFiles(_path + "/tmp");
-}
-
-std::string readText(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::stringstream text;
-    text << in.rdbuf();
-    return text.str();
-}
-
-void writeText(const std::string& path, const std::string& text) {
-    std::ofstream(path, std::ios::binary) << text;
-}
-
-std::vector<std::string> listFiles(const std::string& folder) {
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder))
-        names.push_back(entry.path().filename().string());
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
 std::string Brick::meshText(int firstNode, int firstElement) const {
     const bool quadratic = type.compare(0, 5, "C3D20") == 0;
     const int step = quadratic ? 2 : 1;

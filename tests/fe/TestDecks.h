@@ -8,32 +8,10 @@ own answers to them. **/
 #include <string>
 #include <vector>
 
+#include "support/TestFolder.h"
+
 namespace simflex {
 namespace testing {
-
-/** A folder of a test's own, removed at the end. While it lives, $TMPDIR points into it. **/
-class TestFolder {
-public:
-    TestFolder();
-    ~TestFolder();
-    TestFolder(const TestFolder&) = delete;
-    TestFolder& operator=(const TestFolder&) = delete;
-
-    std::string operator/(const std::string& name) const { return _path + "/" + name; }
-    const std::string& path() const { return _path; }
-
-    /** What simflex left behind in $TMPDIR: nothing, one hopes. **/
-    std::vector<std::string> listTemporaryFiles() const;
-
-private:
-    std::string _path, _oldTemporary;
-};
-
-std::string readText(const std::string& path);
-void writeText(const std::string& path, const std::string& text);
-
-/** Names of the files of a folder, sorted. **/
-std::vector<std::string> listFiles(const std::string& folder);
 
 /** A box along x from the origin, centred in y and z; node sets LEFT and RIGHT (end faces), ALL,
 ONE (a node), TWO (two nodes), LINE (an edge along x), CORNERS (the eight). **/

@@ -2,11 +2,9 @@
 Parts in the formats of other programs: MBDyn's .fem, read and written; SID, written. **/
 
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -14,6 +12,7 @@ Parts in the formats of other programs: MBDyn's .fem, read and written; SID, wri
 #include "simflex/part/MbdynFem.h"
 #include "simflex/part/SidFile.h"
 #include "support/PointMassPart.h"
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
@@ -24,15 +23,10 @@ using Eigen::Vector3d;
 using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
-namespace fs = std::filesystem;
 
 class Exchange : public ::testing::Test {
 protected:
-    Exchange() : part(test::makePointMassPart(options())) {
-        folder = fs::temp_directory_path() / ("simflex-exchange-" + std::to_string(getpid()));
-        fs::create_directory(folder);
-    }
-    ~Exchange() override { fs::remove_all(folder); }
+    Exchange() : part(test::makePointMassPart(options())) {}
 
     static test::PointMassPartOptions options() {
         test::PointMassPartOptions options;
@@ -41,7 +35,7 @@ protected:
         return options;
     }
 
-    std::string path(const std::string& name) const { return (folder / name).string(); }
+    std::string path(const std::string& name) const { return folder / name; }
 
     std::string read(const std::string& name) const {
         std::ifstream in(path(name));
@@ -97,7 +91,7 @@ protected:
     }
 
     test::PointMassPart part;
-    fs::path folder;
+    const testing::TestFolder folder;
 };
 
 TEST_F(Exchange, MbdynFemReadsBackToRoundOff) {

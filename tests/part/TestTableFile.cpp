@@ -5,10 +5,11 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
@@ -17,17 +18,8 @@ using ::testing::HasSubstr;
 
 class TableFileTest : public ::testing::TestWithParam<const char*> {
 protected:
-    void SetUp() override {
-        std::string pattern =
-            (std::filesystem::temp_directory_path() / "simflex-table-XXXXXX").string();
-        ASSERT_TRUE(mkdtemp(pattern.data()));
-        folder = pattern;
-        path = (folder / ("run" + std::string(GetParam()))).string();
-    }
-    void TearDown() override { std::filesystem::remove_all(folder); }
-
-    std::filesystem::path folder;
-    std::string path;
+    const testing::TestFolder folder;
+    const std::string path = folder / ("run" + std::string(GetParam()));
     const std::vector<TableColumn> columns{{"crank.7.von_mises", "Pa"}, {"odd, \"name\"", "m"}};
 };
 
@@ -58,7 +50,7 @@ TEST_P(TableFileTest, WhatWasFlushedStaysIfTheProgramEndsThere) {
     for (int k = 0; k < 3; ++k) table.append(k, row);
     table.flush();
     // A copy made now is what a killed program leaves behind.
-    const std::string copy = (folder / ("copy" + std::string(GetParam()))).string();
+    const std::string copy = folder / ("copy" + std::string(GetParam()));
     std::filesystem::copy_file(path, copy);
     EXPECT_EQ(readTable(copy).times, (std::vector<double>{0, 1, 2}));
     table.append(3, row);
@@ -76,7 +68,7 @@ TEST_P(TableFileTest, FilesThatCannotBeWrittenOrReadAreNamed) {
     for (const auto& work : {+[](const std::string& p) { TableFile(p, {}); },
                              +[](const std::string& p) { readTable(p); }})
         try {
-            work((folder / "none" / ("run" + std::string(GetParam()))).string());
+            work(folder / ("none/run" + std::string(GetParam())));
             FAIL() << "accepted";
         } catch (const std::runtime_error& error) {
             EXPECT_THAT(error.what(), HasSubstr("none/run"));
@@ -100,11 +92,10 @@ TEST(TableFile, OtherEndingsAreRefused) {
 }
 
 TEST(TableFile, ALineBeingWrittenWhenTheProgramEndedIsLeftOut) {
-    const std::string path =
-        (std::filesystem::temp_directory_path() / "simflex-cut-table.csv").string();
+    const testing::TestFolder folder;
+    const std::string path = folder / "cut.csv";
     std::ofstream(path) << "time [s],a [m]\n0,1\n1,2\n2,3.5";
     EXPECT_EQ(readTable(path).times, (std::vector<double>{0, 1}));
-    std::filesystem::remove(path);
 }
 
 }  // namespace

@@ -20,6 +20,9 @@
 #include "simflex/render/ContactSheet.h"
 #include "simflex/render/FrameReporter.h"
 #include "simflex/render/OffscreenVisualizer.h"
+#include "support/Await.h"
+#include "support/HeapUse.h"
+#include "support/TestFolder.h"
 
 extern char** environ;
 
@@ -29,9 +32,9 @@ namespace {
 using namespace test;
 using SimTK::Transform;
 using SimTK::Vec3;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 namespace fs = std::filesystem;
 
 /** A brick that turns about its edge and bends more and more. **/
@@ -84,21 +87,11 @@ std::string readFile(const std::string& path) {
     return text.str();
 }
 
-class FrameOutput : public testing::Test {
+class FrameOutput : public ::testing::Test {
 protected:
     /** A test that another one starts as a process of its own writes into that one's folder. **/
     FrameOutput() : isStartedByTest(std::getenv("SIMFLEX_TEST_FOLDER")) {
-        if (isStartedByTest) {
-            folder = std::getenv("SIMFLEX_TEST_FOLDER");
-            return;
-        }
-        const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-        folder = (fs::path(testing::TempDir()) / ("simflex_output_" + std::string(info->name())))
-                     .string();
-        fs::remove_all(folder);
-    }
-    ~FrameOutput() override {
-        if (!isStartedByTest) fs::remove_all(folder);
+        if (isStartedByTest) folder = std::getenv("SIMFLEX_TEST_FOLDER");
     }
 
     std::string makeName(int number) const {
@@ -123,7 +116,8 @@ protected:
     }
 
     const bool isStartedByTest;
-    std::string folder;
+    const testing::TestFolder scratch;
+    std::string folder = scratch / "frames";
     BendingBrick model;
 };
 
@@ -199,7 +193,8 @@ TEST_F(FrameOutput, ReportReturnsBeforeTheFrameIsDrawnButTheQueueIsBounded) {
             ++numReported;
         }
     });
-    while (numReported < 4) std::this_thread::yield();  // though none is delivered
+    // Though none is delivered.
+    testing::await("4 reports", [&] { return numReported >= 4; });
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     EXPECT_LE(numReported, 2 + 2 * 2) << "two in work, two per thread waiting";
     {
@@ -542,7 +537,8 @@ TEST_F(FrameOutput, FramesOfAKilledProcessAreCompleteAndTheRunCanBeResumed) {
     char* arguments[] = {const_cast<char*>(program.c_str()), filter, quiet, nullptr};
     pid_t child = 0;
     ASSERT_EQ(posix_spawn(&child, program.c_str(), nullptr, nullptr, arguments, environ), 0);
-    while (countFiles() < 12) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    EXPECT_TRUE(testing::await("12 frames",
+                               [&] { return countFiles() >= 12 || testing::hasEnded(child); }));
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);
     unsetenv("SIMFLEX_TEST_FOLDER");
@@ -566,22 +562,16 @@ TEST_F(FrameOutput, FramesOfAKilledProcessAreCompleteAndTheRunCanBeResumed) {
         EXPECT_EQ(entry.path().extension(), ".png");
 }
 
-size_t readResidentBytes() {
-    size_t total = 0, resident = 0;
-    std::ifstream("/proc/self/statm") >> total >> resident;
-    return resident * size_t(sysconf(_SC_PAGESIZE));
-}
-
 TEST_F(FrameOutput, MemoryDoesNotGrowWithFrames) {
     OffscreenVisualizer viz = model.makeVisualizer();
     viz.setOutputFolder(folder).setNumThreads(2).fitToMotion(model.makeStates(3));
     for (int i = 0; i < 100; ++i) viz.report(model.makeState(i % 10));
     viz.finish();
-    const size_t before = readResidentBytes();
+    const size_t before = testing::getHeapUse();
     for (int i = 0; i < 300; ++i) viz.report(model.makeState(i % 10));
     viz.finish();
     // 300 pictures of 96×54 would be 6 MB, their files 1 MB.
-    EXPECT_LT(readResidentBytes(), before + 1000000);
+    EXPECT_LT(testing::getHeapUse(), before + 100000);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "TestParts.h"
 #include "simflex/render/FrameReporter.h"
 #include "simflex/render/OffscreenVisualizer.h"
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
@@ -16,9 +17,9 @@ using namespace test;
 using SimTK::Pi;
 using SimTK::Transform;
 using SimTK::Vec3;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 namespace fs = std::filesystem;
 
 const Vec3 black(0);
@@ -26,12 +27,6 @@ const SimTK::MobilizedBodyIndex ground(0);
 
 double calcFocalLength(const OffscreenVisualizer& viz, double fieldOfView) {
     return 0.5 * viz.getHeight() / std::tan(fieldOfView / 2);  // [pixel]
-}
-
-std::string makeFolderName(const std::string& name) {
-    const fs::path folder = fs::path(testing::TempDir()) / ("simflex_frames_" + name);
-    fs::remove_all(folder);
-    return folder.string();
 }
 
 struct Pendulum {
@@ -245,8 +240,8 @@ TEST(Frame, ShadowFallsOnTheGround) {
 }
 
 TEST(Reporter, WritesNumberedFramesAndRemovesOldOnes) {
-    const std::string folder = makeFolderName("reporter");
-    fs::create_directories(folder);
+    const testing::TestFolder scratch;
+    const std::string folder = scratch.makeFolder("frames");
     std::ofstream(folder + "/frame_00099.png") << "of an earlier run";
     std::ofstream(folder + "/notes.txt") << "kept";
 

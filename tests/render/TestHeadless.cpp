@@ -9,14 +9,15 @@
 #include "Simbody.h"
 #include "TestParts.h"
 #include "simflex/render/Headless.h"
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
 
 using namespace test;
 using namespace SimTK;
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 namespace fs = std::filesystem;
 
 constexpr int runMenu = 1, goItem = 1, replayItem = 2, quitItem = 3;
@@ -73,8 +74,8 @@ int countColor(const Image& image, int channel) {
 }
 
 TEST(Headless, ProgramWithMenusSlidersAndReporterRunsToItsEnd) {
-    const fs::path folder = fs::path(testing::TempDir()) / "simflex_headless";
-    fs::remove_all(folder);
+    const testing::TestFolder scratch;
+    const fs::path folder = scratch / "frames";
     Swing swing;
     Visualizer viz(swing.system);
     viz.setShutdownWhenDestructed(true).setBackgroundType(Visualizer::SolidColor);

@@ -11,20 +11,14 @@
 #include "simflex/render/ColorMap.h"
 #include "simflex/render/ContactSheet.h"
 #include "simflex/render/Video.h"
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
 
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 namespace fs = std::filesystem;
-
-std::string makeFolder(const std::string& name) {
-    const fs::path folder = fs::path(testing::TempDir()) / ("simflex_render_" + name);
-    fs::remove_all(folder);
-    fs::create_directories(folder);
-    return folder.string();
-}
 
 Image makePattern(int width, int height, bool hasAlpha) {
     Image image(width, height);
@@ -37,7 +31,8 @@ Image makePattern(int width, int height, bool hasAlpha) {
 }
 
 TEST(Image, PngRoundTripKeepsEveryByte) {
-    const std::string folder = makeFolder("png");
+    const testing::TestFolder scratch;
+    const std::string folder = scratch.makeFolder("png");
     for (const bool hasAlpha : {false, true}) {
         const Image image = makePattern(37, 23, hasAlpha);
         image.writePng(folder + "/a.png");
@@ -50,12 +45,13 @@ TEST(Image, PngRoundTripKeepsEveryByte) {
 TEST(Image, UnwritableFolderGivesPathAndReason) {
     const Image image(4, 4);
     EXPECT_THAT([&] { image.writePng("/no/such/folder/a.png"); },
-                ThrowsMessage<std::runtime_error>(
-                    testing::AllOf(HasSubstr("/no/such/folder/a.png"), HasSubstr("No such file"))));
+                ThrowsMessage<std::runtime_error>(::testing::AllOf(
+                    HasSubstr("/no/such/folder/a.png"), HasSubstr("No such file"))));
 }
 
 TEST(Image, FailedWriteLeavesNoPartialFile) {
-    const std::string folder = makeFolder("full");
+    const testing::TestFolder scratch;
+    const std::string folder = scratch.makeFolder("full");
     const Image image(4, 4);
     fs::create_directory(folder + "/a.png");
     EXPECT_THROW(image.writePng(folder + "/a.png"), std::runtime_error);
@@ -63,7 +59,8 @@ TEST(Image, FailedWriteLeavesNoPartialFile) {
 }
 
 TEST(Image, ReadingWhatIsNoPngSaysSo) {
-    const std::string folder = makeFolder("bad");
+    const testing::TestFolder scratch;
+    const std::string folder = scratch.makeFolder("bad");
     std::ofstream(folder + "/a.png") << "this is no picture at all";
     EXPECT_THAT([&] { Image::readPng(folder + "/a.png"); },
                 ThrowsMessage<std::runtime_error>(HasSubstr("a.png")));
@@ -139,7 +136,8 @@ TEST(ColorMap, ViridisGrowsEvenlyLighter) {
 }
 
 TEST(Video, FramesBecomeOneFile) {
-    const std::string folder = makeFolder("video");
+    const testing::TestFolder scratch;
+    const std::string folder = scratch.makeFolder("video");
     EXPECT_THAT([&] { writeVideo(folder, folder + "/v.mp4"); },
                 ThrowsMessage<std::runtime_error>(HasSubstr("frame_00000.png")));
     for (int i = 0; i < 3; ++i)
@@ -154,7 +152,8 @@ TEST(Video, FramesBecomeOneFile) {
 
 TEST(Video, ASuffixOfGifGivesAnAnimationThatRepeats) {
     if (!isVideoAvailable()) GTEST_SKIP() << "no ffmpeg";
-    const std::string folder = makeFolder("gif");
+    const testing::TestFolder scratch;
+    const std::string folder = scratch.makeFolder("gif");
     for (int i = 0; i < 3; ++i)
         makePattern(63 + i % 2, 41, false)
             .resized(64, 42)

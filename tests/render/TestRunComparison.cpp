@@ -7,6 +7,7 @@
 
 #include "TestParts.h"
 #include "simflex/render/FrameReporter.h"
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
@@ -52,12 +53,6 @@ void addBrick(OffscreenVisualizer& viz, double bend) {
         return SimTK::Vector(Vec3(0, 0, bend * state.getTime()));
     };
     viz.addDeformableMesh(mesh);
-}
-
-std::string makeFolderName(const std::string& name) {
-    const fs::path folder = fs::path(testing::TempDir()) / ("simflex_compare_" + name);
-    fs::remove_all(folder);
-    return folder.string();
 }
 
 TEST(RunComparison, BothRunsHaveTheCameraAndTheRangeOfBoth) {
@@ -177,7 +172,8 @@ TEST(MotionRecorder, RecordedStatesGiveTheSamePictures) {
 
 TEST(FrameReporter, FitsTheCameraToTheWholeRunWhenItIsOver) {
     Pendulum pendulum;
-    const std::string folder = makeFolderName("fit");
+    const testing::TestFolder scratch;
+    const std::string folder = scratch / "frames";
     OffscreenVisualizer viz(pendulum.system, 160, 90);
     viz.setOutputFolder(folder);
     auto* reporter = new FrameReporter(viz, 0.1);
@@ -201,7 +197,6 @@ TEST(FrameReporter, FitsTheCameraToTheWholeRunWhenItIsOver) {
         EXPECT_TRUE(pixel[0] > 0 && pixel[0] < 160 && pixel[1] > 0 && pixel[1] < 90) << pixel;
     }
     reporter->finish();
-    fs::remove_all(folder);
 }
 
 }  // namespace

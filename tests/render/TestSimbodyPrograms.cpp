@@ -7,14 +7,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <thread>
 
 #include "simflex/render/Image.h"
+#include "support/Await.h"
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
@@ -85,7 +85,7 @@ int countBorderPixels(const Image& image) {
     return count;
 }
 
-class SimbodyProgram : public testing::TestWithParam<Program> {};
+class SimbodyProgram : public ::testing::TestWithParam<Program> {};
 
 TEST_P(SimbodyProgram, DrawsWithoutADisplay) {
     const Program& program = GetParam();
@@ -93,9 +93,8 @@ TEST_P(SimbodyProgram, DrawsWithoutADisplay) {
     if (!fs::exists(binary))
         GTEST_SKIP() << "the sources of Simbody's examples are not installed "
                         "(/usr/share/doc/simbody/examples/src of libsimbody-dev)";
-    const fs::path folder = fs::path(testing::TempDir()) / "simflex_programs" / program.name;
-    fs::remove_all(folder);
-    fs::create_directories(folder);
+    const testing::TestFolder scratch;
+    const fs::path folder = scratch.path();
 
     const pid_t child = fork();
     ASSERT_GE(child, 0);
@@ -111,17 +110,9 @@ TEST_P(SimbodyProgram, DrawsWithoutADisplay) {
     }
     char name[40];
     std::snprintf(name, sizeof name, "frames/frame_%05d.png", program.numFrames - 1);
-    bool hasEnded = false;
-    const auto start = std::chrono::steady_clock::now();
-    while (!fs::exists(folder / name) && !hasEnded &&
-           std::chrono::steady_clock::now() - start < std::chrono::seconds(120)) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-        hasEnded = waitpid(child, nullptr, WNOHANG) != 0;
-    }
-    if (!hasEnded) {
-        kill(child, SIGKILL);
-        waitpid(child, nullptr, 0);
-    }
+    testing::await(name, [&] { return fs::exists(folder / name) || testing::hasEnded(child); });
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
     ASSERT_TRUE(fs::exists(folder / name)) << readText(folder / "output.txt");
 
     const Image first = Image::readPng((folder / "frames/frame_00000.png").string());
@@ -134,7 +125,7 @@ TEST_P(SimbodyProgram, DrawsWithoutADisplay) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Examples, SimbodyProgram, testing::ValuesIn(programs),
+INSTANTIATE_TEST_SUITE_P(Examples, SimbodyProgram, ::testing::ValuesIn(programs),
                          [](const auto& parameters) { return parameters.param.name; });
 
 }  // namespace

@@ -10,13 +10,14 @@
 #include <sstream>
 
 #include "simflex/render/Video.h"
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::ThrowsMessage;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 namespace fs = std::filesystem;
 
 const std::vector<Image::Pixel> colors = {{220, 40, 30, 255},
@@ -25,19 +26,11 @@ const std::vector<Image::Pixel> colors = {{220, 40, 30, 255},
                                           {240, 240, 240, 255},
                                           {20, 20, 20, 255}};
 
-class VideoFile : public testing::Test {
+class VideoFile : public ::testing::Test {
 protected:
-    VideoFile() {
-        const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-        folder = (fs::path(testing::TempDir()) / ("simflex_video_" + std::string(info->name())))
-                     .string();
-        fs::remove_all(folder);
-        fs::create_directories(folder);
-    }
     void SetUp() override {
         if (!isVideoAvailable()) GTEST_SKIP() << "no ffmpeg";
     }
-    ~VideoFile() override { fs::remove_all(folder); }
 
     int countFiles() const {
         return int(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
@@ -55,7 +48,8 @@ protected:
         return text.str();
     }
 
-    std::string folder;
+    const testing::TestFolder scratch;
+    const std::string folder = scratch.makeFolder("videos");
 };
 
 std::string runAndRead(const std::string& command) {

@@ -2,11 +2,12 @@
 /** @file
 A triangle in the plane z = 0, as a mesh and as mesh files. **/
 
-#include <unistd.h>
+#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <stdexcept>
 #include <string>
 
 #include "Simbody.h"
@@ -29,9 +30,10 @@ inline SimTK::PolygonalMesh makeTriangleMesh() {
 inline std::string writeTriangleFile(const std::string& extension) {
     namespace fs = std::filesystem;
     struct Folder {
-        const fs::path path =
-            fs::temp_directory_path() / ("simflex_triangle_" + std::to_string(getpid()));
-        Folder() { fs::create_directories(path); }
+        std::string path = (fs::temp_directory_path() / "simflex-triangle-XXXXXX").string();
+        Folder() {
+            if (!mkdtemp(path.data())) throw std::runtime_error("no folder " + path);
+        }
         ~Folder() {
             std::error_code ignored;
             fs::remove_all(path, ignored);
@@ -51,7 +53,7 @@ inline std::string writeTriangleFile(const std::string& extension) {
          "</DataArray></Points><Polys><DataArray type=\"Int32\" Name=\"connectivity\" "
          "format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int32\" Name=\"offsets\" "
          "format=\"ascii\">3</DataArray></Polys></Piece></PolyData></VTKFile>\n"}};
-    const std::string path = (folder.path / ("triangle." + extension)).string();
+    const std::string path = folder.path + "/triangle." + extension;
     std::ofstream(path) << texts.at(extension);
     return path;
 }

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "simflex/solver/CampbellDiagram.h"
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
@@ -75,7 +76,8 @@ TEST(Campbell, CsvHoldsALineForEachSpeed) {
         rotor.spin.setOneU(rotor.state, 0, speed);
         return calcLinearization(rotor.system, rotor.state);
     });
-    const std::string file = ::testing::TempDir() + "/campbell.csv";
+    const testing::TestFolder folder;
+    const std::string file = folder / "campbell.csv";
     writeCampbellDiagram(file, diagram);
     std::ifstream in(file);
     std::string header, line;
@@ -84,7 +86,7 @@ TEST(Campbell, CsvHoldsALineForEachSpeed) {
     int count = 0;
     while (std::getline(in, line)) ++count;
     EXPECT_EQ(count, 3);
-    EXPECT_THROW(writeCampbellDiagram("/no/such/folder/campbell.csv", diagram), std::runtime_error);
+    EXPECT_THROW(writeCampbellDiagram(folder / "none/campbell.csv", diagram), std::runtime_error);
     EXPECT_THROW(calcCampbellDiagram(
                      {}, 2, [&](Real) { return calcLinearization(rotor.system, rotor.state); }),
                  std::invalid_argument);

@@ -9,14 +9,13 @@
 #include <sstream>
 #include <thread>
 
-#include <unistd.h>
-
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/forces/ContactStop.h"
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "support/HeapUse.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {
@@ -181,14 +180,6 @@ TEST(LongRuns, AStateThatWasRealizedFurtherStartsARunWithTrueEnergies) {
     }
 }
 
-/** Resident memory of this process [bytes]. **/
-double getResidentMemory() {
-    std::ifstream file("/proc/self/statm");
-    double size = 0, resident = 0;
-    file >> size >> resident;
-    return resident * double(sysconf(_SC_PAGESIZE));
-}
-
 TEST(LongRuns, StepsRestartsReportsAndCheckpointsLoseNoMemory) {
     // SIMFLEX_STEPS=1000000 for a long one.
     const char* wanted = std::getenv("SIMFLEX_STEPS");
@@ -199,19 +190,20 @@ TEST(LongRuns, StepsRestartsReportsAndCheckpointsLoseNoMemory) {
     integrator.setFixedStep(Step);
     integrator.setNumThreads(1);
     integrator.initialize(model.state);
-    double before = 0;
+    size_t before = 0;
     while (integrator.getStatistics().stepsTaken < numSteps) {
         integrator.stepTo(integrator.getTime() + 1000 * Step);
         if (integrator.getStatistics().stepsTaken < warmUp) continue;
-        if (before == 0) before = getResidentMemory();
+        if (before == 0) before = testing::getHeapUse();
         std::stringstream checkpoint;
         integrator.writeCheckpoint(checkpoint);
         integrator.readCheckpoint(checkpoint, model.state);
     }
     // A leak of one double in a step would be as large.
-    EXPECT_LT(getResidentMemory() - before, 8.0 * double(numSteps - warmUp));
+    const double growth = double(testing::getHeapUse()) - double(before);
+    EXPECT_LT(growth, 8.0 * double(numSteps - warmUp));
     RecordProperty("steps", std::to_string(integrator.getStatistics().stepsTaken));
-    RecordProperty("growth in bytes", std::to_string(getResidentMemory() - before));
+    RecordProperty("growth in bytes", std::to_string(growth));
 }
 
 }  // namespace

@@ -3,9 +3,7 @@
 Reads models from texts. **/
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -13,27 +11,6 @@ Reads models from texts. **/
 
 namespace simflex {
 namespace testing {
-
-/** A folder of a test's own, removed at the end. **/
-class ModelFolder {
-public:
-    ModelFolder() {
-        _path = ::testing::TempDir() + "simflex-model-XXXXXX";
-        if (!mkdtemp(_path.data())) throw std::runtime_error("no folder " + _path);
-    }
-    ~ModelFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(_path, ignored);
-    }
-    ModelFolder(const ModelFolder&) = delete;
-    ModelFolder& operator=(const ModelFolder&) = delete;
-
-    const std::string& path() const { return _path; }
-    std::string operator/(const std::string& name) const { return _path + "/" + name; }
-
-private:
-    std::string _path;
-};
 
 inline cli::ModelValue readModelText(const std::string& text,
                                      const std::vector<std::string>& settings = {}) {

@@ -10,6 +10,7 @@ of. **/
 
 #include "cli/model/ReadText.h"
 #include "simflex/cli/model/Formula.h"
+#include "support/TestFolder.h"
 
 using namespace simflex;
 using namespace simflex::cli;
@@ -323,7 +324,7 @@ TEST(Table, DerivativesOfTablesAreExact) {
 }
 
 TEST(Table, FilesAreReadInTheUsualFormats) {
-    const simflex::testing::ModelFolder folder;
+    const simflex::testing::TestFolder folder;
     const auto read = [&](const std::string& text, int columnX, int columnY) {
         std::ofstream(folder / "table.csv", std::ios::binary) << text;
         std::vector<double> x, y;
@@ -339,7 +340,7 @@ TEST(Table, FilesAreReadInTheUsualFormats) {
 }
 
 TEST(Table, BadFilesAreRefusedWithTheirLine) {
-    const simflex::testing::ModelFolder folder;
+    const simflex::testing::TestFolder folder;
     const auto refuse = [&](const std::string& text) -> std::string {
         std::ofstream(folder / "table.csv", std::ios::binary) << text;
         std::vector<double> x, y;

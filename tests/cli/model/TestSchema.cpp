@@ -16,6 +16,7 @@ The schema: what it says of itself, and that the JSON schema agrees with the rea
 #include "simflex/cli/model/SchemaJson.h"
 #include "simflex/cli/model/SchemaReference.h"
 #include "simflex/cli/model/SchemaText.h"
+#include "support/TestFolder.h"
 
 using namespace simflex;
 using namespace simflex::cli;
@@ -209,15 +210,16 @@ TEST(Schema, NearestNamesAreThoseOfFewestEdits) {
 /** check_model_schema.py validates all models and mutations of them, and leaves each mutation with
 its verdict; the reader must come to the same. **/
 TEST(Schema, JsonSchemaAgreesWithTheReader) {
-    const simflex::testing::ModelFolder folder;
+    const simflex::testing::TestFolder scratch;
+    const fs::path folder = scratch.makeFolder("mutations");
     std::ofstream(folder / "schema.json") << writeJsonSchema();
     std::string command = "/usr/bin/python3 '" SIMFLEX_SOURCE_DIR
                           "/tests/cli/model/check_model_schema.py' '" +
-                          folder.path() + "'";
+                          folder.string() + "'";
     for (const std::string& path : findModels()) command += " '" + path + "'";
     ASSERT_EQ(std::system(command.c_str()), 0);
     int numRefused = 0;
-    for (const auto& file : fs::directory_iterator(folder.path())) {
+    for (const auto& file : fs::directory_iterator(folder)) {
         const std::string name = file.path().filename().string();
         if (name == "schema.json") continue;
         SCOPED_TRACE(read(file.path()).substr(0, 3000));

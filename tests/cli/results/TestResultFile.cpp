@@ -14,6 +14,7 @@ Result files: what is written is read back, whatever happens to the writer. **/
 #include <functional>
 
 #include "TestResults.h"
+#include "support/Await.h"
 
 namespace simflex {
 namespace {
@@ -152,12 +153,11 @@ largest number that it told. **/
 int killAt(int moment, const std::function<void(volatile int&)>& work) {
     void* shared = mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     volatile int& told = *static_cast<volatile int*>(shared);
-    const pid_t child = fork();
-    if (child == 0) {
+    const pid_t child = startChild([&] {
         work(told);
-        _exit(0);
-    }
-    while (told < moment && waitpid(child, nullptr, WNOHANG) == 0) usleep(50);
+        return 0;
+    });
+    await("moment " + std::to_string(moment), [&] { return told >= moment || hasEnded(child); });
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);
     const int last = told;
@@ -202,8 +202,7 @@ TEST_F(ResultFileTest, AWriterKilledAtAnyMomentLeavesEveryFlushedRow) {
 }
 
 TEST_F(ResultFileTest, AFullDiskIsToldAndLosesNothingOfBefore) {
-    const pid_t child = fork();
-    if (child == 0) {
+    const pid_t child = startChild([&] {
         signal(SIGXFSZ, SIG_IGN);
         const rlimit limit{60000, 60000};  // bytes of a file: what comes after is refused
         setrlimit(RLIMIT_FSIZE, &limit);
@@ -215,8 +214,8 @@ TEST_F(ResultFileTest, AFullDiskIsToldAndLosesNothingOfBefore) {
         } catch (const std::runtime_error& error) {
             writeText(folder / "error", error.what());
         }
-        _exit(rows / 10);
-    }
+        return rows / 10;
+    });
     int status = 0;
     waitpid(child, &status, 0);
     EXPECT_THAT(readText(folder / "error"), AllOf(HasSubstr(path), HasSubstr("File too large")));

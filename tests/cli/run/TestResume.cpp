@@ -62,12 +62,10 @@ protected:
 
     /** Waits until the run has kept a checkpoint, or has ended. **/
     void awaitCheckpoint(pid_t child) {
-        siginfo_t info{};
-        while (access((folder / "model.results.h5.checkpoint").c_str(), F_OK) != 0) {
-            waitid(P_PID, id_t(child), &info, WEXITED | WNOHANG | WNOWAIT);
-            if (info.si_pid == child) return;
-            std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        }
+        testing::await("a checkpoint", [&] {
+            return access((folder / "model.results.h5.checkpoint").c_str(), F_OK) == 0 ||
+                   testing::hasEnded(child);
+        });
     }
 
     static int await(pid_t child) {
@@ -156,16 +154,13 @@ TEST_F(ResumeTest, CtrlCStopsAnalysesWithoutTimeAndKeepsWhatIsComplete) {
                    second + "\n");
         std::filesystem::remove(folder / "model.results.h5");
         const pid_t child = start({});
-        siginfo_t info{};
         const auto isFirstKept = [&] {
             if (access((folder / "model.results.h5").c_str(), F_OK) != 0) return false;
             const auto kept = cli::readResults(folder / "model.results.h5").analyses;
             return !kept.empty() && kept[0].isComplete;
         };
-        while (info.si_pid != child && !isFirstKept()) {
-            waitid(P_PID, id_t(child), &info, WEXITED | WNOHANG | WNOWAIT);
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        }
+        testing::await("the first analysis",
+                       [&] { return isFirstKept() || testing::hasEnded(child); });
         kill(child, SIGINT);
         const int status = await(child);
         const std::string log = testing::readText(folder / "child.log");

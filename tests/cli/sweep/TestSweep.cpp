@@ -80,19 +80,17 @@ TEST_F(SweepRunnerTest, WhatIsCompleteIsNotDoneAgainAndWhatFailedStopsNobody) {
 
 TEST_F(SweepRunnerTest, CtrlCStopsTheCasesAndTheSameSweepGoesOn) {
     const SweepPlan plan = makePlan("1,2,7");
-    const pid_t child = fork();
-    if (child == 0) {
+    const pid_t child = testing::startChild([&] {
         catchInterrupts();
         const auto outcomes = runSweep(plan, makeOptions());
-        _exit(outcomes[2].status == Status::Interrupted ? 0 : 1);
-    }
-    while (true) {  // until all three have begun
+        return outcomes[2].status == Status::Interrupted ? 0 : 1;
+    });
+    testing::await("two cases and the begin of the third", [&] {
         const auto outcomes = readSweepOutcomes(plan, folder / "sweep");
-        if (outcomes[0].status == Status::Complete && outcomes[1].status == Status::Complete &&
-            listRuns().size() == 3)
-            break;
-        usleep(1000);
-    }
+        return (outcomes[0].status == Status::Complete && outcomes[1].status == Status::Complete &&
+                listRuns().size() == 3) ||
+               testing::hasEnded(child);
+    });
     kill(child, SIGINT);
     int status = 0;
     waitpid(child, &status, 0);
@@ -106,15 +104,15 @@ TEST_F(SweepRunnerTest, ProcessesThatShareAFolderDoEachCaseOnce) {
     const SweepPlan plan = makePlan("10:29:20");
     std::vector<pid_t> children;
     for (int rank = 0; rank < 3; ++rank) {
-        children.push_back(fork());
-        if (children.back() != 0) continue;
-        SweepOptions options = makeOptions();
-        options.share = {SweepShare::Kind::Rank, rank, 3};
-        const auto outcomes = runSweep(plan, options);
-        const bool isWhole = std::all_of(outcomes.begin(), outcomes.end(), [](const auto& outcome) {
-            return outcome.status == Status::Complete;
-        });
-        _exit(rank > 0 || isWhole ? 0 : 1);  // the first waits for the others
+        children.push_back(testing::startChild([&] {
+            SweepOptions options = makeOptions();
+            options.share = {SweepShare::Kind::Rank, rank, 3};
+            const auto outcomes = runSweep(plan, options);
+            const bool isWhole =
+                std::all_of(outcomes.begin(), outcomes.end(),
+                            [](const auto& outcome) { return outcome.status == Status::Complete; });
+            return rank > 0 || isWhole ? 0 : 1;  // the first waits for the others
+        }));
     }
     for (const pid_t child : children) {
         int status = 0;
