@@ -103,7 +103,7 @@ TEST_F(BodyErrorsTest, NotANumberInAPartIsNamed) {
     };
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THAT(messageWith([&](ReducedBody& b) { b.mass = nan; }),
-                AllOf(HasSubstr("masses1"), HasSubstr("mass")));
+                AllOf(HasSubstr("'masses1'"), HasSubstr("mass is nan, must be positive")));
     EXPECT_THAT(messageWith([&](ReducedBody& b) { b.inertia[3] = nan; }), HasSubstr("inertia"));
     EXPECT_THAT(messageWith([&](ReducedBody& b) { b.centerOfMass[1] = nan; }),
                 HasSubstr("centre of mass"));

@@ -14,6 +14,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::readText;
+using ::testing::StartsWith;
 
 TEST_F(RunTest, PendulumReturnsAfterItsPeriod) {
     // Elliptic integral by the arithmetic-geometric mean.
@@ -107,9 +108,9 @@ TEST_F(RunTest, SettingsChangeTheModelAndAreKept) {
     EXPECT_DOUBLE_EQ(run.time.back(), 0.05);
     EXPECT_EQ(cli::readResults(folder / "other.h5").header.settings,
               (std::vector<std::string>{"parameters.angle=0.2", "analyses.run.duration=0.05"}));
-    EXPECT_FALSE(testing::listFiles(folder.path()).empty());
+    EXPECT_NE(access((folder / "model.results.h5").c_str(), F_OK), 0);
     EXPECT_EQ(runModel("--set solver.acuracy=1"), 1);
-    EXPECT_THAT(err, HasSubstr("accuracy"));
+    EXPECT_THAT(err, HasSubstr("did you mean 'accuracy'?\n"));
 }
 
 TEST_F(RunTest, SameRunGivesTheSameBytesAndWords) {
@@ -213,7 +214,10 @@ TEST_F(RunTest, MessagesNameTheModelsBodies) {
 analyses: {run: {type: transient, duration: 1}}
 )"));
     EXPECT_EQ(runModel(), 1);
-    EXPECT_THAT(err, ::testing::Not(HasSubstr("body 1")));
+    EXPECT_THAT(err, StartsWith("simflex: the joints cannot be assembled at t = 0 s: joint 'pivot' "
+                                "keeps an error of "));
+    EXPECT_THAT(err, HasSubstr("equation 1 of 'drive' follows from 'pivot', 'shake'. Leave one of "
+                               "these joints or motions out, or make their frames agree\n"));
 }
 
 TEST_F(RunTest, CheckListsTheModelAndRunsNothing) {
@@ -240,7 +244,7 @@ TEST_F(RunTest, OnlyChoosesAnalyses) {
     ASSERT_EQ(runModel("--only second"), 0) << err;
     ASSERT_EQ(cli::readResults(folder / "model.results.h5").analyses.size(), 1u);
     EXPECT_EQ(runModel("--only secund"), 1);
-    EXPECT_THAT(err, HasSubstr("second"));
+    EXPECT_THAT(err, HasSubstr("there is no analysis 'secund'; did you mean 'second'?\n"));
 }
 
 TEST_F(RunTest, FilesThatAreNoResultsAreNotReplaced) {
@@ -260,8 +264,9 @@ TEST_F(RunTest, AFailingAnalysisNamesItselfAndKeepsItsRows) {
                      "loads: {push: {on: rod, force: ['if(t < 0.05, 1, 1e300*1e300)', 0, 0]}}\n"
                      "analyses: {run: {type: transient, duration: 0.1, interval: 0.01}}\n"));
     EXPECT_EQ(runModel(), 1);
-    EXPECT_THAT(err, HasSubstr("run"));
-    EXPECT_THAT(err, HasSubstr("model.results.h5"));
+    EXPECT_THAT(err, StartsWith("simflex: analysis 'run': model.yaml:11:34: loads.push.force.0: "
+                                "'if(t < 0.05, 1, 1e300*1e300)' has no finite value at t = 0.05"));
+    EXPECT_THAT(err, HasSubstr("; the rows before stay in 'model.results.h5'\n"));
     const ResultData::Analysis run = read("run");
     EXPECT_FALSE(run.isComplete);
     EXPECT_GE(run.time.size(), 5u);
@@ -447,8 +452,7 @@ TEST_F(RunTest, TheEnergyBalanceOfAModelWithoutProbesStaysWhatItWas) {
     // At rest, 0.5 m cos(0.5) below the pin.
     const double start = -2 * kGravity * 0.5 * std::cos(0.5);
     const ResultData::Analysis run = read("run");
-    for (const auto& row : find(run, "energy_balance").rows)
-        EXPECT_NEAR(row[0], start, 1e-4);
+    for (const auto& row : find(run, "energy_balance").rows) EXPECT_NEAR(row[0], start, 1e-4);
 }
 
 TEST(ProgressBar, TimeLeftCountsWhatWasDoneSinceTheBarBegan) {
