@@ -1,0 +1,391 @@
+#!/usr/bin/env python3
+"""Mutation score of the tests: errors are put into the product one at a time, and the tests that could notice are run.
+
+Neither checkout nor build are touched. A mutated copy of one source is compiled by its command of the build, its library (or,
+for a static one, each test program) is linked anew, and all of it lies in a folder of this run's own. A mutant whose object
+code is that of the original is no mutant. Mutants are drawn from a seed: the K-th is the same however many are wanted. What is
+known of each is kept in a journal, so that a run that was stopped goes on.
+
+Before the first mutant of a room its test programs are run as they are, which tells what each suite costs; tests that fail
+then are left out. Of a mutant's suites those run first that noticed others in the same file, then the cheap ones; the first
+failure, crash or want of time (of the processor's, so that a busy machine makes no difference) ends it.
+"""
+
+import argparse
+import collections
+import dataclasses
+import json
+import os
+import random
+import re
+import resource
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+# Room: folder of its sources and the test programs, the nearest first.
+ROOMS = {
+    "solver": ("plugin/solver", ["test_solver", "test_validation"]),
+    "body": ("plugin/body", ["test_body", "test_forces", "test_solver", "test_validation"]),
+    "reduction": ("plugin/reduction", ["test_reduction", "test_fe", "test_validation"]),
+    "forces": ("forces", ["test_forces", "test_solver", "test_validation"]),
+    "fe": ("plugin/fe", ["test_fe", "test_reduction"]),
+    "model": ("plugin/cli/model", ["test_model_file", "test_model", "test_shell"]),
+    "render": ("render", ["test_render"]),
+}
+STRING = "\x01"  # stands for each character of a string or message in what is searched
+CHUNK = 5.0  # [s] cheap suites share a process until they cost as much together
+MOST_MEMORY = 8 << 30
+NUMBER = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
+
+
+@dataclasses.dataclass
+class Mutant:
+    file: str
+    kind: str
+    start: int
+    end: int
+    text: str
+
+
+def mask(source):
+    """The same length: comments and preprocessor lines are blanks, strings and statements that throw are STRING."""
+    def blank(match):
+        return re.sub(r"[^\n]", " ", match.group())
+
+    def fill(match):
+        return re.sub(r"[^\n]", STRING, match.group())
+
+    pattern = r'(?P<raw>R"(?P<tag>\w*)\(.*?\)(?P=tag)")|(?P<string>"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\')|' \
+              r"(?P<comment>//[^\n]*|/\*.*?\*/)|(?P<line>^[ \t]*#(?:[^\n\\]|\\.|\\\n)*)"
+    text = re.sub(r"(?<=\d)'(?=\d)", "0", source)  # digits in groups
+    text = re.sub(pattern, lambda match: blank(match) if match.group("comment") or match.group("line") else fill(match),
+                  text, flags=re.S | re.M)
+    return re.sub(r"\b(?:throw|static_assert|assert)\b[^;]*;", fill, text)
+
+
+def find_term_end(text, start):
+    depth = 0
+    for match in re.finditer(r"[(\[{]|[)\]}]|[;,?:]| (?:[-+<>]|[<>=!]=|&&|\|\||<<|>>)(?= |\n)", text[start:]):
+        token = match.group()
+        if token in "([{":
+            depth += 1
+        elif token in ")]}":
+            if depth == 0:
+                return start + match.start()
+            depth -= 1
+        elif depth == 0:
+            return start + match.start()
+    return len(text)
+
+
+def find_mutants(file, source):
+    text = mask(source)
+    mutants = []
+
+    def add(kind, start, end, replacement):
+        # Sums with a text in them make messages.
+        begin = max(text.rfind(mark, 0, start) for mark in ";{}") + 1
+        if STRING not in text[begin:text.find(";", end)]:
+            mutants.append(Mutant(file, kind, start, end, replacement))
+
+    def swap(kind, pattern, replacements):
+        for match in re.finditer(pattern, text):
+            for replacement in replacements[match.group(1)]:
+                add(kind, match.start(1), match.end(1), replacement)
+
+    swap("sign", r" ([-+]) ", {"+": "-", "-": "+"})
+    swap("sign", r" ([-+]=) ", {"+=": ["-="], "-=": ["+="]})
+    swap("sign", r"(?:[(\[]|, |= |return |\? |: )(-)(?=[\w(])", {"-": [""]})
+    swap("factor", r" ([*/]) ", {"*": "/", "/": "*"})
+    swap("comparison", r" (<|>|<=|>=|==|!=) ",
+         {"<": [">="], ">": ["<="], "<=": [">"], ">=": ["<"], "==": ["!="], "!=": ["=="]})
+    swap("off by one", r" (<|>|<=|>=) ", {"<": ["<="], ">": [">="], "<=": ["<"], ">=": [">"]})
+    swap("logic", r" (&&|\|\|) ", {"&&": ["||"], "||": ["&&"]})
+    swap("logic", r"[( ](!)[\w(]", {"!": [""]})
+    for match in NUMBER.finditer(text):
+        number = match.group()
+        if re.fullmatch(r"\d+", number):
+            add("off by one" if number in "01" else "constant", match.start(), match.end(), str(int(number) + 1))
+        else:
+            add("constant", match.start(), match.end(), "1.0" if float(number) == 0 else f"(2 * {number})")
+    for match in re.finditer(r" [-+] (?=[^=])", text):
+        end = find_term_end(text, match.end())
+        if text[match.end():end].strip():
+            add("dropped term", match.start(), end, "")
+    for match in re.finditer(r"^[ \t]+((?!return\b|delete\b|using\b)[A-Za-z_][\w.:>\[\]-]*\([^;{}\n]*\));$", text, re.M):
+        if match.group(1).count("(") == match.group(1).count(")"):
+            mutants.append(Mutant(file, "removed call", match.start(1), match.end(1), ""))
+    return mutants
+
+
+class Build:
+    """What is made of the build: commands, and which target a source belongs to."""
+
+    def __init__(self, source, build):
+        self.source, self.build = source, build
+        commands = json.loads((build / "compile_commands.json").read_text())
+        self.commands = {}
+        for entry in commands:  # the first: the library's
+            self.commands.setdefault(entry["file"], entry)
+        self.links = {}  # target: folder and words of its link
+        for path in build.rglob("CMakeFiles/*.dir/link.txt"):
+            self.links[path.parent.stem] = (path.parent.parent.parent, shlex.split(path.read_text().splitlines()[0]))
+
+    def compile(self, file, source, target):
+        """Compiles the text `source` as if it were `file`. @returns whether it compiles."""
+        entry = self.commands[str(self.source / file)]
+        words = shlex.split(entry["command"])
+        at = words.index("-o")
+        del words[at:at + 2]
+        words.remove(entry["file"])
+        words = [word for word in words if word != "-Werror"]
+        original = (self.source / file).parent
+        mutated = target.parent / Path(file).name
+        mutated.write_text(source)
+        launcher = [word for word in os.environ.get("CMAKE_CXX_COMPILER_LAUNCHER", "").split(";") if word]
+        command = [*launcher, *words, "-w", "-iquote", str(original), f"-fmacro-prefix-map={mutated.parent}={original}",
+                   "-o", str(target), str(mutated)]
+        return subprocess.run(command, cwd=entry["directory"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                              check=False).returncode == 0
+
+    def get_object(self, file):
+        entry = self.commands[str(self.source / file)]
+        words = shlex.split(entry["command"])
+        return Path(entry["directory"]) / words[words.index("-o") + 1]
+
+    def find_library(self, file):
+        """@returns the name of the library that holds `file`; None if it is in none."""
+        original = self.get_object(file)
+        for name, (directory, words) in self.links.items():
+            if ("-shared" in words or "qc" in words) and os.path.relpath(original, directory) in words:
+                return name
+        return None
+
+    def link(self, file, object_file, folder, programs):
+        """Links what holds `file` anew, into folder/lib and folder/bin. @returns the programs of `programs` that use it."""
+        name = self.find_library(file)
+        directory, words = self.links[name][0], list(self.links[name][1])
+        programs = [program for program in programs if (self.build / "bin" / program).exists()]
+        if "-shared" in words:
+            words[words.index(os.path.relpath(self.get_object(file), directory))] = str(object_file)
+            soname = next(word for word in words if "-soname," in word).rpartition(",")[2]
+            words[words.index("-o") + 1] = str(folder / "lib" / soname)
+            subprocess.run(words, cwd=directory, check=True)
+            return programs
+        users = [program for program in programs if any(word.endswith(f"/lib{name}.a") for word in self.links[program][1])]
+        for program in users:  # the object comes before the static library
+            directory, words = self.links[program][0], list(self.links[program][1])
+            at = words.index("-o")
+            words[at:at + 2] = [str(object_file), "-o", str(folder / "bin" / program)]
+            subprocess.run(words, cwd=directory, check=True)
+        return users
+
+
+class Tests:
+    """The test programs: their suites, what each costs, which tests fail as it is."""
+
+    def __init__(self, build, work):
+        self.build, self.work = build, work
+        self.baselines = {}
+
+    def get_suites(self, program):
+        if program not in self.baselines:
+            path = self.work / f"baseline-{program}.json"
+            binary = self.build / "bin" / program
+            stamp = binary.stat().st_mtime
+            if not path.exists() or json.loads(path.read_text())["stamp"] != stamp:
+                print(f"running {program} as it is", flush=True)
+                result = self.work / "result.json"
+                subprocess.run([binary, "--gtest_brief=1", f"--gtest_output=json:{result}"], cwd=self.work, check=False,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                suites, failed = {}, []
+                for suite in json.loads(result.read_text())["testsuites"]:
+                    suites[suite["name"]] = float(suite["time"].rstrip("s"))
+                    failed += [f"{suite['name']}.{test['name']}" for test in suite["testsuite"] if "failures" in test]
+                path.write_text(json.dumps({"stamp": stamp, "suites": suites, "failed": failed}))
+            baseline = json.loads(path.read_text())
+            for test in baseline["failed"]:
+                print(f"{program}: {test} fails without any mutant and is left out", flush=True)
+            self.baselines[program] = baseline
+        return self.baselines[program]
+
+    def run(self, program, suites, folder):
+        """@returns what has gone wrong: the first failing test, "crash" or "time"; "" if nothing has."""
+        baseline = self.get_suites(program)
+        binary = folder / "bin" / program
+        if not binary.exists():
+            binary = self.build / "bin" / program
+        seconds = 20 + 5 * sum(baseline["suites"][suite] for suite in suites)
+        names = ":".join(f"{suite}.*" for suite in suites)
+        if baseline["failed"]:
+            names += "-" + ":".join(baseline["failed"])
+        temporary = folder / "tmp"
+        temporary.mkdir()
+        environment = dict(os.environ, LD_LIBRARY_PATH=str(folder / "lib"), TMPDIR=str(temporary), OMP_WAIT_POLICY="passive",
+                           GTEST_FAIL_FAST="1", GTEST_BRIEF="1", GTEST_FILTER=names)
+
+        def limit():
+            resource.setrlimit(resource.RLIMIT_CPU, (int(2 * seconds), int(2 * seconds) + 5))
+            resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+        with open(folder / "output.txt", "wb") as output:
+            process = subprocess.Popen([binary], cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=output,
+                                       stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=limit)
+            try:
+                status = process.wait(10 * seconds)
+            except subprocess.TimeoutExpired:
+                status = -signal.SIGXCPU
+            finally:
+                try:
+                    os.killpg(process.pid, signal.SIGKILL)
+                except ProcessLookupError:
+                    pass
+                process.wait()
+        shutil.rmtree(temporary, ignore_errors=True)
+        if status == 0:
+            return ""
+        failed = re.search(r"^\[  FAILED  \] ([\w/.]+)", (folder / "output.txt").read_text(errors="replace"), re.M)
+        return failed.group(1) if failed else "time" if status in (-signal.SIGXCPU, -signal.SIGKILL) else "crash"
+
+
+class Campaign:
+    def __init__(self, arguments):
+        self.source, self.build_folder, self.seed = arguments.source, arguments.build, arguments.seed
+        self.rooms = arguments.room or list(ROOMS)
+        self.build = Build(arguments.source, arguments.build)
+        self.work = arguments.work
+        self.work.mkdir(parents=True, exist_ok=True)
+        self.tests = Tests(arguments.build, self.work)
+        self.journal = self.work / "journal.jsonl"
+        self.known, self.mutants = {}, {}
+        self.kills = collections.defaultdict(collections.Counter)  # file: suites that noticed
+        if self.journal.exists():
+            for line in self.journal.read_text().splitlines():
+                self.remember(json.loads(line))
+
+    def remember(self, record):
+        self.known[record["id"]] = record
+        if "." in record.get("by", ""):
+            self.kills[record["file"]][record["by"].rpartition(".")[0]] += 1
+
+    def draw(self, number):
+        """The number-th mutant of the seed."""
+        choose = random.Random(f"{self.seed}/{number}")
+        room = choose.choice(self.rooms)
+        if room not in self.mutants:
+            files = [str(path.relative_to(self.source)) for path in sorted((self.source / ROOMS[room][0]).rglob("*.cpp"))
+                     if str(path) in self.build.commands]
+            self.mutants[room] = [mutant for file in files if self.build.find_library(file)
+                                  for mutant in find_mutants(file, (self.source / file).read_text())]
+        kind = choose.choice(sorted({mutant.kind for mutant in self.mutants[room]}))
+        return room, choose.choice([mutant for mutant in self.mutants[room] if mutant.kind == kind])
+
+    def check(self, room, mutant, folder):
+        """@returns the verdict, and which test noticed."""
+        source = (self.source / mutant.file).read_text()
+        shutil.rmtree(folder, ignore_errors=True)
+        for part in ("source", "lib", "bin"):
+            (folder / part).mkdir(parents=True)
+        object_file = folder / "source" / "mutant.o"
+        if not self.build.compile(mutant.file, source[:mutant.start] + mutant.text + source[mutant.end:], object_file):
+            return "does not compile", ""
+        if object_file.read_bytes() == self.build.get_object(mutant.file).read_bytes():
+            return "equivalent", ""
+        for program in self.build.link(mutant.file, object_file, folder, ROOMS[room][1]):
+            for suites in self.order_suites(program, mutant.file):
+                noticed = self.tests.run(program, suites, folder)
+                if noticed:
+                    return "killed", noticed
+        return "survived", ""
+
+    def order_suites(self, program, file):
+        costs = self.tests.get_suites(program)["suites"]
+        stem = re.sub("(?:Setup|Impl)$", "", Path(file).stem).lower()
+        near = {suite for suite in costs
+                if self.kills[file][suite] or stem in suite.lower() or suite.lower().replace("test", "") in stem}
+        chunk, cost = [], 0.0
+        for suite in sorted(costs, key=lambda name: (name not in near, -self.kills[file][name], costs[name])):
+            if chunk and cost + costs[suite] > CHUNK:
+                yield chunk
+                chunk, cost = [], 0.0
+            chunk.append(suite)
+            cost += costs[suite]
+        if chunk:
+            yield chunk
+
+    def run(self, count):
+        absent = sorted({program for room in self.rooms for program in ROOMS[room][1]
+                         if not (self.build_folder / "bin" / program).exists()})
+        if absent:
+            print(f"not built, so that their tests notice nothing: {', '.join(absent)}", flush=True)
+        libraries = {path: path.stat().st_mtime for path in (self.build_folder / "lib").glob("*.so.?")}
+        for number in range(count):
+            room, mutant = self.draw(number)
+            source = (self.source / mutant.file).read_text()
+            line = source.count("\n", 0, mutant.start) + 1
+            begin, end = source.rfind("\n", 0, mutant.start) + 1, source.find("\n", mutant.end)
+            before = source[begin:end]
+            after = source[begin:mutant.start] + mutant.text + source[mutant.end:end]
+            record = {"id": f"{mutant.file}:{mutant.start}:{mutant.end}:{mutant.text}:{before}", "room": room,
+                      "file": mutant.file, "line": line, "kind": mutant.kind, "before": before.strip(), "after": after.strip()}
+            if record["id"] in self.known:
+                continue
+            if any(path.stat().st_mtime != stamp for path, stamp in libraries.items()):
+                raise SystemExit("the build has changed: start anew")
+            started = time.monotonic()
+            record["verdict"], record["by"] = self.check(room, mutant, self.work / "mutant")
+            record["seconds"] = round(time.monotonic() - started, 1)
+            self.remember(record)
+            with open(self.journal, "a", encoding="utf-8") as journal:
+                journal.write(json.dumps(record) + "\n")
+            print(f"{number + 1}/{count} {mutant.file}:{line} {mutant.kind}: {record['verdict']} {record['by']} "
+                  f"({record['seconds']:.0f} s)", flush=True)
+
+    def report(self):
+        counts = collections.defaultdict(collections.Counter)
+        for record in self.known.values():
+            for group in (record["room"], record["kind"], "all"):
+                counts[group][record["verdict"]] += 1
+        for record in sorted(self.known.values(), key=lambda record: (record["file"], record["line"])):
+            if record["verdict"] == "survived":
+                print(f"{record['file']}:{record['line']} {record['kind']}\n    - {record['before']}\n    + {record['after']}")
+        print("                 killed  survived  score  (equivalent, do not compile)")
+        for group in [*ROOMS, *sorted(set(counts) - set(ROOMS) - {"all"}), "all"]:
+            count = counts[group]
+            tested = count["killed"] + count["survived"]
+            if tested:
+                print(f"{group:16} {count['killed']:6} {count['survived']:9}  {count['killed'] / tested:5.0%}  "
+                      f"({count['equivalent']}, {count['does not compile']})")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    root = Path(__file__).resolve().parents[2]
+    parser.add_argument("count", nargs="?", type=int, default=200, help="mutants to draw (200)")
+    parser.add_argument("seed", nargs="?", default="1")
+    parser.add_argument("--source", type=Path, default=root)
+    parser.add_argument("--build", type=Path, default=root / "build/release", help="a complete build; nobody builds there meanwhile")
+    parser.add_argument("--work", type=Path, default=root / "build/mutation", help="folder of the journal and all that is made")
+    parser.add_argument("--room", action="append", choices=ROOMS, help="only these")
+    parser.add_argument("--report", action="store_true", help="what the journal tells")
+    arguments = parser.parse_args()
+    campaign = Campaign(arguments)
+    for stop in (signal.SIGINT, signal.SIGTERM):  # also where a shell in the background ignores them
+        signal.signal(stop, signal.default_int_handler)
+    try:
+        if not arguments.report:
+            campaign.run(arguments.count)
+    except KeyboardInterrupt:
+        pass
+    campaign.report()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
