@@ -45,7 +45,7 @@ SchemaForm solver() {
                 .such("1e-5"),
             SchemaKey("maximum_step", {positive()}, "Longest step.")
                 .in("s")
-                .orElseNote("no limit")
+                .orElseNote("the analysis' interval")
                 .such("1e-3"),
             SchemaKey("minimum_step", {positive()}, "Shortest step; the run fails below it.")
                 .in("s")

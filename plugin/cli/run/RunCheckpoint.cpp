@@ -15,7 +15,7 @@ namespace cli {
 namespace {
 
 constexpr char kMagic[] = "simflex checkpoint of a run\n";
-constexpr std::uint64_t kVersion = 2;
+constexpr std::uint64_t kVersion = 3;
 
 /** FNV-1a, 64 bits. **/
 std::uint64_t calcChecksum(const void* data, size_t size,
@@ -146,6 +146,10 @@ void writeRunCheckpoint(const std::string& path, const RunCheckpoint& checkpoint
     packer.put(checkpoint.energy.balanceAtStart);
     packer.put(checkpoint.energy.largestError);
     packer.put(checkpoint.energy.largestKinetic);
+    packer.put(checkpoint.energy.potentialAtStart);
+    packer.put(checkpoint.energy.largestPotentialChange);
+    packer.put(checkpoint.energy.largestWork);
+    packer.put(checkpoint.energy.timeOfError);
     packer.put(std::uint64_t(checkpoint.frames.size()));
     for (const RunCheckpoint::Frame& frame : checkpoint.frames) {
         packer.put(frame.time);
@@ -193,6 +197,10 @@ RunCheckpoint readRunCheckpoint(const std::string& path) {
     unpacker.get(checkpoint.energy.balanceAtStart);
     unpacker.get(checkpoint.energy.largestError);
     unpacker.get(checkpoint.energy.largestKinetic);
+    unpacker.get(checkpoint.energy.potentialAtStart);
+    unpacker.get(checkpoint.energy.largestPotentialChange);
+    unpacker.get(checkpoint.energy.largestWork);
+    unpacker.get(checkpoint.energy.timeOfError);
     checkpoint.frames.resize(unpacker.getSize(24));
     for (RunCheckpoint::Frame& frame : checkpoint.frames) {
         unpacker.get(frame.time);

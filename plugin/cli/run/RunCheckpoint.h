@@ -20,6 +20,8 @@ struct RunCheckpoint {
     /** Extremes of energy up to now. **/
     struct Energy {
         double balanceAtStart = 0, largestError = 0, largestKinetic = 0;
+        double potentialAtStart = 0, largestPotentialChange = 0, largestWork = 0;
+        double timeOfError = 0;  ///< of the largest one
     };
     Energy energy;
 

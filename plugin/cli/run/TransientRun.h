@@ -36,6 +36,9 @@ private:
     void advance(double time);
     bool watchStep(double time);
     void takeRow();
+    void takeEnergy(const Moment& moment);
+    /** Warns if the energy balance does not close. **/
+    void checkEnergy();
     void countTurns(const SimTK::State& state);
     void takeFrame();
     void keep();

@@ -466,5 +466,54 @@ TEST(ProgressBar, TimeLeftCountsWhatWasDoneSinceTheBarBegan) {
     EXPECT_TRUE(std::isnan(ProgressBar::calcTimeLeft(1, 1, 1)));
 }
 
+TEST_F(RunTest, AnEnergyBalanceThatDoesNotCloseIsWarnedOfThoughQuiet) {
+    const auto write = [this](const std::string& accuracy) {
+        writeModel(
+            makePendulum("1.5", "solver: {accuracy: " + accuracy +
+                                    "}\nanalyses: {run: {type: transient, duration: 10}}\n"));
+    };
+    write("0.1");
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData::Analysis coarse = read("run");
+    const double error = coarse.statistics.at("largest_energy_error");
+    EXPECT_GT(error, 0.1 * coarse.statistics.at("largest_kinetic_energy"));
+    EXPECT_THAT(err,
+                ::testing::MatchesRegex(
+                    "simflex: warning: run: the energy balance is off by [0-9.]+ J, at t = "
+                    "[0-9.]+ s, where no more than [0-9.]+ J was ever exchanged .kinetic "
+                    "energy up to [0-9.]+ J, potential and strain energy changed by up to "
+                    "[0-9.]+ J, work of loads, motions and dampers up to 0 J.: the results are "
+                    "wrong by as much. Try a finer solver.accuracy .now 0.1 m. or a shorter "
+                    "solver.maximum_step until it closes\n"));
+    EXPECT_THAT(out, HasSubstr("warning: the energy balance is off by"));
+
+    write("1e-6");
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(err, "");
+}
+
+TEST_F(RunTest, AModelAtRestHasNothingToBalance) {
+    writeModel(makePendulum("0", "analyses: {run: {type: transient, duration: 1}}\n"));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(err, "");
+}
+
+TEST_F(RunTest, ALoadOnASystemAtRestIsMet) {
+    writeModel(R"(simflex: 1
+bodies:
+  mass: {mass: 1, inertia: [0.01, 0.01, 0.01]}
+joints:
+  guide: {type: slider, between: [ground, mass], axis: x}
+loads:
+  push: {on: mass, force: ["if(t >= 0.5 && t < 0.6, 20, 0)", 0, 0]}
+probes:
+  v: {velocity: mass, component: x}
+analyses:
+  run: {type: transient, duration: 10, interval: 0.05}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+EXPECT_NEAR(find(read("run"), "v").rows.back()[0], 2, 5e-3);
+}
+
 }  // namespace
 }  // namespace simflex
