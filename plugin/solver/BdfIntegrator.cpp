@@ -12,6 +12,7 @@ BdfIntegrator::BdfIntegrator(const SimTK::MultibodySystem& system)
                                                           std::make_unique<BdfScheme>())) {}
 
 void BdfIntegrator::setMaximumOrder(int order) {
+    updImpl().requireNotInitialized("setMaximumOrder");
     if (order < 1 || order > BdfScheme::MaxOrder)
         throw std::invalid_argument("BdfIntegrator::setMaximumOrder(): " + std::to_string(order) +
                                     " given, must be 1 to 5");
@@ -19,6 +20,7 @@ void BdfIntegrator::setMaximumOrder(int order) {
 }
 
 void BdfIntegrator::setFixedOrder(int order) {
+    updImpl().requireNotInitialized("setFixedOrder");
     setMaximumOrder(order);
     updImpl().updScheme<BdfScheme>().fixedOrder = order;
 }

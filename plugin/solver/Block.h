@@ -16,6 +16,8 @@ realize(), then anything else. **/
 
 namespace simflex {
 
+class Checkpoint;
+
 // SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
 // meant.
 namespace Eigen = ::Eigen;
@@ -100,6 +102,10 @@ public:
     virtual void moveQ(const EvaluationContext& context, const double* delta, double* q) const {
         displaceQ(context, delta, q);
     }
+
+    /** Weighs by the pose of the last realize() what displacements follow from δ. **/
+    virtual void followPose() {}
+    virtual void visit(Checkpoint&) {}
 
     /** Scales quaternions to length 1. **/
     virtual void normalizeQ(double* q) const = 0;

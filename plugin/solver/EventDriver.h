@@ -36,6 +36,11 @@ public:
     /** Calls the reporters found by the last calcNextReportTime(). **/
     void report(const SimTK::State& state);
 
+    /** When scheduled handlers were called last: calcNextEventTime() leaves them out at that time.
+     * **/
+    SimTK::Real getLastEventTime() const { return m_lastEvent; }
+    void setLastEventTime(SimTK::Real time) { m_lastEvent = time; }
+
     /** Calls the handlers found by the last calcNextEventTime(). **/
     Outcome handleScheduled(SimTK::State& state, SimTK::Real accuracy);
 

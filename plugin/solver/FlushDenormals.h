@@ -1,13 +1,15 @@
 #pragma once
 /** @file
-Makes numbers below 2⁻¹⁰²² count as zero for a while, in this thread and a team of OpenMP's (private
-header).
+How this thread rounds and what it does with denormal numbers, for a while (private header). Loops
+of ParallelFor.h give it to every thread that takes part, and give back what that had. Without
+effect where the processor has no SSE.
+
+    const FlushDenormals flush;          // until the end of the scope
+    const StandardArithmetic standard;   // whatever the caller has set
 
 Disturbances fade along a long chain of bodies until they are denormal numbers, on which processors
 are many times slower: a Newton iteration of 10 000 links let go at rest took three times as long.
-Without effect where the processor has no SSE.
-
-    const FlushDenormals flush(numThreads);   // until the end of the scope **/
+**/
 
 #ifdef __SSE2__
 #include <immintrin.h>
@@ -15,42 +17,68 @@ Without effect where the processor has no SSE.
 
 namespace simflex {
 
-class FlushDenormals {
+/** Sets a mode, and the one before at the end of the scope. **/
+class ArithmeticMode {
 public:
-    explicit FlushDenormals(int numThreads) : m_numThreads(numThreads), m_before(getMode()) {
-        if (m_before != Both) setModeOfTeam(Both);
+    explicit ArithmeticMode(unsigned mode) : m_before(get()) {
+        if (nesting().depth++ == 0) nesting().outermost = m_before;
+        if (m_before != mode) set(mode);
     }
-    ~FlushDenormals() {
-        if (m_before != Both) setModeOfTeam(m_before);
+    ~ArithmeticMode() {
+        --nesting().depth;
+        if (get() != m_before) set(m_before);
     }
-    FlushDenormals(const FlushDenormals&) = delete;
-    FlushDenormals& operator=(const FlushDenormals&) = delete;
+    ArithmeticMode(const ArithmeticMode&) = delete;
+    ArithmeticMode& operator=(const ArithmeticMode&) = delete;
 
-private:
-    static constexpr unsigned Both = 0x8040;  // flush to zero, denormals are zero
+    static constexpr unsigned Standard = 0;       ///< rounds to nearest, has denormals
+    static constexpr unsigned Flushing = 0x8040;  ///< flushes to zero, takes denormals for zero
 
+    /** What this thread had before any of these: what a new thread shall inherit from it. **/
+    static unsigned getOutermost() { return nesting().depth > 0 ? nesting().outermost : get(); }
+
+    /** That of this thread. **/
 #ifdef __SSE2__
-    static unsigned getMode() {
-        return _mm_getcsr() & Both;
-    }
-    static void setMode(unsigned mode) {
-        _mm_setcsr((_mm_getcsr() & ~Both) | mode);
+    static unsigned get() {
+        return _mm_getcsr() & All;
     }
 #else
-    static unsigned getMode() {
-        return Both;
+    static unsigned get() {
+        return Standard;
     }
-    static void setMode(unsigned) {}
 #endif
 
-    void setModeOfTeam(unsigned mode) const {
-        if (m_numThreads <= 1) return setMode(mode);
-#pragma omp parallel num_threads(m_numThreads)
-        setMode(mode);
+private:
+    struct Nesting {
+        int depth = 0;
+        unsigned outermost = Standard;
+    };
+    static Nesting& nesting() {
+        thread_local Nesting ofThread;
+        return ofThread;
     }
 
-    int m_numThreads;
+    static constexpr unsigned All = Flushing | 0x6000;  // and the direction of rounding
+
+#ifdef __SSE2__
+    static void set(unsigned mode) {
+        _mm_setcsr((_mm_getcsr() & ~All) | mode);
+    }
+#else
+    static void set(unsigned) {}
+#endif
+
     unsigned m_before;
+};
+
+class FlushDenormals : ArithmeticMode {
+public:
+    FlushDenormals() : ArithmeticMode(Flushing) {}
+};
+
+class StandardArithmetic : ArithmeticMode {
+public:
+    StandardArithmetic() : ArithmeticMode(Standard) {}
 };
 
 }  // namespace simflex

@@ -12,6 +12,7 @@ GeneralizedAlphaIntegrator::GeneralizedAlphaIntegrator(const SimTK::MultibodySys
           "GeneralizedAlphaIntegrator", system, std::make_unique<GeneralizedAlphaScheme>(0.8))) {}
 
 void GeneralizedAlphaIntegrator::setSpectralRadius(SimTK::Real rho) {
+    updImpl().requireNotInitialized("setSpectralRadius");
     if (!(rho >= 0 && rho <= 1))
         throw std::invalid_argument("GeneralizedAlphaIntegrator::setSpectralRadius(): " +
                                     std::to_string(rho) + " given, must be 0 to 1");

@@ -25,43 +25,52 @@ ImplicitIntegrator::ImplicitIntegrator(ImplicitIntegrator&&) noexcept = default;
 ImplicitIntegrator& ImplicitIntegrator::operator=(ImplicitIntegrator&&) noexcept = default;
 
 void ImplicitIntegrator::setAccuracy(Real accuracy) {
+    m_impl->requireNotInitialized("setAccuracy");
     requirePositive(accuracy, "setAccuracy");
     m_impl->accuracy = accuracy;
 }
 
 void ImplicitIntegrator::setConstraintTolerance(Real tolerance) {
+    m_impl->requireNotInitialized("setConstraintTolerance");
     requirePositive(tolerance, "setConstraintTolerance");
     m_impl->constraintTolerance = tolerance;
 }
 
 void ImplicitIntegrator::setFormulation(Formulation formulation) {
+    m_impl->requireNotInitialized("setFormulation");
     m_impl->formulation = formulation;
 }
 void ImplicitIntegrator::setBlockForm(BlockForm form) {
+    m_impl->requireNotInitialized("setBlockForm");
     m_impl->blockForm = form;
 }
 
 void ImplicitIntegrator::setInitialStepSize(Real h) {
+    m_impl->requireNotInitialized("setInitialStepSize");
     requirePositive(h, "setInitialStepSize");
     m_impl->initialStep = h;
 }
 
 void ImplicitIntegrator::setMaximumStepSize(Real h) {
+    m_impl->requireNotInitialized("setMaximumStepSize");
     requirePositive(h, "setMaximumStepSize");
     m_impl->maximumStep = h;
 }
 
 void ImplicitIntegrator::setMinimumStepSize(Real h) {
+    m_impl->requireNotInitialized("setMinimumStepSize");
     requirePositive(h, "setMinimumStepSize");
     m_impl->minimumStep = h;
 }
 
 void ImplicitIntegrator::setFixedStep(Real h) {
+    m_impl->requireNotInitialized("setFixedStep");
     requirePositive(h, "setFixedStep");
     m_impl->fixedStep = h;
 }
 
 void ImplicitIntegrator::setNewtonTolerances(const NewtonTolerances& tolerances) {
+    m_impl->requireNotInitialized("setNewtonTolerances");
     requirePositive(tolerances.displacement, "setNewtonTolerances: displacement");
     requirePositive(tolerances.multiplier, "setNewtonTolerances: multiplier");
     requirePositive(tolerances.maxIterations, "setNewtonTolerances: maxIterations");
@@ -69,26 +78,40 @@ void ImplicitIntegrator::setNewtonTolerances(const NewtonTolerances& tolerances)
 }
 
 void ImplicitIntegrator::setFinalTime(Real time) {
-    m_impl->finalTime = time;
+    m_impl->setFinalTime(time);
 }
 
 void ImplicitIntegrator::setNumThreads(int threads) {
     requirePositive(threads, "setNumThreads");
-    m_impl->numThreads = threads;
+    m_impl->setNumThreads(threads);
+}
+
+void ImplicitIntegrator::addBreakTimes(std::vector<Real> times) {
+    m_impl->requireNotInitialized("addBreakTimes");
+    m_impl->breaks.add(std::move(times));
+}
+
+void ImplicitIntegrator::addBreakTimes(std::function<Real(Real time)> next) {
+    m_impl->requireNotInitialized("addBreakTimes");
+    if (!next) throw std::invalid_argument(m_impl->name + "::addBreakTimes(): an empty function");
+    m_impl->breaks.add(std::move(next));
 }
 
 void ImplicitIntegrator::setProjectInitialState(bool project) {
+    m_impl->requireNotInitialized("setProjectInitialState");
     m_impl->projectInitialState = project;
 }
 
 void ImplicitIntegrator::addForceJacobian(const SimTK::Force& force,
                                           const std::vector<SimTK::MobilizedBodyIndex>& bodies) {
+    m_impl->requireNotInitialized("addForceJacobian");
     if (force.isEmptyHandle())
         throw std::invalid_argument(m_impl->name + "::addForceJacobian(): an empty Force");
     m_impl->differentiated.push_back({force, bodies});
 }
 
 void ImplicitIntegrator::addForceJacobian(const std::vector<SimTK::MobilizedBodyIndex>& bodies) {
+    m_impl->requireNotInitialized("addForceJacobian");
     if (bodies.empty())
         throw std::invalid_argument(m_impl->name + "::addForceJacobian(): no bodies named");
     m_impl->differentiated.push_back({SimTK::Force(), bodies});
@@ -96,7 +119,7 @@ void ImplicitIntegrator::addForceJacobian(const std::vector<SimTK::MobilizedBody
 
 void ImplicitIntegrator::setNewtonSystemObserver(
     std::function<void(const NewtonSystem&)> observer) {
-    m_impl->observer = std::move(observer);
+    m_impl->setNewtonSystemObserver(std::move(observer));
 }
 
 void ImplicitIntegrator::setStepObserver(std::function<bool(Real time)> observer) {

@@ -94,7 +94,9 @@ public:
     ImplicitIntegrator(ImplicitIntegrator&&) noexcept;
     ImplicitIntegrator& operator=(ImplicitIntegrator&&) noexcept;
 
-    /** @name Settings; set before initialize(). **/
+    /** @name Settings
+    An integration keeps those that it was begun with: after initialize() they are refused, but for
+    setFinalTime(), setNumThreads() and the observers, which may be called at any time. **/
     /**@{**/
     /** Local error allowed per step, in metres of displacement anywhere on a body; default 1e-6.
     With order p the global error falls as accuracy^(p/(p+1)). **/
@@ -106,6 +108,12 @@ public:
     void setFormulation(Formulation formulation);
     void setBlockForm(BlockForm form);
     void setInitialStepSize(SimTK::Real h);
+    /** Default: the System's getDefaultTimeScale(), 0.1 s unless set. Nothing that happens is
+    faster than that, and what begins while all is at rest has to be met: with it, loads that are
+    off by more than the accuracy at any of four points inside of a step reject the step, so that a
+    Force::Custom or AttachmentForce that acts for a third of the longest step or more is seen.
+    Shorter ones need addBreakTimes(). Times of reports and of stepTo() have no part in it: they
+    change no bit of the motion. **/
     void setMaximumStepSize(SimTK::Real h);
     void setMinimumStepSize(SimTK::Real h);
     /** Steps of exactly h with no error control, for convergence studies. **/
@@ -113,13 +121,23 @@ public:
     void setNewtonTolerances(const NewtonTolerances& tolerances);
     /** No step goes beyond this time; default infinity. **/
     void setFinalTime(SimTK::Real time);
-    /** Threads for the bodies; default: as many as OpenMP offers (OMP_NUM_THREADS) and the bodies'
-    size can feed. Results do not depend on it. **/
+    /** Threads for the bodies. Default: as many as OpenMP offers (OMP_NUM_THREADS) and the bodies'
+    size can feed, or one for as long as that is faster: where other programs have the processors,
+    threads wait for each other. Results do not depend on it. **/
     void setNumThreads(int threads);
+    /** Known times at which loads or motions jump or have a kink. A step ends at each, and the next
+    begins with what holds after it: functions of time are evaluated a little (1e-14 s, or of t)
+    before it and after, so it does not matter which side their own comparison takes. A load that
+    acts between two steps' ends only is seen by sampling, or not at all; a break is never passed
+    over. Times of several calls add up. **/
+    void addBreakTimes(std::vector<SimTK::Real> times);
+    /** The same for times without end, those of a pulse train, say.
+    @param next  returns the first break after a time, Infinity if there is none **/
+    void addBreakTimes(std::function<SimTK::Real(SimTK::Real time)> next);
     /** Skips the initial projection of positions and speeds: the State is taken as consistent
      * already. **/
     void setProjectInitialState(bool project);
-    /** Before initialize() (a later call counts from the next one): takes the stiffness and damping
+    /** Takes the stiffness and damping
     of one of Simbody's force elements, a Force::Custom say, into the Newton matrix: by central
     differences in the speeds that it depends on, two evaluations of it for each speed whenever the
     matrix is formed. Only convergence changes, not the solution. The symmetric part is taken, in

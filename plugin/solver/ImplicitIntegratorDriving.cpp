@@ -1,4 +1,7 @@
 // Time goes on: steps, event triggers, reporters and handlers in their order.
+#include <tuple>
+
+#include "simflex/solver/FlushDenormals.h"
 #include "simflex/solver/ImplicitIntegratorImpl.h"
 #include "simflex/solver/TriggerSearch.h"
 
@@ -11,9 +14,9 @@ using SimTK::Vector;
 using Clock = std::chrono::steady_clock;
 
 void ImplicitIntegrator::Implementation::calcTriggersAt(double t, Vector& values) {
-    showPoint(t);
+    calcPoint(t, m_trial);
     if (m_events.hasAutoUpdates()) m_scratch = m_state;
-    writeState(m_visible, m_scratch);
+    writeState(m_trial, m_scratch);
     m_events.calcTriggers(m_scratch, values);
 }
 
@@ -33,36 +36,75 @@ bool ImplicitIntegrator::Implementation::locateTrigger() {
     }
     m_triggersBefore = search.getValuesAtLow();
     m_triggersAfter = search.getValuesAtHigh();
-    showPoint(search.getHigh());
-    m_history.newest() = m_visible;
+    calcPoint(search.getHigh(), m_trial);
+    m_history.newest() = m_trial;
     return true;
 }
 
+template <class Handler>
+void ImplicitIntegrator::Implementation::handleAsAWhole(const Handler& handler) {
+    getState();
+    const State before = m_state;
+    const Real lastEventTime = m_events.getLastEventTime();
+    try {
+        handler();
+    } catch (...) {
+        m_events.setLastEventTime(lastEventTime);
+        m_state = makeFreshState(m_system, before);
+        m_system.realize(m_state, Stage::Velocity);
+        m_stateIsCurrent = true;
+        throw;
+    }
+}
+
 void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& outcome) {
-    m_isTerminated = outcome.shouldTerminate;
     m_system.realize(m_state, Stage::Velocity);
-    const bool hasTriggered = m_hasTriggered;
-    m_hasTriggered = m_isTimeAdvancePending = false;
-    if (!outcome.hasChangedState && !hasTriggered) return;
-    // A State that cannot be started from leaves nothing to go on with.
-    m_isInitialized = false;
     if (outcome.hasChangedState) {
+        startFromHandlersState();
+    } else if (m_hasTriggered) {
+        restartAtNewest();
+        showPoint(m_history[0].t);
+        m_events.calcTriggers(getState(), m_triggersBefore);
+    }
+    m_isTerminated = outcome.shouldTerminate;
+    m_hasTriggered = m_isTimeAdvancePending = false;
+}
+
+void ImplicitIntegrator::Implementation::startFromHandlersState() {
+    const auto progress = [this] {
+        return std::tie(m_history, m_visible, m_trial, m_new, m_formula, m_errorQ, m_errorU,
+                        m_errorZ, m_builtFrom, breaks, m_controller, m_nextStep, m_order,
+                        m_stepsAtOrder, m_numRedundantAtStart, m_triggersBefore);
+    };
+    auto kept =
+        std::apply([](const auto&... part) { return std::make_tuple(part...); }, progress());
+    bookPhases();
+    auto equations = std::move(m_equations);
+    auto step = std::move(m_step);
+    try {
         const double work = m_visible.work;
         buildEquations();  // discrete variables may have changed at any stage
         m_visible.work = work;
         takeState(true);
         start();
-    } else {
-        restartAtNewest();
-        showPoint(m_history[0].t);
-        m_events.calcTriggers(getState(), m_triggersBefore);
+    } catch (...) {
+        m_equations = std::move(equations);
+        m_step = std::move(step);
+        progress() = std::move(kept);
+        m_scratch = m_builtFrom;
+        throw;
     }
-    m_isInitialized = true;
 }
 
 void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
     if (m_events.hasAutoUpdates() && statistics.stepsTaken > 0) updateDiscreteVariables();
-    takeStep(limit);
+    if (breaks.isAtEnd(m_history[0].t)) passBreak();
+    try {
+        takeStep(std::min(limit, breaks.getEnd()));
+    } catch (...) {
+        showPoint(m_history[0].t);
+        throw;
+    }
     m_isTimeAdvancePending = m_events.hasTimeAdvancedEvents();
     if (m_events.hasTriggers()) m_hasTriggered = locateTrigger();
     if (stepObserver && !stepObserver(m_history[0].t)) m_isInterrupted = true;
@@ -100,17 +142,18 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
             !isTriggered && !isScheduled && m_isTimeAdvancePending && isAtNewest;
         if (isTriggered || isScheduled || isTimeAdvanced) {
             const auto handlerStart = Clock::now();
-            getState();
-            const EventDriver::Outcome outcome =
-                isTriggered
-                    ? m_events.handleTriggered(m_state, m_triggersBefore, m_triggersAfter, accuracy)
-                : isScheduled ? m_events.handleScheduled(m_state, accuracy)
-                              : m_events.handleTimeAdvanced(m_state, accuracy);
-            ++(isTriggered   ? statistics.triggeredEvents
-               : isScheduled ? statistics.scheduledEvents
-                             : statistics.timeAdvancedEvents);
-            statistics.simbodySeconds += secondsSince(handlerStart);
-            takeOver(outcome);
+            handleAsAWhole([&] {
+                const EventDriver::Outcome outcome =
+                    isTriggered   ? m_events.handleTriggered(m_state, m_triggersBefore,
+                                                             m_triggersAfter, accuracy)
+                    : isScheduled ? m_events.handleScheduled(m_state, accuracy)
+                                  : m_events.handleTimeAdvanced(m_state, accuracy);
+                ++(isTriggered   ? statistics.triggeredEvents
+                   : isScheduled ? statistics.scheduledEvents
+                                 : statistics.timeAdvancedEvents);
+                statistics.simbodySeconds += secondsSince(handlerStart);
+                takeOver(outcome);
+            });
             continue;
         }
         if (isReached && target >= goal) break;
@@ -118,8 +161,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
     if (m_isTerminated) return StepStatus::Terminated;
     if (getTime() < finalTime) return StepStatus::ReachedTime;
     if (!m_isFinished) {
-        getState();
-        m_events.handleTermination(m_state, accuracy);
+        handleAsAWhole([&] { m_events.handleTermination(m_state, accuracy); });
         m_isFinished = true;
     }
     return StepStatus::ReachedFinalTime;
@@ -135,6 +177,7 @@ void ImplicitIntegrator::Implementation::bookPhases() {
 
 template <class Work>
 ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::runTimed(Work work) {
+    const StandardArithmetic standard;
     const auto start_ = Clock::now();
     m_isRunning = true;
     const auto book = [&] {
@@ -147,7 +190,6 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::runTimed(Work
         book();
         return status;
     } catch (...) {
-        if (m_isInitialized && isLater(m_visible.t, m_history[0].t)) showPoint(m_history[0].t);
         book();
         throw;
     }

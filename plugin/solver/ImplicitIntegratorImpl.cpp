@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "simflex/solver/FailureDiagnosis.h"
+#include "simflex/solver/FlushDenormals.h"
 
 namespace simflex {
 
@@ -29,6 +30,33 @@ void ImplicitIntegrator::Implementation::requireInitialized(const char* method) 
     if (!m_isInitialized) throw std::logic_error(name + "::" + method + "() before initialize()");
 }
 
+void ImplicitIntegrator::Implementation::requireNotInitialized(const char* method) const {
+    if (m_isInitialized)
+        throw std::logic_error(name + "::" + method +
+                               "() after initialize(): an integration keeps the settings it was "
+                               "begun with; set them before, or make another integrator");
+}
+
+void ImplicitIntegrator::Implementation::setFinalTime(Real time) {
+    if (m_isInitialized && !(time >= m_history[0].t))
+        throw std::invalid_argument(name + "::setFinalTime(): time " + std::to_string(time) +
+                                    " s is before " + std::to_string(m_history[0].t) +
+                                    " s, which is reached already");
+    finalTime = time;
+    m_isFinished = m_isFinished && !(m_visible.t < finalTime);
+}
+
+void ImplicitIntegrator::Implementation::setNumThreads(int threads) {
+    numThreads = threads;
+    if (m_isInitialized) m_step->setNumThreads(numThreads);
+}
+
+void ImplicitIntegrator::Implementation::setNewtonSystemObserver(
+    std::function<void(const NewtonSystem&)> newObserver) {
+    observer = std::move(newObserver);
+    if (m_isInitialized) m_step->observer = observer;
+}
+
 //-------------------------------------------------------------------------------------------------
 // start
 
@@ -41,6 +69,10 @@ void ImplicitIntegrator::Implementation::setUp(const State& state) {
 void ImplicitIntegrator::Implementation::prepare(const State& state) {
     m_isInitialized = m_isTerminated = m_isFinished = false;
     checkSettings(state.getTime());
+    m_longestStep =
+        maximumStep > 0
+            ? maximumStep
+            : std::max({m_system.getDefaultTimeScale(), initialStep, minimumStep, fixedStep});
     m_state = makeFreshState(m_system, state);
     m_system.realize(m_state, Stage::Velocity);
     m_step.reset();
@@ -58,9 +90,10 @@ void ImplicitIntegrator::Implementation::checkSettings(Real startTime) const {
     const auto refuse = [&](const std::string& what) {
         throw std::invalid_argument(name + ": " + what);
     };
-    if (fixedStep > 0 && fixedStep > maximumStep)
+    if (maximumStep > 0 && fixedStep > maximumStep)
         refuse("setMaximumStepSize() is below setFixedStep()");
-    if (minimumStep > maximumStep) refuse("setMaximumStepSize() is below setMinimumStepSize()");
+    if (maximumStep > 0 && minimumStep > maximumStep)
+        refuse("setMaximumStepSize() is below setMinimumStepSize()");
     if (finalTime < startTime)
         refuse("setFinalTime() " + std::to_string(finalTime) + " s is before the State's time " +
                std::to_string(startTime) + " s");
@@ -77,20 +110,26 @@ void ImplicitIntegrator::Implementation::buildEquations() {
     m_step->blockForm = blockForm;
     m_step->accuracy = accuracy;
     m_step->observer = observer;
-    m_step->setNumThreads(numThreads > 0 ? numThreads : omp_get_max_threads());
+    if (numThreads > 0)
+        m_step->setNumThreads(numThreads);
+    else
+        m_step->chooseNumThreads(omp_get_max_threads());
 
     const int nq = m_equations->numQ(), nu = m_equations->numU(), m = m_equations->numMultipliers(),
               nz = m_equations->numZ();
     m_history.resize(nq, nu, m, nz);
     m_new.resize(nq, nu, m, nz);
     m_visible.resize(nq, nu, m, nz);
+    m_trial.resize(nq, nu, m, nz);
     m_formula.resize(nq, nu, nz);
     m_errorQ.assign(size_t(nq), 0);
     m_errorU.assign(size_t(nu), 0);
     m_errorZ.assign(size_t(nz), 0);
+    m_samples.resize(nq, nu, m);
 }
 
 void ImplicitIntegrator::Implementation::initialize(const State& state) {
+    const StandardArithmetic standard;
     setUp(state);
     const auto start_ = Clock::now();
     takeState(projectInitialState);
@@ -116,6 +155,7 @@ void ImplicitIntegrator::Implementation::initializeSystem() {
 void ImplicitIntegrator::Implementation::takeState(bool project) {
     SolutionPoint& point = m_visible;
     point.t = m_state.getTime();
+    enterSmoothSpan(point.t);
     m_equations->getFromState(m_state, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = m_state.getZ()[int(i)];
     m_equations->setZ(point.z.data());
@@ -129,6 +169,7 @@ void ImplicitIntegrator::Implementation::completeStart(SolutionPoint& point) {
     m_equations->setZ(point.z.data());
     m_step->calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
     point.constraintError = m_step->calcPositionError(point.t, point.q, point.u);
+    m_equations->followPose();
     m_equations->calcQDot(point.q.data(), point.u.data(), point.qDot.data());
     m_equations->calcZDot(point.q.data(), point.u.data(), point.uDot.data(), point.z.data(),
                           point.zDot.data());
@@ -145,12 +186,18 @@ void ImplicitIntegrator::Implementation::start() {
     ++statistics.starts;
     m_numRedundantAtStart = statistics.redundantConstraints;
     m_controller.restart();
-    m_nextStep = chooseInitialStep(m_visible);
+    constexpr Real LongestFraction = 1e-2;  // of the system's time scale
+    m_nextStep = chooseInitialStep(m_visible, LongestFraction * m_system.getDefaultTimeScale());
     m_order = std::min(m_scheme->getLowestOrder(), m_scheme->getHighestOrder(m_history));
     m_stepsAtOrder = 0;
     m_stateIsCurrent = false;
     m_hasTriggered = m_isTimeAdvancePending = false;
     if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
+}
+
+void ImplicitIntegrator::Implementation::enterSmoothSpan(double time) {
+    breaks.moveTo(time);
+    m_equations->setSmoothSpan(breaks.getFirst(), breaks.getLast());
 }
 
 void ImplicitIntegrator::Implementation::restartAtNewest() {
@@ -163,6 +210,7 @@ void ImplicitIntegrator::Implementation::restartAtNewest() {
 }
 
 void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history, int wantedOrder) {
+    const StandardArithmetic standard;
     const auto refuse = [&](const std::string& what) {
         throw std::invalid_argument(name + "::initialize(): " + what);
     };
@@ -179,6 +227,7 @@ void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history
             refuse("states of the history must be " + std::to_string(fixedStep) +
                    " s apart, oldest first");
     setUp(history.back());
+    enterSmoothSpan(history.back().getTime());
     SolutionPoint& point = m_visible;
     for (unsigned i = 0; i < history.size(); ++i) {
         State past = history[i];
@@ -205,11 +254,10 @@ void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history
     m_isInitialized = true;
 }
 
-Real ImplicitIntegrator::Implementation::chooseInitialStep(const SolutionPoint& point) {
-    constexpr Real LongestFraction = 1e-2;  // of the system's time scale
+Real ImplicitIntegrator::Implementation::chooseInitialStep(const SolutionPoint& point,
+                                                           Real longest) {
     if (fixedStep > 0) return fixedStep;
-    if (initialStep > 0) return std::min(initialStep, maximumStep);
-    const Real longest = LongestFraction * m_system.getDefaultTimeScale();
+    if (initialStep > 0) return std::min(initialStep, m_longestStep);
     // How fast u̇ changes, from accelerations a short way along the Taylor series.
     const double acceleration = m_equations->calcDisplacement(point.uDot.data());
     double delta = 1e-2 * longest;
@@ -234,7 +282,7 @@ Real ImplicitIntegrator::Implementation::chooseInitialStep(const SolutionPoint& 
     } catch (const std::runtime_error&) {
         h = delta;  // the first step will say what is wrong
     }
-    return std::min(std::max(std::min(h, longest), 10 * minimumStep), maximumStep);
+    return std::min(std::max(std::min(h, longest), 10 * minimumStep), m_longestStep);
 }
 
 //-------------------------------------------------------------------------------------------------
@@ -274,6 +322,7 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
         *error = 0;
     else
         *error = m_history.numNodes() > order ? calcError(order) : calcFirstError();
+    if (fixedStep == 0 && *error <= 1) *error = std::max(*error, calcUnseenError(order));
     return true;
 }
 
@@ -349,7 +398,24 @@ void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, 
         m_nextStep = h * std::clamp(best, 0.5, largest);
     }
     m_order = bestOrder;
-    m_nextStep = std::min(m_nextStep, double(maximumStep));
+    m_nextStep = std::min(m_nextStep, m_longestStep);
+}
+
+void ImplicitIntegrator::Implementation::passBreak() {
+    // What does not depend on time is the same on both sides to the last bit.
+    constexpr double SmallestJump = 1e-9;
+    SolutionPoint& point = m_history.newest();
+    const std::vector<double> before = m_step->calcLoads(point.t, point.q, point.u);
+    enterSmoothSpan(point.t);
+    m_equations->prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
+    const std::vector<double> after = m_step->calcLoads(point.t, point.q, point.u);
+    bool jumps = false;
+    for (size_t i = 0; i < before.size(); ++i)
+        jumps = jumps || !(std::abs(after[i] - before[i]) <=
+                           SmallestJump * std::max(std::abs(before[i]), std::abs(after[i])));
+    if (!jumps) return;
+    restartAtNewest();
+    m_nextStep = chooseInitialStep(point, m_nextStep);
 }
 
 void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
@@ -359,6 +425,7 @@ void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
     }
     // The whole point is copied: every array has its size already.
     m_history.push() = m_new;
+    m_equations->followPose();
     ++statistics.stepsTaken;
     ++statistics.stepsAtOrder[size_t(order)];
     statistics.timeCovered += h;
@@ -369,7 +436,7 @@ void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
 }
 
 void ImplicitIntegrator::Implementation::takeStep(double limit) {
-    double h = std::min(m_nextStep, double(maximumStep));
+    double h = std::min(m_nextStep, m_longestStep);
     bool isCut = false;
     const double remaining = limit - m_history[0].t;
     if (h >= remaining * (1 - 1e-10)) {
@@ -475,8 +542,11 @@ void ImplicitIntegrator::Implementation::writeState(const SolutionPoint& point,
 
 void ImplicitIntegrator::Implementation::showPoint(double t) {
     m_stateIsCurrent = false;
+    calcPoint(t, m_visible);
+}
+
+void ImplicitIntegrator::Implementation::calcPoint(double t, SolutionPoint& point) {
     const SolutionPoint& newest = m_history[0];
-    SolutionPoint& point = m_visible;
     if (!isLater(t, newest.t)) {
         point = newest;
         // An event at t must not stay ahead of the State by round-off: it would come for ever.
@@ -494,7 +564,8 @@ void ImplicitIntegrator::Implementation::showPoint(double t) {
     m_equations->normalizeQ(point.q.data());
     m_equations->prescribe(t, 0, nullptr, point.q.data(), point.u.data());
     if (m_equations->numMultipliers() > 0 && m_step->canProject()) {
-        point.constraintError = m_step->projectPositions(t, constraintTolerance, point.q, point.u);
+        point.constraintError =
+            m_step->projectBetweenSteps(t, constraintTolerance, point.q, point.u);
         m_step->projectSpeeds(t, point.q, point.u);
     } else {
         point.constraintError = m_step->calcPositionError(t, point.q, point.u);
@@ -536,9 +607,9 @@ Vector ImplicitIntegrator::Implementation::calcMultipliers(const Joint* joint) c
 
 void ImplicitIntegrator::Implementation::updateDiscreteVariables() {
     const auto start_ = Clock::now();
+    m_stateIsCurrent = false;
     writeState(m_history[0], m_state);
     m_events.updateDiscreteVariables(m_state);
-    m_stateIsCurrent = false;
     statistics.simbodySeconds += secondsSince(start_);
 }
 

@@ -6,6 +6,7 @@ The state of an ImplicitIntegrator (private header). **/
 #include <chrono>
 #include <cmath>
 
+#include "simflex/solver/BreakTimes.h"
 #include "simflex/solver/EventDriver.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 #include "simflex/solver/ImplicitStep.h"
@@ -17,11 +18,6 @@ namespace simflex {
 
 inline double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/** True if b is a later time than a by more than round-off. **/
-inline bool isLater(double a, double b) {
-    return b - a > 1e-13 * std::max(1.0, std::abs(a));
 }
 
 class ImplicitIntegrator::Implementation {
@@ -44,6 +40,11 @@ public:
     SimTK::Vector calcMultipliers(const Joint* joint) const;
     SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint) const;
     void requireInitialized(const char* method) const;
+    /** @throws std::logic_error naming the setter after initialize(). **/
+    void requireNotInitialized(const char* method) const;
+    void setFinalTime(SimTK::Real time);
+    void setNumThreads(int threads);
+    void setNewtonSystemObserver(std::function<void(const NewtonSystem&)> newObserver);
 
     /** The scheme, of the type it was constructed with. **/
     template <class Scheme>
@@ -61,7 +62,7 @@ public:
     /** @name Settings **/
     /**@{**/
     SimTK::Real accuracy = 1e-6, constraintTolerance = 1e-10;
-    SimTK::Real initialStep = 0, maximumStep = SimTK::Infinity, minimumStep = 1e-12, fixedStep = 0;
+    SimTK::Real initialStep = 0, maximumStep = 0, minimumStep = 1e-12, fixedStep = 0;
     SimTK::Real finalTime = SimTK::Infinity;
     int numThreads = 0;
     bool projectInitialState = true;
@@ -71,6 +72,7 @@ public:
     std::function<void(const NewtonSystem&)> observer;
     std::function<bool(SimTK::Real)> stepObserver;
     std::vector<ForceSelection> differentiated;
+    BreakTimes breaks;
     /**@}**/
 
     IntegratorStatistics statistics;
@@ -95,38 +97,55 @@ private:
     void restartAtNewest();
     /** Derivatives, multipliers, power and error of a point from its t, q, u and z. **/
     void completeStart(SolutionPoint& point);
-    SimTK::Real chooseInitialStep(const SolutionPoint& point);
+    /** @param longest  allowed **/
+    SimTK::Real chooseInitialStep(const SolutionPoint& point, SimTK::Real longest);
+    /** Lets the equations evaluate functions of time between the breaks about this one only. **/
+    void enterSmoothSpan(double time);
 
     // steps
     /** One accepted step that does not pass `limit`, with what belongs to its ends. **/
     void advanceInternally(double limit);
+    /** Goes on beyond a break at the newest point: starts again there if something jumps. **/
+    void passBreak();
     void takeStep(double limit);
     bool attemptStep(double h, int order, double* error);
     void acceptStep(double h, int order);
     void chooseNextStep(double error, double h, int order);
     double calcError(int order);
     double calcFirstError();
+    /** The same of what loads and motions do inside of the step that the ends of it and of those
+    before do not show: their distance from the polynomial of the step's order, at points between.
+    A load that begins and ends within a step would be passed over without a trace. **/
+    double calcUnseenError(int order);
+    double calcUnseenLoads(int order);
+    double calcUnseenMotions(int order);
     enum class Failure { ErrorTest, Convergence, Projection };
     /** @param error  of the last try, in units of the accuracy **/
     [[noreturn]] void failStep(double h, Failure failure, double error);
 
     // driving
     StepStatus advance(SimTK::Real goal);
+    /** Runs a handler of events on m_state; after an exception all is as before. **/
+    template <class Handler>
+    void handleAsAWhole(const Handler& handler);
     /** Goes on after handlers ran; starts again from what they left if they changed something. **/
     void takeOver(const EventDriver::Outcome& outcome);
+    /** The same; if it cannot be started from, nothing has changed but m_state. **/
+    void startFromHandlersState();
     /** Shortens the last step to where a trigger function changes sign, if one does; true if so.
      * **/
     bool locateTrigger();
     void calcTriggersAt(double t, SimTK::Vector& values);
     /** Moves phase times from the solver and the equations into the statistics. **/
     void bookPhases();
-    /** Runs `work` and books its time; on an exception makes the last good point visible. **/
+    /** Runs `work` and books its time. **/
     template <class Work>
     StepStatus runTimed(Work work);
 
     // output
-    /** Makes the point at t visible: interpolated inside the last step, projected onto the joints.
-     * **/
+    /** The point at t: interpolated inside the last step, projected onto the joints. **/
+    void calcPoint(double t, SolutionPoint& point);
+    /** Makes it visible. **/
     void showPoint(double t);
     void writeState(const SolutionPoint& point, SimTK::State& state) const;
     void updateDiscreteVariables();
@@ -153,7 +172,9 @@ private:
     SimTK::State m_builtFrom;  ///< m_state as the equations found it
     StateImage m_image;
     SolutionPoint m_visible;
+    SolutionPoint m_trial;  ///< where triggers are evaluated
 
+    double m_longestStep = 0;  ///< allowed
     double m_nextStep = 0;
     int m_order = 1, m_stepsAtOrder = 0;
     SimTK::Vector m_triggersBefore, m_triggersAfter, m_triggerTrial;
@@ -170,6 +191,16 @@ private:
     ImplicitStep::Outcome m_outcome;
     std::vector<double> m_errorQ, m_errorU, m_errorZ;
     int m_worstErrorBlock = -1;
+
+    /** Loads and motions at points inside of a step. **/
+    struct Samples {
+        static constexpr int Count = 4;
+        std::vector<double> loads[Count], atNodes[6], unseen;
+        std::vector<double> q, u;
+
+        void resize(int numQ, int numU, int numMultipliers);
+    };
+    Samples m_samples;
     bool m_isInterrupted = false;
 };
 

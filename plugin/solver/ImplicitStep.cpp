@@ -54,9 +54,20 @@ ImplicitStep::ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& 
       m_deltaZ(equations.numZ()) {}
 
 void ImplicitStep::setNumThreads(int threads) {
+    m_threadChoice = ThreadChoice(1);
+    useThreads(threads);
+}
+
+void ImplicitStep::chooseNumThreads(int most) {
+    m_threadChoice = ThreadChoice(most);
+    useThreads(most);
+}
+
+void ImplicitStep::useThreads(int threads) {
+    if (threads == m_numThreads) return;
     m_equations.setNumThreads(threads);
-    m_numThreads = m_equations.getNumThreads();
     m_solver.setNumThreads(threads);
+    m_numThreads = threads;
 }
 
 bool ImplicitStep::useDense() const {
@@ -181,7 +192,7 @@ bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& 
 
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
                                           Purpose purpose, SolutionPoint& point) {
-    const FlushDenormals flush(m_numThreads);
+    const FlushDenormals flush;
     constexpr double LargestFactorChange = 0.1, SlowRate = 0.5;
     constexpr int LongestReuse = 50;
     // What round-off leaves across the constraints is projected out.
@@ -196,6 +207,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     ++m_stepsSinceFactor;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
 
+    // Not where a point was looked at last.
+    if (m_equations.asksForN()) m_equations.realize(t, q.data(), u.data());
     int allowed = tolerances.maxIterations;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
@@ -230,6 +243,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             break;
         }
 
+        const bool isRefreshed = refresh;
         if (refresh) {
             formAndFactor(formula.factors, q, u, uDot);
             m_rate = 0.5;
@@ -237,6 +251,10 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             allowed = iteration + tolerances.maxIterations;
         }
         solveLinear();
+        if (m_threadChoice.getMost() > 1 && !isRefreshed) {
+            m_threadChoice.add(secondsSince(start));
+            useThreads(m_threadChoice.get());
+        }
         ++m_statistics.newtonIterations;
         const std::vector<double>& delta = m_solver.getDeltaU();
         const double* deltaLambda = m_solver.getDeltaLambda();
@@ -305,7 +323,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
 double ImplicitStep::projectPositions(double t, double tolerance, std::vector<double>& q,
                                       const std::vector<double>& u, int* worstRow) {
-    const FlushDenormals flush(m_numThreads);
+    const FlushDenormals flush;
     constexpr int MaxIterations = 10;
     constexpr double SlowRate = 0.1;
     double error = 0, previous = 0;
@@ -331,6 +349,24 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
     }
 }
 
+double ImplicitStep::projectBetweenSteps(double t, double tolerance, std::vector<double>& q,
+                                         const std::vector<double>& u) {
+    const FlushDenormals flush;
+    // The matrix of the step's end stays: a poor one takes more passes.
+    constexpr int MaxIterations = 40;
+    constexpr double SlowestRate = 0.9;
+    double previous = SimTK::Infinity;
+    for (int iteration = 0;; ++iteration) {
+        const double error = calcPositionError(t, q, u);
+        if (error <= tolerance || iteration == MaxIterations || !(error < SlowestRate * previous))
+            return error;
+        previous = error;
+        m_solver.solveForConstraints(m_system);
+        ++m_statistics.linearSolves;
+        m_equations.displaceQ(m_solver.getDeltaU().data(), q.data());
+    }
+}
+
 double ImplicitStep::calcPositionError(double t, const std::vector<double>& q,
                                        const std::vector<double>& u) {
     m_equations.realize(t, q.data(), u.data());
@@ -340,7 +376,7 @@ double ImplicitStep::calcPositionError(double t, const std::vector<double>& q,
 
 double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
                                    int* worstRow, std::vector<double>* lambda) {
-    const FlushDenormals flush(m_numThreads);
+    const FlushDenormals flush;
     // The factored G may belong to a neighbouring q: further passes take the difference up.
     constexpr int MaxIterations = 3;
     for (int iteration = 0;; ++iteration) {
@@ -428,7 +464,7 @@ void ImplicitStep::relaxShapes(double t, double tolerance, int maxIterations,
 
 void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
                             std::vector<double>& u) {
-    const FlushDenormals flush(m_numThreads);
+    const FlushDenormals flush;
     constexpr int MaxIterations = 60;
     constexpr double Far = 1e-3;  // [m, rad]
     std::vector<double> uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
@@ -469,7 +505,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
 void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
                                      const std::vector<double>& u, std::vector<double>& uDot,
                                      std::vector<double>& lambda) {
-    const FlushDenormals flush(m_numThreads);
+    const FlushDenormals flush;
     std::fill(lambda.begin(), lambda.end(), 0.0);
     m_equations.realize(t, q.data(), u.data());
     m_equations.calcPrescribedUDot(q.data(), uDot.data());
@@ -487,6 +523,29 @@ void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
     for (size_t i = 0; i < uDot.size(); ++i) uDot[i] += delta[i];
     std::copy_n(m_solver.getDeltaLambda(), lambda.size(), lambda.begin());
     invalidateMatrix();
+}
+
+double ImplicitStep::calcResponse(double stiffness, const std::vector<double>& loads) {
+    const FlushDenormals flush;
+    const size_t nu = m_delta.size(), m = size_t(m_equations.numMultipliers());
+    std::copy_n(loads.begin(), nu, m_system.r.begin());
+    for (size_t k = 0; k < m; ++k) m_system.c[k] = loads[nu + k] / stiffness;
+    m_solver.solve(m_system);
+    ++m_statistics.linearSolves;
+    return stiffness * m_equations.calcDisplacement(m_solver.getDeltaU().data());
+}
+
+std::vector<double> ImplicitStep::calcLoads(double t, const std::vector<double>& q,
+                                            const std::vector<double>& u) {
+    const FlushDenormals flush;
+    const size_t nu = u.size(), m = size_t(m_equations.numMultipliers());
+    std::vector<double> loads(2 * nu + m), lambda(m, 0);
+    double *uDot = loads.data(), *r = uDot + nu, *gDotDot = r + nu;
+    m_equations.realize(t, q.data(), u.data());
+    m_equations.calcPrescribedUDot(q.data(), uDot);
+    m_equations.calcResidual(q.data(), u.data(), uDot, lambda.data(), r);
+    m_equations.calcAccelerationErrors(q.data(), u.data(), uDot, gDotDot);
+    return loads;
 }
 
 void ImplicitStep::addInTiming() {

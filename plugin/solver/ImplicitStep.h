@@ -10,6 +10,7 @@ implicit steps, projection of positions and speeds onto the joints, consistent a
 #include "simflex/solver/MultibodyEquations.h"
 #include "simflex/solver/SolutionHistory.h"
 #include "simflex/solver/StepFormula.h"
+#include "simflex/solver/ThreadChoice.h"
 
 namespace simflex {
 
@@ -39,6 +40,8 @@ public:
     std::function<void(const NewtonSystem&)> observer;
 
     void setNumThreads(int threads);
+    /** As many as these or one, whatever is faster. **/
+    void chooseNumThreads(int most);
 
     /** Solves the equations of a step for u, λ and z (in `point`: predictions), and with them q, u̇
     and ż. **/
@@ -66,6 +69,11 @@ public:
     double projectPositions(double t, double tolerance, std::vector<double>& q,
                             const std::vector<double>& u, int* worstRow = nullptr);
 
+    /** The same for points between steps, which leaves no trace: whatever is looked at, the steps
+    to come are the same. **/
+    double projectBetweenSteps(double t, double tolerance, std::vector<double>& q,
+                               const std::vector<double>& u);
+
     /** True if the last projectPositions() began so far off that couplers may lose their count. **/
     bool mayLoseCount() const { return m_mayLoseCount; }
 
@@ -85,6 +93,14 @@ public:
     /** M u̇ + Gᵀλ = f − b, G u̇ = −Ġu − …: exact accelerations and multipliers. **/
     void calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
                            std::vector<double>& uDot, std::vector<double>& lambda);
+
+    /** How far the end of the last step solved would move, were loads and position errors other by
+    these [m]. **/
+    double calcResponse(double stiffness, const std::vector<double>& loads);
+
+    /** What acts at this time, forces and prescribed accelerations, for comparison. **/
+    std::vector<double> calcLoads(double t, const std::vector<double>& q,
+                                  const std::vector<double>& u);
 
     /** One line for each redundancy that the last factorization found. **/
     std::vector<std::string> describeRedundancies() const;
@@ -117,6 +133,7 @@ private:
                        const std::vector<double>& u, const std::vector<double>& uDot,
                        MotionLevel level = MotionLevel::Acceleration);
     void solveLinear();
+    void useThreads(int threads);
     bool useDense() const;
     int findNonFiniteBlock() const;
 
@@ -128,6 +145,7 @@ private:
     std::vector<double> m_delta, m_lastUDot, m_deltaZ;
     NewtonFactors m_factored;  ///< zero: none
     int m_numThreads = 1;
+    ThreadChoice m_threadChoice;
     double m_rate = 1;             ///< convergence rate seen in the last iterations
     double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step
     bool m_canProject = false;

@@ -5,6 +5,7 @@
 
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/Checkpoint.h"
+#include "simflex/solver/FlushDenormals.h"
 #include "simflex/solver/ImplicitIntegratorImpl.h"
 
 namespace simflex {
@@ -125,7 +126,8 @@ void ImplicitIntegrator::Implementation::visitSettings(Checkpoint& c) const {
         {"setNewtonTolerances: bodyResidual", newtonTolerances.bodyResidual},
         {"setNewtonTolerances: constraintResidual", newtonTolerances.constraintResidual},
         {"setNewtonTolerances: maxIterations", newtonTolerances.maxIterations},
-        {"addForceJacobian, times called", double(differentiated.size())}};
+        {"addForceJacobian, times called", double(differentiated.size())},
+        {"addBreakTimes, times called", double(breaks.numSources())}};
     settings.insert(settings.end(), common.begin(), common.end());
     for (const auto& [setting, value] : settings) {
         double written = value;
@@ -154,6 +156,8 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
     visitVector(c, m_triggersBefore);
     visitVector(c, m_triggersAfter);
     c.visit(m_hasTriggered, m_isTimeAdvancePending, m_isTerminated, m_isFinished);
+    breaks.visit(c);
+    m_equations->setSmoothSpan(breaks.getFirst(), breaks.getLast());
     m_equations->visit(c);
     m_step->visit(c);
     visitStatistics(c, statistics);
@@ -175,6 +179,7 @@ void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
 }
 
 void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, const State& start) {
+    const StandardArithmetic standard;
     Checkpoint checkpoint(stream);
     requireTopology(m_system, start, name + "::readCheckpoint()");
     visitModel(checkpoint);

@@ -45,7 +45,7 @@ void MultibodyEquations::updatePrescribed(double time, const double* q, const do
 void MultibodyEquations::prescribe(double time, double gamma, const double* uHist, double* q,
                                    double* u) {
     if (!m_prescribed) return;
-    updatePrescribed(time, q, u);
+    updatePrescribed(std::clamp(time, m_firstTime, m_lastTime), q, u);
     m_prescribed->apply(gamma, uHist, q, u);
 }
 
@@ -74,7 +74,13 @@ void MultibodyEquations::realizeSimbody(double time, const double* q, const doub
     m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+void MultibodyEquations::setSmoothSpan(double first, double last) {
+    m_firstTime = first;
+    m_lastTime = last;
+}
+
 void MultibodyEquations::realize(double time, const double* q, const double* u) {
+    time = std::clamp(time, m_firstTime, m_lastTime);
     m_time = m_context.time = time;
     if (m_prescribed && !m_prescribed->dependsOnState()) updatePrescribed(time, q, u);
     if (m_needsSimbody) realizeSimbody(time, q, u);
@@ -615,7 +621,17 @@ double MultibodyEquations::calcZError(const double* deltaZ) const {
     return largest;
 }
 
+bool MultibodyEquations::asksForN() const {
+    return std::any_of(m_rigid.begin(), m_rigid.end(),
+                       [](const RigidTree* tree) { return tree->asksForN(); });
+}
+
+void MultibodyEquations::followPose() {
+    for (RigidTree* tree : m_rigid) tree->followPose();
+}
+
 void MultibodyEquations::visit(Checkpoint& checkpoint) {
+    for (const auto& block : m_blocks) block->visit(checkpoint);
     if (m_prescribed) {
         checkpoint.visit(m_prescribedTime);
         m_prescribed->visit(checkpoint);

@@ -78,6 +78,10 @@ public:
      * realize() on, springs between attachment frames in full; 1 unless told. **/
     void setLoadFraction(double fraction);
 
+    /** From now on functions of time are evaluated at times within these only, the nearest ones;
+    infinite unless told. **/
+    void setSmoothSpan(double first, double last);
+
     /** Threads to use at most; models of few or small bodies get fewer. **/
     void setNumThreads(int most);
     int getNumThreads() const { return m_numThreads; }
@@ -177,6 +181,23 @@ public:
     void putIntoState(double time, const double* q, const double* u, SimTK::State& state) const;
     SimTK::Vector calcSimbodyUDot(const double* q, const double* uDot) const;
 
+    /** @name How loads and motions depend on time alone, all else as at the last realize()
+    Of Simbody's forces and constraints those that may: Force::Custom, Constraint::Custom and
+    Constraint::PrescribedMotion. **/
+    /**@{**/
+    bool hasTimedLoads() const { return m_hasTimedLoads; }
+    bool hasTimedMotions() const { return m_prescribed && m_prescribed->hasMotions(); }
+    /** @param[out] r  forces of what may depend on time, in the equations' sign
+    @param[out] g  position errors of the constraints that may, else zero **/
+    void calcTimedLoads(double time, const double* q, const double* u, double* r, double* g);
+    /** Writes the q and u that Motions prescribe at another time. **/
+    void calcTimedMotions(double time, double* q, double* u);
+    /**@}**/
+
+    /** Weighs speeds and coordinates of rigid trees by what they move in the pose of the last
+    realize(); cheap on the average. Flexible bodies have their own frames. **/
+    void followPose();
+
     /** @name Auxiliary variables z, which belong to Simbody's elements and Measures **/
     /**@{**/
     int numZ() const { return m_numZ; }
@@ -209,6 +230,8 @@ public:
 
     /** True if N(q) or forces are asked of Simbody. **/
     bool needsSimbody() const { return m_needsSimbody; }
+    /** True if N(q) is; it is that of the last realize(). **/
+    bool asksForN() const;
 
     /** Wall time spent in Simbody since the last call. **/
     double takeSimbodySeconds() { return std::exchange(m_simbodySeconds, 0); }
@@ -302,6 +325,7 @@ private:
     void makeJoints();
     void makeForceElements();
     void makeLoadedBlocks();
+    void findTimedLoads();
     void makeForceDifferences(const std::vector<ForceSelection>& selections);
     /** True if a differenced force acts on the block in a way that an arrow has no columns for:
      * on its modes, or where no frame of its part stands for the columns. **/
@@ -386,6 +410,15 @@ private:
     std::vector<double> m_scratch;
     int m_numQ = 0, m_numU = 0, m_numMultipliers = 0, m_numThreads = 1;
     double m_time = 0;
+    bool m_hasTimedLoads = false, m_hasTimedConstraints = false;
+    std::vector<const SimTK::Force*> m_timedForces;
+    SimTK::State m_timedState;  ///< on which Simbody evaluates these at other times
+    SimTK::Vector_<SimTK::SpatialVec> m_timedBodyForces;
+    SimTK::Vector m_timedMobilityForces;
+    SimTK::Vector_<SimTK::Vec3> m_timedParticleForces;
+    SimTK::Array_<SimTK::SpatialVec> m_timedElementForces;  ///< of one element
+    std::unique_ptr<PrescribedMotion> m_timedMotion;
+    double m_firstTime = -SimTK::Infinity, m_lastTime = SimTK::Infinity;
     mutable double m_simbodySeconds = 0;
 };
 

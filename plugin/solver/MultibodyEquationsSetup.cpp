@@ -82,6 +82,7 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     makeForceDifferences(differentiated);
     linkJointsToFrames();
     makeParts();
+    if (m_setting == Setting::Implicit) findTimedLoads();
 }
 
 MultibodyEquations::~MultibodyEquations() = default;

@@ -5,11 +5,15 @@ a team of one would still cost a fraction of a microsecond.
 
     threads = chooseNumThreads(threads, work, workPerThread);
     parallelFor(count, threads, [&](int i) { … });          // equal shares, in order
-    parallelForDynamic(count, threads, [&](int i) { … });   // whoever is free takes the next **/
+    parallelForDynamic(count, threads, [&](int i) { … });   // whoever is free takes the next
+
+All threads do arithmetic as the calling one does, see FlushDenormals.h. **/
 
 #include <omp.h>
 
 #include <algorithm>
+
+#include "simflex/solver/FlushDenormals.h"
 
 namespace simflex {
 
@@ -26,8 +30,14 @@ void parallelFor(int count, int threads, const Body& body) {
         for (int i = 0; i < count; ++i) body(i);
         return;
     }
-#pragma omp parallel for schedule(static) num_threads(threads)
-    for (int i = 0; i < count; ++i) body(i);
+    const unsigned mode = ArithmeticMode::get();
+    const ArithmeticMode ofNewThreads(ArithmeticMode::getOutermost());
+#pragma omp parallel num_threads(threads)
+    {
+        const ArithmeticMode callers(mode);
+#pragma omp for schedule(static)
+        for (int i = 0; i < count; ++i) body(i);
+    }
 }
 
 template <class Body>
@@ -36,8 +46,14 @@ void parallelForDynamic(int count, int threads, const Body& body) {
         for (int i = 0; i < count; ++i) body(i);
         return;
     }
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-    for (int i = 0; i < count; ++i) body(i);
+    const unsigned mode = ArithmeticMode::get();
+    const ArithmeticMode ofNewThreads(ArithmeticMode::getOutermost());
+#pragma omp parallel num_threads(threads)
+    {
+        const ArithmeticMode callers(mode);
+#pragma omp for schedule(dynamic, 1)
+        for (int i = 0; i < count; ++i) body(i);
+    }
 }
 
 }  // namespace simflex

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "simflex/solver/Checkpoint.h"
+
 namespace simflex {
 
 using namespace SimTK;
@@ -43,9 +45,32 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
     m_needsSimbody = m_hasUnknownTurning || !agreesWithSimbody(matter, state);
     if (m_needsSimbody) checkVelocities(matter, state);
 
-    // A speed's weight: the worst displacement it causes at a body's centre of mass or radius of
-    // gyration.
-    m_uWeights.setConstant(numU, 1e-300);
+    // A long chain's weights cost more than a step.
+    constexpr double WorthAStep = 32;  // terms for each body
+    double terms = 0;
+    for (const RigidBody& body : m_bodies)
+        for (int b = int(&body - m_bodies.data()); b >= 0; b = m_bodies[size_t(b)].parent) ++terms;
+    m_stepsBetweenWeights = std::max(1, int(terms / (WorthAStep * double(m_bodies.size()))));
+    m_uWeights.resize(numU);
+    m_qWeights.setZero(numQ);
+    m_moved.assign(size_t(numQ), 0);
+    calcWeights();
+}
+
+void RigidTree::followPose() {
+    if (++m_stepsSinceWeights < m_stepsBetweenWeights) return;
+    m_stepsSinceWeights = 0;
+    calcWeights();
+}
+
+void RigidTree::visit(Checkpoint& checkpoint) {
+    checkpoint.visit(m_stepsSinceWeights);
+    for (int i = 0; i < numU; ++i) checkpoint.visit(m_uWeights[i]);
+    for (int i = 0; i < numQ; ++i) checkpoint.visit(m_qWeights[i]);
+}
+
+void RigidTree::calcWeights() {
+    m_uWeights.setConstant(1e-300);
     for (const RigidBody& body : m_bodies) {
         const Real m = body.mass.getMass();
         if (!(m > 0)) continue;
@@ -61,8 +86,6 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex ro
                 weight = std::max(weight, std::hypot(gyration * H[0].norm(), v.norm()));
             }
     }
-    m_qWeights.setZero(numQ);
-    m_moved.assign(size_t(numQ), 0);
     for (const RigidBody& body : m_bodies) {
         if (body.nu == 0) continue;
         const bool isUnknown = body.turning == Turning::KnownToSimbodyOnly;

@@ -66,6 +66,10 @@ public:
                   double* qDot) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void moveQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    /** True if Simbody is asked for N(q). **/
+    bool asksForN() const { return m_hasUnknownTurning; }
+    void followPose() override;
+    void visit(Checkpoint& checkpoint) override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;
@@ -155,6 +159,9 @@ private:
     void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index,
                  int parent, const SimTK::State& state);
     bool agreesWithSimbody(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
+    /** A speed's weight: the worst displacement it causes at a body's centre of mass or radius of
+     * gyration. **/
+    void calcWeights();
     void realizeBody(RigidBody& body, const double* q, const double* u) const;
     void realizeBodyFromSimbody(RigidBody& body, const SimTK::State& state) const;
     /** (ω̇, v̇) of one body's origin, without those of the others. **/
@@ -177,6 +184,7 @@ private:
     Eigen::VectorXd
         m_uWeights;  ///< metres of displacement per unit of each speed's quasi-coordinate
     Eigen::VectorXd m_qWeights;
+    int m_stepsBetweenWeights = 1, m_stepsSinceWeights = 0;
 };
 
 }  // namespace simflex

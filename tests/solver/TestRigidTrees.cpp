@@ -163,5 +163,31 @@ TEST(RigidTrees, FreeRigidPendulumOnABallJointMovesAsABallMobilizer) {
               1e-3 * reactions[ball.getMobilizedBodyIndex()][1].norm());
 }
 
+/** A pendulum's arm that is driven out of its hub, from 1 mm to a metre and more. **/
+TEST(RigidTrees, ATelescopeIsControlledByTheLengthThatItHas) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    // The hub's radius of gyration is 2 mm.
+    MobilizedBody::Pin hub(matter.Ground(),
+                           Body::Rigid(MassProperties(100, Vec3(0), Inertia(2e-4))));
+    MobilizedBody::Slider arm(hub, Body::Rigid(MassProperties(1, Vec3(0), Inertia(1e-8))));
+    Motion::Steady(arm, 1);
+    State state = system.realizeTopology();
+    arm.setLength(state, 1e-3);
+
+    const auto run = [&](Real accuracy) {
+        BdfIntegrator integrator(system);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(state);
+        integrator.stepTo(2);
+        return Vec3(arm.getBodyOriginLocation(integrator.getState()));
+    };
+    const Vec3 exact = run(1e-11);
+    for (const Real accuracy : {1e-5, 1e-6, 1e-7})
+        EXPECT_LT((run(accuracy) - exact).norm(), 12 * std::pow(accuracy, 2.0 / 3));
+}
+
 }  // namespace
 }  // namespace simflex

@@ -1,0 +1,50 @@
+#pragma once
+/** @file
+The known times at which loads or motions jump or have a kink, and the span between two of them in
+which they are smooth (private header).
+
+A step ends at a break, and the equations are evaluated with times inside the span: at its ends
+they see what holds before and after, whichever side a formula's own comparison takes. **/
+
+#include <functional>
+#include <vector>
+
+namespace simflex {
+
+class Checkpoint;
+
+/** True if b is a later time than a by more than round-off. **/
+bool isLater(double a, double b);
+
+class BreakTimes {
+public:
+    /** Returns the first break after a time; infinity: none. **/
+    using Next = std::function<double(double time)>;
+
+    BreakTimes();
+
+    void add(std::vector<double> times);
+    void add(Next next) { m_sources.push_back(std::move(next)); }
+    int numSources() const { return int(m_sources.size()); }
+
+    /** Moves to the span that begins at this time, or in which it lies. **/
+    void moveTo(double time);
+
+    /** The break at which the span ends. **/
+    double getEnd() const { return m_end; }
+    bool isAtEnd(double time) const { return !isLater(time, m_end); }
+
+    /** Times within the span. **/
+    double getFirst() const { return m_first; }
+    double getLast() const { return m_last; }
+
+    void visit(Checkpoint& checkpoint);
+
+private:
+    double findNext(double time) const;
+
+    std::vector<Next> m_sources;
+    double m_first, m_last, m_end;
+};
+
+}  // namespace simflex

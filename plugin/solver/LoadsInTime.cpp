@@ -1,0 +1,88 @@
+// How loads and motions depend on time alone.
+
+#include <algorithm>
+
+#include "simflex/solver/FlexibleBlock.h"
+#include "simflex/solver/MultibodyEquations.h"
+#include "simflex/solver/RigidTree.h"
+
+namespace simflex {
+
+using namespace SimTK;
+
+void MultibodyEquations::findTimedLoads() {
+    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    for (SubsystemIndex s(0); m_hasForeignForces && s < m_system.getNumSubsystems(); ++s) {
+        if (!isGeneralForceSubsystem(m_system.getSubsystem(s))) continue;
+        const GeneralForceSubsystem& forces =
+            GeneralForceSubsystem::downcast(ForceSubsystem::downcast(m_system.getSubsystem(s)));
+        for (ForceIndex f(0); f < forces.getNumForces(); ++f)
+            if (Force::Custom::isInstanceOf(forces.getForce(f)) &&
+                !forces.isForceDisabled(m_private, f))
+                m_timedForces.push_back(&forces.getForce(f));
+    }
+    if (m_constraints)
+        for (ConstraintIndex c : findSimbodyConstraints(m_private))
+            m_hasTimedConstraints =
+                m_hasTimedConstraints ||
+                Constraint::PrescribedMotion::isInstanceOf(matter.getConstraint(c)) ||
+                Constraint::Custom::isInstanceOf(matter.getConstraint(c));
+    m_hasTimedLoads = !m_timedForces.empty() || m_hasTimedConstraints || !m_elements.empty();
+    for (const FlexibleBlock* block : m_flexible)
+        m_hasTimedLoads = m_hasTimedLoads || block->hasLoads();
+    for (const JointRef& joint : m_joints)
+        m_hasTimedLoads = m_hasTimedLoads || joint.record->equations->dependsOnTime();
+    if (m_timedForces.empty() && !m_hasTimedConstraints && !hasTimedMotions()) return;
+    m_timedState = m_private;
+    m_timedBodyForces.resize(matter.getNumBodies());
+    m_timedMobilityForces.resize(matter.getNumMobilities());
+    if (hasTimedMotions()) m_timedMotion = std::make_unique<PrescribedMotion>(*m_prescribed);
+}
+
+void MultibodyEquations::calcTimedLoads(double time, const double* q, const double* u, double* r,
+                                        double* g) {
+    time = std::clamp(time, m_firstTime, m_lastTime);
+    std::fill_n(r, m_numU, 0.0);
+    std::fill_n(g, m_numMultipliers, 0.0);
+    EvaluationContext context = m_context;
+    context.time = time;
+    if (!m_timedForces.empty() || m_hasTimedConstraints) {
+        putIntoState(time, q, u, m_timedState);
+        m_system.realize(m_timedState, Stage::Velocity);
+    }
+    for (const Force* force : m_timedForces) {
+        force->calcForceContribution(m_timedState, m_timedBodyForces, m_timedParticleForces,
+                                     m_timedMobilityForces);
+        for (const auto& block : m_blocks)
+            block->subtractSimbodyForces(m_timedBodyForces, m_timedMobilityForces,
+                                         r + block->firstU);
+    }
+    for (FlexibleBlock* block : m_flexible)
+        if (block->hasLoads()) block->subtractLoads(context, q + block->firstQ, r + block->firstU);
+    for (const ElementRef& element : m_elements) {
+        m_timedElementForces.resize(unsigned(element.frames.size()));
+        for (SpatialVec& force : m_timedElementForces) force = SpatialVec(Vec3(0), Vec3(0));
+        element.element->addInForces(time, element.motions, m_timedElementForces);
+        for (size_t k = 0; k < element.frames.size(); ++k) {
+            const FrameRef& ref = element.frames[k];
+            if (ref.block >= 0)
+                m_blocks[size_t(ref.block)]->subtractForce(ref.frame,
+                                                           m_timedElementForces[unsigned(k)],
+                                                           r + m_blocks[size_t(ref.block)]->firstU);
+        }
+    }
+    if (m_prescribed) m_prescribed->clearResidual(r);
+    if (m_hasTimedConstraints)
+        m_constraints->calcPositionErrors(m_timedState, g + m_firstSimbodyRow);
+    for (const JointRef& joint : m_joints)
+        if (joint.record->equations->dependsOnTime())
+            joint.record->equations->calcErrors(time, joint.motions.data(), g + joint.firstRow);
+}
+
+void MultibodyEquations::calcTimedMotions(double time, double* q, double* u) {
+    putIntoState(std::clamp(time, m_firstTime, m_lastTime), q, u, m_timedState);
+    m_timedMotion->updateFromSimbody(m_timedState);
+    m_timedMotion->apply(0, nullptr, q, u);
+}
+
+}  // namespace simflex

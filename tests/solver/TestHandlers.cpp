@@ -1,0 +1,241 @@
+// What goes wrong in handlers, and what is looked at, leaves the integration as it was.
+
+#include <gtest/gtest.h>
+
+#include "simflex/body/Joint.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/GeneralizedAlphaIntegrator.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+using Status = ImplicitIntegrator::StepStatus;
+
+/** A closed loop: two bars from Ground on pins, tops joined by a third; two more swing from it. **/
+struct Loop {
+    Loop() {
+        const Body::Rigid bar(MassProperties(1, Vec3(0, -0.5, 0), Inertia(0.34, 0.01, 0.34)));
+        left = MobilizedBody::Pin(matter.Ground(), Transform(), bar, Transform());
+        right = MobilizedBody::Pin(matter.Ground(), Transform(Vec3(1.2, 0, 0)), bar, Transform());
+        cross = MobilizedBody::Pin(left, Transform(Vec3(0, -1, 0)), bar, Transform());
+        Joint::Ball(flexible, Attachment(cross, Transform(Vec3(0, -1, 0))),
+                    Attachment(right, Transform(Vec3(0, -1, 0))), "hinge");
+    }
+
+    void start() {
+        state = system.realizeTopology();
+        left.setAngle(state, 0.4);
+        cross.setAngle(state, 1.2);
+        right.setAngle(state, 0.3);
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    Force::Gravity gravity{forces, matter, -YAxis, 9.81};
+    FlexibleBodySubsystem flexible{system, matter};
+    MobilizedBody::Pin left, right, cross;
+    State state;
+};
+
+/** Records the times at which the left bar passes the vertical; changes nothing. **/
+class Passing : public TriggeredEventHandler {
+public:
+    explicit Passing(const MobilizedBody& body)
+        : TriggeredEventHandler(Stage::Position), m_body(body) {}
+    Real getValue(const State& state) const override { return m_body.getOneQ(state, 0); }
+    void handleEvent(State& state, Real, bool&) const override { times.push_back(state.getTime()); }
+    mutable std::vector<Real> times;
+
+private:
+    const MobilizedBody& m_body;
+};
+
+class Clock : public PeriodicEventReporter {
+public:
+    explicit Clock(Real interval) : PeriodicEventReporter(interval) {}
+    void handleEvent(const State& state) const override { times.push_back(state.getTime()); }
+    mutable std::vector<Real> times;
+};
+
+TEST(Interruption, LosesNoReportWhereTriggersAreLocated) {
+    struct Run {
+        Loop model;
+        Passing* passing = new Passing(model.left);
+        Clock* clock = new Clock(0.003);
+        Run() {
+            model.system.addEventHandler(passing);
+            model.system.addEventReporter(clock);
+            model.start();
+        }
+    } whole, interrupted;
+    BdfIntegrator a(whole.model.system), b(interrupted.model.system);
+    b.setStepObserver([](Real) { return false; });
+    a.initialize(whole.model.state);
+    b.initialize(interrupted.model.state);
+    for (const Real time : {0.01, 0.5, 1.0, 2.0}) {
+        a.stepTo(time);
+        while (b.stepTo(time) == Status::Interrupted) EXPECT_LE(b.getTime(), time);
+        EXPECT_EQ(b.getTime(), time);
+        EXPECT_EQ((a.getState().getQ() - b.getState().getQ()).norm(), 0);
+        EXPECT_EQ((a.getState().getU() - b.getState().getU()).norm(), 0);
+    }
+    EXPECT_GT(whole.passing->times.size(), 1u);
+    EXPECT_EQ(whole.passing->times, interrupted.passing->times);
+    EXPECT_EQ(whole.clock->times, interrupted.clock->times);
+}
+
+template <class Integrator>
+void expectNoTraceOfReports() {
+    for (const Real accuracy : {1e-1, 1e-2, 1e-3, 1e-6}) {
+        Loop model;
+        model.start();
+        model.left.setRate(model.state, 12);
+        Integrator rarely(model.system), often(model.system);
+        for (Integrator* integrator : {&rarely, &often}) {
+            integrator->setAccuracy(accuracy);
+            integrator->initialize(model.state);
+        }
+        for (int k = 1; k <= 3000; ++k) {
+            often.stepTo(0.001 * k);
+            if (k % 1000 != 0) continue;
+            rarely.stepTo(0.001 * k);
+            EXPECT_EQ((rarely.getState().getQ() - often.getState().getQ()).norm(), 0);
+            EXPECT_EQ((rarely.getState().getU() - often.getState().getU()).norm(), 0);
+            EXPECT_EQ((rarely.getMultipliers() - often.getMultipliers()).norm(), 0);
+        }
+        EXPECT_LT(often.getLargestConstraintError(), 1e-9);
+        EXPECT_EQ(rarely.getStatistics().stepsTaken, often.getStatistics().stepsTaken);
+        EXPECT_EQ(rarely.getStatistics().factorizations, often.getStatistics().factorizations);
+    }
+}
+
+TEST(Reports, ChangeNoBitOfTheMotion) {
+    expectNoTraceOfReports<BdfIntegrator>();
+    expectNoTraceOfReports<GeneralizedAlphaIntegrator>();
+}
+
+/** Changes the State at 0.1 s, then does what is asked. **/
+class Trouble : public ScheduledEventHandler {
+public:
+    Trouble(const Loop& model, std::function<void(State&)> then) : m_model(model), m_then(then) {}
+    Real getNextEventTime(const State& state, bool includeCurrent) const override {
+        const bool isAhead = state.getTime() < 0.1 || (includeCurrent && state.getTime() == 0.1);
+        return isAhead ? 0.1 : Infinity;
+    }
+    void handleEvent(State& state, Real, bool&) const override {
+        m_model.left.setOneU(state, 0, 100);
+        m_then(state);
+        m_model.left.setOneU(state, 0, 0.1);
+    }
+
+private:
+    const Loop& m_model;
+    std::function<void(State&)> m_then;
+};
+
+void expectToGoOnAfter(const std::function<void(const Loop&, State&)>& trouble,
+                       const std::string& message) {
+    Loop model;
+    bool isTrouble = true;
+    model.system.addEventHandler(new Trouble(model, [&](State& state) {
+        if (isTrouble) trouble(model, state);
+    }));
+    model.start();
+    BdfIntegrator integrator(model.system), undisturbed(model.system);
+    for (BdfIntegrator* each : {&integrator, &undisturbed}) each->initialize(model.state);
+    isTrouble = false;
+    undisturbed.stepTo(0.3);
+    isTrouble = true;
+    for (int attempt = 0; attempt < 2; ++attempt) {
+        try {
+            integrator.stepTo(0.3);
+            ADD_FAILURE() << "nothing went wrong";
+        } catch (const std::exception& error) {
+            EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+        }
+        EXPECT_EQ(integrator.getTime(), 0.1);
+        const State& now = integrator.getState();
+        EXPECT_EQ(now.getTime(), 0.1);
+        EXPECT_LT(std::abs(model.left.getRate(now)), 10) << "half changed";
+        EXPECT_FALSE(model.left.isLocked(now));
+        EXPECT_GE(now.getSystemStage(), Stage::Velocity);
+        EXPECT_EQ(integrator.getMultipliers().size(), 3);
+    }
+    // The event is still to come.
+    isTrouble = false;
+    EXPECT_EQ(integrator.stepTo(0.3), Status::ReachedTime);
+    EXPECT_EQ((integrator.getState().getQ() - undisturbed.getState().getQ()).norm(), 0);
+    EXPECT_EQ((integrator.getState().getU() - undisturbed.getState().getU()).norm(), 0);
+}
+
+TEST(Handlers, OneThatThrowsHasChangedNothing) {
+    expectToGoOnAfter([](const Loop&, State&) { throw std::runtime_error("no idea"); }, "no idea");
+}
+
+TEST(Handlers, OneThatLeavesWhatCannotBeAssembledHasChangedNothing) {
+    expectToGoOnAfter(
+        [](const Loop& model, State& state) {
+            model.left.setOneQ(state, 0, Pi);
+            model.left.lock(state);
+            model.right.setOneQ(state, 0, 0.0);
+            model.right.lock(state);
+        },
+        "hinge");
+}
+
+template <class Call>
+void expectRefused(const std::string& method, Call call) {
+    try {
+        call();
+        ADD_FAILURE() << method << " is not refused";
+    } catch (const std::logic_error& error) {
+        EXPECT_EQ(error.what(), method +
+                                    "() after initialize(): an integration keeps the settings it "
+                                    "was begun with; set them before, or make another integrator");
+    }
+}
+
+TEST(Settings, AreRefusedByNameOnceTheIntegrationHasBegun) {
+    Loop model;
+    model.start();
+    BdfIntegrator bdf(model.system);
+    GeneralizedAlphaIntegrator alpha(model.system);
+    bdf.setAccuracy(1e-5);
+    bdf.initialize(model.state);
+    alpha.initialize(model.state);
+    expectRefused("BdfIntegrator::setAccuracy", [&] { bdf.setAccuracy(1e-3); });
+    expectRefused("BdfIntegrator::setConstraintTolerance", [&] { bdf.setConstraintTolerance(1); });
+    expectRefused("BdfIntegrator::setFormulation",
+                  [&] { bdf.setFormulation(BdfIntegrator::Formulation::Index3); });
+    expectRefused("BdfIntegrator::setBlockForm",
+                  [&] { bdf.setBlockForm(BdfIntegrator::BlockForm::Dense); });
+    expectRefused("BdfIntegrator::setInitialStepSize", [&] { bdf.setInitialStepSize(1); });
+    expectRefused("BdfIntegrator::setMaximumStepSize", [&] { bdf.setMaximumStepSize(1); });
+    expectRefused("BdfIntegrator::setMinimumStepSize", [&] { bdf.setMinimumStepSize(1e-9); });
+    expectRefused("BdfIntegrator::setFixedStep", [&] { bdf.setFixedStep(1); });
+    expectRefused("BdfIntegrator::setNewtonTolerances", [&] { bdf.setNewtonTolerances({}); });
+    expectRefused("BdfIntegrator::setProjectInitialState",
+                  [&] { bdf.setProjectInitialState(false); });
+    expectRefused("BdfIntegrator::setMaximumOrder", [&] { bdf.setMaximumOrder(3); });
+    expectRefused("BdfIntegrator::setFixedOrder", [&] { bdf.setFixedOrder(3); });
+    expectRefused("BdfIntegrator::addBreakTimes", [&] { bdf.addBreakTimes({1.0}); });
+    expectRefused("BdfIntegrator::addForceJacobian",
+                  [&] { bdf.addForceJacobian({model.left.getMobilizedBodyIndex()}); });
+    expectRefused("GeneralizedAlphaIntegrator::setSpectralRadius",
+                  [&] { alpha.setSpectralRadius(0.5); });
+    // What counts at once may be set at any time.
+    bdf.setNumThreads(2);
+    bdf.setStepObserver([](Real) { return true; });
+    bdf.stepTo(0.1);
+    EXPECT_THROW(bdf.setFinalTime(0.05), std::invalid_argument);
+    bdf.setFinalTime(0.2);
+    EXPECT_EQ(bdf.stepTo(1), Status::ReachedFinalTime);
+    bdf.setFinalTime(0.3);
+    EXPECT_EQ(bdf.stepTo(1), Status::ReachedFinalTime);
+    EXPECT_EQ(bdf.getTime(), 0.3);
+}
+
+}  // namespace
+}  // namespace simflex

@@ -1,0 +1,261 @@
+// Loads and motions that begin, end or jump at some time are seen, known or not.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/body/Joint.h"
+#include "simflex/forces/AttachmentForce.h"
+#include "simflex/forces/ContactStop.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/GeneralizedAlphaIntegrator.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+using Function = std::function<Real(Real)>;
+
+/** A force along x on one body, Simbody's way. **/
+class NativeForce : public Force::Custom::Implementation {
+public:
+    NativeForce(const MobilizedBody& body, Function force) : m_body(body), m_force(force) {}
+    void calcForce(const State& state, Vector_<SpatialVec>& bodyForces, Vector_<Vec3>&,
+                   Vector&) const override {
+        m_body.applyBodyForce(state, SpatialVec(Vec3(0), Vec3(m_force(state.getTime()), 0, 0)),
+                              bodyForces);
+    }
+    Real calcPotentialEnergy(const State&) const override { return 0; }
+
+private:
+    const MobilizedBody& m_body;
+    Function m_force;
+};
+
+enum class Kind { Attached, Native };
+
+/** 1 kg on a slide, at rest. **/
+struct Slide {
+    Slide(Kind kind, const Function& force)
+        : mass(matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), Inertia(1)))) {
+        if (kind == Kind::Native)
+            Force::Custom(forces, new NativeForce(mass, force));
+        else
+            AttachmentForce(flexible, Attachment(mass),
+                            [force](Real t) { return SpatialVec(Vec3(0), Vec3(force(t), 0, 0)); });
+        state = system.realizeTopology();
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    MobilizedBody::Slider mass;
+    State state;
+};
+
+Real twentyNewtons(Real t) {
+    return t >= 0.5 && t < 0.6 ? 20 : 0;
+}
+Real twentyNewtonsClosedAtTheEnd(Real t) {
+    return t > 0.5 && t <= 0.6 ? 20 : 0;
+}
+
+template <class Integrator>
+class LoadsInTime : public testing::Test {};
+using Integrators = testing::Types<BdfIntegrator, GeneralizedAlphaIntegrator>;
+TYPED_TEST_SUITE(LoadsInTime, Integrators);
+
+TYPED_TEST(LoadsInTime, APulseOfKnownTimesGivesItsMomentumToRoundOff) {
+    for (const Kind kind : {Kind::Attached, Kind::Native})
+        for (const auto& force : {twentyNewtons, twentyNewtonsClosedAtTheEnd}) {
+            const Slide slide(kind, force);
+            TypeParam integrator(slide.system);
+            integrator.addBreakTimes({0.6, 0.5});
+            integrator.initialize(slide.state);
+            integrator.stepTo(1);
+            EXPECT_NEAR(slide.mass.getRate(integrator.getState()), 2, 1e-10);
+            EXPECT_NEAR(slide.mass.getLength(integrator.getState()), 0.1 + 2 * 0.4, 1e-10);
+            EXPECT_NEAR(integrator.getWork(), kind == Kind::Attached ? 2 : 0, 1e-9);
+            EXPECT_EQ(integrator.getStatistics().errorTestFailures, 0);
+        }
+}
+
+TYPED_TEST(LoadsInTime, BreaksWithoutEndAreAskedForOneByOne) {
+    // 10 N in the first 0.3 ms of every 10 ms.
+    const auto train = [](Real t) { return std::fmod(t, 0.01) < 0.0003 ? 10.0 : 0.0; };
+    const Slide slide(Kind::Native, train);
+    TypeParam integrator(slide.system);
+    integrator.addBreakTimes([](Real t) {
+        for (Real n = std::floor(t / 0.01);; ++n)
+            for (const Real next : {0.01 * n, 0.01 * n + 0.0003})
+                if (next > t) return next;
+    });
+    integrator.initialize(slide.state);
+    integrator.stepTo(0.995);
+    EXPECT_NEAR(slide.mass.getRate(integrator.getState()), 100 * 0.0003 * 10, 1e-9);
+}
+
+TYPED_TEST(LoadsInTime, AStepEndsAtEveryBreakAndOnlyAJumpStartsAgain) {
+    // A table with a kink every 10 ms, from 1 N.
+    const auto zigzag = [](Real t) { return 1 + std::abs(std::fmod(t, 0.02) - 0.01); };
+    const Slide slide(Kind::Attached, zigzag);
+    TypeParam integrator(slide.system);
+    std::vector<Real> breaks, ends;
+    for (int i = 1; i < 20; ++i) breaks.push_back(0.01 * i);
+    integrator.addBreakTimes(breaks);
+    integrator.setStepObserver([&](Real time) {
+        ends.push_back(time);
+        return true;
+    });
+    integrator.initialize(slide.state);
+    integrator.stepTo(0.2);
+    for (const Real time : breaks)
+        EXPECT_TRUE(std::any_of(ends.begin(), ends.end(), [&](Real end) {
+            return std::abs(end - time) < 1e-15;
+        })) << time;
+    EXPECT_EQ(integrator.getStatistics().starts, 1);
+}
+
+TYPED_TEST(LoadsInTime, ARunResumedBetweenBreaksGoesOnWithTheSameBits) {
+    const Slide slide(Kind::Attached, twentyNewtons);
+    TypeParam whole(slide.system), first(slide.system), second(slide.system);
+    for (TypeParam* integrator : {&whole, &first, &second}) integrator->addBreakTimes({0.5, 0.6});
+    whole.initialize(slide.state);
+    first.initialize(slide.state);
+    for (const Real time : {0.5, 0.55}) {
+        first.stepTo(time);
+        std::stringstream file;
+        first.writeCheckpoint(file);
+        second.readCheckpoint(file, slide.state);
+        second.stepTo(1);
+        whole.stepTo(1);
+        EXPECT_EQ(second.getState().getQ()[0], whole.getState().getQ()[0]);
+        EXPECT_EQ(second.getState().getU()[0], whole.getState().getU()[0]);
+    }
+}
+
+TYPED_TEST(LoadsInTime, AnEmptyFunctionOfBreaksIsRefused) {
+    const Slide slide(Kind::Attached, twentyNewtons);
+    TypeParam integrator(slide.system);
+    EXPECT_THROW(integrator.addBreakTimes(std::function<Real(Real)>()), std::invalid_argument);
+}
+
+TYPED_TEST(LoadsInTime, ALoadOnASystemAtRestIsSeenUntold) {
+    for (const Kind kind : {Kind::Attached, Kind::Native}) {
+        const Slide slide(kind, twentyNewtons);
+        TypeParam integrator(slide.system);
+        integrator.initialize(slide.state);
+        integrator.stepTo(10);
+        EXPECT_NEAR(slide.mass.getRate(integrator.getState()), 2, 5e-3);
+    }
+}
+
+TYPED_TEST(LoadsInTime, ABumpOfAThirdOfTheLongestStepIsSeen) {
+    // Wherever it lies in a step.
+    for (const Real start : {0.5, 0.502, 0.504, 0.506, 0.508}) {
+        const Real width = 0.003;
+        const auto bump = [&](Real t) {
+            const Real x = (t - start) / width;
+            return x > 0 && x < 1 ? 2000 * square(std::sin(Pi * x)) : 0.0;
+        };
+        for (const Kind kind : {Kind::Attached, Kind::Native}) {
+            const Slide slide(kind, bump);
+            TypeParam integrator(slide.system);
+            integrator.setMaximumStepSize(0.01);
+            integrator.initialize(slide.state);
+            integrator.stepTo(1);
+            EXPECT_NEAR(slide.mass.getRate(integrator.getState()), 1000 * width, 0.03) << start;
+        }
+    }
+}
+
+TYPED_TEST(LoadsInTime, TheDefaultOfTheLongestStepIsTheSystemsTimeScale) {
+    for (const Real scale : {0.1, 0.03}) {
+        Slide slide(Kind::Attached, [](Real) { return 1; });
+        slide.system.setDefaultTimeScale(scale);
+        TypeParam integrator(slide.system);
+        integrator.initialize(slide.state);
+        integrator.stepTo(10);
+        EXPECT_NEAR(integrator.getStatistics().largestStep, scale, 1e-12);
+    }
+}
+
+TYPED_TEST(LoadsInTime, ASmoothLoadCostsNoFurtherSteps) {
+    const auto force = [](Real t) { return std::sin(20 * t); };
+    const Slide slide(Kind::Attached, force);
+    TypeParam integrator(slide.system);
+    integrator.initialize(slide.state);
+    integrator.stepTo(2);
+    EXPECT_NEAR(slide.mass.getRate(integrator.getState()), (1 - std::cos(40)) / 20, 1e-3);
+    EXPECT_LE(integrator.getStatistics().calcRejectedFraction(), 0.05);
+}
+
+/** 10 mm in the first half second of every five. **/
+Vec3 calcLobe(Real t) {
+    const Real inTurn = std::fmod(t, 5);
+    const Real phase = 2 * Pi * std::min(inTurn, 0.5), s = std::sin(phase), c = std::cos(phase);
+    const Real height = 0.01, rate = 2 * Pi;
+    return {height * std::pow(s, 4), height * 4 * std::pow(s, 3) * c * rate,
+            height * (12 * s * s * c * c - 4 * std::pow(s, 4)) * rate * rate};
+}
+
+class Lobes : public Motion::Custom::Implementation {
+public:
+    Implementation* clone() const override { return new Lobes(*this); }
+    Motion::Level getLevel(const State&) const override { return Motion::Position; }
+    void calcPrescribedPosition(const State& state, int, Real* q) const override {
+        *q = calcLobe(state.getTime())[0];
+    }
+    void calcPrescribedPositionDot(const State& state, int, Real* qDot) const override {
+        *qDot = calcLobe(state.getTime())[1];
+    }
+    void calcPrescribedPositionDotDot(const State& state, int, Real* qDotDot) const override {
+        *qDotDot = calcLobe(state.getTime())[2];
+    }
+};
+
+/** A cam with a dwell, and a follower that a spring and a damper bring back to it. **/
+struct Cam {
+    explicit Cam(Kind kind) {
+        if (kind == Kind::Native)
+            Motion::Custom(cam, new Lobes);
+        else
+            Joint::PrescribedTranslation(flexible, Attachment(matter.Ground()), Attachment(cam),
+                                         XAxis, Joint::MotionFunction(calcLobe));
+        Force::MobilityLinearSpring(forces, follower, MobilizerQIndex(0), 50, 0);
+        Force::MobilityLinearDamper(forces, follower, MobilizerUIndex(0), 4.5);
+        const Transform facing(Rotation(Pi / 2, YAxis));
+        ContactStop(flexible, Attachment(cam, facing), Attachment(follower), 1e5, 1);
+        state = system.realizeTopology();
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    Body::Rigid body{MassProperties(0.1, Vec3(0), Inertia(1))};
+    MobilizedBody::Slider cam{matter.Ground(), body}, follower{matter.Ground(), body};
+    State state;
+};
+
+TYPED_TEST(LoadsInTime, EveryLobeOfACamLiftsItsFollower) {
+    for (const Kind kind : {Kind::Attached, Kind::Native}) {
+        const Cam model(kind);
+        TypeParam integrator(model.system);
+        integrator.initialize(model.state);
+        for (int lobe = 0; lobe < 3; ++lobe) {
+            integrator.stepTo(5 * lobe + 0.25);
+            const State& top = integrator.getState();
+            EXPECT_NEAR(model.cam.getLength(top), 0.01, 1e-9);
+            EXPECT_GT(model.follower.getLength(top), 0.0098) << "lobe " << lobe;
+            integrator.stepTo(5 * lobe + 4.9);
+            EXPECT_LT(model.follower.getLength(integrator.getState()), 1e-4);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace simflex

@@ -1,0 +1,150 @@
+// The same bits for any number of threads, whatever the caller's arithmetic and however busy the
+// machine.
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <set>
+
+#include "simflex/body/Joint.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/FlushDenormals.h"
+#include "simflex/solver/ParallelFor.h"
+#include "simflex/solver/ThreadChoice.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+#ifdef __SSE2__
+
+const unsigned modes[] = {ArithmeticMode::Standard, 0x8000, 0x0040, ArithmeticMode::Flushing};
+
+TEST(ArithmeticMode, ThatOfTheCallerHoldsInEveryThreadOfALoopAndNoLonger) {
+    // The team of four is used for other work before and after.
+    const auto collect = [](std::set<unsigned>& found) {
+#pragma omp parallel num_threads(4)
+        {
+            const unsigned mode = ArithmeticMode::get();
+#pragma omp critical
+            found.insert(mode);
+        }
+    };
+    for (const unsigned outside : modes) {
+        const ArithmeticMode callers(outside);
+        std::set<unsigned> before, after, inside;
+        collect(before);
+        for (const int threads : {1, 2, 4}) {
+            const FlushDenormals flush;
+            std::vector<unsigned> seen(64);
+            parallelFor(64, threads, [&](int i) { seen[size_t(i)] = ArithmeticMode::get(); });
+            inside.insert(seen.begin(), seen.end());
+            parallelForDynamic(64, threads,
+                               [&](int i) { seen[size_t(i)] = ArithmeticMode::get(); });
+            inside.insert(seen.begin(), seen.end());
+        }
+        collect(after);
+        EXPECT_EQ(inside, std::set<unsigned>{ArithmeticMode::Flushing});
+        // Threads that came in between are as the caller was.
+        for (const unsigned mode : after)
+            EXPECT_TRUE(mode == outside || before.count(mode)) << mode;
+        EXPECT_EQ(ArithmeticMode::get(), outside);
+    }
+}
+
+/** Links let go at rest in a row: what moves the far ones first is denormal. **/
+struct Chain {
+    Chain() {
+        const Body::Rigid link(MassProperties(1, Vec3(0), Inertia(1)));
+        MobilizedBody before = matter.Ground();
+        for (int i = 0; i < 40; ++i) {
+            MobilizedBody::Slider next(matter.Ground(), link);
+            Force::TwoPointLinearSpring(forces, before, Vec3(Real(i), 1e-100, 0), next,
+                                        Vec3(Real(i + 1), 0, 0), 1, 1);
+            before = next;
+        }
+        state = system.realizeTopology();
+        state.updU()[0] = 1e-290;
+        state.updU()[1] = 0.1;
+    }
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    State state;
+};
+
+TEST(Surroundings, TheCallersArithmeticChangesNoBitAndStays) {
+    const Chain model;
+    Vector q, u;
+    for (const unsigned outside : modes) {
+        const ArithmeticMode callers(outside);
+        for (const int threads : {1, 2}) {
+            BdfIntegrator integrator(model.system);
+            integrator.setNumThreads(threads);
+            integrator.initialize(model.state);
+            integrator.stepTo(0.3);
+            EXPECT_EQ(ArithmeticMode::get(), outside);
+            const StandardArithmetic standard;
+            const State& state = integrator.getState();
+            if (q.size() == 0) {
+                q = state.getQ();
+                u = state.getU();
+            }
+            for (int i = 0; i < q.size(); ++i) {
+                ASSERT_EQ(q[i], state.getQ()[i]) << i;
+                ASSERT_EQ(u[i], state.getU()[i]) << i;
+            }
+        }
+    }
+}
+
+#endif
+
+/** Time of a piece of work for one thread and for many, and what a choice makes of it. **/
+struct Machine {
+    double alone, many;
+    double run(ThreadChoice& choice, int pieces) const {
+        double sum = 0;
+        for (int i = 0; i < pieces; ++i) {
+            const double seconds = choice.get() > 1 ? many : alone;
+            choice.add(seconds);
+            sum += seconds;
+        }
+        return sum;
+    }
+};
+
+TEST(ThreadChoice, TakesWhatIsFasterAndTriesTheOtherSeldom) {
+    const int pieces = 100000;
+    for (const Machine& machine :
+         {Machine{1, 0.5}, Machine{1, 0.9}, Machine{1, 2}, Machine{1, 100}}) {
+        ThreadChoice choice(8);
+        const double best = std::min(machine.alone, machine.many);
+        EXPECT_LT(machine.run(choice, pieces), 1.05 * best * pieces) << machine.many;
+    }
+}
+
+TEST(ThreadChoice, FollowsWhenTheMachineBecomesBusyOrFree) {
+    const Machine isFree{1, 0.5}, isBusy{1, 20};
+    ThreadChoice choice(8);
+    isFree.run(choice, 1000);
+    EXPECT_EQ(choice.get(), 8);
+    EXPECT_LT(isBusy.run(choice, 50), 50 + 40 * 20) << "a window or two";
+    isBusy.run(choice, 1000);
+    EXPECT_EQ(choice.get(), 1);
+    isFree.run(choice, 20000);
+    EXPECT_EQ(choice.get(), 8);
+}
+
+TEST(ThreadChoice, OneThreadIsOne) {
+    ThreadChoice choice(1);
+    for (int i = 0; i < 100; ++i) {
+        EXPECT_EQ(choice.get(), 1);
+        choice.add(1);
+    }
+}
+
+}  // namespace
+}  // namespace simflex
