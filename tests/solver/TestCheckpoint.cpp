@@ -474,9 +474,9 @@ TEST(Checkpoint, ForeignAndNewerFilesAreRefused) {
                    {"no checkpoint of simflex"});
     integrator.initialize(start);
     std::string newer = write(integrator);
-    newer[newer.find('\n') + 5] = 2;
+    newer[newer.find('\n') + 5] = 3;
     expectContains(messageOf([&] { read(integrator, newer, start); }),
-                   {"version 2", "reads 1", "newer simflex is needed"});
+                   {"version 3", "reads 2", "newer simflex is needed"});
 }
 
 TEST(Checkpoint, AnotherModelIsRefusedByWhatDiffers) {
