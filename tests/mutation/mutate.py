@@ -40,6 +40,7 @@ ROOMS = {
 STRING = "\x01"  # stands for each character of a string or message in what is searched
 CHUNK = 5.0  # [s] cheap suites share a process until they cost as much together
 MOST_MEMORY = 8 << 30
+TOLERANCE = 1e-5  # smaller numbers are tolerances
 NUMBER = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
 
@@ -111,8 +112,9 @@ def find_mutants(file, source):
         number = match.group()
         if re.fullmatch(r"\d+", number):
             add("off by one" if number in "01" else "constant", match.start(), match.end(), str(int(number) + 1))
-        else:
-            add("constant", match.start(), match.end(), "1.0" if float(number) == 0 else f"(2 * {number})")
+        else:  # twice a tolerance would be as good a one
+            factor = "1e6" if float(number) <= TOLERANCE else "2"
+            add("constant", match.start(), match.end(), "1.0" if float(number) == 0 else f"({factor} * {number})")
     for match in re.finditer(r" [-+] (?=[^=])", text):
         end = find_term_end(text, match.end())
         if text[match.end():end].strip():
