@@ -193,9 +193,9 @@ TYPED_TEST(LoadsInTime, ASmoothLoadCostsNoFurtherSteps) {
     EXPECT_LE(integrator.getStatistics().calcRejectedFraction(), 0.05);
 }
 
-/** 10 mm in the first half second of every five. **/
+/** 10 mm in the first half second of every twenty. **/
 Vec3 calcLobe(Real t) {
-    const Real inTurn = std::fmod(t, 5);
+    const Real inTurn = std::fmod(t, 20);
     const Real phase = 2 * Pi * std::min(inTurn, 0.5), s = std::sin(phase), c = std::cos(phase);
     const Real height = 0.01, rate = 2 * Pi;
     return {height * std::pow(s, 4), height * 4 * std::pow(s, 3) * c * rate,
@@ -247,11 +247,11 @@ TYPED_TEST(LoadsInTime, EveryLobeOfACamLiftsItsFollower) {
         TypeParam integrator(model.system);
         integrator.initialize(model.state);
         for (int lobe = 0; lobe < 3; ++lobe) {
-            integrator.stepTo(5 * lobe + 0.25);
+            integrator.stepTo(20 * lobe + 0.25);
             const State& top = integrator.getState();
             EXPECT_NEAR(model.cam.getLength(top), 0.01, 1e-9);
             EXPECT_GT(model.follower.getLength(top), 0.0098) << "lobe " << lobe;
-            integrator.stepTo(5 * lobe + 4.9);
+            integrator.stepTo(20 * lobe + 19.9);
             EXPECT_LT(model.follower.getLength(integrator.getState()), 1e-4);
         }
     }
