@@ -3,17 +3,22 @@
 The subcommands of the simflex program: one function each, in a file of its own. **/
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <memory>
+#include <string>
 
 namespace simflex {
 
+class ReducedBody;
 class StiffnessSolver;
 
 namespace cli {
 
 /** Each adds its subcommand to `app`; what the subcommand does runs when it is chosen. A command
 that fails throws a std::exception, whose text the program prints. **/
-void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& solver = {});
+/** @param draw  a picture of what a part's interfaces tie, into a file; null: no option for it **/
+void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& solver = {},
+                      const std::function<void(const ReducedBody&, const std::string&)>& draw = {});
 void addInfoCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addModesCommand(CLI::App& app);

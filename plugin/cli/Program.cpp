@@ -3,16 +3,11 @@ The whole program, for either way of running it. **/
 
 #include "simflex/cli/Program.h"
 
-#include <hdf5.h>
-
-#include <cstdio>
-#include <exception>
 #include <string>
 
 #include "simflex/cli/Commands.h"
-#include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
-#include "simflex/fe/Progress.h"
+#include "simflex/cli/Invocation.h"
+#include "simflex/cli/part/InterfacePicture.h"
 
 namespace simflex {
 namespace cli {
@@ -24,7 +19,9 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     app.require_subcommand(1);
     app.fallthrough();
     app.get_formatter()->column_width(34);
-    addReduceCommand(app, solver);
+    addReduceCommand(app, solver, [](const ReducedBody& part, const std::string& file) {
+        drawInterfaces(part).writePng(file);
+    });
     addInfoCommand(app);
     addModesCommand(app);
     addExportCommand(app);
@@ -36,33 +33,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addPlotCommand(app);
     addCompareCommand(app);
     addSweepCommand(app);
-    catchInterrupts();
-    // A file that could not be written (disk full) cannot be closed; at exit HDF5 would crash over
-    // it.
-    H5dont_atexit();
-    try {
-        app.parse(argc, argv);
-        return 0;
-    } catch (const CLI::RuntimeError& error) {  // said already what is wrong
-        return error.get_exit_code();
-    } catch (const CLI::ParseError& error) {
-        if (error.get_exit_code() == 0) return app.exit(error);
-        std::fprintf(stderr, "simflex: %s (see simflex --help)\n", error.what());
-        return 2;
-    } catch (const Cancelled&) {
-        std::fprintf(stderr, "simflex: stopped; nothing was written\n");
-        return 130;
-    } catch (const Stopped& stopped) {
-        std::fprintf(stderr, "simflex: stopped; %s\n", stopped.what());
-        return 130;
-    } catch (const std::exception& error) {
-        if (wasInterrupted()) {
-            std::fprintf(stderr, "simflex: stopped; nothing was written\n");
-            return 130;
-        }
-        std::fprintf(stderr, "simflex: %s\n", error.what());
-        return 1;
-    }
+    return runCommandLine(app, argc, argv);
 }
 
 }  // namespace cli

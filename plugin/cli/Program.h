@@ -10,8 +10,7 @@ class StiffnessSolver;
 
 namespace cli {
 
-/** Parses the command line and runs the subcommand. @returns the exit status: 0 done, 1 failed, 2
-wrong usage, 130 stopped by Ctrl-C.
+/** Parses the command line and runs the subcommand. @returns the exit status, as runCommandLine().
 @param solver  of `reduce`; null: the library's own. **/
 int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& solver = {});
 

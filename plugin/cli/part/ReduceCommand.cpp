@@ -10,7 +10,6 @@ simflex reduce: a finite element model becomes a part file. **/
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
-#include "simflex/cli/part/InterfacePicture.h"
 #include "simflex/cli/part/ReductionArguments.h"
 #include "simflex/cli/part/SourceArguments.h"
 #include "simflex/part/ReducedBodyFile.h"
@@ -75,7 +74,10 @@ std::string findOutput(const ReduceArguments& arguments) {
                                     : arguments.output;
 }
 
-void runReduce(const ReduceArguments& arguments, const std::shared_ptr<StiffnessSolver>& solver) {
+using Draw = std::function<void(const ReducedBody&, const std::string&)>;
+
+void runReduce(const ReduceArguments& arguments, const std::shared_ptr<StiffnessSolver>& solver,
+               const Draw& draw) {
     ReductionOptions options = arguments.reduction.parse();
     options.solver = solver;
     if (solver && options.numCheckedModes > 0)
@@ -130,7 +132,7 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     const ReducedBody body = reduce(model, options, progress, &timings);
     if (wasInterrupted()) throw Cancelled();
     writeReducedBody(output, body);
-    if (!arguments.picture.empty()) drawInterfaces(body).writePng(arguments.picture);
+    if (!arguments.picture.empty()) draw(body, arguments.picture);
     if (arguments.resume) checkpoint.remove();
     bar.clear();
 
@@ -150,7 +152,8 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
 
 }  // namespace
 
-void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& solver) {
+void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& solver,
+                      const Draw& draw) {
     auto arguments = std::make_shared<ReduceArguments>();
     CLI::App* command = app.add_subcommand(
         "reduce", "Reduce a finite element model to a flexible part (Craig-Bampton)");
@@ -168,17 +171,18 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
     command->add_flag("--no-resume{false}", arguments->resume,
                       "keep nothing of a run that is stopped, and take nothing that was kept "
                       "(PART.h5.resume)");
-    command
-        ->add_option("--picture", arguments->picture,
-                     "draw the part with the tied nodes of its interfaces")
-        ->type_name("FILE.png");
+    if (draw)
+        command
+            ->add_option("--picture", arguments->picture,
+                         "draw the part with the tied nodes of its interfaces")
+            ->type_name("FILE.png");
     command->add_option("--ccx", arguments->program,
                         "CalculiX program (default: $SIMFLEX_CCX, else ccx)");
     command->add_flag("-q,--quiet", arguments->quiet, "print errors only");
     command->add_flag("--timings", arguments->timings, "print the wall time of each phase");
-    command->callback([arguments, solver] {
+    command->callback([arguments, solver, draw] {
         try {
-            runReduce(*arguments, solver);
+            runReduce(*arguments, solver, draw);
         } catch (const Cancelled&) {
             const std::string kept = findOutput(*arguments) + ".resume";
             if (!fs::exists(kept)) throw;

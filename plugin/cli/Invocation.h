@@ -1,0 +1,15 @@
+#pragma once
+/** @file
+One call of a program: what was asked for is done, errors become messages. **/
+
+#include <CLI/CLI.hpp>
+
+namespace simflex {
+namespace cli {
+
+/** Parses the command line and runs the subcommand. @returns the exit status: 0 done, 1 failed, 2
+wrong usage, 130 stopped by Ctrl-C. **/
+int runCommandLine(CLI::App& app, int argc, char** argv);
+
+}  // namespace cli
+}  // namespace simflex
