@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
-#include "simflex/cli/model/ExpressionFormula.h"
+#include "simflex/cli/model/Formula.h"
 #include "simflex/cli/model/ModelError.h"
 
 namespace simflex {
@@ -13,136 +12,124 @@ namespace cli {
 
 namespace {
 
-const double kNone = std::numeric_limits<double>::quiet_NaN();
-
-// Steps of the extrapolation: 0.037 s to 0.5 us, for functions of up to 10 kHz. No round number, so
-// that no step is a multiple of a period.
-const int kNumSteps = 24;
-const double kFirstStep = 0.0371, kStepRatio = 1.6;
-
 std::string writeNumber(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.9g", value);
     return text;
 }
 
-std::string removeBlanks(const std::string& text) {
-    std::string result;
-    for (char c : text)
-        if (c != ' ' && c != '\t') result += c;
-    return result;
-}
-
 }  // namespace
 
-Expression::Formula::Formula(double value) : text(writeNumber(value)), constant(value) {}
+struct Expression::Contents {
+    std::string text, place;
+    double constant = 0;
+    std::unique_ptr<const formula::Formula> formula;  ///< null of a constant
+};
 
-Expression::Formula::Formula(const std::string& formula, const FormulaScope& scope,
-                             const std::string& place)
-    : text(formula), _place(place) {
-    if (readPlainNumber(text, constant)) return;
-    _formula = std::make_unique<simflex::cli::Formula>(text, scope, std::vector<std::string>{"t"});
-    isConstant = _formula->getUsedVariables().empty();
-    if (isConstant) {
-        constant = calcRaw(0);
-        if (!std::isfinite(constant)) throw FormulaError("'" + text + "' has no finite value", 0);
-        return;
-    }
-    const std::string plain = removeBlanks(text);
-    if (plain.size() > 3 && plain.compare(plain.size() - 3, 3, "(t)") == 0) {
-        const auto table = scope.tables.find(plain.substr(0, plain.size() - 3));
-        if (table != scope.tables.end()) _table = table->second;
-    }
+Expression::Expression(double constant) {
+    auto contents = std::make_shared<Contents>();
+    contents->text = writeNumber(constant);
+    contents->constant = constant;
+    _contents = contents;
 }
 
-double Expression::Formula::calcRaw(double time) const {
-    try {
-        return _table ? _table->calc(time) : _formula->calc(&time);
-    } catch (const std::domain_error&) {
-        return kNone;
-    }
-}
-
-double Expression::Formula::calc(double time, int order) const {
-    if (isConstant) return order == 0 ? constant : 0;
-    try {
-        if (_table) return _table->calc(time, order);
-        if (order == 0) {
-            const double value = _formula->calc(&time);
-            if (std::isfinite(value)) return value;
-            fail("'" + text + "' has no finite value at t = " + writeNumber(time));
-        }
-    } catch (const std::domain_error& error) {
-        fail(std::string(error.what()) + " at t = " + writeNumber(time));
-    }
-    for (int side : {0, 1, -1}) {
-        const double value = calcDifference(time, order, side);
-        if (std::isfinite(value)) return value;
-    }
-    fail("'" + text + "' has no derivative at t = " + writeNumber(time));
-}
-
-/** Ridders' extrapolation of differences: central for side 0, else to that side; NaN if there is no
-step at which all values are finite. **/
-double Expression::Formula::calcDifference(double time, int order, int side) const {
-    double row[kNumSteps], last[kNumSteps];
-    double best = kNone, bestError = std::numeric_limits<double>::infinity();
-    const double middle = calcRaw(time);
-    double h = kFirstStep;
-    int count = 0;  // rows of the tableau so far
-    for (int k = 0; k < kNumSteps; ++k, h /= kStepRatio) {
-        // the steps that are taken really, after rounding
-        const double next = time + (side < 0 ? -h : h);
-        const double other = side == 0 ? time - h : time + 2 * (next - time);
-        const double yNext = calcRaw(next), yOther = calcRaw(other);
-        if (side == 0)
-            row[0] = order == 1 ? (yNext - yOther) / (next - other)
-                                : (yNext - 2 * middle + yOther) / ((next - time) * (time - other));
+Expression::Expression(const std::string& text, const formula::Scope& scope,
+                       const std::string& place) {
+    auto contents = std::make_shared<Contents>();
+    contents->text = text;
+    contents->place = place;
+    if (!formula::readPlainNumber(text, contents->constant)) {
+        auto formula = std::make_unique<formula::Formula>(readFormula(text, scope, {"t"}));
+        if (formula->getUsedVariables().empty())
+            contents->constant = calcConstant(text, scope);
         else
-            row[0] = order == 1 ? (yNext - middle) / (next - time)
-                                : (yOther - 2 * yNext + middle) / ((next - time) * (next - time));
-        if (!std::isfinite(row[0])) {
-            count = 0;
-            continue;
-        }
-        if (count == 0 && !std::isfinite(best)) best = row[0];
-        const double ratio = side == 0 ? kStepRatio * kStepRatio : kStepRatio;
-        double factor = ratio;
-        for (int j = 1; j <= count; ++j, factor *= ratio) {
-            row[j] = (row[j - 1] * factor - last[j - 1]) / (factor - 1);
-            const double error =
-                std::max(std::fabs(row[j] - row[j - 1]), std::fabs(row[j] - last[j - 1]));
-            if (error < bestError) {
-                bestError = error;
-                best = row[j];
+            contents->formula = std::move(formula);
+    }
+    _contents = contents;
+}
+
+double Expression::calcValue(double time) const {
+    if (isConstant()) return _contents->constant;
+    const double value = _contents->formula->calc(&time);
+    if (!std::isfinite(value))
+        fail("'" + getText() + "' has no finite value at t = " + writeNumber(time) + ": " +
+             _contents->formula->explain(&time));
+    return value;
+}
+
+std::array<double, 3> Expression::calcMotion(double time) const {
+    if (isConstant()) return {_contents->constant, 0, 0};
+    const auto now = formula::Jet<double>::makeVariable(time);
+    const formula::Jet<double> motion = _contents->formula->calc(&now);
+    if (!std::isfinite(motion.value)) calcValue(time);
+    if (!std::isfinite(motion.first) || !std::isfinite(motion.second))
+        fail("'" + getText() + "' has no finite " +
+             (std::isfinite(motion.first) ? "second" : "first") +
+             " derivative at t = " + writeNumber(time));
+    return {motion.value, motion.first, motion.second};
+}
+
+std::vector<double> Expression::findSwitches(double from, double to) const {
+    if (isConstant()) return {};
+    return _contents->formula->findSwitches(from, to);
+}
+
+std::optional<Expression::Kink> Expression::findKink(double from, double to) const {
+    if (isConstant()) return std::nullopt;
+    // Times at which each stretch between two switches is looked at, ends aside [its length].
+    const double places[] = {0.03, 0.21, 0.39, 0.5, 0.63, 0.82, 0.97};
+    // What is no jump [part of what the function, or its slope, is nearby].
+    const double tolerances[] = {1e-9, 1e-6};
+    using Motion = formula::Jet<double>;
+    const auto calc = [this](double time) {
+        const Motion now = Motion::makeVariable(time);
+        return _contents->formula->calc(&now);
+    };
+    const std::vector<double> switches = findSwitches(from, to);
+    for (std::size_t i = 0; i < switches.size(); ++i) {
+        const double time = switches[i];
+        const double begin = i > 0 ? switches[i - 1] : from;
+        const double end = i + 1 < switches.size() ? switches[i + 1] : to;
+        if (!(time < end)) continue;
+        // Both sides from a little beside, continued to the switch itself.
+        const double beside = std::max(std::min(1e-9 * std::max(1.0, std::abs(time)),
+                                                1e-3 * std::min(time - begin, end - time)),
+                                       1e-14 * std::max(1.0, std::abs(time)));
+        double sides[2][2], sizes[2] = {0, 0};
+        for (int side : {0, 1}) {
+            const double step = side == 0 ? beside : -beside;
+            const Motion motion = calc(time - step);
+            const double bend = std::isfinite(motion.second) ? motion.second : 0;
+            sides[side][0] = motion.value + step * (motion.first + step / 2 * bend);
+            sides[side][1] = motion.first + step * bend;
+            for (double place : places) {
+                const Motion other =
+                    calc(side == 0 ? time - place * (time - begin) : time + place * (end - time));
+                if (std::isfinite(other.value))
+                    sizes[0] = std::max(sizes[0], std::abs(other.value));
+                if (std::isfinite(other.first))
+                    sizes[1] = std::max(sizes[1], std::abs(other.first));
             }
         }
-        ++count;
-        std::copy(row, row + count, last);
+        for (int order : {0, 1}) {
+            const double before = sides[0][order], after = sides[1][order];
+            const double size = std::max({sizes[order], std::abs(before), std::abs(after)});
+            if (std::abs(after - before) > tolerances[order] * size)
+                return Kink{time, order, before, after};
+        }
     }
-    return best;
+    return std::nullopt;
 }
 
-void Expression::Formula::fail(const std::string& message) const {
-    throw ModelError(_place + (_place.empty() ? "" : ": ") + message);
-}
-
-Expression::Expression(double constant) : _formula(std::make_shared<const Formula>(constant)) {}
-Expression::Expression(std::shared_ptr<const Formula> formula) : _formula(std::move(formula)) {}
-double Expression::calcValue(double time) const {
-    return _formula->calc(time, 0);
-}
-double Expression::calcDerivative(double time) const {
-    return _formula->calc(time, 1);
-}
-double Expression::calcSecondDerivative(double time) const {
-    return _formula->calc(time, 2);
-}
 bool Expression::isConstant() const {
-    return _formula->isConstant;
+    return !_contents->formula;
 }
 const std::string& Expression::getText() const {
-    return _formula->text;
+    return _contents->text;
+}
+
+void Expression::fail(const std::string& message) const {
+    throw ModelError(_contents->place + (_contents->place.empty() ? "" : ": ") + message);
 }
 
 }  // namespace cli

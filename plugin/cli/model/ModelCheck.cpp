@@ -305,7 +305,8 @@ private:
             fail(name + " cannot be a name in formulas: write _ instead of -");
     }
 
-    std::shared_ptr<const Table> makeTable(const NodePointer& node) const {
+    std::shared_ptr<const formula::Table> makeTable(const NodePointer& node) const {
+        using formula::Table;
         const ModelValue table(node);
         if (_newFile->scope.constants.count(node->name) > 0)
             node->fail("a parameter has the name '" + node->name + "' already");
@@ -317,8 +318,8 @@ private:
             if (table.has("file")) {
                 culprit = table.get("file");
                 const std::vector<double> columns = table.get("columns").getNumbers();
-                readTableFile(culprit.getFilePath(), static_cast<int>(columns[0]),
-                              static_cast<int>(columns[1]), x, y);
+                formula::readTableFile(culprit.getFilePath(), static_cast<int>(columns[0]),
+                                       static_cast<int>(columns[1]), x, y);
             } else {
                 culprit = table.get("x");
                 x = culprit.getNumbers();

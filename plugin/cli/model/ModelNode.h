@@ -18,7 +18,7 @@ namespace cli {
 /** The file that values stand in. **/
 struct ModelFile {
     std::string path;
-    FormulaScope scope;
+    formula::Scope scope;
 };
 
 /** A mistake at a place of a file. **/

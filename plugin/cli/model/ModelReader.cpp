@@ -35,7 +35,7 @@ void checkFormat(const YamlTree& tree, const std::string& path) {
         throw ModelError(tree.place.getText() +
                          ": 'simflex: 1' is missing, which tells the format of the file");
     double number = 0;
-    if (version->kind != YamlTree::Kind::Scalar || !readPlainNumber(version->scalar, number))
+    if (version->kind != YamlTree::Kind::Scalar || !formula::readPlainNumber(version->scalar, number))
         return;
     if (number > kFormat)
         throw ModelError(version->place.getText() + ": the file has format " + version->scalar +

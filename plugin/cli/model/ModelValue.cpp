@@ -202,21 +202,14 @@ void ModelValue::failUnknown(const std::string& what, const std::string& name,
 
 double calcConstant(const ModelValue& model, const std::string& text) {
     try {
-        const Formula formula(text, model.getNode().file->scope, {});
-        const double none = 0;
-        const double value = formula.calc(&none);
-        if (!std::isfinite(value))
-            throw std::invalid_argument("'" + text + "' has no finite value");
-        return value;
-    } catch (const FormulaError& error) {
-        throw std::invalid_argument(error.what());
-    } catch (const std::domain_error& error) {
+        return calcConstant(text, model.getNode().file->scope);
+    } catch (const formula::SyntaxError& error) {
         throw std::invalid_argument(error.what());
     }
 }
 
 struct VariableFormula::Shared {
-    std::unique_ptr<const Formula> formula;
+    std::unique_ptr<const formula::Formula> formula;
     std::vector<int> used, numbers;  ///< of the formula's variables but t, in `variables`
     std::size_t numVariables = 0;
 };
@@ -225,7 +218,7 @@ VariableFormula::VariableFormula(const ModelValue& text,
                                  const std::vector<std::string>& variables) {
     auto shared = std::make_shared<Shared>();
     std::vector<std::string> names{"t"};
-    const FormulaScope& scope = text.getNode().file->scope;
+    const formula::Scope& scope = text.getNode().file->scope;
     for (std::size_t i = 0; i < variables.size(); ++i) {
         const std::string& name = variables[i];
         const bool isWord =
@@ -241,8 +234,9 @@ VariableFormula::VariableFormula(const ModelValue& text,
     }
     shared->numVariables = names.size();
     try {
-        shared->formula = std::make_unique<const Formula>(text.getText(), scope, names);
-    } catch (const FormulaError& error) {
+        shared->formula =
+            std::make_unique<const formula::Formula>(readFormula(text.getText(), scope, names));
+    } catch (const formula::SyntaxError& error) {
         text.getNode().failAt(error.position, error.what());
     }
     for (const std::string& used : shared->formula->getUsedVariables()) {

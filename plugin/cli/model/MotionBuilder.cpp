@@ -41,8 +41,8 @@ Joint addRotation(const JointCoordinate& angle, const FramePair& pair,
 
 Joint::MotionFunction makeMotionFunction(const Expression& expression) {
     return [expression](Real time) {
-        return Vec3(expression.calcValue(time), expression.calcDerivative(time),
-                    expression.calcSecondDerivative(time));
+        const std::array<double, 3> motion = expression.calcMotion(time);
+        return Vec3(motion[0], motion[1], motion[2]);
     };
 }
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "simflex/cli/model/ExpressionFormula.h"
+#include "simflex/cli/model/Formula.h"
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/model/SchemaText.h"
 
@@ -62,23 +62,13 @@ void checkNumber(Node& node, const SchemaForm& form) {
     const bool canMove = form.kind == Form::Function;
     try {
         if (canMove) {
-            node.expression = Expression(std::make_shared<Expression::Formula>(
-                text, node.file->scope, node.place.getText() + ": " + node.path));
+            node.expression =
+                Expression(text, node.file->scope, node.place.getText() + ": " + node.path);
         } else {
-            double value = 0;
-            if (!readPlainNumber(text, value)) {
-                const Formula formula(text, node.file->scope, {});
-                const double none = 0;
-                value = formula.calc(&none);
-                if (!std::isfinite(value))
-                    throw FormulaError("'" + shorten(text) + "' has no finite value", 0);
-            }
-            node.expression = Expression(value);
+            node.expression = Expression(calcConstant(text, node.file->scope));
         }
-    } catch (const FormulaError& error) {
+    } catch (const formula::SyntaxError& error) {
         node.failAt(error.position, error.what());
-    } catch (const std::domain_error& error) {
-        node.fail(error.what());
     }
     if (canMove) return;
     const double value = node.expression.calcValue(0);

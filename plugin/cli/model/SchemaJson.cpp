@@ -103,7 +103,7 @@ Json convert(const YamlTree& tree) {
         return object;
     }
     double value = 0;
-    if (!tree.isQuoted && readPlainNumber(tree.scalar, value)) return Json::number(value);
+    if (!tree.isQuoted && formula::readPlainNumber(tree.scalar, value)) return Json::number(value);
     if (!tree.isQuoted && (tree.scalar == "true" || tree.scalar == "false"))
         return Json::boolean(tree.scalar == "true");
     return Json::text(tree.scalar);

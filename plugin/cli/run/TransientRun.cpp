@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "simflex/cli/Stopped.h"
+#include "simflex/cli/model/KnownTimes.h"
 #include "simflex/cli/run/Pictures.h"
 #include "simflex/cli/run/ProbeKinds.h"
 #include "simflex/cli/run/Session.h"
@@ -101,6 +102,7 @@ void TransientRun::start(const State& state) {
     _progress.analysis = _name;
     _startTime = state.getTime();
     _bar.show(_name, 0);
+    checkMotions(_run._model->getFile(), _startTime, _startTime + _duration);
     _integrator->initialize(state);
     const Moment moment{_integrator->getState(), _integrator->getUDot(),
                         _integrator->getMultipliers(), 0};

@@ -223,7 +223,7 @@ double Shell::calcNumber(const std::string& text) const {
     double value = 0;
     try {
         value = _model ? calcConstant(_model->getModel().getFile(), text)
-                       : Formula(text, {}, {}).calc(nullptr);
+                       : calcConstant(text, formula::Scope());
     } catch (const std::exception& error) {
         throw std::runtime_error("'" + text + "' is no number: " + error.what());
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "simflex/cli/model/KnownTimes.h"
 #include "simflex/cli/shell/KeptState.h"
 
 namespace simflex {
@@ -130,7 +131,9 @@ void ShellModel::recordRow() {
 
 ShellModel::Outcome ShellModel::step(int numSteps, const std::function<bool(double)>& progress) {
     for (int i = 0; i < numSteps; ++i) {
+        const double before = getTime();
         const auto status = _integrator->stepOnce();
+        checkMotions(_model->getFile(), before, getTime());
         recordRow();
         if (status == ImplicitIntegrator::StepStatus::Terminated) return Outcome::Terminated;
         if (!progress(double(i + 1) / numSteps)) return Outcome::Interrupted;
@@ -141,6 +144,7 @@ ShellModel::Outcome ShellModel::step(int numSteps, const std::function<bool(doub
 ShellModel::Outcome ShellModel::runTo(double time, double interval,
                                       const std::function<bool(double)>& progress) {
     const double begin = getTime(), span = time - begin;
+    checkMotions(_model->getFile(), begin, time);
     const auto numRows = std::max(1L, std::lround(std::ceil(span / interval * (1 - 1e-12))));
     for (long row = 1; row <= numRows; ++row) {
         const double next = row == numRows ? time : begin + double(row) * interval;

@@ -94,8 +94,8 @@ TEST(Schema, EveryKeySaysWhatItMeans) {
 TEST(Schema, EveryExampleAndDefaultIsAllowed) {
     auto file = std::make_shared<ModelFile>();
     file->scope.constants = {{"pi", 3.14}, {"deg", 0.0175}, {"g", 9.81}, {"length", 1}};
-    file->scope.tables["engine"] =
-        std::make_shared<Table>("engine", std::vector<double>{0, 1}, std::vector<double>{0, 1});
+    file->scope.tables["engine"] = std::make_shared<formula::Table>(
+        "engine", std::vector<double>{0, 1}, std::vector<double>{0, 1});
     visitKeys(getModelSchema(), "",
               [&](const SchemaForm&, const SchemaKey& key, const std::string& path) {
                   for (const std::string& text : {key.example, key.defaultText}) {

@@ -9,8 +9,10 @@ twice continuously differentiable, and exact for cubics. Two points make a line,
 #include <string>
 #include <vector>
 
+#include "simflex/model/formula/Interval.h"
+
 namespace simflex {
-namespace cli {
+namespace formula {
 
 class Table {
 public:
@@ -22,11 +24,21 @@ public:
           Interpolation interpolation = Interpolation::Spline,
           Extrapolation extrapolation = Extrapolation::Constant);
 
-    /** @param order  0: the value; 1, 2: derivatives (at kinks from the right)
-    @throws std::domain_error outside of the points if extrapolation is refused. **/
-    double calc(double x, int order = 0) const;
+    /** At a kink, the derivatives on either side. **/
+    enum class Side { Left, Right };
+
+    /** False of NaN, and outside of the points if extrapolation is refused. **/
+    bool covers(double x) const;
+    /** @param order  0: the value; 1, 2: derivatives @pre covers(x) **/
+    double calc(double x, int order = 0, Side side = Side::Right) const;
+    /** What calc() can be for any x between the bounds. @pre it covers both **/
+    Interval calcBounds(const Interval& x, int order) const;
 
     const std::string& getName() const { return _name; }
+    /** Where the pieces meet. **/
+    const std::vector<double>& getPoints() const { return _x; }
+    /** "table 'engine' is asked for 3, outside of its points from 0 to 2". **/
+    std::string describeRefusal(double x) const;
 
 private:
     std::string _name;
@@ -34,7 +46,10 @@ private:
     Interpolation _interpolation;
     Extrapolation _extrapolation;
 
-    double calcInside(std::size_t interval, double x, int order) const;
+    /** Number of the piece where x lies; -1, and one beyond the last, outside. **/
+    int findPiece(double x, Side side) const;
+    double calcPiece(int piece, double x, int order) const;
+    Interval calcPieceBounds(int piece, const Interval& x, int order) const;
 };
 
 /** Two columns (from 0) of a CSV file: separated by commas, semicolons, tabs or blanks; lines that
@@ -43,5 +58,5 @@ line. **/
 void readTableFile(const std::string& path, int columnX, int columnY, std::vector<double>& x,
                    std::vector<double>& y);
 
-}  // namespace cli
+}  // namespace formula
 }  // namespace simflex

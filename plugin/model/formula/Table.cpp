@@ -1,4 +1,4 @@
-#include "simflex/cli/model/Table.h"
+#include "simflex/model/formula/Table.h"
 
 #include <algorithm>
 #include <charconv>
@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 namespace simflex {
-namespace cli {
+namespace formula {
 
 namespace {
 
@@ -87,26 +87,42 @@ Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
     }
 }
 
-double Table::calc(double x, int order) const {
-    const bool isBelow = x<_x.front(), isAbove = x> _x.back();
-    if (isBelow || isAbove) {
-        if (_extrapolation == Extrapolation::Refuse)
-            throw std::domain_error("table '" + _name + "' is asked for " + writeNumber(x) +
-                                    ", outside of its points from " + writeNumber(_x.front()) +
-                                    " to " + writeNumber(_x.back()));
-        const double end = isBelow ? _x.front() : _x.back();
-        const double value = isBelow ? _y.front() : _y.back();
-        if (_extrapolation == Extrapolation::Constant) return order == 0 ? value : 0;
-        const double slope = calcInside(isBelow ? 0 : _x.size() - 2, end, 1);
-        return order == 0 ? value + slope * (x - end) : order == 1 ? slope : 0;
-    }
-    if (x == _x.back() && _interpolation == Interpolation::Step) return order == 0 ? _y.back() : 0;
-    const auto next = std::upper_bound(_x.begin(), _x.end(), x);
-    const std::size_t after = static_cast<std::size_t>(next - _x.begin());
-    return calcInside(std::min(after, _x.size() - 1) - (after == 0 ? 0 : 1), x, order);
+std::string Table::describeRefusal(double x) const {
+    return "table '" + _name + "' is asked for " + writeNumber(x) +
+           ", outside of its points from " + writeNumber(_x.front()) + " to " +
+           writeNumber(_x.back());
 }
 
-double Table::calcInside(std::size_t i, double x, int order) const {
+bool Table::covers(double x) const {
+    if (std::isnan(x)) return false;
+    return _extrapolation != Extrapolation::Refuse || (x >= _x.front() && x <= _x.back());
+}
+
+int Table::findPiece(double x, Side side) const {
+    if (x < _x.front()) return -1;
+    const int last = static_cast<int>(_x.size()) - 2;
+    if (x > _x.back()) return last + 1;
+    // The last point belongs to the last piece, and so does the first to the first.
+    const auto next = side == Side::Right ? std::upper_bound(_x.begin(), _x.end(), x)
+                                          : std::lower_bound(_x.begin(), _x.end(), x);
+    return std::clamp(static_cast<int>(next - _x.begin()) - 1, 0, last);
+}
+
+double Table::calc(double x, int order, Side side) const {
+    if (order == 0 && x == _x.back()) return _y.back();
+    return calcPiece(findPiece(x, side), x, order);
+}
+
+double Table::calcPiece(int piece, double x, int order) const {
+    const int count = static_cast<int>(_x.size()) - 1;
+    if (piece < 0 || piece == count) {
+        const double end = piece < 0 ? _x.front() : _x.back();
+        const double value = piece < 0 ? _y.front() : _y.back();
+        if (_extrapolation == Extrapolation::Constant) return order == 0 ? value : 0;
+        const double slope = calcPiece(piece < 0 ? 0 : count - 1, end, 1);
+        return order == 0 ? value + slope * (x - end) : order == 1 ? slope : 0;
+    }
+    const auto i = static_cast<std::size_t>(piece);
     if (_interpolation == Interpolation::Step) return order == 0 ? _y[i] : 0;
     const double h = _x[i + 1] - _x[i], slope = (_y[i + 1] - _y[i]) / h;
     const double a = _x[i + 1] - x, b = x - _x[i];
@@ -124,6 +140,39 @@ double Table::calcInside(std::size_t i, double x, int order) const {
         default:
             return (c0 * a + c1 * b) / h;
     }
+}
+
+/** A function lies within (b − a)²/8 · max|f''| of its secant, and f' likewise. **/
+Interval Table::calcPieceBounds(int piece, const Interval& x, int order) const {
+    const double a = x.low, b = x.high, width = b - a;
+    const Interval ends =
+        hull(Interval(calcPiece(piece, a, order)), Interval(calcPiece(piece, b, order)));
+    if (order == 2 || width == 0) return ends;
+    const double bend0 = calcPiece(piece, a, 2), bend1 = calcPiece(piece, b, 2);
+    const double most =
+        order == 0 ? std::max(std::abs(bend0), std::abs(bend1)) : std::abs(bend1 - bend0) / width;
+    const double distance = most == 0 ? 0 : width * width / 8 * most;
+    return {ends.low - distance, ends.high + distance};
+}
+
+Interval Table::calcBounds(const Interval& x, int order) const {
+    const int first = findPiece(x.low, Side::Right), last = findPiece(x.high, Side::Left);
+    const int count = static_cast<int>(_x.size()) - 1;
+    // Beyond one kink or jump the next derivative has no bounds.
+    const int smooth = _interpolation == Interpolation::Spline   ? 2
+                       : _interpolation == Interpolation::Linear ? 1
+                                                                 : 0;
+    if (last > first && (order > smooth || (order > 0 && (first < 0 || last == count))))
+        return Interval::makeWhole();
+    const auto begin = [&](int piece) {
+        return piece <= first ? x.low : _x[static_cast<std::size_t>(piece)];
+    };
+    Interval bounds = calc(x.high, order);
+    for (int piece = first; piece <= std::max(first, last); ++piece)
+        bounds = hull(bounds,
+                      calcPieceBounds(
+                          piece, {begin(piece), piece >= last ? x.high : begin(piece + 1)}, order));
+    return bounds;
 }
 
 void readTableFile(const std::string& path, int columnX, int columnY, std::vector<double>& x,
@@ -172,5 +221,5 @@ void readTableFile(const std::string& path, int columnX, int columnY, std::vecto
     }
 }
 
-}  // namespace cli
+}  // namespace formula
 }  // namespace simflex

@@ -1,0 +1,337 @@
+#pragma once
+/** @file
+The value of a tree, in any of the kinds of numbers of Jet.h.
+
+    evaluate<double>(tree, tree.getRoot(), &time);
+    const Jet<double> now = Jet<double>::makeVariable(time);
+    evaluate(tree, tree.getRoot(), &now);     // with derivatives
+
+What has no value is NaN, and so is all that is made of it. **/
+
+#include "simflex/model/formula/Jet.h"
+#include "simflex/model/formula/Tree.h"
+
+namespace simflex {
+namespace formula {
+
+/** 1, −1 or 0. **/
+inline double signOf(double x) {
+    return signAfter(x);
+}
+inline Interval signOf(const Interval& x) {
+    return {signAfter(x.low), signAfter(x.high)};
+}
+
+/** y0 before t0, y1 from t1 on, between them y0 + (y1 − y0)·shape(s), s = 0…1. **/
+template <class S, class Shape>
+S rise(const S* t, Shape shape) {
+    const S &at = t[0], &t0 = t[1], &y0 = t[2], &t1 = t[3], &y1 = t[4];
+    const Truth isRise = isBelow(t0 - t1), isOver = negate(isBelow(at - t1));
+    if (isOver == Truth::Yes) return y1;
+    if (isRise == Truth::No && isOver == Truth::No) return y0;
+    if (isRise == Truth::Yes && isBelow(at - t0) == Truth::Yes) return y0;
+    const S s = isRise == Truth::Yes ? maximum(minimum(divide(at - t0, t1 - t0), S(1)), S(0))
+                                     : makeTruth<S>(Truth::Unknown);
+    return y0 + (y1 - y0) * shape(s);
+}
+
+/** x^p. **/
+template <class S>
+S raise(const S& x, const S& p, double value, bool isConstant) {
+    using std::exp;
+    using std::log;
+    using std::pow;
+    if (isConstant)
+        return chain(
+            x, [&](auto y) { return pow(y, value); },
+            [&](auto y) { return value == 0 ? decltype(y)(0) : value * pow(y, value - 1); },
+            [&](auto y) {
+                const double factor = value * (value - 1);
+                return factor == 0 ? decltype(y)(0) : factor * pow(y, value - 2);
+            });
+    const S logarithm = chain(
+        x, [](auto y) { return log(y); }, [](auto y) { return divide(decltype(y)(1), y); },
+        [](auto y) { return divide(decltype(y)(-1), y * y); });
+    return chain(
+        p * logarithm, [](auto y) { return exp(y); }, [](auto y) { return exp(y); },
+        [](auto y) { return exp(y); });
+}
+
+template <class S>
+class Evaluation {
+public:
+    Evaluation(const Tree& tree, const S* inputs) : _tree(tree), _inputs(inputs) {}
+
+    S calc(int number) const {
+        const Node& node = _tree[number];
+        using std::acos;
+        using std::asin;
+        using std::atan;
+        using std::ceil;
+        using std::cos;
+        using std::cosh;
+        using std::exp;
+        using std::floor;
+        using std::log;
+        using std::log10;
+        using std::sin;
+        using std::sinh;
+        using std::sqrt;
+        using std::tan;
+        using std::tanh;
+        const auto operand = [&](std::size_t i) { return calc(node.operands[i]); };
+        switch (node.operation) {
+            case Operation::Number:
+                return S(node.number);
+            case Operation::Variable:
+                return _inputs[node.variable];
+            case Operation::Lookup:
+                return lookUp(*node.table, operand(0));
+            case Operation::Negate:
+                return -operand(0);
+            case Operation::Add:
+                return operand(0) + operand(1);
+            case Operation::Subtract:
+                return operand(0) - operand(1);
+            case Operation::Multiply:
+                return operand(0) * operand(1);
+            case Operation::Divide:
+                return divide(operand(0), operand(1));
+            case Operation::Power:
+                return calcPower(node);
+            case Operation::Less:
+                return makeTruth<S>(isBelow(operand(0) - operand(1)));
+            case Operation::LessOrEqual:
+                return makeTruth<S>(negate(isBelow(operand(1) - operand(0))));
+            case Operation::Equal:
+                return makeTruth<S>(negate(truthOf(operand(0) - operand(1))));
+            case Operation::NotEqual:
+                return makeTruth<S>(truthOf(operand(0) - operand(1)));
+            case Operation::And:
+                return calcAnd(node);
+            case Operation::Or:
+                return calcOr(node);
+            case Operation::If:
+                return calcIf(node);
+            case Operation::Sin:
+                return chain(
+                    operand(0), [](auto x) { return sin(x); }, [](auto x) { return cos(x); },
+                    [](auto x) { return -sin(x); });
+            case Operation::Cos:
+                return chain(
+                    operand(0), [](auto x) { return cos(x); }, [](auto x) { return -sin(x); },
+                    [](auto x) { return -cos(x); });
+            case Operation::Tan:
+                return chain(
+                    operand(0), [](auto x) { return calcTangent(x); },
+                    [](auto x) { return 1 + squareOf(calcTangent(x)); },
+                    [](auto x) {
+                        const auto y = calcTangent(x);
+                        return 2 * y * (1 + squareOf(y));
+                    });
+            case Operation::Asin:
+                return chain(
+                    operand(0), [](auto x) { return asin(x); },
+                    [](auto x) { return calcArcSlope(x); },
+                    [](auto x) { return x * cubeOf(calcArcSlope(x)); });
+            case Operation::Acos:
+                return chain(
+                    operand(0), [](auto x) { return acos(x); },
+                    [](auto x) { return -calcArcSlope(x); },
+                    [](auto x) { return -x * cubeOf(calcArcSlope(x)); });
+            case Operation::Atan:
+                return calcAtan(operand(0));
+            case Operation::Sinh:
+                return chain(
+                    operand(0), [](auto x) { return sinh(x); }, [](auto x) { return cosh(x); },
+                    [](auto x) { return sinh(x); });
+            case Operation::Cosh:
+                return chain(
+                    operand(0), [](auto x) { return cosh(x); }, [](auto x) { return sinh(x); },
+                    [](auto x) { return cosh(x); });
+            case Operation::Tanh:
+                return chain(
+                    operand(0), [](auto x) { return tanh(x); },
+                    [](auto x) { return 1 - squareOf(tanh(x)); },
+                    [](auto x) {
+                        const auto y = tanh(x);
+                        return -2 * y * (1 - squareOf(y));
+                    });
+            case Operation::Exp:
+                return chain(
+                    operand(0), [](auto x) { return exp(x); }, [](auto x) { return exp(x); },
+                    [](auto x) { return exp(x); });
+            case Operation::Ln:
+                return chain(
+                    operand(0), [](auto x) { return log(x); },
+                    [](auto x) { return divide(decltype(x)(1), x); },
+                    [](auto x) { return divide(decltype(x)(-1), x * x); });
+            case Operation::Log10: {
+                const double scale = 1 / std::log(10.0);
+                return chain(
+                    operand(0), [](auto x) { return log10(x); },
+                    [scale](auto x) { return divide(decltype(x)(scale), x); },
+                    [scale](auto x) { return divide(decltype(x)(-scale), x * x); });
+            }
+            case Operation::Sqrt:
+                return calcRoot(operand(0));
+            case Operation::Abs:
+                return absolute(operand(0));
+            case Operation::Sign:
+                return applySteps(operand(0), [](auto x) { return signOf(x); });
+            case Operation::Floor:
+                return applySteps(operand(0), [](auto x) { return floor(x); });
+            case Operation::Ceil:
+                return applySteps(operand(0), [](auto x) { return ceil(x); });
+            case Operation::Mod: {
+                const S a = operand(0), b = operand(1);
+                return a - b * applySteps(divide(a, b), [](auto x) { return floor(x); });
+            }
+            case Operation::Atan2:
+                return calcAtan2(operand(0), operand(1));
+            case Operation::Hypot:
+                return calcHypot(operand(0), operand(1));
+            case Operation::Min:
+                return minimum(operand(0), operand(1));
+            case Operation::Max:
+                return maximum(operand(0), operand(1));
+            case Operation::Step:
+            case Operation::Ramp: {
+                const S t[] = {operand(0), operand(1), operand(2), operand(3), operand(4)};
+                if (node.operation == Operation::Ramp) return rise(t, [](const S& s) { return s; });
+                return rise(t, [](const S& s) {
+                    return chain(
+                        s, [](auto x) { return x * x * x * (10 + x * (6 * x - 15)); },
+                        [](auto x) { return 30 * squareOf(x) * squareOf(1 - x); },
+                        [](auto x) { return 60 * x * (1 - x) * (1 - 2 * x); });
+                });
+            }
+            case Operation::Pulse: {
+                const S t = operand(0);
+                return makeTruth<S>(both(negate(isBelow(t - operand(1))), isBelow(t - operand(2))));
+            }
+        }
+        return S(kNoNumber);
+    }
+
+private:
+    const Tree& _tree;
+    const S* _inputs;
+
+    template <class T>
+    static T squareOf(const T& x) {
+        return x * x;
+    }
+    static Interval squareOf(const Interval& x) { return pow(x, 2); }
+    template <class T>
+    static T cubeOf(const T& x) {
+        return x * x * x;
+    }
+    static double calcTangent(double x) { return std::tan(x); }
+    static Interval calcTangent(const Interval& x) { return sin(x) / cos(x); }
+    /** Of asin. **/
+    template <class T>
+    static T calcArcSlope(const T& x) {
+        using std::sqrt;
+        return divide(T(1), sqrt((1 - x) * (1 + x)));
+    }
+
+    static Truth both(Truth a, Truth b) {
+        if (a == Truth::No || b == Truth::No) return Truth::No;
+        return a == Truth::Yes ? b : a;
+    }
+
+    S calcPower(const Node& node) const {
+        const S base = calc(node.operands[0]);
+        const Node& exponent = _tree[node.operands[1]];
+        if (exponent.operation == Operation::Number)
+            return raise(base, S(exponent.number), exponent.number, true);
+        return raiseToVariable(base, calc(node.operands[1]));
+    }
+    static double raiseToVariable(double x, double p) { return std::pow(x, p); }
+    static Jet<double> raiseToVariable(const Jet<double>& x, const Jet<double>& p) {
+        Jet<double> result = p.isConstant ? raise(x, p, p.value, true) : raise(x, p, 0, false);
+        result.value = std::pow(x.value, p.value);
+        return result;
+    }
+    static Jet<Interval> raiseToVariable(const Jet<Interval>& x, const Jet<Interval>& p) {
+        return raise(x, p, 0, false);
+    }
+
+    S calcAnd(const Node& node) const {
+        const Truth first = truthOf(calc(node.operands[0]));
+        if (first == Truth::No) return makeTruth<S>(Truth::No);
+        return makeTruth<S>(both(first, truthOf(calc(node.operands[1]))));
+    }
+    S calcOr(const Node& node) const {
+        const Truth first = truthOf(calc(node.operands[0]));
+        if (first == Truth::Yes) return makeTruth<S>(Truth::Yes);
+        return makeTruth<S>(negate(both(negate(first), negate(truthOf(calc(node.operands[1]))))));
+    }
+    S calcIf(const Node& node) const {
+        const Truth truth = truthOf(calc(node.operands[0]));
+        if (truth == Truth::Unknown) return calcEither(node);
+        return calc(node.operands[truth == Truth::Yes ? 1 : 2]);
+    }
+    S calcEither(const Node& node) const {
+        if constexpr (std::is_same<S, Jet<Interval>>::value)
+            return hull(calc(node.operands[1]), calc(node.operands[2]));
+        else
+            return S(kNoNumber);
+    }
+
+    static S calcAtan(const S& x) {
+        using std::atan;
+        return chain(
+            x, [](auto y) { return atan(y); },
+            [](auto y) { return divide(decltype(y)(1), 1 + squareOf(y)); },
+            [](auto y) { return divide(-2 * y, squareOf(1 + squareOf(y))); });
+    }
+    static S calcRoot(const S& x) {
+        using std::sqrt;
+        return chain(
+            x, [](auto y) { return sqrt(y); },
+            [](auto y) { return divide(decltype(y)(0.5), sqrt(y)); },
+            [](auto y) { return divide(decltype(y)(-0.25), y * sqrt(y)); });
+    }
+
+    static double calcAtan2(double y, double x) { return std::atan2(y, x); }
+    /** Slopes are those of atan(y/x), or of −atan(x/y). **/
+    static Jet<double> calcAtan2(const Jet<double>& y, const Jet<double>& x) {
+        Jet<double> result = std::abs(x.value) >= std::abs(y.value)
+                                 ? Evaluation::calcAtan(divide(y, x))
+                                 : -Evaluation::calcAtan(divide(x, y));
+        result.value = std::atan2(y.value, x.value);
+        return result;
+    }
+    static Jet<Interval> calcAtan2(const Jet<Interval>& y, const Jet<Interval>& x) {
+        const double pi = std::acos(-1.0);
+        if (x.value.low > 0) return Evaluation::calcAtan(divide(y, x));
+        if (!y.value.contains(0)) {
+            const Jet<Interval> quarter(y.value.low > 0 ? pi / 2 : -pi / 2);
+            return quarter - Evaluation::calcAtan(divide(x, y));
+        }
+        return {{-pi, pi}, Interval::makeWhole(), Interval::makeWhole()};
+    }
+
+    static double calcHypot(double x, double y) { return std::hypot(x, y); }
+    template <class T>
+    static Jet<T> calcHypot(const Jet<T>& x, const Jet<T>& y) {
+        const auto square = [](const Jet<T>& z) {
+            return chain(
+                z, [](auto v) { return squareOf(v); }, [](auto v) { return 2 * v; },
+                [](auto v) { return decltype(v)(2); });
+        };
+        Jet<T> result = Evaluation::calcRoot(square(x) + square(y));
+        if constexpr (std::is_same<T, double>::value) result.value = std::hypot(x.value, y.value);
+        return result;
+    }
+};
+
+template <class S>
+S evaluate(const Tree& tree, int node, const S* inputs) {
+    return Evaluation<S>(tree, inputs).calc(node);
+}
+
+}  // namespace formula
+}  // namespace simflex

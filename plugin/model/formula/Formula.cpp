@@ -1,0 +1,92 @@
+#include "simflex/model/formula/Formula.h"
+
+#include <cstdio>
+
+#include "simflex/model/formula/Evaluation.h"
+#include "simflex/model/formula/Switches.h"
+
+namespace simflex {
+namespace formula {
+
+namespace {
+
+std::string writeNumber(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", value);
+    return text;
+}
+
+}  // namespace
+
+Formula::Formula(std::string text, const Scope& scope, const std::vector<std::string>& variables)
+    : _text(std::move(text)), _tree(parse(_text, scope, variables)) {
+    std::vector<bool> isUsed(variables.size(), false);
+    for (const Node& node : _tree.nodes)
+        if (node.variable >= 0) isUsed[static_cast<std::size_t>(node.variable)] = true;
+    for (std::size_t i = 0; i < variables.size(); ++i)
+        if (isUsed[i]) _used.push_back(variables[i]);
+}
+
+double Formula::calc(const double* values) const {
+    return evaluate(_tree, _tree.getRoot(), values);
+}
+
+Jet<double> Formula::calc(const Jet<double>* values) const {
+    return evaluate(_tree, _tree.getRoot(), values);
+}
+
+std::string Formula::explain(const double* values) const {
+    return explain(_tree.getRoot(), values);
+}
+
+std::string Formula::explain(int number, const double* values) const {
+    const Node& node = _tree[number];
+    const auto calcOperand = [&](std::size_t i) {
+        return evaluate(_tree, node.operands[i], values);
+    };
+    // The first operand without a value is to blame, unless it is a branch that is not taken.
+    double x = 0;
+    for (std::size_t i = 0; i < node.operands.size(); ++i) {
+        if (node.operation == Operation::If && i > 0 && (x != 0) != (i == 1)) continue;
+        const double value = calcOperand(i);
+        if (!std::isfinite(value)) return explain(node.operands[i], values);
+        if (i == 0) x = value;
+    }
+    const std::string text = _text.substr(static_cast<std::size_t>(node.begin),
+                                          static_cast<std::size_t>(node.end - node.begin));
+    const std::string at = writeNumber(x);
+    const std::string in = text == _text ? "" : " in '" + text + "'";
+    switch (node.operation) {
+        case Operation::Divide:
+        case Operation::Mod:
+            if (calcOperand(1) == 0) return "a division by zero" + in;
+            break;
+        case Operation::Sqrt:
+            return "the root of " + at + in;
+        case Operation::Ln:
+        case Operation::Log10:
+            return "the logarithm of " + at + in;
+        case Operation::Asin:
+        case Operation::Acos:
+            return "no angle has the " +
+                   std::string(node.operation == Operation::Asin ? "sine " : "cosine ") + at + in;
+        case Operation::Power:
+            if (std::isnan(evaluate(_tree, number, values)) || x == 0)
+                return at + " to the power of " + writeNumber(calcOperand(1)) + in;
+            break;
+        case Operation::Lookup:
+            return node.table->describeRefusal(x);
+        case Operation::Variable:
+            return "'" + text + "' has no value";
+        default:
+            break;
+    }
+    return "a number that is too large" + in;
+}
+
+std::vector<double> Formula::findSwitches(double from, double to) const {
+    return formula::findSwitches(_tree, from, to);
+}
+
+}  // namespace formula
+}  // namespace simflex

@@ -1,0 +1,45 @@
+#pragma once
+/** @file
+A formula of named variables: parsed once, evaluated by any number of threads.
+
+    const Formula formula("2*sin(w*t)", {{{"w", 5.0}}, {}}, {"t"});
+    const double time = 0.1, value = formula.calc(&time);
+    const Jet<double> now = Jet<double>::makeVariable(time);
+    const double slope = formula.calc(&now).first;                     // exact **/
+
+#include "simflex/model/formula/Jet.h"
+#include "simflex/model/formula/Parser.h"
+
+namespace simflex {
+namespace formula {
+
+class Formula {
+public:
+    /** @throws SyntaxError. **/
+    Formula(std::string text, const Scope& scope, const std::vector<std::string>& variables);
+
+    /** NaN where it has no value.
+    @param values  of the variables, in their order **/
+    double calc(const double* values) const;
+    Jet<double> calc(const Jet<double>* values) const;
+    /** Why it has no finite value: "the root of -1 in 'sqrt(1 - t)'". **/
+    std::string explain(const double* values) const;
+
+    /** Times in (from, to] at which it changes its course, see Switches.h.
+    @pre its one variable is the time **/
+    std::vector<double> findSwitches(double from, double to) const;
+
+    /** Those of the variables that occur in the text. **/
+    const std::vector<std::string>& getUsedVariables() const { return _used; }
+    const std::string& getText() const { return _text; }
+
+private:
+    std::string _text;
+    Tree _tree;
+    std::vector<std::string> _used;
+
+    std::string explain(int node, const double* values) const;
+};
+
+}  // namespace formula
+}  // namespace simflex

@@ -1,0 +1,249 @@
+#pragma once
+/** @file
+Numbers that know their derivatives (forward mode; Griewank & Walther, Evaluating Derivatives,
+ch. 13), and what the functions of formulas make of three kinds of numbers:
+
+- `double`: values alone;
+- `Jet<double>`: value, first and second derivative along one direction. Seeded with (t, 1, 0) for
+  the time; of several inputs, the one with (x, 1, 0) is the one by which is differentiated;
+- `Jet<Interval>`: bounds of all three over an interval.
+
+Where a function has a kink its derivatives are those of the side that comes next: |x| at 0 has the
+slope |x'|. Derivatives that do not exist are not finite. **/
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "simflex/model/formula/Interval.h"
+#include "simflex/model/formula/Table.h"
+
+namespace simflex {
+namespace formula {
+
+template <class T>
+struct Jet {
+    T value = 0, first = 0, second = 0;
+    bool isConstant = true;  ///< whatever the inputs are; its derivatives are 0
+
+    Jet() = default;
+    Jet(double constant) : value(constant) {}
+    Jet(T v, T d, T dd) : value(v), first(d), second(dd), isConstant(false) {}
+    static Jet makeVariable(T v) { return {v, T(1), T(0)}; }
+};
+
+enum class Truth { No, Yes, Unknown };
+
+const double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+
+//---------------------------------------------------------------------------------------------------------
+// arithmetic
+
+template <class T>
+Jet<T> operator+(const Jet<T>& a, const Jet<T>& b) {
+    Jet<T> sum(a.value + b.value, a.first + b.first, a.second + b.second);
+    sum.isConstant = a.isConstant && b.isConstant;
+    return sum;
+}
+template <class T>
+Jet<T> operator-(const Jet<T>& a) {
+    Jet<T> result(-a.value, -a.first, -a.second);
+    result.isConstant = a.isConstant;
+    return result;
+}
+template <class T>
+Jet<T> operator-(const Jet<T>& a, const Jet<T>& b) {
+    Jet<T> difference(a.value - b.value, a.first - b.first, a.second - b.second);
+    difference.isConstant = a.isConstant && b.isConstant;
+    return difference;
+}
+template <class T>
+Jet<T> operator*(const Jet<T>& a, const Jet<T>& b) {
+    if (a.isConstant) {
+        Jet<T> product(a.value * b.value, a.value * b.first, a.value * b.second);
+        product.isConstant = b.isConstant;
+        return product;
+    }
+    if (b.isConstant) return b * a;
+    return {a.value * b.value, a.first * b.value + a.value * b.first,
+            a.second * b.value + 2 * (a.first * b.first) + a.value * b.second};
+}
+
+inline double divide(double a, double b) {
+    return b == 0 ? kNoNumber : a / b;  // an infinite value would come to look like a finite one
+}
+inline Interval divide(const Interval& a, const Interval& b) {
+    return a / b;
+}
+template <class T>
+Jet<T> divide(const Jet<T>& a, const Jet<T>& b) {
+    const T value = divide(a.value, b.value);
+    if (b.isConstant) {
+        Jet<T> quotient(value, divide(a.first, b.value), divide(a.second, b.value));
+        quotient.isConstant = a.isConstant;
+        return quotient;
+    }
+    const T first = divide(a.first - value * b.first, b.value);
+    return {value, first, divide(a.second - 2 * (first * b.first) - value * b.second, b.value)};
+}
+
+//---------------------------------------------------------------------------------------------------------
+// functions of one argument: f(x) from the values of f, f' and f'' at x; the derivatives are
+// calculated only where they are wanted
+
+template <class F, class D, class DD>
+double chain(double x, F f, D, DD) {
+    return f(x);
+}
+template <class T, class F, class D, class DD>
+Jet<T> chain(const Jet<T>& x, F f, D df, DD ddf) {
+    Jet<T> result;
+    result.value = f(x.value);
+    if (x.isConstant) return result;
+    const T slope = df(x.value);
+    result.first = slope * x.first;
+    result.second = ddf(x.value) * (x.first * x.first) + slope * x.second;
+    result.isConstant = false;
+    return result;
+}
+
+/** f as it is, flat between its jumps. **/
+template <class F>
+double applySteps(double x, F f) {
+    return f(x);
+}
+template <class F>
+Jet<double> applySteps(const Jet<double>& x, F f) {
+    Jet<double> result(f(x.value), 0, 0);
+    result.isConstant = x.isConstant;
+    return result;
+}
+template <class F>
+Jet<Interval> applySteps(const Jet<Interval>& x, F f) {
+    const Interval value = f(x.value);
+    const Interval slope = value.isPoint() ? Interval(0) : Interval::makeWhole();
+    Jet<Interval> result(value, slope, slope);
+    result.isConstant = x.isConstant;
+    return result;
+}
+
+//---------------------------------------------------------------------------------------------------------
+// what depends on where a number lies
+
+/** 1, 0 or −1 as x is from now on: if it is 0 now, its derivatives tell. NaN of NaN. **/
+inline double signAfter(double x) {
+    return x > 0 ? 1 : x < 0 ? -1 : x;
+}
+inline double signAfter(const Jet<double>& x) {
+    return x.value != 0   ? signAfter(x.value)
+           : x.first != 0 ? signAfter(x.first)
+                          : signAfter(x.second);
+}
+
+template <class S>
+S absolute(const S& x) {
+    return signAfter(x) < 0 ? -x : x;
+}
+template <class S>
+S minimum(const S& a, const S& b) {
+    const double sign = signAfter(a - b);
+    return sign < 0 ? a : sign >= 0 ? b : a + b;  // the sum has no value either
+}
+template <class S>
+S maximum(const S& a, const S& b) {
+    const double sign = signAfter(b - a);
+    return sign < 0 ? a : sign >= 0 ? b : a + b;
+}
+
+/** One or the other. **/
+inline Jet<Interval> hull(const Jet<Interval>& a, const Jet<Interval>& b) {
+    return {hull(a.value, b.value), Interval::makeWhole(), Interval::makeWhole()};
+}
+/** The same of functions that meet where they take over: slopes are bounded. **/
+inline Jet<Interval> joined(const Interval& value, const Jet<Interval>& a, const Jet<Interval>& b) {
+    return {value, hull(a.first, b.first), Interval::makeWhole()};
+}
+inline Jet<Interval> absolute(const Jet<Interval>& x) {
+    if (x.value.low >= 0) return x;
+    if (x.value.high <= 0) return -x;
+    return joined(abs(x.value), x, -x);
+}
+inline Jet<Interval> minimum(const Jet<Interval>& a, const Jet<Interval>& b) {
+    if (a.value.high <= b.value.low) return a;
+    if (b.value.high <= a.value.low) return b;
+    return joined({std::min(a.value.low, b.value.low), std::min(a.value.high, b.value.high)}, a, b);
+}
+inline Jet<Interval> maximum(const Jet<Interval>& a, const Jet<Interval>& b) {
+    return -minimum(-a, -b);
+}
+
+/** True if x ∈ {0, 1, …} where it is a truth; of a NaN nothing is known. **/
+inline Truth truthOf(double x) {
+    return std::isnan(x) ? Truth::Unknown : x != 0 ? Truth::Yes : Truth::No;
+}
+inline Truth truthOf(const Jet<double>& x) {
+    return truthOf(x.value);
+}
+inline Truth truthOf(const Jet<Interval>& x) {
+    if (!x.value.contains(0)) return Truth::Yes;
+    return x.value.isPoint() ? Truth::No : Truth::Unknown;
+}
+
+/** `x < 0` and `x <= 0`. **/
+inline Truth isBelow(double x) {
+    return std::isnan(x) ? Truth::Unknown : x < 0 ? Truth::Yes : Truth::No;
+}
+inline Truth isBelow(const Jet<double>& x) {
+    return isBelow(x.value);
+}
+inline Truth isBelow(const Jet<Interval>& x) {
+    return x.value.high < 0 ? Truth::Yes : x.value.low >= 0 ? Truth::No : Truth::Unknown;
+}
+inline Truth negate(Truth truth) {
+    return truth == Truth::Yes ? Truth::No : truth == Truth::No ? Truth::Yes : truth;
+}
+
+/** 1, 0, or what stands for either: NaN, all between them. **/
+template <class S>
+S makeTruth(Truth truth) {
+    const double number = truth == Truth::Unknown ? kNoNumber : truth == Truth::Yes ? 1 : 0;
+    if constexpr (std::is_same<S, double>::value) {
+        return number;
+    } else if constexpr (std::is_same<S, Jet<double>>::value) {
+        return {number, 0, 0};
+    } else {
+        const bool isKnown = truth != Truth::Unknown;
+        const Interval slope = isKnown ? Interval(0) : Interval::makeWhole();
+        return {isKnown ? Interval(number) : Interval(0, 1), slope, slope};
+    }
+}
+
+//---------------------------------------------------------------------------------------------------------
+// tables: NaN, or no bounds, where they refuse
+
+inline double lookUp(const Table& table, double x) {
+    return table.covers(x) ? table.calc(x) : kNoNumber;
+}
+inline Jet<double> lookUp(const Table& table, const Jet<double>& x) {
+    if (!table.covers(x.value)) return kNoNumber;
+    const Table::Side side =
+        signAfter(Jet<double>(x.first, x.second, 0)) < 0 ? Table::Side::Left : Table::Side::Right;
+    return chain(
+        x, [&](double at) { return table.calc(at); },
+        [&](double at) { return table.calc(at, 1, side); },
+        [&](double at) { return table.calc(at, 2, side); });
+}
+inline Jet<Interval> lookUp(const Table& table, const Jet<Interval>& x) {
+    const auto bound = [&](int order) {
+        return [&table, order](const Interval& at) {
+            if (at.isEmpty()) return at;
+            return table.covers(at.low) && table.covers(at.high) ? table.calcBounds(at, order)
+                                                                 : Interval::makeWhole();
+        };
+    };
+    return chain(x, bound(0), bound(1), bound(2));
+}
+
+}  // namespace formula
+}  // namespace simflex

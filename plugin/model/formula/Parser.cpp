@@ -1,0 +1,480 @@
+#include "simflex/model/formula/Parser.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+
+#include "simflex/model/formula/Evaluation.h"
+
+namespace simflex {
+namespace formula {
+
+namespace {
+
+const std::size_t kMaxLength = 10000;
+const int kMaxNesting = 200;  // of parentheses, signs, powers and choices
+const int kMaxDepth = 1000;   // of the tree: terms in a row
+
+struct Function {
+    const char* name;
+    Operation operation;
+    int fewest, most;  ///< arguments
+};
+const int kAny = 1000;
+const Function kFunctions[] = {{"sin", Operation::Sin, 1, 1},     {"cos", Operation::Cos, 1, 1},
+                               {"tan", Operation::Tan, 1, 1},     {"asin", Operation::Asin, 1, 1},
+                               {"acos", Operation::Acos, 1, 1},   {"atan", Operation::Atan, 1, 1},
+                               {"sinh", Operation::Sinh, 1, 1},   {"cosh", Operation::Cosh, 1, 1},
+                               {"tanh", Operation::Tanh, 1, 1},   {"exp", Operation::Exp, 1, 1},
+                               {"ln", Operation::Ln, 1, 1},       {"log", Operation::Ln, 1, 1},
+                               {"log10", Operation::Log10, 1, 1}, {"sqrt", Operation::Sqrt, 1, 1},
+                               {"abs", Operation::Abs, 1, 1},     {"sign", Operation::Sign, 1, 1},
+                               {"floor", Operation::Floor, 1, 1}, {"ceil", Operation::Ceil, 1, 1},
+                               {"step", Operation::Step, 5, 5},   {"ramp", Operation::Ramp, 5, 5},
+                               {"pulse", Operation::Pulse, 3, 3}, {"if", Operation::If, 3, 3},
+                               {"min", Operation::Min, 1, kAny},  {"max", Operation::Max, 1, kAny},
+                               {"mod", Operation::Mod, 2, 2},     {"atan2", Operation::Atan2, 2, 2},
+                               {"hypot", Operation::Hypot, 2, 2}};
+
+const Function* findFunction(const std::string& name) {
+    for (const Function& function : kFunctions)
+        if (name == function.name) return &function;
+    return nullptr;
+}
+
+bool isDigit(char c) {
+    return std::isdigit(static_cast<unsigned char>(c)) != 0;
+}
+bool isLetter(char c) {
+    return std::isalpha(static_cast<unsigned char>(c)) != 0;
+}
+bool isWordCharacter(char c) {
+    return isLetter(c) || isDigit(c) || c == '_';
+}
+
+class Parser {
+public:
+    Parser(const std::string& text, const Scope& scope, const std::vector<std::string>& variables)
+        : _text(text), _scope(scope), _variables(variables) {
+        _hasDots = std::any_of(variables.begin(), variables.end(), [](const std::string& name) {
+            return name.find('.') != std::string::npos;
+        });
+    }
+
+    Tree parse() {
+        checkCharacters();
+        const int root = parseChoice();
+        if (!isAtEnd()) failAtToken();
+        // A constant may stand before nodes that it has replaced.
+        Tree tree;
+        copy(root, tree);
+        return tree;
+    }
+
+private:
+    const std::string& _text;
+    const Scope& _scope;
+    const std::vector<std::string>& _variables;
+    bool _hasDots = false;
+    Tree _tree;
+    std::size_t _at = 0, _end = 0;  ///< of what is read next; of what was read last
+    int _nesting = 0;
+
+    /** Counts what calls itself. **/
+    class Nesting {
+    public:
+        explicit Nesting(Parser& parser) : _parser(parser) {
+            if (++_parser._nesting > kMaxNesting)
+                _parser.fail("parentheses are nested more than " + std::to_string(kMaxNesting) +
+                             " deep");
+        }
+        ~Nesting() { --_parser._nesting; }
+        Nesting(const Nesting&) = delete;
+        Nesting& operator=(const Nesting&) = delete;
+
+    private:
+        Parser& _parser;
+    };
+
+    //-----------------------------------------------------------------------------------------------------
+    // errors
+
+    [[noreturn]] void fail(const std::string& message, std::size_t position) const {
+        throw SyntaxError(message, static_cast<int>(position));
+    }
+    [[noreturn]] void fail(const std::string& message) const { fail(message, _at); }
+
+    void checkCharacters() const {
+        if (_text.size() > kMaxLength)
+            fail("the formula has " + std::to_string(_text.size()) + " characters; at most " +
+                     std::to_string(kMaxLength) + " are read",
+                 0);
+        if (_text.find_first_not_of(" \t\r\n") == std::string::npos)
+            fail("a number or formula is missing here", 0);
+        const std::string allowed = "+-*/^()<>=!&|?:,._ \t\r\n";
+        for (std::size_t i = 0; i < _text.size(); ++i) {
+            const char c = _text[i];
+            if (static_cast<unsigned char>(c) >= 128)
+                fail("a formula has no characters such as this one", i);
+            if (!isLetter(c) && !isDigit(c) && allowed.find(c) == std::string::npos)
+                fail(std::string("'") + c + "' has no meaning in a formula", i);
+        }
+    }
+
+    /** What stands here stands in a wrong place. **/
+    [[noreturn]] void failAtToken() {
+        skipBlanks();
+        if (_at >= _text.size()) fail("the formula ends too early", _text.size());
+        const char c = _text[_at];
+        if (c == ',') fail("a comma has no meaning here (decimals are written with a point)");
+        if (c == ')') fail("there is a ')' too many");
+        if (c == ':') fail("there is a ':' without its '?'");
+        if (c == '=') fail("a formula assigns nothing; to compare, write ==");
+        if (isWordCharacter(c)) {
+            std::size_t end = _at;
+            while (end < _text.size() && isWordCharacter(_text[end])) ++end;
+            fail("an operator is missing before '" + _text.substr(_at, end - _at) + "'");
+        }
+        fail(c == '(' ? "an operator is missing before the '('"
+                      : "an operator '" + std::string(1, c) + "' has no meaning here");
+    }
+
+    /** After a number: "5 mm", "3t". **/
+    [[noreturn]] void failAtUnit(const std::string& number, std::size_t begin) {
+        std::size_t end = _at;
+        while (end < _text.size() && isWordCharacter(_text[end])) ++end;
+        const std::string name = _text.substr(_at, end - _at);
+        static const std::map<std::string, std::string> units{
+            {"mm", "*1e-3"}, {"um", "*1e-6"}, {"cm", "*1e-2"}, {"km", "*1e3"},    {"m", ""},
+            {"s", ""},       {"ms", "*1e-3"}, {"us", "*1e-6"}, {"kg", ""},        {"N", ""},
+            {"kN", "*1e3"},  {"Pa", ""},      {"MPa", "*1e6"}, {"GPa", "*1e9"},   {"kPa", "*1e3"},
+            {"Hz", ""},      {"rad", ""},     {"deg", "*deg"}, {"rpm", "*pi/30"}, {"Nm", ""},
+            {"min", "*60"},  {"h", "*3600"},  {"bar", "*1e5"}, {"kHz", "*1e3"}};
+        const auto unit = units.find(name);
+        if (unit != units.end() && !(end < _text.size() && _text[end] == '(')) {
+            // "5e-3" rather than "5*1e-3"
+            const bool isPower = unit->second.compare(0, 3, "*1e") == 0 &&
+                                 number.find_first_of("eE") == std::string::npos;
+            fail("numbers have no units here, all are SI: write " + number +
+                     unit->second.substr(isPower ? 2 : 0) + " instead of " + number + " " + name,
+                 begin);
+        }
+        fail("an operator is missing between '" + number + "' and '" + name + "': write " + number +
+             "*" + name);
+    }
+
+    //-----------------------------------------------------------------------------------------------------
+    // characters
+
+    void skipBlanks() {
+        while (_at < _text.size() && std::strchr(" \t\r\n", _text[_at])) ++_at;
+    }
+    bool isAtEnd() {
+        skipBlanks();
+        return _at >= _text.size();
+    }
+    /** Reads it if it stands here. **/
+    bool take(const char* symbol) {
+        skipBlanks();
+        const std::size_t length = std::strlen(symbol);
+        if (_text.compare(_at, length, symbol) != 0) return false;
+        _at += length;
+        _end = _at;
+        return true;
+    }
+    bool isNext(const char* symbol) {
+        skipBlanks();
+        return _text.compare(_at, std::strlen(symbol), symbol) == 0;
+    }
+
+    //-----------------------------------------------------------------------------------------------------
+    // nodes
+
+    int add(Operation operation, std::vector<int> operands, std::size_t begin,
+            std::shared_ptr<const Table> table = nullptr) {
+        Node node;
+        node.operation = operation;
+        node.table = std::move(table);
+        node.begin = static_cast<int>(begin);
+        node.end = static_cast<int>(_end);
+        for (int operand : operands) node.depth = std::max(node.depth, _tree[operand].depth + 1);
+        if (node.depth > kMaxDepth)
+            fail("the formula has more than " + std::to_string(kMaxDepth) + " operations in a row",
+                 begin);
+        node.operands = std::move(operands);
+        _tree.nodes.push_back(std::move(node));
+        return fold();
+    }
+    int addNumber(double number, std::size_t begin) {
+        Node node;
+        node.number = number;
+        node.begin = static_cast<int>(begin);
+        node.end = static_cast<int>(_end);
+        _tree.nodes.push_back(node);
+        return _tree.getRoot();
+    }
+
+    /** The last node as a Number if it is one. What has no value stays, to tell why. **/
+    int fold() {
+        Node& node = _tree.nodes.back();
+        const auto isNumber = [&](int operand) {
+            return _tree[operand].operation == Operation::Number;
+        };
+        const bool isChoice = node.operation == Operation::If && isNumber(node.operands[0]);
+        if (isChoice) {
+            const int taken = node.operands[_tree[node.operands[0]].number != 0 ? 1 : 2];
+            _tree.nodes.pop_back();
+            return taken;
+        }
+        if (!node.operands.empty() &&
+            std::all_of(node.operands.begin(), node.operands.end(), isNumber)) {
+            const double value = evaluate<double>(_tree, _tree.getRoot(), nullptr);
+            if (std::isfinite(value)) {
+                node.operation = Operation::Number;
+                node.number = value;
+                node.operands.clear();
+                node.table = nullptr;
+                node.depth = 1;
+            }
+        }
+        return _tree.getRoot();
+    }
+
+    int copy(int from, Tree& tree) const {
+        Node node = _tree[from];
+        for (int& operand : node.operands) operand = copy(operand, tree);
+        tree.nodes.push_back(std::move(node));
+        return tree.getRoot();
+    }
+
+    //-----------------------------------------------------------------------------------------------------
+    // grammar
+
+    int parseChoice() {
+        skipBlanks();
+        const std::size_t begin = _at;
+        const int condition = parseOr();
+        if (!take("?")) return condition;
+        const Nesting nesting(*this);
+        const int yes = parseChoice();
+        if (!take(":")) {
+            if (isAtEnd()) fail("the ':' of the '?' is missing");
+            failAtToken();
+        }
+        const int no = parseChoice();
+        return add(Operation::If, {condition, yes, no}, begin);
+    }
+
+    int parseOr() {
+        skipBlanks();
+        const std::size_t begin = _at;
+        int left = parseAnd();
+        while (take("||")) {
+            const int right = parseAnd();
+            left = add(Operation::Or, {left, right}, begin);
+        }
+        if (isNext("|")) fail("write || for or");
+        return left;
+    }
+
+    int parseAnd() {
+        skipBlanks();
+        const std::size_t begin = _at;
+        int left = parseComparison();
+        while (take("&&")) {
+            const int right = parseComparison();
+            left = add(Operation::And, {left, right}, begin);
+        }
+        if (isNext("&")) fail("write && for and");
+        return left;
+    }
+
+    int parseComparison() {
+        skipBlanks();
+        const std::size_t begin = _at;
+        int left = parseSum();
+        for (int count = 0;; ++count) {
+            const std::size_t place = (skipBlanks(), _at);
+            Operation operation = Operation::Less;
+            bool isSwapped = false;
+            if (take("<="))
+                operation = Operation::LessOrEqual;
+            else if (take(">="))
+                operation = Operation::LessOrEqual, isSwapped = true;
+            else if (take("=="))
+                operation = Operation::Equal;
+            else if (take("!="))
+                operation = Operation::NotEqual;
+            else if (take(">"))
+                isSwapped = true;
+            else if (!take("<"))
+                return left;
+            if (count > 0)
+                fail("comparisons do not follow each other: write a < b && b < c for a < b < c",
+                     place);
+            const int right = parseSum();
+            left = isSwapped ? add(operation, {right, left}, begin)
+                             : add(operation, {left, right}, begin);
+        }
+    }
+
+    int parseSum() {
+        skipBlanks();
+        const std::size_t begin = _at;
+        int left = parseProduct();
+        for (;;) {
+            const bool isPlus = take("+");
+            if (!isPlus && !take("-")) return left;
+            const int right = parseProduct();
+            left = add(isPlus ? Operation::Add : Operation::Subtract, {left, right}, begin);
+        }
+    }
+
+    int parseProduct() {
+        skipBlanks();
+        const std::size_t begin = _at;
+        int left = parseSigned();
+        for (;;) {
+            if (isNext("**")) fail("write ^ for a power");
+            const bool isTimes = take("*");
+            if (!isTimes && !take("/")) return left;
+            const int right = parseSigned();
+            left = add(isTimes ? Operation::Multiply : Operation::Divide, {left, right}, begin);
+        }
+    }
+
+    int parseSigned() {
+        skipBlanks();
+        const std::size_t begin = _at;
+        const bool isMinus = take("-");
+        if (isMinus || take("+")) {
+            const Nesting nesting(*this);
+            const int operand = parseSigned();
+            return isMinus ? add(Operation::Negate, {operand}, begin) : operand;
+        }
+        const int base = parsePrimary();
+        if (!take("^")) return base;
+        const Nesting nesting(*this);
+        const int exponent = parseSigned();
+        return add(Operation::Power, {base, exponent}, begin);
+    }
+
+    int parsePrimary() {
+        skipBlanks();
+        const std::size_t begin = _at;
+        if (take("(")) {
+            const Nesting nesting(*this);
+            const int inner = parseChoice();
+            if (!take(")")) {
+                if (isAtEnd()) fail("a ')' is missing");
+                failAtToken();
+            }
+            return inner;
+        }
+        if (_at < _text.size() && (isDigit(_text[_at]) || _text[_at] == '.')) return parseNumber();
+        if (_at < _text.size() && isWordCharacter(_text[_at])) return parseWord(begin);
+        failAtToken();
+    }
+
+    int parseNumber() {
+        const std::size_t begin = _at;
+        while (_at < _text.size() && (isDigit(_text[_at]) || _text[_at] == '.')) ++_at;
+        if (_at < _text.size() && (_text[_at] == 'e' || _text[_at] == 'E')) {
+            std::size_t exponent = _at + 1;
+            if (exponent < _text.size() && (_text[exponent] == '+' || _text[exponent] == '-'))
+                ++exponent;
+            if (exponent < _text.size() && isDigit(_text[exponent])) {
+                _at = exponent;
+                while (_at < _text.size() && isDigit(_text[_at])) ++_at;
+            }
+        }
+        _end = _at;
+        const std::string number = _text.substr(begin, _at - begin);
+        double value = 0;
+        if (!readPlainNumber(number, value)) fail("'" + number + "' is no number", begin);
+        const int node = addNumber(value, begin);
+        skipBlanks();
+        if (_at < _text.size() && (isLetter(_text[_at]) || _text[_at] == '_'))
+            failAtUnit(number, begin);
+        return node;
+    }
+
+    int parseWord(std::size_t begin) {
+        while (_at < _text.size() &&
+               (isWordCharacter(_text[_at]) || (_hasDots && _text[_at] == '.')))
+            ++_at;
+        _end = _at;
+        const std::string word = _text.substr(begin, _at - begin);
+        const auto variable = std::find(_variables.begin(), _variables.end(), word);
+        if (variable != _variables.end()) {
+            Node node;
+            node.operation = Operation::Variable;
+            node.variable = static_cast<int>(variable - _variables.begin());
+            node.begin = static_cast<int>(begin);
+            node.end = static_cast<int>(_end);
+            _tree.nodes.push_back(node);
+            return _tree.getRoot();
+        }
+        const auto constant = _scope.constants.find(word);
+        if (constant != _scope.constants.end()) return addNumber(constant->second, begin);
+        const auto table = _scope.tables.find(word);
+        const Function* function = findFunction(word);
+        if (table == _scope.tables.end() && !function)
+            throw SyntaxError(word == "t"
+                                  ? "this number is constant: it cannot depend on the time t"
+                                  : "'" + word + "' is no parameter, table or function",
+                              static_cast<int>(begin), word == "t" ? "" : word);
+        if (!take("(")) fail(word + " wants its arguments in parentheses", begin);
+        const Nesting nesting(*this);
+        const std::vector<int> arguments = parseArguments();
+        const auto count = static_cast<int>(arguments.size());
+        const int fewest = function ? function->fewest : 1, most = function ? function->most : 1;
+        if (count < fewest) fail("the function '" + word + "' has too few arguments", begin);
+        if (count > most) fail("the function '" + word + "' has too many arguments", begin);
+        if (!function) return add(Operation::Lookup, arguments, begin, table->second);
+        if (function->most != kAny) return add(function->operation, arguments, begin);
+        int result = arguments[0];
+        for (int i = 1; i < count; ++i)
+            result =
+                add(function->operation, {result, arguments[static_cast<std::size_t>(i)]}, begin);
+        return result;
+    }
+
+    std::vector<int> parseArguments() {
+        std::vector<int> arguments;
+        if (take(")")) return arguments;
+        do arguments.push_back(parseChoice());
+        while (take(","));
+        if (!take(")")) {
+            if (isAtEnd()) fail("a ')' is missing");
+            failAtToken();
+        }
+        return arguments;
+    }
+};
+
+}  // namespace
+
+Tree parse(const std::string& text, const Scope& scope, const std::vector<std::string>& variables) {
+    return Parser(text, scope, variables).parse();
+}
+
+std::vector<std::string> getFunctionNames() {
+    std::vector<std::string> names;
+    for (const Function& function : kFunctions) names.push_back(function.name);
+    return names;
+}
+
+bool readPlainNumber(const std::string& text, double& value) {
+    if (text.empty() || text.size() > 100) return false;
+    if (text.find_first_not_of("0123456789+-.eE") != std::string::npos) return false;
+    const char* const end = text.data() + text.size();
+    const char* const begin = text.data() + (text[0] == '+' && text[1] != '-' ? 1 : 0);
+    const std::from_chars_result read = std::from_chars(begin, end, value);  // in any locale
+    return read.ec == std::errc() && read.ptr == end && std::isfinite(value);
+}
+
+}  // namespace formula
+}  // namespace simflex

@@ -1,0 +1,243 @@
+#include "simflex/model/formula/Switches.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "simflex/model/formula/Evaluation.h"
+
+namespace simflex {
+namespace formula {
+
+namespace {
+
+const double kInfinity = std::numeric_limits<double>::infinity();
+/** Passings of one argument between two others that are told apart [part of the interval]. **/
+const double kResolution = 1e-9;
+/** Intervals that one search looks at; beyond, those left are taken for monotone. **/
+const long kMostIntervals = 2000000;
+
+/** Times closer together than this are one. **/
+double calcRoundOff(double time) {
+    return 1e-14 * std::max(1.0, std::abs(time));
+}
+
+/** Numbers that an argument may pass. **/
+class Levels {
+public:
+    static Levels zero() { return Levels(Kind::Zero, nullptr); }
+    static Levels wholeNumbers() { return Levels(Kind::Whole, nullptr); }
+    static Levels pointsOf(const Table& table) { return Levels(Kind::Points, &table.getPoints()); }
+
+    /** Rises by 1 on a level, by 1 above it. **/
+    double count(double x) const {
+        if (std::isnan(x)) return -kInfinity;  // where the argument begins and ends
+        switch (_kind) {
+            case Kind::Zero:
+                return x < 0 ? 0 : x > 0 ? 2 : 1;
+            case Kind::Whole:
+                return std::floor(x) + std::ceil(x);
+            case Kind::Points:
+                break;
+        }
+        return double(std::lower_bound(_points->begin(), _points->end(), x) - _points->begin()) +
+               double(std::upper_bound(_points->begin(), _points->end(), x) - _points->begin());
+    }
+    bool areIn(const Interval& x) const {
+        if (x.isEmpty()) return false;
+        const double low = count(x.low), high = count(x.high);
+        return low != high || std::fmod(low, 2) != 0;
+    }
+
+private:
+    enum class Kind { Zero, Whole, Points };
+    Levels(Kind kind, const std::vector<double>* points) : _kind(kind), _points(points) {}
+
+    Kind _kind;
+    const std::vector<double>* _points;
+};
+
+/** Sorted, and one for those that are the same. **/
+void unite(std::vector<double>& times) {
+    std::sort(times.begin(), times.end());
+    const auto isSame = [](double a, double b) { return b - a <= calcRoundOff(a); };
+    times.erase(std::unique(times.begin(), times.end(), isSame), times.end());
+}
+
+class Search {
+public:
+    explicit Search(const Tree& tree) : _tree(tree) {}
+
+    /** Of a node and all below it, in (from, to]. **/
+    std::vector<double> find(int number, double from, double to) {
+        const Node& node = _tree[number];
+        if (node.operation == Operation::If) return findInChoice(node, from, to);
+        std::vector<double> times;
+        for (int operand : node.operands) {
+            const std::vector<double> inner = find(operand, from, to);
+            times.insert(times.end(), inner.begin(), inner.end());
+        }
+        unite(times);
+        std::vector<double> all = times;
+        for (const Argument& argument : listArguments(node))
+            findPassings(argument, times, from, to, all);
+        unite(all);
+        return all;
+    }
+
+private:
+    /** a − b, a if there is no b, a/b. **/
+    struct Argument {
+        int a, b;
+        Levels levels;
+        bool isQuotient = false;
+    };
+
+    const Tree& _tree;
+    long _numIntervals = 0;
+
+    /** What a node compares with what. **/
+    std::vector<Argument> listArguments(const Node& node) const {
+        const auto operand = [&](std::size_t i) { return node.operands[i]; };
+        std::vector<Argument> arguments;
+        switch (node.operation) {
+            case Operation::Less:
+            case Operation::LessOrEqual:
+            case Operation::Equal:
+            case Operation::NotEqual:
+            case Operation::Min:
+            case Operation::Max:
+                return {{operand(0), operand(1), Levels::zero()}};
+            case Operation::And:
+            case Operation::Or:
+                for (int part : node.operands)
+                    if (!isTruth(part)) arguments.push_back({part, -1, Levels::zero()});
+                return arguments;
+            case Operation::Abs:
+            case Operation::Sign:
+            case Operation::Atan2:
+                return {{operand(0), -1, Levels::zero()}};
+            case Operation::Floor:
+            case Operation::Ceil:
+                return {{operand(0), -1, Levels::wholeNumbers()}};
+            case Operation::Mod:
+                return {{operand(0), operand(1), Levels::wholeNumbers(), true}};
+            case Operation::Step:
+            case Operation::Ramp:
+                return {{operand(0), operand(1), Levels::zero()},
+                        {operand(0), operand(3), Levels::zero()}};
+            case Operation::Pulse:
+                return {{operand(0), operand(1), Levels::zero()},
+                        {operand(0), operand(2), Levels::zero()}};
+            case Operation::Lookup:
+                return {{operand(0), -1, Levels::pointsOf(*node.table)}};
+            default:
+                return {};
+        }
+    }
+
+    /** True of what is 0 or 1. **/
+    bool isTruth(int number) const {
+        switch (_tree[number].operation) {
+            case Operation::Less:
+            case Operation::LessOrEqual:
+            case Operation::Equal:
+            case Operation::NotEqual:
+            case Operation::And:
+            case Operation::Or:
+            case Operation::Pulse:
+                return true;
+            default:
+                return false;
+        }
+    }
+
+    /** Those of the condition, and between them those of the branch that is taken. **/
+    std::vector<double> findInChoice(const Node& choice, double from, double to) {
+        const int condition = choice.operands[0];
+        const std::vector<double> inner = find(condition, from, to);
+        std::vector<double> times = inner;
+        if (!isTruth(condition))
+            findPassings({condition, -1, Levels::zero()}, inner, from, to, times);
+        unite(times);
+        std::vector<double> all = times;
+        double begin = from;
+        for (std::size_t i = 0; i <= times.size(); ++i) {
+            const double next = i < times.size() ? times[i] : kInfinity;
+            const double end = std::min(to, std::nextafter(next, -kInfinity));
+            const double middle = begin + (end - begin) / 2;
+            const bool isTrue = evaluate<double>(_tree, condition, &middle) != 0;
+            if (begin < end) {
+                const std::vector<double> taken = find(choice.operands[isTrue ? 1 : 2], begin, end);
+                all.insert(all.end(), taken.begin(), taken.end());
+            }
+            begin = next;
+        }
+        unite(all);
+        return all;
+    }
+
+    template <class S>
+    S calc(const Argument& argument, const S& time) const {
+        const S a = evaluate(_tree, argument.a, &time);
+        if (argument.b < 0) return a;
+        const S b = evaluate(_tree, argument.b, &time);
+        return argument.isQuotient ? divide(a, b) : a - b;
+    }
+
+    /** Between `breaks`, where the argument keeps its course. **/
+    void findPassings(const Argument& argument, const std::vector<double>& breaks, double from,
+                      double to, std::vector<double>& times) {
+        double begin = from;
+        for (std::size_t i = 0; i <= breaks.size(); ++i) {
+            const double next = i < breaks.size() ? breaks[i] : kInfinity;
+            const double end = std::min(to, std::nextafter(next, -kInfinity));
+            if (begin < end) search(argument, begin, end, kResolution * (end - begin), times);
+            begin = next;
+        }
+    }
+
+    void search(const Argument& argument, double low, double high, double resolution,
+                std::vector<double>& times) {
+        const Jet<Interval> bounds =
+            calc(argument, Jet<Interval>::makeVariable(Interval(low, high)));
+        if (!argument.levels.areIn(bounds.value)) return;
+        const bool isMonotone = bounds.first.low >= 0 || bounds.first.high <= 0;
+        if (isMonotone || high - low <= resolution || ++_numIntervals > kMostIntervals) {
+            const auto count = [&](double time) {
+                return argument.levels.count(calc(argument, time));
+            };
+            bracket(count, low, count(low), high, count(high), times);
+            return;
+        }
+        const double middle = low + (high - low) / 2;
+        search(argument, low, middle, resolution, times);
+        search(argument, middle, high, resolution, times);
+    }
+
+    /** The first time of each count between those at both ends. **/
+    template <class Count>
+    void bracket(const Count& count, double low, double countLow, double high, double countHigh,
+                 std::vector<double>& times) const {
+        if (countLow == countHigh) return;
+        const double middle = low + (high - low) / 2;
+        if (!(low < middle && middle < high) || high - low < 1e-3 * calcRoundOff(0)) {
+            times.push_back(high);
+            return;
+        }
+        const double countMiddle = count(middle);
+        bracket(count, low, countLow, middle, countMiddle, times);
+        bracket(count, middle, countMiddle, high, countHigh, times);
+    }
+};
+
+}  // namespace
+
+std::vector<double> findSwitches(const Tree& tree, double from, double to) {
+    std::vector<double> times = Search(tree).find(tree.getRoot(), from, to);
+    const auto isAfter = [from](double time) { return time - from > calcRoundOff(from); };
+    times.erase(times.begin(), std::find_if(times.begin(), times.end(), isAfter));
+    return times;
+}
+
+}  // namespace formula
+}  // namespace simflex

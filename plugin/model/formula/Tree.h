@@ -1,0 +1,80 @@
+#pragma once
+/** @file
+A formula as a tree: what the parser makes, and what is evaluated (Evaluation.h) and searched for
+switches (Switches.h).
+
+    2*t + step(t, 0, 0, 1, 5)      Add(Multiply(2, t), Step(t, 0, 0, 1, 5))
+
+Operands stand before what is made of them. What depends on no variable is a Number. **/
+
+#include <memory>
+#include <vector>
+
+#include "simflex/model/formula/Table.h"
+
+namespace simflex {
+namespace formula {
+
+enum class Operation {
+    Number,
+    Variable,
+    Lookup,  ///< in a table
+    Negate,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+    Less,
+    LessOrEqual,
+    Equal,
+    NotEqual,
+    And,
+    Or,
+    If,  ///< condition, then, else: only what is taken is evaluated
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Sinh,
+    Cosh,
+    Tanh,
+    Exp,
+    Ln,
+    Log10,
+    Sqrt,
+    Abs,
+    Sign,
+    Floor,
+    Ceil,
+    Mod,
+    Atan2,
+    Hypot,
+    Min,
+    Max,
+    Step,
+    Ramp,
+    Pulse
+};
+
+struct Node {
+    Operation operation = Operation::Number;
+    std::vector<int> operands;           ///< numbers of nodes
+    double number = 0;                   ///< of Number
+    int variable = -1;                   ///< of Variable
+    std::shared_ptr<const Table> table;  ///< of Lookup
+    int begin = 0, end = 0;              ///< its characters
+    int depth = 1;                       ///< of the tree below
+};
+
+struct Tree {
+    std::vector<Node> nodes;  ///< the last is the root
+
+    int getRoot() const { return static_cast<int>(nodes.size()) - 1; }
+    const Node& operator[](int node) const { return nodes[static_cast<std::size_t>(node)]; }
+};
+
+}  // namespace formula
+}  // namespace simflex

@@ -1,0 +1,258 @@
+/** @file
+Values and derivatives of formulas against closed forms, and against differences of the same
+functions in extended precision. **/
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <random>
+
+#include "simflex/model/formula/Formula.h"
+
+using namespace simflex::formula;
+using ::testing::HasSubstr;
+
+namespace {
+
+using Real = long double;
+
+const double kPi = std::acos(-1.0);
+
+Scope makeScope() {
+    Scope scope;
+    scope.constants = {{"pi", kPi}, {"deg", kPi / 180}, {"A", 0.1}, {"w", 7.0}};
+    scope.tables["cubic"] = std::make_shared<Table>(
+        "cubic", std::vector<double>{-1, 0, 0.5, 2, 3, 4.5},
+        std::vector<double>{-5, 1, 2.125, 11, 31, 98.125});  // x³ + x/2 + 1... at the points
+    scope.tables["lines"] =
+        std::make_shared<Table>("lines", std::vector<double>{0, 1, 3}, std::vector<double>{0, 5, 1},
+                                Table::Interpolation::Linear, Table::Extrapolation::Linear);
+    scope.tables["strict"] = std::make_shared<Table>(
+        "strict", std::vector<double>{0, 1, 3}, std::vector<double>{0, 5, 1},
+        Table::Interpolation::Spline, Table::Extrapolation::Refuse);
+    return scope;
+}
+
+Jet<double> calc(const std::string& text, double time) {
+    const Jet<double> now = Jet<double>::makeVariable(time);
+    return Formula(text, makeScope(), {"t"}).calc(&now);
+}
+
+std::string refuse(const std::string& text) {
+    try {
+        Formula(text, makeScope(), {"t"});
+    } catch (const SyntaxError& error) {
+        return error.what();
+    }
+    ADD_FAILURE() << "accepted: " << text;
+    return "";
+}
+
+std::string explain(const std::string& text, double time) {
+    const Formula formula(text, makeScope(), {"t"});
+    EXPECT_FALSE(std::isfinite(formula.calc(&time))) << text;
+    return formula.explain(&time);
+}
+
+}  // namespace
+
+TEST(Formula, ValuesAndDerivativesAreThoseOfTheFunction) {
+    struct Case {
+        const char* text;
+        Real (*function)(Real);
+    };
+    const Case cases[] = {
+        {"3*t^2 - 2*t + 1", [](Real t) { return 3 * t * t - 2 * t + 1; }},
+        {"-t^2", [](Real t) { return -t * t; }},
+        {"t^0", [](Real) { return Real(1); }},
+        {"t^1", [](Real t) { return t; }},
+        {"t^5", [](Real t) { return std::pow(t, Real(5)); }},
+        {"t^-3", [](Real t) { return 1 / (t * t * t); }},
+        {"t^2.5", [](Real t) { return std::pow(t, Real(2.5)); }},
+        {"2^t", [](Real t) { return std::exp2(t); }},
+        {"t^t", [](Real t) { return std::pow(t, t); }},
+        {"(1 + t)/(2 + sin(3*t))", [](Real t) { return (1 + t) / (2 + std::sin(3 * t)); }},
+        {"1/t/t", [](Real t) { return 1 / t / t; }},
+        {"5/(1 + t^2)", [](Real t) { return 5 / (1 + t * t); }},
+        {"sin(w*t)*cos(t)", [](Real t) { return std::sin(7 * t) * std::cos(t); }},
+        {"tan(t/2)", [](Real t) { return std::tan(t / 2); }},
+        {"asin(t/4)", [](Real t) { return std::asin(t / 4); }},
+        {"acos(t/4)", [](Real t) { return std::acos(t / 4); }},
+        {"atan(2*t)", [](Real t) { return std::atan(2 * t); }},
+        {"sinh(t) + cosh(2*t)", [](Real t) { return std::sinh(t) + std::cosh(2 * t); }},
+        {"tanh(t)", [](Real t) { return std::tanh(t); }},
+        {"exp(-t^2/2)", [](Real t) { return std::exp(-t * t / 2); }},
+        {"ln(t) + log(2*t)", [](Real t) { return std::log(t) + std::log(2 * t); }},
+        {"log10(t)", [](Real t) { return std::log10(t); }},
+        {"sqrt(1 + t)", [](Real t) { return std::sqrt(1 + t); }},
+        {"abs(t - 1.02)", [](Real t) { return std::fabs(t - Real(1.02)); }},
+        {"sign(t - 1.02)*t", [](Real t) { return t > Real(1.02) ? t : -t; }},
+        {"floor(3*t + 0.05)*t", [](Real t) { return std::floor(3 * t + Real(0.05)) * t; }},
+        {"ceil(3*t + 0.05)*t^2", [](Real t) { return std::ceil(3 * t + Real(0.05)) * t * t; }},
+        {"mod(t^2, 0.3)", [](Real t) { return t * t - Real(0.3) * std::floor(t * t / Real(0.3)); }},
+        {"atan2(sin(2*t), cos(t))",
+         [](Real t) { return std::atan2(std::sin(2 * t), std::cos(t)); }},
+        {"atan2(cos(t), -sin(3*t))",
+         [](Real t) { return std::atan2(std::cos(t), -std::sin(3 * t)); }},
+        {"hypot(t, 2 + t^2)", [](Real t) { return std::hypot(t, 2 + t * t); }},
+        {"min(t, 1.03, 2 - t)",
+         [](Real t) {
+             return std::min({t, Real(1.03), 2 - t});
+         }},
+        {"max(t, 1.03, t^2/2)",
+         [](Real t) {
+             return std::max({t, Real(1.03), t * t / 2});
+         }},
+        {"0.01*max(0, sin(6*t))^4",
+         [](Real t) { return Real(0.01) * std::pow(std::max(Real(0), std::sin(6 * t)), Real(4)); }},
+        {"step(t, 0.2, 1, 2.4, 5)",
+         [](Real t) {
+             const Real s = (t - Real(0.2)) / Real(2.2);
+             return 1 + 4 * s * s * s * (10 + s * (6 * s - 15));
+         }},
+        {"step(sin(t), 0, t, 1, t^2)",
+         [](Real t) {
+             const Real s = std::sin(t);
+             return t + (t * t - t) * s * s * s * (10 + s * (6 * s - 15));
+         }},
+        {"ramp(t^2, 0, 1, 9, 10)", [](Real t) { return 1 + t * t; }},
+        {"pulse(t, 0.5, 1.03)*t^2",
+         [](Real t) { return t >= Real(0.5) && t < Real(1.03) ? t * t : 0; }},
+        {"if(t < 1.03, t^2, 2*t - 1)", [](Real t) { return t < Real(1.03) ? t * t : 2 * t - 1; }},
+        {"t > 1.03 && t < 1.5 || !(1 > 2) ? t^3 : t", nullptr},
+        {"t > 1.03 && t < 1.52 ? t^3 : t",
+         [](Real t) { return t > Real(1.03) && t < Real(1.52) ? t * t * t : t; }},
+        {"lines(t)", [](Real t) { return t < 1 ? 5 * t : 7 - 2 * t; }},
+        {"cubic(2*t)", nullptr},
+    };
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> place(0.3, 2.2);
+    for (const Case& c : cases) {
+        if (!c.function) continue;
+        SCOPED_TRACE(c.text);
+        for (int k = 0; k < 40; ++k) {
+            const double time = place(random);
+            const Real h = 1e-4L, t = time;
+            const auto f = [&](int i) { return c.function(t + i * h); };
+            const Real first = (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / (12 * h);
+            const Real second = (16 * (f(1) + f(-1)) - (f(2) + f(-2)) - 30 * f(0)) / (12 * h * h);
+            // A kink within the differences: they are of both sides.
+            const Real wide = (f(1) - f(-1)) / (2 * h), bend = (f(1) + f(-1) - 2 * f(0)) / (h * h);
+            if (std::fabs(wide - first) > 1e-2L || std::fabs(bend - second) > 1) continue;
+            const Jet<double> jet = calc(c.text, time);
+            EXPECT_NEAR(jet.value, double(f(0)), 4e-15 * (1 + std::fabs(double(f(0))))) << time;
+            EXPECT_NEAR(jet.first, double(first), 1e-9 * (1 + std::fabs(double(first)))) << time;
+            EXPECT_NEAR(jet.second, double(second), 3e-8 * (10 + std::fabs(double(second))))
+                << time;
+        }
+    }
+}
+
+TEST(Formula, DerivativesOfALobeBetweenDwellsAreThoseOfTheLobe) {
+    // 0.01 sin⁴(600 t): v = 0.04·600 s³c, a = 0.04·600² (3 s²c² − s⁴)
+    for (double time : {0.001, 0.0026, 0.004, 0.0117}) {
+        const double s = std::max(0.0, std::sin(600 * time)), c = std::cos(600 * time);
+        const Jet<double> cam = calc("0.01*max(0, sin(600*t))^4", time);
+        EXPECT_NEAR(cam.value, 0.01 * std::pow(s, 4), 1e-16);
+        EXPECT_NEAR(cam.first, 24 * s * s * s * c, 1e-12);
+        EXPECT_NEAR(cam.second, 14400 * (3 * s * s * c * c - s * s * s * s), 1e-9);
+    }
+    const Jet<double> dwell = calc("0.01*max(0, sin(600*t))^1.5", 0.008);
+    EXPECT_EQ(dwell.value, 0);
+    EXPECT_EQ(dwell.first, 0);
+    EXPECT_EQ(dwell.second, 0);
+}
+
+TEST(Formula, AtKinksTheNextSideCounts) {
+    EXPECT_EQ(calc("abs(t - 1)", 1).first, 1);
+    EXPECT_EQ(calc("abs(1 - t)", 1).first, 1);
+    EXPECT_EQ(calc("max(t, 1)", 1).first, 1);
+    EXPECT_EQ(calc("min(t, 1)", 1).first, 0);
+    EXPECT_EQ(calc("max(0, t - 1)^2", 1).second, 2);
+    EXPECT_EQ(calc("ramp(t, 1, 0, 2, 3)", 1).first, 3);
+    EXPECT_EQ(calc("ramp(t, 1, 0, 2, 3)", 2).first, 0);
+    EXPECT_EQ(calc("lines(t)", 1).first, -2);
+    EXPECT_EQ(calc("lines(2 - t)", 1).first, -5);
+    EXPECT_EQ(calc("t < 1 ? 0 : 2*t", 1).first, 2);
+    EXPECT_FALSE(std::isfinite(calc("sqrt(t - 1)", 1).first));
+    EXPECT_EQ(calc("(t - 1)^1.5", 1).first, 0);
+    EXPECT_FALSE(std::isfinite(calc("(t - 1)^1.5", 1).second));
+}
+
+TEST(Formula, DerivativesByOneOfSeveralVariablesLeaveTheOthersConstant) {
+    const Formula formula("x^2*y + sin(y*t)", makeScope(), {"t", "x", "y"});
+    const double t = 0.3, x = 1.7, y = 2.5;
+    const auto derive = [&](int by) {
+        Jet<double> values[] = {t, x, y};
+        values[by] = Jet<double>::makeVariable(values[by].value);
+        return formula.calc(values);
+    };
+    EXPECT_DOUBLE_EQ(derive(0).first, y * std::cos(y * t));
+    EXPECT_DOUBLE_EQ(derive(1).first, 2 * x * y);
+    EXPECT_DOUBLE_EQ(derive(1).second, 2 * y);
+    EXPECT_DOUBLE_EQ(derive(2).first, x * x + t * std::cos(y * t));
+    EXPECT_DOUBLE_EQ(derive(2).second, -t * t * std::sin(y * t));
+    EXPECT_THAT(formula.getUsedVariables(), ::testing::ElementsAre("t", "x", "y"));
+}
+
+TEST(Formula, OperatorsBindAsInMathematics) {
+    const auto constant = [](const std::string& text) {
+        return Formula(text, {}, {}).calc(static_cast<const double*>(nullptr));
+    };
+    EXPECT_EQ(constant("2^3^2"), 512);
+    EXPECT_EQ(constant("-2^2"), -4);
+    EXPECT_EQ(constant("2^-2"), 0.25);
+    EXPECT_EQ(constant("2 - -3*-1"), -1);
+    EXPECT_EQ(constant("8/4/2"), 1);
+    EXPECT_EQ(constant("1 + 2*3 == 7 && 1 < 2"), 1);
+    EXPECT_EQ(constant("0 ? 1 : 0 ? 2 : 3"), 3);
+    EXPECT_EQ(constant("1 ? 0 ? 4 : 5 : 6"), 5);
+    EXPECT_EQ(constant("1 || 0 && 0"), 1);
+    EXPECT_EQ(constant("3 >= 3) == (2 <= 1"[0] == '3' ? "(3 >= 3) == (2 <= 1)" : ""), 0);
+    EXPECT_EQ(constant("min(4, 2, 3) + max(1, +5)"), 7);
+}
+
+TEST(Formula, WhatIsNoFormulaIsRefusedWithTheReason) {
+    EXPECT_EQ(refuse("1 < t < 2"),
+              "comparisons do not follow each other: write a < b && b < c for a < b < c");
+    EXPECT_EQ(refuse("t & 1"), "write && for and");
+    EXPECT_EQ(refuse("t | 1"), "write || for or");
+    EXPECT_EQ(refuse("t ** 2"), "write ^ for a power");
+    EXPECT_EQ(refuse("(t + 1"), "a ')' is missing");
+    EXPECT_EQ(refuse("t + 1)"), "there is a ')' too many");
+    EXPECT_EQ(refuse("2 t"), "an operator is missing between '2' and 't': write 2*t");
+    EXPECT_EQ(refuse("t 2"), "an operator is missing before '2'");
+    EXPECT_EQ(refuse("(t)(t)"), "an operator is missing before the '('");
+    EXPECT_EQ(refuse("t ? 1"), "the ':' of the '?' is missing");
+    EXPECT_EQ(refuse("t : 1"), "there is a ':' without its '?'");
+    EXPECT_EQ(refuse("* t"), "an operator '*' has no meaning here");
+    EXPECT_EQ(refuse("t ="), "a formula assigns nothing; to compare, write ==");
+    EXPECT_EQ(refuse("1.2.3"), "'1.2.3' is no number");
+    EXPECT_EQ(refuse("sin()"), "the function 'sin' has too few arguments");
+    EXPECT_EQ(refuse("lines(t, 1)"), "the function 'lines' has too many arguments");
+    EXPECT_EQ(refuse("5 mm"), "numbers have no units here, all are SI: write 5e-3 instead of 5 mm");
+    EXPECT_EQ(refuse(std::string(201, '(') + "t" + std::string(201, ')')),
+              "parentheses are nested more than 200 deep");
+    EXPECT_EQ(refuse(std::string(201, '-') + "t"), "parentheses are nested more than 200 deep");
+    std::string sum = "t";
+    for (int i = 0; i < 2000; ++i) sum += "+t";
+    EXPECT_EQ(refuse(sum), "the formula has more than 1000 operations in a row");
+}
+
+TEST(Formula, WhatHasNoValueIsExplained) {
+    EXPECT_EQ(explain("1/(t - 1)", 1), "a division by zero");
+    EXPECT_EQ(explain("2 + 1/(t - 1)", 1), "a division by zero in '1/(t - 1)'");
+    EXPECT_EQ(explain("atan(1/t)", 0), "a division by zero in '1/t'");
+    EXPECT_EQ(explain("max(0, sqrt(1 - t))", 5), "the root of -4 in 'sqrt(1 - t)'");
+    EXPECT_EQ(explain("sqrt(-t) < 1 ? 2 : 3", 4), "the root of -4 in 'sqrt(-t)'");
+    EXPECT_EQ(explain("ln(t)", 0), "the logarithm of 0");
+    EXPECT_EQ(explain("asin(t)", 2), "no angle has the sine 2");
+    EXPECT_EQ(explain("(0 - t)^0.5", 1), "-1 to the power of 0.5");
+    EXPECT_EQ(explain("mod(t, t - 1)", 1), "a division by zero");
+    EXPECT_EQ(explain("exp(1000*t)", 1), "a number that is too large");
+    EXPECT_EQ(explain("2*strict(t)", 4),
+              "table 'strict' is asked for 4, outside of its points from 0 to 3");
+    // What is not taken needs no value.
+    const double time = 4;
+    EXPECT_EQ(Formula("t < 1 ? sqrt(1 - t) : strict(t - 3)", makeScope(), {"t"}).calc(&time), 5);
+}
