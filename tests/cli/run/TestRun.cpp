@@ -348,15 +348,6 @@ analyses: {run: {type: transient, duration: 1.6}}
     EXPECT_THAT(testing::readText(folder / "model.results.run.csv"), Not(HasSubstr("-nan")));
 }
 
-TEST_F(RunTest, MotionsThatJumpAreNamedWithTheirJointAndUnit) {
-    writeModel(makePendulum("0", R"(motions: {m1: {joint: pivot, position: "t < 0.05 ? 0 : 1"}}
-analyses: {run: {type: transient, duration: 0.1}}
-)"));
-    EXPECT_EQ(runModel(), 1);
-    EXPECT_THAT(err, AllOf(HasSubstr("motion 'm1' of joint 'pivot' jumps by 1 rad at"),
-                           Not(HasSubstr("m or rad"))));
-}
-
 TEST_F(RunTest, IntervalsLongerThanTheRunAreMentioned) {
     writeModel(
         makePendulum("0", "analyses: {run: {type: transient, duration: 0.1, interval: 1}}\n"));
