@@ -3,6 +3,7 @@
 #include <regex>
 
 #include "simflex/body/JointEquations.h"
+#include "simflex/cli/model/KnownTimes.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -77,6 +78,7 @@ std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
         integrator = std::move(bdf);
     }
     setSteps(solver, *integrator);
+    integrator->addBreakTimes(KnownTimes(model.getFile()));
     if (solver.get("formulation").getText() == "index3")
         integrator->setFormulation(Integrator::Formulation::Index3);
     const std::string form = solver.get("block_form").getText();

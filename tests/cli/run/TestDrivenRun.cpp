@@ -20,6 +20,14 @@ std::string makeCart(const std::string& more) {
 
 class DrivenRunTest : public RunTest {
 protected:
+    double calcLastSpeed(const std::string& force, const std::string& duration,
+                         const std::string& more = "") {
+        writeModel(makeCart(more + "loads: {push: {on: cart, force: [\"" + force +
+                            "\", 0, 0]}}\nanalyses: {run: {type: transient, interval: " + duration +
+                            ", duration: " + duration + "}}\n"));
+        EXPECT_EQ(runModel(), 0) << err;
+        return find(read("run"), "v").rows.back()[0];
+    }
     /** What the program says of a motion of the cart. **/
     std::string refuseMotion(const std::string& position, const std::string& duration = "1") {
         writeModel(makeCart("motions: {lead: {joint: guide, position: \"" + position +
@@ -29,6 +37,23 @@ protected:
         return err;
     }
 };
+
+TEST_F(DrivenRunTest, ImpulsesOfLoadsAreTheirSpeeds) {
+    EXPECT_NEAR(calcLastSpeed("20*pulse(t, 0.5, 0.6)", "10"), 2, 1e-6);
+    EXPECT_NEAR(calcLastSpeed("if(t > 500 && t <= 500.001, 20, 0)", "1000"), 0.02, 1e-8);
+    // 20 N in a tenth of every 10 ms
+    EXPECT_NEAR(calcLastSpeed("mod(t, 0.01) < 0.001 ? 20 : 0", "1"), 2, 1e-6);
+    // where t² is between 4 and 4.41
+    EXPECT_NEAR(calcLastSpeed("if(t^2 > 4 && t^2 < 4.41, 20, 0)", "10"), 2, 1e-6);
+    // a triangle of 0.2 s, and the same in steps of 0.1 s
+    const std::string points = "x: [0, 3, 3.1, 3.2, 9], y: [0, 0, 20, 0, 0]";
+    EXPECT_NEAR(calcLastSpeed("knock(t)", "10",
+                              "tables: {knock: {" + points + ", interpolation: linear}}\n"),
+                2, 1e-6);
+    EXPECT_NEAR(
+        calcLastSpeed("knock(t)", "10", "tables: {knock: {" + points + ", interpolation: step}}\n"),
+        2, 1e-6);
+}
 
 TEST_F(DrivenRunTest, LobesOfACamBetweenDwellsDriveWithTheirOwnForce) {
     // x = 0.01 s⁴, s = max(0, sin 600 t): v = 24 s³c, a = 14400 (3 s²c² − s⁴)
