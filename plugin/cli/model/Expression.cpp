@@ -111,6 +111,8 @@ std::optional<Expression::Kink> Expression::findKink(double from, double to) con
                     sizes[1] = std::max(sizes[1], std::abs(other.first));
             }
         }
+        // Where it has no value, that is what the run ends with.
+        if (!std::isfinite(sides[0][0]) || !std::isfinite(sides[1][0])) continue;
         for (int order : {0, 1}) {
             const double before = sides[0][order], after = sides[1][order];
             const double size = std::max({sizes[order], std::abs(before), std::abs(after)});
