@@ -253,7 +253,9 @@ std::vector<std::string> listScriptFiles(const std::string& path) {
             if (std::find(files.begin(), files.end(), name) == files.end()) files.push_back(name);
         };
         // Whatever is no geometry or mesh is a script, with any ending.
-        if (suffix == ".step" || suffix == ".stp" || suffix == ".brep") continue;
+        if (suffix == ".step" || suffix == ".stp" || suffix == ".brep" || suffix == ".iges" ||
+            suffix == ".igs")
+            continue;
         std::ifstream in(file, std::ios::binary);
         const std::string text(std::istreambuf_iterator<char>(in), {});
         if (text.compare(0, 1, "$") == 0) continue;
