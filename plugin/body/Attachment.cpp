@@ -1,6 +1,8 @@
 #include "simflex/body/Attachment.h"
 
 #include <algorithm>
+#include <map>
+#include <mutex>
 #include <set>
 
 #include "simflex/body/FlexibleBody.h"
@@ -56,6 +58,52 @@ Eigen::MatrixXd calcNodeRotations(const ReducedBody& part, int node) {
     return rotations;
 }
 
+std::shared_ptr<const FrameShapes> makeNodeShapes(const ReducedBody& part, int node) {
+    const Eigen::MatrixXd Psi = calcNodeRotations(part, node);
+    const auto s = part.mesh.position(node);
+    std::vector<double> Phi;
+    for (int i = 0; i < part.numModes; ++i) {
+        const double* phi = part.Phi.data() + size_t(i) * 3 * part.mesh.numNodes() + 3 * node;
+        Phi.insert(Phi.end(), phi, phi + 3);
+    }
+    return FrameShapes::make(Vec3(s[0], s[1], s[2]), Phi,
+                             std::vector<double>(Psi.data(), Psi.data() + Psi.size()));
+}
+
+/** Shapes of mesh nodes, the same ones for all frames on a node of a part: the elimination
+multiplies by each once for all bodies of the part. Kept as long as a frame has them. **/
+class NodeShapes {
+public:
+    std::shared_ptr<const FrameShapes> obtain(const std::shared_ptr<const ReducedBody>& part,
+                                              int node) {
+        const std::lock_guard<std::mutex> lock(m_mutex);
+        std::weak_ptr<const FrameShapes>& known = m_shapes[{part, node}];
+        std::shared_ptr<const FrameShapes> shapes = known.lock();
+        if (shapes) return shapes;
+        known = shapes = makeNodeShapes(*part, node);
+        if (m_shapes.size() >= m_sizeToClean) {
+            for (auto at = m_shapes.begin(); at != m_shapes.end();)
+                at = at->second.expired() ? m_shapes.erase(at) : std::next(at);
+            m_sizeToClean = 2 * m_shapes.size() + 16;
+        }
+        return shapes;
+    }
+
+private:
+    struct Key {
+        std::weak_ptr<const ReducedBody> part;
+        int node;
+        bool operator<(const Key& other) const {
+            if (part.owner_before(other.part)) return true;
+            return !other.part.owner_before(part) && node < other.node;
+        }
+    };
+
+    std::mutex m_mutex;
+    std::map<Key, std::weak_ptr<const FrameShapes>> m_shapes;
+    size_t m_sizeToClean = 16;
+};
+
 }  // namespace
 
 Attachment::Attachment(const MobilizedBody& body, const Transform& X_BA)
@@ -81,18 +129,10 @@ Attachment Attachment::onInterface(const FlexibleBody& body, const std::string& 
 }
 
 Attachment Attachment::onNode(const FlexibleBody& body, int nodeNumber, const Transform& X_NA) {
-    const ReducedBody& part = body.getPart();
-    const int node = part.mesh.indexOf(nodeNumber);
-    const Eigen::MatrixXd Psi = calcNodeRotations(part, node);
-    const auto s = part.mesh.position(node);
-    std::vector<double> Phi;
-    for (int i = 0; i < part.numModes; ++i) {
-        const double* phi = part.Phi.data() + size_t(i) * 3 * part.mesh.numNodes() + 3 * node;
-        Phi.insert(Phi.end(), phi, phi + 3);
-    }
+    static NodeShapes nodeShapes;
+    const auto& part = body.guts().body(body.getIndex()).model->part;
     auto frame = std::make_shared<FlexibleFrame>();
-    frame->shapes = FrameShapes::make(Vec3(s[0], s[1], s[2]), Phi,
-                                      std::vector<double>(Psi.data(), Psi.data() + Psi.size()));
+    frame->shapes = nodeShapes.obtain(part, part->mesh.indexOf(nodeNumber));
     frame->X_IA = X_NA;
 
     Attachment attachment;

@@ -21,12 +21,20 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
 - *TIE of a slave surface to a master's faces (POSITION TOLERANCE, ADJUST): as ccx does, slave nodes
   are moved onto the master. With ADJUST=NO they stay, and the gap turns with the face, where ccx
   would resist a rotation of the part.
-- Left out and reported: steps, *BOUNDARY, loads, *RIGID BODY and *COUPLING (interfaces are tied by
-  the reduction), amplitudes, initial conditions, surface and line elements that Gmsh writes, nodes
-  of no element that nothing ties.
-- Refused, with file and line: what makes K other than that of free solids, such as *TRANSFORM,
-  contact, springs, point masses, membranes, equations of rotations, composite shells, other beam
-  sections, and C3D8I, S4, B31 (ccx gives them internal degrees of freedom with mass).
+- *RIGID BODY (NSET, ELSET, REF NODE, ROT NODE), *COUPLING with *KINEMATIC (ORIENTATION, some
+  directions alone): nodes follow the rigid motion of the reference node; of a shell or beam the
+  expanded nodes, so that its thickness there does not stretch as in ccx. *DISTRIBUTING stiffens
+  nothing.
+- *INITIAL CONDITIONS, TYPE=TEMPERATURE: a material that depends on temperature is taken at that of
+  the nodes of its elements, which must be one.
+- Left out and reported: steps, *BOUNDARY, loads, amplitudes, output, other initial conditions,
+  surface and line elements that Gmsh writes, nodes of no element that nothing ties.
+- Refused, with file and line: what makes K or M other than that of free solids, such as
+  *TRANSFORM, contact, springs, point masses, membranes, equations of rotations, composite shells,
+  other beam sections, and C3D8I, S4, B31 (ccx gives them internal degrees of freedom with mass);
+  keywords and parameters that are not known; elements without material, materials without
+  *ELASTIC or *DENSITY; nodes given twice at different places; elements with swapped nodes.
+  DeckVocabulary.h decides on every keyword of CalculiX 2.20.
 
     CalculixOptions options;
     options.note = [](const std::string& text) { std::cerr << text << "\n"; };

@@ -2,14 +2,23 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <iomanip>
+#include <limits>
 #include <map>
+#include <optional>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <unordered_map>
 
 #include "DeckConstraints.h"
+#include "DeckMaterials.h"
+#include "DeckRigidBodies.h"
 #include "DeckVocabulary.h"
+#include "ElasticLaw.h"
+#include "ElementShapes.h"
 #include "ThinSections.h"
 
 namespace simflex {
@@ -36,10 +45,14 @@ public:
     DeckModel build() {
         bool inStep = false;
         DeckCard* material = nullptr;
+        DeckRigidCard* coupling = nullptr;  // the card before, if it waits for its kind
         for (DeckCard& card : _cards) {
             const std::string& keyword = card.keyword;
             if (keyword == "STEP") inStep = true;
             if (inStep) {
+                if (const std::string* reason = findStepRefusal(keyword))
+                    refuseCard(card, card.title + " of a step cannot be left out: " + *reason);
+                if (keyword == "TEMPERATURE" && !_temperatures.inStep) _temperatures.inStep = &card;
                 noteLeftOut(keyword == "STEP" ? "*STEP" : card.title + " of a step", card);
                 if (keyword == "ENDSTEP") inStep = false;
                 continue;
@@ -49,6 +62,14 @@ public:
                 use == CardUse::MaterialProperty || use == CardUse::LeftOutProperty;
             if (isProperty && !material) refuseCard(card, card.title + " stands outside *MATERIAL");
             if (!isProperty) material = nullptr;
+            checkParameters(card);
+            const bool isCouplingKind = keyword == "KINEMATIC" || keyword == "DISTRIBUTING";
+            if (isCouplingKind != (coupling != nullptr))
+                refuseCard(coupling ? coupling->card : card,
+                           isCouplingKind ? card.title + " must stand below *COUPLING"
+                                          : "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
+            if (isCouplingKind) readCouplingKind(card, *coupling);
+            coupling = nullptr;
             if (keyword == "NODE") {
                 addNodes(card);
             } else if (keyword == "ELEMENT") {
@@ -73,6 +94,11 @@ public:
                 _thicknessCards.push_back(card);
             } else if (keyword == "EQUATION" || keyword == "MPC") {
                 _equationCards.push_back(card);
+            } else if (keyword == "RIGIDBODY" || keyword == "COUPLING") {
+                _rigidCards.push_back(readRigidCard(card));
+                if (keyword == "COUPLING") coupling = &_rigidCards.back();
+            } else if (keyword == "INITIALCONDITIONS") {
+                readInitialConditions(card);
             } else if (keyword == "TIE") {
                 _tieCards.push_back(card);
             } else if (keyword == "SURFACE") {
@@ -82,7 +108,7 @@ public:
             } else if (use == CardUse::Refused) {
                 refuseCard(card, card.title +
                                      " cannot be part of a flexible body: " + getRefusal(keyword));
-            } else {
+            } else if (use == CardUse::Unknown) {
                 refuseCard(card, card.title +
                                      " is not known to simflex, so it cannot tell whether K and "
                                      "M stay those of a free solid; take it out of the deck");
@@ -90,17 +116,24 @@ public:
         }
         if (_numSolids == 0 && _thin.empty())
             throw std::invalid_argument(_model.path + ": the deck has no solid elements");
+        if (coupling)
+            refuseCard(coupling->card, "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
         finishSections();
         expandThin();
+        readTemperatures();
+        checkRigidNodes();
         readEquationCards();
         finishMesh();
         finishElementSets();
+        settleMaterials(_temperatures, _model);
         finishSurfaces();
         readTies();
+        makeRigidBodies();
         std::vector<char> hasElement(_model.mesh.nodeNumbers.size(), 0);
         for (const ElementBlock& block : _model.mesh.elements)
             for (const int node : block.nodes) hasElement[size_t(node)] = 1;
         _model.constraints = applyConstraints(_constraints, hasElement, _model.mesh, _model.notes);
+        checkElementShapes(_model);
         for (const auto& [what, count] : _leftOut)
             _model.notes.push_back("left out " + what + count.first +
                                    (count.second > 1
@@ -134,19 +167,41 @@ private:
             }
     }
 
-    void addNodes(const DeckCard& card) {
+    void checkParameters(const DeckCard& card) const {
+        const std::set<std::string>* known = findParameters(card.keyword);
+        if (!known) return;
         for (const auto& [parameter, value] : card.parameters)
-            if (parameter != "NSET")
-                refuseCard(card, card.title + " with " + parameter + " is not known to simflex");
+            if (!known->count(parameter))
+                refuseCard(card, card.title + " with " + parameter +
+                                     " is not known to simflex, so it cannot tell what that "
+                                     "does to K and M; take it out of the deck");
+    }
+
+    void addNodes(const DeckCard& card) {
         std::vector<int>* set = card.has("NSET") ? &_nodeSets[card.get("NSET")] : nullptr;
         for (const DeckLine& data : card.data) {
             const int number = parseDeckInteger(data.fields[0], card.where(data.line));
             if (number < 1) refuseCard(card, "node numbers begin at 1", data.line);
-            auto& position = _nodes[number];
-            position = {0, 0, 0};
-            for (size_t a = 0; a < 3 && a + 1 < data.fields.size(); ++a)
-                if (!data.fields[a + 1].empty())
-                    position[a] = parseDeckNumber(data.fields[a + 1], card.where(data.line));
+            std::array<double, 3> position{};
+            for (size_t a = 1; a < data.fields.size(); ++a) {
+                if (data.fields[a].empty()) continue;
+                if (a > 3)
+                    refuseCard(card,
+                               "node " + std::to_string(number) + " has '" + data.fields[a] +
+                                   "' behind its three coordinates; is a comma in place of a "
+                                   "decimal point?",
+                               data.line);
+                position[a - 1] = parseDeckNumber(data.fields[a], card.where(data.line));
+            }
+            const auto [found, isNew] = _nodes.emplace(number, position);
+            if (!isNew && found->second != position) {
+                std::ostringstream text;
+                text << std::setprecision(10) << "node " << number << " is given twice, at";
+                for (const auto* x : {&found->second, &position})
+                    text << (x == &position ? " and at" : "") << " (" << (*x)[0] << ", " << (*x)[1]
+                         << ", " << (*x)[2] << ")";
+                refuseCard(card, text.str() + "; give it another number", data.line);
+            }
             if (set) set->push_back(number);
         }
     }
@@ -392,7 +447,7 @@ private:
             for (DeckEquation& equation : equations) {
                 for (const auto& term : equation.terms) {
                     positionOf(term.node);
-                    _extraNodes.push_back(term.node);
+                    if (!_rotationNodes.count(term.node)) _extraNodes.push_back(term.node);
                 }
                 _constraints.equations.push_back(std::move(equation));
             }
@@ -523,6 +578,143 @@ private:
         }
     }
 
+    void readInitialConditions(const DeckCard& card) {
+        static const std::set<std::string> kHarmless = {
+            "DISPLACEMENT", "VELOCITY",      "PLASTICSTRAIN", "FLUIDVELOCITY",
+            "MASSFLOW",     "TOTALPRESSURE", "PRESSURE",      "SOLUTION"};
+        const std::string& type = card.get("TYPE");
+        if (type == "TEMPERATURE") {
+            _temperatureCards.push_back(card);
+        } else if (kHarmless.count(type)) {
+            noteLeftOut(card.title + ", TYPE=" + type, card);
+        } else {
+            refuseCard(card, card.title + ", TYPE=" + type +
+                                 (type == "STRESS" ? " cannot be part of a flexible body: stress "
+                                                     "makes the part stiffer or softer"
+                                                   : " is not known to simflex"));
+        }
+    }
+
+    void readTemperatures() {
+        for (const DeckCard& card : _temperatureCards)
+            for (const DeckLine& data : card.data) {
+                const double value =
+                    readDeckNumber(card, data, 1, "a node or node set and its temperature");
+                for (size_t k = 2; k < data.fields.size(); ++k)
+                    if (!data.fields[k].empty())
+                        refuseCard(card,
+                                   card.title +
+                                       " gives more than one temperature at a node, "
+                                       "which simflex does not do",
+                                   data.line);
+                for (const int node : findNodes(card, data)) _temperatures.ofNode[node] = value;
+            }
+        for (const ThinElement& element : _thin)
+            _temperatures.thinNodes[element.number] = element.nodes;
+    }
+
+    void checkRigidNodes() {
+        for (const DeckRigidCard& body : _rigidCards)
+            for (const int node : {body.reference, body.rotation}) {
+                if (node == 0 && node == body.rotation) continue;
+                if (!_nodes.count(node))
+                    refuseCard(body.card, body.card.title + " names node " + std::to_string(node) +
+                                              ", which the deck does not define");
+                if (node == body.rotation) _rotationNodes.insert(node);
+            }
+    }
+
+    /** Mesh indices of the nodes that follow. **/
+    std::vector<int> findFollowers(const DeckRigidCard& body) const {
+        std::vector<int> nodes;
+        const auto add = [&](int number) {
+            const auto found = _indexOf.find(number);
+            if (found != _indexOf.end() && number != body.reference) nodes.push_back(found->second);
+        };
+        const auto refuseSet = [&](const char* kind, const std::string& name) {
+            refuseCard(body.card, body.card.title + " names " + kind + " " + name +
+                                      ", which the deck does not have");
+        };
+        if (!body.surface.empty()) {
+            const auto surface = _surfaces.find(body.surface);
+            if (surface == _surfaces.end()) refuseSet("surface", body.surface);
+            if (!surface->second.problem.empty())
+                throw std::invalid_argument(surface->second.problem);
+            for (const int node : surface->second.nodes) add(_model.mesh.nodeNumbers[size_t(node)]);
+        } else if (!body.nodeSet.empty()) {
+            const auto set = _nodeSets.find(body.nodeSet);
+            if (set == _nodeSets.end()) refuseSet("node set", body.nodeSet);
+            for (const int number : set->second) add(number);
+        } else {
+            const auto set = _elementSets.find(body.elementSet);
+            if (set == _elementSets.end()) refuseSet("element set", body.elementSet);
+            const std::set<int> numbers(set->second.begin(), set->second.end());
+            for (const auto& [type, solids] : _model.solids)
+                for (const auto& solid : solids)
+                    if (numbers.count(solid.number))
+                        for (const int number : solid.nodes) add(number);
+        }
+        sortUnique(nodes);
+        if (nodes.empty())
+            refuseCard(body.card, body.card.title + " ties no node of the part's elements");
+        return nodes;
+    }
+
+    void makeRigidBodies() {
+        std::map<int, int> numUses;  // of reference nodes
+        for (const DeckRigidCard& body : _rigidCards) ++numUses[body.reference];
+        int next = std::numeric_limits<int>::min();
+        for (const DeckRigidCard& card : _rigidCards) {
+            DeckRigidBody body;
+            body.where = card.where();
+            body.nodes = findFollowers(card);
+            const auto inMesh = _indexOf.find(card.reference);
+            if (card.isDistributing) {
+                if (inMesh != _indexOf.end() || numUses[card.reference] > 1)
+                    refuseCard(card.card,
+                               "*DISTRIBUTING hangs reference node " +
+                                   std::to_string(card.reference) +
+                                   " on the mean of others, and something else uses that node: "
+                                   "simflex does not do that in a deck; make the surface a "
+                                   "distributing interface instead");
+                _model.notes.push_back(body.where +
+                                       " with *DISTRIBUTING stiffens nothing; loads on its "
+                                       "reference node are left out");
+                continue;
+            }
+            if (_indexOf.count(card.rotation))
+                refuseCard(card.card, "ROT NODE " + std::to_string(card.rotation) +
+                                          " is a node of elements; give one of its own");
+            body.reference = card.reference;
+            body.place = _nodes.at(card.reference);
+            body.isReferenceInMesh = inMesh != _indexOf.end();
+            body.rotation = card.rotation        ? card.rotation
+                            : card.surface != "" ? -card.reference
+                                                 : next++;
+            if (!card.surface.empty()) findDirections(card, body);
+            _constraints.bodies.push_back(std::move(body));
+        }
+    }
+
+    /** The directions in which the nodes of a *COUPLING follow. **/
+    void findDirections(const DeckRigidCard& card, DeckRigidBody& body) const {
+        if (card.axes == std::array<bool, 3>{true, true, true}) return;
+        std::optional<Orientation> orientation;
+        for (const DeckCard& section : _model.sections)
+            if (section.keyword == "ORIENTATION" && section.get("NAME") == card.orientation)
+                orientation.emplace(section);
+        if (!card.orientation.empty() && !orientation)
+            refuseCard(card.card, "the deck has no *ORIENTATION " + card.orientation);
+        for (const int node : body.nodes) {
+            Axes axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+            if (orientation) axes = orientation->calcAxes(_model.mesh.position(node));
+            std::vector<Vec3d> directions;
+            for (size_t a = 0; a < 3; ++a)
+                if (card.axes[a]) directions.push_back({axes[0][a], axes[1][a], axes[2][a]});
+            body.directions.push_back(std::move(directions));
+        }
+    }
+
     /** Nodes of solids and others that something ties, in the order of their numbers, and the node
     sets on them. **/
     void finishMesh() {
@@ -612,7 +804,11 @@ private:
     std::unordered_map<int, std::string> _solidNumbers;
     std::unordered_map<int, size_t> _thinIndex;
     std::vector<ThinElement> _thin;
-    std::vector<DeckCard> _thicknessCards, _equationCards, _tieCards, _surfaceCards;
+    std::vector<DeckCard> _thicknessCards, _equationCards, _tieCards, _surfaceCards,
+        _temperatureCards;
+    std::vector<DeckRigidCard> _rigidCards;
+    std::set<int> _rotationNodes;
+    DeckTemperatures _temperatures;
     std::map<std::string, Surface> _surfaces;
     DeckConstraints _constraints;
     std::vector<int> _extraNodes;  ///< that belong to the mesh, of an element or not

@@ -1,8 +1,10 @@
 #include "DeckConstraints.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 
@@ -16,6 +18,8 @@ using Term = ConstraintSystem::Term;
 using Outcome = ConstraintSystem::Outcome;
 
 constexpr double kTinyCoefficient = 1e-14;
+/** Motions of rigid bodies that move their nodes less than this share (squared) do not count. **/
+constexpr double kNoMotion = 1e-12;
 
 /** A slave node and its place on a face of the master. **/
 struct TiedNode {
@@ -37,6 +41,8 @@ public:
         ConstraintSystem system(_mesh.positions);
         addKnots(system);
         addBetweens(system);
+        makeBodyMotions(system);
+        addBodies(system);
         addEquations(system);
         for (size_t k = 0; k < tied.size(); ++k) addTie(system, _constraints.ties[k], tied[k]);
         return system.empty() ? NodalConstraints() : system.solve();
@@ -169,12 +175,157 @@ private:
                 "as one body that can stretch");
     }
 
+    /** Calls visit(node, direction, arm) for each direction in which a node follows a body. **/
+    template <class Visit>
+    void visitFollowers(const DeckRigidBody& body, const Visit& visit) const {
+        for (size_t k = 0; k < body.nodes.size(); ++k) {
+            const Vec3d arm = sumOf(_mesh.position(body.nodes[k]), -1, body.place);
+            if (body.directions.empty()) {
+                for (const Vec3d& d : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
+                    visit(body.nodes[k], d, arm);
+            } else {
+                for (const Vec3d& d : body.directions[k]) visit(body.nodes[k], d, arm);
+            }
+        }
+    }
+
+    /** Coordinates of the bodies' motions, a group of bodies that share some at a time. **/
+    void makeBodyMotions(ConstraintSystem& system) {
+        const auto& bodies = _constraints.bodies;
+        std::vector<size_t> group(bodies.size());
+        std::iota(group.begin(), group.end(), size_t(0));
+        for (size_t k = 0; k < bodies.size(); ++k)
+            for (size_t j = 0; j < k; ++j)
+                if (bodies[j].reference == bodies[k].reference ||
+                    bodies[j].rotation == bodies[k].rotation)
+                    std::replace(group.begin(), group.end(), group[k], group[j]);
+        for (size_t first = 0; first < bodies.size(); ++first) {
+            if (group[first] != first) continue;
+            std::vector<const DeckRigidBody*> members;
+            for (size_t k = first; k < bodies.size(); ++k)
+                if (group[k] == first) members.push_back(&bodies[k]);
+            makeGroupMotions(system, members);
+        }
+    }
+
+    /** Unknown are c = (u_ref of references outside the mesh, θ·length). Those combinations of them
+    that move no node, as turns about a line on which all nodes lie, are left out: c = B y. **/
+    void makeGroupMotions(ConstraintSystem& system,
+                          const std::vector<const DeckRigidBody*>& bodies) {
+        std::map<int, Eigen::Index> shiftOf, turnOf;
+        std::vector<std::array<double, 6>> rigid;
+        double length = 0;
+        for (const DeckRigidBody* body : bodies)
+            for (const int node : body->nodes)
+                length = std::max(length, normOf(sumOf(_mesh.position(node), -1, body->place)));
+        if (length == 0) length = 1;
+        for (const DeckRigidBody* body : bodies) {
+            if (!body->isReferenceInMesh &&
+                shiftOf.emplace(body->reference, Eigen::Index(rigid.size())).second)
+                for (size_t a = 0; a < 3; ++a) {
+                    Vec3d e{};
+                    e[a] = 1;
+                    const Vec3d turned = cross(sumOf(body->place, -1, system.origin()), e);
+                    rigid.push_back({e[0], e[1], e[2], turned[0], turned[1], turned[2]});
+                }
+            if (turnOf.emplace(body->rotation, Eigen::Index(rigid.size())).second)
+                for (size_t a = 0; a < 3; ++a) {
+                    rigid.emplace_back();
+                    rigid.back()[3 + a] = length;
+                }
+        }
+        const Eigen::Index count = Eigen::Index(rigid.size());
+        Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(count, count);
+        for (const DeckRigidBody* body : bodies) {
+            const auto shift = shiftOf.find(body->reference);
+            const Eigen::Index turn = turnOf.at(body->rotation);
+            visitFollowers(*body, [&](int, const Vec3d& d, const Vec3d& arm) {
+                Eigen::VectorXd row = Eigen::VectorXd::Zero(count);
+                const Vec3d moment = cross(arm, d);
+                for (size_t a = 0; a < 3; ++a) {
+                    if (shift != shiftOf.end()) row[shift->second + Eigen::Index(a)] = d[a];
+                    row[turn + Eigen::Index(a)] = moment[a] / length;
+                }
+                gram.selfadjointView<Eigen::Lower>().rankUpdate(row);
+            });
+        }
+        for (const DeckEquation& equation : _constraints.equations)
+            for (const auto& term : equation.terms) {
+                const auto turn = turnOf.find(term.node);
+                if (turn != turnOf.end())
+                    gram(turn->second + term.axis, turn->second + term.axis) += 1;
+            }
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> motions(gram);
+        const Eigen::Index numStill =
+            (motions.eigenvalues().array() <= kNoMotion * motions.eigenvalues()[count - 1]).count();
+        Eigen::MatrixXd B = Eigen::MatrixXd::Identity(count, count);
+        if (numStill > 0) B = motions.eigenvectors().rightCols(count - numStill);
+
+        std::vector<int> variables;
+        for (Eigen::Index k = 0; k < B.cols(); ++k) {
+            std::array<double, 6> values{};
+            for (Eigen::Index i = 0; i < count; ++i)
+                for (size_t j = 0; j < 6; ++j) values[j] += B(i, k) * rigid[size_t(i)][j];
+            variables.push_back(system.addCoordinate(values));
+        }
+        const auto take = [&](Eigen::Index at, double factor) {
+            std::array<std::vector<Term>, 3> terms;
+            for (size_t a = 0; a < 3; ++a)
+                for (Eigen::Index k = 0; k < B.cols(); ++k)
+                    if (B(at + Eigen::Index(a), k) != 0)
+                        terms[a].emplace_back(variables[size_t(k)],
+                                              factor * B(at + Eigen::Index(a), k));
+            return terms;
+        };
+        for (const auto& [reference, at] : shiftOf) _shifts[reference] = take(at, 1);
+        for (const auto& [rotation, at] : turnOf) _turns[rotation] = take(at, 1 / length);
+    }
+
+    void addBodies(ConstraintSystem& system) {
+        for (const DeckRigidBody& body : _constraints.bodies) {
+            std::array<std::vector<Term>, 3> shift;
+            if (body.isReferenceInMesh) {
+                for (int a = 0; a < 3; ++a)
+                    shift[size_t(a)] = {{3 * _mesh.indexOf(body.reference) + a, 1.0}};
+            } else {
+                shift = _shifts.at(body.reference);
+            }
+            const auto& turn = _turns.at(body.rotation);
+            visitFollowers(body, [&](int node, const Vec3d& d, const Vec3d& arm) {
+                std::vector<Term> terms;
+                for (int a = 0; a < 3; ++a)
+                    if (d[size_t(a)] != 0) terms.emplace_back(3 * node + a, -d[size_t(a)]);
+                std::sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) {
+                    return std::abs(a.second) > std::abs(b.second);
+                });
+                const Vec3d moment = cross(arm, d);  // d·(θ×r) = θ·(r×d)
+                for (size_t a = 0; a < 3; ++a) {
+                    for (const auto& [variable, factor] : shift[a])
+                        if (d[a] != 0) terms.emplace_back(variable, d[a] * factor);
+                    for (const auto& [variable, factor] : turn[a])
+                        if (moment[a] != 0) terms.emplace_back(variable, moment[a] * factor);
+                }
+                system.add(terms, body.where + " at " + nameOf(node));
+            });
+            _notes.push_back(body.where + " ties " + std::to_string(body.nodes.size()) +
+                             (body.nodes.size() == 1 ? " node" : " nodes") + " to node " +
+                             std::to_string(body.reference));
+        }
+    }
+
     void addEquations(ConstraintSystem& system) {
         std::map<Outcome, std::pair<size_t, std::string>> seen;
         for (const DeckEquation& equation : _constraints.equations) {
             std::vector<Term> terms;
-            for (const auto& term : equation.terms)
-                terms.emplace_back(3 * _mesh.indexOf(term.node) + term.axis, term.coefficient);
+            for (const auto& term : equation.terms) {
+                const auto turn = _turns.find(term.node);
+                if (turn == _turns.end()) {
+                    terms.emplace_back(3 * _mesh.indexOf(term.node) + term.axis, term.coefficient);
+                    continue;
+                }
+                for (const auto& [variable, factor] : turn->second[size_t(term.axis)])
+                    terms.emplace_back(variable, term.coefficient * factor);
+            }
             auto& entry = seen[system.add(terms, equation.where)];
             if (entry.first++ == 0) entry.second = equation.where;
         }
@@ -220,6 +371,8 @@ private:
     const std::vector<char>& _hasElement;
     Mesh& _mesh;
     std::vector<std::string>& _notes;
+    /** Translations of references outside the mesh, and turns, by x, y, z. **/
+    std::map<int, std::array<std::vector<Term>, 3>> _shifts, _turns;
 };
 
 }  // namespace

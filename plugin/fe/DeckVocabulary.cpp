@@ -8,39 +8,124 @@
 namespace simflex {
 namespace {
 
-/** Cards that a free solid part can have had, but that do not belong to K and M. **/
-const std::set<std::string> kLeftOut = {"HEADING",
-                                        "PREPRINT",
-                                        "RESTART",
-                                        "AMPLITUDE",
-                                        "BOUNDARY",
-                                        "RIGIDBODY",
-                                        "COUPLING",
-                                        "KINEMATIC",
-                                        "DISTRIBUTING",
-                                        "TIMEPOINTS",
-                                        "INITIALCONDITIONS",
-                                        "DISTRIBUTINGCOUPLING",
-                                        "PHYSICALCONSTANTS",
-                                        "CLOAD",
-                                        "DLOAD",
-                                        "NODEPRINT",
-                                        "ELPRINT",
-                                        "NODEFILE",
-                                        "ELFILE",
-                                        "NODEOUTPUT",
-                                        "ELEMENTOUTPUT",
-                                        "OUTPUT",
-                                        "FILTER"};
+/** Cards that make the part. **/
+const std::set<std::string> kRead = {
+    "NODE",        "ELEMENT",        "NSET",        "ELSET",
+    "SURFACE",     "MATERIAL",       "ORIENTATION", "SOLIDSECTION",
+    "BEAMSECTION", "SHELLSECTION",   "EQUATION",    "MPC",
+    "TIE",         "RIGIDBODY",      "COUPLING",    "DISTRIBUTING",
+    "KINEMATIC",   "NODALTHICKNESS", "INCLUDE",     "INITIALCONDITIONS",
+    "STEP",        "ENDSTEP"};
 
-/** Cards that change K so that it is not that of free solids, and why each is refused. **/
+/** Parameters of those whose readers do not check them. **/
+const std::map<std::string, std::set<std::string>> kParameters = {
+    {"NODE", {"NSET"}},
+    {"ELEMENT", {"TYPE", "ELSET"}},
+    {"NSET", {"NSET", "GENERATE", "INTERNAL", "UNSORTED"}},
+    {"ELSET", {"ELSET", "GENERATE", "INTERNAL"}},
+    {"SURFACE", {"NAME", "TYPE", "INTERNAL"}},
+    {"MATERIAL", {"NAME"}},
+    {"ELASTIC", {"TYPE"}},
+    {"DENSITY", {}},
+    {"ORIENTATION", {"NAME", "SYSTEM"}},
+    {"SOLIDSECTION", {"ELSET", "MATERIAL", "ORIENTATION"}},
+    {"NODALTHICKNESS", {}},
+    {"MPC", {}},
+    {"RIGIDBODY", {"NSET", "ELSET", "REFNODE", "ROTNODE"}},
+    {"COUPLING", {"REFNODE", "SURFACE", "CONSTRAINTNAME", "ORIENTATION"}},
+    {"KINEMATIC", {}},
+    {"DISTRIBUTING", {}},
+    {"INITIALCONDITIONS", {"TYPE"}}};
+
+/** Cards that the deck of a free solid part can have, but that do not belong to K and M: output,
+control of the solution, loads and supports, heat, fluids, optimization, and procedures that ccx
+takes in a step alone. **/
+const std::set<std::string> kLeftOut = {"AMPLITUDE",
+                                        "BASEMOTION",
+                                        "BOUNDARY",
+                                        "BOUNDARYF",
+                                        "BUCKLE",
+                                        "CFD",
+                                        "CFLUX",
+                                        "CHANGEFRICTION",
+                                        "CHANGEPLASTIC",
+                                        "CHANGESURFACEBEHAVIOR",
+                                        "CLOAD",
+                                        "COMPLEXFREQUENCY",
+                                        "CONSTRAINT",
+                                        "CONTACTFILE",
+                                        "CONTACTOUTPUT",
+                                        "CONTACTPRINT",
+                                        "CONTROLS",
+                                        "CORRELATIONLENGTH",
+                                        "COUPLEDTEMPERATURE-DISPLACEMENT",
+                                        "CRACKPROPAGATION",
+                                        "DESIGNRESPONSE",
+                                        "DESIGNVARIABLES",
+                                        "DFLUX",
+                                        "DISTRIBUTIONTABLE",
+                                        "DLOAD",
+                                        "DSLOAD",
+                                        "DYNAMIC",
+                                        "ELECTROMAGNETICS",
+                                        "ELEMENTOUTPUT",
+                                        "ELFILE",
+                                        "ELPRINT",
+                                        "FEASIBLEDIRECTION",
+                                        "FILM",
+                                        "FILTER",
+                                        "FREQUENCY",
+                                        "GEOMETRICCONSTRAINT",
+                                        "GEOMETRICTOLERANCE",
+                                        "GREEN",
+                                        "HCF",
+                                        "HEADING",
+                                        "HEATTRANSFER",
+                                        "MASSFLOW",
+                                        "MODALDAMPING",
+                                        "MODALDYNAMIC",
+                                        "NOANALYSIS",
+                                        "NODEFILE",
+                                        "NODEOUTPUT",
+                                        "NODEPRINT",
+                                        "OBJECTIVE",
+                                        "OUTPUT",
+                                        "PHYSICALCONSTANTS",
+                                        "PREPRINT",
+                                        "RADIATE",
+                                        "RANDOMFIELD",
+                                        "RESTART",
+                                        "RETAINEDNODALDOFS",
+                                        "ROBUSTDESIGN",
+                                        "SECTIONPRINT",
+                                        "SELECTCYCLICSYMMETRYMODES",
+                                        "SENSITIVITY",
+                                        "STATIC",
+                                        "STEADYSTATEDYNAMICS",
+                                        "SUBSTRUCTUREGENERATE",
+                                        "SUBSTRUCTUREMATRIXOUTPUT",
+                                        "TIMEPOINTS",
+                                        "UNCOUPLEDTEMPERATURE-DISPLACEMENT",
+                                        "VALUESATINFINITY",
+                                        "VIEWFACTOR",
+                                        "VISCO"};
+
+constexpr const char *kNotLinear = "contact is not linear",
+                     *kMaterial = "the material is not linear",
+                     *kChanges = "simflex takes the part as it is before all steps";
+
+/** Cards that change K or M in a way that simflex does not do, and why each is refused. **/
 const std::map<std::string, std::string> kRefused = {
     {"NETWORKMPC", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
     {"TRANSFORM", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
+    {"TRANSFORMF", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
     {"BEAMGENERALSECTION", "its stiffness is not that of a solid; use *BEAM SECTION"},
     {"MEMBRANESECTION",
      "membranes are hinged at their nodes, so that the part is a mechanism; use shells"},
     {"NORMAL", "simflex finds the normals of shells and the axes of beams itself"},
+    {"DISTRIBUTION", "it gives each element axes of its own; use *ORIENTATION by element sets"},
+    {"DISTRIBUTINGCOUPLING",
+     "its element DCOUP3D is not known to simflex; use *COUPLING with *DISTRIBUTING"},
     {"FLUIDSECTION", "fluid elements have no place in a solid part"},
     {"GASKETSECTION", "gaskets are not linear"},
     {"PRE-TENSIONSECTION", "a pre-tension section ties degrees of freedom"},
@@ -49,24 +134,53 @@ const std::map<std::string, std::string> kRefused = {
     {"SPRING", "put springs into the multibody model"},
     {"DASHPOT", "put dashpots into the multibody model"},
     {"GAP", "gaps are not linear"},
+    {"GAPCONDUCTANCE", kNotLinear},
+    {"GAPHEATGENERATION", kNotLinear},
     {"MASS", "a point mass makes M other than that of solids; weld a rigid body to an interface"},
-    {"CONTACTPAIR", "contact is not linear"},
-    {"SURFACEINTERACTION", "contact is not linear"},
-    {"SURFACEBEHAVIOR", "contact is not linear"},
-    {"CLEARANCE", "contact is not linear"},
-    {"FRICTION", "contact is not linear"},
-    {"HYPERELASTIC", "the material is not linear"},
-    {"HYPERFOAM", "the material is not linear"},
+    {"MATRIXASSEMBLE", "it adds matrices from files to those of the elements"},
+    {"CONTACTPAIR", kNotLinear},
+    {"CONTACTDAMPING", kNotLinear},
+    {"SURFACEINTERACTION", kNotLinear},
+    {"SURFACEBEHAVIOR", kNotLinear},
+    {"CLEARANCE", kNotLinear},
+    {"FRICTION", kNotLinear},
+    {"HYPERELASTIC", kMaterial},
+    {"HYPERFOAM", kMaterial},
+    {"DEFORMATIONPLASTICITY", "the material is not linear; give its *ELASTIC instead"},
     {"USERMATERIAL", "the material's stiffness is not known to be linear"},
     {"USERELEMENT", "its degrees of freedom are not known"},
     {"USERSECTION", "its stiffness is not known"},
+    {"REFINEMESH", "it makes another mesh; refine the mesh before"},
+    {"INITIALSTRAININCREASE", "initial strains stress the part, which makes it stiffer or softer"},
+    {"MODELCHANGE", "it takes elements or contacts out; leave out of the deck what is not there"},
+    {"CHANGEMATERIAL", kChanges},
+    {"CHANGESOLIDSECTION", kChanges},
+    {"TEMPERATURE",
+     "the part is taken as it is before all steps; give its temperature as "
+     "*INITIAL CONDITIONS, TYPE=TEMPERATURE"},
 };
+
+/** Of those, the ones that a step, left out as a whole, may hold: they are what an analysis does to
+the part, not what the part is. *TEMPERATURE matters to materials that depend on it. **/
+const std::set<std::string> kRefusedInSteps = {"MODELCHANGE", "CHANGEMATERIAL",
+                                               "CHANGESOLIDSECTION"};
 
 /** Children of *MATERIAL that are kept, and those that K and M do not need. **/
 const std::set<std::string> kMaterialKept = {"ELASTIC", "DENSITY"};
-const std::set<std::string> kMaterialLeftOut = {
-    "EXPANSION", "CONDUCTIVITY",    "SPECIFICHEAT",         "DAMPING", "DEPVAR", "PLASTIC",
-    "CREEP",     "CYCLICHARDENING", "DEFORMATIONPLASTICITY"};
+const std::set<std::string> kMaterialLeftOut = {"EXPANSION",
+                                                "CONDUCTIVITY",
+                                                "SPECIFICHEAT",
+                                                "DAMPING",
+                                                "DEPVAR",
+                                                "PLASTIC",
+                                                "CREEP",
+                                                "CYCLICHARDENING",
+                                                "MOHRCOULOMB",
+                                                "MOHRCOULOMBHARDENING",
+                                                "ELECTRICALCONDUCTIVITY",
+                                                "MAGNETICPERMEABILITY",
+                                                "FLUIDCONSTANTS",
+                                                "SPECIFICGASCONSTANT"};
 
 /** The solids of the deck, and their place in Mesh. **/
 const std::map<std::string, ElementType> kSolids = {
@@ -99,14 +213,24 @@ const std::map<std::string, int> kSkin = {
 }  // namespace
 
 CardUse findCardUse(const std::string& keyword) {
+    if (kRead.count(keyword)) return CardUse::Read;
     if (kMaterialKept.count(keyword)) return CardUse::MaterialProperty;
     if (kMaterialLeftOut.count(keyword)) return CardUse::LeftOutProperty;
     if (kLeftOut.count(keyword)) return CardUse::LeftOut;
-    return kRefused.count(keyword) ? CardUse::Refused : CardUse::None;
+    return kRefused.count(keyword) ? CardUse::Refused : CardUse::Unknown;
 }
 
 const std::string& getRefusal(const std::string& keyword) {
     return kRefused.at(keyword);
+}
+
+const std::string* findStepRefusal(const std::string& keyword) {
+    return kRefusedInSteps.count(keyword) ? &kRefused.at(keyword) : nullptr;
+}
+
+const std::set<std::string>* findParameters(const std::string& keyword) {
+    const auto found = kParameters.find(keyword);
+    return found == kParameters.end() ? nullptr : &found->second;
 }
 
 const ElementType* findSolid(const std::string& calculixType) {

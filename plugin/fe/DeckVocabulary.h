@@ -2,25 +2,35 @@
 /** @file
 Cards of a CalculiX deck that are left out or refused, and its element types. Internal to fe. **/
 
+#include <set>
 #include <string>
 
 #include "simflex/part/Mesh.h"
 
 namespace simflex {
 
-/** What becomes of a card, by its keyword without star and blanks: "SOLIDSECTION". **/
+/** What becomes of a card, by its keyword without star and blanks: "SOLIDSECTION". Every keyword of
+CalculiX 2.20 has its entry. **/
 enum class CardUse {
+    Read,              ///< nodes, elements, sets, sections, what ties nodes
     MaterialProperty,  ///< child of *MATERIAL that K or M needs
     LeftOutProperty,   ///< child of *MATERIAL that they do not need
     LeftOut,           ///< may stand in the deck of a free solid part, but does not belong to K, M
-    Refused,           ///< changes K so that it is not that of free solids
-    None               ///< one that is read, or not known at all
+    Refused,           ///< changes K or M in a way that simflex does not do
+    Unknown
 };
 
 CardUse findCardUse(const std::string& keyword);
 
 /** Why a card of CardUse::Refused is refused. **/
 const std::string& getRefusal(const std::string& keyword);
+
+/** Why a card is refused within a *STEP, or null: all others are left out with their step. **/
+const std::string* findStepRefusal(const std::string& keyword);
+
+/** The parameters that simflex knows of a card that is read, or null where its reader checks them.
+ **/
+const std::set<std::string>* findParameters(const std::string& keyword);
 
 /** The solid that an element type is, or null: "C3D8R" is ElementType::Hex8. **/
 const ElementType* findSolid(const std::string& calculixType);

@@ -25,6 +25,7 @@ constexpr const char* kMeshName = "mesh.inp";
 constexpr const char* kSolids = "SIMFLEX_SOLIDS";
 constexpr size_t kMostErrorLines = 12;
 constexpr size_t kMostScripts = 1000;  ///< that one includes
+constexpr double kMillimetre = 1e-3;
 
 std::string number(double value) {
     char text[40];
@@ -120,7 +121,10 @@ std::string chooseGmshProgram(const std::string& wish) {
 
 void runGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder) {
     const std::string suffix = suffixOf(path);
-    const bool isMesh = suffix == ".msh", isStep = suffix == ".step" || suffix == ".stp";
+    const bool isMesh = suffix == ".msh", isStep = suffix == ".step" || suffix == ".stp",
+               isIges = suffix == ".iges" || suffix == ".igs";
+    // Of IGES, whatever its unit, Gmsh takes millimetres; often it holds but surfaces.
+    const bool isMillimetres = isIges && options.lengthUnit == 0;
     const bool isScript = isGmshScript(path), isInSandbox = needsSandbox(path, options);
     if (isMesh) checkIsMesh(path);
 
@@ -146,9 +150,15 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
     };
     const int order = options.order == 0 && !isMesh ? 2 : options.order;
     if (order) add({"-order", std::to_string(order)});
-    if (options.meshSize > 0) add({"-clmax", number(options.meshSize)});
+    if (options.meshSize > 0)
+        add({"-clmax", number(isMillimetres ? options.meshSize / kMillimetre : options.meshSize)});
+    if (isIges)
+        add({"-setnumber", "Geometry.OCCSewFaces", "1", "-setnumber", "Geometry.OCCMakeSolids",
+             "1"});
     if (options.lengthUnit > 0) {
         add({"-setnumber", "Mesh.ScalingFactor", number(options.lengthUnit)});
+    } else if (isMillimetres) {
+        add({"-setnumber", "Mesh.ScalingFactor", number(kMillimetre)});
     } else if (isStep) {
         add({"-setstring", "Geometry.OCCTargetUnit", "M"});
     }
@@ -243,7 +253,9 @@ std::vector<std::string> listScriptFiles(const std::string& path) {
             if (std::find(files.begin(), files.end(), name) == files.end()) files.push_back(name);
         };
         // Whatever is no geometry or mesh is a script, with any ending.
-        if (suffix == ".step" || suffix == ".stp" || suffix == ".brep") continue;
+        if (suffix == ".step" || suffix == ".stp" || suffix == ".brep" || suffix == ".iges" ||
+            suffix == ".igs")
+            continue;
         std::ifstream in(file, std::ios::binary);
         const std::string text(std::istreambuf_iterator<char>(in), {});
         if (text.compare(0, 1, "$") == 0) continue;

@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-A part from a Gmsh mesh (.msh), a Gmsh script (.geo) or CAD geometry (.step, .stp, .brep) and a
-material: Gmsh meshes it, CalculiX assembles its matrices. Physical groups become node sets of their
-names. Surface and line elements are left out.
+A part from a Gmsh mesh (.msh), a Gmsh script (.geo) or CAD geometry (.step, .stp, .brep, .iges,
+.igs) and a material: Gmsh meshes it, CalculiX assembles its matrices. Physical groups become node
+sets of their names. Surface and line elements are left out.
 
 A script is a program. It runs in a sandbox (base/Sandbox.h) where it reads those of
 listScriptFiles() that lie in its folder, writes in a temporary folder, starts no program and has no
@@ -30,7 +30,8 @@ struct GmshOptions {
     /** Scripts run without a sandbox: they can do whatever you may. Otherwise they run in it, or,
     on a system that has none, not at all (with $SIMFLEX_SANDBOX=optional they do). **/
     bool allowsScripts = false;
-    double lengthUnit = 0;  ///< one unit of the geometry in metres; 0: metres, of STEP as it says
+    /** One unit of the geometry in metres; 0: metres, of STEP and IGES as they say. **/
+    double lengthUnit = 0;
     /** Gmsh's own options and constants of the script, `-setnumber NAME VALUE`. **/
     std::vector<std::pair<std::string, std::string>> settings;
     std::string program;   ///< of Gmsh; if empty, $SIMFLEX_GMSH, else `gmsh` on the PATH

@@ -27,12 +27,12 @@ Kind findKind(const std::string& path) {
     if (suffix == ".inp") return Kind::Deck;
     if (suffix == ".mtx") return isMatrixMarket(path) ? Kind::MatrixMarket : Kind::AbaqusMatrices;
     if (suffix == ".pch") return Kind::NastranDmig;
-    for (const char* gmsh : {".msh", ".geo", ".step", ".stp", ".brep"})
+    for (const char* gmsh : {".msh", ".geo", ".step", ".stp", ".brep", ".iges", ".igs"})
         if (suffix == gmsh) return Kind::Gmsh;
     throw std::invalid_argument(
         "'" + path + "' ends in " + (suffix.empty() ? "nothing" : "'" + suffix + "'") +
         "; simflex reads .inp (CalculiX deck), .mtx (Matrix Market or Abaqus matrices), .pch "
-        "(Nastran DMIG), .msh, .geo, .step, .stp and .brep (Gmsh)");
+        "(Nastran DMIG), .msh, .geo, .step, .stp, .brep, .iges and .igs (Gmsh)");
 }
 
 /** Refuses options that the source cannot use, and asks for those it needs. **/

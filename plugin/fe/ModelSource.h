@@ -5,7 +5,7 @@ Reads a finite element model from whatever there is, by the name of the file:
     .inp                            CalculiX deck                      CalculixDeck.h
     .mtx + mass matrix + nodes      Matrix Market, or Abaqus           MatrixMarket.h,
 AbaqusMatrices.h .pch [+ mass matrix] + nodes    Nastran DMIG                       NastranDmig.h
-    .msh .geo .step .stp .brep      Gmsh mesh or geometry + material   GmshPart.h
+    .msh .geo .step .stp .brep .iges .igs      Gmsh mesh or geometry + material   GmshPart.h
 
 then converts it to SI and warns if its numbers cannot be that. **/
 

@@ -1,13 +1,18 @@
 #include "simflex/fe/NodeSelection.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
+
+#include "SolidElements.h"
+#include "simflex/part/MeshFaces.h"
 
 namespace simflex {
 namespace {
@@ -116,6 +121,157 @@ double calcSize(const Mesh& mesh) {
     return std::sqrt(dot(d, d));
 }
 
+struct Line {
+    Point point, direction;  ///< a unit vector
+};
+
+Point footOn(const Line& line, const Point& x) {
+    const double along = dot(minus(x, line.point), line.direction);
+    Point foot = line.point;
+    for (size_t a = 0; a < 3; ++a) foot[a] += along * line.direction[a];
+    return foot;
+}
+
+/** Adds up weight·x over the elements all of whose nodes are chosen, by their volume, and marks
+their nodes. **/
+void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
+                Point& moment, double& weight) {
+    for (const ElementBlock& block : mesh.elements) {
+        const std::string type = block.type == ElementType::Tet10     ? "C3D10"
+                                 : block.type == ElementType::Tet4    ? "C3D4"
+                                 : block.type == ElementType::Hex8    ? "C3D8"
+                                 : block.type == ElementType::Hex20   ? "C3D20"
+                                 : block.type == ElementType::Wedge15 ? "C3D15"
+                                                                      : "C3D6";
+        const auto points = makeIntegrationPoints(type, block.type);
+        const size_t size = size_t(numNodesOf(block.type));
+        std::vector<Point> x(size), ignored;
+        for (size_t first = 0; first < block.nodes.size(); first += size) {
+            const auto begin = block.nodes.begin() + long(first), end = begin + long(size);
+            if (!std::all_of(begin, end, [&](int node) { return isChosen[size_t(node)]; }))
+                continue;
+            for (size_t k = 0; k < size; ++k) {
+                x[k] = mesh.position(begin[long(k)]);
+                isMet[size_t(begin[long(k)])] = 1;
+            }
+            for (const IntegrationPoint& point : points) {
+                const double volume = calcGradients(x, point, ignored);
+                weight += volume;
+                for (size_t k = 0; k < size; ++k)
+                    for (size_t a = 0; a < 3; ++a) moment[a] += volume * point.values[k] * x[k][a];
+            }
+        }
+    }
+}
+
+/** The same over faces of the skin, by the area of their triangles. **/
+void addAreas(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
+              Point& moment, double& weight) {
+    for (const MeshFace& face : extractBoundaryFaces(mesh)) {
+        std::vector<int> rim;  // corners with the middles between them
+        for (int k = 0; k < face.numCorners(); ++k) {
+            rim.push_back(face.corners[size_t(k)]);
+            if (face.isQuadratic()) rim.push_back(face.middles[size_t(k)]);
+        }
+        if (!std::all_of(rim.begin(), rim.end(), [&](int node) { return isChosen[size_t(node)]; }))
+            continue;
+        Point hub{};
+        for (const int node : rim) {
+            isMet[size_t(node)] = 1;
+            for (size_t a = 0; a < 3; ++a) hub[a] += mesh.position(node)[a] / double(rim.size());
+        }
+        for (size_t k = 0; k < rim.size(); ++k) {
+            const Point p = mesh.position(rim[k]), q = mesh.position(rim[(k + 1) % rim.size()]);
+            const Point u = minus(p, hub), v = minus(q, hub);
+            const Point n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                          u[0] * v[1] - u[1] * v[0]};
+            const double area = 0.5 * std::sqrt(dot(n, n));
+            weight += area;
+            for (size_t a = 0; a < 3; ++a) moment[a] += area * (hub[a] + p[a] + q[a]) / 3;
+        }
+    }
+}
+
+/** Centroid of the volume or surface that the nodes make up, else their mean. **/
+Point calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
+    std::vector<char> isChosen(size_t(mesh.numNodes()), 0);
+    for (const int node : nodes) isChosen[size_t(node)] = 1;
+    for (const auto add : {addVolumes, addAreas}) {
+        std::vector<char> isMet(isChosen.size(), 0);
+        Point moment{};
+        double weight = 0;
+        add(mesh, isChosen, isMet, moment, weight);
+        if (!(weight > 0) || isMet != isChosen) continue;
+        for (double& value : moment) value /= weight;
+        return moment;
+    }
+    Point mean{};
+    for (const int node : nodes)
+        for (size_t a = 0; a < 3; ++a) mean[a] += mesh.position(node)[a] / double(nodes.size());
+    return mean;
+}
+
+/** The axis of a cylinder on which all nodes lie and of which they go round more than half, if
+there is one: by Gauss and Newton from each principal direction of the nodes. **/
+std::optional<Line> findCylinderAxis(const Mesh& mesh, const std::vector<int>& nodes,
+                                     const Point& center) {
+    constexpr size_t kFewest = 8;  // five numbers make a cylinder
+    constexpr double kOnCylinder = 1e-5;
+    if (nodes.size() < kFewest) return {};
+    const Eigen::Index count = Eigen::Index(nodes.size());
+    Eigen::Matrix3Xd x(3, count);
+    for (Eigen::Index k = 0; k < count; ++k)
+        for (Eigen::Index a = 0; a < 3; ++a)
+            x(a, k) = mesh.position(nodes[size_t(k)])[size_t(a)] - center[size_t(a)];
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(x * x.transpose());
+    for (Eigen::Index start = 0; start < 3; ++start) {
+        Eigen::Vector3d axis = spread.eigenvectors().col(start), foot = Eigen::Vector3d::Zero();
+        double radius = 0;
+        Eigen::Vector3d e, f;
+        Eigen::VectorXd miss(count);
+        for (int iteration = 0; iteration < 30; ++iteration) {
+            e = axis.unitOrthogonal();
+            f = axis.cross(e);
+            Eigen::MatrixXd J(count, 5);  // foot along e, f; axis towards e, f; radius
+            const auto look = [&] {
+                for (Eigen::Index k = 0; k < count; ++k) {
+                    const Eigen::Vector3d d = x.col(k) - foot;
+                    const double along = d.dot(axis), u = d.dot(e), v = d.dot(f);
+                    const double r = std::max(std::hypot(u, v), 1e-300);
+                    miss[k] = r - radius;
+                    J.row(k) << -u / r, -v / r, -along * u / r, -along * v / r, -1;
+                }
+            };
+            look();
+            if (iteration == 0) {
+                radius = miss.mean();
+                look();
+            }
+            const Eigen::VectorXd step = J.completeOrthogonalDecomposition().solve(-miss);
+            foot += step[0] * e + step[1] * f;
+            axis = (axis + step[2] * e + step[3] * f).normalized();
+            radius += step[4];
+            if (!step.allFinite()) break;
+        }
+        if (!(radius > 0)) continue;
+        double worst = 0;
+        std::vector<double> angles;
+        for (Eigen::Index k = 0; k < count; ++k) {
+            const Eigen::Vector3d d = x.col(k) - foot;
+            const double u = d.dot(e), v = d.dot(f);
+            worst = std::max(worst, std::abs(std::hypot(u, v) - radius));
+            angles.push_back(std::atan2(v, u));
+        }
+        std::sort(angles.begin(), angles.end());
+        double gap = angles.front() + 2 * M_PI - angles.back();
+        for (size_t k = 1; k < angles.size(); ++k) gap = std::max(gap, angles[k] - angles[k - 1]);
+        if (!(worst <= kOnCylinder * radius) || gap >= M_PI) continue;
+        return Line{{center[0] + foot[0], center[1] + foot[1], center[2] + foot[2]},
+                    {axis[0], axis[1], axis[2]}};
+    }
+    return {};
+}
+
 }  // namespace
 
 std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection) {
@@ -156,17 +312,15 @@ std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection) {
 
 std::array<double, 3> findMiddle(const Mesh& mesh, const std::string& selection) {
     const std::vector<int> nodes = selectNodes(mesh, selection);
-    Point mean{};
-    for (const int node : nodes)
-        for (size_t a = 0; a < 3; ++a) mean[a] += mesh.position(node)[a] / double(nodes.size());
+    const Point center = calcCenter(mesh, nodes);
     const size_t colon = selection.find(':');
     if (mesh.nodeSets.count(upperCase(selection)) || colon == std::string::npos ||
-        upperCase(selection.substr(0, colon)) != "CYLINDER")
-        return mean;
+        upperCase(selection.substr(0, colon)) != "CYLINDER") {
+        const auto axis = findCylinderAxis(mesh, nodes, center);
+        return axis ? footOn(*axis, center) : center;
+    }
     const auto v = parseNumbers(selection, colon, {7, 8}, "cylinder:…");
-    const Point foot{v[0], v[1], v[2]}, axis = parseDirection(selection, &v[3]);
-    const double along = dot(minus(mean, foot), axis);
-    return {foot[0] + along * axis[0], foot[1] + along * axis[1], foot[2] + along * axis[2]};
+    return footOn({{v[0], v[1], v[2]}, parseDirection(selection, &v[3])}, center);
 }
 
 }  // namespace simflex

@@ -26,8 +26,10 @@ namespace simflex {
     away the nearest is). **/
 std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection);
 
-/** Where the middle of the selected nodes is taken to be: their mean; for a cylinder that mean's
-foot on the axis, so that a bore is met exactly whatever its mesh. Deck coordinates [m].
+/** Where the middle of the selected nodes is taken to be, whatever the mesh: the centroid of the
+elements that they make up, else of the faces of the skin, else their mean. Where the selection is a
+cylinder, or all nodes lie on one and go round more than half of it, that centroid's foot on the
+axis. Deck coordinates [m].
 @throws std::invalid_argument as selectNodes(). **/
 std::array<double, 3> findMiddle(const Mesh& mesh, const std::string& selection);
 

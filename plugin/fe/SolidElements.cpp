@@ -249,17 +249,41 @@ std::vector<double> makeExtrapolation(const std::string& calculixType, ElementTy
     return result;
 }
 
-double calcGradients(const std::vector<std::array<double, 3>>& positions,
-                     const IntegrationPoint& point, std::vector<std::array<double, 3>>& gradients) {
-    std::array<double, 3> columns[3] = {};  // ∂x/∂ξ_b
+std::array<std::array<double, 3>, 3> calcTangents(
+    const std::vector<std::array<double, 3>>& positions, const IntegrationPoint& point) {
+    std::array<std::array<double, 3>, 3> tangents{};
     for (size_t k = 0; k < positions.size(); ++k)
         for (size_t b = 0; b < 3; ++b)
-            for (size_t a = 0; a < 3; ++a) columns[b][a] += positions[k][a] * point.gradients[k][b];
+            for (size_t a = 0; a < 3; ++a)
+                tangents[b][a] += positions[k][a] * point.gradients[k][b];
+    return tangents;
+}
+
+double calcDeterminant(const std::array<std::array<double, 3>, 3>& tangents) {
+    const std::array<double, 3> normal = cross(tangents[1], tangents[2]);
+    return tangents[0][0] * normal[0] + tangents[0][1] * normal[1] + tangents[0][2] * normal[2];
+}
+
+std::vector<IntegrationPoint> makeCornerPoints(ElementType type) {
+    const ElementType linear = findLinear(type);
+    std::vector<WeightedPoint> corners;
+    for (const Node& node : getNodes(linear)) corners.push_back({node.xi, 1});
+    return makePoints(corners, linear);
+}
+
+std::vector<std::array<int, 2>> getEdgeEnds(ElementType type) {
+    std::vector<std::array<int, 2>> ends;
+    for (const Node& node : getNodes(type)) ends.push_back(node.ends);
+    return ends;
+}
+
+double calcGradients(const std::vector<std::array<double, 3>>& positions,
+                     const IntegrationPoint& point, std::vector<std::array<double, 3>>& gradients) {
+    const auto columns = calcTangents(positions, point);
     const std::array<double, 3> rows[3] = {cross(columns[1], columns[2]),
                                            cross(columns[2], columns[0]),
                                            cross(columns[0], columns[1])};
-    const double determinant =
-        columns[0][0] * rows[0][0] + columns[0][1] * rows[0][1] + columns[0][2] * rows[0][2];
+    const double determinant = calcDeterminant(columns);
     gradients.assign(positions.size(), std::array<double, 3>{0, 0, 0});
     for (size_t k = 0; k < positions.size(); ++k)
         for (size_t b = 0; b < 3; ++b)

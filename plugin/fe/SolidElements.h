@@ -35,6 +35,20 @@ std::vector<IntegrationPoint> makeBeamIntegrationPoints();
 double calcGradients(const std::vector<std::array<double, 3>>& positions,
                      const IntegrationPoint& point, std::vector<std::array<double, 3>>& gradients);
 
+/** ∂x/∂ξ at a point of the element whose nodes are at `positions`: a column for each natural
+coordinate. **/
+std::array<std::array<double, 3>, 3> calcTangents(
+    const std::vector<std::array<double, 3>>& positions, const IntegrationPoint& point);
+
+/** t₁·(t₂×t₃): negative where the element is turned inside out. **/
+double calcDeterminant(const std::array<std::array<double, 3>, 3>& tangents);
+
+/** The corners of the element as points of the linear one with the same corners, weight 1. **/
+std::vector<IntegrationPoint> makeCornerPoints(ElementType type);
+
+/** For each node the corners that it lies between; of a corner itself, twice. **/
+std::vector<std::array<int, 2>> getEdgeEnds(ElementType type);
+
 /** How CalculiX carries values from the integration points to the nodes of an element:
 nodes×points, row by row. C3D8, C3D20R: trilinear to the corners. C3D10: linear to the corners.
 C3D15: linear to the corners, along the height by least squares. C3D20: least squares by its own

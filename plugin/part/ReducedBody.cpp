@@ -43,6 +43,42 @@ void checkSymmetry(const std::string& part, const char* quantity, const std::vec
     refuse(part, text.str());
 }
 
+/** For mass-normalised modes I₂ˣˣ + I₂ʸʸ + I₂ᶻᶻ = 2·1: the trace of Σm((φ_i·φ_j)1 − φ_iφ_jᵀ). **/
+void checkMassNormalized(const std::string& part, const std::array<std::vector<double>, 6>& I2,
+                         size_t n) {
+    // Reductions meet it to 1e-12; in files with lumped masses the modal masses are of others.
+    constexpr double kTolerance = 0.1;
+    for (size_t j = 0; j < n; ++j)
+        for (size_t i = 0; i <= j; ++i) {
+            const size_t at = i + j * n;
+            const double mass = 0.5 * (I2[0][at] + I2[1][at] + I2[2][at]);
+            if (std::abs(mass - (i == j ? 1 : 0)) <= kTolerance) continue;
+            std::ostringstream text;
+            text << "the modal mass of modes " << i + 1 << " and " << j + 1 << " is " << mass
+                 << " by the trace of I2, must be " << (i == j ? 1 : 0)
+                 << ": the modes are not mass-normalised, or I2 is not of these modes";
+            refuse(part, text.str());
+        }
+}
+
+/** Lists that are searched by halving. **/
+void checkAscending(const std::string& part, const std::string& quantity,
+                    const std::vector<int>& values) {
+    for (size_t k = 1; k < values.size(); ++k)
+        if (values[k] <= values[k - 1])
+            refuse(part, quantity + " must ascend, but " + std::to_string(values[k]) +
+                             " stands behind " + std::to_string(values[k - 1]));
+}
+
+void checkIndices(const std::string& part, const std::string& quantity,
+                  const std::vector<int>& nodes, int numNodes) {
+    for (const int node : nodes)
+        if (node < 0 || node >= numNodes)
+            refuse(part, quantity + " names mesh index " + std::to_string(node) + " of " +
+                             std::to_string(numNodes));
+    checkAscending(part, "the nodes of " + quantity, nodes);
+}
+
 }  // namespace
 
 int numNodesOf(ElementType type) {
@@ -131,6 +167,14 @@ void ReducedBody::validate() const {
             refuse(name, "mode " + std::to_string(i + 1) +
                              " has omega² = " + std::to_string(omegaSquared[i]) +
                              ", must be positive: a rigid mode is left in");
+    for (size_t i = 1; i < n; ++i)
+        if (omegaSquared[i] < omegaSquared[i - 1] * (1 - 1e-9))
+            refuse(name, "modes must ascend in omega², but mode " + std::to_string(i + 1) +
+                             " has " + std::to_string(omegaSquared[i]) + " behind " +
+                             std::to_string(omegaSquared[i - 1]));
+    checkAscending(name, "node numbers of the mesh", mesh.nodeNumbers);
+    for (const auto& [set, nodes] : mesh.nodeSets)
+        checkIndices(name, "node set '" + set + "'", nodes, mesh.numNodes());
     for (int a = 0; a < 3; ++a)
         if (!(inertia[a] > 0)) refuse(name, "a principal entry of the inertia is not positive");
     for (const auto& component : I2) {
@@ -138,6 +182,7 @@ void ReducedBody::validate() const {
         checkFinite(name, "I2", component);
         checkSymmetry(name, "I2", component, numModes, +1);
     }
+    checkMassNormalized(name, I2, n);
     for (const auto& component : N) {
         checkSize(name, "N", component.size(), n * n);
         checkFinite(name, "N", component);
@@ -152,10 +197,7 @@ void ReducedBody::validate() const {
                     {interface.position.begin(), interface.position.end()});
         checkFinite(name, "interface Phi", interface.Phi);
         checkFinite(name, "interface Psi", interface.Psi);
-        for (int node : interface.nodes)
-            if (node < 0 || node >= mesh.numNodes())
-                refuse(name, "interface '" + interface.name + "' names mesh index " +
-                                 std::to_string(node) + " of " + std::to_string(mesh.numNodes()));
+        checkIndices(name, "interface '" + interface.name + "'", interface.nodes, mesh.numNodes());
         checkSize(name, ("weights of interface '" + interface.name + "'").c_str(),
                   interface.weights.size(),
                   interface.tie == TieType::Distributing ? interface.nodes.size() : 0);
@@ -165,10 +207,7 @@ void ReducedBody::validate() const {
         const size_t numValues = 6 * modalStress->nodes.size() * n;
         checkSize(name, "modal stress", modalStress->stress.size(), numValues);
         checkSize(name, "modal strain", modalStress->strain.size(), numValues);
-        for (size_t k = 0; k < modalStress->nodes.size(); ++k)
-            if (modalStress->nodes[k] < 0 || modalStress->nodes[k] >= mesh.numNodes() ||
-                (k > 0 && modalStress->nodes[k] <= modalStress->nodes[k - 1]))
-                refuse(name, "modal stress names its nodes out of order or outside the mesh");
+        checkIndices(name, "modal stress", modalStress->nodes, mesh.numNodes());
         for (const auto* values : {&modalStress->stress, &modalStress->strain})
             for (const float value : *values)
                 if (!std::isfinite(value)) refuse(name, "modal stress is not a finite number");

@@ -111,8 +111,9 @@ public:
     /** The same part with its stiffness multiplied: Ω² ← factor·Ω². **/
     ReducedBody withScaledStiffness(double factor) const;
 
-    /** Checks sizes, finiteness, positive mass and inertia, symmetry of I₂ and K,
-    antisymmetry of N.
+    /** Checks sizes, finiteness, positive mass and inertia, symmetry of I₂ and K, antisymmetry of N,
+    that the modes ascend and are mass-normalised (½ tr I₂ᵢⱼ = δᵢⱼ), that node numbers and lists of
+    nodes ascend.
     @throws std::invalid_argument that names the part, the quantity, the value found and the value
     allowed. **/
     void validate() const;

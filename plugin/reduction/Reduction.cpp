@@ -93,8 +93,8 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     body.provenance.program = model.program;
     time.invariants = lapTime(lap);
     if (options.stiffening)
-        body.stiffening = calcStiffening(model, products, rigid, ties, basis, modes,
-                                         *options.stiffening, progress);
+        body.stiffening =
+            calcStiffening(model, products, rigid, ties, basis, modes, options, progress);
     time.stiffening = lapTime(lap);
     if (options.stress) body.modalStress = calcModalStress(model, body, *options.stress, progress);
     time.stress = lapTime(lap);

@@ -60,7 +60,7 @@ struct LoadPoint {
 loads, on the model's own deck. **/
 struct StiffeningOptions {
     std::string program;   ///< of CalculiX; if empty, $SIMFLEX_CCX, else `ccx` on the PATH
-    int numProcesses = 0;  ///< CalculiX runs at the same time; 0: one a processor
+    int numProcesses = 0;  ///< CalculiX runs at a time, if memory holds them; 0: one a processor
 };
 
 /** Where stress and strain of the modes are kept. They come from the displacements by the elements

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "SupernodalSolve.h"
+#include "simflex/part/OwnRandom.h"
 
 namespace simflex {
 namespace {
@@ -163,7 +164,10 @@ const SparseCholesky::Prediction& SparseCholesky::analyze(const SymmetricMatrix&
     d.solver.reset();
     cholmod_l_free_factor(&d.factor, &d.common);
     LongView view(A);
-    d.factor = cholmod_l_analyze(&view.view, &d.common);
+    {
+        const OwnRandom random;
+        d.factor = cholmod_l_analyze(&view.view, &d.common);
+    }
     if (!d.factor) d.fail("analyse", A.size);
     const cholmod_factor& L = *d.factor;
     Prediction& p = d.prediction;

@@ -17,12 +17,22 @@ shorten a beam. **/
 
 namespace simflex {
 
-/** Runs CalculiX for each load.
+/** What a run of CalculiX takes, about [bytes]. **/
+double predictCalculixMemory(double numFactorEntries, double numDofs, double numStiffnessEntries);
+
+/** How many runs of CalculiX go at the same time: at most `wanted` (0: one a processor), and no
+more than fit into memory.
+@throws std::invalid_argument if not one fits. **/
+int chooseNumProcesses(int wanted, double bytesPerRun, double available);
+
+/** Runs CalculiX for each load, as many at a time as memory allows.
+@pre options.stiffening
+@throws std::invalid_argument naming both numbers if memory is too small for one run.
 @throws as calcGeometricStiffness(). **/
 ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& products,
                                        const RigidMotion& rigid, const InterfaceTies& ties,
                                        const ModeBasis& basis, const MeanAxisModes& modes,
-                                       const StiffeningOptions& options,
+                                       const ReductionOptions& options,
                                        const ProgressCallback& progress);
 
 }  // namespace simflex

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "simflex/part/OwnRandom.h"
+
 namespace simflex {
 namespace {
 
@@ -44,6 +46,7 @@ std::vector<int> dissect(const std::vector<std::vector<int>>& neighbours,
     idx_t options[METIS_NOPTIONS];
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 1;
+    const OwnRandom random;
     if (METIS_NodeND(&count, starts.data(), ends.data(), vertexWeights.data(), options,
                      permutation.data(), inverse.data()) != METIS_OK)
         throw std::runtime_error("FrontTree: METIS found no elimination order");

@@ -136,6 +136,28 @@ TEST_F(BodyErrorsTest, InconsistentPartIsRefused) {
                 HasSubstr("rigid mode"));
     EXPECT_THAT(messageWith([](ReducedBody& b) { b.interfaces[0].nodes[0] = 99; }),
                 AllOf(HasSubstr("'A'"), HasSubstr("99")));
+    EXPECT_THAT(messageWith([](ReducedBody& b) {
+                    std::swap(b.mesh.nodeNumbers[0], b.mesh.nodeNumbers[1]);
+                }),
+                HasSubstr("node numbers of the mesh must ascend, but 1 stands behind 2"));
+    EXPECT_THAT(messageWith([](ReducedBody& b) {
+                    b.interfaces[0].nodes.push_back(b.interfaces[0].nodes[0]);
+                }),
+                HasSubstr("the nodes of interface 'A' must ascend, but "));
+    EXPECT_THAT(messageWith([](ReducedBody& b) {
+                    b.mesh.nodeSets["ENDS"] = {2, 1};
+                }),
+                HasSubstr("the nodes of node set 'ENDS' must ascend, but 1 stands behind 2"));
+    EXPECT_THAT(
+        messageWith([](ReducedBody& b) { std::swap(b.omegaSquared[0], b.omegaSquared[1]); }),
+        HasSubstr("modes must ascend in omega², but mode 2 has "));
+    // Modes of twice the length have four times the modal mass.
+    EXPECT_THAT(messageWith([](ReducedBody& b) {
+                    for (auto& component : b.I2)
+                        for (double& value : component) value *= 4;
+                }),
+                HasSubstr("the modal mass of modes 1 and 1 is 4 by the trace of I2, must be 1: the "
+                          "modes are not mass-normalised"));
     EXPECT_THAT(messageOf([&] { FlexibleBody(flexible, nullptr, "rod"); }), HasSubstr("'rod'"));
 }
 

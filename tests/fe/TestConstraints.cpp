@@ -244,6 +244,100 @@ TEST_F(ConstraintsTest, ATieNamesASurfaceOrFaceThatIsNotThere) {
                 HasSubstr("'S7' is no face"));
 }
 
+// Where CalculiX is compared with, the deck's own *RIGID BODY, *COUPLING are what it solves.
+TEST_F(ConstraintsTest, ARigidBodyHasCalculixFrequencies) {
+    expectCalculixFrequencies(Brick().text() +
+                              "*NODE\n5000,-0.05,0.01,0\n5001,0,0,0\n"
+                              "*RIGID BODY, NSET=LEFT, REF NODE=5000, ROT NODE=5001\n");
+}
+
+TEST_F(ConstraintsTest, ARigidBodyOfElementsHasCalculixFrequencies) {
+    expectCalculixFrequencies(Brick().text() +
+                              "*ELSET, ELSET=TIP\n1,9,17,25\n*NODE\n5000,0,0,0\n5001,0,0,0\n"
+                              "*RIGID BODY, ELSET=TIP, REF NODE=5000, ROT NODE=5001\n");
+}
+
+TEST_F(ConstraintsTest, BoxesJoinedByRigidBodiesOfOneReferenceHaveCalculixFrequencies) {
+    const std::string boxes = twoBricks("C3D8", "C3D8", 0.01) +
+                              "*NODE\n5000,0.105,0,0\n5001,0.105,0,0\n5002,0.105,0,0\n"
+                              "*RIGID BODY, NSET=RIGHT, REF NODE=5000, ROT NODE=5001\n";
+    expectCalculixFrequencies(boxes + "*RIGID BODY, NSET=XLEFT, REF NODE=5000, ROT NODE=5001\n");
+    // The same turns by equations; 5001 and 5002 stand for rotations.
+    expectCalculixFrequencies(boxes +
+                              "*RIGID BODY, NSET=XLEFT, REF NODE=5000, ROT NODE=5002\n"
+                              "*EQUATION\n2\n5002,1,1.,5001,1,-1.\n2\n5002,2,1.,5001,2,-1.\n"
+                              "2\n5002,3,1.,5001,3,-1.\n");
+}
+
+TEST_F(ConstraintsTest, ABallOfTwoRigidBodiesLeavesThreeTurnsMore) {
+    const FeModel model = read(twoBricks("C3D8", "C3D8", 0.01) +
+                               "*NODE\n5000,0.105,0,0\n5001,0.105,0,0\n5002,0.105,0,0\n"
+                               "*RIGID BODY, NSET=RIGHT, REF NODE=5000, ROT NODE=5001\n"
+                               "*RIGID BODY, NSET=XLEFT, REF NODE=5000, ROT NODE=5002\n");
+    const auto hertz = testing::calcFreeFrequencies(model, 12);
+    EXPECT_LT(hertz[8], 1e-3 * hertz[9]);
+    EXPECT_GT(hertz[9], 100);
+}
+
+TEST_F(ConstraintsTest, AKinematicCouplingHasCalculixFrequencies) {
+    const std::string surface =
+        "*SURFACE, NAME=TIP\n1,S6\n9,S6\n17,S6\n25,S6\n*NODE\n5000,-0.03,0,0\n"
+        "*ORIENTATION, NAME=TURNED\n1,1,0,-1,1,0\n";
+    const std::string coupling = "*COUPLING, REF NODE=5000, SURFACE=TIP, CONSTRAINT NAME=C";
+    expectCalculixFrequencies(Brick().text() + surface + coupling + "\n*KINEMATIC\n1,3\n");
+    // Held is what nothing stiffens in CalculiX's equations: the reference node's other motions.
+    const std::string held = "*BOUNDARY\n5000,2,4\n";
+    expectCalculixFrequencies(Brick().text() + surface + coupling + "\n*KINEMATIC\n1\n" + held);
+    expectCalculixFrequencies(Brick().text() + surface + coupling +
+                              ", ORIENTATION=TURNED\n*KINEMATIC\n1\n" + held);
+}
+
+TEST_F(ConstraintsTest, ADistributingCouplingStiffensNothing) {
+    const std::string cards =
+        "*SURFACE, NAME=TIP, TYPE=NODE\nLEFT\n*NODE\n5000,-0.03,0,0\n5001,0,0,0\n"
+        "*COUPLING, REF NODE=5000, SURFACE=TIP, CONSTRAINT NAME=C\n*DISTRIBUTING\n1,3\n";
+    const FeModel model = read(Brick().text() + cards);
+    EXPECT_TRUE(model.constraints.empty());
+    EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("stiffens nothing")));
+    EXPECT_THAT(
+        errorOf(Brick().text() + cards + "*RIGID BODY, NSET=RIGHT, REF NODE=5000, ROT NODE=5001\n"),
+        HasSubstr("something else uses that node"));
+}
+
+TEST_F(ConstraintsTest, ARigidBodyOnALineTurnsAboutItFreely) {
+    const FeModel plain = read(Brick().text());
+    const FeModel model = read(Brick().text() +
+                               "*NODE\n5000,0.3,0.1,0.2\n"
+                               "*RIGID BODY, NSET=LINE, REF NODE=5000\n");
+    EXPECT_EQ(model.constraints.numCoordinates, plain.K.size - 3 * 9 + 5);
+}
+
+TEST_F(ConstraintsTest, RigidBodiesThatCannotBeAreRefusedWithTheirLine) {
+    const std::string text = Brick().text();
+    const std::string where =
+        "deck.inp:" + std::to_string(std::count(text.begin(), text.end(), '\n') + 1) + ": ";
+    EXPECT_EQ(errorOf(text + "*RIGID BODY, NSET=LEFT, REF NODE=5000\n"),
+              folder / where + "*RIGID BODY names node 5000, which the deck does not define");
+    EXPECT_EQ(errorOf(text + "*RIGID BODY, NSET=GONE, REF NODE=1\n"),
+              folder / where + "*RIGID BODY names node set GONE, which the deck does not have");
+    EXPECT_EQ(errorOf(text + "*RIGID BODY, NSET=LEFT, REF NODE=1, ROT NODE=2\n"),
+              folder / where + "ROT NODE 2 is a node of elements; give one of its own");
+    EXPECT_EQ(errorOf(text + "*RIGID BODY, NSET=LEFT, REF NODE=1, TIE NSET=RIGHT\n"),
+              folder / where +
+                  "*RIGID BODY with TIENSET is not known to simflex, so it cannot tell what that "
+                  "does to K and M; take it out of the deck");
+    EXPECT_EQ(errorOf(text + "*COUPLING, REF NODE=1, SURFACE=S, CONSTRAINT NAME=C\n"),
+              folder / where + "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
+    EXPECT_EQ(errorOf(text + "*KINEMATIC\n1,3\n"),
+              folder / where + "*KINEMATIC must stand below *COUPLING");
+}
+
+TEST_F(ConstraintsTest, AMaterialAtTheTemperatureOfItsNodesHasCalculixFrequencies) {
+    std::string text = Brick().text();
+    text.replace(text.find("7e+10,0.3"), 9, "70e9,0.3,20\n35e9,0.25,120\n20e9,0.2,500");
+    expectCalculixFrequencies(text + "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 260\n");
+}
+
 TEST_F(ConstraintsTest, LoosePiecesUnderATieAreConnected) {
     EXPECT_THAT(errorOf(twoBricks("C3D8", "C3D8")), HasSubstr("2 pieces"));
     EXPECT_EQ(

@@ -105,6 +105,23 @@ TEST_F(ModelSource, AStepFileIsReadInItsOwnUnit) {
     EXPECT_NEAR(readModelSource(options).calcMass(), 0.06 * 0.02 * 0.01 * 7850, 1e-9);
 }
 
+// Six bilinear patches without a solid, as many programs write IGES: 100 × 20 × 30 mm.
+TEST_F(ModelSource, AnIgesFileOfSurfacesIsReadInItsOwnUnit) {
+    const std::string text = testing::readText(SIMFLEX_SOURCE_DIR "/tests/data/box.iges");
+    SourceOptions options;
+    options.material = "steel";
+    options.gmsh.meshSize = 0.01;
+    for (const char* name : {"box.iges", "BOX.IGS"}) {
+        options.path = write(name, text);
+        EXPECT_NEAR(readModelSource(options).calcMass(), 0.1 * 0.02 * 0.03 * 7850, 1e-9);
+    }
+    std::string metres = text;  // the unit's flag and name
+    metres.replace(metres.find("1.,2,2HMM,"), 10, "1.,6,1HM, ");
+    options.path = write("metres.iges", metres);
+    options.gmsh.meshSize = 10;
+    EXPECT_NEAR(readModelSource(options).calcMass() / (100. * 20 * 30 * 7850), 1, 1e-9);
+}
+
 TEST_F(ModelSource, GmshsOwnErrorIsShown) {
     SourceOptions options = box();
     write("box.geo", "Box(1) = {0, 0, 0 1};\n");

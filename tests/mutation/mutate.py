@@ -111,7 +111,8 @@ def find_mutants(file, source):
     for match in NUMBER.finditer(text):
         number = match.group()
         if re.fullmatch(r"\d+", number):
-            add("off by one" if number in "01" else "constant", match.start(), match.end(), str(int(number) + 1))
+            add("off by one" if number in "01" else "constant", match.start(), match.end(),
+                str(int(number) + 1 if int(number) < 10 else 2 * int(number)))
         else:  # twice a tolerance would be as good a one
             factor = "1e6" if float(number) <= TOLERANCE else "2"
             add("constant", match.start(), match.end(), "1.0" if float(number) == 0 else f"({factor} * {number})")

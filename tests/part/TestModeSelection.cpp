@@ -51,6 +51,8 @@ ReducedBody makePart() {
         part.omegaSquared.push_back(std::pow(2 * M_PI * 10 * (i + 1), 2));
     part.I1 = makeColumns(1, 6);
     for (size_t c = 0; c < 6; ++c) part.I2[c] = makeSquare(2 + int(c), +1);
+    for (size_t k = 0; k < part.I2[2].size(); ++k)  // modal masses of 1
+        part.I2[2][k] = (k % (NumModes + 1) == 0 ? 2 : 0) - part.I2[0][k] - part.I2[1][k];
     for (size_t a = 0; a < 3; ++a) part.N[a] = makeSquare(8 + int(a), -1);
     part.mesh.nodeNumbers = {3, 7, 9};
     part.mesh.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};

@@ -30,12 +30,14 @@ ReducedBody makePart() {
     body.centerOfMass = {0.1, -1e-300, 3e17};
     body.inertia = {1, 2, 3, -0.1, 0.2, -0.3};
     body.numModes = 2;
-    body.omegaSquared = {1e6, 2e6 / 7};
+    body.omegaSquared = {2e6 / 7, 1e6};
     body.I1 = fill(12);
     for (auto& I2 : body.I2) {
         I2 = fill(4);
         I2[1] = I2[2];
     }
+    for (size_t k = 0; k < 4; ++k)  // modal masses of 1
+        body.I2[2][k] = (k % 3 == 0 ? 2 : 0) - body.I2[0][k] - body.I2[1][k];
     for (auto& N : body.N) {
         const double value = fill(1)[0];
         N = {0, value, -value, 0};

@@ -182,7 +182,8 @@ ReducedBody makePart() {
     part.numModes = 2;
     part.omegaSquared = {std::pow(2 * M_PI * 123.4, 2), std::pow(2 * M_PI * 4567.0, 2)};
     part.I1.assign(12, 0);
-    for (auto& I2 : part.I2) I2.assign(4, 0);
+    part.I2.fill(std::vector<double>(4, 0));
+    part.I2[0] = {2, 0, 0, 2};
     for (auto& N : part.N) N.assign(4, 0);
     part.mesh = makeElement(kWedge, true);
     const size_t rows = 3 * size_t(part.mesh.numNodes());

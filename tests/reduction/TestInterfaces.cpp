@@ -11,6 +11,7 @@ the same K and M, and distributing ties against CalculiX's own distributing coup
 
 #include "fe/TestDecks.h"
 #include "simflex/fe/CalculixDeck.h"
+#include "simflex/fe/NodeSelection.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
@@ -396,6 +397,68 @@ TEST_F(InterfacesTest, TheMasterOfACylinderIsOnItsAxis) {
     EXPECT_NEAR(master[0], -0.1, 1e-12);
     EXPECT_NEAR(master[1], 0.004, 1e-12);
     EXPECT_NEAR(master[2], 0, 1e-12);
+}
+
+/** A hollow journal about an oblique axis, of hexahedra that are fine on one side and at one end;
+node set BORE: its inner nodes, HALF those of them on the finer half, BODY all, END a face. **/
+Mesh makeGradedJournal(const Eigen::Vector3d& foot, const Eigen::Vector3d& axis) {
+    constexpr int kRound = 24, kLong = 6, kThick = 2;
+    const Eigen::Vector3d e = axis.unitOrthogonal(), f = axis.cross(e);
+    Mesh mesh;
+    const auto at = [](int i, int j, int k) { return i % kRound + kRound * (j + (kLong + 1) * k); };
+    for (int k = 0; k <= kThick; ++k)
+        for (int j = 0; j <= kLong; ++j)
+            for (int i = 0; i < kRound; ++i) {
+                const double s = double(i) / kRound, z = 0.04 * std::pow(double(j) / kLong, 2);
+                const double angle = 2 * M_PI * (s + 0.1 * std::sin(2 * M_PI * s));
+                const double r = 0.02 + 0.005 * k;
+                const Eigen::Vector3d x =
+                    foot + r * (std::cos(angle) * e + std::sin(angle) * f) + z * axis;
+                const int node = mesh.numNodes();
+                mesh.nodeNumbers.push_back(node + 1);
+                mesh.positions.insert(mesh.positions.end(), x.data(), x.data() + 3);
+                mesh.nodeSets["BODY"].push_back(node);
+                if (k == 0) mesh.nodeSets["BORE"].push_back(node);
+                if (k == 0 && std::cos(angle) < 0) mesh.nodeSets["HALF"].push_back(node);
+                if (j == kLong) mesh.nodeSets["END"].push_back(node);
+            }
+    ElementBlock block;
+    for (int k = 0; k < kThick; ++k)
+        for (int j = 0; j < kLong; ++j)
+            for (int i = 0; i < kRound; ++i)
+                for (const auto& [a, b] : {std::pair(j, k), {j + 1, k}, {j + 1, k + 1}, {j, k + 1}})
+                    block.nodes.insert(block.nodes.end(), {at(i, a, b), at(i + 1, a, b)});
+    // CalculiX's order: around each end.
+    for (size_t first = 0; first < block.nodes.size(); first += 8) {
+        const std::vector<int> n(block.nodes.begin() + long(first),
+                                 block.nodes.begin() + long(first) + 8);
+        const int order[8] = {0, 1, 3, 2, 6, 7, 5, 4};
+        for (size_t k = 0; k < 8; ++k) block.nodes[first + k] = n[size_t(order[k])];
+    }
+    mesh.elements = {block};
+    return mesh;
+}
+
+TEST(FindMiddle, OfAGradedJournalIsOnItsAxisInTheMiddleOfItsLength) {
+    const Eigen::Vector3d foot(0.3, -0.2, 0.1), axis = Eigen::Vector3d(1, 2, -0.5).normalized();
+    const Mesh mesh = makeGradedJournal(foot, axis);
+    const auto middle = [&](const char* set) {
+        const auto x = findMiddle(mesh, set);
+        return Eigen::Vector3d(x[0], x[1], x[2]);
+    };
+    const Eigen::Vector3d center = foot + 0.02 * axis;
+    EXPECT_LT((middle("BORE") - center).norm(), 1e-12);
+    // The mean of the nodes is millimetres off.
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const int node : mesh.nodeSets.at("BORE"))
+        mean += Eigen::Map<const Eigen::Vector3d>(&mesh.positions[3 * size_t(node)]) /
+                double(mesh.nodeSets.at("BORE").size());
+    EXPECT_GT((mean - center).norm(), 5e-3);
+    // A ring and a volume are no cylinder: their centroids, to the square of the mesh's size.
+    EXPECT_LT((middle("END") - (foot + 0.04 * axis)).norm(), 1e-3);
+    EXPECT_LT((middle("BODY") - center).norm(), 1e-3);
+    // Of a shell that goes round less than half, the axis is not its middle.
+    EXPECT_GT((middle("HALF") - center).norm(), 1e-2);
 }
 
 TEST_F(InterfacesTest, WhatIsWrongWithALoadPointIsSaid) {

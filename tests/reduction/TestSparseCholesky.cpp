@@ -3,6 +3,8 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <cstdlib>
+#include <thread>
 
 #include "simflex/reduction/SparseCholesky.h"
 #include "simflex/reduction/SymmetricProduct.h"
@@ -147,6 +149,30 @@ TEST(SparseCholesky, NamesTheRowOfASingularPivot) {
     } catch (const SparseCholesky::SingularMatrix& error) {
         EXPECT_EQ(error.row, 40);
     }
+}
+
+// Large enough for METIS, which seeds and draws on the process's rand().
+TEST(SparseCholesky, OrdersTheSameAtTheSameTimeAndLeavesTheUsersRandomNumbersAlone) {
+    const SymmetricMatrix A = makeBoxMatrix(24, 22, 20);
+    const auto countEntries = [&] {
+        SparseCholesky cholesky;
+        const auto& prediction = cholesky.analyze(A);
+        EXPECT_STREQ(prediction.order, "METIS");
+        return prediction.numEntries;
+    };
+    const auto expected = countEntries();
+    std::vector<std::int64_t> found(8);
+    std::vector<std::thread> threads;
+    for (auto& number : found) threads.emplace_back([&] { number = countEntries(); });
+    for (std::thread& thread : threads) thread.join();
+    for (const auto number : found) EXPECT_EQ(number, expected);
+
+    std::srand(7);
+    const int first = std::rand(), second = std::rand();
+    std::srand(7);
+    EXPECT_EQ(std::rand(), first);
+    countEntries();
+    EXPECT_EQ(std::rand(), second);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "simflex/fe/CalculixDeck.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
+#include "simflex/reduction/Stiffening.h"
 
 namespace simflex {
 namespace {
@@ -238,6 +239,48 @@ TEST_F(StiffeningTest, TheSameBitsForAnyNumberOfProcesses) {
     EXPECT_EQ(parts[0].stiffening->turning, parts[1].stiffening->turning);
     EXPECT_EQ(parts[0].stiffening->interfaces, parts[1].stiffening->interfaces);
     EXPECT_TRUE(folder.listTemporaryFiles().empty());
+}
+
+TEST_F(StiffeningTest, NoMoreRunsOfCalculixGoAtATimeThanMemoryHolds) {
+    EXPECT_EQ(chooseNumProcesses(8, 1e9, 3.5e9), 3);
+    EXPECT_EQ(chooseNumProcesses(2, 1e9, 3.5e9), 2);
+    EXPECT_EQ(chooseNumProcesses(0, 1e9, 1.5e9), 1);
+    EXPECT_GE(chooseNumProcesses(0, 1, 1e12), 1);
+    try {
+        chooseNumProcesses(8, 2147483648.0, 1073741824.0);
+        FAIL() << "no exception";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_STREQ(
+            error.what(),
+            "geometric stiffness needs about 2.0 GiB of memory for a run of CalculiX, but "
+            "there are 1.0 GiB; take a coarser mesh or a larger machine, or set the memory "
+            "limit (--memory) if you know better");
+    }
+}
+
+TEST_F(StiffeningTest, ThePartsMemoryLimitBoundsTheRunsAtATime) {
+    testing::writeText(folder / "bar.inp", makeBar().text());
+    const FeModel model = readCalculixDeck(folder / "bar.inp");
+    // Each run counts those that have begun and not ended.
+    testing::writeText(folder / "ccx",
+                       "#!/bin/sh\ncase $1 in -v) exec ccx -v;; esac\n"
+                       "mkdir -p '" +
+                           folder.path() + "/runs'; touch '" + folder.path() + "/runs/'$$\nls '" +
+                           folder.path() + "/runs' | wc -l >> '" + folder.path() +
+                           "/counts'\nccx \"$@\"; code=$?\nrm '" + folder.path() +
+                           "/runs/'$$\nexit $code\n");
+    std::filesystem::permissions(folder / "ccx", std::filesystem::perms::owner_all);
+    ReductionOptions options;
+    options.interfaces = {{"left", "LEFT"}};
+    options.numModes = 12;
+    options.stiffening = StiffeningOptions{folder / "ccx", 4};
+    options.memoryLimit =
+        1.5 * predictCalculixMemory(0, double(model.K.size), double(model.K.numEntries()));
+    reduce(model, options);
+    std::istringstream counts(testing::readText(folder / "counts"));
+    int number = 0;
+    for (int count; counts >> count; ++number) EXPECT_EQ(count, 1);
+    EXPECT_EQ(number, 12);
 }
 
 TEST_F(StiffeningTest, AFailingCalculixIsNamedWithItsLoadAndOutput) {

@@ -2,13 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <random>
 #include <sstream>
+#include <thread>
 
 #include "simflex/solver/BlockEliminationSolver.h"
+#include "simflex/solver/FrontTree.h"
 #include "solver/RandomNewtonSystem.h"
 #include "solver/SliderCrankModel.h"
 #include "support/NewtonReference.h"
+#include "support/PointMassPart.h"
 
 namespace simflex {
 namespace {
@@ -227,6 +231,101 @@ TEST(NewtonSystem, TextFormGivesTheSystemBackExactly) {
     for (size_t length : {size_t(0), size_t(5), text.size() / 3, text.rfind(' ')}) {
         std::stringstream cut(text.substr(0, length));
         EXPECT_THROW(NewtonSystem::read(cut), std::runtime_error) << length;
+    }
+}
+
+/** Bodies of one part, hung to each other at two mesh nodes. **/
+struct NodeChain {
+    SimTK::MultibodySystem system;
+    SimTK::SimbodyMatterSubsystem matter{system};
+    SimTK::GeneralForceSubsystem forces{system};
+    SimTK::Force::Gravity gravity{forces, matter, -SimTK::YAxis, 9.81};
+    FlexibleBodySubsystem flexible{system, matter};
+    std::vector<FlexibleBody> bodies;
+    SimTK::State state;
+
+    explicit NodeChain(int count) {
+        const auto part = test::makePointMassPart().body;
+        const int numbers[2] = {part->mesh.nodeNumbers.front(), part->mesh.nodeNumbers.back()};
+        SimTK::Vec3 s[2];
+        for (int k = 0; k < 2; ++k) {
+            const auto x = part->mesh.position(part->mesh.indexOf(numbers[k]));
+            s[k] = SimTK::Vec3(x[0], x[1], x[2]);
+        }
+        for (int k = 0; k < count; ++k) {
+            bodies.emplace_back(flexible, part);
+            const Attachment before = k ? bodies[size_t(k - 1)].node(numbers[1])
+                                        : Attachment(matter.Ground(), SimTK::Transform(s[0]));
+            Joint::Ball(flexible, before, bodies.back().node(numbers[0]));
+        }
+        state = system.realizeTopology();
+        for (int k = 0; k < count; ++k)
+            bodies[size_t(k)].getFrame().setQToFitTransform(
+                state, SimTK::Transform(double(k) * (s[1] - s[0])));
+    }
+};
+
+TEST(BlockElimination, BodiesShareTheShapesOfTheNodesOfTheirPart) {
+    for (const int count : {2, 20}) {
+        NodeChain chain(count);
+        const int first = chain.bodies[0].getPart().mesh.nodeNumbers.front();
+        EXPECT_EQ(chain.bodies[0].node(first).getFlexibleFrame().shapes,
+                  chain.bodies[1].node(first).getFlexibleFrame().shapes);
+        EXPECT_NE(chain.bodies[0].node(first).getFlexibleFrame().shapes,
+                  chain.bodies[0].node(first + 1).getFlexibleFrame().shapes);
+        std::vector<int> numFrames;
+        BdfIntegrator integrator(chain.system);
+        integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
+            for (const NewtonSystem::Part& part : system.parts) numFrames.push_back(part.numFrames);
+        });
+        integrator.initialize(chain.state);
+        integrator.stepTo(1e-4);
+        ASSERT_FALSE(numFrames.empty());
+        for (const int frames : numFrames) EXPECT_EQ(frames, 2) << count << " bodies";
+    }
+}
+
+/** Places of the unknowns of a grid of bodies, large enough for nested dissection. **/
+std::vector<int> orderGrid(int size) {
+    CliquePattern pattern;
+    pattern.cliques.resize(size_t(size * size));
+    const auto join = [&](int a, int b) {
+        for (int row = 0; row < 3; ++row, ++pattern.numUnknowns)
+            for (const int body : {a, b})
+                pattern.cliques[size_t(body)].push_back(pattern.numUnknowns);
+    };
+    for (int i = 0; i < size; ++i)
+        for (int j = 0; j < size; ++j) {
+            if (i + 1 < size) join(i * size + j, (i + 1) * size + j);
+            if (j + 1 < size) join(i * size + j, i * size + j + 1);
+        }
+    return FrontTree(pattern).positions();
+}
+
+TEST(FrontTree, OrdersTheSameWhateverIsOrderedAtTheSameTime) {
+    const std::vector<int> expected[2] = {orderGrid(25), orderGrid(40)};
+    constexpr int kThreads = 6, kTimes = 4;
+    std::vector<std::vector<int>> found(kThreads * kTimes);
+    std::vector<std::thread> threads;
+    for (int t = 0; t < kThreads; ++t)
+        threads.emplace_back([&, t] {
+            for (int k = 0; k < kTimes; ++k)
+                found[size_t(t * kTimes + k)] = orderGrid((t + k) % 2 ? 40 : 25);
+        });
+    for (std::thread& thread : threads) thread.join();
+    for (int t = 0; t < kThreads; ++t)
+        for (int k = 0; k < kTimes; ++k)
+            EXPECT_EQ(found[size_t(t * kTimes + k)], expected[(t + k) % 2]) << t << " " << k;
+}
+
+TEST(FrontTree, LeavesTheUsersRandomNumbersAlone) {
+    std::srand(7);
+    std::vector<int> expected;
+    for (int k = 0; k < 20; ++k) expected.push_back(std::rand());
+    std::srand(7);
+    for (int k = 0; k < 20; ++k) {
+        if (k % 5 == 3) orderGrid(25);
+        EXPECT_EQ(std::rand(), expected[size_t(k)]) << k;
     }
 }
 

@@ -257,7 +257,7 @@ TEST(FourBars, EnergyDriftFallsWithTheAccuracy) {
             Real coarser = mechanism.calcExchangedEnergy();
             for (Real accuracy : {1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
                 const Real drift = measure(accuracy);
-                EXPECT_LT(drift, coarser / std::sqrt(10)) << name << ", " << accuracy;
+                EXPECT_LT(drift, coarser / 3) << name << ", " << accuracy;
                 coarser = drift;
             }
         };

@@ -55,8 +55,8 @@ void ReductionArguments::addTo(CLI::App& command) {
         ->take_all();
     command
         .add_option("--master", _masters,
-                    "master point of an interface [m] (default: mean of its nodes; of a cylinder, "
-                    "on its axis)")
+                    "master point of an interface [m] (default: middle of its surface or volume; "
+                    "of a cylinder, on its axis)")
         ->type_name("NAME=X,Y,Z")
         ->expected(1)
         ->take_all();

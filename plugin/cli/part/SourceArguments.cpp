@@ -21,7 +21,7 @@ void SourceArguments::addTo(CLI::App& command) {
     command
         .add_option("SOURCE", _options.path,
                     "CalculiX deck (.inp); stiffness matrix (.mtx: Matrix Market or Abaqus, .pch: "
-                    "Nastran DMIG); mesh or geometry (.msh, .geo, .step, .stp, .brep)")
+                    "Nastran DMIG); mesh or geometry (.msh, .geo, .step, .stp, .brep, .iges, .igs)")
         ->required();
     const std::string matrices = "Matrices", gmsh = "Mesh and geometry";
     command

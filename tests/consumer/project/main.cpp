@@ -23,6 +23,7 @@ simflex::ReducedBody makePart() {
     part.omegaSquared = {1e4};
     part.I1.assign(6, 0);
     for (auto& component : part.I2) component = {0};
+    part.I2[0] = {2};  // xx + yy + zz of a mass-normalised mode
     for (auto& component : part.N) component = {0};
     part.mesh.nodeNumbers = {1, 2, 3, 4};
     part.mesh.positions = {-0.1, -0.1, -0.1, 0.3, -0.1, -0.1, -0.1, 0.3, -0.1, -0.1, -0.1, 0.3};

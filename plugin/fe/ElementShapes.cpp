@@ -1,0 +1,93 @@
+#include "ElementShapes.h"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "DeckVocabulary.h"
+#include "FaceShapes.h"
+#include "SolidElements.h"
+
+namespace simflex {
+namespace {
+
+/** Least det(t₁ t₂ t₃)/|t₁||t₂||t₃| of a corner: slightly concave elements pass, swapped nodes give
+−0.5. **/
+constexpr double kLeastCorner = -0.1;
+/** How far from the middle of its edge a node may lie, in lengths of the edge: of a half circle
+0.5, of swapped nodes more. **/
+constexpr double kFarthestMiddle = 0.49;
+
+/** What is checked of all elements of one type. **/
+class ShapeCheck {
+public:
+    ShapeCheck(const std::string& calculixType, ElementType type)
+        : _points(makeIntegrationPoints(calculixType == "C3D8R"    ? "C3D8"
+                                        : calculixType == "C3D20R" ? "C3D20"
+                                                                   : calculixType,
+                                        type)),
+          _corners(makeCornerPoints(type)),
+          _ends(getEdgeEnds(type)) {}
+
+    /** What is wrong with an element, or nothing. **/
+    std::string find(const std::vector<Vec3d>& x, const std::vector<int>& numbers) const {
+        std::ostringstream text;
+        const std::vector<Vec3d> corners(x.begin(), x.begin() + long(_corners.size()));
+        for (size_t k = 0; k < _corners.size(); ++k) {
+            const auto t = calcTangents(corners, _corners[k]);
+            const double size = normOf(t[0]) * normOf(t[1]) * normOf(t[2]);
+            const double share = size > 0 ? calcDeterminant(t) / size : 0;
+            if (share >= kLeastCorner) continue;
+            text << "is turned inside out at node " << numbers[k] << " (scaled Jacobian " << share
+                 << ", must be positive)";
+            return text.str();
+        }
+        for (size_t k = _corners.size(); k < x.size(); ++k) {
+            const size_t a = size_t(_ends[k][0]), b = size_t(_ends[k][1]);
+            const double length = normOf(sumOf(x[b], -1, x[a]));
+            const double off =
+                normOf(sumOf(sumOf(x[k], -0.5, x[a]), -0.5, x[b])) / (length > 0 ? length : 1);
+            if (length == 0 || off <= kFarthestMiddle) continue;
+            text << "has node " << numbers[k] << " " << off
+                 << " edge lengths off the middle of the edge from node " << numbers[a]
+                 << " to node " << numbers[b] << ", allowed " << kFarthestMiddle;
+            return text.str();
+        }
+        for (const IntegrationPoint& point : _points) {
+            const double determinant = calcDeterminant(calcTangents(x, point));
+            if (determinant > 0) continue;
+            text << "is turned inside out within (Jacobian " << determinant
+                 << ", must be positive)";
+            return text.str();
+        }
+        return "";
+    }
+
+private:
+    std::vector<IntegrationPoint> _points, _corners;
+    std::vector<std::array<int, 2>> _ends;
+};
+
+}  // namespace
+
+void checkElementShapes(const DeckModel& deck) {
+    for (const auto& [type, solids] : deck.solids) {
+        const ShapeCheck check(type, getSolid(type));
+        const auto find = [&, &ofType = solids](size_t k) {
+            std::vector<Vec3d> x;
+            for (const int node : ofType[k].nodes)
+                x.push_back(deck.mesh.position(deck.mesh.indexOf(node)));
+            return check.find(x, ofType[k].nodes);
+        };
+        size_t first = solids.size();
+#pragma omp parallel for schedule(static) reduction(min : first)
+        for (size_t k = 0; k < solids.size(); ++k)
+            if (!find(k).empty()) first = std::min(first, k);
+        if (first == solids.size()) continue;
+        throw std::invalid_argument(
+            deck.path + ": element " + std::to_string(solids[first].number) + ", a " + type + ", " +
+            find(first) + "; are its nodes in CalculiX's order? Mend the mesh.");
+    }
+}
+
+}  // namespace simflex
