@@ -5,7 +5,15 @@ include(${CMAKE_CURRENT_LIST_DIR}/Run.cmake)
 file(REMOVE_RECURSE ${WORK})
 # What is built is packed: another generator's name keeps CPack from building first.
 file(MAKE_DIRECTORY ${WORK})
-run(${CPACK} --config ${BUILD}/CPackConfig.cmake -B ${WORK} -D CPACK_CMAKE_GENERATOR=Ninja)
+set(pack ${CPACK} --config ${BUILD}/CPackConfig.cmake -B ${WORK} -D CPACK_CMAKE_GENERATOR=Ninja)
+if(NATIVE)   # a package of this is refused, but for this test
+    execute_process(COMMAND ${pack} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+    if(status EQUAL 0 OR NOT output MATCHES "cmake --preset portable")
+        message(FATAL_ERROR "a package with native instructions is made:\n${output}")
+    endif()
+    list(APPEND pack -D CPACK_PROJECT_CONFIG_FILE=)
+endif()
+run(${pack})
 file(GLOB package ${WORK}/*.deb)
 run(dpkg-deb --extract ${package} ${WORK}/unpacked)
 

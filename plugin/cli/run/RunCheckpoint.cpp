@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 namespace simflex {
 namespace cli {
@@ -193,6 +194,7 @@ RunCheckpoint readRunCheckpoint(const std::string& path) {
     }
     unpacker.get(checkpoint.analysis);
     unpacker.get(number);
+    if (number > std::uint64_t(std::numeric_limits<int>::max())) unpacker.fail();
     checkpoint.numRows = int(number);
     unpacker.get(checkpoint.energy.balanceAtStart);
     unpacker.get(checkpoint.energy.largestError);

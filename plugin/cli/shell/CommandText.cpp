@@ -123,8 +123,10 @@ std::string quoteWord(const std::string& word) {
     for (const char c : word)
         if (isBlank(c) || std::string("'\";#()[]{}").find(c) != std::string::npos) isPlain = false;
     if (isPlain) return word;
-    const char quote = word.find('\'') == std::string::npos ? '\'' : '"';
-    return quote + word + quote;
+    if (word.find('\'') == std::string::npos) return "'" + word + "'";
+    std::string quoted = "\"";
+    for (const char c : word) quoted += c == '"' ? std::string("\"'\"'\"") : std::string(1, c);
+    return quoted + "\"";
 }
 
 }  // namespace cli

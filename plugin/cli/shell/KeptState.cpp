@@ -112,7 +112,11 @@ State readKeptState(const std::string& path, const Model& model) {
     state.updQ() = q;
     state.updU() = u;
     state.updZ() = z;
-    model.getSystem().realize(state, SimTK::Stage::Velocity);
+    try {
+        model.getSystem().realize(state, SimTK::Stage::Velocity);
+    } catch (const std::exception& error) {
+        lines.fail(std::string("holds a state that the model cannot take: ") + error.what());
+    }
     return state;
 }
 

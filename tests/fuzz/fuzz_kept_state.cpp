@@ -1,0 +1,45 @@
+/** @file
+States that the prompt keeps. What is accepted is finite, and reads back the same when it is
+written. **/
+
+#include <cmath>
+
+#include "Fuzz.h"
+#include "simflex/cli/model/ModelReader.h"
+#include "simflex/cli/shell/KeptState.h"
+
+using namespace simflex;
+
+namespace {
+
+constexpr const char* kModel =
+    "simflex: 1\n"
+    "bodies:\n"
+    "  a: {mass: 1, inertia: [1, 1, 1]}\n"
+    "  b: {mass: 1, inertia: [1, 1, 1], place: {position: [1, 0, 0]}}\n"
+    "joints:\n"
+    "  pin: {type: pin, between: [ground, a]}\n"
+    "  ball: {type: ball, between: [a, b]}\n";
+
+const cli::Model& getModel() {
+    static const cli::Model model(
+        cli::readModel(cli::ModelText{fuzz::getFolder() / "model.yaml", kModel, {}}));
+    return model;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    const cli::Model& model = getModel();
+    const std::string path = fuzz::getFolder().write(
+        "kept.state", std::string(reinterpret_cast<const char*>(data), size));
+    SimTK::State state;
+    if (!fuzz::accepts([&] { state = cli::readKeptState(path, model); })) return 0;
+    for (int i = 0; i < state.getNY(); ++i)
+        if (!std::isfinite(state.getY()[i])) fuzz::fail("a value is not finite");
+    cli::writeKeptState(path, model, state);
+    const SimTK::State same = cli::readKeptState(path, model);
+    for (int i = 0; i < state.getNY(); ++i)
+        if (same.getY()[i] != state.getY()[i]) fuzz::fail("a state that was written is another");
+    return 0;
+}

@@ -1,0 +1,59 @@
+/** @file
+Checkpoints of a run: bytes that are changed, with the checksum that fits them or without. What is
+accepted can be written and reads back the same. **/
+
+#include <cstring>
+
+#include "Fuzz.h"
+#include "simflex/cli/run/RunCheckpoint.h"
+
+using namespace simflex;
+
+namespace {
+
+std::string readBytes(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+std::string makeBytes() {
+    cli::RunCheckpoint checkpoint;
+    checkpoint.inputs = {{"the file of table 'a'", "0123456789abcdef"}, {"mesh 1 of body 'b'", ""}};
+    checkpoint.analysis = "run";
+    checkpoint.numRows = 12;
+    checkpoint.turns = {1, 2, 3};
+    checkpoint.integrator = "state of the integrator";
+    cli::writeRunCheckpoint(fuzz::getFolder() / "seed", checkpoint);
+    return readBytes(fuzz::getFolder() / "seed");
+}
+
+/** FNV-1a, as at the end of the file. **/
+std::uint64_t calcSum(const std::string& bytes) {
+    std::uint64_t sum = 14695981039346656037u;
+    for (const char byte : bytes) sum = (sum ^ std::uint8_t(byte)) * 1099511628211u;
+    return sum;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    static const std::string whole = makeBytes();
+    std::string bytes = whole.substr(0, whole.size() - sizeof(std::uint64_t));
+    const unsigned mode = size > 0 ? data[0] : 0;
+    for (size_t k = 1; k + 2 < size; k += 3)
+        bytes[(256u * data[k] + data[k + 1]) % bytes.size()] = char(data[k + 2]);
+    if (mode & 2) bytes.resize(bytes.size() * (mode >> 2) / 64);
+    const std::uint64_t sum = mode & 1 ? calcSum(bytes) : 0;
+    bytes.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+
+    const std::string path = fuzz::getFolder().write("run.checkpoint", bytes);
+    cli::RunCheckpoint checkpoint;
+    if (!fuzz::accepts([&] { checkpoint = cli::readRunCheckpoint(path); })) return 0;
+    if (checkpoint.numRows < 0) fuzz::fail("a negative number of rows");
+    cli::writeRunCheckpoint(path, checkpoint);
+    const std::string written = readBytes(path);
+    cli::writeRunCheckpoint(path, cli::readRunCheckpoint(path));
+    if (readBytes(path) != written)
+        fuzz::fail("a checkpoint that was written reads back as another");
+    return 0;
+}
