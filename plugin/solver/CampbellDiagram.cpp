@@ -32,6 +32,52 @@ Real calcModalAssurance(const Matrix& M, const Vector_<Complex>& a, const Vector
     return std::norm(product) / (first * second);
 }
 
+/** A branch's mode at a speed. **/
+struct Pair {
+    Eigenmode mode;
+    Real assurance;
+};
+
+/** The modes that continue those of the speed before: the surest pairs first, among equals the
+nearer frequencies. **/
+std::vector<Pair> follow(const Linearization& linear, const std::vector<Eigenmode>& last,
+                         size_t numModes) {
+    const std::vector<Eigenmode> modes = calcElasticModes(linear);
+    if (modes.size() < numModes)
+        throw std::runtime_error(std::to_string(numModes) + " modes are asked for, there are " +
+                                 std::to_string(modes.size()));
+    std::vector<Pair> pairs;
+    if (last.empty()) {
+        for (size_t k = 0; k < numModes; ++k) pairs.push_back({modes[k], 1});
+        return pairs;
+    }
+    struct Candidate {
+        Real assurance, distance;
+        size_t branch, mode;
+    };
+    std::vector<Candidate> candidates;
+    const size_t considered = std::min(modes.size(), 3 * numModes + 4);
+    for (size_t k = 0; k < numModes; ++k)
+        for (size_t i = 0; i < considered; ++i)
+            candidates.push_back({calcModalAssurance(linear.M, last[k].shape, modes[i].shape),
+                                  std::abs(modes[i].frequency - last[k].frequency), k, i});
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const Candidate& a, const Candidate& b) {
+                         const long first = std::lround(100 * a.assurance),
+                                    second = std::lround(100 * b.assurance);
+                         if (first != second) return first > second;
+                         return a.distance < b.distance;
+                     });
+    std::vector<char> hasMode(numModes, 0), isTaken(considered, 0);
+    pairs.resize(numModes);
+    for (const Candidate& candidate : candidates) {
+        if (hasMode[candidate.branch] || isTaken[candidate.mode]) continue;
+        hasMode[candidate.branch] = isTaken[candidate.mode] = 1;
+        pairs[candidate.branch] = {modes[candidate.mode], candidate.assurance};
+    }
+    return pairs;
+}
+
 }  // namespace
 
 CampbellDiagram calcCampbellDiagram(const std::vector<Real>& speeds, int numModes,
@@ -43,54 +89,26 @@ CampbellDiagram calcCampbellDiagram(const std::vector<Real>& speeds, int numMode
     diagram.branches.resize(size_t(numModes));
     std::vector<Eigenmode> last;
     for (const Real speed : speeds) {
-        const Linearization linear = linearize(speed);
-        const std::vector<Eigenmode> modes = calcElasticModes(linear);
-        if (int(modes.size()) < numModes)
-            throw std::invalid_argument("calcCampbellDiagram(): " + std::to_string(numModes) +
-                                        " modes are asked for, there are " +
-                                        std::to_string(modes.size()) + " at speed " +
-                                        std::to_string(speed));
-        std::vector<size_t> chosen(static_cast<size_t>(numModes));
-        std::vector<Real> assurance(chosen.size(), 1);
-        if (last.empty()) {
-            for (size_t k = 0; k < chosen.size(); ++k) chosen[k] = k;
-        } else {
-            // The surest pairs first; among equals the nearer frequencies.
-            struct Candidate {
-                Real assurance, distance;
-                size_t branch, mode;
-            };
-            std::vector<Candidate> candidates;
-            const size_t considered = std::min(modes.size(), 3 * chosen.size() + 4);
-            for (size_t k = 0; k < chosen.size(); ++k)
-                for (size_t i = 0; i < considered; ++i)
-                    candidates.push_back(
-                        {calcModalAssurance(linear.M, last[k].shape, modes[i].shape),
-                         std::abs(modes[i].frequency - last[k].frequency), k, i});
-            std::stable_sort(candidates.begin(), candidates.end(),
-                             [](const Candidate& a, const Candidate& b) {
-                                 const long first = std::lround(100 * a.assurance),
-                                            second = std::lround(100 * b.assurance);
-                                 if (first != second) return first > second;
-                                 return a.distance < b.distance;
-                             });
-            std::vector<char> hasMode(chosen.size(), 0), isTaken(considered, 0);
-            for (const Candidate& candidate : candidates) {
-                if (hasMode[candidate.branch] || isTaken[candidate.mode]) continue;
-                hasMode[candidate.branch] = isTaken[candidate.mode] = 1;
-                chosen[candidate.branch] = candidate.mode;
-                assurance[candidate.branch] = candidate.assurance;
-            }
+        std::vector<Pair> pairs;
+        diagram.failures.emplace_back();
+        try {
+            pairs = follow(linearize(speed), last, size_t(numModes));
+        } catch (const std::exception& error) {
+            diagram.failures.back() = error.what();
         }
-        last.clear();
-        for (size_t k = 0; k < chosen.size(); ++k) {
-            const Eigenmode& mode = modes[chosen[k]];
-            diagram.branches[k].frequency.push_back(mode.frequency);
-            diagram.branches[k].dampingRatio.push_back(mode.dampingRatio);
-            diagram.branches[k].modalAssurance.push_back(assurance[k]);
-            last.push_back(mode);
+        if (!pairs.empty()) last.clear();
+        for (size_t k = 0; k < diagram.branches.size(); ++k) {
+            CampbellDiagram::Branch& branch = diagram.branches[k];
+            branch.frequency.push_back(pairs.empty() ? NaN : pairs[k].mode.frequency);
+            branch.dampingRatio.push_back(pairs.empty() ? NaN : pairs[k].mode.dampingRatio);
+            branch.modalAssurance.push_back(pairs.empty() ? NaN : pairs[k].assurance);
+            if (!pairs.empty()) last.push_back(pairs[k].mode);
         }
     }
+    if (last.empty())
+        throw std::runtime_error("calcCampbellDiagram(): there are no modes at any of the " +
+                                 std::to_string(speeds.size()) + " speeds; at the first, " +
+                                 diagram.failures.front());
     return diagram;
 }
 
@@ -102,8 +120,12 @@ void writeCampbellDiagram(const std::string& csvFile, const CampbellDiagram& dia
     file << "\n" << std::setprecision(12);
     for (size_t i = 0; i < diagram.speeds.size(); ++i) {
         file << diagram.speeds[i];
-        for (const CampbellDiagram::Branch& branch : diagram.branches)
-            file << "," << branch.frequency[i] << "," << branch.dampingRatio[i];
+        for (const CampbellDiagram::Branch& branch : diagram.branches) {
+            if (diagram.failures[i].empty())
+                file << "," << branch.frequency[i] << "," << branch.dampingRatio[i];
+            else
+                file << ",,";
+        }
         file << "\n";
     }
     if (!file.flush()) throw std::runtime_error("cannot write the Campbell diagram to " + csvFile);

@@ -20,23 +20,28 @@ assurance criterion),
 namespace simflex {
 
 struct CampbellDiagram {
+    /** At each speed; NaN where there are no modes. **/
     struct Branch {
-        std::vector<SimTK::Real> frequency;       ///< |λ|/2π at each speed [Hz]
-        std::vector<SimTK::Real> dampingRatio;    ///< at each speed
+        std::vector<SimTK::Real> frequency;  ///< |λ|/2π [Hz]
+        std::vector<SimTK::Real> dampingRatio;
         std::vector<SimTK::Real> modalAssurance;  ///< with the mode at the speed before; first: 1
     };
-    std::vector<SimTK::Real> speeds;  ///< as given
-    std::vector<Branch> branches;     ///< by frequency at the first speed
+    std::vector<SimTK::Real> speeds;    ///< as given
+    std::vector<std::string> failures;  ///< at each speed: why it has no modes; empty if it has
+    std::vector<Branch> branches;       ///< by frequency at the first speed that has modes
 };
 
 /** @param numModes  lowest modes to follow; rigid motions are left out
-@param linearize  the system about its operating point at a speed
-@throws std::invalid_argument if there is no speed, or fewer modes at one of them. **/
+@param linearize  the system about its operating point at a speed. A std::exception that it or
+    calcEigenmodes() throws is the failure of this speed, as are fewer modes; others are calculated.
+@throws std::invalid_argument if there is no speed; std::runtime_error with the first failure if
+    all speeds fail. **/
 CampbellDiagram calcCampbellDiagram(
     const std::vector<SimTK::Real>& speeds, int numModes,
     const std::function<Linearization(SimTK::Real speed)>& linearize);
 
-/** A line for each speed: speed, then frequency [Hz] and damping ratio of each branch.
+/** A line for each speed: speed, then frequency [Hz] and damping ratio of each branch, empty where
+it failed.
 @throws std::runtime_error if the file cannot be written. **/
 void writeCampbellDiagram(const std::string& csvFile, const CampbellDiagram& diagram);
 

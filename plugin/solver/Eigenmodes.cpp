@@ -136,7 +136,7 @@ void solveGeneral(const ReducedPencil& pencil, std::vector<Pair>& pairs) {
 
     // Rigid motions are double, defective eigenvalues: they come out near zero only.
     Eigen::FullPivLU<MatrixXd> stiffness;
-    stiffness.setThreshold(ZeroStiffness);
+    stiffness.setThreshold(RoundOff);
     stiffness.compute(pencil.K);
     const MatrixXcd rigid = stiffness.dimensionOfKernel() > 0
                                 ? MatrixXcd(stiffness.kernel().cast<Complex>())
@@ -189,6 +189,9 @@ Eigenmode makeMode(const Linearization& linear, const ReducedPencil& pencil, con
 }  // namespace
 
 std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
+    if (!linearization.unsteady.empty())
+        throw std::invalid_argument("there are no natural modes about this motion: " +
+                                    linearization.unsteady);
     const ReducedPencil pencil = reducePencil(linearization);
     std::vector<Pair> pairs;
     if (pencil.K.rows() == 0) return {};

@@ -35,7 +35,9 @@ struct Eigenmode {
 };
 
 /** All modes: rigid motions first, then by ascending frequency. A motion that does not oscillate
-has two eigenvalues and two modes. **/
+has two eigenvalues and two modes.
+@throws std::invalid_argument that says why, if the matrices are those of an instant only
+    (Linearization::unsteady). **/
 std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization);
 
 /** One period of a mode in `numFrames` States, at equal intervals from its largest displacement on:

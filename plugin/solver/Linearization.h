@@ -11,22 +11,30 @@ true accelerations and multipliers of the State,
     D = ∂r/∂u,   K = ∂r/∂q·N     at rest,
 
 ∂(Gᵀλ)/∂q and ∂(Mu̇)/∂q included: the restoring stiffness of a pendulum, of preloaded joints, of
-gravity. For a State with speeds, D and K hold in addition what makes them matrices of δ and δ̇:
-δ of the frame of a flexible body, and of a rigid body on a Free mobilizer on Ground, are taken in
-axes that turn with the body and point in Ground's directions at this instant; other mobilizers keep
-their own speeds. A system that turns steadily as one (a rotating beam, a spinning top in flight)
-and a rigid rotor that spins on a Pin inside a system at rest then have constant matrices, and the
-first shows the frequencies that an observer who turns along would see. Whatever else moves, M, D, K
-and G are those of an instant.
+gravity. For a State with speeds, δ are taken from the steady motion with these speeds and in axes
+that it carries along, which point in the directions of u at this instant. Along a steady motion
+every joint keeps its relative twist: a rotor spins about the axis that its bearing has now, and
+what nothing links to Ground turns about an axis at rest. So bodies that are joined move as one,
+however many pieces they are made of; a rotor on a bearing that does not turn shows the frequencies
+that an observer at rest would see, a system that turns as one those of an observer who turns along.
+
+With X(q) the speeds of the steady motion as it would pass through q, a(q) their rate of change, X′
+the derivative along δ and δ̇ = δu − A δ by the kinematics (guide, theory),
+
+    D = ∂r/∂u + M (2X′ − A),   K = d/dδ r(q, X(q), a(q), λ).
+
+These are constant if the motion is steady. If they are not, `unsteady` says so, and there are no
+natural modes.
 
     Linearization linear = calcLinearization(system, state);
     for (const Eigenmode& mode : calcEigenmodes(linear)) std::cout << mode.frequency << " Hz\n";
 
 M and G are exact, D and K fourth-order differences of the residual with displacements of 3e-4 of a
 body's size, relative error below 1e-8 where forces are smooth. O(n²) in time, and dense matrices:
-for some hundreds of speeds. SI units. **/
+for some hundreds of speeds; twice where something moves. SI units. **/
 
 #include <functional>
+#include <string>
 
 #include "Simbody.h"
 
@@ -44,6 +52,9 @@ struct Linearization {
      * and their rows and columns of D, K and G are too. **/
     SimTK::Array_<int> isHeld;
     SimTK::Array_<int> isModal;  ///< n: nonzero for modal coordinates of flexible bodies
+    /** Why M, D, K and G are those of an instant only; empty if they are constant, or change little
+    in a period of the slowest mode. **/
+    std::string unsteady;
 };
 
 /** Linearises about a State, which must be assembled.

@@ -9,6 +9,7 @@ evaluated here; Simbody is asked only for rigid trees with other mobilizers and 
 on a private State. Within a realization of Simbody's own (Setting::Native) all foreign forces,
 gravity among them, are given, and Simbody is asked on the State that is being realized. **/
 
+#include <array>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -73,6 +74,17 @@ public:
     /** Where a body's coordinates and speeds stand in the solver's vectors, if it belongs to a
      * rigid tree. @returns false if not. **/
     bool findRigidSlots(SimTK::MobilizedBodyIndex body, int& q0, int& nq, int& u0) const;
+
+    /** Two frames that a joint, a constraint or a force element joins; frames in Ground have block
+    −1. Motions are those of the last realize(). **/
+    struct Link {
+        int blocks[2];
+        const FrameMotion* motions[2];
+        int numEquations;  ///< none for force elements
+    };
+    /** Those between different blocks; of Simbody's constraints, those between two bodies of rigid
+    trees or Ground. **/
+    std::vector<Link> listLinks() const;
 
     /** Applies this part of gravity, of loads and of Simbody's force elements from the next
      * realize() on, springs between attachment frames in full; 1 unless told. **/
@@ -405,6 +417,8 @@ private:
     std::unique_ptr<PrescribedMotion> m_prescribed;
     double m_prescribedTime = SimTK::NaN;  ///< at which Motions were asked of Simbody last
     int m_firstSimbodyRow = 0;
+    /** Bodies that one of Simbody's constraints joins, and its rows. **/
+    std::vector<std::pair<std::array<FrameRef, 2>, int>> m_constrainedPairs;
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;  ///< of Simbody's elements and constraints
     SimTK::Vector m_mobilityForces;
     std::vector<double> m_scratch;

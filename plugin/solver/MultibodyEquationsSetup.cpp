@@ -258,6 +258,35 @@ void MultibodyEquations::makeSimbodyConstraints() {
             m_blockRows[size_t(b)].push_back(m_firstSimbodyRow + row);
         }
     }
+    if (m_setting == Setting::Native) return;
+    for (ConstraintIndex constraint : constraints) {
+        const auto [first, count] = m_constraints->findRows(constraint);
+        if (count == 0) continue;
+        const std::vector<MobilizedBodyIndex>& bodies = m_constraints->getBodies(first);
+        if (bodies.size() > 2) continue;
+        std::array<FrameRef, 2> pair;  // Ground unless told
+        for (size_t k = 0; k < bodies.size(); ++k) {
+            pair[k].block = findBlock(bodies[k]);
+            const int tree = pair[k].block - int(m_flexible.size());
+            pair[k].frame = tree < 0 ? -1 : m_rigid[size_t(tree)]->addFrame(bodies[k], Transform());
+        }
+        if (pair[0].frame >= 0 && (bodies.size() < 2 || pair[1].frame >= 0))
+            m_constrainedPairs.emplace_back(pair, count);
+    }
+}
+
+std::vector<MultibodyEquations::Link> MultibodyEquations::listLinks() const {
+    std::vector<Link> links;
+    const auto add = [&](const FrameRef& a, const FrameRef& b, int numEquations) {
+        if (a.block != b.block)
+            links.push_back({{a.block, b.block}, {&motionOf(a), &motionOf(b)}, numEquations});
+    };
+    for (const JointRef& joint : m_joints)
+        if (joint.sides.size() == 2) add(joint.sides[0], joint.sides[1], joint.numRows());
+    for (const auto& [pair, count] : m_constrainedPairs) add(pair[0], pair[1], count);
+    for (const ElementRef& element : m_elements)
+        if (element.frames.size() == 2) add(element.frames[0], element.frames[1], 0);
+    return links;
 }
 
 bool MultibodyEquations::isHeld(MobilizedBodyIndex body) const {

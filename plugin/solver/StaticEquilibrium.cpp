@@ -23,6 +23,21 @@ constexpr double ZeroStiffness = 1e-12;
 constexpr double ZeroForce = 1e-9;
 constexpr double SmallestLoadStep = 1.0 / 64;
 
+/** @throws std::runtime_error naming a constraint that moves apart. **/
+void refuseUnsteady(const MultibodyEquations& equations, const std::vector<double>& u,
+                    const std::vector<double>& errors) {
+    double fastest = 0;
+    for (const double speed : u) fastest = std::max(fastest, std::abs(speed));
+    for (size_t k = 0; k < errors.size(); ++k) {
+        if (std::abs(errors[k]) <= 1e-7 * (1 + fastest)) continue;
+        std::ostringstream text;
+        text << "the speeds of the State are not those of a steady motion: "
+             << equations.describeConstraint(int(k)) << " moves apart at " << errors[k]
+             << " m/s or rad/s";
+        throw std::runtime_error(text.str());
+    }
+}
+
 }  // namespace
 
 /** Newton's iteration of one system. **/
@@ -104,7 +119,7 @@ void StaticEquilibrium::Search::run() {
 
 void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd& r) {
     if (m_settings.m_observer) m_settings.m_observer();
-    m_motion.calcSpeeds(q.data(), m_point.u, m_point.uDot);
+    m_motion.calcSpeeds(q, m_point.u, m_point.uDot);
     std::vector<double>& moved = m_point.qDot;  // prescribed coordinates are where they are already
     moved = q;
     m_equations.prescribe(m_point.t, 0, nullptr, moved.data(), m_point.u.data());
@@ -156,7 +171,9 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
         tangent.r[i] = tangent.s[i] * r[own];
         const double parts = std::abs(withoutLoads[own]) +
                              std::abs(withoutJoints[own] - withoutLoads[own]) +
-                             G.col(own).cwiseAbs().dot(lambdas.cwiseAbs());
+                             G.col(own).cwiseAbs().dot(lambdas.cwiseAbs()) +
+                             M(own, own) * square(m_motion.getRate()) *
+                                 std::min(1.0, 1 / m_scales.metres[size_t(own)]);
         m_forceScale = std::max(m_forceScale, tangent.s[i] * parts);
         tangent.G.col(i) = tangent.s[i] * G.col(own);
     }
@@ -346,14 +363,17 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     SolutionPoint point;
     point.resize(equations.numQ(), equations.numU(), equations.numMultipliers(), equations.numZ());
     point.t = assembled.getTime();
-    SteadyMotion motion;
-    if (speeds == Speeds::OfState) {
-        equations.getFromState(start, point.q.data(), point.u.data());
-        motion = SteadyMotion(equations, start, point.q.data(), point.u.data());
-    }
     equations.getFromState(assembled, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = assembled.getZ()[int(i)];
     equations.setZ(point.z.data());
+    SteadyMotion motion;
+    if (speeds == Speeds::OfState) {
+        std::vector<double> given = point.q;
+        equations.getFromState(start, given.data(), point.u.data());
+        equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
+        motion = SteadyMotion(equations, start, point.t, given, point.u, point.q);
+        refuseUnsteady(equations, point.u, motion.getErrors());
+    }
     equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
 
     Search search(*this, equations, point, motion);
@@ -365,18 +385,11 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     // Multipliers of least norm, as the integrators give them.
     point = search.getPoint();
     const int n = equations.numU(), m = equations.numMultipliers();
-    std::vector<double> errors(size_t(m), 0);
-    equations.calcVelocityErrors(errors.data());
-    const double fastest =
-        point.u.empty() ? 0 : Map<const VectorXd>(point.u.data(), n).cwiseAbs().maxCoeff();
-    for (int k = 0; k < m; ++k)
-        if (speeds == Speeds::OfState && std::abs(errors[size_t(k)]) > 1e-7 * (1 + fastest)) {
-            std::ostringstream text;
-            text << "the speeds of the State are not those of a steady motion: "
-                 << equations.describeConstraint(k) << " moves apart at " << errors[size_t(k)]
-                 << " m/s or rad/s";
-            throw std::runtime_error(text.str());
-        }
+    if (speeds == Speeds::OfState) {
+        std::vector<double> errors(size_t(m), 0);
+        equations.calcVelocityErrors(errors.data());
+        refuseUnsteady(equations, point.u, errors);
+    }
     m_multipliers.resize(m);
     if (m > 0) {
         MatrixXd M, G;

@@ -63,9 +63,8 @@ public:
     converge, naming body, correction and joint error. **/
     void solve(const SimTK::State& state);
 
-    /** The same at the State's speeds: flexible bodies, and rigid ones on Free mobilizers on
-    Ground, keep the twist they have (see setSteadyRotation()), other mobilizers their u; modal
-    speeds are zero.
+    /** The same at the State's speeds: joints keep their relative twists and mobilizers their u,
+    what nothing links to Ground its own twist (see setSteadyRotation()); modal speeds are zero.
     @throws std::runtime_error also if these speeds move a joint apart, naming it. **/
     void solveSteadyMotion(const SimTK::State& state);
 

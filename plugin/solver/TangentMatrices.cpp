@@ -205,6 +205,13 @@ MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& s
         }
         return derivative;
     };
+    for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+        // ω is that in the body.
+        const size_t first = size_t(equations.getBlock(b).firstU);
+        A.block<3, 3>(Eigen::Index(first), Eigen::Index(first)) << 0, -point.u[first + 2],
+            point.u[first + 1], point.u[first + 2], 0, -point.u[first], -point.u[first + 1],
+            point.u[first], 0;
+    }
     for (int b = equations.numFlexibleBlocks(); b < equations.numBlocks(); ++b) {
         const Block& block = equations.getBlock(b);
         std::vector<double> own(size_t(numU), 0), unit(size_t(numU), 0);

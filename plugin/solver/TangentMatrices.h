@@ -49,8 +49,7 @@ Eigen::MatrixXd differentiateByQ(
 Eigen::MatrixXd calcDampingMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
                                   const SolutionPoint& point);
 
-/** A(u) with δ̇ = δu − A δ for the speeds of rigid trees: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where
-q̇ = u. Columns of flexible bodies are left zero. **/
+/** A(u) with δ̇ = δu − A δ: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where q̇ = u. **/
 Eigen::MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
                                const SolutionPoint& point);
 

@@ -1,7 +1,9 @@
 // A rigid rotor on two hinges with springs and dampers: forward and backward whirl in closed form.
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "simflex/solver/CampbellDiagram.h"
@@ -67,6 +69,45 @@ TEST(Campbell, RotorWhirlsForwardAndBackwardAsInClosedForm) {
             EXPECT_EQ(branch.frequency[i] > branch.frequency[i - 1],
                       branch.frequency[1] > branch.frequency[0]);
         }
+    }
+}
+
+TEST(Campbell, ASpeedThatFailsIsNamedAndLosesNoOther) {
+    Rotor rotor;
+    const auto linearize = [&](Real speed) {
+        if (speed == 0 || speed == 50) throw std::runtime_error("does not turn so");
+        rotor.spin.setOneU(rotor.state, 0, speed);
+        return calcLinearization(rotor.system, rotor.state);
+    };
+    const CampbellDiagram diagram = calcCampbellDiagram({0, 25, 50, 75}, 2, linearize);
+    const CampbellDiagram others = calcCampbellDiagram({25, 75}, 2, linearize);
+    EXPECT_EQ(diagram.failures,
+              (std::vector<std::string>{"does not turn so", "", "does not turn so", ""}));
+    for (size_t k = 0; k < 2; ++k) {
+        for (const size_t i : {0, 2}) EXPECT_TRUE(isNaN(diagram.branches[k].frequency[i]));
+        for (const size_t i : {0, 1}) {
+            EXPECT_EQ(diagram.branches[k].frequency[2 * i + 1], others.branches[k].frequency[i]);
+            EXPECT_EQ(diagram.branches[k].modalAssurance[2 * i + 1],
+                      others.branches[k].modalAssurance[i]);
+        }
+    }
+    const std::string file =
+        ::testing::TempDir() + "/campbell." + std::to_string(::getpid()) + ".csv";
+    writeCampbellDiagram(file, diagram);
+    std::ifstream in(file);
+    std::string line;
+    std::getline(in, line);
+    std::getline(in, line);
+    EXPECT_EQ(line, "0,,,,");
+    std::filesystem::remove(file);
+    // More modes than there are at any speed.
+    try {
+        calcCampbellDiagram({25, 75}, 20, linearize);
+        FAIL() << "no exception";
+    } catch (const std::runtime_error& error) {
+        EXPECT_EQ(std::string(error.what()),
+                  "calcCampbellDiagram(): there are no modes at any of the 2 speeds; at the first, "
+                  "20 modes are asked for, there are 2");
     }
 }
 

@@ -1,6 +1,7 @@
 #include "simflex/cli/results/CriticalSpeeds.h"
 
 #include <cmath>
+#include <utility>
 
 namespace simflex {
 namespace cli {
@@ -14,12 +15,17 @@ std::vector<double> findCriticalSpeeds(const ResultData::Analysis& campbell) {
         const auto calcGap = [&](size_t k) {
             return kTwoPi * campbell.frequency[k][branch] - std::abs(speeds[k]);
         };
-        for (size_t k = 1; k < speeds.size() && std::isnan(critical[branch]); ++k) {
-            const double before = calcGap(k - 1), after = calcGap(k);
-            const bool isAtRest = before == 0 && speeds[k - 1] == 0;
+        size_t last = speeds.size();  // speed that has modes
+        for (size_t k = 0; k < speeds.size() && std::isnan(critical[branch]); ++k) {
+            const double after = calcGap(k);
+            if (std::isnan(after)) continue;
+            const size_t first = std::exchange(last, k);
+            if (first == speeds.size()) continue;
+            const double before = calcGap(first);
+            const bool isAtRest = before == 0 && speeds[first] == 0;
             if ((before > 0) == (after > 0) || isAtRest) continue;
             critical[branch] =
-                speeds[k - 1] + before / (before - after) * (speeds[k] - speeds[k - 1]);
+                speeds[first] + before / (before - after) * (speeds[k] - speeds[first]);
         }
     }
     return critical;

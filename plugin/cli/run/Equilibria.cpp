@@ -3,6 +3,7 @@ The analyses without time: static, eigen, campbell. **/
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/run/ModelRun.h"
@@ -127,12 +128,32 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         analysis.get("parameter").failUnknown("parameter", parameter, known);
     ProgressBar bar(_options.isQuiet, {{name, 1}});
     int done = 0;
-    const CampbellDiagram diagram =
-        calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
+    CampbellDiagram diagram;
+    try {
+        diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
             bar.show(name, double(done++) / double(speeds.size()));
             stopIfAsked();
             return linearizeAt(_text, _modelOptions, parameter, speed, [this] { stopIfAsked(); });
         });
+    } catch (const std::exception&) {
+        stopIfAsked();
+        throw;
+    }
+    stopIfAsked();
+    bar.clear();
+    int numFailures = 0;
+    for (size_t k = 0; k < speeds.size(); ++k) {
+        if (diagram.failures[k].empty()) continue;
+        ++numFailures;
+        std::ostringstream text;
+        text << "no modes at " << parameter << " = " << speeds[k] << ": "
+             << nameBodies(*_model, diagram.failures[k]);
+        warn(name, text.str());
+    }
+    if (numFailures > 0)
+        _failures.push_back("analysis '" + name + "' has no modes at " +
+                            std::to_string(numFailures) + " of its " +
+                            std::to_string(speeds.size()) + " speeds");
     std::vector<std::vector<double>> frequency(speeds.size()), damping(speeds.size());
     for (size_t k = 0; k < speeds.size(); ++k)
         for (const CampbellDiagram::Branch& branch : diagram.branches) {

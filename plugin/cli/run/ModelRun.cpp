@@ -417,6 +417,10 @@ void ModelRun::printSummary() const {
     std::printf("results: %s\n", _resultPath.c_str());
 }
 
+void ModelRun::refuseFailures() const {
+    if (!_failures.empty()) throw std::runtime_error(join(_failures, "; "));
+}
+
 void ModelRun::check() {
     const Model& model = *_model;
     const auto integrator = makeIntegrator(model);

@@ -40,6 +40,9 @@ public:
     /** What has been found, on standard output. The same run prints the same. **/
     void printSummary() const;
 
+    /** What could be done in part only, in words. @throws std::runtime_error if there is any. **/
+    void refuseFailures() const;
+
     /** Whether a body is flexible and not held rigid. **/
     bool canBend() const;
 
@@ -106,6 +109,7 @@ private:
     std::map<std::string, Equilibrium> _equilibria;
     std::map<std::string, SimTK::State> _ends;                 ///< of transient analyses
     std::set<std::pair<std::string, std::string>> _notFinite;  ///< analysis and probe
+    std::vector<std::string> _failures;                        ///< of parts of analyses
     std::map<std::string, std::vector<std::string>> _remarks;  ///< by analysis, for the summary
 };
 

@@ -46,7 +46,9 @@ void perform(const RunOptions& options) {
         printDifference(readResults(run.getResultPath(), ReadStates::No),
                         readResults(rigid.getResultPath(), ReadStates::No));
         std::printf("results of the rigid model: %s\n", rigid.getResultPath().c_str());
+        rigid.refuseFailures();
     }
+    run.refuseFailures();
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started;
     std::fflush(stdout);
     if (!options.isQuiet) std::fprintf(stderr, "simflex: %.1f s\n", elapsed.count());

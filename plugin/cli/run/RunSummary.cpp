@@ -123,7 +123,11 @@ void printCampbell(const ResultData::Analysis& analysis) {
     std::printf("%s: natural frequencies [Hz] over speed\n", analysis.name.c_str());
     for (size_t i = 0; i < analysis.speeds.size(); ++i) {
         std::printf("  %12.6g:", analysis.speeds[i]);
-        for (const double frequency : analysis.frequency[i]) std::printf(" %11.6g", frequency);
+        for (const double frequency : analysis.frequency[i])
+            if (std::isnan(frequency))
+                std::printf(" %11s", "-");
+            else
+                std::printf(" %11.6g", frequency);
         std::printf("\n");
     }
     const std::vector<double> critical = findCriticalSpeeds(analysis);

@@ -47,6 +47,14 @@ TEST(CriticalSpeeds, AtASpeedOfTheDiagramAreThatSpeedAndRestIsNone) {
     EXPECT_TRUE(findCriticalSpeeds({}).empty());
 }
 
+TEST(CriticalSpeeds, AreFoundBesideSpeedsWithoutModes) {
+    auto diagram = makeDiagram({0, 10, 20, 30}, {{15, 0}, {25, 0}});
+    for (const size_t k : {0, 2}) diagram.frequency[k] = {NAN, NAN};
+    const auto critical = findCriticalSpeeds(diagram);
+    EXPECT_NEAR(critical[0], 15, 1e-12);
+    EXPECT_NEAR(critical[1], 25, 1e-12);
+}
+
 TEST(CriticalSpeeds, TurningBackwardsAreThoseOfTheSize) {
     EXPECT_NEAR(findCriticalSpeeds(makeDiagram({0, -10, -20}, {{12, 0}}))[0], -12, 1e-12);
 }

@@ -159,6 +159,103 @@ analyses:
     EXPECT_THAT(out, HasSubstr("modes: natural modes"));
 }
 
+TEST_F(RunTest, ASpeedThatFailsLosesNoOtherOfACampbellDiagram) {
+    writeModel(R"(simflex: 1
+parameters: {m: 2}
+bodies:
+  block: {mass: m, inertia: [0.1, 0.1, 0.1], place: {position: [0, -1, 0]}}
+joints:
+  guide: {type: slider, between: [ground, block], axis: y}
+connectors:
+  spring: {type: spring, between: [ground, block], stiffness: 100, free_length: 1}
+analyses:
+  over_mass: {type: campbell, parameter: m, speeds: [1, -1, 4], count: 1}
+  modes: {type: eigen, about: placed, count: 1}
+)");
+    EXPECT_EQ(runModel("--csv"), 1);
+    EXPECT_THAT(
+        err, AllOf(HasSubstr("simflex: warning: over_mass: no modes at m = -1: "),
+                   HasSubstr("bodies.block.mass"),
+                   ::testing::EndsWith("simflex: analysis 'over_mass' has no modes at 1 of its 3 "
+                                       "speeds\n")));
+    EXPECT_THAT(out, AllOf(HasSubstr("\n            -1:           -\n"),
+                           HasSubstr("\n  warning: no modes at m = -1: ")));
+    const ResultData::Analysis diagram = read("over_mass");
+    EXPECT_TRUE(diagram.isComplete);
+    EXPECT_EQ(diagram.speeds, (std::vector<double>{1, -1, 4}));
+    EXPECT_NEAR(diagram.frequency.at(0).at(0), 10 / (2 * kPi), 1e-7);
+    EXPECT_TRUE(std::isnan(diagram.frequency.at(1).at(0)));
+    EXPECT_NEAR(diagram.frequency.at(2).at(0), 5 / (2 * kPi), 1e-7);
+    // What comes after it is done, too.
+    EXPECT_NEAR(read("modes").frequency.at(0).at(0), std::sqrt(50.0) / (2 * kPi), 1e-7);
+    // None is left: an error.
+    EXPECT_EQ(runModel("--set analyses.over_mass.speeds=[-1,-2]"), 1);
+    EXPECT_THAT(err, HasSubstr("there are no modes at any of the 2 speeds; at the first, "));
+}
+
+/** A hub on a bushing, and a disc that spins on it in two pieces, which are welded. **/
+std::string makeRotor(const std::string& analyses) {
+    return R"(simflex: 1
+parameters: {speed: 300, out_of_round: 0}
+bodies:
+  hub: {mass: 1, inertia: [0.01, 0.01, 0.01]}
+  first: {mass: 1, center_of_mass: [0, 0.05, 0], inertia: [0.0175, 0.01, 0.0075 + out_of_round]}
+  second: {mass: 1, center_of_mass: [0, -0.05, 0], inertia: [0.0175, 0.01, 0.0075]}
+joints:
+  bearing: {type: pin, between: [hub, first], axis: x}
+  glue: {type: weld, between: [first, second]}
+connectors:
+  mount: {type: bushing, between: [ground, hub], stiffness: [50, 80, 80, 1e4, 2e4, 3e4]}
+initial:
+  bodies:
+    first: {angular_velocity: [speed, 0, 0]}
+    second: {angular_velocity: [speed, 0, 0]}
+analyses:
+)" + analyses;
+}
+
+/** Its frequencies [Hz], ascending: of the hub alone about the axis, of all along three axes, and
+with I = 0.03, I3 = 0.04 kg m^2 those of backward and forward whirl, I w^2 -+ I3 speed w = 80 N m.
+**/
+std::vector<double> calcRotorFrequencies(double speed) {
+    const double turn = 0.04 * speed, root = std::sqrt(turn * turn + 4 * 0.03 * 80);
+    std::vector<double> rates{std::sqrt(50 / 0.01),       std::sqrt(1e4 / 3),
+                              std::sqrt(2e4 / 3),         std::sqrt(3e4 / 3),
+                              (root - turn) / (2 * 0.03), (root + turn) / (2 * 0.03)};
+    std::sort(rates.begin(), rates.end());
+    for (double& rate : rates) rate /= 2 * kPi;
+    return rates;
+}
+
+TEST_F(RunTest, ARotorOfPiecesWhirlsAsInClosedForm) {
+    writeModel(makeRotor(
+        "  over_speed: {type: campbell, parameter: speed, speeds: [0, 100, 300], count: 6}\n"
+        "  modes: {type: eigen, about: start, count: 6}\n"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData::Analysis diagram = read("over_speed");
+    const auto expectRotor = [](std::vector<double> found, double speed) {
+        std::sort(found.begin(), found.end());
+        const std::vector<double> expected = calcRotorFrequencies(speed);
+        ASSERT_EQ(found.size(), expected.size());
+        for (size_t k = 0; k < expected.size(); ++k)
+            EXPECT_NEAR(found[k], expected[k], 1e-7 * expected[k]) << k << " at " << speed;
+    };
+    for (size_t k = 0; k < diagram.speeds.size(); ++k)
+        expectRotor(diagram.frequency.at(k), diagram.speeds[k]);
+    expectRotor(read("modes").frequency.at(0), 300);
+}
+
+TEST_F(RunTest, ASpeedWithoutSteadyMotionIsRefusedWithTheReason) {
+    writeModel(makeRotor(
+        "  over_speed: {type: campbell, parameter: speed, speeds: [0, 300], count: 6}\n"));
+    EXPECT_EQ(runModel("--set parameters.out_of_round=0.008"), 1);
+    EXPECT_THAT(err,
+                HasSubstr("simflex: warning: over_speed: no modes at speed = 300: there are no "
+                          "natural modes about this motion: the equations of small motions "
+                          "change as the motion goes on: a natural frequency of "));
+    EXPECT_GT(read("over_speed").frequency.at(0).at(0), 1);  // at rest there are
+}
+
 TEST_F(RunTest, WhatDoesNotOscillateIsNoFrequency) {
     // Upside down: lambda^2 = mgl/J = 14.715 1/s^2, both signs.
     writeModel(makePendulum("pi", "analyses: {modes: {type: eigen, about: placed}}\n"));
