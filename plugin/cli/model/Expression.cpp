@@ -7,6 +7,7 @@
 
 #include "simflex/cli/model/ExpressionFormula.h"
 #include "simflex/cli/model/ModelError.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace cli {
@@ -21,9 +22,7 @@ const int kNumSteps = 24;
 const double kFirstStep = 0.0371, kStepRatio = 1.6;
 
 std::string writeNumber(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.9g", value);
-    return text;
+    return writeGeneral(value, 9);
 }
 
 std::string removeBlanks(const std::string& text) {

@@ -25,7 +25,7 @@ public:
 
 private:
     void addFile(const std::string& path, int depth);
-    ContentHash _first, _second;
+    DataHash _first, _second;
 };
 
 }  // namespace cli

@@ -18,6 +18,7 @@
 #include <stdexcept>
 
 #include "simflex/cli/ChildProcess.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 
 namespace simflex {
@@ -227,6 +228,9 @@ private:
         const SweepCase& one = _plan.cases[index];
         if (ftruncate(log, 0) != 0) throw std::runtime_error("cannot write a log");
         keep(index, "begun");
+        if (isFresh)  // what is there may be of another model, or other settings
+            for (const char* ending : {"", ".rows", ".checkpoint"})
+                fs::remove(getFolder(index) + "/results.h5" + ending);
         ChildSetup setup;
         setup.arguments = {
             _options.program, "run",     _plan.model.path, "-o",
@@ -286,10 +290,8 @@ private:
                                       (exitStatus == 128 + SIGKILL ? " (out of memory?)" : "")
                                 : findLastLine(log);
             keep(job.index, "failed: " + outcome.error);
-            _bar.clear();
-            if (!_options.isQuiet)
-                std::fprintf(stderr, "simflex: %s failed: %s\n",
-                             _plan.cases[job.index].folder.c_str(), outcome.error.c_str());
+            Messages::makeQuietIf(_options.isQuiet)
+                .warn(_plan.cases[job.index].folder + " failed: " + outcome.error);
         }
         _isOver[job.index] = true;
         close(job.log);
