@@ -1,0 +1,67 @@
+#!/usr/bin/python3
+"""Does every name of ours mean one thing in a process that loads all our libraries?
+
+    check_symbols.py --source . --build build/release
+
+Two libraries that define the same function: the loader takes one of them for both. Two classes of one name: their inline
+functions, vtables and type names are merged, whatever they hold.
+"""
+
+import argparse
+import collections
+import re
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("--source", type=Path, required=True)
+parser.add_argument("--build", type=Path, required=True)
+OPTIONS = parser.parse_args()
+
+
+def read_classes(text):
+    """Qualified names of the classes that are defined at namespace scope, those of unnamed namespaces left out."""
+    namespaces = []
+    pattern = r"^namespace ([\w:]*) ?\{|^(\}  // namespace.*)|^(?:class|struct|enum class|enum) (\w+)\b(?!::)[^;{()]*\{"
+    for match in re.finditer(pattern, text, re.M):
+        opened, closed, name = match.groups()
+        if opened is not None:
+            namespaces.append(opened)
+        elif closed:
+            namespaces.pop()
+        elif "" not in namespaces:
+            yield "::".join([*namespaces, name])
+
+
+class Names(unittest.TestCase):
+    maxDiff = None
+
+    def test_no_class_is_defined_twice(self):
+        places = collections.defaultdict(list)
+        for room in ("plugin", "forces", "render"):
+            for file in sorted((OPTIONS.source / room).rglob("*")):
+                if file.suffix in (".h", ".cpp"):
+                    for name in read_classes(file.read_text(encoding="utf-8")):
+                        places[name].append(str(file.relative_to(OPTIONS.source)))
+        self.assertGreater(len(places), 100)
+        self.assertEqual({name: files for name, files in places.items() if len(files) > 1}, {})
+
+    def test_no_symbol_is_defined_twice(self):
+        libraries = [file for file in (OPTIONS.build / "lib").glob("libsimflex*.so.*") if not file.is_symlink()]
+        self.assertGreaterEqual(len(libraries), 4)
+        libraries += (OPTIONS.build / "plugin").rglob("libsimflex_*.a")
+        places = collections.defaultdict(list)
+        for library in sorted(libraries):
+            dynamic = [] if library.suffix == ".a" else ["-D"]
+            for line in subprocess.run(["nm", *dynamic, "--defined-only", library], check=True, stdout=subprocess.PIPE,
+                                       text=True).stdout.splitlines():
+                words = line.split()
+                if len(words) == 3 and words[1] in "TDBR" and "7simflex" in words[2]:   # strong, of our namespace
+                    places[words[2]].append(library.name)
+        self.assertGreater(len(places), 1000)
+        self.assertEqual({name: files for name, files in places.items() if len(files) > 1}, {})
+
+
+unittest.main(argv=sys.argv[:1])
