@@ -1,12 +1,11 @@
 #include "simflex/body/StressRecovery.h"
 
-#include <omp.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <numeric>
 #include <stdexcept>
 
+#include "simflex/base/ParallelFor.h"
 #include "simflex/body/ModalMobilizer.h"
 
 namespace simflex {
@@ -50,12 +49,7 @@ void multiply(const std::vector<Number>& modes, const std::vector<int>& rows, si
             }
         }
     };
-    if (threads <= 1) {
-        for (int block = 0; block < numBlocks; ++block) multiplyBlock(block);
-        return;
-    }
-#pragma omp parallel for schedule(static) num_threads(threads)
-    for (int block = 0; block < numBlocks; ++block) multiplyBlock(block);
+    parallelFor(numBlocks, threads, multiplyBlock);
 }
 
 /** From xx yy zz xy xz yz. **/
@@ -207,9 +201,9 @@ void StressRecovery::calcPrincipalStress(const State& state, Array_<Vec3>& princ
               threads = std::max(1, std::min(std::min(omp_get_max_threads(), omp_get_num_procs()),
                                              count / kNodesOfThread));
     principal.resize(unsigned(count));
-#pragma omp parallel for schedule(static) num_threads(threads)
-    for (int k = 0; k < count; ++k)
+    parallelFor(count, threads, [&](int k) {
         principal[unsigned(k)] = calcPrincipalValues(toTensor(&m_values[6 * size_t(k)]));
+    });
 }
 
 void StressRecovery::calcDisplacements() {

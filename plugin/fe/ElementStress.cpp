@@ -1,7 +1,5 @@
 #include "ElementStress.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -10,6 +8,7 @@
 
 #include "DeckBuilder.h"
 #include "DeckVocabulary.h"
+#include "simflex/base/ParallelFor.h"
 
 namespace simflex {
 namespace {
@@ -271,13 +270,12 @@ void ElementStress::calcAtNodes(const std::vector<int>& nodes, const double* fie
     for (int first = 0; first < numGroups; first += threads) {
         reportProgress(progress, "modal stress", double(first) / numGroups);
         const int last = std::min(numGroups, first + threads);
-#pragma omp parallel for schedule(static, 1) num_threads(threads)
-        for (int group = first; group < last; ++group) {
-            const size_t field = size_t(group) * kGroup;
+        parallelFor(last - first, threads, [&](int k) {
+            const size_t field = size_t(first + k) * kGroup;
             calcGroup(rowOf, touched, numRows, fields + field * numDofs,
                       std::min(kGroup, count - int(field)), stress + 6 * numRows * field,
                       strain + 6 * numRows * field);
-        }
+        });
     }
 }
 

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "simflex/base/ParallelFor.h"
+
 namespace simflex {
 namespace {
 
@@ -115,14 +117,15 @@ public:
     }
 
 private:
+    int chooseThreads() const { return size() >= kWorthThreads ? omp_get_max_threads() : 1; }
+
     template <class Work>
     void forChunks(const Work& work) const {
         const Index numChunks = (size() + kChunk - 1) / kChunk;
-#pragma omp parallel for schedule(static) if (size() >= kWorthThreads)
-        for (Index chunk = 0; chunk < numChunks; ++chunk) {
+        parallelFor(numChunks, chooseThreads(), [&](Index chunk) {
             const Index row = chunk * kChunk;
             work(row, std::min(kChunk, size() - row));
-        }
+        });
     }
 
     template <class Work>
@@ -130,8 +133,7 @@ private:
         const Index numChunks = (size() + kChunk - 1) / kChunk,
                     numSums = std::min(kSums, numChunks);
         std::vector<MatrixXd> parts(static_cast<size_t>(numSums));
-#pragma omp parallel for schedule(static) if (size() >= kWorthThreads)
-        for (Index k = 0; k < numSums; ++k) {
+        parallelFor(numSums, chooseThreads(), [&](Index k) {
             MatrixXd part = MatrixXd::Zero(numRows, numColumns);
             const Index end = (k + 1) * numChunks / numSums;
             for (Index chunk = k * numChunks / numSums; chunk < end; ++chunk) {
@@ -139,7 +141,7 @@ private:
                 work(row, std::min(kChunk, size() - row), part);
             }
             parts[size_t(k)] = std::move(part);
-        }
+        });
         for (size_t k = 1; k < parts.size(); ++k) parts[0] += parts[k];
         return parts[0];
     }

@@ -1,5 +1,7 @@
 #include "SupernodalSolve.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <queue>
 
@@ -192,28 +194,27 @@ void SupernodalSolve::findSubtrees() {
 
 void SupernodalSolve::solveLower(double* values) {
     Row* x = reinterpret_cast<Row*>(values);
-#pragma omp parallel if (_shared)
-    {
-        Buffer below(static_cast<size_t>(_mostRows));
-#pragma omp for schedule(dynamic, 1)
-        for (size_t t = 0; t < _subtrees.size(); ++t) {
-            Subtree& subtree = _subtrees[t];
-            std::fill(subtree.above.begin(), subtree.above.end(), Row{});
-            for (Index s = subtree.first; s <= subtree.root; ++s) {
-                const int numColumns = numColumnsOf(s), numBelow = numRowsOf(s) - numColumns;
-                const Index stride = numRowsOf(s);
-                const double* L = _L.values + _L.valueStarts[s];
-                Row* own = x + _L.super[s];
-                solveTriangle(L, stride, numColumns, own);
-                std::fill_n(below.begin(), numBelow, Row{});
-                subtractProduct(L + numColumns, stride, numBelow, numColumns, own, below.data());
-                const std::int32_t* rows = _rows.data() + _L.rowStarts[s] + numColumns;
-                for (int r = 0; r < numBelow; ++r)
-                    if (rows[r] >= 0)
-                        x[rows[r]] += below[size_t(r)];
-                    else
-                        subtree.above[size_t(-1 - rows[r])] += below[size_t(r)];
-            }
+    std::vector<Buffer> buffers(size_t(_shared ? omp_get_max_threads() : 1),
+                                Buffer(size_t(_mostRows)));
+#pragma omp parallel for schedule(dynamic, 1) if (_shared)
+    for (size_t t = 0; t < _subtrees.size(); ++t) {
+        Buffer& below = buffers[size_t(omp_get_thread_num())];
+        Subtree& subtree = _subtrees[t];
+        std::fill(subtree.above.begin(), subtree.above.end(), Row{});
+        for (Index s = subtree.first; s <= subtree.root; ++s) {
+            const int numColumns = numColumnsOf(s), numBelow = numRowsOf(s) - numColumns;
+            const Index stride = numRowsOf(s);
+            const double* L = _L.values + _L.valueStarts[s];
+            Row* own = x + _L.super[s];
+            solveTriangle(L, stride, numColumns, own);
+            std::fill_n(below.begin(), numBelow, Row{});
+            subtractProduct(L + numColumns, stride, numBelow, numColumns, own, below.data());
+            const std::int32_t* rows = _rows.data() + _L.rowStarts[s] + numColumns;
+            for (int r = 0; r < numBelow; ++r)
+                if (rows[r] >= 0)
+                    x[rows[r]] += below[size_t(r)];
+                else
+                    subtree.above[size_t(-1 - rows[r])] += below[size_t(r)];
         }
     }
     for (const Subtree& subtree : _subtrees) {
@@ -276,23 +277,21 @@ void SupernodalSolve::solveUpper(double* values) {
             solveTransposedTriangle(panel + first, stride, width, own + first);
         }
     }
-#pragma omp parallel if (_shared)
-    {
-        Buffer gathered(static_cast<size_t>(_mostRows));
-#pragma omp for schedule(dynamic, 1)
-        for (size_t t = 0; t < _subtrees.size(); ++t) {
-            const Subtree& subtree = _subtrees[t];
-            for (Index s = subtree.root; s >= subtree.first; --s) {
-                const int numColumns = numColumnsOf(s), numBelow = numRowsOf(s) - numColumns;
-                const Index stride = numRowsOf(s);
-                const double* L = _L.values + _L.valueStarts[s];
-                Row* own = x + _L.super[s];
-                const Index* rows = _L.rows + _L.rowStarts[s] + numColumns;
-                for (int r = 0; r < numBelow; ++r) gathered[size_t(r)] = x[rows[r]];
-                subtractTransposed(L + numColumns, stride, numBelow, numColumns, gathered.data(),
-                                   own);
-                solveTransposedTriangle(L, stride, numColumns, own);
-            }
+    std::vector<Buffer> buffers(size_t(_shared ? omp_get_max_threads() : 1),
+                                Buffer(size_t(_mostRows)));
+#pragma omp parallel for schedule(dynamic, 1) if (_shared)
+    for (size_t t = 0; t < _subtrees.size(); ++t) {
+        Buffer& gathered = buffers[size_t(omp_get_thread_num())];
+        const Subtree& subtree = _subtrees[t];
+        for (Index s = subtree.root; s >= subtree.first; --s) {
+            const int numColumns = numColumnsOf(s), numBelow = numRowsOf(s) - numColumns;
+            const Index stride = numRowsOf(s);
+            const double* L = _L.values + _L.valueStarts[s];
+            Row* own = x + _L.super[s];
+            const Index* rows = _L.rows + _L.rowStarts[s] + numColumns;
+            for (int r = 0; r < numBelow; ++r) gathered[size_t(r)] = x[rows[r]];
+            subtractTransposed(L + numColumns, stride, numBelow, numColumns, gathered.data(), own);
+            solveTransposedTriangle(L, stride, numColumns, own);
         }
     }
 }

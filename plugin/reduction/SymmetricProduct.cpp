@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "simflex/base/ParallelFor.h"
+
 namespace simflex {
 namespace {
 
@@ -54,8 +56,8 @@ Shapes LowerTriangle::multiply(const Shapes& X) const {
     const int size = _lower.size;
     Shapes Y(X.rows(), X.cols());
     const Eigen::Index numPasses = (X.cols() + kWidth - 1) / kWidth;
-#pragma omp parallel for schedule(dynamic, 1) if (_lower.values.size() * 8 >= kWorthThreads)
-    for (Eigen::Index pass = 0; pass < numPasses; ++pass) {
+    const int threads = _lower.values.size() * 8 >= kWorthThreads ? omp_get_max_threads() : 1;
+    parallelForDynamic(numPasses, threads, [&](Eigen::Index pass) {
         const Eigen::Index first = pass * kWidth, width = std::min(kWidth, X.cols() - first);
         std::vector<Row> x(static_cast<size_t>(size)), y(static_cast<size_t>(size), Row::Zero());
         for (int row = 0; row < size; ++row) {
@@ -79,7 +81,7 @@ Shapes LowerTriangle::multiply(const Shapes& X) const {
         }
         for (int row = 0; row < size; ++row)
             for (Eigen::Index j = 0; j < width; ++j) Y(row, first + j) = y[size_t(row)][j];
-    }
+    });
     return Y;
 }
 

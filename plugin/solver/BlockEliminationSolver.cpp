@@ -7,7 +7,7 @@
 
 #include "simflex/solver/BlockFactors.h"
 #include "simflex/solver/FrontSolver.h"
-#include "simflex/solver/ParallelFor.h"
+#include "simflex/base/ParallelFor.h"
 
 namespace simflex {
 namespace {

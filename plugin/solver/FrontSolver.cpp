@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "simflex/body/Dot.h"
-#include "simflex/solver/ParallelFor.h"
+#include "simflex/base/ParallelFor.h"
 
 namespace simflex {
 

@@ -1,7 +1,7 @@
 // Time goes on: steps, event triggers, reporters and handlers in their order.
 #include <tuple>
 
-#include "simflex/solver/FlushDenormals.h"
+#include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/ImplicitIntegratorImpl.h"
 #include "simflex/solver/TriggerSearch.h"
 

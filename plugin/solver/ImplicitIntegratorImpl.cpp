@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "simflex/solver/FailureDiagnosis.h"
-#include "simflex/solver/FlushDenormals.h"
+#include "simflex/base/FlushDenormals.h"
 
 namespace simflex {
 

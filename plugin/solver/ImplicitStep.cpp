@@ -7,7 +7,7 @@
 #include "simflex/body/Chunk.h"
 #include "simflex/solver/Checkpoint.h"
 #include "simflex/solver/FailureDiagnosis.h"
-#include "simflex/solver/FlushDenormals.h"
+#include "simflex/base/FlushDenormals.h"
 
 namespace simflex {
 namespace {

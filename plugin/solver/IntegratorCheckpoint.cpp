@@ -5,7 +5,7 @@
 
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/Checkpoint.h"
-#include "simflex/solver/FlushDenormals.h"
+#include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/ImplicitIntegratorImpl.h"
 
 namespace simflex {

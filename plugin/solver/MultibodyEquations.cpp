@@ -6,7 +6,7 @@
 
 #include "simflex/solver/Checkpoint.h"
 #include "simflex/solver/FlexibleBlock.h"
-#include "simflex/solver/ParallelFor.h"
+#include "simflex/base/ParallelFor.h"
 #include "simflex/solver/RigidTree.h"
 
 namespace simflex {

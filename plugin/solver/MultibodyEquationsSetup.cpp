@@ -8,7 +8,7 @@
 #include <typeinfo>
 
 #include "simflex/solver/FlexibleBlock.h"
-#include "simflex/solver/ParallelFor.h"
+#include "simflex/base/ParallelFor.h"
 #include "simflex/solver/RigidTree.h"
 #include "simflex/solver/TangentMatrices.h"
 

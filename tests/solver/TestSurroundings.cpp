@@ -8,8 +8,8 @@
 
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/FlushDenormals.h"
-#include "simflex/solver/ParallelFor.h"
+#include "simflex/base/FlushDenormals.h"
+#include "simflex/base/ParallelFor.h"
 #include "simflex/solver/ThreadChoice.h"
 
 namespace simflex {

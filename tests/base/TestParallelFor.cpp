@@ -1,0 +1,69 @@
+/** @file
+What parallel loops do when their passes throw. **/
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "simflex/base/ParallelFor.h"
+
+using namespace simflex;
+
+namespace {
+
+/** The pass whose exception comes out; −1: none. **/
+template <class Loop>
+int findThrown(const Loop& loop, int threads, const std::vector<int>& throwing) {
+    try {
+        loop(1000, threads, [&](int i) {
+            for (int pass : throwing)
+                if (i == pass) throw std::runtime_error(std::to_string(i));
+        });
+    } catch (const std::runtime_error& error) {
+        return std::stoi(error.what());
+    }
+    return -1;
+}
+
+const auto kEqualShares = [](int count, int threads, const auto& body) {
+    parallelFor(count, threads, body);
+};
+const auto kNextOne = [](int count, int threads, const auto& body) {
+    parallelForDynamic(count, threads, body);
+};
+
+}  // namespace
+
+TEST(ParallelFor, TheFirstExceptionComesOutForAnyNumberOfThreads) {
+    for (int threads : {1, 2, 3, 8})
+        for (int repeat = 0; repeat < 50; ++repeat) {
+            EXPECT_EQ(findThrown(kEqualShares, threads, {}), -1);
+            EXPECT_EQ(findThrown(kEqualShares, threads, {999}), 999);
+            EXPECT_EQ(findThrown(kEqualShares, threads, {900, 501, 130, 700}), 130);
+            EXPECT_EQ(findThrown(kNextOne, threads, {900, 501, 130, 131}), 130);
+        }
+}
+
+TEST(ParallelFor, AllPassesBeforeTheOneThatThrowsHaveRun) {
+    for (int threads : {1, 2, 8}) {
+        std::vector<int> hasRun(1000, 0);
+        EXPECT_THROW(parallelFor(1000, threads,
+                                 [&](int i) {
+                                     if (i == 700) throw std::runtime_error("stop");
+                                     hasRun[size_t(i)] = 1;
+                                 }),
+                     std::runtime_error);
+        for (int i = 0; i < 700; ++i) EXPECT_EQ(hasRun[size_t(i)], 1) << i;
+    }
+}
+
+TEST(ParallelFor, LoopsAfterAnExceptionRunAsBefore) {
+    for (int repeat = 0; repeat < 20; ++repeat) {
+        EXPECT_EQ(findThrown(kEqualShares, 4, {3, 500}), 3);
+        std::vector<int> squares(1000, 0);
+        parallelFor(1000, 4, [&](int i) { squares[size_t(i)] = i * i; });
+        for (int i = 0; i < 1000; ++i) ASSERT_EQ(squares[size_t(i)], i * i);
+    }
+}
