@@ -111,9 +111,9 @@ std::vector<FacePoint> makeFacePoints(const MeshFace& face) {
 
 /** Nodal forces of a load per area on the faces of a set; `loadOf` gives the force of an area
  * vector (outward normal times area). **/
-LoadShape integrate(const ReducedBody& part, const std::string& nodeSet,
+LoadShape integrate(const ReducedBody& part, std::vector<int> set, const std::string& name,
                     const std::function<Vec3(const Vec3& area)>& loadOf) {
-    const std::vector<int>& set = getNodeSet(part, nodeSet);
+    std::sort(set.begin(), set.end());
     const auto isIn = [&](int node) {
         return node < 0 || std::binary_search(set.begin(), set.end(), node);
     };
@@ -141,11 +141,16 @@ LoadShape integrate(const ReducedBody& part, const std::string& nodeSet,
         }
     }
     if (isEmpty)
-        throw std::invalid_argument("node set '" + nodeSet + "' of part '" + part.name +
+        throw std::invalid_argument(name + " of part '" + part.name +
                                     "' holds no whole element face of the part's skin");
     std::vector<int> all(forces.size());
     for (size_t k = 0; k < all.size(); ++k) all[k] = int(k);
     return LoadShape::fromNodalForces(part, all, forces);
+}
+
+/** Of a pressure of 1 Pa. **/
+Vec3 calcPush(const Vec3& area) {
+    return -area;
 }
 
 }  // namespace
@@ -188,19 +193,33 @@ LoadShape LoadShape::fromNodalForces(const ReducedBody& part, const std::vector<
 
 LoadShape LoadShape::nodeSetForce(const ReducedBody& part, const std::string& nodeSet,
                                   const Vec3& force) {
-    const std::vector<int>& nodes = getNodeSet(part, nodeSet);
+    return nodeForce(part, getNodeSet(part, nodeSet), force);
+}
+
+LoadShape LoadShape::nodeForce(const ReducedBody& part, const std::vector<int>& nodes,
+                               const Vec3& force) {
     return fromNodalForces(part, nodes,
                            std::vector<Vec3>(nodes.size(), force / Real(nodes.size())));
 }
 
 LoadShape LoadShape::pressure(const ReducedBody& part, const std::string& nodeSet) {
-    return integrate(part, nodeSet, [](const Vec3& area) { return -area; });
+    return integrate(part, getNodeSet(part, nodeSet), "node set '" + nodeSet + "'", calcPush);
+}
+
+LoadShape LoadShape::pressure(const ReducedBody& part, const std::vector<int>& nodes) {
+    return integrate(part, nodes, "the list of nodes", calcPush);
 }
 
 LoadShape LoadShape::traction(const ReducedBody& part, const std::string& nodeSet,
                               const Vec3& forcePerArea) {
-    return integrate(part, nodeSet,
-                     [forcePerArea](const Vec3& area) { return area.norm() * forcePerArea; });
+    return integrate(part, getNodeSet(part, nodeSet), "node set '" + nodeSet + "'",
+                     [&](const Vec3& area) { return area.norm() * forcePerArea; });
+}
+
+LoadShape LoadShape::traction(const ReducedBody& part, const std::vector<int>& nodes,
+                              const Vec3& forcePerArea) {
+    return integrate(part, nodes, "the list of nodes",
+                     [&](const Vec3& area) { return area.norm() * forcePerArea; });
 }
 
 }  // namespace simflex

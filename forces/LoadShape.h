@@ -38,6 +38,15 @@ struct LoadShape {
     static LoadShape nodeSetForce(const ReducedBody& part, const std::string& nodeSet,
                                   const SimTK::Vec3& force);
 
+    /** @name The same as for sets, for nodes by mesh index **/
+    /**@{**/
+    static LoadShape nodeForce(const ReducedBody& part, const std::vector<int>& nodes,
+                               const SimTK::Vec3& force);
+    static LoadShape pressure(const ReducedBody& part, const std::vector<int>& nodes);
+    static LoadShape traction(const ReducedBody& part, const std::vector<int>& nodes,
+                              const SimTK::Vec3& forcePerArea);
+    /**@}**/
+
     /** Pressure of 1 Pa onto the skin's element faces whose nodes are all in a set: it pushes
     inwards. Integrated with the elements' shape functions.
     @throws std::out_of_range that names the set, std::invalid_argument if no face lies in it. **/

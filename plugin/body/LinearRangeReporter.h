@@ -33,6 +33,11 @@ public:
 
     void handleEvent(const SimTK::State& state) const override;
 
+    /** What it has told already: number of the body, and whether an interface was turned; for runs
+    that go on later. **/
+    const std::set<std::pair<int, bool>>& getWarned() const { return m_warned; }
+    void setWarned(const std::set<std::pair<int, bool>>& warned) { m_warned = warned; }
+
 private:
     void warnOnce(int body, bool isRotation, const std::string& message) const;
 

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -55,14 +56,10 @@ std::string makeFrameName(const std::string& body, int frame) {
     return body + number;
 }
 
-/** The shortest text that reads back to the same number. **/
+/** The shortest text that reads back to the same number, in any locale. **/
 std::string formatExactly(Real value) {
     char text[40];
-    for (const int digits : {15, 16, 17}) {
-        std::snprintf(text, sizeof text, "%.*g", digits, value);
-        if (std::strtod(text, nullptr) == value) break;
-    }
-    return text;
+    return std::string(text, std::to_chars(text, text + sizeof text, double(value)).ptr);
 }
 
 void writeFrame(const std::string& path, const FlexibleBody& body, const State& state) {

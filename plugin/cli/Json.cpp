@@ -1,4 +1,5 @@
 #include "simflex/cli/Json.h"
+#include "simflex/part/NumberText.h"
 
 #include <cmath>
 #include <cstdio>
@@ -44,9 +45,7 @@ std::string JsonWriter::quoted(const std::string& value) {
 
 std::string JsonWriter::number(double value) {
     if (!std::isfinite(value)) return "null";  // JSON has no other word for it
-    char text[32];
-    std::snprintf(text, sizeof text, "%.17g", value);
-    return text;
+    return writeGeneral(value);
 }
 
 }  // namespace cli

@@ -28,6 +28,11 @@ public:
         put(key, "[" + list + "]");
     }
     void add(const std::string& key, const char* value) { add(key, std::string(value)); }
+    void add(const std::string& key, const std::vector<std::string>& texts) {
+        std::string list;
+        for (const std::string& text : texts) list += (list.empty() ? "" : ", ") + quoted(text);
+        put(key, "[" + list + "]");
+    }
 
     const std::string& text() const { return _text; }
 

@@ -13,6 +13,7 @@ namespace cli {
 namespace {
 
 volatile sig_atomic_t interrupted = 0;
+bool isOnLine = false;  // a bar, on the terminal's last line
 constexpr auto kRedraw = std::chrono::milliseconds(100);
 constexpr auto kNextLine = std::chrono::seconds(10);  // where there is no terminal
 constexpr double kFirstGuess = 0.03;  // of what is to do: done before the time left means anything
@@ -52,11 +53,11 @@ ProgressBar::~ProgressBar() {
     clear();
 }
 
-void ProgressBar::clear() {
-    if (!_onLine) return;
+void ProgressBar::clearLine() {
+    if (!isOnLine) return;
     std::fputs("\r\033[K", stderr);
     std::fflush(stderr);
-    _onLine = false;
+    isOnLine = false;
 }
 
 bool ProgressBar::show(const std::string& phase, double fraction,
@@ -128,7 +129,7 @@ void ProgressBar::draw(double fraction, const std::string& status) {
         line.resize(size_t(size.ws_col - 1));
     std::fprintf(stderr, "\r\033[K%s", line.c_str());
     std::fflush(stderr);
-    _onLine = true;
+    isOnLine = true;
 }
 
 }  // namespace cli

@@ -31,7 +31,9 @@ public:
     static double calcTimeLeft(double elapsed, double doneBefore, double done);
 
     /** Takes the bar off the line, so that other text can be written. **/
-    void clear();
+    void clear() { clearLine(); }
+    /** The same for whichever bar is on it. **/
+    static void clearLine();
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -45,7 +47,6 @@ private:
     std::string _phase;
     Clock::time_point _started, _drawn;
     double _doneBefore = -1;  ///< part of the whole at the first show(); negative: not shown yet
-    bool _onLine = false;
 };
 
 /** Makes Ctrl-C (and a polite kill) set a flag instead of ending the program at once. A second

@@ -18,6 +18,7 @@ void assembleByCalculix(const DeckModel& deck, const std::string& program,
     const TemporaryFolder folder;
     {
         std::ofstream out(folder.path() / (job + ".inp"));
+        out.imbue(std::locale::classic());
         deck.writeClean(out);
         if (!out.flush())
             throw std::runtime_error("cannot write to " + folder.path().string() +
@@ -58,8 +59,8 @@ void getMatrix(CheckpointReader& in, SymmetricMatrix& A) {
 }
 
 /** Of all in the deck that the matrices depend on. **/
-ContentHash hashCards(const std::vector<DeckCard>& cards) {
-    ContentHash hash;
+DataHash hashCards(const std::vector<DeckCard>& cards) {
+    DataHash hash;
     for (const DeckCard& card : cards) {
         hash.add(card.keyword);
         for (const auto& [parameter, value] : card.parameters) hash.add(parameter + "=" + value);
@@ -74,11 +75,13 @@ ContentHash hashCards(const std::vector<DeckCard>& cards) {
 FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options) {
     reportProgress(options.progress, "reading the deck", 0);
     std::vector<DeckCard> cards = readDeckCards(path);
-    ContentHash hash;
+    DataHash hash;
     if (options.checkpoint) hash = hashCards(cards);
     DeckModel deck = buildDeckModel(path, std::move(cards));
     if (options.note)
         for (const std::string& note : deck.notes) options.note(note);
+    if (options.warn)
+        for (const std::string& warning : deck.warnings) options.warn(warning);
 
     const std::string program = chooseCalculixProgram(options.program);
     FeModel model;
@@ -88,6 +91,7 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     model.mesh = deck.mesh;
     model.constraints = deck.constraints;
     model.notes = deck.notes;
+    model.warnings = deck.warnings;
 
     try {
         if (!options.checkpoint ||

@@ -44,9 +44,9 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
 #include <functional>
 #include <string>
 
-#include "simflex/fe/Checkpoint.h"
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/Progress.h"
+#include "simflex/fe/Checkpoint.h"
 
 namespace simflex {
 
@@ -55,9 +55,11 @@ struct CalculixOptions {
     std::string program;
     /** Called with each thing left out or changed; FeModel::notes holds them too. **/
     std::function<void(const std::string&)> note;
+    /** The same with FeModel::warnings: never to be hidden. **/
+    std::function<void(const std::string&)> warn;
     ProgressCallback progress;
     /** If not null, the matrices are kept there, and taken from there if they are of this deck. **/
-    const Checkpoint* checkpoint = nullptr;
+    const ReductionCheckpoint* checkpoint = nullptr;
 };
 
 /** Reads a deck and assembles its matrices with ccx. Temporary files go to $TMPDIR (else /tmp) and

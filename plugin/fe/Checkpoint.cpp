@@ -20,7 +20,7 @@ using File = std::unique_ptr<std::FILE, FileCloser>;
 
 }  // namespace
 
-void ContentHash::add(const void* bytes, size_t size) {
+void DataHash::add(const void* bytes, size_t size) {
     constexpr std::uint64_t kPrime = 0x9fb21c651e98df25u;
     const char* at = static_cast<const char*>(bytes);
     std::uint64_t state = _state ^ (size * kPrime);
@@ -36,7 +36,7 @@ void ContentHash::add(const void* bytes, size_t size) {
     _state = state ^ (state >> 32);
 }
 
-void ContentHash::add(const std::string& text) {
+void DataHash::add(const std::string& text) {
     add(text.data(), text.size());
 }
 
@@ -58,12 +58,12 @@ void CheckpointReader::get(void* bytes, size_t size) {
     _hash.add(bytes, size);
 }
 
-Checkpoint::Checkpoint(std::string folder, double worthSeconds,
-                       std::function<void(const std::string&)> note)
+ReductionCheckpoint::ReductionCheckpoint(std::string folder, double worthSeconds,
+                                         std::function<void(const std::string&)> note)
     : _folder(std::move(folder)), _worthSeconds(worthSeconds), _note(std::move(note)) {}
 
-bool Checkpoint::load(const std::string& name, std::uint64_t key,
-                      const std::function<void(CheckpointReader&)>& read) const {
+bool ReductionCheckpoint::load(const std::string& name, std::uint64_t key,
+                               const std::function<void(CheckpointReader&)>& read) const {
     const std::string path = pathOf(name);
     const File file(std::fopen(path.c_str(), "rbe"));
     if (!file) return false;
@@ -97,8 +97,8 @@ bool Checkpoint::load(const std::string& name, std::uint64_t key,
     return true;
 }
 
-void Checkpoint::save(const std::string& name, std::uint64_t key, double seconds,
-                      const std::function<void(CheckpointWriter&)>& write) const {
+void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, double seconds,
+                               const std::function<void(CheckpointWriter&)>& write) const {
     if (seconds < _worthSeconds) return;
     const std::string path = pathOf(name), temporary = path + kEnding;
     std::error_code ignored;
@@ -124,7 +124,7 @@ void Checkpoint::save(const std::string& name, std::uint64_t key, double seconds
     }
 }
 
-void Checkpoint::remove() const {
+void ReductionCheckpoint::remove() const {
     std::error_code ignored;
     if (!fs::is_directory(_folder, ignored)) return;
     // Only what a checkpoint writes: the name may be someone's folder.

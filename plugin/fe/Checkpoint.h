@@ -6,7 +6,7 @@ Each result is a file of its own, written under another name and renamed when it
 key (a hash of all that the result depends on) and a checksum. A file with another key, or a damaged
 one, counts as none.
 
-    Checkpoint checkpoint("crank.h5.resume");
+    ReductionCheckpoint checkpoint("crank.h5.resume");
     if (!checkpoint.load("modes", key, [&](CheckpointReader& in) { in.get(modes); })) {
         modes = calcModes();
         checkpoint.save("modes", key, seconds, [&](CheckpointWriter& out) { out.put(modes); });
@@ -26,7 +26,7 @@ one, counts as none.
 namespace simflex {
 
 /** A hash of numbers and texts in their order, not of their addresses. **/
-class ContentHash {
+class DataHash {
 public:
     void add(const void* bytes, size_t size);
     void add(const std::string& text);
@@ -55,9 +55,9 @@ public:
     }
 
 private:
-    friend class Checkpoint;
+    friend class ReductionCheckpoint;
     std::FILE* _file = nullptr;
-    ContentHash _hash;
+    DataHash _hash;
 };
 
 class CheckpointReader {
@@ -77,19 +77,19 @@ public:
     void checkLeft(std::uint64_t count, size_t elementSize) const;
 
 private:
-    friend class Checkpoint;
+    friend class ReductionCheckpoint;
     std::FILE* _file = nullptr;
     std::uint64_t _left = 0;
-    ContentHash _hash;
+    DataHash _hash;
 };
 
-class Checkpoint {
+class ReductionCheckpoint {
 public:
     /** @param folder  made with the first result.
     @param worthSeconds  a result that took less is not kept.
     @param note  is told what was resumed and what could not be. **/
-    explicit Checkpoint(std::string folder, double worthSeconds = 5,
-                        std::function<void(const std::string&)> note = {});
+    explicit ReductionCheckpoint(std::string folder, double worthSeconds = 5,
+                                 std::function<void(const std::string&)> note = {});
 
     /** @returns false if there is no such result. What `read` has set by then must be made anew.
      * **/

@@ -20,6 +20,7 @@
 #include "ElasticLaw.h"
 #include "ElementShapes.h"
 #include "ThinSections.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace {
@@ -156,9 +157,8 @@ private:
         for (DeckLine& data : card.data)
             for (std::string& field : data.fields) {
                 if (field.size() <= kLongestField || !isDeckNumber(field)) continue;
-                char text[40];
-                std::snprintf(text, sizeof text, "%.13E",
-                              parseDeckNumber(field, card.where(data.line)));
+                const std::string text =
+                    writeFortran(parseDeckNumber(field, card.where(data.line)), 13);
                 _model.notes.push_back(card.where(data.line) + "'" + field +
                                        "' has more than the 20 "
                                        "characters that ccx reads; used as " +

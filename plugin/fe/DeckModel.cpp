@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "BeamMatrices.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace {
@@ -26,12 +27,10 @@ bool DeckModel::isForCalculix() const {
 
 void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
     out << "*NODE\n";
-    char text[128];
     for (int node = 0; node < mesh.numNodes(); ++node) {
-        const auto x = mesh.position(node);
-        std::snprintf(text, sizeof text, "%d,%.13E,%.13E,%.13E\n", mesh.nodeNumbers[node], x[0],
-                      x[1], x[2]);
-        out << text;
+        out << mesh.nodeNumbers[node];
+        for (const double x : mesh.position(node)) out << ',' << writeFortran(x, 13);
+        out << '\n';
     }
     for (const auto& [type, elements] : solids) {
         if (elements.empty() || leftOut.count(elements.front().number)) continue;

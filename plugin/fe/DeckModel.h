@@ -28,7 +28,8 @@ struct DeckModel {
     NodalConstraints constraints;                         ///< what ties nodes to each other
     std::vector<DeckCard> materials;                      ///< *MATERIAL with its properties
     std::vector<DeckCard> sections;                       ///< *ORIENTATION, *SOLID SECTION
-    std::vector<std::string> notes;                       ///< what was left out or changed
+    std::vector<std::string> notes;                       ///< see FeModel
+    std::vector<std::string> warnings;                    ///< see FeModel
 
     /** Writes nodes, elements, sets, materials and sections; the solids of B32R beams as C3D20. No
     field is longer than the 20 characters that ccx reads. **/

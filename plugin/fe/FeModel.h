@@ -66,7 +66,9 @@ struct FeModel {
     SymmetricMatrix K;               ///< 3·numNodes, dof = 3·node + axis [N/m]
     SymmetricMatrix m;               ///< numNodes, M = m ⊗ 1₃ [kg]
     NodalConstraints constraints;    ///< what ties nodes to each other; K and m are without them
-    std::vector<std::string> notes;  ///< what the reader left out or changed, for people
+    std::vector<std::string> notes;  ///< what the reader left out or changed without consequence
+    /** What may change K, M or the meaning of a result; a part made of the model keeps them. **/
+    std::vector<std::string> warnings;
 
     /** Total mass [kg]: the sum of all entries of m. **/
     double calcMass() const;

@@ -15,6 +15,8 @@
 #include "DeckBuilder.h"
 #include "DeckVocabulary.h"
 #include "SolidElements.h"
+#include "simflex/part/NumberText.h"
+#include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace {
@@ -78,14 +80,12 @@ std::string makeSupports(const Mesh& mesh) {
 
 /** Numbers as ccx reads them, at most 20 characters each. **/
 void writeLoads(std::ostream& out, const Mesh& mesh, const PrestressLoad& load) {
-    char text[64];
     for (int node = 0; node < mesh.numNodes(); ++node)
         for (int axis = 0; axis < 3; ++axis) {
             const double force = load.force[3 * size_t(node) + size_t(axis)];
             if (force == 0) continue;
-            std::snprintf(text, sizeof text, "%d,%d,%.12E\n", mesh.nodeNumbers[size_t(node)],
-                          axis + 1, force);
-            out << text;
+            out << mesh.nodeNumbers[size_t(node)] << ',' << axis + 1 << ','
+                << writeFortran(force, 12) << '\n';
         }
 }
 
@@ -149,10 +149,11 @@ using Stress = std::array<double, 6>;
 /** One of CalculiX's numbers of 14 characters; below 1e-99 it leaves out the E. **/
 double readField(const std::string& line, size_t at) {
     const std::string field = line.substr(at, 14);
-    char* end = nullptr;
-    const double value = std::strtod(field.c_str(), &end);
-    if (*end == '-') return 0;
-    if (end == field.c_str() || *end != 0 || !std::isfinite(value))
+    double value = 0;
+    const size_t sign = field.rfind('-');
+    if (sign != std::string::npos && sign > 0 && std::isdigit((unsigned char)(field[sign - 1])))
+        return 0;
+    if (!readNumber(trimBlanks(field), value))
         throw std::runtime_error("CalculiX wrote the stress '" + field + "', which is no number");
     return value;
 }
@@ -237,6 +238,7 @@ void calcGeometricStiffness(const FeModel& model, const std::vector<PrestressLoa
     const auto start = [&](Run& run, int index) {
         run.load = index;
         std::ofstream out(run.folder.path() / (std::string(kJob) + ".inp"));
+        out.imbue(std::locale::classic());
         deck.writeModel(out);
         out << "*ELSET, ELSET=" << kElements << "\n";
         for (const auto& element : elements.elements) out << element.number << ",\n";

@@ -16,6 +16,7 @@
 #include "InpCards.h"
 #include "ProgramRun.h"
 #include "simflex/base/Sandbox.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace {
@@ -28,9 +29,7 @@ constexpr size_t kMostScripts = 1000;  ///< that one includes
 constexpr double kMillimetre = 1e-3;
 
 std::string number(double value) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.13E", value);
-    return text;
+    return writeFortran(value, 13);
 }
 
 std::string suffixOf(const std::string& path) {
@@ -209,6 +208,7 @@ std::string chooseType(const std::string& type) {
 void writeDeck(const std::string& path, const fs::path& mesh, const Material& material,
                const fs::path& deck) {
     std::ofstream out(deck);
+    out.imbue(std::locale::classic());
     std::set<std::string> types;
     for (DeckCard& card : readDeckCards(mesh.string())) {
         if (card.keyword == "ELEMENT") {
@@ -292,10 +292,10 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
     if (options.calculix.note) options.calculix.note(text);
     for (const ElementBlock& block : model.mesh.elements)
         if (block.type == ElementType::Tet4 || block.type == ElementType::Wedge6) {
-            const std::string note =
+            const std::string warning =
                 "linear tetrahedra and wedges are far too stiff in bending: use order 2";
-            model.notes.push_back(note);
-            if (options.calculix.note) options.calculix.note(note);
+            model.warnings.push_back(warning);
+            if (options.calculix.warn) options.calculix.warn(warning);
         }
     return model;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "NodeTable.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace {
@@ -171,8 +172,8 @@ void writeMatrix(const std::string& path, const SymmetricMatrix& A, int copies) 
         for (int axis = 0; axis < copies; ++axis)
             for (auto k = A.columnStarts[size_t(column)]; k < A.columnStarts[size_t(column) + 1];
                  ++k)
-                std::fprintf(out, "%d %d %.17g\n", copies * A.rows[size_t(k)] + axis + 1,
-                             copies * column + axis + 1, A.values[size_t(k)]);
+                std::fprintf(out, "%d %d %s\n", copies * A.rows[size_t(k)] + axis + 1,
+                             copies * column + axis + 1, writeGeneral(A.values[size_t(k)]).c_str());
     out.close();
 }
 
@@ -201,8 +202,9 @@ void writeMesh(const std::string& path, const Mesh& mesh) {
     std::fprintf(out, "*NODE\n");
     for (int node = 0; node < mesh.numNodes(); ++node) {
         const auto x = mesh.position(node);
-        std::fprintf(out, "%d, %.17g, %.17g, %.17g\n", mesh.nodeNumbers[size_t(node)], x[0], x[1],
-                     x[2]);
+        std::fprintf(out, "%d, %s, %s, %s\n", mesh.nodeNumbers[size_t(node)],
+                     writeGeneral(x[0]).c_str(), writeGeneral(x[1]).c_str(),
+                     writeGeneral(x[2]).c_str());
     }
     int element = 0;
     for (const ElementBlock& block : mesh.elements) {

@@ -107,11 +107,16 @@ FeModel readModelSource(const SourceOptions& options) {
     FeModel model = readKind(options, kind);
     // Decks have told their notes before CalculiX ran.
     const bool isTold = kind == Kind::Deck || kind == Kind::Gmsh;
-    const size_t numTold = isTold ? model.notes.size() : 0;
+    const size_t numNotes = isTold ? model.notes.size() : 0,
+                 numWarnings = isTold ? model.warnings.size() : 0;
     if (units.name != "m-kg-s") convertToSI(model, units);
-    for (std::string& warning : checkUnits(model)) model.notes.push_back(std::move(warning));
+    for (std::string& warning : checkUnits(model)) model.warnings.push_back(std::move(warning));
     if (options.calculix.note)
-        for (size_t k = numTold; k < model.notes.size(); ++k) options.calculix.note(model.notes[k]);
+        for (size_t k = numNotes; k < model.notes.size(); ++k)
+            options.calculix.note(model.notes[k]);
+    if (options.calculix.warn)
+        for (size_t k = numWarnings; k < model.warnings.size(); ++k)
+            options.calculix.warn(model.warnings[k]);
     return model;
 }
 

@@ -33,7 +33,8 @@ struct SourceOptions {
 (geometric stiffness, stress) after the matrices. **/
 bool isCalculixDeck(const SourceOptions& options);
 
-/** Reads, converts and checks. Notes go to options.calculix.note and FeModel::notes.
+/** Reads, converts and checks. Notes go to options.calculix.note and FeModel::notes, warnings
+to options.calculix.warn and FeModel::warnings.
 @throws std::invalid_argument for a file of unknown kind, an option that is missing or does not
 belong to it; otherwise as the reader it calls. **/
 FeModel readModelSource(const SourceOptions& options);

@@ -1,4 +1,5 @@
 #include "simflex/fe/NodeSelection.h"
+#include "simflex/part/TextLines.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -50,16 +51,15 @@ std::string listNodeSets(const Mesh& mesh) {
 std::vector<double> parseNumbers(const std::string& selection, size_t colon,
                                  const std::vector<size_t>& counts, const char* form) {
     std::vector<double> numbers;
-    const char* at = selection.c_str() + colon;
-    do {
-        char* end = nullptr;
-        const double value = std::strtod(at + 1, &end);
-        if (end == at + 1 || !std::isfinite(value))
+    for (size_t at = colon; at < selection.size();) {
+        const size_t end = std::min(selection.find(',', at + 1), selection.size());
+        numbers.push_back(0);
+        if (!readNumber(trimBlanks(std::string_view(selection).substr(at + 1, end - at - 1)),
+                        numbers.back()))
             refuse(selection, std::string("is not of the form ") + form);
-        numbers.push_back(value);
         at = end;
-    } while (*at == ',');
-    if (*at || std::find(counts.begin(), counts.end(), numbers.size()) == counts.end())
+    }
+    if (std::find(counts.begin(), counts.end(), numbers.size()) == counts.end())
         refuse(selection, std::string("is not of the form ") + form);
     return numbers;
 }

@@ -1,5 +1,6 @@
 #include "Hdf5.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace simflex {
@@ -144,6 +145,41 @@ std::string readText(hid_t object, const std::string& name) {
     check(H5Aread(attribute, stored, value.data()), "read '" + name + "'");
     value.resize(value.find('\0'));
     return value;
+}
+
+void writeTexts(hid_t parent, const std::string& name, const std::vector<std::string>& texts) {
+    size_t width = 1;
+    for (const std::string& text : texts) width = std::max(width, text.size());
+    std::string joined;
+    joined.reserve(width * texts.size());
+    for (const std::string& text : texts) joined.append(text).append(width - text.size(), '\0');
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "describe '" + name + "'");
+    check(H5Tset_size(type, width), "describe '" + name + "'");
+    check(H5Tset_strpad(type, H5T_STR_NULLPAD), "describe '" + name + "'");
+    check(H5Tset_cset(type, H5T_CSET_UTF8), "describe '" + name + "'");
+    writeAny(parent, name, {texts.size()}, type, type, joined.data());
+}
+
+std::vector<std::string> readTexts(hid_t parent, const std::string& name) {
+    const Handle data(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open '" + name + "'");
+    const Handle space(H5Dget_space(data), H5Sclose, "read the shape of '" + name + "'");
+    const Handle type(H5Dget_type(data), H5Tclose, "read the type of '" + name + "'");
+    const size_t width = H5Tget_size(type);
+    const hssize_t count = H5Sget_simple_extent_npoints(space);
+    if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0 || width == 0 || count < 0)
+        throw std::runtime_error("'" + name + "' holds no texts");
+    if (double(H5Dget_storage_size(data)) < double(count) * double(width))
+        throw std::runtime_error("'" + name + "' claims more texts than the file holds");
+    std::string joined(size_t(count) * width, '\0');
+    if (count > 0)
+        check(H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, joined.data()),
+              "read '" + name + "'");
+    std::vector<std::string> texts;
+    for (size_t k = 0; k < size_t(count); ++k) {
+        texts.push_back(joined.substr(k * width, width));
+        texts.back().resize(std::min(texts.back().find('\0'), width));
+    }
+    return texts;
 }
 
 void writeInteger(hid_t object, const std::string& name, int value) {

@@ -57,6 +57,10 @@ std::string readText(hid_t object, const std::string& name);
 void writeInteger(hid_t object, const std::string& name, int value);
 int readInteger(hid_t object, const std::string& name);
 
+/** Texts as a data set, of any number and length, each as long as the longest. **/
+void writeTexts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
+std::vector<std::string> readTexts(hid_t parent, const std::string& name);
+
 void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
            const double* values);
 void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
@@ -54,9 +55,8 @@ public:
         line("** RECORD GROUP " + std::to_string(number) + ", " + what);
     }
     void number(double value, char after) {
-        char field[40];
-        std::snprintf(field, sizeof field, "%.16e%c", value, after);
-        _text += field;
+        _text += writeScientific(value, 16);
+        _text += after;
     }
     /** One row a line. **/
     template <class Matrix>
@@ -482,7 +482,7 @@ void writeMbdynFem(const std::string& path, const ReducedBody& body, ExchangeNod
 }
 
 ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options,
-                         std::vector<std::string>* notes) {
+                         std::vector<std::string>* notes, std::vector<std::string>* warnings) {
     const FemFile file(path);
     const auto& header = file.get(1, "header", 5);
     const int numNodes = file.toCount(1, header[0], "a number of nodes of", 1, kMostNodes);
@@ -602,15 +602,14 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
         interface.nodes = {node};
         body.interfaces.push_back(std::move(interface));
     }
-    if (notes) {
+    if (warnings)
         for (const auto& [group, what] : {std::pair(3, "initial modal displacements"),
                                           {4, "initial modal velocities"},
                                           {13, "the modal damping matrix"},
                                           {19, "the stress stiffening matrices"}})
-            if (file.has(group)) notes->push_back(std::string("left out ") + what);
-        if (numModes < n)
-            notes->push_back("left out " + std::to_string(n - numModes) + " rigid modes");
-    }
+            if (file.has(group)) warnings->push_back(std::string("left out ") + what);
+    if (notes && numModes < n)
+        notes->push_back("left out " + std::to_string(n - numModes) + " rigid modes");
     try {
         body.validate();
     } catch (const std::invalid_argument& error) {

@@ -49,12 +49,14 @@ struct MbdynFemOptions {
 };
 
 /** Reads a part. Its mesh has nodes without elements.
-@param notes  if not null, receives what was left out.
+@param notes  if not null, receives what was left out without consequence.
+@param warnings  if not null, receives what was left out that motions depend on.
 @throws std::runtime_error if the file cannot be read.
 @throws std::invalid_argument naming file, line, what is wrong and what to do: record groups that
 are missing or of the wrong size, masses that differ between directions, rotary inertia, an
 interface node without rotations. **/
 ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options = {},
-                         std::vector<std::string>* notes = nullptr);
+                         std::vector<std::string>* notes = nullptr,
+                         std::vector<std::string>* warnings = nullptr);
 
 }  // namespace simflex

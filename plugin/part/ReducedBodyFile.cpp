@@ -8,6 +8,7 @@
 
 #include "FileChecksum.h"
 #include "Hdf5.h"
+#include "PartWarnings.h"
 
 namespace simflex {
 namespace {
@@ -289,6 +290,11 @@ ReducedBody readBody(hid_t file) {
 }  // namespace
 
 void writeReducedBody(const std::string& path, const ReducedBody& body) {
+    writeReducedBody(path, body, {});
+}
+
+void writeReducedBody(const std::string& path, const ReducedBody& body,
+                      const std::vector<std::string>& warnings) {
     body.validate();
     const hdf5::Quiet quiet;
     const std::string temporary = path + ".part-" + std::to_string(getpid());
@@ -297,6 +303,7 @@ void writeReducedBody(const std::string& path, const ReducedBody& body) {
         {
             const auto file = hdf5::createFile(temporary);
             writeBody(file, body);
+            if (!warnings.empty()) hdf5::writeTexts(file, "warnings", warnings);
             if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)
                 throw std::runtime_error("cannot write all of it; is the disk full?");
         }
@@ -308,13 +315,17 @@ void writeReducedBody(const std::string& path, const ReducedBody& body) {
     unfinished.path.clear();
 }
 
-ReducedBody readReducedBody(const std::string& path) {
+namespace {
+
+/** What `read` makes of the open file; errors name it. **/
+template <class Read>
+auto readPartFile(const std::string& path, const Read& read) {
     const hdf5::Quiet quiet;
     if (!fs::is_regular_file(path))
         throw std::runtime_error("part file '" + path + "' does not exist");
     try {
         checkChecksum(path);
-        return readBody(hdf5::openFile(path));
+        return read(hdf5::openFile(path));
     } catch (const std::exception& error) {
         const bool isMbdyn = fs::path(path).extension() == ".fem";
         throw std::runtime_error(
@@ -322,6 +333,19 @@ ReducedBody readReducedBody(const std::string& path) {
             (isMbdyn ? "; 'simflex export " + path + " -o PART.h5' makes a part file of MBDyn's"
                      : ""));
     }
+}
+
+}  // namespace
+
+ReducedBody readReducedBody(const std::string& path) {
+    return readPartFile(path, [](const hdf5::Handle& file) { return readBody(file); });
+}
+
+std::vector<std::string> readPartWarnings(const std::string& path) {
+    return readPartFile(path, [](const hdf5::Handle& file) {
+        return hdf5::hasLink(file, "warnings") ? hdf5::readTexts(file, "warnings")
+                                               : std::vector<std::string>();
+    });
 }
 
 }  // namespace simflex

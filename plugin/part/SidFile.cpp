@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
@@ -34,11 +35,11 @@ public:
         _text += left + "=" + value + "\n";
     }
     void assign(int indent, const std::string& name, double value) {
-        char number[40];
-        std::snprintf(number, sizeof number, "% .11E", value);
+        std::string number = writeFortran(value, 11);
+        if (number[0] != '-') number = ' ' + number;
         for (char& c : number)
             if (c == 'E') c = 'D';
-        assign(indent, name, std::string(number));
+        assign(indent, name, number);
     }
 
     /** A matrix as Taylor series; without m1 its order is 0. **/
@@ -135,9 +136,11 @@ void writeSid(const std::string& path, const ReducedBody& body, ExchangeNodes wh
     out.assign(16, "nelastq", " " + std::to_string(n));
     for (int i = 0; i < n; ++i) {
         char name[40], value[80];
+        const std::string frequency =
+            writeFixed(std::sqrt(body.omegaSquared[size_t(i)]) / (2 * M_PI), 3);
         std::snprintf(name, sizeof name, "ielastq (%4d)", i + 1);
-        std::snprintf(value, sizeof value, " Eigen Mode %4d : %12.3f Hz", i + 1,
-                      std::sqrt(body.omegaSquared[size_t(i)]) / (2 * M_PI));
+        std::snprintf(value, sizeof value, " Eigen Mode %4d : %12.40s Hz", i + 1,
+                      frequency.c_str());
         out.assign(16, name, std::string(value));
     }
     out.line(11, "end refmod");

@@ -180,6 +180,7 @@ TableFile::TableFile(const std::string& path, const std::vector<TableColumn>& co
       m_isCsv(isCsvName(path)),
       m_lastWrite(std::chrono::steady_clock::now()) {
     if (m_isCsv) {
+        m_csv.imbue(std::locale::classic());
         m_csv.open(path);
         m_csv << "time [s]";
         for (const TableColumn& column : columns)

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -94,8 +95,8 @@ bool readNumber(std::string_view field, double& value) {
     const auto result = std::from_chars(begin, end, value);
     if (result.ptr != end) return false;
     if (result.ec == std::errc::result_out_of_range) {
-        value = std::strtod(begin, nullptr);
-        return std::abs(value) < 1;
+        value = 0;
+        return std::strstr(begin, "e-") || std::strstr(begin, "E-");  // too small, not too large
     }
     return result.ec == std::errc() && std::isfinite(value);
 }

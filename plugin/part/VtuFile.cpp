@@ -77,7 +77,9 @@ const char* nameOfType<std::uint8_t>() {
 /** Header first, with the offsets that the data will have, then the data in the same order. **/
 class AppendedWriter {
 public:
-    explicit AppendedWriter(const fs::path& path) : _out(path, std::ios::binary) {}
+    explicit AppendedWriter(const fs::path& path) : _out(path, std::ios::binary) {
+        _out.imbue(std::locale::classic());
+    }
 
     void text(const std::string& line) { _out << line; }
 

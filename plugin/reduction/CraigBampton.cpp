@@ -190,8 +190,8 @@ private:
         in.get(X.data(), size_t(X.size()) * sizeof(double));
     }
 
-    const Checkpoint* _checkpoint;
-    ContentHash _key;
+    const ReductionCheckpoint* _checkpoint;
+    DataHash _key;
 };
 
 /** How many normal modes are wanted, and down to which 1/ω². **/

@@ -26,9 +26,9 @@ Journal 6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 
 #include <string>
 #include <vector>
 
-#include "simflex/fe/Checkpoint.h"
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/Progress.h"
+#include "simflex/fe/Checkpoint.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
@@ -97,7 +97,7 @@ struct ReductionOptions {
     std::optional<StressOptions> stress;
     /** If not null, the factor, constraint modes and normal modes are kept there and taken from
     there, so that a reduction that was stopped goes on where it was, to the same bits. **/
-    const Checkpoint* checkpoint = nullptr;
+    const ReductionCheckpoint* checkpoint = nullptr;
 };
 
 /** Wall time of the phases [s], and the size of the problem. **/

@@ -96,6 +96,7 @@ CampbellDiagram calcCampbellDiagram(const std::vector<Real>& speeds, int numMode
 
 void writeCampbellDiagram(const std::string& csvFile, const CampbellDiagram& diagram) {
     std::ofstream file(csvFile);
+    file.imbue(std::locale::classic());
     file << "speed";
     for (size_t k = 0; k < diagram.branches.size(); ++k)
         file << ",frequency " << k + 1 << " [Hz],damping ratio " << k + 1;

@@ -7,6 +7,7 @@
 #include "fe/TestDecks.h"
 #include "simflex/fe/CalculixDeck.h"
 #include "simflex/fe/DeckVocabulary.h"
+#include "support/GermanLocale.h"
 
 namespace simflex {
 namespace {
@@ -85,6 +86,15 @@ TEST_F(CalculixDeckTest, NodesAndSetsKeepTheirNumbers) {
     EXPECT_EQ(model.mesh.nodeSets.at("LEFT").size(), 9u);
     EXPECT_EQ(model.mesh.nodeSets.at("CORNERS").size(), 8u);
     EXPECT_DOUBLE_EQ(model.mesh.positions[0], 0);
+}
+
+TEST_F(CalculixDeckTest, MatricesAreTheSameInAnyLocale) {
+    const FeModel plain = read(brick.text());
+    const test::GermanLocale german(folder.path());
+    const FeModel same = read(brick.text());
+    EXPECT_EQ(same.K.values, plain.K.values);
+    EXPECT_EQ(same.m.values, plain.m.values);
+    EXPECT_EQ(same.mesh.positions, plain.mesh.positions);
 }
 
 TEST_F(CalculixDeckTest, IncludedFilesAreFoundBesideTheDeck) {

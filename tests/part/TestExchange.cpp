@@ -11,6 +11,8 @@ Parts in the formats of other programs: MBDyn's .fem, read and written; SID, wri
 
 #include "simflex/part/MbdynFem.h"
 #include "simflex/part/SidFile.h"
+#include "simflex/part/VtuFile.h"
+#include "support/GermanLocale.h"
 #include "support/PointMassPart.h"
 #include "support/TestFolder.h"
 
@@ -219,6 +221,24 @@ TEST_F(Exchange, RotationsOfAnInterfaceNodeLoseTheRigidRotation) {
     const ReducedBody found = readMbdynFem(path("part.fem"), options);
     // The nodes of that file turn with the rigid motion alone.
     for (const double psi : found.getInterface("seat").Psi) EXPECT_NEAR(psi, 0, 1e-7);
+}
+
+TEST_F(Exchange, FilesAreTheSameInAnyLocale) {
+    const auto writeAll = [&](const std::string& name) {
+        writeMbdynFem(path(name + ".fem"), *part.body);
+        writeSid(path(name + ".sid_fem"), *part.body, ExchangeNodes::All);
+        writeVtu(path(name + ".vtu"), *part.body);
+    };
+    writeAll("part");
+    std::vector<double> frequencies;
+    {
+        const test::GermanLocale german(folder.path());
+        writeAll("teil");
+        frequencies = readMbdynFem(path("teil.fem")).omegaSquared;
+    }
+    EXPECT_EQ(frequencies, readMbdynFem(path("part.fem")).omegaSquared);
+    for (const char* kind : {".fem", ".sid_fem", ".vtu"})
+        EXPECT_TRUE(read(std::string("part") + kind) == read(std::string("teil") + kind)) << kind;
 }
 
 struct BadFem {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "fe/TestDecks.h"
+#include "simflex/part/PartWarnings.h"
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
@@ -195,6 +196,19 @@ TEST_F(ReducedBodyFileTest, ModalDataOfMbdynAreToldHowToBecomeAPartFile) {
     const std::string modal = folder / "crank.fem";
     testing::writeText(modal, "** MBDyn MODAL DATA FILE\n");
     EXPECT_THAT(errorOf(modal), HasSubstr("simflex export " + modal));
+}
+
+TEST_F(ReducedBodyFileTest, WarningsGoWithThePart) {
+    const std::vector<std::string> warnings{"the numbers are hardly metres", "größer\nals eins",
+                                            std::string(100000, 'x')};
+    writeReducedBody(file, makePart());
+    const std::string plain = testing::readText(file);
+    EXPECT_THAT(readPartWarnings(file), ::testing::IsEmpty());
+    writeReducedBody(file, makePart(), warnings);
+    EXPECT_EQ(readPartWarnings(file), warnings);
+    expectSame(makePart(), readReducedBody(file));
+    writeReducedBody(file, makePart(), {});
+    EXPECT_TRUE(testing::readText(file) == plain);
 }
 
 TEST_F(ReducedBodyFileTest, ANewerVersionIsAnErrorThatSaysSo) {

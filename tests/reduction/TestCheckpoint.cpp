@@ -28,7 +28,8 @@ protected:
     std::string kept() const { return folder / "brick.h5.resume"; }
 
     /** Reads and reduces the deck; stops when `phase` begins. **/
-    ReducedBody run(const Checkpoint* keep, const std::string& stopAt = "", int numModes = 24) {
+    ReducedBody run(const ReductionCheckpoint* keep, const std::string& stopAt = "",
+                    int numModes = 24) {
         phases.clear();
         notes.clear();
         const ProgressCallback progress = [&](const std::string& phase, double) {
@@ -55,7 +56,7 @@ protected:
 
     TestFolder folder;
     std::vector<std::string> phases, notes;
-    Checkpoint checkpoint;
+    ReductionCheckpoint checkpoint;
 };
 
 TEST_F(CheckpointTest, ResumedAfterEachPhaseTheReductionHasTheSameBits) {
@@ -119,7 +120,7 @@ TEST_F(CheckpointTest, DamagedFilesAreNotResumed) {
 }
 
 TEST_F(CheckpointTest, ShortPhasesAreNotKept) {
-    const Checkpoint patient(kept(), 1000);
+    const ReductionCheckpoint patient(kept(), 1000);
     run(&patient);
     EXPECT_FALSE(fs::exists(kept()));
 }
@@ -131,9 +132,9 @@ TEST_F(CheckpointTest, AFolderThatCannotBeWrittenIsNoted) {
     expectSame(body, run(nullptr));
 }
 
-TEST(ContentHash, TellsChangedSwappedAndShiftedContentApart) {
+TEST(DataHash, TellsChangedSwappedAndShiftedContentApart) {
     const auto hashOf = [](const std::vector<double>& values) {
-        ContentHash hash;
+        DataHash hash;
         hash.add(values);
         return hash.get();
     };
@@ -141,7 +142,7 @@ TEST(ContentHash, TellsChangedSwappedAndShiftedContentApart) {
     EXPECT_NE(hashOf({1, 2, 3}), hashOf({1, 3, 2}));
     EXPECT_NE(hashOf({1, 2, 3}), hashOf({1, 2, std::nextafter(3, 4)}));
     EXPECT_NE(hashOf({0, 0}), hashOf({0, 0, 0}));
-    ContentHash a, b;
+    DataHash a, b;
     a.add(std::string("ab")), a.add(std::string("c"));
     b.add(std::string("a")), b.add(std::string("bc"));
     EXPECT_NE(a.get(), b.get());

@@ -6,6 +6,7 @@
 
 #include "simflex/cli/model/Formula.h"
 #include "simflex/cli/model/ModelError.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace cli {
@@ -13,9 +14,7 @@ namespace cli {
 namespace {
 
 std::string writeNumber(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.9g", value);
-    return text;
+    return writeGeneral(value, 9);
 }
 
 }  // namespace

@@ -83,8 +83,9 @@ Joint JointBuilder::addJoint(const ModelValue& value, const std::string& type,
     refuse(value, type, {"wheels", "teeth", "phase", "terms", "constant"});
     if (type != "screw") refuse(value, type, {"pitch"});
     if (type != "rod") refuse(value, type, {"length"});
-    const FramePair pair =
-        turn(value.get("axis"), type, readBetween(value.get("between"), _frames));
+    FramePair pair = turn(value.get("axis"), type, readBetween(value.get("between"), _frames));
+    if (value.get("as_placed").getBool())
+        pair.M = pair.M.moved(~_placement.calcPose(pair.M) * _placement.calcPose(pair.F));
     _pairs[name] = pair;
     FlexibleBodySubsystem& flexible = system.flexible;
     return withPlace(value.get("between"), [&]() -> Joint {

@@ -1,6 +1,8 @@
 #include "simflex/cli/model/LoadBuilder.h"
 
+#include <algorithm>
 #include <array>
+#include <type_traits>
 
 #include "simflex/cli/model/ModelGeometry.h"
 #include "simflex/cli/model/Seat.h"
@@ -61,6 +63,31 @@ LoadShape makeModalShape(const ModelValue& modes, int count) {
     return LoadShape::fromModalForces(forces);
 }
 
+/** A load of unit size on `nodes`: the name of a set, or a list of mesh indices. **/
+template <class Nodes>
+LoadShape makeNodalShape(const ReducedBody& part, const Nodes& nodes, const std::string& kind,
+                         const ModelValue& what) {
+    if (kind == "pressure") return LoadShape::pressure(part, nodes);
+    if (kind == "traction") return LoadShape::traction(part, nodes, what.getVec3());
+    if constexpr (std::is_same_v<Nodes, std::string>)
+        return LoadShape::nodeSetForce(part, nodes, what.getVec3());
+    else
+        return LoadShape::nodeForce(part, nodes, what.getVec3());
+}
+
+/** Mesh indices of nodes by number, each once. **/
+std::vector<int> readNodes(const ModelValue& list, const ReducedBody& part) {
+    std::vector<int> nodes;
+    for (int i = 0; i < list.getSize(); ++i) {
+        const int node =
+            withPlace(list.at(i), [&] { return part.mesh.indexOf(list.at(i).getInteger()); });
+        if (std::find(nodes.begin(), nodes.end(), node) != nodes.end())
+            list.at(i).fail("the node is in the list already");
+        nodes.push_back(node);
+    }
+    return nodes;
+}
+
 void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, ModelSystem& system) {
     for (const char* key : {"force", "torque", "axes"})
         if (value.has(key)) value.get(key).fail("it goes with `on`, a frame");
@@ -83,10 +110,9 @@ void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, Mode
     const LoadShape shape = withPlace(value.has("nodes") ? value.get("nodes") : what, [&] {
         const ReducedBody& part = body.getPart();
         if (kinds == "modes") return makeModalShape(what, body.getNumModes());
-        const std::string nodes = value.get("nodes").getText();
-        if (kinds == "pressure") return LoadShape::pressure(part, nodes);
-        if (kinds == "traction") return LoadShape::traction(part, nodes, what.getVec3());
-        return LoadShape::nodeSetForce(part, nodes, what.getVec3());
+        const ModelValue nodes = value.get("nodes");
+        if (nodes.isList()) return makeNodalShape(part, readNodes(nodes, part), kinds, what);
+        return makeNodalShape(part, nodes.getText(), kinds, what);
     });
     const Expression scale = kinds == "pressure"  ? what.getExpression()
                              : value.has("scale") ? value.get("scale").getExpression()

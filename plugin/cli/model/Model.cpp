@@ -14,6 +14,16 @@ struct Model::Contents {
           system(builder.build()),
           initialState(builder.makeInitialState(*system)) {
         builder.noteDoubts(*system, initialState);
+        // Held rigid, flexible bodies leave more unread.
+        if (options.bodies == ModelOptions::Bodies::AsGiven) checkRead(file);
+    }
+
+    /** Refuses keys that have had no effect, of all but what runs and pictures read later. **/
+    static void checkRead(const ModelValue& file) {
+        file.get("initial").get("start").getText();
+        for (const char* section : {"gravity", "parts", "bodies", "frames", "joints",
+                                    "motions", "loads", "connectors", "initial"})
+            file.get(section).checkRead();
     }
 
     ModelBuilder builder;

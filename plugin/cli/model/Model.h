@@ -35,6 +35,8 @@ struct ModelOptions {
     std::function<bool(const std::string& phase, double fraction)> progress;
     /** Told what the user should know ("part 'rod' taken from the cache"). **/
     std::function<void(const std::string& note)> note;
+    /** Told what may change the meaning of results ("joint 'pin' is not closed as placed"). **/
+    std::function<void(const std::string& warning)> warn;
 };
 
 class Model {

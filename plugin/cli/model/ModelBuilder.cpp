@@ -96,7 +96,10 @@ State ModelBuilder::makeInitialState(const ModelSystem& system) const {
 }
 
 void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) const {
-    if (!_options.note) return;
+    const auto tell = [](const std::function<void(const std::string&)>& to,
+                         const std::string& text) {
+        if (to) to(text);
+    };
     std::set<int> held;
     for (const std::string section : {"joints", "motions", "connectors"})
         for (const std::string& name : _file.get(section).getKeys()) {
@@ -106,20 +109,26 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
         }
     for (size_t i = 0; i < system.bodies.size(); ++i)
         if (MobilizedBody::Free::isInstanceOf(system.bodies[i].mobod) && !held.count(int(i)))
-            _options.note("body '" + system.bodies[i].name +
-                          "' is held by no joint or connector: it is free");
+            tell(_options.note, "body '" + system.bodies[i].name +
+                                    "' is held by no joint or connector: it is free");
     const double size = _placement.calcSize();
     for (const Model::JointEntry& joint : system.joints) {
-        if (!_file.get("joints").get(joint.name).has("between")) continue;  // gears mesh anyhow
+        const ModelValue value = _file.get("joints").get(joint.name);
+        if (!value.has("between")) continue;  // gears mesh anyhow
+        const std::string type = value.get("type").getText();
         const Vector errors = joint.joint.calcPositionErrors(state);
         double largest = 0;
         for (int i = 0; i < errors.size(); ++i) largest = std::max(largest, std::abs(errors[i]));
         if (!(largest > kFarApart * std::min(size, 1.0))) continue;
-        const Vec3 between = joint.joint.getFrameM().calcMotion(state).X.p() -
-                             joint.joint.getFrameF().calcMotion(state).X.p();
-        _options.note("joint '" + joint.name + "' is not closed as placed: its error is " +
-                      format("%.3g", largest) + ", its frames are " +
-                      format("%.3g", between.norm()) + " m apart; assembly will move the bodies");
+        const Transform X_FM = ~joint.joint.getFrameF().calcMotion(state).X *
+                               joint.joint.getFrameM().calcMotion(state).X;
+        const double angle = std::abs(X_FM.R().convertRotationToAngleAxis()[0]);
+        tell(_options.warn,
+             "joint '" + joint.name + "' is not closed as placed: its error is " +
+                 format("%.3g", largest) + ", its frames are " + format("%.3g", X_FM.p().norm()) +
+                 " m apart and turned by " + format("%.3g", angle * 180 / Pi) +
+                 " degrees; assembly will move the bodies" +
+                 (type == "rod" ? "" : ", 'as_placed: true' takes them as they are"));
     }
 }
 

@@ -24,7 +24,7 @@ public:
 
     SimTK::State makeInitialState(const ModelSystem& system) const;
 
-    /** Tells `note` of bodies that nothing holds and of joints that are apart. **/
+    /** Tells `note` of bodies that nothing holds and `warn` of joints that are apart. **/
     void noteDoubts(const ModelSystem& system, const SimTK::State& state) const;
 
 private:

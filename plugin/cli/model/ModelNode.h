@@ -39,7 +39,8 @@ struct ModelValue::Node {
     const SchemaForm* form = nullptr;                ///< that it has
     const SchemaKey* key = nullptr;                  ///< null for items and entries
     std::string scalar;
-    Expression expression;  ///< of Number, Integer, Function
+    Expression expression;        ///< of Number, Integer, Function
+    mutable bool isRead = false;  ///< somebody has asked for the scalar
     std::vector<std::shared_ptr<const Node>> items;
     std::vector<std::pair<std::string, std::shared_ptr<const Node>>> entries;
 

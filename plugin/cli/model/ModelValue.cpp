@@ -103,6 +103,7 @@ ModelValue ModelValue::at(int index) const {
 double ModelValue::getNumber() const {
     const NodePointer contents = needContents(_node);
     if (!isNumeric(*contents)) _node->fail("a number is expected here");
+    contents->isRead = true;
     if (!contents->expression.isConstant()) _node->fail("this number must not depend on time");
     return contents->expression.calcValue(0);
 }
@@ -122,6 +123,7 @@ bool ModelValue::getBool() const {
 std::string ModelValue::getText() const {
     const NodePointer contents = needContents(_node);
     if (contents->kind != Kind::Scalar) _node->fail("a single value is expected here");
+    contents->isRead = true;
     return contents->scalar;
 }
 
@@ -160,6 +162,7 @@ SimTK::Vec3 ModelValue::getVec3() const {
 Expression ModelValue::getExpression() const {
     const NodePointer contents = needContents(_node);
     if (!isNumeric(*contents)) _node->fail("a function of time is expected here");
+    contents->isRead = true;
     return contents->expression;
 }
 
@@ -185,6 +188,26 @@ std::string ModelValue::getName() const {
 }
 std::string ModelValue::getPlace() const {
     return _node->place.getText();
+}
+
+std::vector<ModelValue> ModelValue::findUnread() const {
+    std::vector<ModelValue> unread;
+    const auto add = [&](const NodePointer& child) {
+        const std::vector<ModelValue> more = ModelValue(child).findUnread();
+        unread.insert(unread.end(), more.begin(), more.end());
+    };
+    if (_node->kind == Kind::Scalar && !_node->isRead) unread.push_back(*this);
+    for (const NodePointer& item : _node->items) add(item);
+    for (const auto& entry : _node->entries) add(entry.second);
+    return unread;
+}
+
+void ModelValue::checkRead() const {
+    std::string text;
+    for (const ModelValue& value : findUnread())
+        text += (text.empty() ? "" : "\n") + value.getPlace() + ": " + value.getPath() +
+                ": nothing reads this here, it has no effect: remove it";
+    if (!text.empty()) throw ModelError(text);
 }
 
 void ModelValue::fail(const std::string& message) const {

@@ -72,6 +72,11 @@ public:
     /** "crank.yaml:12:9"; of a missing value that of the map which lacks it. **/
     std::string getPlace() const;
 
+    /** All scalars in here that nobody has asked for: they have no effect. **/
+    std::vector<ModelValue> findUnread() const;
+    /** @throws ModelError that names them all if there are any. **/
+    void checkRead() const;
+
     /** @throws ModelError "PLACE: PATH: message". **/
     [[noreturn]] void fail(const std::string& message) const;
     /** The same for a name that is not among those there are: proposes the nearest, or lists them

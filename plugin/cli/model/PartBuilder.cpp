@@ -5,6 +5,7 @@
 
 #include "simflex/cli/model/PartSource.h"
 #include "simflex/part/ModeSelection.h"
+#include "simflex/part/PartWarnings.h"
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
@@ -29,6 +30,9 @@ ReducedBody readPart(const ModelValue& value, const ModelOptions& options) {
     if (!std::filesystem::exists(path))
         file.fail("there is no part file '" + path + "'; `simflex reduce` makes one");
     try {
+        if (options.warn)
+            for (const std::string& warning : readPartWarnings(path))
+                options.warn("part '" + value.getName() + "': " + warning);
         return readReducedBody(path);
     } catch (const std::exception& error) {
         file.fail(error.what());

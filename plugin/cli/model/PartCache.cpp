@@ -7,6 +7,7 @@
 
 #include "simflex/cli/model/FileLock.h"
 #include "simflex/part/Hdf5.h"
+#include "simflex/part/PartWarnings.h"
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
@@ -62,30 +63,31 @@ PartCache::PartCache(const std::string& folder, Note note) : _folder(folder), _n
         _folder = get("HOME") + "/.cache/simflex";
 }
 
-std::optional<ReducedBody> PartCache::find(const PartKey& key) const {
+std::optional<PartCache::Kept> PartCache::find(const PartKey& key) const {
     if (_folder.empty()) return {};
     const fs::path path = fs::path(_folder) / (key.getText() + kEnding);
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) return {};
     try {
-        ReducedBody part = readReducedBody(path.string());
+        Kept kept{readReducedBody(path.string()), readPartWarnings(path.string())};
         fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
-        return part;
+        return kept;
     } catch (const std::exception& error) {
         if (_note) _note(std::string("a part in the cache is made anew: ") + error.what());
         return {};
     }
 }
 
-void PartCache::keep(const PartKey& key, const ReducedBody& part) const {
+void PartCache::keep(const PartKey& key, const Kept& kept) const {
     try {
         if (_folder.empty())
             throw std::runtime_error("there is no folder for it: set SIMFLEX_CACHE");
         fs::create_directories(_folder);
-        writeReducedBody((fs::path(_folder) / (key.getText() + kEnding)).string(), part);
+        writeReducedBody((fs::path(_folder) / (key.getText() + kEnding)).string(), kept.part,
+                         kept.warnings);
     } catch (const std::exception& error) {
         if (_note)
-            _note("part '" + part.name +
+            _note("part '" + kept.part.name +
                   "' is not kept in the cache and will be reduced again: " + error.what());
     }
 }

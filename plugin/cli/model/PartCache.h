@@ -33,8 +33,13 @@ public:
     /** Empty: there is none. **/
     const std::string& getFolder() const { return _folder; }
 
-    std::optional<ReducedBody> find(const PartKey& key) const;
-    void keep(const PartKey& key, const ReducedBody& part) const;
+    /** A part with the warnings of its reduction. **/
+    struct Kept {
+        ReducedBody part;
+        std::vector<std::string> warnings;
+    };
+    std::optional<Kept> find(const PartKey& key) const;
+    void keep(const PartKey& key, const Kept& kept) const;
 
     /** Path of the file whose lock belongs to the process that makes this entry; its folder is
     there, if it can be. Empty if there is no folder. **/

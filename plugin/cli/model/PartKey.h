@@ -25,7 +25,7 @@ public:
 private:
     void addFile(const std::string& path, int depth);
     std::string addBytes(const std::string& path);
-    ContentHash _first, _second;
+    DataHash _first, _second;
 };
 
 }  // namespace cli

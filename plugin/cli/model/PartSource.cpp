@@ -14,6 +14,7 @@
 #include "simflex/cli/model/PartCache.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/fe/NodeSelection.h"
+#include "simflex/part/NumberText.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
@@ -29,18 +30,11 @@ struct Request {
     PartKey key;
 };
 
-/** A number with all its digits. **/
-std::string format(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.17g", value);
-    return text;
-}
-
 std::string readMaterial(const ModelValue& value) {
     if (!value.isMap()) return value.getText();
-    return "E=" + format(value.get("youngs_modulus").getNumber()) +
-           ",nu=" + format(value.get("poissons_ratio").getNumber()) +
-           ",rho=" + format(value.get("density").getNumber());
+    return "E=" + writeGeneral(value.get("youngs_modulus").getNumber()) +
+           ",nu=" + writeGeneral(value.get("poissons_ratio").getNumber()) +
+           ",rho=" + writeGeneral(value.get("density").getNumber());
 }
 
 std::string readFile(const ModelValue& value) {
@@ -212,7 +206,8 @@ void checkAllNodes(const ModelValue& part, const Mesh& mesh) {
     for (int i = 0; i < points.getSize(); ++i) checkNodes(points.at(i), mesh);
 }
 
-ReducedBody runReduction(const ModelValue& part, Request& request, const ModelOptions& options) {
+PartCache::Kept runReduction(const ModelValue& part, Request& request,
+                             const ModelOptions& options) {
     const std::string name = request.reduction.name;
     const auto note = [&](const std::string& text) {
         if (options.note) options.note("part '" + name + "': " + text);
@@ -234,12 +229,13 @@ ReducedBody runReduction(const ModelValue& part, Request& request, const ModelOp
         SourceOptions deck;
         deck.path = source.gmsh.keepDeck;
         deck.calculix = source.calculix;
-        return reduce(readModelSource(deck), request.reduction, progress);
+        const FeModel model = readModelSource(deck);
+        return {reduce(model, request.reduction, progress), model.warnings};
     }
     if (isCalculixDeck(source)) checkAllNodes(part, readCalculixMesh(source.path));
     const FeModel model = readModelSource(source);
     checkAllNodes(part, model.mesh);
-    return reduce(model, request.reduction, progress);
+    return {reduce(model, request.reduction, progress), model.warnings};
 }
 
 constexpr auto kWait = std::chrono::milliseconds(50);
@@ -261,10 +257,15 @@ void waitFor(FileLock& lock, const std::string& part, const ModelOptions& option
 ReducedBody reducePart(const ModelValue& value, const ModelOptions& options) {
     Request request = readRequest(value);
     const PartCache cache(options.cacheFolder, options.note);
-    const auto take = [&](ReducedBody kept) {
+    const auto warn = [&](const PartCache::Kept& kept) {
+        for (const std::string& warning : kept.warnings)
+            if (options.warn) options.warn("part '" + value.getName() + "': " + warning);
+    };
+    const auto take = [&](PartCache::Kept kept) {
         if (options.note) options.note("part '" + value.getName() + "' is taken from the cache");
-        kept.name = value.getName();
-        return kept;
+        warn(kept);
+        kept.part.name = value.getName();
+        return std::move(kept.part);
     };
     // Of a damaged entry the second look tells.
     if (auto kept = PartCache(options.cacheFolder, {}).find(request.key))
@@ -273,9 +274,10 @@ ReducedBody reducePart(const ModelValue& value, const ModelOptions& options) {
     waitFor(lock, value.getName(), options);
     if (auto kept = cache.find(request.key)) return take(std::move(*kept));
     try {
-        ReducedBody part = runReduction(value, request, options);
-        cache.keep(request.key, part);
-        return part;
+        PartCache::Kept made = runReduction(value, request, options);
+        warn(made);
+        cache.keep(request.key, made);
+        return std::move(made.part);
     } catch (const Cancelled&) {
         throw;
     } catch (const ModelError&) {

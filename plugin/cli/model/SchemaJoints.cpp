@@ -29,6 +29,7 @@ SchemaForm joint() {
     const std::vector<std::string> paired{
         "ball",   "pin",   "slider",        "weld",           "cylinder", "universal",
         "planar", "screw", "point_on_line", "point_in_plane", "rod"};
+    const std::vector<std::string> laid(paired.begin(), paired.end() - 1);  // but rods
     std::vector<std::string> types = paired;
     types.insert(types.end(), {"gear", "coupler"});
     return map(
@@ -44,6 +45,12 @@ SchemaForm joint() {
                        "point_in_plane"})
                 .orElseNote("the frames' own")
                 .such("z"),
+            SchemaKey("as_placed", {boolean()},
+                      "Lays M upon F as the bodies are placed, so that all coordinates begin at "
+                      "zero and nothing is moved together: a weld holds what it finds.")
+                .only(laid)
+                .orElse("false")
+                .such("true"),
             SchemaKey("pitch", {number()}, "Advance for one radian.")
                 .in("m/rad")
                 .only({"screw"})
@@ -234,10 +241,11 @@ SchemaForm initial() {
                                  .such("[0, 0, 10]"),
                              SchemaKey("modes", {numbered("modes", {number()})},
                                        "Modal coordinates, numbered from 1.")
+                                 .in("m kg^0.5")
                                  .such("{1: 1e-4}"),
                              SchemaKey("modal_speeds", {numbered("modes", {number()})},
                                        "Rates of the modal coordinates.")
-                                 .in("1/s")
+                                 .in("m kg^0.5/s")
                                  .such("{1: 0.1}"),
                              SchemaKey("coordinates", values,
                                        "Coordinates of a rigid body's mobilizer.")

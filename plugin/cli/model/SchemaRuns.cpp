@@ -195,8 +195,7 @@ SchemaForm probe() {
     std::vector<std::string> measured = kinematic;
     measured.push_back("displacement");
     std::vector<std::string> vectors = kinematic;
-    vectors.insert(vectors.end(), {"displacement", "reaction", "driving", "momentum",
-                                   "center_of_mass", "joint_error", "coordinate", "rate"});
+    vectors.insert(vectors.end(), {"displacement", "reaction", "momentum", "center_of_mass"});
     const Forms coordinate{
         name("a joint"),
         map("a coordinate",
@@ -293,7 +292,8 @@ SchemaForm probe() {
             SchemaKey("reaction", {name("a joint")}, "Force or torque of a joint.")
                 .in("N, N m")
                 .such("main_bearing"),
-            SchemaKey("driving", {name("a motion")}, "Force or torque that a motion takes.")
+            SchemaKey("driving", {name("a motion")},
+                      "Force that a motion takes, or torque where it leads an angle.")
                 .in("N, N m")
                 .such("drive"),
             SchemaKey("stress", {recovered("stress", "invariant of the stress")},
@@ -335,7 +335,7 @@ SchemaForm probe() {
                 .orElseNote("all")
                 .such("[1, 2]"),
             SchemaKey("part", {choice({"force", "torque"})}, "Force or torque.")
-                .with({"reaction", "driving"})
+                .with({"reaction"})
                 .orElse("force")
                 .such("torque"),
             SchemaKey("on", {choice({"M", "F"})}, "Frame of the joint that the reaction acts on.")

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "simflex/cli/model/NearestName.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace cli {
@@ -28,9 +29,7 @@ void findPaths(const SchemaForm& form, const std::string& key, const std::string
 }  // namespace
 
 std::string writeNumber(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.9g", value);
-    return text;
+    return writeGeneral(value, 9);
 }
 
 std::string describeRange(const SchemaForm& form) {

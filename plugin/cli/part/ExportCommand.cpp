@@ -9,6 +9,7 @@ simflex export: a part file in the formats of other programs. **/
 #include <memory>
 
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/part/MbdynFem.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/part/SidFile.h"
@@ -76,10 +77,11 @@ ReducedBody readPart(const ExportArguments& arguments) {
                                        "'" + text + "' is not of the form NAME=NODE");
         options.interfaces.emplace_back(text.substr(0, equals), node);
     }
-    std::vector<std::string> notes;
-    ReducedBody part = readMbdynFem(arguments.part, options, &notes);
-    for (const std::string& note : notes)
-        if (!arguments.quiet) std::fprintf(stderr, "simflex: note: %s\n", note.c_str());
+    const Messages messages = Messages::makeQuietIf(arguments.quiet);
+    std::vector<std::string> notes, warnings;
+    ReducedBody part = readMbdynFem(arguments.part, options, &notes, &warnings);
+    for (const std::string& note : notes) messages.note(note);
+    for (const std::string& warning : warnings) messages.warn(warning);
     return part;
 }
 
@@ -122,7 +124,7 @@ void addExportCommand(CLI::App& app) {
                      "file to write; its suffix says what: " + describeFormats())
         ->type_name("FILE")
         ->required();
-    command->add_flag("-q,--quiet", arguments->quiet, "print errors only");
+    command->add_flag("-q,--quiet", arguments->quiet, "print errors and warnings only");
     command->callback([arguments] { runExport(*arguments); });
 }
 

@@ -11,6 +11,7 @@ simflex info: what is in a part file, for people or as JSON. **/
 #include "simflex/cli/Json.h"
 #include "simflex/cli/part/InterfacePicture.h"
 #include "simflex/part/Frequency.h"
+#include "simflex/part/PartWarnings.h"
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
@@ -116,7 +117,8 @@ void addReport(JsonWriter& json, const ReductionReport& report) {
     json.endObject();
 }
 
-void printJson(const ReducedBody& body, std::uintmax_t fileSize) {
+void printJson(const ReducedBody& body, const std::vector<std::string>& warnings,
+               std::uintmax_t fileSize) {
     JsonWriter json;
     json.beginObject();
     json.add("name", body.name);
@@ -129,6 +131,7 @@ void printJson(const ReducedBody& body, std::uintmax_t fileSize) {
     json.add("modal_stress", body.modalStress.has_value());
     json.add("num_stress_nodes", body.modalStress ? int(body.modalStress->nodes.size()) : 0);
     json.add("file_size", double(fileSize));
+    json.add("warnings", warnings);
     json.beginArray("interfaces");
     for (const auto& interface : body.interfaces) {
         json.beginObject();
@@ -256,7 +259,8 @@ void printReport(const ReducedBody& body) {
     std::printf("\n");
 }
 
-void printTable(const ReducedBody& body, const std::string& path, std::uintmax_t fileSize) {
+void printTable(const ReducedBody& body, const std::vector<std::string>& warnings,
+                const std::string& path, std::uintmax_t fileSize) {
     auto c = body.centerOfMass;
     auto I = body.inertia;
     const double radius = body.calcRadius();
@@ -267,6 +271,8 @@ void printTable(const ReducedBody& body, const std::string& path, std::uintmax_t
     std::printf("source          %s\n", body.provenance.source.c_str());
     std::printf("program         %s\n", body.provenance.program.c_str());
     std::printf("units           %s\n", body.provenance.units.c_str());
+    for (const std::string& warning : warnings)
+        std::printf("warning         %s\n", warning.c_str());
     if (!body.provenance.created.empty())
         std::printf("created         %s\n", body.provenance.created.c_str());
     std::printf("mesh            %d nodes, %d elements\n", body.mesh.numNodes(),
@@ -308,12 +314,13 @@ void addInfoCommand(CLI::App& app) {
         ->type_name("FILE.png");
     command->callback([arguments] {
         const ReducedBody body = readReducedBody(arguments->part);
+        const std::vector<std::string> warnings = readPartWarnings(arguments->part);
         if (!arguments->picture.empty()) drawInterfaces(body).writePng(arguments->picture);
         const auto fileSize = std::filesystem::file_size(arguments->part);
         if (arguments->json) {
-            printJson(body, fileSize);
+            printJson(body, warnings, fileSize);
         } else {
-            printTable(body, arguments->part, fileSize);
+            printTable(body, warnings, arguments->part, fileSize);
         }
     });
 }

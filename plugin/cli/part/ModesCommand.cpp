@@ -10,6 +10,7 @@ simflex modes: animated pictures of a part's mode shapes and a sheet of all of t
 #include <memory>
 
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
 #include "simflex/cli/part/PartView.h"
@@ -300,7 +301,7 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
     finishSheet();
     if (arguments.quiet) return;
     if (suffixes.empty())
-        std::fprintf(stderr, "simflex: note: no program ffmpeg here: a contact sheet only\n");
+        Messages(Messages::Notes::Shown).note("no program ffmpeg here: a contact sheet only");
     std::printf("%s: %zu modes -> %s\n", part->name.c_str(), modes.size(),
                 (folder / "contact_sheet.png").c_str());
 }
@@ -331,7 +332,7 @@ void addModesCommand(CLI::App& app) {
         ->capture_default_str();
     command->add_flag("--mp4", arguments->mp4, "films as MP4 (the default)");
     command->add_flag("--gif", arguments->gif, "films as animated GIF, which repeat without end");
-    command->add_flag("-q,--quiet", arguments->quiet, "print errors only");
+    command->add_flag("-q,--quiet", arguments->quiet, "print errors and warnings only");
     command->callback([arguments, modes] { runModes(*arguments, modes->count() == 0); });
 }
 

@@ -8,11 +8,12 @@ simflex reduce: a finite element model becomes a part file. **/
 #include <memory>
 
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
 #include "simflex/cli/part/ReductionArguments.h"
 #include "simflex/cli/part/SourceArguments.h"
-#include "simflex/part/ReducedBodyFile.h"
+#include "simflex/part/PartWarnings.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
@@ -118,11 +119,10 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     CalculixOptions& calculix = source.calculix;
     calculix.program = arguments.program;
     calculix.progress = progress;
-    calculix.note = [&](const std::string& note) {
-        bar.clear();
-        if (!arguments.quiet) std::fprintf(stderr, "simflex: note: %s\n", note.c_str());
-    };
-    const Checkpoint checkpoint(output + ".resume", kWorthKeeping, calculix.note);
+    const Messages messages = Messages::makeQuietIf(arguments.quiet);
+    calculix.note = messages.getNote();
+    calculix.warn = messages.getWarn();
+    const ReductionCheckpoint checkpoint(output + ".resume", kWorthKeeping, calculix.note);
     if (arguments.resume) calculix.checkpoint = options.checkpoint = &checkpoint;
     auto lap = std::chrono::steady_clock::now();
     const FeModel model = readModelSource(source);
@@ -131,7 +131,7 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     ReductionTimings timings;
     const ReducedBody body = reduce(model, options, progress, &timings);
     if (wasInterrupted()) throw Cancelled();
-    writeReducedBody(output, body);
+    writeReducedBody(output, body, model.warnings);
     if (!arguments.picture.empty()) draw(body, arguments.picture);
     if (arguments.resume) checkpoint.remove();
     bar.clear();
@@ -178,7 +178,7 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
             ->type_name("FILE.png");
     command->add_option("--ccx", arguments->program,
                         "CalculiX program (default: $SIMFLEX_CCX, else ccx)");
-    command->add_flag("-q,--quiet", arguments->quiet, "print errors only");
+    command->add_flag("-q,--quiet", arguments->quiet, "print errors and warnings only");
     command->add_flag("--timings", arguments->timings, "print the wall time of each phase");
     command->callback([arguments, solver, draw] {
         try {

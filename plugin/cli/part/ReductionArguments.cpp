@@ -1,4 +1,5 @@
 #include "simflex/cli/part/ReductionArguments.h"
+#include "simflex/part/TextLines.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -106,8 +107,12 @@ ReductionOptions ReductionArguments::parse() const {
     for (const std::string& text : _masters) {
         const auto [name, point] = splitAssignment("--master", text);
         std::array<double, 3> x{};
-        char end = 0;
-        if (std::sscanf(point.c_str(), "%lf,%lf,%lf%c", &x[0], &x[1], &x[2], &end) != 3)
+        const std::string_view all = point;
+        const size_t first = all.find(','), second = all.find(',', first + 1);
+        if (first == all.npos || second == all.npos ||
+            !readNumber(trimBlanks(all.substr(0, first)), x[0]) ||
+            !readNumber(trimBlanks(all.substr(first + 1, second - first - 1)), x[1]) ||
+            !readNumber(trimBlanks(all.substr(second + 1)), x[2]))
             throw CLI::ValidationError("--master", "'" + text + "' is not of the form NAME=X,Y,Z");
         bool found = false;
         for (InterfaceOptions& interface : options.interfaces)

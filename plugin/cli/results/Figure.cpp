@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "simflex/base/ChildProcess.h"
+#include "simflex/part/NumberText.h"
 #include "simflex/render/ProbePlot.h"
 
 namespace simflex {
@@ -41,9 +42,7 @@ std::string quote(const std::string& text) {
 }
 
 std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.9g", value);
-    return text;
+    return writeGeneral(value, 9);
 }
 
 /** Smallest and largest, of finite numbers. **/

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "simflex/cli/results/ResultFile.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace cli {
@@ -21,9 +22,7 @@ void append(std::string& line, const std::string& field) {
 }
 
 void append(std::string& line, double value) {
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.17g", value);
-    append(line, std::string(digits));
+    append(line, writeGeneral(value));
 }
 
 std::string makeTitles(const ResultData::Analysis& analysis) {

@@ -5,6 +5,7 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
     /              attributes simflex_results = 1 (version of the format), version ("0.1.0"), title
     /model         text of the model file; attributes path, settings (one a line),
                    bodies ("as_given" or "rigid")
+    /warnings      texts: what changes the meaning of all results; left out where there are none
     /analyses/NAME attributes type (transient, static, eigen, campbell), index (0, 1 … in the order
                    of the run), complete (1 once the analysis has reached its end)
         time              n    [s]; transient
@@ -12,6 +13,7 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
                                static: n = 1
         states/q, u       n×…  Simbody's numbering; left out where states are not kept
         statistics             attributes: steps, iterations …
+        warnings               texts, as above: of this analysis
         speeds            n    campbell
         frequency, damping_ratio  n modes of eigen [Hz], n speeds × modes of campbell
 
@@ -44,12 +46,36 @@ struct ResultHeader {
     bool isRigid = false;
 };
 
+/** What a file holds. **/
+struct ResultData {
+    struct Series {
+        ResultColumn column;
+        std::vector<std::vector<double>> rows;  ///< n×k; static: one row
+    };
+    struct Analysis {
+        std::string name, type;
+        bool isComplete = false;
+        std::vector<double> time;
+        std::vector<Series> probes;
+        std::vector<std::vector<double>> q, u;
+        std::vector<double> speeds;
+        std::vector<std::vector<double>> frequency, dampingRatio;  ///< eigen: one row
+        std::map<std::string, double> statistics;
+        std::vector<std::string> warnings;
+    };
+    ResultHeader header;
+    std::vector<std::string> warnings;  ///< of all analyses
+    std::vector<Analysis> analyses;
+};
+
 /** Writes. Every method throws std::runtime_error naming the file (no space left …); rows flushed
 before stay readable. **/
 class ResultWriter {
 public:
-    /** Makes the file anew. @throws also if another run is writing it. **/
-    ResultWriter(const std::string& path, const ResultHeader& header);
+    /** Makes the file anew, with the analyses `kept` of an earlier run of the same model.
+    @throws also if another run is writing it. **/
+    ResultWriter(const std::string& path, const ResultHeader& header,
+                 const std::vector<ResultData::Analysis>& kept = {});
     /** Goes on with a file that was left by a run: reopens it. **/
     explicit ResultWriter(const std::string& path);
     ~ResultWriter();
@@ -79,6 +105,10 @@ public:
                      const std::vector<std::vector<double>>& frequency,
                      const std::vector<std::vector<double>>& dampingRatio);
     void setStatistics(const std::string& analysis, const std::map<std::string, double>& values);
+    /** Each text counts once. **/
+    void addWarning(const std::string& text);
+    /** @param analysis  need not have begun **/
+    void addWarning(const std::string& analysis, const std::string& text);
     /** Replaces the HDF5 file, too. **/
     void setComplete(const std::string& analysis);
 
@@ -87,26 +117,8 @@ private:
     std::unique_ptr<Implementation> _impl;
 };
 
-/** Reads; checks every shape. @throws std::runtime_error naming file and object. **/
-struct ResultData {
-    struct Series {
-        ResultColumn column;
-        std::vector<std::vector<double>> rows;  ///< n×k; static: one row
-    };
-    struct Analysis {
-        std::string name, type;
-        bool isComplete = false;
-        std::vector<double> time;
-        std::vector<Series> probes;
-        std::vector<std::vector<double>> q, u;
-        std::vector<double> speeds;
-        std::vector<std::vector<double>> frequency, dampingRatio;  ///< eigen: one row
-        std::map<std::string, double> statistics;
-    };
-    ResultHeader header;
-    std::vector<Analysis> analyses;
-};
 enum class ReadStates { Yes, No };
+/** Reads; checks every shape. @throws std::runtime_error naming file and object. **/
 ResultData readResults(const std::string& path, ReadStates states = ReadStates::Yes);
 
 /** One CSV file: time, then every column as "probe.x [m]"; of eigen and campbell the frequencies.

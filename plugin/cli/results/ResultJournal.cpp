@@ -17,7 +17,7 @@ namespace {
 constexpr char kMark[] = "simflex journal\n";  // 16 bytes
 constexpr std::uint64_t kMarkSize = sizeof kMark - 1;
 constexpr std::uint64_t kFrame = 3 * sizeof(std::uint64_t);  // kind and size before, sum behind
-enum Kind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete };
+enum Kind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete, Warning };
 
 std::uint64_t calcSum(const char* bytes, size_t size) {
     std::uint64_t sum = 14695981039346656037u;
@@ -215,6 +215,12 @@ const ResultJournal::Analysis* ResultJournal::find(const std::string& name) cons
     return nullptr;
 }
 
+const std::vector<std::string>& ResultJournal::getWarnings(const std::string& analysis) const {
+    static const std::vector<std::string> none;
+    const auto found = _warnings.find(analysis);
+    return found == _warnings.end() ? none : found->second;
+}
+
 ResultJournal::Analysis& ResultJournal::update(const std::string& name) {
     for (Analysis& analysis : _analyses)
         if (analysis.contents.name == name) return analysis;
@@ -224,6 +230,7 @@ ResultJournal::Analysis& ResultJournal::update(const std::string& name) {
 void ResultJournal::scan() {
     _hasHeader = false;
     _analyses.clear();
+    _warnings.clear();
     _end = 0;
     char mark[kMarkSize];
     if (readAt(_file, 0, mark, kMarkSize) != kMarkSize || std::memcmp(mark, kMark, kMarkSize) != 0)
@@ -274,6 +281,9 @@ void ResultJournal::take(std::uint64_t kind, const std::string& payload, std::ui
         }
     } else if (kind == Complete) {
         update(unpacker.getText()).contents.isComplete = true;
+    } else if (kind == Warning) {
+        const std::string analysis = unpacker.getText();
+        _warnings[analysis].push_back(unpacker.getText());
     } else {
         throw std::runtime_error("'" + _path + "' is of a newer simflex");
     }
@@ -344,6 +354,13 @@ void ResultJournal::addComplete(const std::string& analysis) {
     Packer packer;
     packer.add(analysis);
     append(Complete, packer.bytes);
+}
+
+void ResultJournal::addWarning(const std::string& analysis, const std::string& text) {
+    Packer packer;
+    packer.add(analysis);
+    packer.add(text);
+    append(Warning, packer.bytes);
 }
 
 void ResultJournal::cut(const std::string& name, int numRows) {

@@ -5,6 +5,7 @@ carries a checksum; a torn one at the end, left by a kill or a full disk, counts
 Internal to results. **/
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,8 @@ public:
     const std::vector<Analysis>& getAnalyses() const { return _analyses; }
     /** The analysis of that name; null if there is none. **/
     const Analysis* find(const std::string& name) const;
+    /** Of an analysis, which need not have begun; empty name: of all. **/
+    const std::vector<std::string>& getWarnings(const std::string& analysis) const;
 
     /** @name Appending. Names are not checked. **/
     /**@{**/
@@ -53,6 +56,8 @@ public:
     void addRow(const std::vector<double>& row);
     void addStatistics(const std::string& analysis, const std::map<std::string, double>& values);
     void addComplete(const std::string& analysis);
+    /** @param analysis  empty: of all **/
+    void addWarning(const std::string& analysis, const std::string& text);
     /** Drops whatever came after the first `numRows` rows of an analysis. **/
     void cut(const std::string& analysis, int numRows);
     /** Waits until the disk has it all. **/
@@ -76,7 +81,8 @@ private:
     bool _hasHeader = false;
     ResultHeader _header;
     std::vector<Analysis> _analyses;
-    std::string _record;  ///< room for one
+    std::map<std::string, std::vector<std::string>> _warnings;  ///< by analysis
+    std::string _record;                                        ///< room for one
 };
 
 }  // namespace cli

@@ -216,6 +216,8 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
         const auto statistics = hdf5::createGroup(group, "statistics");
         for (const auto& [name, value] : contents.statistics) writeNumber(statistics, name, value);
     }
+    const std::vector<std::string>& warnings = journal.getWarnings(contents.name);
+    if (!warnings.empty()) hdf5::writeTexts(group, "warnings", warnings);
 }
 
 /** Names of a group's members. **/
@@ -316,6 +318,7 @@ ResultData::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadS
     }
     if (hdf5::hasLink(group, "statistics"))
         analysis.statistics = readStatistics(hdf5::openGroup(group, "statistics"));
+    if (hdf5::hasLink(group, "warnings")) analysis.warnings = hdf5::readTexts(group, "warnings");
     return analysis;
 }
 
@@ -338,6 +341,8 @@ void writeResultLayout(const std::string& path, const ResultJournal& journal) {
         hdf5::writeText(model, "settings", join(header.settings, '\n'));
         hdf5::writeText(model, "bodies", header.isRigid ? "rigid" : "as_given");
     }
+    if (!journal.getWarnings("").empty())
+        hdf5::writeTexts(file, "warnings", journal.getWarnings(""));
     const auto analyses = hdf5::createGroup(file, "analyses");
     int index = 0;
     for (const auto& analysis : journal.getAnalyses())
@@ -366,6 +371,7 @@ ResultData readResultLayout(const std::string& path, ReadStates states) {
     const std::string settings = hdf5::readText(model, "settings");
     if (!settings.empty()) data.header.settings = split(settings, '\n');
     data.header.isRigid = hdf5::readText(model, "bodies") == "rigid";
+    if (hdf5::hasLink(file, "warnings")) data.warnings = hdf5::readTexts(file, "warnings");
     const auto analyses = hdf5::openGroup(file, "analyses");
     for (const std::string& name : listInOrder(analyses)) {
         try {

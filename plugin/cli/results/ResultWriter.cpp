@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -84,8 +85,10 @@ void fillRows(const ResultJournal& journal, const ResultJournal::Analysis& analy
 ResultData readJournal(const ResultJournal& journal, ReadStates states) {
     ResultData data;
     data.header = journal.getHeader();
+    data.warnings = journal.getWarnings("");
     for (const auto& analysis : journal.getAnalyses()) {
         data.analyses.push_back(analysis.contents);
+        data.analyses.back().warnings = journal.getWarnings(analysis.contents.name);
         if (states == ReadStates::No) data.analyses.back().q.clear();
         fillRows(journal, analysis, states, data.analyses.back());
     }
@@ -122,11 +125,14 @@ void checkCount(const char* what, size_t found, size_t expected) {
 
 class ResultWriter::Implementation {
 public:
-    Implementation(const std::string& path, const ResultHeader* header) : _path(path) {
+    Implementation(const std::string& path, const ResultHeader* header,
+                   const std::vector<ResultData::Analysis>& kept)
+        : _path(path) {
         guard([&] {
             if (header) {
                 _journal.emplace(getJournalPath(path), ResultJournal::Access::Create);
                 _journal->addHeader(*header);
+                for (const ResultData::Analysis& analysis : kept) copy(analysis);
             } else {
                 reopen();
             }
@@ -187,6 +193,12 @@ public:
         updJournal().addRow(_row);
     }
 
+    void addWarning(const std::string& analysis, const std::string& text) {
+        const std::vector<std::string>& known = _journal->getWarnings(analysis);
+        if (std::find(known.begin(), known.end(), text) == known.end())
+            updJournal().addWarning(analysis, text);
+    }
+
     void flush() {
         if (!_isChanged) return;
         _journal->sync();
@@ -226,6 +238,7 @@ private:
         }
         _journal.emplace(path, ResultJournal::Access::Create);
         _journal->addHeader(file.header);
+        for (const std::string& warning : file.warnings) _journal->addWarning("", warning);
         for (const ResultData::Analysis& analysis : file.analyses) copy(analysis);
     }
 
@@ -247,6 +260,8 @@ private:
             analysis.contents.dampingRatio = source.dampingRatio;
         }
         begin(source.name, source.type.c_str(), analysis);
+        for (const std::string& warning : source.warnings)  // before rows, which may be cut
+            _journal->addWarning(source.name, warning);
         for (size_t k = 0; k < source.time.size(); ++k) {
             std::vector<double> values;
             for (const auto& series : source.probes)
@@ -266,11 +281,12 @@ private:
     double _cost = 0;  ///< of the last replacement [s]
 };
 
-ResultWriter::ResultWriter(const std::string& path, const ResultHeader& header)
-    : _impl(std::make_unique<Implementation>(path, &header)) {}
+ResultWriter::ResultWriter(const std::string& path, const ResultHeader& header,
+                           const std::vector<ResultData::Analysis>& kept)
+    : _impl(std::make_unique<Implementation>(path, &header, kept)) {}
 
 ResultWriter::ResultWriter(const std::string& path)
-    : _impl(std::make_unique<Implementation>(path, nullptr)) {}
+    : _impl(std::make_unique<Implementation>(path, nullptr, std::vector<ResultData::Analysis>())) {}
 
 ResultWriter::~ResultWriter() = default;
 
@@ -358,6 +374,14 @@ void ResultWriter::addCampbell(const std::string& name, const std::vector<double
 void ResultWriter::setStatistics(const std::string& name,
                                  const std::map<std::string, double>& values) {
     _impl->guard([&] { _impl->updJournal().addStatistics(name, values); });
+}
+
+void ResultWriter::addWarning(const std::string& text) {
+    _impl->guard([&] { _impl->addWarning("", text); });
+}
+
+void ResultWriter::addWarning(const std::string& analysis, const std::string& text) {
+    _impl->guard([&] { _impl->addWarning(analysis, text); });
 }
 
 void ResultWriter::setComplete(const std::string& name) {

@@ -223,6 +223,8 @@ Probe makeModesProbe(const ProbeSource& source) {
 }
 
 Probe makeMassCenterProbe(const ProbeSource& source) {
+    const ModelValue isWanted = source.entry.get("center_of_mass");
+    if (!isWanted.getBool()) isWanted.fail("write true, or leave the probe out");
     Probe probe;
     probe.unit = "m";
     probe.columns = {"x", "y", "z"};

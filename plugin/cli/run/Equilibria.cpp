@@ -6,8 +6,10 @@ The analyses without time: static, eigen, campbell. **/
 
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/run/ModelRun.h"
+#include "simflex/cli/run/MotionWarnings.h"
 #include "simflex/cli/run/Pictures.h"
 #include "simflex/cli/run/Session.h"
+#include "simflex/part/NumberText.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/StaticEquilibrium.h"
 
@@ -53,10 +55,8 @@ constexpr int kUsualModes = 10, kUsualBranches = 6;
 Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
                           const std::string& parameter, Real value,
                           const std::function<void()>& observer) {
-    char number[40];
-    std::snprintf(number, sizeof number, "%.17g", double(value));
     ModelText changed = text;
-    changed.settings.push_back("parameters." + parameter + "=" + number);
+    changed.settings.push_back("parameters." + parameter + "=" + writeGeneral(value));
     const Model model(readModel(changed), options);
     if (model.getFile().get("initial").get("start").getText() != "as_placed")
         return calcLinearization(model.getSystem(), findStart(model, observer), observer);
@@ -75,7 +75,9 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     const Vector atRest;
     const Moment moment{equilibrium.state, atRest, equilibrium.multipliers, 0};
     const std::vector<double> values = _probes.calc(moment);
-    checkFinite(name, equilibrium.state.getTime(), values);
+    MotionWarnings(*_model, _probes, [&](const std::string& message) {
+        warn(name, message);
+    }).checkFinite(equilibrium.state.getTime(), values);
     _writer->addStatic(name, makeColumns(), values, toNumbers(equilibrium.state.getQ()));
     _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
@@ -108,7 +110,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         frequency.push_back(mode.frequency);
         damping.push_back(mode.dampingRatio);
     }
-    if (_options.drawsPictures && analysis.get("pictures").getBool())
+    if (analysis.get("pictures").getBool() && _options.drawsPictures)
         drawModes(*_model, linear, modes, name, getUsualFolder(), _options.isQuiet);
     _writer->addEigen(name, frequency, damping);
     _writer->setStatistics(name,

@@ -82,7 +82,7 @@ void checkNamedState(const ModelValue& name, const ModelValue& analyses,
 }  // namespace
 
 ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options)
-    : _text(text), _options(options) {
+    : _text(text), _options(options), _messages(Messages::makeQuietIf(options.isQuiet)) {
     _modelOptions.bodies = bodies;
     _modelOptions.allowsScripts = options.allowsScripts;
     _resumeCommand = options.makeResumeCommand();
@@ -92,9 +92,10 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     _modelOptions.progress = [&](const std::string& phase, double fraction) {
         return bar.show(phase, fraction);
     };
-    _modelOptions.note = [&](const std::string& note) {
-        bar.clear();
-        if (!options.isQuiet) std::fprintf(stderr, "simflex: %s\n", note.c_str());
+    _modelOptions.note = _messages.getNote();
+    _modelOptions.warn = [this](const std::string& warning) {
+        _messages.warn(warning);
+        _modelWarnings.push_back(warning);
     };
     const ModelValue file = readModel(text);
     const ModelValue analyses = file.get("analyses");
@@ -109,7 +110,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     if (!options.onlyChecks) readEarlier();
     _model = std::make_shared<const Model>(file, _modelOptions);
     _modelOptions.progress = {};
-    _modelOptions.note = {};
+    _modelOptions.note = _modelOptions.warn = {};
     _probes = Probes::make(_model);
     // What cannot be drawn is refused before hours of simulation.
     if (_options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*_model);
@@ -117,39 +118,15 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
 
 ModelRun::~ModelRun() = default;
 
-void ModelRun::say(const std::string& note) const {
-    if (!_options.isQuiet) std::fprintf(stderr, "simflex: %s\n", note.c_str());
-}
-
 void ModelRun::warn(const std::string& analysis, const std::string& message) {
-    std::fprintf(stderr, "simflex: warning: %s: %s\n", analysis.c_str(), message.c_str());
-    _remarks[analysis].push_back("warning: " + message);
-}
-
-const char* ModelRun::getAdviceAtStart() {
-    return "It is bent so from the start: if its joints do not meet as placed, place the bodies so "
-           "that they do.";
+    _messages.warn(analysis + ": " + message);
+    if (_writer) _writer->addWarning(analysis, message);
 }
 
 void ModelRun::checkLinearRange(const std::string& analysis, const State& state) {
     LinearRangeReporter(_model->getFlexibleBodies(), 1, [&](const std::string& message) {
         warn(analysis, message);
     }).handleEvent(state);
-}
-
-void ModelRun::checkFinite(const std::string& analysis, double time,
-                           const std::vector<double>& values) {
-    size_t next = 0;
-    for (const Probe& probe : _probes.getProbes())
-        for (const std::string& column : probe.columns) {
-            const double value = values[next++];
-            if (std::isfinite(value) || !_notFinite.insert({analysis, probe.name}).second) continue;
-            std::ostringstream text;
-            text << "probe '" << probe.name << (column.empty() ? "" : "." + column) << "' is "
-                 << value << " at t = " << time
-                 << " s: its formula, or what it is made of, has no finite value there";
-            warn(analysis, text.str());
-        }
 }
 
 bool ModelRun::canBend() const {
@@ -179,19 +156,16 @@ bool ModelRun::isComplete(const std::string& analysis) const {
 //-------------------------------------------------------------------------------------------------
 // files
 
-void ModelRun::checkSame(const ResultHeader& earlier) const {
-    const auto refuse = [&](const std::string& what) {
-        throw std::runtime_error("cannot go on with '" + _resultPath + "': " + what +
-                                 "; run without --resume to begin anew");
-    };
+std::string ModelRun::findChange(const ResultHeader& earlier) const {
     if (earlier.modelText != _text.text)
-        refuse("the model file '" + _text.path + "' has changed since, first in line " +
-               std::to_string(findDifference(earlier.modelText, _text.text)));
+        return "the model file '" + _text.path + "' has changed since, first in line " +
+               std::to_string(findDifference(earlier.modelText, _text.text));
     if (earlier.settings != _text.settings)
-        refuse("it was run with other settings (then: " + join(earlier.settings) +
-               "; now: " + join(_text.settings) + ")");
+        return "it was run with other settings (then: " + join(earlier.settings) +
+               "; now: " + join(_text.settings) + ")";
     if (earlier.isRigid != (_modelOptions.bodies == ModelOptions::Bodies::Rigid))
-        refuse(earlier.isRigid ? "its bodies are all rigid" : "its bodies are flexible");
+        return earlier.isRigid ? "its bodies are all rigid" : "its bodies are flexible";
+    return "";
 }
 
 void ModelRun::checkWishes(const ModelValue& file) const {
@@ -226,27 +200,35 @@ void ModelRun::checkWishes(const ModelValue& file) const {
 }
 
 void ModelRun::readEarlier() {
-    std::vector<std::string> lost;
-    const bool isThere = fs::exists(_resultPath) || fs::exists(_resultPath + ".rows");
-    if (isThere) {
-        try {
-            ResultData data = readResults(_resultPath, ReadStates::No);
-            if (_options.resumes)
-                _earlier = std::move(data);
-            else if (!_options.only.empty())
-                for (const ResultData::Analysis& analysis : data.analyses)
-                    if (!isWanted(analysis.name)) lost.push_back(analysis.name);
-        } catch (const std::exception& error) {
-            throw std::runtime_error("'" + _resultPath +
-                                     "' is there and cannot be read as a result file of simflex, "
-                                     "so it is not replaced: " +
-                                     error.what() + "; choose another name with -o or remove it");
-        }
+    if (!fs::exists(_resultPath) && !fs::exists(_resultPath + ".rows")) return;
+    ResultData data;
+    try {
+        data = readResults(_resultPath, _options.resumes ? ReadStates::No : ReadStates::Yes);
+    } catch (const std::exception& error) {
+        throw std::runtime_error("'" + _resultPath +
+                                 "' is there and cannot be read as a result file of simflex, "
+                                 "so it is not replaced: " +
+                                 error.what() + "; choose another name with -o or remove it");
     }
-    if (!lost.empty())
-        say("'" + _resultPath + "' is replaced, with its results of " + join(lost, ", ") +
-            "; another name (-o) would keep them");
-    if (_earlier) checkSame(_earlier->header);
+    const std::string change = findChange(data.header);
+    if (_options.resumes) {
+        if (!change.empty())
+            throw std::runtime_error("cannot go on with '" + _resultPath + "': " + change +
+                                     "; run without --resume to begin anew");
+        _earlier = std::move(data);
+        return;
+    }
+    if (_options.only.empty()) return;
+    std::vector<std::string> others;
+    for (ResultData::Analysis& analysis : data.analyses) {
+        if (isWanted(analysis.name)) continue;
+        others.push_back(analysis.name);
+        _kept.push_back(std::move(analysis));
+    }
+    if (!others.empty() && !change.empty())
+        throw std::runtime_error("'" + _resultPath + "' has the results of " + join(others, ", ") +
+                                 ", which --only would lose: " + change +
+                                 "; choose another name with -o, or remove it");
 }
 
 void ModelRun::openResults() {
@@ -254,15 +236,17 @@ void ModelRun::openResults() {
         _writer = std::make_unique<ResultWriter>(_resultPath);
         return;
     }
-    if (_options.resumes) say("there is no '" + _resultPath + "' to go on with: begins anew");
-    fs::remove(getCheckpointPath());
+    if (_options.resumes)
+        _messages.note("there is no '" + _resultPath + "' to go on with: begins anew");
+    removeRunCheckpoint(getCheckpointPath());
     ResultHeader header;
     header.title = getModelTitle(_model->getFile());
     header.modelPath = _text.path;
     header.modelText = _text.text;
     header.settings = _text.settings;
     header.isRigid = _modelOptions.bodies == ModelOptions::Bodies::Rigid;
-    _writer = std::make_unique<ResultWriter>(_resultPath, header);
+    _writer = std::make_unique<ResultWriter>(_resultPath, header, _kept);
+    _kept.clear();
 }
 
 std::vector<ResultColumn> ModelRun::makeColumns() const {
@@ -282,6 +266,7 @@ void ModelRun::stopIfAsked() const {
 
 void ModelRun::perform() {
     openResults();
+    for (const std::string& warning : _modelWarnings) _writer->addWarning(warning);
     const ModelValue analyses = _model->getFile().get("analyses");
     for (const std::string& name : analyses.getKeys()) {
         const ModelValue analysis = analyses.get(name);
@@ -296,21 +281,31 @@ void ModelRun::perform() {
             runEigen(analysis);
         else if (type == "campbell")
             runCampbell(analysis);
-        else
-            say("analysis '" + name + "' is left to 'simflex sweep'");
+        else {
+            _messages.note("analysis '" + name + "' is left to 'simflex sweep'");
+            continue;
+        }
+        for (const ModelValue& value : analysis.findUnread())
+            warn(name, value.getPath() + " has had no effect");
     }
     _writer.reset();
     if (_options.writesCsv || _model->getFile().get("output").get("csv").getBool())
         for (const ResultData::Analysis& analysis :
-             readResults(_resultPath, ReadStates::No).analyses)
+             readResults(_resultPath, ReadStates::No).analyses) {
+            if (!isWanted(analysis.name)) continue;
             writeResultCsv(
                 fs::path(_resultPath).replace_extension("." + analysis.name + ".csv").string(),
                 analysis);
+        }
 }
 
 void ModelRun::runTransient(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const State start = findNamedState(analysis.get("from"), name);
+    if (beginsAtRest(analysis)) {
+        const std::string lost = describeLostSpeeds(*_model);
+        if (!lost.empty()) warn(name, lost);
+    }
     TransientRun run(*this, analysis);
     const ResultData::Analysis* begun = nullptr;
     if (_earlier)
@@ -386,6 +381,13 @@ State ModelRun::findEnd(const std::string& name) const {
                              "' is not known: it was left out, or its states were not kept");
 }
 
+bool ModelRun::beginsAtRest(const ModelValue& analysis) const {
+    const std::string from = analysis.get("from").getText();
+    const ModelValue file = _model->getFile(), analyses = file.get("analyses");
+    if (analyses.has(from)) return analyses.get(from).get("type").getText() == "static";
+    return from == "static" || file.get("initial").get("start").getText() == "static";
+}
+
 State ModelRun::findNamedState(const ModelValue& name, const std::string& forAnalysis) {
     const std::string wanted = name.getText();
     if (wanted == "start" || wanted == "placed") return getStart();
@@ -409,7 +411,10 @@ State ModelRun::findNamedState(const ModelValue& name, const std::string& forAna
 
 void ModelRun::printSummary() const {
     const ResultData results = readResults(_resultPath, ReadStates::No);
+    for (const std::string& warning : results.warnings)
+        std::printf("warning: %s\n", warning.c_str());
     for (const ResultData::Analysis& analysis : results.analyses) {
+        if (!isWanted(analysis.name)) continue;
         const auto remarks = _remarks.find(analysis.name);
         printAnalysis(analysis,
                       remarks != _remarks.end() ? remarks->second : std::vector<std::string>());
@@ -456,7 +461,7 @@ void ModelRun::check() {
                     analyses.get(name).get("type").getText().c_str(),
                     isWanted(name) ? "" : ", left out");
     LinearRangeReporter(model.getFlexibleBodies(), 1, [](const std::string& message) {
-        std::printf("  warning: %s %s\n", message.c_str(), getAdviceAtStart());
+        std::printf("  warning: %s %s\n", message.c_str(), MotionWarnings::getAdviceAtStart());
     }).handleEvent(state);
     std::printf("assembled: largest error of a joint %.2g; results would go to %s\n",
                 double(integrator->getLargestConstraintError()), _resultPath.c_str());

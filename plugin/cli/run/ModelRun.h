@@ -9,11 +9,11 @@ All analyses of a model, one after the other, into one result file.
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/model/ModelReader.h"
 #include "simflex/cli/results/ResultFile.h"
 #include "simflex/cli/run/Probe.h"
@@ -48,15 +48,11 @@ public:
 private:
     friend class TransientRun;
 
-    /** Says on standard error, and with the analysis' results, what its user must know. **/
+    /** Says on standard error, and keeps with the analysis' results, what changes their meaning.
+     * **/
     void warn(const std::string& analysis, const std::string& message);
-    /** For bodies that are bent too far before anything has moved. **/
-    static const char* getAdviceAtStart();
     /** Warns of flexible bodies that are bent beyond what modes describe. **/
     void checkLinearRange(const std::string& analysis, const SimTK::State& state);
-
-    /** Warns of probes that have no finite value, of each once in an analysis. **/
-    void checkFinite(const std::string& analysis, double time, const std::vector<double>& values);
 
     /** An equilibrium that later analyses may begin at. **/
     struct Equilibrium {
@@ -71,7 +67,8 @@ private:
     void checkWishes(const ModelValue& file) const;
     void readEarlier();
     void openResults();
-    void checkSame(const ResultHeader& earlier) const;
+    /** What is not as in an earlier run; empty if it was the same. **/
+    std::string findChange(const ResultHeader& earlier) const;
     /** For pictures, where the model names no folder: MODEL.frames in the current one. **/
     std::string getUsualFolder() const;
     std::string getCheckpointPath() const { return _resultPath + ".checkpoint"; }
@@ -86,26 +83,30 @@ private:
     the one that asks. **/
     SimTK::State findNamedState(const ModelValue& name, const std::string& forAnalysis);
 
+    /** Whether it goes on from static equilibrium. **/
+    bool beginsAtRest(const ModelValue& analysis) const;
+
     void runTransient(const ModelValue& analysis);
     void runStatic(const ModelValue& analysis);
     void runEigen(const ModelValue& analysis);
     void runCampbell(const ModelValue& analysis);
 
     std::vector<ResultColumn> makeColumns() const;
-    void say(const std::string& note) const;
 
     ModelText _text;
     ModelOptions _modelOptions;
     RunOptions _options;
+    Messages _messages;
+    std::vector<std::string> _modelWarnings;  ///< told before there was a result file
     std::shared_ptr<const Model> _model;
     Probes _probes;
     std::string _resultPath, _resumeCommand;
     std::unique_ptr<ResultWriter> _writer;
-    std::optional<ResultData> _earlier;  ///< of the run that is gone on with
+    std::optional<ResultData> _earlier;       ///< of the run that is gone on with
+    std::vector<ResultData::Analysis> _kept;  ///< earlier results that stay: others are wanted
     std::optional<SimTK::State> _start;
     std::map<std::string, Equilibrium> _equilibria;
     std::map<std::string, SimTK::State> _ends;                 ///< of transient analyses
-    std::set<std::pair<std::string, std::string>> _notFinite;  ///< analysis and probe
     std::map<std::string, std::vector<std::string>> _remarks;  ///< by analysis, for the summary
 };
 

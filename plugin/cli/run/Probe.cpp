@@ -149,6 +149,7 @@ Probes Probes::make(const std::shared_ptr<const Model>& model) {
     }
     ProbeMaker maker(model, entries);
     for (const std::string& name : entries.getKeys()) probes._probes.push_back(maker.make(name));
+    entries.checkRead();
     return probes;
 }
 

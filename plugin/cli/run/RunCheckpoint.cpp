@@ -16,7 +16,8 @@ namespace cli {
 namespace {
 
 constexpr char kMagic[] = "simflex checkpoint of a run\n";
-constexpr std::uint64_t kVersion = 3;
+constexpr std::uint64_t kVersion = 4;
+constexpr std::size_t kMostPacked = 1 << 24;  // bytes of frames that are written at once
 
 /** FNV-1a, 64 bits. **/
 std::uint64_t calcChecksum(const void* data, size_t size,
@@ -75,6 +76,7 @@ public:
         return size_t(size);
     }
     bool isAtEnd() const { return _at == _bytes.size(); }
+    size_t getPlace() const { return _at; }
     [[noreturn]] void fail() const {
         throw std::runtime_error("checkpoint '" + _path + "' is damaged; remove it to begin anew");
     }
@@ -91,37 +93,112 @@ private:
     size_t _at = 0;
 };
 
+/** A file that is being written; errors name the checkpoint. **/
+class OpenFile {
+public:
+    OpenFile(const std::string& path, int flags, const std::string& checkpoint)
+        : _file(::open(path.c_str(), flags | O_CLOEXEC, 0666)), _checkpoint(checkpoint) {
+        if (_file < 0) fail("make");
+    }
+    ~OpenFile() {
+        if (_file >= 0) ::close(_file);
+    }
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+
+    void cutTo(std::uint64_t size) {
+        if (::ftruncate(_file, off_t(size)) != 0 || ::lseek(_file, 0, SEEK_END) < 0) fail("write");
+    }
+    void write(const std::string& bytes) {
+        size_t done = 0;
+        while (done < bytes.size()) {
+            const ssize_t count = ::write(_file, bytes.data() + done, bytes.size() - done);
+            if (count < 0 && errno == EINTR) continue;
+            if (count <= 0) fail("write");
+            done += size_t(count);
+        }
+    }
+    void sync() {
+        if (::fsync(_file) != 0) fail("write");
+    }
+    [[noreturn]] void fail(const char* what) const {
+        throw std::runtime_error("cannot " + std::string(what) + " checkpoint '" + _checkpoint +
+                                 "': " + std::strerror(errno));
+    }
+
+private:
+    int _file;
+    std::string _checkpoint;
+};
+
 /** A file of its own that appears under its name when it is complete. **/
 void replaceFile(const std::string& path, const std::string& bytes) {
     const std::string aside = path + ".new";
-    const auto fail = [&](const char* what) {
-        const std::string reason = std::strerror(errno);
+    try {
+        OpenFile file(aside, O_WRONLY | O_CREAT | O_TRUNC, path);
+        file.write(bytes);
+        file.sync();
+        if (::rename(aside.c_str(), path.c_str()) != 0) file.fail("replace");
+    } catch (const std::runtime_error&) {
         ::unlink(aside.c_str());
-        throw std::runtime_error("cannot " + std::string(what) + " checkpoint '" + path +
-                                 "': " + reason);
-    };
-    const int file = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (file < 0) fail("make");
-    size_t done = 0;
-    while (done < bytes.size()) {
-        const ssize_t count = ::write(file, bytes.data() + done, bytes.size() - done);
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) {
-            const int reason = errno;
-            ::close(file);
-            errno = reason;
-            fail("write");
-        }
-        done += size_t(count);
+        throw;
     }
-    if (::fsync(file) != 0 || ::close(file) != 0) fail("write");
-    if (::rename(aside.c_str(), path.c_str()) != 0) fail("replace");
 }
 
 std::string readBytes(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file) throw std::runtime_error("cannot read '" + path + "': " + std::strerror(errno));
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+/** Each with a checksum behind it. **/
+void appendFrames(const std::string& path, RunCheckpoint& checkpoint) {
+    const std::vector<RunCheckpoint::Frame>& frames = checkpoint.frames;
+    RunCheckpoint::Kept kept = checkpoint.kept;
+    if (kept.frames == frames.size()) return;
+    OpenFile file(getFramesPath(path), O_WRONLY | O_CREAT, path);
+    file.cutTo(kept.bytes);
+    while (kept.frames < frames.size()) {
+        Packer packer;
+        for (; kept.frames < frames.size() && packer.bytes.size() < kMostPacked; ++kept.frames) {
+            const RunCheckpoint::Frame& frame = frames[kept.frames];
+            const size_t begin = packer.bytes.size();
+            packer.put(frame.time);
+            packer.put(frame.q);
+            packer.put(frame.u);
+            packer.put(calcChecksum(&packer.bytes[begin], packer.bytes.size() - begin));
+        }
+        file.write(packer.bytes);
+        kept.bytes += packer.bytes.size();
+    }
+    file.sync();
+    checkpoint.kept = kept;
+}
+
+/** Those that checkpoint.kept counts. **/
+void readFrames(const std::string& path, RunCheckpoint& checkpoint) {
+    if (checkpoint.kept.frames == 0) return;
+    const std::string framesPath = getFramesPath(path);
+    std::string bytes = readBytes(framesPath);
+    if (bytes.size() < checkpoint.kept.bytes)
+        throw std::runtime_error("'" + framesPath + "' is cut off; remove checkpoint '" + path +
+                                 "' to begin anew");
+    bytes.resize(checkpoint.kept.bytes);
+    Unpacker unpacker(bytes, framesPath);
+    while (!unpacker.isAtEnd()) {
+        RunCheckpoint::Frame frame;
+        const size_t begin = unpacker.getPlace();
+        unpacker.get(frame.time);
+        unpacker.get(frame.q);
+        unpacker.get(frame.u);
+        const std::uint64_t expected =
+            calcChecksum(bytes.data() + begin, unpacker.getPlace() - begin);
+        std::uint64_t sum = 0;
+        unpacker.get(sum);
+        if (sum != expected) unpacker.fail();
+        checkpoint.frames.push_back(std::move(frame));
+    }
+    if (checkpoint.frames.size() != checkpoint.kept.frames) unpacker.fail();
 }
 
 std::string sumNumbers(const ReducedBody& part) {
@@ -133,7 +210,17 @@ std::string sumNumbers(const ReducedBody& part) {
 
 }  // namespace
 
-void writeRunCheckpoint(const std::string& path, const RunCheckpoint& checkpoint) {
+std::string getFramesPath(const std::string& path) {
+    return path + ".frames";
+}
+
+void removeRunCheckpoint(const std::string& path) {
+    ::unlink(path.c_str());
+    ::unlink(getFramesPath(path).c_str());
+}
+
+void writeRunCheckpoint(const std::string& path, RunCheckpoint& checkpoint) {
+    appendFrames(path, checkpoint);
     Packer packer;
     packer.bytes = kMagic;
     packer.put(kVersion);
@@ -151,13 +238,10 @@ void writeRunCheckpoint(const std::string& path, const RunCheckpoint& checkpoint
     packer.put(checkpoint.energy.largestPotentialChange);
     packer.put(checkpoint.energy.largestWork);
     packer.put(checkpoint.energy.timeOfError);
-    packer.put(std::uint64_t(checkpoint.frames.size()));
-    for (const RunCheckpoint::Frame& frame : checkpoint.frames) {
-        packer.put(frame.time);
-        packer.put(frame.q);
-        packer.put(frame.u);
-    }
+    packer.put(checkpoint.kept.frames);
+    packer.put(checkpoint.kept.bytes);
     packer.put(checkpoint.turns);
+    packer.put(checkpoint.warnings);
     packer.put(checkpoint.integrator);
     packer.put(calcChecksum(packer.bytes.data(), packer.bytes.size()));
     replaceFile(path, packer.bytes);
@@ -203,15 +287,13 @@ RunCheckpoint readRunCheckpoint(const std::string& path) {
     unpacker.get(checkpoint.energy.largestPotentialChange);
     unpacker.get(checkpoint.energy.largestWork);
     unpacker.get(checkpoint.energy.timeOfError);
-    checkpoint.frames.resize(unpacker.getSize(24));
-    for (RunCheckpoint::Frame& frame : checkpoint.frames) {
-        unpacker.get(frame.time);
-        unpacker.get(frame.q);
-        unpacker.get(frame.u);
-    }
+    unpacker.get(checkpoint.kept.frames);
+    unpacker.get(checkpoint.kept.bytes);
     unpacker.get(checkpoint.turns);
+    unpacker.get(checkpoint.warnings);
     unpacker.get(checkpoint.integrator);
     if (!unpacker.isAtEnd()) unpacker.fail();
+    readFrames(path, checkpoint);
     return checkpoint;
 }
 

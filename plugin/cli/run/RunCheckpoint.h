@@ -2,6 +2,7 @@
 /** @file
 Where a transient analysis was when it was last kept: all that the rest of it depends on. **/
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -31,13 +32,26 @@ struct RunCheckpoint {
         std::vector<double> q, u;
     };
     std::vector<Frame> frames;
+    /** How many of them stand in the file of frames, and in how many bytes. **/
+    struct Kept {
+        std::uint64_t frames = 0, bytes = 0;
+    };
+    Kept kept;
 
-    std::vector<double> turns;  ///< as TurnCounter saves them
-    std::string integrator;     ///< as the integrator writes itself
+    std::vector<double> turns;     ///< as TurnCounter saves them
+    std::vector<double> warnings;  ///< as MotionWarnings saves them
+    std::string integrator;        ///< as the integrator writes itself
 };
 
-/** Replaces the file as a whole; it is never half written. @throws std::runtime_error. **/
-void writeRunCheckpoint(const std::string& path, const RunCheckpoint& checkpoint);
+/** Path of the file beside a checkpoint that has its frames: they are only ever appended to it. **/
+std::string getFramesPath(const std::string& path);
+
+/** Appends the frames that are new since it was `kept` last, then replaces the checkpoint as a
+whole; it is never half written. @throws std::runtime_error. **/
+void writeRunCheckpoint(const std::string& path, RunCheckpoint& checkpoint);
+
+/** Removes both files. **/
+void removeRunCheckpoint(const std::string& path);
 
 /** @throws std::runtime_error naming the file and what is wrong with it: cut off, damaged, of
 another kind, of a newer version. **/

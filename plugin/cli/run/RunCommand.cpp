@@ -6,7 +6,7 @@ simflex run: does the analyses of a model file. **/
 #include <memory>
 
 #include "simflex/cli/Commands.h"
-#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/part/SourceArguments.h"
 #include "simflex/cli/run/ModelRun.h"
 #include "simflex/cli/run/RunSummary.h"
@@ -27,6 +27,7 @@ std::string quote(const std::string& text) {
 
 void perform(const RunOptions& options) {
     const auto started = std::chrono::steady_clock::now();
+    const Messages messages = Messages::makeQuietIf(options.isQuiet);
     const ModelText text = loadModelText(options.model, options.settings);
     ModelRun run(text, ModelOptions::Bodies::AsGiven, options);
     if (options.onlyChecks) {
@@ -35,9 +36,9 @@ void perform(const RunOptions& options) {
     }
     const bool isRigidToo = options.isRigidToo && run.canBend();
     if (options.isRigidToo && !isRigidToo)
-        std::fprintf(stderr,
-                     "simflex: no body of the model can bend: it is rigid as it is, so --rigid "
-                     "changes nothing and it is run once\n");
+        messages.warn(
+            "no body of the model can bend: it is rigid as it is, so --rigid changes nothing and "
+            "it is run once");
     run.perform();
     run.printSummary();
     if (isRigidToo) {
@@ -49,7 +50,9 @@ void perform(const RunOptions& options) {
     }
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started;
     std::fflush(stdout);
-    if (!options.isQuiet) std::fprintf(stderr, "simflex: %.1f s\n", elapsed.count());
+    char seconds[40];
+    std::snprintf(seconds, sizeof seconds, "%.1f s", elapsed.count());
+    messages.note(seconds);
 }
 
 }  // namespace
@@ -100,7 +103,8 @@ void addRunCommand(CLI::App& app) {
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
     addScriptsFlag(*command, options->allowsScripts);
-    command->add_flag("-q,--quiet", options->isQuiet, "No progress, only what came out");
+    command->add_flag("-q,--quiet", options->isQuiet,
+                      "No progress and notes: only warnings and what came out");
     command->callback([options] { perform(*options); });
 }
 

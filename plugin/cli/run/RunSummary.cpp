@@ -145,6 +145,8 @@ void printAnalysis(const ResultData::Analysis& analysis, const std::vector<std::
     if (analysis.type == "static") printStatic(analysis);
     if (analysis.type == "eigen") printEigen(analysis);
     if (analysis.type == "campbell") printCampbell(analysis);
+    for (const std::string& warning : analysis.warnings)
+        std::printf("  warning: %s\n", warning.c_str());
     for (const std::string& remark : remarks) std::printf("  %s\n", remark.c_str());
 }
 

@@ -91,6 +91,7 @@ std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
         tolerances.maxIterations = solver.get("maximum_iterations").getInteger();
         integrator->setNewtonTolerances(tolerances);
     }
+    solver.checkRead();
     return integrator;
 }
 
@@ -105,6 +106,12 @@ State findStart(const Model& model, const std::function<void()>& observer) {
     else
         equilibrium.solveSteadyMotion(state);
     return equilibrium.getState();
+}
+
+std::string describeLostSpeeds(const Model& model) {
+    if (model.makeInitialState().getU().normInf() == 0) return "";
+    return "begins at static equilibrium, where everything is at rest: the model's initial "
+           "velocities have no effect";
 }
 
 std::string nameBodies(const Model& model, const std::string& text) {

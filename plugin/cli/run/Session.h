@@ -23,6 +23,10 @@ std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
 @param observer  see StaticEquilibrium::setObserver() **/
 SimTK::State findStart(const Model& model, const std::function<void()>& observer = {});
 
+/** A warning where the model has initial speeds although analyses begin at static equilibrium;
+otherwise empty: "begins at …". **/
+std::string describeLostSpeeds(const Model& model);
+
 /** A message of the library in the words of the model: "rigid tree at body 3" becomes "slider", and
 "the motion of joint 'swing' jumps by 1 m or rad" becomes "the motion 'swing' of joint 'pin' jumps
 by 1 rad". **/

@@ -1,7 +1,5 @@
 #include "simflex/cli/run/TransientRun.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -52,15 +50,9 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
       _analysis(analysis),
       _name(analysis.getName()),
       _duration(analysis.get("duration").getNumber()),
-      _linearRange(run._model->getFlexibleBodies(), _duration > 0 ? _duration : 1,
-                   [this](const std::string& message) {
-                       _bar.clear();
-                       const bool isAtStart = _progress.numRows == 0;
-                       _run.warn(_name, message + (isAtStart ? std::string(" ") +
-                                                                   ModelRun::getAdviceAtStart()
-                                                             : std::string()));
-                   }),
       _turns(*run._model),
+      _warnings(*run._model, run._probes,
+                [this](const std::string& message) { _run.warn(_name, message); }),
       _bar(run._options.isQuiet, {{analysis.getName(), 1}}),
       _kept(Clock::now()) {
     if (!(_duration > 0)) analysis.get("duration").fail("must be positive");
@@ -71,7 +63,7 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
         std::ostringstream note;
         note << interval.getPath() << ", " << _interval << " s, is longer than the duration, "
              << _duration << " s: there are results of the start and the end only";
-        run.say(note.str());
+        run._messages.note(note.str());
     }
     _lastRow = countIntervals(_duration, _interval, interval.isGiven() ? interval : analysis);
     const ModelValue output = run._model->getFile().get("output");
@@ -116,11 +108,11 @@ void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
     std::istringstream text(checkpoint.integrator);
     _integrator->readCheckpoint(text, start);
     _turns.restore(checkpoint.turns);
-    _numOverturned = _turns.getOverturnedSprings().size();
+    _warnings.restore(checkpoint.warnings);
     std::ostringstream note;
     note << "analysis '" << _name << "' goes on at t = " << _integrator->getTime() << " of "
          << _startTime + _duration << " s";
-    _run.say(note.str());
+    _run._messages.note(note.str());
     _bar.show(_name, (_integrator->getTime() - _startTime) / _duration);
 }
 
@@ -183,13 +175,12 @@ bool TransientRun::watchStep(double time) {
 
 void TransientRun::takeRow() {
     const State& state = _integrator->getState();
-    countTurns(state);
+    _turns.update(state);
     const Moment moment{state, _integrator->getUDot(), _integrator->getMultipliers(),
                         _integrator->getWork(), &_turns};
     takeEnergy(moment);
     const std::vector<double> values = _run._probes.calc(moment);
-    _linearRange.handleEvent(state);
-    _run.checkFinite(_name, state.getTime(), values);
+    _warnings.check(state, values, _turns);
     _run._writer->addRow(state.getTime(), values,
                          _keepsStates ? toNumbers(state.getQ()) : std::vector<double>(),
                          _keepsStates ? toNumbers(state.getU()) : std::vector<double>());
@@ -229,23 +220,7 @@ void TransientRun::checkEnergy() {
          << " J, work of loads, motions and dampers up to " << energy.largestWork
          << " J): the results are wrong by as much. Try a finer solver.accuracy (now " << accuracy
          << " m) or a shorter solver.maximum_step until it closes";
-    _bar.clear();
     _run.warn(_name, text.str());
-}
-
-void TransientRun::countTurns(const State& state) {
-    _turns.update(state);
-    const std::vector<std::string>& springs = _turns.getOverturnedSprings();
-    for (; _numOverturned < springs.size(); ++_numOverturned) {
-        std::ostringstream message;
-        message << "torsion spring '" << springs[_numOverturned]
-                << "' has been turned by more than "
-                << "half a turn from where it is free, before t = " << state.getTime()
-                << " s: it does not count turns, its moment has changed sign there; divide the "
-                   "angle among several springs in a row";
-        _bar.clear();
-        _run.warn(_name, message.str());
-    }
 }
 
 void TransientRun::takeFrame() {
@@ -259,6 +234,7 @@ void TransientRun::keep() {
     _integrator->writeCheckpoint(text);
     _progress.integrator = text.str();
     _progress.turns = _turns.save();
+    _progress.warnings = _warnings.save();
     writeRunCheckpoint(_run.getCheckpointPath(), _progress);
     _kept = Clock::now();
 }
@@ -296,7 +272,7 @@ void TransientRun::finish() {
                    _run._options.isQuiet, _run._resumeCommand);
     }
     _run._writer->setComplete(_name);
-    ::unlink(_run.getCheckpointPath().c_str());
+    removeRunCheckpoint(_run.getCheckpointPath());
 }
 
 }  // namespace cli

@@ -5,9 +5,9 @@ One transient analysis: rows of probes at regular times, States for pictures, ch
 #include <chrono>
 #include <memory>
 
-#include "simflex/body/LinearRangeReporter.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/run/ModelRun.h"
+#include "simflex/cli/run/MotionWarnings.h"
 #include "simflex/cli/run/RunCheckpoint.h"
 #include "simflex/cli/run/TurnCounter.h"
 #include "simflex/solver/ImplicitIntegrator.h"
@@ -39,7 +39,6 @@ private:
     void takeEnergy(const Moment& moment);
     /** Warns if the energy balance does not close. **/
     void checkEnergy();
-    void countTurns(const SimTK::State& state);
     void takeFrame();
     void keep();
     void finish();
@@ -55,9 +54,8 @@ private:
     bool _keepsStates = true;
 
     std::unique_ptr<ImplicitIntegrator> _integrator;
-    LinearRangeReporter _linearRange;
     TurnCounter _turns;
-    size_t _numOverturned = 0;  ///< springs that have been reported
+    MotionWarnings _warnings;
     RunCheckpoint _progress;
     ProgressBar _bar;
     Clock::time_point _kept;

@@ -1,4 +1,5 @@
 #include "simflex/cli/shell/Format.h"
+#include "simflex/part/NumberText.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -7,9 +8,7 @@ namespace simflex {
 namespace cli {
 
 std::string formatNumber(double value) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.10g", value == 0 ? 0.0 : value);  // no -0
-    return text;
+    return writeGeneral(value == 0 ? 0.0 : value, 10);  // no -0
 }
 
 std::string formatValues(const std::vector<double>& values, const std::string& unit) {

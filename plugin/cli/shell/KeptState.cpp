@@ -1,4 +1,5 @@
 #include "simflex/cli/shell/KeptState.h"
+#include "simflex/part/NumberText.h"
 
 #include <cmath>
 #include <cstdio>
@@ -20,11 +21,7 @@ constexpr int kVersion = 1;
 
 std::string formatVector(const char* name, const Vector& values) {
     std::string line = name;
-    char number[32];
-    for (int i = 0; i < values.size(); ++i) {
-        std::snprintf(number, sizeof number, " %.17g", double(values[i]));
-        line += number;
-    }
+    for (int i = 0; i < values.size(); ++i) line += ' ' + writeGeneral(values[i]);
     return line + '\n';
 }
 
@@ -48,6 +45,7 @@ public:
 
     Vector nextVector(const std::string& name, int size) {
         std::istringstream text(next(name));
+        text.imbue(std::locale::classic());
         std::vector<double> values;
         for (double value; text >> value;) values.push_back(value);
         for (const double value : values)
@@ -69,6 +67,7 @@ void writeKeptState(const std::string& path, const Model& model, const State& st
     const std::string unfinished = path + ".tmp";
     {
         std::ofstream file(unfinished);
+        file.imbue(std::locale::classic());
         file << kTitle << ' ' << kVersion << '\n';
         for (const Model::BodyEntry& body : model.getBodies()) {
             const bool isFlexible = body.flexible && !body.flexible->isRigid(state);

@@ -30,7 +30,8 @@ std::vector<std::string> keepBeginnings(const std::vector<std::string>& words,
 
 }  // namespace
 
-Shell::Shell(const ShellOptions& options) : _options(options) {}
+Shell::Shell(const ShellOptions& options)
+    : _options(options), _messages(Messages::makeQuietIf(options.isQuiet)) {}
 
 Shell::~Shell() = default;
 
@@ -158,19 +159,35 @@ ShellModel& Shell::updModel() const {
     return *_model;
 }
 
-void Shell::open(const ModelText& text) {
+std::unique_ptr<ShellModel> Shell::makeModel(const ModelText& text) const {
     ModelOptions options = _options.model;
     ProgressBar bar(!showsProgress(), {});
     options.progress = [&](const std::string& phase, double fraction) {
         return bar.show(phase, fraction);
     };
-    options.note = [&](const std::string& what) {
-        bar.clear();
-        note(what);
-    };
+    options.note = _messages.getNote();
+    options.warn = _messages.getWarn();
     auto model = std::make_unique<ShellModel>(text, options);
+    if (model->getModel().getFile().get("initial").get("start").getText() == "static") {
+        const std::string lost = describeLostSpeeds(model->getModel());
+        if (!lost.empty()) warn("the model " + lost);
+    }
+    return model;
+}
+
+void Shell::use(std::unique_ptr<ShellModel> model) {
     _visualizer.reset();  // before the system that it refers to
     _model = std::move(model);
+}
+
+void Shell::open(const ModelText& text) {
+    use(makeModel(text));
+}
+
+void Shell::reopen(const ModelText& text) {
+    std::unique_ptr<ShellModel> model = makeModel(text);
+    model->continueFrom(updModel());
+    use(std::move(model));
 }
 
 const OffscreenVisualizer& Shell::updVisualizer() {
@@ -203,12 +220,6 @@ void Shell::print(const char* format, ...) {
     va_start(arguments, format);
     std::vprintf(format, arguments);
     va_end(arguments);
-}
-
-void Shell::note(const std::string& text) const {
-    if (_options.isQuiet) return;
-    std::fflush(stdout);
-    std::fprintf(stderr, "simflex: note: %s\n", text.c_str());
 }
 
 bool Shell::showsProgress() const {

@@ -8,6 +8,7 @@ The prompt: commands typed or read, run one after the other on a model. **/
 #include <string>
 #include <vector>
 
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/shell/CommandTable.h"
 #include "simflex/cli/shell/LineEditor.h"
 #include "simflex/cli/shell/PictureSettings.h"
@@ -54,6 +55,8 @@ public:
     ShellModel& updModel() const;
     /** Reads a model; the one before stays if that fails. **/
     void open(const ModelText& text);
+    /** The same with a text that moves alike: the new model goes on where this one is. **/
+    void reopen(const ModelText& text);
     /** The visualizer of the model, with the settings made here. **/
     const OffscreenVisualizer& updVisualizer();
     PictureSettings& updPictureSettings() { return _pictures; }
@@ -61,7 +64,8 @@ public:
     /** Which model it is and what it has, in a line. **/
     void printSummary();
     void print(const char* format, ...) __attribute__((format(printf, 2, 3)));
-    void note(const std::string& text) const;
+    void note(const std::string& text) const { _messages.note(text); }
+    void warn(const std::string& text) const { _messages.warn(text); }
     bool showsProgress() const;
     std::vector<std::string> getHistory() const;
 
@@ -73,8 +77,11 @@ public:
 
 private:
     void runCommand(const Words& words);
+    std::unique_ptr<ShellModel> makeModel(const ModelText& text) const;
+    void use(std::unique_ptr<ShellModel> model);
 
     ShellOptions _options;
+    Messages _messages;
     std::unique_ptr<ShellModel> _model;
     std::unique_ptr<OffscreenVisualizer> _visualizer;
     PictureSettings _pictures;

@@ -43,7 +43,8 @@ ShellModel::ShellModel(const ModelText& text, const ModelOptions& options)
       _model(std::make_shared<const Model>(readModel(text), options)),
       _probes(Probes::make(_model)),
       _start(findStart(*_model)),
-      _turns(*_model) {
+      _turns(*_model),
+      _warn(options.warn ? options.warn : [](const std::string&) {}) {
     reset();
 }
 
@@ -64,6 +65,7 @@ double ShellModel::calcEnergy() const {
 
 void ShellModel::reset() {
     start(_start);
+    _warnings = std::make_unique<MotionWarnings>(*_model, _probes, _warn);
     _record = {};
     _path.clear();
     _pathStride = 1;
@@ -74,6 +76,23 @@ void ShellModel::reset() {
 void ShellModel::setState(const State& state) {
     start(state);
     recordRow();
+}
+
+void ShellModel::continueFrom(const ShellModel& other) {
+    start(other.getState());
+    _turns.restore(other._turns.save());
+    _warnings->restore(other._warnings->save());
+    const auto isSame = [](const Probe& a, const Probe& b) {
+        return a.name == b.name && a.unit == b.unit && a.columns == b.columns;
+    };
+    const std::vector<Probe>&mine = getProbes(), &others = other.getProbes();
+    _path.clear();
+    _record = {};
+    if (!std::equal(mine.begin(), mine.end(), others.begin(), others.end(), isSame))
+        return recordRow();
+    _record = other._record;
+    _uDot = _integrator->getUDot();
+    _multipliers = _integrator->getMultipliers();
 }
 
 void ShellModel::keepState(const std::string& path) const {
@@ -120,7 +139,9 @@ void ShellModel::recordRow() {
     _turns.update(getState());
     _uDot = _integrator->getUDot();
     _multipliers = _integrator->getMultipliers();
-    _record.add(getTime(), _probes.calc(makeMoment()));
+    const std::vector<double> values = _probes.calc(makeMoment());
+    _record.add(getTime(), values);
+    _warnings->check(getState(), values, _turns);
     if (_pathCount++ % _pathStride) return;
     if (_path.size() == kMostPathStates) {
         dropEverySecond(_path);

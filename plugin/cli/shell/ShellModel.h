@@ -8,6 +8,7 @@ The model at the prompt: where it is in its motion, and what its probes have see
 #include <vector>
 
 #include "simflex/cli/model/ModelReader.h"
+#include "simflex/cli/run/MotionWarnings.h"
 #include "simflex/cli/run/Probe.h"
 #include "simflex/cli/run/Session.h"
 #include "simflex/cli/run/TurnCounter.h"
@@ -27,7 +28,8 @@ class ShellModel {
 public:
     enum class Outcome { ReachedTime, Terminated, Interrupted };
 
-    /** Reads and builds the model, and goes to its start. @throws ModelError and what findStart()
+    /** Reads and builds the model, and goes to its start; options.warn is told of the motion, too.
+    @throws ModelError and what findStart()
     and ImplicitIntegrator::initialize() throw. **/
     ShellModel(const ModelText& text, const ModelOptions& options);
 
@@ -59,6 +61,10 @@ public:
     ImplicitIntegrator::initialize() does; the State stays what it was then. **/
     void setState(const SimTK::State& state);
 
+    /** Goes where another model of the same bodies and joints has come to, and takes over what was
+    recorded if the probes are the same. **/
+    void continueFrom(const ShellModel& other);
+
     /** Writes time, coordinates and speeds to a file, which restoreState() reads: it goes on from
     there as after setState(), and forgets what was recorded later.
     @throws std::runtime_error naming the file: of another model, damaged, of a newer version. **/
@@ -87,6 +93,8 @@ private:
     Probes _probes;
     SimTK::State _start;
     TurnCounter _turns;
+    std::function<void(const std::string&)> _warn;
+    std::unique_ptr<MotionWarnings> _warnings;
     std::unique_ptr<ImplicitIntegrator> _integrator;
     ProbeRecord _record;
     double _energyBefore = 0;

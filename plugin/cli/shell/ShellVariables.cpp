@@ -176,7 +176,7 @@ std::optional<ShellVariable> makeFlexibleVariable(const ShellModel& model, const
     const FlexibleBody& flexible = *body.flexible;
     ShellVariable variable;
     if (name == "modes") {
-        variable.unit = "m kg^(1/2)";
+        variable.unit = "m kg^0.5";
         variable.get = [&] { return toValues(flexible.getModalCoordinates(model.getState())); };
         variable.calcStateWith = [&](const Values& values) {
             State state = model.copyState();
@@ -184,7 +184,7 @@ std::optional<ShellVariable> makeFlexibleVariable(const ShellModel& model, const
             return state;
         };
     } else if (name == "modal_speeds") {
-        variable.unit = "m kg^(1/2)/s";
+        variable.unit = "m kg^0.5/s";
         variable.get = [&] { return toValues(flexible.getModalSpeeds(model.getState())); };
         variable.calcStateWith = [&](const Values& values) {
             State state = model.copyState();

@@ -97,6 +97,17 @@ void setVariable(Shell& shell, const ShellVariable& variable, const std::string&
     printVariable(shell, variable);
 }
 
+/** Whether a value of the model file says how it is computed or shown, not what moves. **/
+bool isBesideMotion(const std::string& path) {
+    const std::string section = path.substr(0, path.find('.'));
+    const std::string sections[] = {"title",    "description", "pictures", "output",
+                                    "analyses", "probes",      "solver"};
+    const std::string color = ".color";
+    return std::find(std::begin(sections), std::end(sections), section) != std::end(sections) ||
+           (section == "bodies" && path.size() > color.size() &&
+            path.compare(path.size() - color.size(), color.size(), color) == 0);
+}
+
 /** Changes the model file's text by a setting; the model is made anew. **/
 void setModelValue(Shell& shell, const std::string& path, const std::string& value) {
     ModelText text = shell.updModel().getText();
@@ -106,9 +117,14 @@ void setModelValue(Shell& shell, const std::string& path, const std::string& val
     text.settings.erase(std::remove_if(text.settings.begin(), text.settings.end(), isSame),
                         text.settings.end());
     text.settings.push_back(path + '=' + value);
-    shell.open(text);
-    shell.print("the model was built anew with %s = %s; back at the start, t = %s s\n",
-                path.c_str(), value.c_str(), formatNumber(shell.updModel().getTime()).c_str());
+    const bool staysThere = isBesideMotion(path);
+    if (staysThere)
+        shell.reopen(text);
+    else
+        shell.open(text);
+    shell.print("the model was built anew with %s = %s; %s, t = %s s\n", path.c_str(),
+                value.c_str(), staysThere ? "it stays where it is" : "back at the start",
+                formatNumber(shell.updModel().getTime()).c_str());
 }
 
 void set(Shell& shell, const Words& words) {
@@ -210,7 +226,9 @@ void addStateCommands(std::vector<Command>& commands) {
          "Coordinates and speeds at once: joints are assembled and speeds made consistent "
          "afterwards; a\n"
          "joint's coordinate and its rate get exactly the value. For values of the model file the "
-         "model is\nbuilt anew and begins at its start; the file itself is not changed.",
+         "model is\nbuilt anew and begins at its start, but for colors, pictures, probes, "
+         "analyses, "
+         "output and solver,\nwhich leave the motion where it is; the file itself is not changed.",
          2, 3, set, [](const Shell& shell, const Words& before, const std::string& word) {
              return before.empty() ? completeValues(shell, word, false)
                                    : std::vector<std::string>{};

@@ -15,6 +15,8 @@
 #include <stdexcept>
 
 #include "simflex/cli/model/NearestName.h"
+#include "simflex/part/NumberText.h"
+#include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace cli {
@@ -49,13 +51,13 @@ std::vector<std::string> split(const std::string& text) {
 /** The shortest text that is the number but for rounding: 0.15, where steps of 0.025 add up to
 0.15000000000000002. **/
 std::string write(double value) {
-    char text[32];
     for (int digits = 6; digits <= 14; ++digits) {
-        std::snprintf(text, sizeof text, "%.*g", digits, value);
-        if (std::abs(std::strtod(text, nullptr) - value) <= 1e-14 * std::abs(value)) return text;
+        const std::string text = writeGeneral(value, digits);
+        double written = 0;
+        if (readNumber(text, written) && std::abs(written - value) <= 1e-14 * std::abs(value))
+            return text;
     }
-    std::snprintf(text, sizeof text, "%.17g", value);
-    return text;
+    return writeGeneral(value);
 }
 
 std::vector<std::string> makeRange(double from, double to, int count) {
@@ -154,9 +156,13 @@ SweptKey parseSweptKey(const std::string& text) {
         throw std::runtime_error("'" + text + "' is not NAME=VALUE,VALUE… or NAME=FROM:TO:COUNT");
     const std::string values = trim(text.substr(equals + 1));
     double from = 0, to = 0;
-    int count = 0, end = 0;
-    if (std::sscanf(values.c_str(), "%lf:%lf:%d%n", &from, &to, &count, &end) == 3 &&
-        size_t(end) == values.size()) {
+    int count = 0;
+    const size_t first = values.find(':'), second = values.find(':', first + 1);
+    const std::string_view range = values;
+    if (first != std::string::npos && second != std::string::npos &&
+        readNumber(trimBlanks(range.substr(0, first)), from) &&
+        readNumber(trimBlanks(range.substr(first + 1, second - first - 1)), to) &&
+        readInteger(trimBlanks(range.substr(second + 1)), count)) {
         if (count < 1 || size_t(count) > kMostCases)
             throw std::runtime_error("'" + text + "': the count is " + std::to_string(count) +
                                      ", not 1 to " + std::to_string(kMostCases));

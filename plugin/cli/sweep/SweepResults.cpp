@@ -10,6 +10,7 @@
 
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/part/Hdf5.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace cli {
@@ -35,20 +36,24 @@ struct Table {
 };
 
 /** The values of a key as they were given. **/
-std::vector<std::string> readTexts(hid_t group, const std::string& key,
+std::vector<std::string> readGiven(hid_t file, const std::string& key,
                                    const std::vector<double>& values) {
-    const hdf5::Handle data(H5Dopen2(group, key.c_str(), H5P_DEFAULT), H5Dclose,
-                            "open '" + key + "'");
+    if (hdf5::hasLink(file, "texts")) {
+        const std::vector<std::string> texts = hdf5::readTexts(hdf5::openGroup(file, "texts"), key);
+        if (texts.size() != values.size())
+            throw std::runtime_error("'" + key + "' has another number of texts than of values");
+        return texts;
+    }
+    // Format 1 had them as an attribute, where they were not too long for one.
+    const hdf5::Handle data(H5Dopen2(hdf5::openGroup(file, "values"), key.c_str(), H5P_DEFAULT),
+                            H5Dclose, "open '" + key + "'");
     std::vector<std::string> texts;
     if (H5Aexists(data, "texts") > 0) {
         std::istringstream lines(hdf5::readText(data, "texts"));
         for (std::string line; std::getline(lines, line);) texts.push_back(line);
     }
-    for (size_t k = texts.size(); k < values.size(); ++k) {
-        char text[32];
-        std::snprintf(text, sizeof text, "%.10g", values[k]);
-        texts.push_back(text);
-    }
+    for (size_t k = texts.size(); k < values.size(); ++k)
+        texts.push_back(writeGeneral(values[k], 10));
     return texts;
 }
 
@@ -56,7 +61,7 @@ Table readTable(const std::string& path) {
     const hdf5::Quiet quiet;
     const auto file = hdf5::openFile(path);
     const int format = hdf5::readInteger(file, "simflex_sweep");
-    if (format > 1) throw std::runtime_error("'" + path + "' needs a newer simflex");
+    if (format > 2) throw std::runtime_error("'" + path + "' needs a newer simflex");
     Table table;
     table.status = hdf5::readIndices(file, "status", {0});
     const hsize_t count = table.status.size();
@@ -64,7 +69,7 @@ Table readTable(const std::string& path) {
     table.keys = listLinks(values);
     for (const std::string& key : table.keys) {
         table.values.push_back(hdf5::readNumbers(values, key, {count}));
-        table.texts.push_back(readTexts(values, key, table.values.back()));
+        table.texts.push_back(readGiven(file, key, table.values.back()));
     }
     const auto columns = hdf5::openGroup(file, "columns");
     table.columns = listLinks(columns);

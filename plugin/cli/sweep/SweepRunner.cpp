@@ -17,6 +17,7 @@
 #include <stdexcept>
 
 #include "simflex/base/ChildProcess.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 
 namespace simflex {
@@ -226,6 +227,9 @@ private:
         const SweepCase& one = _plan.cases[index];
         if (ftruncate(log, 0) != 0) throw std::runtime_error("cannot write a log");
         keep(index, "begun");
+        if (isFresh)  // what is there may be of another model, or other settings
+            for (const char* ending : {"", ".rows", ".checkpoint"})
+                fs::remove(getFolder(index) + "/results.h5" + ending);
         ChildSetup setup;
         setup.arguments = {
             _options.program, "run",     _plan.model.path, "-o",
@@ -281,10 +285,8 @@ private:
             outcome.status = Status::Failed;
             outcome.error = end.signal ? "it " + end.describe() : findLastLine(log);
             keep(job.index, "failed: " + outcome.error);
-            _bar.clear();
-            if (!_options.isQuiet)
-                std::fprintf(stderr, "simflex: %s failed: %s\n",
-                             _plan.cases[job.index].folder.c_str(), outcome.error.c_str());
+            Messages::makeQuietIf(_options.isQuiet)
+                .warn(_plan.cases[job.index].folder + " failed: " + outcome.error);
         }
         _isOver[job.index] = true;
         close(job.log);

@@ -14,10 +14,13 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/results/CriticalSpeeds.h"
 #include "simflex/cli/results/ProbeChoice.h"
 #include "simflex/part/Hdf5.h"
+#include "simflex/part/NumberText.h"
+#include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace cli {
@@ -130,6 +133,18 @@ std::vector<Entry> collectEntries(const ResultData& results, std::vector<Wish>& 
     return entries;
 }
 
+/** All in one line. **/
+std::string joinWarnings(const ResultData& results) {
+    std::string text;
+    const auto add = [&](const std::string& warning) {
+        text += (text.empty() ? "" : "; ") + warning;
+    };
+    for (const std::string& warning : results.warnings) add(warning);
+    for (const auto& analysis : results.analyses)
+        for (const std::string& warning : analysis.warnings) add(analysis.name + ": " + warning);
+    return text;
+}
+
 std::string quote(const std::string& field) {
     if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
     std::string quoted = "\"";
@@ -144,18 +159,18 @@ std::string makeCsv(const SweepPlan& plan, const std::vector<SweepOutcome>& outc
     text += ",status";
     for (const auto& column : table.columns)
         text += "," + quote(column.name + (column.unit.empty() ? "" : " [" + column.unit + "]"));
-    text += ",error\n";
+    text += table.hasWarnings() ? ",error,warnings\n" : ",error\n";
     for (size_t k = 0; k < plan.cases.size(); ++k) {
         text += quote(plan.cases[k].folder);
         for (const std::string& value : plan.cases[k].values) text += "," + quote(value);
         text += "," + nameOf(outcomes[k].status);
         for (const auto& column : table.columns) {
-            char number[32] = "";
-            if (!std::isnan(column.values[k]))
-                std::snprintf(number, sizeof number, "%.17g", column.values[k]);
-            text += "," + std::string(number);
+            text += ",";
+            if (!std::isnan(column.values[k])) text += writeGeneral(column.values[k]);
         }
-        text += "," + quote(outcomes[k].error) + "\n";
+        text += "," + quote(outcomes[k].error);
+        if (table.hasWarnings()) text += "," + quote(table.warnings[k]);
+        text += "\n";
     }
     return text;
 }
@@ -171,32 +186,30 @@ void writeHdf5(const std::string& path, const SweepPlan& plan,
     const hdf5::Quiet quiet;
     const hsize_t n = plan.cases.size();
     const auto file = hdf5::createFile(path);
-    hdf5::writeInteger(file, "simflex_sweep", 1);
-    std::string folders;
-    for (const SweepCase& one : plan.cases) folders += one.folder + "\n";
-    if (folders.size() < 60000) hdf5::writeText(file, "folders", folders);
+    hdf5::writeInteger(file, "simflex_sweep", 2);
+    std::vector<std::string> folders;
+    for (const SweepCase& one : plan.cases) folders.push_back(one.folder);
+    hdf5::writeTexts(file, "folders", folders);
     std::vector<int> status;
     for (const SweepOutcome& outcome : outcomes)
         status.push_back(outcome.status == SweepOutcome::Status::Complete ? 0
                          : outcome.status == SweepOutcome::Status::Failed ? 1
                                                                           : 2);
     hdf5::write(file, "status", {n}, status.data());
-    const auto values = hdf5::createGroup(file, "values");
+    const auto values = hdf5::createGroup(file, "values"), texts = hdf5::createGroup(file, "texts");
     for (size_t k = 0; k < plan.keys.size(); ++k) {
         std::vector<double> numbers;
-        std::string texts;
+        std::vector<std::string> asGiven;
         for (const SweepCase& one : plan.cases) {
-            texts += one.values[k] + "\n";
-            char* end = nullptr;
-            const double number = std::strtod(one.values[k].c_str(), &end);
-            numbers.push_back(*end == '\0' ? number : NAN);
+            asGiven.push_back(one.values[k]);
+            double number = NAN;
+            numbers.push_back(readNumber(one.values[k], number) ? number : NAN);
         }
         const std::string name = makeLinkName(plan.keys[k].name);
         hdf5::write(values, name, {n}, numbers.data());
-        const hdf5::Handle data(H5Dopen2(values, name.c_str(), H5P_DEFAULT), H5Dclose,
-                                "open '" + name + "'");
-        if (texts.size() < 60000) hdf5::writeText(data, "texts", texts);
+        hdf5::writeTexts(texts, name, asGiven);
     }
+    if (table.hasWarnings()) hdf5::writeTexts(file, "warnings", table.warnings);
     const auto columns = hdf5::createGroup(file, "columns");
     for (const auto& column : table.columns) {
         hdf5::write(columns, makeLinkName(column.name), {n}, column.values.data());
@@ -237,6 +250,7 @@ private:
 
 SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
                           const std::string& folder) {
+    SweepTable table;
     std::vector<Wish> wishes = parseWishes(plan.of);
     std::vector<std::vector<Entry>> all;
     std::set<std::string> analyses;
@@ -244,10 +258,12 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
     std::vector<std::string> names;
     for (size_t k = 0; k < plan.cases.size(); ++k) {
         all.emplace_back();
+        table.warnings.emplace_back();
         if (outcomes[k].status != SweepOutcome::Status::Complete) continue;
         const ResultData results =
             readResults(folder + "/" + plan.cases[k].folder + "/results.h5", ReadStates::No);
         all.back() = collectEntries(results, wishes);
+        table.warnings.back() = joinWarnings(results);
         for (const Entry& entry : all.back()) analyses.insert(entry.analysis);
         for (const auto& analysis : results.analyses) {
             if (analysis.type != "transient") continue;
@@ -260,7 +276,6 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
     if (hasProbes)
         for (const Wish& wish : wishes)
             if (!wish.isUsed) failUnused(wish, names);
-    SweepTable table;
     std::map<std::string, size_t> places;
     for (size_t k = 0; k < all.size(); ++k)
         for (const Entry& entry : all[k]) {
@@ -272,6 +287,11 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
             table.columns[place->second].values[k] = entry.value;
         }
     return table;
+}
+
+bool SweepTable::hasWarnings() const {
+    return std::any_of(warnings.begin(), warnings.end(),
+                       [](const std::string& text) { return !text.empty(); });
 }
 
 std::string writeSweepTable(const SweepPlan& plan, const std::string& folder) {
@@ -286,6 +306,10 @@ std::string writeSweepTable(const SweepPlan& plan, const std::string& folder) {
     fs::rename(csv + ".new", csv);
     writeHdf5(hdf + ".new", plan, outcomes, table);
     fs::rename(hdf + ".new", hdf);
+    const Messages messages(Messages::Notes::Hidden);
+    for (size_t k = 0; k < plan.cases.size(); ++k)
+        if (!table.warnings[k].empty())
+            messages.warn(plan.cases[k].folder + ": " + table.warnings[k]);
     return csv;
 }
 

@@ -18,6 +18,8 @@ struct SweepTable {
         std::vector<double> values;  ///< one for each case; NaN where it is not known
     };
     std::vector<Column> columns;
+    std::vector<std::string> warnings;  ///< of each case; empty: none
+    bool hasWarnings() const;
 };
 
 /** Statistics of the probes of all complete cases (mean and rms are over time), values of static
@@ -29,10 +31,10 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
                           const std::string& folder);
 
 /** Writes FOLDER/sweep.csv and FOLDER/sweep.h5; processes that share the folder one after the
-other. The HDF5 file has, one number for each case: values/KEY (attribute texts: as given, one a
-line), columns/NAME (attribute unit),
-status (0 complete, 1 failed, 2 not finished); and attributes simflex_sweep = 1, folders (one a
-line).
+other, and tells the cases' warnings. The HDF5 file has, one number for each case: values/KEY,
+columns/NAME (attribute unit), status (0 complete, 1 failed, 2 not finished); one text for each:
+texts/KEY (values as given), folders, warnings (left out where there are none); and the attribute
+simflex_sweep = 2.
 @returns the table's path. **/
 std::string writeSweepTable(const SweepPlan& plan, const std::string& folder);
 

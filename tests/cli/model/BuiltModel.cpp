@@ -34,6 +34,7 @@ void BuiltModelTest::SetUp() {
     writeReducedBody(folder / "stiffened.h5", *makeStiffenedBar());
     options.cacheFolder = folder / "cache";
     options.note = [this](const std::string& note) { notes.push_back(note); };
+    options.warn = [this](const std::string& warning) { warnings.push_back(warning); };
 }
 
 std::unique_ptr<cli::Model> BuiltModelTest::build(const std::string& text) {

@@ -30,7 +30,7 @@ protected:
 
     testing::TestFolder folder;
     cli::ModelOptions options;
-    std::vector<std::string> notes;
+    std::vector<std::string> notes, warnings;
 };
 
 /** Largest difference of u̇ at the same random speeds, relative to the largest u̇. **/

@@ -135,6 +135,7 @@ TEST_F(ModelMechanisms, InitialAngleAndRateMoveTheWholeMechanism) {
         EXPECT_NEAR(model->getBodies()[0].mobod.getBodyAngularVelocity(state)[2], 5, 1e-9);
     }
     EXPECT_TRUE(notes.empty()) << notes[0];
+    EXPECT_TRUE(warnings.empty()) << warnings[0];
 }
 
 TEST_F(ModelMechanisms, RatesAloneKeepThePlacement) {
@@ -243,12 +244,65 @@ TEST_F(ModelMechanisms, ModelsRunBitForBitAsThoseBuiltByHand) {
     EXPECT_GT((byHand - state.getY()).normInf(), 0.1);
 }
 
-TEST_F(ModelMechanisms, OpenJointsAndLooseBodiesAreNoted) {
+TEST_F(ModelMechanisms, OpenJointsAreWarnedOfAndLooseBodiesNoted) {
     build(std::string("bodies: {b: ") + kBody + ", loose: " + kBody +
           "}\njoints: {j: {type: ball, between: [ground, b]}}\n");
-    ASSERT_EQ(notes.size(), 2u);
-    EXPECT_THAT(notes[0], AllOf(HasSubstr("'loose'"), HasSubstr("free")));
-    EXPECT_THAT(notes[1], AllOf(HasSubstr("'j'"), HasSubstr("0.374 m")));
+    EXPECT_EQ(notes, std::vector<std::string>{
+                         "body 'loose' is held by no joint or connector: it is free"});
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_THAT(warnings[0], AllOf(HasSubstr("'j'"), HasSubstr("0.374 m")));
+}
+
+TEST_F(ModelMechanisms, JointsAsPlacedTakeThePlacesAsTheirZero) {
+    const std::string bodies = R"(
+bodies:
+  post: {mass: 1, inertia: [1, 1, 1], place: {position: [1, 0, 0], rotation: [0, 0, 30*deg]}}
+  arm: {mass: 1, inertia: [1, 1, 1], place: {position: [1, 0.5, 0], rotation: [10*deg, 20*deg, 0]}}
+joints:
+  base: {type: weld, between: [ground, post]MORE}
+  hinge: {type: pin, between: [{on: post, position: [0.1, 0, 0]}, arm], axis: yMORE}
+)";
+    const auto make = [&](const std::string& more) {
+        std::string text = bodies;
+        for (size_t at; (at = text.find("MORE")) != std::string::npos;) text.replace(at, 4, more);
+        return build(text);
+    };
+    make("");
+    ASSERT_EQ(warnings.size(), 2u);
+    EXPECT_EQ(
+        warnings[0],
+        "joint 'base' is not closed as placed: its error is 1, its frames are 1 m apart and "
+        "turned by 30 degrees; assembly will move the bodies, 'as_placed: true' takes them as "
+        "they are");
+    warnings.clear();
+
+    const auto model = make(", as_placed: true");
+    EXPECT_TRUE(warnings.empty()) << warnings[0];
+    const State placed = model->makeInitialState();
+    for (const Model::JointEntry& joint : model->getJoints())
+        EXPECT_LT(joint.joint.calcPositionErrors(placed).normInf(), 1e-15) << joint.name;
+    EXPECT_NEAR(model->getJoints()[1].joint.calcCoordinates(placed)[0], 0, 1e-15);
+    // The assembled model has not moved, and the hinge turns about y of Ground.
+    BdfIntegrator integrator(model->getSystem());
+    integrator.initialize(placed);
+    for (const Model::BodyEntry& body : model->getBodies()) {
+        const Transform off = ~body.mobod.getBodyTransform(placed) *
+                              body.mobod.getBodyTransform(integrator.getState());
+        EXPECT_LT(off.p().norm() + std::abs(off.R().convertRotationToAngleAxis()[0]), 1e-12);
+    }
+    const auto moved = build([&] {
+        std::string text = bodies;
+        for (size_t at; (at = text.find("MORE")) != std::string::npos;)
+            text.replace(at, 4, ", as_placed: true");
+        return text + "initial: {joints: {hinge: 0.4}}\n";
+    }());
+    const State led = moved->makeInitialState();
+    const auto poseOf = [&](const State& state) {
+        return moved->getBodies()[1].mobod.getBodyRotation(state);
+    };
+    const Rotation turn = poseOf(led) * ~poseOf(placed);
+    EXPECT_NEAR(std::abs(turn.convertRotationToAngleAxis()[0]), 0.4, 1e-9);
+    EXPECT_NEAR(std::abs(turn.convertRotationToAngleAxis()[2]), 1, 1e-9);
 }
 
 }  // namespace

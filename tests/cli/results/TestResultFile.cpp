@@ -40,6 +40,40 @@ protected:
     std::string path = folder / "run.h5";
 };
 
+TEST_F(ResultFileTest, WarningsStayThroughFlushResumeAndCut) {
+    const std::string bent = "'boom' is bent too far", open = "joint 'pin' is not closed";
+    const auto check = [&] {
+        const ResultData data = readResults(path);
+        EXPECT_THAT(data.warnings, ElementsAre(open));
+        ASSERT_EQ(data.analyses.size(), 1u);
+        EXPECT_THAT(data.analyses[0].warnings, ElementsAre(bent));
+        EXPECT_EQ(data.analyses[0].time.size(), 5u);
+    };
+    {
+        ResultWriter writer(path, makeHeader());
+        writer.addWarning(open);
+        writer.beginTransient("run", makeProbes(), 1, 2);
+        writer.addWarning("run", bent);
+        addCircle(writer, 0, 5);
+        writer.flush();
+        check();
+    }
+    check();
+    {
+        ResultWriter writer(path);
+        writer.addWarning(open);
+        writer.addWarning("run", bent);  // once is enough
+        writer.flush();
+        check();
+        addCircle(writer, 5, 8);
+        writer.addWarning("run", "of what is cut");
+        addCircle(writer, 8, 9);
+        writer.resumeTransient("run", 5);
+    }
+    check();
+    EXPECT_THAT(readResults(path).analyses[0].probes[0].rows, ::testing::SizeIs(5));
+}
+
 TEST_F(ResultFileTest, EverythingWrittenIsReadBackInTheSameOrder) {
     writeRun(path);
     const ResultData data = readResults(path);

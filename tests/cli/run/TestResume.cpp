@@ -10,6 +10,7 @@ Runs that are stopped, by whatever, and gone on with. **/
 #include <thread>
 
 #include "cli/run/RunTest.h"
+#include "simflex/cli/run/RunCheckpoint.h"
 
 namespace simflex {
 namespace {
@@ -33,6 +34,7 @@ probes:
   tip: {position: {on: lower, position: [0, -0.5, 0]}}
   balance: {energy: balance}
   turned: {coordinate: bearing}
+  root: {expression: sqrt(0.03 - t)}
 initial: {rates: {bearing: 7}}
 solver: {accuracy: 1e-8}
 output: {checkpoint: 0.02}
@@ -82,8 +84,9 @@ TEST_F(ResumeTest, SaysWhereItGoesOn) {
     kill(child, SIGKILL);
     await(child);
     EXPECT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml --resume"), 0) << err;
-    EXPECT_THAT(err, ::testing::ContainsRegex(
-                         "simflex: analysis '(short|long)' goes on at t = [0-9.]+ of [0-9.]+ s"));
+    EXPECT_THAT(err,
+                ::testing::ContainsRegex(
+                    "simflex: note: analysis '(short|long)' goes on at t = [0-9.]+ of [0-9.]+ s"));
 }
 
 TEST_F(ResumeTest, KilledRunsGoOnToTheSameBytes) {
@@ -188,6 +191,56 @@ TEST_F(ResumeTest, ChangedModelsAreNotGoneOnWith) {
     EXPECT_THAT(err, HasSubstr("has changed since, first in line 2"));
     // Anew is always possible.
     EXPECT_EQ(runModel("--set analyses.long.duration=0.1"), 0) << err;
+}
+
+TEST(RunCheckpoint, FramesAreAppended) {
+    const testing::TestFolder folder;
+    const std::string path = folder / "run.checkpoint", frames = cli::getFramesPath(path);
+    cli::RunCheckpoint checkpoint;
+    checkpoint.analysis = "run";
+    const auto add = [&](int count) {
+        for (int k = 0; k < count; ++k) {
+            const double t = double(checkpoint.frames.size());
+            checkpoint.frames.push_back({t, {t, 2 * t, 3}, {-t}});
+        }
+        cli::writeRunCheckpoint(path, checkpoint);
+    };
+    add(100);
+    const std::string first = testing::readText(frames), small = testing::readText(path);
+    add(200);
+    const std::string both = testing::readText(frames);
+    EXPECT_TRUE(both.compare(0, first.size(), first) == 0);
+    EXPECT_EQ(both.size(), 3 * first.size());
+    EXPECT_EQ(testing::readText(path).size(), small.size()) << "the checkpoint has no frames";
+
+    const auto check = [&](size_t count) {
+        const cli::RunCheckpoint found = cli::readRunCheckpoint(path);
+        ASSERT_EQ(found.frames.size(), count);
+        for (size_t k = 0; k < count; ++k) {
+            EXPECT_EQ(found.frames[k].time, double(k));
+            EXPECT_EQ(found.frames[k].q, (std::vector<double>{double(k), 2.0 * double(k), 3}));
+            EXPECT_EQ(found.frames[k].u, (std::vector<double>{-double(k)}));
+        }
+    };
+    check(300);
+    // A kill between frames and checkpoint: what the checkpoint does not know is written over.
+    testing::writeText(path, small);
+    check(100);
+    checkpoint = cli::readRunCheckpoint(path);
+    add(50);
+    check(150);
+    EXPECT_EQ(testing::readText(frames), both.substr(0, both.size() / 2));
+
+    // Cut off, and damaged.
+    const std::string good = testing::readText(frames);
+    testing::writeText(frames, good.substr(0, good.size() - 1));
+    EXPECT_THROW(cli::readRunCheckpoint(path), std::runtime_error);
+    std::string bad = good;
+    bad[good.size() / 2] ^= 1;
+    testing::writeText(frames, bad);
+    EXPECT_THROW(cli::readRunCheckpoint(path), std::runtime_error);
+    cli::removeRunCheckpoint(path);
+    EXPECT_FALSE(std::filesystem::exists(path) || std::filesystem::exists(frames));
 }
 
 TEST_F(ResumeTest, DamagedCheckpointsAreRefused) {

@@ -368,9 +368,116 @@ TEST_F(RunTest, SweepsAreRefusedBeforeResultsAreReplaced) {
     EXPECT_EQ(runModel("--only sweep"), 1);
     EXPECT_THAT(err, AllOf(HasSubstr("model.yaml:14:"), HasSubstr("simflex sweep model.yaml")));
     EXPECT_TRUE(bytes == testing::readText(folder / "model.results.h5"));
-    // What goes with the file that is replaced.
-    ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml --only run"), 0) << err;
-    EXPECT_THAT(err, HasSubstr("is replaced, with its results of rest;"));
+}
+
+TEST_F(RunTest, OnlyKeepsTheResultsOfOtherAnalyses) {
+    const std::string analyses = R"(analyses:
+  rest: {type: static}
+  run: {type: transient, duration: 0.1, interval: 0.01}
+  modes: {type: eigen}
+  swing: {type: transient, from: run, duration: 0.1}
+)";
+    writeModel(makePendulum("0.5", analyses));
+    ASSERT_EQ(runModel(), 0) << err;
+    const ResultData before = cli::readResults(folder / "model.results.h5");
+    ASSERT_EQ(runModel("--only modes"), 0) << err;
+    EXPECT_THAT(out, AllOf(HasSubstr("modes: natural modes"), Not(HasSubstr("transient"))));
+    const auto check = [&] {
+        const ResultData after = cli::readResults(folder / "model.results.h5");
+        ASSERT_EQ(after.analyses.size(), 4u);
+        for (const ResultData::Analysis& analysis : before.analyses) {
+            const ResultData::Analysis kept = read(analysis.name);
+            EXPECT_TRUE(kept.isComplete);
+            EXPECT_EQ(kept.time, analysis.time);
+            EXPECT_EQ(kept.q, analysis.q);
+            EXPECT_EQ(kept.u, analysis.u);
+            EXPECT_EQ(kept.frequency, analysis.frequency);
+            EXPECT_EQ(kept.statistics, analysis.statistics);
+            ASSERT_EQ(kept.probes.size(), analysis.probes.size());
+            for (size_t k = 0; k < kept.probes.size(); ++k)
+                EXPECT_EQ(kept.probes[k].rows, analysis.probes[k].rows);
+        }
+    };
+    check();
+    // Others go on from what was kept.
+    ASSERT_EQ(runModel("--only swing"), 0) << err;
+    check();
+
+    // Results of another model do not belong into the same file.
+    const std::string bytes = testing::readText(folder / "model.results.h5");
+    EXPECT_EQ(runModel("--only modes --set angle=0.6 "), 1);
+    EXPECT_EQ(runModel("--only modes --set parameters.angle=0.6"), 1);
+    EXPECT_EQ(err,
+              "simflex: 'model.results.h5' has the results of rest, run, swing, which --only would "
+              "lose: it was run with other settings (then: none; now: parameters.angle=0.6); "
+              "choose another name with -o, or remove it\n");
+    EXPECT_TRUE(bytes == testing::readText(folder / "model.results.h5"));
+    ASSERT_EQ(runModel("--only modes --set parameters.angle=0.6 -o other.h5"), 0) << err;
+}
+
+TEST_F(RunTest, WarningsAreToldWithQuietAndKeptWithTheResults) {
+    writeModel(makePendulum("0.5", R"(
+probes: {root: {expression: sqrt(0.05 - t)}}
+analyses:
+  rest: {type: static}
+  run: {type: transient, from: rest, duration: 0.1, interval: 0.01}
+initial: {rates: {pivot: 3}}
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const std::string lost =
+        "begins at static equilibrium, where everything is at rest: the model's initial velocities "
+        "have no effect";
+    const std::vector<std::string> warnings = read("run").warnings;
+    ASSERT_EQ(warnings.size(), 2u);
+    EXPECT_EQ(warnings[0], lost);
+    EXPECT_THAT(warnings[1], HasSubstr("probe 'root' is "));
+    EXPECT_EQ(err, "simflex: warning: run: " + warnings[0] +
+                       "\nsimflex: warning: run: " + warnings[1] + "\n");
+    EXPECT_THAT(out, HasSubstr("  warning: " + lost + "\n"));
+    // They are there when the file is gone on with, or kept.
+    ASSERT_EQ(runModel("--resume"), 0) << err;
+    EXPECT_EQ(read("run").warnings, warnings);
+    EXPECT_THAT(out, HasSubstr("  warning: " + lost + "\n"));
+    ASSERT_EQ(runModel("--only rest"), 0) << err;
+    EXPECT_EQ(read("run").warnings, warnings);
+
+    // Without velocities there is nothing to warn of, and at the start they have their effect.
+    writeModel(makePendulum("0.5", R"(
+analyses: {run: {type: transient, duration: 0.1}}
+initial: {rates: {pivot: 3}}
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(err, "");
+}
+
+TEST_F(RunTest, WeldsThatFindTheirBodiesTurnedAreWarnedOfOrTakeThemSo) {
+    const auto write = [&](const char* more) {
+        writeModel(std::string(R"(simflex: 1
+bodies: {post: {mass: 1, inertia: [1, 1, 1], place: {rotation: [0, 0, 30*deg]}}}
+probes: {turned: {orientation: post, component: z}}
+analyses: {run: {type: transient, duration: 0.1}}
+joints: {base: {type: weld, between: [ground, post])") +
+                   more + "}}\n");
+    };
+    write("");
+    ASSERT_EQ(runModel(), 0) << err;
+    const std::vector<std::string> warnings =
+        cli::readResults(folder / "model.results.h5").warnings;
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_EQ(
+        warnings[0],
+        "joint 'base' is not closed as placed: its error is 0.5, its frames are 0 m apart and "
+        "turned by 30 degrees; assembly will move the bodies, 'as_placed: true' takes them as "
+        "they are");
+    EXPECT_EQ(err, "simflex: warning: " + warnings[0] + "\n");
+    const ResultData::Analysis moved = read("run");
+    EXPECT_NEAR(find(moved, "turned").rows[0][0], 0, 1e-9);
+    write(", as_placed: true");
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(err, "");
+    const ResultData::Analysis kept = read("run");
+    for (const auto& row : find(kept, "turned").rows)
+        EXPECT_NEAR(row[0], 30 * 3.14159265358979323846 / 180, 1e-9);
 }
 
 TEST_F(RunTest, BodiesThatNothingHoldsAreNamed) {
@@ -490,7 +597,7 @@ TEST_F(RunTest, AModelAtRestHasNothingToBalance) {
 }
 
 TEST_F(RunTest, ALoadOnASystemAtRestIsMet) {
-    writeModel(R"(simflex: 1
+    writeModel(R"yaml(simflex: 1
 bodies:
   mass: {mass: 1, inertia: [0.01, 0.01, 0.01]}
 joints:
@@ -501,9 +608,9 @@ probes:
   v: {velocity: mass, component: x}
 analyses:
   run: {type: transient, duration: 10, interval: 0.05}
-)");
+)yaml");
     ASSERT_EQ(runModel(), 0) << err;
-EXPECT_NEAR(find(read("run"), "v").rows.back()[0], 2, 5e-3);
+    EXPECT_NEAR(find(read("run"), "v").rows.back()[0], 2, 5e-3);
 }
 
 }  // namespace

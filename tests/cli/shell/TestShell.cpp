@@ -102,6 +102,37 @@ joints:
 probes: {tip: {position: bar.right}}
 )";
 
+TEST_F(ShellTest, WhatDoesNotChangeTheMotionLeavesItWhereItIs) {
+    writePendulum();
+    ASSERT_EQ(shell("set pivot 0.5\nrun 0.3\nget time pivot joint.pivot.rate\n"
+                    "set bodies.rod.color red\nget time pivot joint.pivot.rate\n"
+                    "run 0.6\nget time pivot\n"),
+              0)
+        << err;
+    EXPECT_THAT(out, HasSubstr("the model was built anew with bodies.rod.color = red; it stays "
+                               "where it is, t = 0.3 s\n"));
+    const std::string states = out.substr(out.find("time = "));
+    const std::string before = states.substr(0, states.find("the model"));
+    EXPECT_THAT(states.substr(before.size()), HasSubstr(before));
+    const double turned = readNumber("joints.pivot.angle");
+    ASSERT_EQ(shell("set pivot 0.5\nrun 0.6\nget pivot\n"), 0) << err;
+    EXPECT_NEAR(turned, readNumber("joints.pivot.angle"), 1e-6);
+    // What moves begins anew.
+    ASSERT_EQ(shell("set pivot 0.5\nrun 0.3\nset parameters.mass 3\nget time\n"), 0) << err;
+    EXPECT_EQ(readNumber("time"), 0);
+}
+
+TEST_F(ShellTest, WarningsOfTheMotionAreTold) {
+    writePendulum("probes: {root: {expression: sqrt(0.15 - t)}}\n");
+    ASSERT_EQ(shell("run 0.1\n"), 0);
+    EXPECT_EQ(err, "");
+    ASSERT_EQ(shell("run 0.2 every 0.1\nrun 0.3 every 0.1\n"), 0);
+    EXPECT_THAT(err,
+                ::testing::MatchesRegex("simflex: warning: probe 'root' is -?nan at t = 0.2 s: "
+                                        "its formula, or what it is made of, has no finite "
+                                        "value there\n"));
+}
+
 TEST_F(ShellTest, DraggingTurnsFlexibleBodiesAndKeepsTheirShapes) {
     writeModel(kHingedBar);
     for (const double angle : {1., 3.}) {

@@ -16,11 +16,13 @@ Sweeps: cases run in processes of their own, once each, whoever shares them. **/
 #include "simflex/cli/sweep/SweepResults.h"
 #include "simflex/cli/sweep/SweepRunner.h"
 #include "simflex/cli/sweep/SweepTable.h"
+#include "simflex/part/Hdf5.h"
 
 namespace simflex {
 namespace {
 
 using namespace cli;
+namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -122,6 +124,22 @@ TEST_F(SweepRunnerTest, ProcessesThatShareAFolderDoEachCaseOnce) {
     std::vector<std::string> expected;
     for (int speed = 10; speed < 30; ++speed) expected.push_back(std::to_string(speed));
     EXPECT_EQ(listRuns(), expected);
+}
+
+TEST_F(SweepRunnerTest, LongTablesKeepTheNamesOfAllCases) {
+    SweepPlan plan = makePlan("1,2");
+    std::vector<std::string> folders, values;
+    plan.cases.clear();
+    for (int k = 0; k < 3000; ++k) {
+        values.push_back(std::to_string(k) + "*(a value that is given as quite a long formula)");
+        folders.push_back("case_" + std::to_string(k) + std::string(k == 7 ? 300 : 20, 'x'));
+        plan.cases.push_back({{values.back()}, folders.back(), "not now"});
+    }
+    fs::create_directories(folder / "sweep");
+    writeSweepTable(plan, folder / "sweep");
+    const hdf5::Handle file = hdf5::openFile(folder / "sweep/sweep.h5");
+    EXPECT_EQ(hdf5::readTexts(file, "folders"), folders);
+    EXPECT_EQ(hdf5::readTexts(hdf5::openGroup(file, "texts"), "speed"), values);
 }
 
 TEST_F(SweepRunnerTest, TheTableHasTheStatisticsOfEachCase) {

@@ -1,0 +1,36 @@
+#pragma once
+/** @file
+Numbers as text that is the same in every locale: what goes into files, and what is read back.
+(printf, strtod and streams follow the process' locale, which a program that links the library may
+have set: "1,3".) Reading: readNumber() of TextLines.h. Streams that write files:
+file.imbue(std::locale::classic()). **/
+
+#include <charconv>
+#include <string>
+
+namespace simflex {
+
+/** As printf's %.*g, %.*f and %.*e write it in the locale "C". **/
+inline std::string writeAs(double value, std::chars_format format, int digits) {
+    char text[400];  // of the largest number, with 80 decimals
+    return std::string(text, std::to_chars(text, text + sizeof text, value, format, digits).ptr);
+}
+inline std::string writeGeneral(double value, int digits = 17) {
+    return writeAs(value, std::chars_format::general, digits);
+}
+inline std::string writeFixed(double value, int decimals) {
+    return writeAs(value, std::chars_format::fixed, decimals);
+}
+inline std::string writeScientific(double value, int decimals) {
+    return writeAs(value, std::chars_format::scientific, decimals);
+}
+
+/** As %.*E: for programs written in Fortran. **/
+inline std::string writeFortran(double value, int decimals) {
+    std::string text = writeScientific(value, decimals);
+    for (char& c : text)
+        if (c == 'e') c = 'E';
+    return text;
+}
+
+}  // namespace simflex
