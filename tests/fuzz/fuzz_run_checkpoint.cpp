@@ -52,7 +52,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (checkpoint.numRows < 0) fuzz::fail("a negative number of rows");
     cli::writeRunCheckpoint(path, checkpoint);
     const std::string written = readBytes(path);
-    cli::writeRunCheckpoint(path, cli::readRunCheckpoint(path));
+    cli::RunCheckpoint again = cli::readRunCheckpoint(path);
+    cli::writeRunCheckpoint(path, again);
     if (readBytes(path) != written)
         fuzz::fail("a checkpoint that was written reads back as another");
     return 0;

@@ -232,7 +232,7 @@ TEST_F(Exchange, FilesAreTheSameInAnyLocale) {
     writeAll("part");
     std::vector<double> frequencies;
     {
-        const test::GermanLocale german(folder.string());
+        const test::GermanLocale german(folder.path());
         writeAll("teil");
         frequencies = readMbdynFem(path("teil.fem")).omegaSquared;
     }

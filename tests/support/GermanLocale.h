@@ -22,7 +22,9 @@ public:
         if (std::system(command.c_str()) != 0) return;
         setenv("LOCPATH", folder.c_str(), 1);
         _hasC = std::setlocale(LC_NUMERIC, "de_DE.UTF-8") != nullptr;
-        if (_hasC) EXPECT_EQ(std::to_string(0.5), "0,500000");
+        if (_hasC) {
+            EXPECT_EQ(std::to_string(0.5), "0,500000");
+        }
     }
     ~GermanLocale() {
         std::locale::global(_before);

@@ -260,6 +260,8 @@ private:
             analysis.contents.dampingRatio = source.dampingRatio;
         }
         begin(source.name, source.type.c_str(), analysis);
+        for (const std::string& warning : source.warnings)  // before rows, which may be cut
+            _journal->addWarning(source.name, warning);
         for (size_t k = 0; k < source.time.size(); ++k) {
             std::vector<double> values;
             for (const auto& series : source.probes)

@@ -16,7 +16,7 @@ namespace cli {
 namespace {
 
 constexpr char kMagic[] = "simflex checkpoint of a run\n";
-constexpr std::uint64_t kVersion = 3;
+constexpr std::uint64_t kVersion = 4;
 constexpr std::size_t kMostPacked = 1 << 24;  // bytes of frames that are written at once
 
 /** FNV-1a, 64 bits. **/

@@ -236,9 +236,9 @@ motions: {drive: {joint: p, position: t}}
     const std::string place = folder / "model.yaml:7:";
     EXPECT_EQ(messageFor("driving: drive, component: x"),
               place +
-                  "28: probes.x.component: 'component' has a meaning only together with "
-                  "position, velocity, acceleration, orientation, angular_velocity, "
-                  "angular_acceleration, displacement, reaction, momentum or center_of_mass");
+                  "30: probes.x.component: 'component' has a meaning only together with "
+                  "position or velocity or acceleration or orientation or angular_velocity or "
+                  "angular_acceleration or displacement or reaction or momentum or center_of_mass");
     EXPECT_THAT(messageFor("driving: drive, part: torque"),
                 HasSubstr("'part' has a meaning only together with reaction"));
     for (const char* kind : {"coordinate: p", "rate: p", "joint_error: p"})
