@@ -89,8 +89,8 @@ bool SteadyMotion::keepsConstraints(const std::vector<double>& q) const {
     open.m_closing.resize(0, 0);
     const CoordinateScales scales(*m_equations);
     const Eigen::Index n = m_G.cols();
-    VectorXd sizes(n);
-    for (Eigen::Index i = 0; i < n; ++i) sizes[i] = 1 / scales.metres[size_t(i)];
+    VectorXd sizes = VectorXd::Zero(n);
+    for (const int i : listFreeSpeeds(*m_equations)) sizes[i] = 1 / scales.metres[size_t(i)];
     const TangentSpace space(m_G * sizes.asDiagonal());
     std::vector<double> u;
     for (int trial = 0; trial < NumTrials; ++trial) {
