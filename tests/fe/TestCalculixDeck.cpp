@@ -89,9 +89,10 @@ TEST_F(CalculixDeckTest, NodesAndSetsKeepTheirNumbers) {
 }
 
 TEST_F(CalculixDeckTest, MatricesAreTheSameInAnyLocale) {
-    const FeModel plain = read(brick.text());
+    const std::string deck = brick.text();
+    const FeModel plain = read(deck);
     const test::GermanLocale german(folder.path());
-    const FeModel same = read(brick.text());
+    const FeModel same = read(deck);
     EXPECT_EQ(same.K.values, plain.K.values);
     EXPECT_EQ(same.m.values, plain.m.values);
     EXPECT_EQ(same.mesh.positions, plain.mesh.positions);

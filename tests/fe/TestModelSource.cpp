@@ -88,7 +88,7 @@ TEST_F(ModelSource, AMeshKeepsItsOrderAndACustomMaterial) {
     const FeModel model = readModelSource(options);
     EXPECT_NEAR(model.calcMass(), 0.06 * 0.02 * 0.01 * 1000, 1e-9);
     EXPECT_EQ(model.mesh.elements[0].type, ElementType::Tet4);
-    EXPECT_THAT(model.notes, Contains(HasSubstr("order 2")));
+    EXPECT_THAT(model.warnings, Contains(HasSubstr("order 2")));
 }
 
 TEST_F(ModelSource, AStepFileIsReadInItsOwnUnit) {
@@ -232,7 +232,7 @@ TEST_P(Units, AreConvertedToTheSameModelAndNamedWhereTheyWereForgotten) {
         ASSERT_NEAR(found[k], expected[k], 1e-9 * std::abs(metres.K.values[0]));
 
     options.units = "m-kg-s";
-    EXPECT_THAT(readModelSource(options).notes,
+    EXPECT_THAT(readModelSource(options).warnings,
                 Contains(AllOf(HasSubstr("hardly"), HasSubstr("--units " + units.name))));
 }
 

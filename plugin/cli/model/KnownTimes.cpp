@@ -1,6 +1,7 @@
 #include "simflex/cli/model/KnownTimes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "simflex/cli/model/ModelNode.h"
@@ -15,6 +16,8 @@ const double kInfinity = std::numeric_limits<double>::infinity();
 const double kFirstLength = 1e-3, kLargestLength = 1e12;
 /** Stretches grow as long as they hold fewer times. **/
 const std::size_t kFewTimes = 1000;
+/** Where a function ends to have a value is found so far, of the time. **/
+const double kShortest = 1e-9;
 
 struct Function {
     ModelValue value;
@@ -48,13 +51,30 @@ struct KnownTimes::Stretch {
     void look(double begin) {
         from = begin;
         to = begin + length;
-        times.clear();
-        for (const Function& function : functions) {
-            const std::vector<double> found = function.expression.findSwitches(from, to);
-            times.insert(times.end(), found.begin(), found.end());
+        while (!lookWithin()) {
+            if (to - from < kShortest * std::max(1.0, std::abs(from))) {
+                times = {to};
+                return;
+            }
+            to = from + (to - from) / 2;
         }
         std::sort(times.begin(), times.end());
         if (times.size() < kFewTimes) length *= 2;
+    }
+
+    /** @returns false if a function has no value somewhere in (from, to]: who comes that far will
+    be told. **/
+    bool lookWithin() {
+        times.clear();
+        try {
+            for (const Function& function : functions) {
+                const std::vector<double> found = function.expression.findSwitches(from, to);
+                times.insert(times.end(), found.begin(), found.end());
+            }
+        } catch (const std::exception&) {
+            return false;
+        }
+        return true;
     }
 };
 

@@ -270,8 +270,6 @@ private:
                    source.u.empty() ? std::vector<double>() : source.u[k]);
         }
         if (!source.statistics.empty()) _journal->addStatistics(source.name, source.statistics);
-        for (const std::string& warning : source.warnings)
-            _journal->addWarning(source.name, warning);
         if (source.isComplete) _journal->addComplete(source.name);
     }
 
