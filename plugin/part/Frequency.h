@@ -7,6 +7,7 @@ Frequencies of a part's modes, as numbers and as text. **/
 #include <string>
 #include <vector>
 
+#include "simflex/part/NumberText.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
@@ -22,13 +23,11 @@ inline std::vector<double> calcFrequencies(const ReducedBody& part) {
 
 /** "123.4 Hz": about five digits, never an exponent unless the number is very small. **/
 inline std::string formatFrequency(double hertz) {
-    char text[64];
-    const char* format = hertz >= 99.995 || hertz == 0 ? "%.1f Hz"
-                         : hertz >= 9.9995             ? "%.2f Hz"
-                         : hertz >= 0.1                ? "%.3f Hz"
-                                                       : "%.4g Hz";
-    std::snprintf(text, sizeof text, format, hertz);
-    return text;
+    const std::string text = hertz >= 99.995 || hertz == 0 ? writeFixed(hertz, 1)
+                             : hertz >= 9.9995             ? writeFixed(hertz, 2)
+                             : hertz >= 0.1                ? writeFixed(hertz, 3)
+                                                           : writeGeneral(hertz, 4);
+    return text + " Hz";
 }
 
 /** "07": number of a mode, from 1, with as many digits as the last of them has (at least two). **/

@@ -192,6 +192,7 @@ void readWithoutSandbox(const SourceOptions& options) {
 }
 
 TEST_F(Scripts, WithoutASandboxAreRefusedUnlessThatIsOptional) {
+    GTEST_FLAG_SET(death_test_style, "threadsafe");  // OpenMP's threads do not outlive a fork
     SourceOptions options = optionsOf(write("box.geo", kBox));
     unsetenv("SIMFLEX_SANDBOX");
     EXPECT_EXIT(readWithoutSandbox(options), ::testing::ExitedWithCode(0),

@@ -132,7 +132,11 @@ void TransientRun::perform() {
         const double frameTime = frame <= _lastFrame ? calcFrameTime(frame) : SimTK::Infinity;
         advance(std::min(rowTime, frameTime));
         if (frameTime <= rowTime) takeFrame();
-        if (rowTime <= frameTime) takeRow();
+        if (rowTime <= frameTime) try {
+                takeRow();
+            } catch (const std::exception& error) {
+                failWith(error);
+            }
         if (_checkpointInterval > 0 &&
             std::chrono::duration<double>(Clock::now() - _kept).count() > _checkpointInterval)
             keep();
@@ -140,17 +144,22 @@ void TransientRun::perform() {
     finish();
 }
 
+void TransientRun::failWith(const std::exception& error) {
+    _bar.clear();
+    _run._writer->flush();
+    throw std::runtime_error("analysis '" + _name + "': " + nameBodies(*_run._model, error.what()) +
+                             "; the rows before stay in '" + _run._resultPath + "'");
+}
+
 void TransientRun::advance(double time) {
     if (time <= _integrator->getTime()) return;
     ImplicitIntegrator::StepStatus status;
     try {
         status = _integrator->stepTo(time);
-    } catch (const std::runtime_error& error) {
-        _bar.clear();
-        _run._writer->flush();
-        throw std::runtime_error("analysis '" + _name +
-                                 "': " + nameBodies(*_run._model, error.what()) +
-                                 "; the rows before stay in '" + _run._resultPath + "'");
+    } catch (const Stopped&) {
+        throw;
+    } catch (const std::exception& error) {
+        failWith(error);
     }
     if (status != ImplicitIntegrator::StepStatus::Interrupted) return;
     _bar.clear();

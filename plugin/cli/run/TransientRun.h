@@ -36,6 +36,8 @@ private:
     void advance(double time);
     bool watchStep(double time);
     void takeRow();
+    /** Names the analysis; the rows so far are kept. **/
+    [[noreturn]] void failWith(const std::exception& error);
     void takeEnergy(const Moment& moment);
     /** Warns if the energy balance does not close. **/
     void checkEnergy();
