@@ -18,6 +18,8 @@ closed forms, and their limit, the joint. **/
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/Linearization.h"
 #include "support/NativeReference.h"
 #include "support/PointMassPart.h"
 
@@ -383,6 +385,60 @@ TEST(TwoPointSpringDamper, MassOnASpringSwingsAsInClosedForm) {
     State state = system.realizeTopology();
     slider.setOneQ(state, 0, 0.1);
     expectConvergence(system, state, slider, 0.7, dampedOscillation(0.1, omega, ratio, 0.7), 0.1);
+}
+
+/** Where its points coincide a spring has no direction: thrown from there, a mass swings as
+ * v/ω sin ωt, let fall as g/ω² (1 − cos ωt), whichever side it is on. **/
+TEST(TwoPointSpringDamper, WithoutLengthSwingsThroughCoincidingPoints) {
+    const Real mass = 2, stiffness = 800, omega = std::sqrt(stiffness / mass), time = 0.7;
+    const Real speed = 3, gravity = 9.81, fall = gravity / (omega * omega);
+    for (const bool thrown : {true, false}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        GeneralForceSubsystem forces(system);
+        if (!thrown) Force::Gravity(forces, matter, Vec3(gravity, 0, 0));
+        FlexibleBodySubsystem flexible(system, matter);
+        MobilizedBody::Slider slider(matter.Ground(),
+                                     Body::Rigid(MassProperties(mass, Vec3(0), Inertia(1))));
+        TwoPointSpringDamper(flexible, Attachment(matter.Ground()), Attachment(slider), stiffness,
+                             0, 0);
+        State state = system.realizeTopology();
+        system.realize(state, Stage::Acceleration);
+        EXPECT_NEAR(slider.getOneUDot(state, 0), thrown ? 0 : gravity, 1e-12);
+        if (thrown) {
+            slider.setOneU(state, 0, speed);
+            expectConvergence(system, state, slider, time, speed / omega * std::sin(omega * time),
+                              speed / omega);
+        } else {
+            expectConvergence(system, state, slider, time, fall * (1 - std::cos(omega * time)),
+                              fall);
+        }
+    }
+}
+
+/** Its pull is −k times the way, so that it is as stiff whichever way the points part. **/
+TEST(TwoPointSpringDamper, WithoutLengthIsAsStiffInEveryDirection) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const Real mass = 2, stiffness = 800;
+    MobilizedBody::Cartesian point(matter.Ground(),
+                                   Body::Rigid(MassProperties(mass, Vec3(0), Inertia(1))));
+    TwoPointSpringDamper(flexible, Attachment(matter.Ground()), Attachment(point), stiffness, 0, 0);
+    State state = system.realizeTopology();
+    for (const Vec3& place : {Vec3(0), Vec3(0.1, -0.2, 0.3)}) {
+        point.setQ(state, place);
+        const std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state));
+        ASSERT_EQ(modes.size(), 3u);
+        for (const Eigenmode& mode : modes)
+            EXPECT_NEAR(2 * Pi * mode.frequency, std::sqrt(stiffness / mass), 1e-6);
+    }
+    // There it also stays at rest.
+    point.setQ(state, Vec3(0));
+    BdfIntegrator integrator(system);
+    integrator.initialize(state);
+    integrator.stepTo(0.5);
+    EXPECT_EQ(point.getQ(integrator.getState()), Vec3(0));
 }
 
 TEST(TorsionSpring, LidOnAPinSwingsAsInClosedForm) {

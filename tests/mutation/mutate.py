@@ -3,39 +3,42 @@
 
 Neither checkout nor build are touched. A mutated copy of one source is compiled by its command of the build, its library (or,
 for a static one, each test program) is linked anew, and all of it lies in a folder of this run's own. A mutant whose object
-code is that of the original is no mutant. Mutants are drawn from a seed: the K-th is the same however many are wanted. What is
-known of each is kept in a journal, so that a run that was stopped goes on.
+code is that of the original is no mutant. Mutants are drawn from a seed, one of each room in turn: the K-th is the same however
+many are wanted. What is known of each is kept in a journal, so that a run that was stopped goes on, and --report prints the
+score of what has been tried so far, by room and by kind; lines that have changed since do not count.
 
-Before the first mutant of a room its test programs are run as they are, which tells what each suite costs; tests that fail
-then are left out. Of a mutant's suites those run first that noticed others in the same file, then the cheap ones; the first
-failure, crash or want of time (of the processor's, so that a busy machine makes no difference) ends it.
+Test programs are first run as they are, which tells what each suite costs; tests that fail then are left out. Of a mutant's
+suites those run first that noticed others in the same file, then the cheap ones; the first failure, crash or want of time (of
+the processor's, so that a busy machine makes no difference) ends it. A test that fails once more without the mutant has
+noticed nothing and is left out from there on.
 """
 
 import argparse
 import collections
+import concurrent.futures
 import dataclasses
 import json
 import os
 import random
 import re
-import resource
 import shlex
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
-# Room: folder of its sources and the test programs, the nearest first.
+# Room: folders of its sources and the test programs, the nearest first.
 ROOMS = {
-    "solver": ("plugin/solver", ["test_solver", "test_validation"]),
-    "body": ("plugin/body", ["test_body", "test_forces", "test_solver", "test_validation"]),
-    "reduction": ("plugin/reduction", ["test_reduction", "test_fe", "test_validation"]),
-    "forces": ("forces", ["test_forces", "test_solver", "test_validation"]),
-    "fe": ("plugin/fe", ["test_fe", "test_reduction"]),
-    "model": ("plugin/cli/model", ["test_model_file", "test_model", "test_shell"]),
-    "render": ("render", ["test_render"]),
+    "solver": (["plugin/solver"], ["test_solver", "test_validation"]),
+    "body": (["plugin/body"], ["test_body", "test_forces", "test_solver", "test_validation"]),
+    "reduction": (["plugin/reduction"], ["test_reduction", "test_fe", "test_validation"]),
+    "forces": (["forces"], ["test_forces", "test_solver", "test_validation"]),
+    "fe": (["plugin/fe"], ["test_fe", "test_reduction"]),
+    "model": (["plugin/cli/model", "plugin/model/formula"], ["test_formula", "test_model_file", "test_model", "test_shell"]),
+    "render": (["render"], ["test_render"]),
 }
 STRING = "\x01"  # stands for each character of a string or message in what is searched
 CHUNK = 5.0  # [s] cheap suites share a process until they cost as much together
@@ -54,7 +57,8 @@ class Mutant:
 
 
 def mask(source):
-    """The same length: comments and preprocessor lines are blanks, strings and statements that throw are STRING."""
+    """The same length: comments and preprocessor lines are blanks; strings, statements that throw and memory that is put
+    aside beforehand, which no result depends on, are STRING."""
     def blank(match):
         return re.sub(r"[^\n]", " ", match.group())
 
@@ -66,7 +70,7 @@ def mask(source):
     text = re.sub(r"(?<=\d)'(?=\d)", "0", source)  # digits in groups
     text = re.sub(pattern, lambda match: blank(match) if match.group("comment") or match.group("line") else fill(match),
                   text, flags=re.S | re.M)
-    return re.sub(r"\b(?:throw|static_assert|assert)\b[^;]*;", fill, text)
+    return re.sub(r"\b(?:throw|static_assert|assert)\b[^;]*;|\b(?:reserve|shrink_to_fit)\([^;]*;", fill, text)
 
 
 def find_term_end(text, start):
@@ -153,8 +157,11 @@ class Build:
         launcher = [word for word in os.environ.get("CMAKE_CXX_COMPILER_LAUNCHER", "").split(";") if word]
         command = [*launcher, *words, "-w", "-iquote", str(original), f"-fmacro-prefix-map={mutated.parent}={original}",
                    "-o", str(target), str(mutated)]
-        return subprocess.run(command, cwd=entry["directory"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                              check=False).returncode == 0
+        status = subprocess.run(command, cwd=entry["directory"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                check=False).returncode
+        if status < 0:
+            raise KeyboardInterrupt
+        return status == 0
 
     def get_object(self, file):
         entry = self.commands[str(self.source / file)]
@@ -195,53 +202,77 @@ class Tests:
     def __init__(self, build, work):
         self.build, self.work = build, work
         self.baselines = {}
+        self.lock = threading.Lock()
+        self.running, self.stopped = set(), False
 
-    def get_suites(self, program):
-        if program not in self.baselines:
-            path = self.work / f"baseline-{program}.json"
-            binary = self.build / "bin" / program
-            stamp = binary.stat().st_mtime
-            if not path.exists() or json.loads(path.read_text())["stamp"] != stamp:
-                print(f"running {program} as it is", flush=True)
-                result = self.work / "result.json"
-                subprocess.run([binary, "--gtest_brief=1", f"--gtest_output=json:{result}"], cwd=self.work, check=False,
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-                suites, failed = {}, []
-                for suite in json.loads(result.read_text())["testsuites"]:
-                    suites[suite["name"]] = float(suite["time"].rstrip("s"))
-                    failed += [f"{suite['name']}.{test['name']}" for test in suite["testsuite"] if "failures" in test]
-                path.write_text(json.dumps({"stamp": stamp, "suites": suites, "failed": failed}))
-            baseline = json.loads(path.read_text())
-            for test in baseline["failed"]:
-                print(f"{program}: {test} fails without any mutant and is left out", flush=True)
-            self.baselines[program] = baseline
-        return self.baselines[program]
+    def get_baseline(self, program):
+        with self.lock:
+            if program not in self.baselines:
+                self.baselines[program] = self.find_baseline(program)
+            return self.baselines[program]
+
+    def find_baseline(self, program):
+        path = self.work / f"baseline-{program}.json"
+        binary = self.build / "bin" / program
+        stamp = binary.stat().st_mtime
+        if not path.exists() or json.loads(path.read_text())["stamp"] != stamp:
+            print(f"running {program} as it is", flush=True)
+            result = self.work / "result.json"
+            environment = dict(os.environ, OMP_WAIT_POLICY="passive", GTEST_BRIEF="1", GTEST_OUTPUT=f"json:{result}")
+            subprocess.run([binary], cwd=self.work, env=environment, check=False, stdout=subprocess.DEVNULL,
+                           stderr=subprocess.DEVNULL)
+            suites, failed = {}, []
+            for suite in json.loads(result.read_text())["testsuites"]:
+                suites[suite["name"]] = float(suite["time"].rstrip("s"))
+                failed += [f"{suite['name']}.{test['name']}" for test in suite["testsuite"] if "failures" in test]
+            path.write_text(json.dumps({"stamp": stamp, "suites": suites, "failed": failed}))
+        baseline = json.loads(path.read_text())
+        for test in baseline["failed"]:
+            print(f"{program}: {test} fails without any mutant and is left out", flush=True)
+        return baseline
+
+    def stop(self):
+        self.stopped = True
+        for process in list(self.running):
+            process.kill()
+
+    def leave_out(self, program, test):
+        print(f"{program}: {test} fails now and then without any mutant and is left out", flush=True)
+        with self.lock:
+            baseline = self.baselines[program]
+            if test not in baseline["failed"]:
+                baseline["failed"].append(test)
+            (self.work / f"baseline-{program}.json").write_text(json.dumps(baseline))
 
     def run(self, program, suites, folder):
         """@returns what has gone wrong: the first failing test, "crash" or "time"; "" if nothing has."""
-        baseline = self.get_suites(program)
-        binary = folder / "bin" / program
+        while True:
+            baseline = self.get_baseline(program)
+            names = ":".join(f"{suite}.*" for suite in suites)
+            if baseline["failed"]:
+                names += "-" + ":".join(baseline["failed"])
+            seconds = 20 + 5 * sum(baseline["suites"][suite] for suite in suites)
+            noticed = self.run_program(program, names, seconds, folder, folder)
+            if self.stopped or "." not in noticed or not self.run_program(program, noticed, seconds, folder, self.build):
+                return noticed
+            self.leave_out(program, noticed)
+
+    def run_program(self, program, names, seconds, folder, linked):
+        """Tests `names` with what is linked anew in the folder `linked`; @returns as run()."""
+        binary = linked / "bin" / program
         if not binary.exists():
             binary = self.build / "bin" / program
-        seconds = 20 + 5 * sum(baseline["suites"][suite] for suite in suites)
-        names = ":".join(f"{suite}.*" for suite in suites)
-        if baseline["failed"]:
-            names += "-" + ":".join(baseline["failed"])
         temporary = folder / "tmp"
         temporary.mkdir()
-        environment = dict(os.environ, LD_LIBRARY_PATH=str(folder / "lib"), TMPDIR=str(temporary), OMP_WAIT_POLICY="passive",
+        environment = dict(os.environ, LD_LIBRARY_PATH=str(linked / "lib"), TMPDIR=str(temporary), OMP_WAIT_POLICY="passive",
                            GTEST_FAIL_FAST="1", GTEST_BRIEF="1", GTEST_FILTER=names)
-
-        def limit():
-            resource.setrlimit(resource.RLIMIT_CPU, (int(2 * seconds), int(2 * seconds) + 5))
-            resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-
+        limits = ["prlimit", f"--cpu={int(2 * seconds)}:{int(2 * seconds) + 5}", f"--as={MOST_MEMORY}", "--core=0"]
         with open(folder / "output.txt", "wb") as output:
-            process = subprocess.Popen([binary], cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=output,
-                                       stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=limit)
+            process = subprocess.Popen([*limits, binary], cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=output,
+                                       stderr=subprocess.STDOUT, start_new_session=True)
+            self.running.add(process)
             try:
-                status = process.wait(10 * seconds)
+                status = process.wait(0 if self.stopped else 10 * seconds)
             except subprocess.TimeoutExpired:
                 status = -signal.SIGXCPU
             finally:
@@ -250,6 +281,7 @@ class Tests:
                 except ProcessLookupError:
                     pass
                 process.wait()
+                self.running.discard(process)
         shutil.rmtree(temporary, ignore_errors=True)
         if status == 0:
             return ""
@@ -260,6 +292,7 @@ class Tests:
 class Campaign:
     def __init__(self, arguments):
         self.source, self.build_folder, self.seed = arguments.source, arguments.build, arguments.seed
+        self.jobs = arguments.jobs
         self.rooms = arguments.room or list(ROOMS)
         self.build = Build(arguments.source, arguments.build)
         self.work = arguments.work
@@ -268,6 +301,8 @@ class Campaign:
         self.journal = self.work / "journal.jsonl"
         self.known, self.mutants = {}, {}
         self.kills = collections.defaultdict(collections.Counter)  # file: suites that noticed
+        self.lock = threading.Lock()
+        self.stopped = False
         if self.journal.exists():
             for line in self.journal.read_text().splitlines():
                 self.remember(json.loads(line))
@@ -277,17 +312,31 @@ class Campaign:
         if "." in record.get("by", ""):
             self.kills[record["file"]][record["by"].rpartition(".")[0]] += 1
 
+    def get_mutants(self, room):
+        if room not in self.mutants:
+            files = [str(path.relative_to(self.source)) for folder in ROOMS[room][0]
+                     for path in sorted((self.source / folder).rglob("*.cpp")) if str(path) in self.build.commands]
+            self.mutants[room] = [mutant for file in files if self.build.find_library(file)
+                                  for mutant in find_mutants(file, (self.source / file).read_text())]
+        return self.mutants[room]
+
     def draw(self, number):
         """The number-th mutant of the seed."""
         choose = random.Random(f"{self.seed}/{number}")
-        room = choose.choice(self.rooms)
-        if room not in self.mutants:
-            files = [str(path.relative_to(self.source)) for path in sorted((self.source / ROOMS[room][0]).rglob("*.cpp"))
-                     if str(path) in self.build.commands]
-            self.mutants[room] = [mutant for file in files if self.build.find_library(file)
-                                  for mutant in find_mutants(file, (self.source / file).read_text())]
-        kind = choose.choice(sorted({mutant.kind for mutant in self.mutants[room]}))
-        return room, choose.choice([mutant for mutant in self.mutants[room] if mutant.kind == kind])
+        room = self.rooms[number % len(self.rooms)]
+        kind = choose.choice(sorted({mutant.kind for mutant in self.get_mutants(room)}))
+        return room, choose.choice([mutant for mutant in self.get_mutants(room) if mutant.kind == kind])
+
+    def describe(self, room, mutant):
+        """What the journal tells of a mutant; its line is known by its text, wherever it moves."""
+        source = (self.source / mutant.file).read_text()
+        begin, end = source.rfind("\n", 0, mutant.start) + 1, source.find("\n", mutant.end)
+        before = source[begin:end]
+        after = source[begin:mutant.start] + mutant.text + source[mutant.end:end]
+        same = source.count(f"\n{before}\n", 0, begin)
+        return {"id": f"{mutant.file}:{same}:{mutant.start - begin}:{mutant.end - mutant.start}:{mutant.text}:{before}",
+                "room": room, "file": mutant.file, "line": source.count("\n", 0, mutant.start) + 1, "kind": mutant.kind,
+                "before": before.strip(), "after": after.strip()}
 
     def check(self, room, mutant, folder):
         """@returns the verdict, and which test noticed."""
@@ -308,7 +357,7 @@ class Campaign:
         return "survived", ""
 
     def order_suites(self, program, file):
-        costs = self.tests.get_suites(program)["suites"]
+        costs = self.tests.get_baseline(program)["suites"]
         stem = re.sub("(?:Setup|Impl)$", "", Path(file).stem).lower()
         near = {suite for suite in costs
                 if self.kills[file][suite] or stem in suite.lower() or suite.lower().replace("test", "") in stem}
@@ -322,40 +371,68 @@ class Campaign:
         if chunk:
             yield chunk
 
-    def run(self, count):
+    def run(self, count, again):
+        """The first `count` mutants of the seed; `again`: those that survived until now, of any."""
         absent = sorted({program for room in self.rooms for program in ROOMS[room][1]
                          if not (self.build_folder / "bin" / program).exists()})
         if absent:
             print(f"not built, so that their tests notice nothing: {', '.join(absent)}", flush=True)
+        if again:
+            drawn = [(room, mutant) for room in self.rooms for mutant in self.get_mutants(room)]
+        else:
+            drawn = [self.draw(number) for number in range(count)]
+        todo, wanted = [], set()
+        for room, mutant in drawn:
+            record = self.describe(room, mutant)
+            verdict = self.known.get(record["id"], {"verdict": ""})["verdict"]
+            if record["id"] not in wanted and verdict == ("survived" if again else ""):
+                wanted.add(record["id"])
+                todo.append((mutant, record))
+        for program in dict.fromkeys(program for room in self.rooms for program in ROOMS[room][1] if program not in absent):
+            self.tests.get_baseline(program)
         libraries = {path: path.stat().st_mtime for path in (self.build_folder / "lib").glob("*.so.?")}
-        for number in range(count):
-            room, mutant = self.draw(number)
-            source = (self.source / mutant.file).read_text()
-            line = source.count("\n", 0, mutant.start) + 1
-            begin, end = source.rfind("\n", 0, mutant.start) + 1, source.find("\n", mutant.end)
-            before = source[begin:end]
-            after = source[begin:mutant.start] + mutant.text + source[mutant.end:end]
-            record = {"id": f"{mutant.file}:{mutant.start}:{mutant.end}:{mutant.text}:{before}", "room": room,
-                      "file": mutant.file, "line": line, "kind": mutant.kind, "before": before.strip(), "after": after.strip()}
-            if record["id"] in self.known:
-                continue
-            if any(path.stat().st_mtime != stamp for path, stamp in libraries.items()):
-                raise SystemExit("the build has changed: start anew")
-            started = time.monotonic()
-            record["verdict"], record["by"] = self.check(room, mutant, self.work / "mutant")
-            record["seconds"] = round(time.monotonic() - started, 1)
-            self.remember(record)
-            with open(self.journal, "a", encoding="utf-8") as journal:
-                journal.write(json.dumps(record) + "\n")
-            print(f"{number + 1}/{count} {mutant.file}:{line} {mutant.kind}: {record['verdict']} {record['by']} "
-                  f"({record['seconds']:.0f} s)", flush=True)
+        folders = [self.work / f"mutant{job}" for job in range(self.jobs)]
+
+        def work(folder):
+            while not self.stopped:
+                with self.lock:
+                    if not todo:
+                        return
+                    mutant, record = todo.pop(0)
+                if any(path.stat().st_mtime != stamp for path, stamp in libraries.items()):
+                    raise SystemExit("the build has changed: start anew")
+                started = time.monotonic()
+                record["verdict"], record["by"] = self.check(record["room"], mutant, folder)
+                if self.stopped:
+                    return
+                record["seconds"] = round(time.monotonic() - started, 1)
+                with self.lock:
+                    self.remember(record)
+                    with open(self.journal, "a", encoding="utf-8") as journal:
+                        journal.write(json.dumps(record) + "\n")
+                    print(f"{len(todo)} left; {record['file']}:{record['line']} {record['kind']}: {record['verdict']} "
+                          f"{record['by']} ({record['seconds']:.0f} s)", flush=True)
+
+        with concurrent.futures.ThreadPoolExecutor(self.jobs) as pool:
+            workers = [pool.submit(work, folder) for folder in folders]
+            try:
+                for worker in workers:
+                    worker.result()
+            finally:
+                self.stopped = True
+                self.tests.stop()
+
+    def is_there(self, record):
+        source = self.source / record["file"]
+        return source.exists() and record["before"] in source.read_text()
 
     def report(self):
         counts = collections.defaultdict(collections.Counter)
-        for record in self.known.values():
+        records = [record for record in self.known.values() if self.is_there(record)]
+        for record in records:
             for group in (record["room"], record["kind"], "all"):
                 counts[group][record["verdict"]] += 1
-        for record in sorted(self.known.values(), key=lambda record: (record["file"], record["line"])):
+        for record in sorted(records, key=lambda record: (record["file"], record["line"])):
             if record["verdict"] == "survived":
                 print(f"{record['file']}:{record['line']} {record['kind']}\n    - {record['before']}\n    + {record['after']}")
         print("                 killed  survived  score  (equivalent, do not compile)")
@@ -373,17 +450,25 @@ def main():
     parser.add_argument("count", nargs="?", type=int, default=200, help="mutants to draw (200)")
     parser.add_argument("seed", nargs="?", default="1")
     parser.add_argument("--source", type=Path, default=root)
-    parser.add_argument("--build", type=Path, default=root / "build/release", help="a complete build; nobody builds there meanwhile")
-    parser.add_argument("--work", type=Path, default=root / "build/mutation", help="folder of the journal and all that is made")
+    parser.add_argument("--build", type=Path, default=root / "build/mutation",
+                        help="a build of the test programs, a source at a time; nobody builds there meanwhile")
+    parser.add_argument("--work", type=Path, default=root / "build/mutation/mutants",
+                        help="folder of the journal and all that is made")
+    parser.add_argument("--jobs", type=int, default=max(1, os.cpu_count() // 2), help="mutants at a time (half the processors)")
+    parser.add_argument("--again", action="store_true", help="those that survived until now, once tests have been added")
     parser.add_argument("--room", action="append", choices=ROOMS, help="only these")
     parser.add_argument("--report", action="store_true", help="what the journal tells")
+    parser.add_argument("--programs", action="store_true", help="the test programs that have to be built")
     arguments = parser.parse_args()
+    if arguments.programs:
+        print(*sorted({program for room in ROOMS.values() for program in room[1]}), sep="\n")
+        return 0
     campaign = Campaign(arguments)
     for stop in (signal.SIGINT, signal.SIGTERM):  # also where a shell in the background ignores them
         signal.signal(stop, signal.default_int_handler)
     try:
         if not arguments.report:
-            campaign.run(arguments.count)
+            campaign.run(arguments.count, arguments.again)
     except KeyboardInterrupt:
         pass
     campaign.report()
