@@ -162,7 +162,7 @@ double readField(const std::string& line, size_t at) {
 std::vector<Stress> readStresses(const std::filesystem::path& path, const Elements& elements) {
     constexpr size_t kFirst = 14, kWidth = 14;  // after the element and the point
     std::vector<Stress> stresses(elements.numPoints);
-    size_t count = 0;
+    std::vector<bool> isGiven(elements.numPoints, false);
     std::ifstream in(path);
     for (std::string line; std::getline(in, line);) {
         if (line.size() < kFirst + 6 * kWidth || line.find('(') != std::string::npos) continue;
@@ -173,8 +173,9 @@ std::vector<Stress> readStresses(const std::filesystem::path& path, const Elemen
                                      std::to_string(element.number) + " than expected");
         for (size_t c = 0; c < 6; ++c)
             stresses[element.firstPoint + point][c] = readField(line, kFirst + c * kWidth);
-        ++count;
+        isGiven[element.firstPoint + point] = true;
     }
+    const auto count = size_t(std::count(isGiven.begin(), isGiven.end(), true));
     if (count != elements.numPoints)
         throw std::runtime_error("CalculiX gave stresses at " + std::to_string(count) +
                                  " integration points, expected " +

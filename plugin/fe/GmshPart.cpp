@@ -256,6 +256,7 @@ std::vector<std::string> listScriptFiles(const std::string& path) {
         if (suffix == ".step" || suffix == ".stp" || suffix == ".brep" || suffix == ".iges" ||
             suffix == ".igs")
             continue;
+        if (!fs::is_regular_file(file)) continue;
         std::ifstream in(file, std::ios::binary);
         const std::string text(std::istreambuf_iterator<char>(in), {});
         if (text.compare(0, 1, "$") == 0) continue;

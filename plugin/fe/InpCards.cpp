@@ -71,7 +71,8 @@ public:
 
     void read(const fs::path& path, const std::string& includedFrom, int depth) {
         std::ifstream in(path);
-        if (!in || fs::is_directory(path))
+        // A device may have no end.
+        if (!in || fs::is_directory(path) || (depth > 0 && !fs::is_regular_file(path)))
             throw std::runtime_error(includedFrom + "cannot read deck '" + path.string() + "'");
         if (depth > kDeepestInclude)
             throw std::runtime_error(includedFrom + "*INCLUDE goes " + std::to_string(depth) +

@@ -125,8 +125,11 @@ std::vector<std::string> readTexts(hid_t file, const char* name) {
     const hdf5::Handle space(H5Dget_space(data), H5Sclose, "read the shape");
     const hdf5::Handle stored(H5Dget_type(data), H5Tclose, "read the type");
     const hssize_t size = H5Sget_simple_extent_npoints(space);
-    if (H5Tis_variable_str(stored) <= 0 || size < 0)
+    if (H5Tis_variable_str(stored) <= 0 || size < 0 || H5Sget_simple_extent_ndims(space) != 1)
         throw std::runtime_error(std::string("'") + name + "' holds no texts");
+    if (double(H5Dget_storage_size(data)) < double(size) * double(H5Tget_size(stored)))
+        throw std::runtime_error(std::string("'") + name +
+                                 "' claims more texts than the file holds");
     const hdf5::Handle type = makeTextType();
     std::vector<char*> texts(size_t(size), nullptr);
     if (size > 0)
@@ -161,6 +164,9 @@ Table readCsv(const std::string& path) {
                 fail(path, "line " + std::to_string(number) + " holds something that is no number");
             row.push_back(value);
             if (next == end) break;
+            if (*next != ',')
+                fail(path, "line " + std::to_string(number) +
+                               " has something else than a comma behind a number");
             at = next + 1;
         }
         if (row.size() != head.size())
@@ -281,7 +287,11 @@ Table readTable(const std::string& path) {
         if (!table.times.empty() && !names.empty())
             table.values = hdf5::readNumbers(file, "values", {0, names.size()});
         // Values are written first: rows without a time are half done.
-        table.values.resize(table.times.size() * names.size());
+        const size_t count = table.times.size() * names.size();
+        if (table.values.size() < count)
+            throw std::runtime_error("it has " + std::to_string(table.times.size()) +
+                                     " times, but fewer rows of values");
+        table.values.resize(count);
         return table;
     } catch (const std::runtime_error& error) {
         fail(path, error.what());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "BlockLanczos.h"
@@ -184,8 +185,9 @@ private:
         std::int64_t sizes[2];
         in.get(sizes, sizeof sizes);
         for (const std::int64_t size : sizes)
-            in.checkLeft(size < 0 ? ~std::uint64_t(0) : std::uint64_t(size), 1);
-        if (sizes[0] > 0) in.checkLeft(std::uint64_t(sizes[1]), size_t(sizes[0]) * sizeof(double));
+            if (size < 0 || size > std::numeric_limits<int>::max())
+                throw std::runtime_error("a matrix has no size");
+        in.checkLeft(std::uint64_t(sizes[0] * sizes[1]), sizeof(double));
         X.resize(sizes[0], sizes[1]);
         in.get(X.data(), size_t(X.size()) * sizeof(double));
     }

@@ -3,6 +3,7 @@
 #include "simflex/part/TableFile.h"
 
 #include <gmock/gmock.h>
+#include <hdf5.h>
 
 #include <cmath>
 #include <filesystem>
@@ -96,6 +97,31 @@ TEST(TableFile, ALineBeingWrittenWhenTheProgramEndedIsLeftOut) {
     const std::string path = folder / "cut.csv";
     std::ofstream(path) << "time [s],a [m]\n0,1\n1,2\n2,3.5";
     EXPECT_EQ(readTable(path).times, (std::vector<double>{0, 1}));
+}
+
+TEST(TableFile, NumbersAreDividedByCommas) {
+    const testing::TestFolder folder;
+    const std::string path = folder / "other.csv";
+    std::ofstream(path) << "time [s],a [m]\n0,1\n1;2\n";
+    EXPECT_THROW(readTable(path), std::runtime_error);
+}
+
+TEST(TableFile, TimesWithoutValuesAreRefused) {
+    const testing::TestFolder folder;
+    const std::string path = folder / "short.h5";
+    {
+        TableFile table(path, {{"a", "m"}});
+        for (const double value : {1.0, 2.0, 3.0}) table.append(value, &value);
+    }
+    {
+        const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+        const hid_t values = H5Dopen2(file, "values", H5P_DEFAULT);
+        const hsize_t fewer[2] = {2, 1};
+        EXPECT_GE(H5Dset_extent(values, fewer), 0);
+        H5Dclose(values);
+        H5Fclose(file);
+    }
+    EXPECT_THROW(readTable(path), std::runtime_error);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "simflex/cli/model/NearestName.h"
+#include "simflex/part/FileChecksum.h"
 #include "simflex/part/Hdf5.h"
 #include "simflex/part/NumberText.h"
 
@@ -59,9 +60,10 @@ std::vector<std::string> readGiven(hid_t file, const std::string& key,
 
 Table readTable(const std::string& path) {
     const hdf5::Quiet quiet;
+    checkChecksum(path);
     const auto file = hdf5::openFile(path);
     const int format = hdf5::readInteger(file, "simflex_sweep");
-    if (format > 2) throw std::runtime_error("'" + path + "' needs a newer simflex");
+    if (format > 2) throw std::runtime_error("it needs a newer simflex");
     Table table;
     table.status = hdf5::readIndices(file, "status", {0});
     const hsize_t count = table.status.size();
@@ -82,6 +84,16 @@ Table readTable(const std::string& path) {
     return table;
 }
 
+/** As readTable(); errors name the file. **/
+Table openTable(const std::string& path) {
+    try {
+        return readTable(path);
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error("the table of a sweep '" + path +
+                                 "' cannot be used: " + error.what());
+    }
+}
+
 /** Its place among the keys. **/
 size_t chooseKey(const Table& table, const std::string& key, const std::string& path) {
     size_t chosen = table.keys.size(), most = 0;
@@ -92,7 +104,7 @@ size_t chooseKey(const Table& table, const std::string& key, const std::string& 
         if (key.empty() ? different.size() > most : table.keys[k] == key) chosen = k;
         most = std::max(most, different.size());
         if (chosen == k && different.empty())
-            throw std::runtime_error("the values of '" + key + "' in '" + path +
+            throw std::runtime_error("the values of '" + table.keys[k] + "' in '" + path +
                                      "' are no numbers: they make no axis");
     }
     if (chosen == table.keys.size())
@@ -116,6 +128,7 @@ std::string makeLabel(const Table& table, size_t without, size_t index) {
 bool isSweepTable(const std::string& path) {
     try {
         const hdf5::Quiet quiet;
+        checkChecksum(path);
         return H5Aexists(hdf5::openFile(path), "simflex_sweep") > 0;
     } catch (const std::runtime_error&) {
         return false;
@@ -123,7 +136,7 @@ bool isSweepTable(const std::string& path) {
 }
 
 SweepResults readSweepTable(const std::string& path, const std::string& key) {
-    const Table table = readTable(path);
+    const Table table = openTable(path);
     const size_t chosen = chooseKey(table, key, path);
     SweepResults sweep;
     sweep.key = table.keys[chosen];

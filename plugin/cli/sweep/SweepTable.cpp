@@ -18,6 +18,7 @@
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/results/CriticalSpeeds.h"
 #include "simflex/cli/results/ProbeChoice.h"
+#include "simflex/part/FileChecksum.h"
 #include "simflex/part/Hdf5.h"
 #include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
@@ -305,6 +306,7 @@ std::string writeSweepTable(const SweepPlan& plan, const std::string& folder) {
     if (!out) throw std::runtime_error("cannot write '" + csv + ".new'; is the disk full?");
     fs::rename(csv + ".new", csv);
     writeHdf5(hdf + ".new", plan, outcomes, table);
+    appendChecksum(hdf + ".new");
     fs::rename(hdf + ".new", hdf);
     const Messages messages(Messages::Notes::Hidden);
     for (size_t k = 0; k < plan.cases.size(); ++k)

@@ -1,0 +1,143 @@
+/** @file
+Checkpoints of integrators: bytes that are changed, with the checksum that fits them or without.
+What is accepted is written the same again, and the integration goes on or says why it cannot. **/
+
+#include <cstring>
+#include <sstream>
+
+#include "Fuzz.h"
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/forces/ContactStop.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "support/PointMassPart.h"
+
+using namespace simflex;
+using namespace SimTK;
+
+namespace {
+
+constexpr size_t kHeader = 19;         ///< bytes of the line in front of the header
+constexpr size_t kSize = kHeader + 8;  ///< place of the number of bytes
+constexpr size_t kSum = kHeader + 16;  ///< place of the checksum
+constexpr size_t kPayload = kHeader + 24;
+
+/** A flexible boom on a ball joint above a stop, and a slider with a handler. **/
+struct Model {
+    class Wall : public TriggeredEventHandler {
+    public:
+        explicit Wall(const MobilizedBody& stone)
+            : TriggeredEventHandler(Stage::Position), m_stone(stone) {}
+        Real getValue(const State& state) const override {
+            return m_stone.getOneQ(state, 0) - 0.05;
+        }
+        void handleEvent(State& state, Real, bool&) const override {
+            m_stone.setOneU(state, 0, -m_stone.getOneU(state, 0));
+        }
+
+    private:
+        const MobilizedBody& m_stone;
+    };
+
+    Model()
+        : matter(system),
+          forces(system),
+          gravity(forces, matter, -ZAxis, 9.81),
+          flexible(system, matter),
+          boom(flexible, makePart(), "boom"),
+          stone(matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), Inertia(1)))) {
+        Joint::Ball(flexible, matter.Ground(), boom.interface("A"), "root");
+        ContactStop(flexible, Attachment(matter.Ground(), Transform(Vec3(0, 0, -0.03))),
+                    boom.interface("B"), 3e4, 0.1);
+        system.addEventHandler(new Wall(stone));
+        state = system.realizeTopology();
+        boom.setPoseByInterface(state, "A", Transform());
+        stone.setOneU(state, 0, 1.3);
+    }
+    static std::shared_ptr<const ReducedBody> makePart() {
+        test::PointMassPartOptions options;
+        options.numModes = 3;
+        options.cells = {1, 1, 1};
+        options.highestFrequency = 80;
+        return test::makePointMassPart(options).body;
+    }
+    std::unique_ptr<ImplicitIntegrator> make(bool isAlpha) const {
+        std::unique_ptr<ImplicitIntegrator> integrator;
+        if (isAlpha)
+            integrator = std::make_unique<GeneralizedAlphaIntegrator>(system);
+        else
+            integrator = std::make_unique<BdfIntegrator>(system);
+        integrator->setAccuracy(1e-3);
+        integrator->setNumThreads(1);
+        return integrator;
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter;
+    GeneralForceSubsystem forces;
+    Force::Gravity gravity;
+    FlexibleBodySubsystem flexible;
+    FlexibleBody boom;
+    MobilizedBody::Slider stone;
+    State state;
+};
+
+std::string write(ImplicitIntegrator& integrator) {
+    std::ostringstream out;
+    integrator.writeCheckpoint(out);
+    return out.str();
+}
+
+void read(ImplicitIntegrator& integrator, const std::string& bytes, const State& start) {
+    std::istringstream in(bytes);
+    integrator.readCheckpoint(in, start);
+}
+
+/** Makes the header fit the bytes behind it. **/
+void mendHeader(std::string& bytes) {
+    if (bytes.size() < kPayload) return;
+    const std::uint64_t count = bytes.size() - kPayload;
+    std::uint64_t sum = 14695981039346656037u;
+    for (size_t k = kPayload; k < bytes.size(); ++k)
+        sum = (sum ^ std::uint8_t(bytes[k])) * 1099511628211u;
+    std::memcpy(&bytes[kSize], &count, sizeof count);
+    std::memcpy(&bytes[kSum], &sum, sizeof sum);
+}
+
+}  // namespace
+
+/** A byte of choices: scheme, whether the header is mended, whether it is cut; then places (2
+bytes) and values. **/
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    static const Model model;
+    static const std::string whole[] = {[] {
+                                            const auto integrator = model.make(false);
+                                            integrator->initialize(model.state);
+                                            for (int k = 0; k < 5; ++k) integrator->stepOnce();
+                                            return write(*integrator);
+                                        }(),
+                                        [] {
+                                            const auto integrator = model.make(true);
+                                            integrator->initialize(model.state);
+                                            for (int k = 0; k < 5; ++k) integrator->stepOnce();
+                                            return write(*integrator);
+                                        }()};
+    const unsigned mode = size > 0 ? data[0] : 0;
+    std::string bytes = whole[mode & 1];
+    for (size_t k = 1; k + 2 < size; k += 3)
+        bytes[(256u * data[k] + data[k + 1]) % bytes.size()] = char(data[k + 2]);
+    if (mode & 4) bytes.resize(bytes.size() * (mode >> 3) / 32);
+    if (mode & 2) mendHeader(bytes);
+
+    const auto integrator = model.make(mode & 1);
+    if (!fuzz::accepts([&] { read(*integrator, bytes, model.state); }, fuzz::Names::Anything))
+        return 0;
+    if (!(mode & 2) && bytes != whole[mode & 1]) fuzz::fail("a damaged checkpoint was accepted");
+    const std::string written = write(*integrator);
+    const auto other = model.make(mode & 1);
+    read(*other, written, model.state);
+    if (write(*other) != written) fuzz::fail("a checkpoint that was written reads back as another");
+    fuzz::accepts([&] { integrator->stepOnce(); }, fuzz::Names::Anything);
+    return 0;
+}
