@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
+#include "simflex/part/NumberText.h"
 #include "simflex/render/scene/DrawnSeats.h"
 
 namespace simflex {
@@ -27,12 +27,6 @@ const Palette darkPalette = {
     Vec3(0.09, 0.105, 0.135), Vec3(0.19, 0.215, 0.25), Vec3(0.165, 0.185, 0.215),
     Vec3(0.33, 0.36, 0.40),   Vec3(0.02, 0.02, 0.03),  Vec3(0.72, 0.78, 0.86),
     {236, 240, 245, 255},     {172, 182, 195, 255},    {10, 12, 16, 60}};
-
-std::string formatTime(double time, int decimals) {
-    char text[48];
-    std::snprintf(text, sizeof text, "%.*f", decimals, time);
-    return text;
-}
 
 std::vector<Vec3> calcBoxCorners(const std::vector<Vec3>& points) {
     Vec3 lower = points.front(), upper = lower;
@@ -471,7 +465,7 @@ OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snaps
     }
 
     content.title = title;
-    if (showSimTime) content.captions.push_back("t = " + formatTime(snapshot.time, 4) + " s");
+    if (showSimTime) content.captions.push_back("t = " + writeFixed(snapshot.time, 4) + " s");
     if (showFrameNumber) content.captions.push_back("frame " + std::to_string(snapshot.number));
     if (showDeformationFactor && !parts.empty())
         content.captions.push_back("deformation ×" +

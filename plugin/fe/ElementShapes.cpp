@@ -71,13 +71,15 @@ private:
 }  // namespace
 
 void checkElementShapes(const DeckModel& deck) {
-    for (const auto& [type, solids] : deck.solids) {
+    for (const auto& typed : deck.solids) {
+        const std::string& type = typed.first;  // names that parallel loops and lambdas may take
+        const auto& solids = typed.second;
         const ShapeCheck check(type, getSolid(type));
-        const auto find = [&, &ofType = solids](size_t k) {
+        const auto find = [&](size_t k) {
             std::vector<Vec3d> x;
-            for (const int node : ofType[k].nodes)
+            for (const int node : solids[k].nodes)
                 x.push_back(deck.mesh.position(deck.mesh.indexOf(node)));
-            return check.find(x, ofType[k].nodes);
+            return check.find(x, solids[k].nodes);
         };
         size_t first = solids.size();
 #pragma omp parallel for schedule(static) reduction(min : first)

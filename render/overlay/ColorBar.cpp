@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 
@@ -98,10 +99,9 @@ void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, dou
             place.bottom - int(std::lround((value - low) / span * (place.bottom - place.top)));
         for (int x = place.left + place.width + 1; x <= place.left + place.width + scaled(5); ++x)
             image.blendPixel(x, y, palette.text, 0.7);
-        char text[40];
-        std::snprintf(text, sizeof text, "%.*f", decimals, std::abs(value));
         // A true minus sign, and zero without one.
-        const std::string label = (value < -0.5 * step ? "−" : "") + std::string(text);
+        const std::string label =
+            (value < -0.5 * step ? "−" : "") + writeFixed(std::abs(value), decimals);
         regular.drawWithHalo(image, labels, y + 5 * unit, label, size(15), palette.text,
                              palette.halo);
     }

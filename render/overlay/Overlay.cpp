@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 
@@ -29,9 +30,7 @@ double roundUpToRange(double value) {
 }
 
 std::string formatNumber(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", value);
-    return text;
+    return writeGeneral(value, 4);
 }
 
 std::string formatFactor(double value) {

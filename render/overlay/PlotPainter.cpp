@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
 
 #include "Overlay.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 
@@ -64,10 +64,8 @@ void PlotPainter::Axis::chooseStep(double distance) {
 }
 
 std::string PlotPainter::Axis::format(double value, int moreDecimals) const {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", decimals + moreDecimals,
-                  std::abs(value) < 1e-9 * step ? 0.0 : value);
-    std::string result = text;
+    std::string result =
+        writeFixed(std::abs(value) < 1e-9 * step ? 0.0 : value, decimals + moreDecimals);
     if (result.find_first_of("123456789") == std::string::npos && result[0] == '-')
         result.erase(0, 1);
     if (result[0] == '-') result.replace(0, 1, "−");

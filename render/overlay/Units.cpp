@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <vector>
+
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 
@@ -111,11 +112,9 @@ Unit chooseUnit(Dimension dimension, double largest) {
 
 std::string formatQuantity(double value, Dimension dimension) {
     const Unit unit = chooseUnit(dimension, value);
-    char text[48];
-    std::snprintf(text, sizeof text, "%.3g", value / unit.size);
-    const double number = std::abs(value / unit.size);
-    if (number >= 999.5) std::snprintf(text, sizeof text, "%.0f", value / unit.size);
-    return std::string(text) + " " + unit.name;
+    const double number = value / unit.size;
+    return (std::abs(number) >= 999.5 ? writeFixed(number, 0) : writeGeneral(number, 3)) + " " +
+           unit.name;
 }
 
 double chooseTickStep(double low, double high) {

@@ -11,6 +11,8 @@
 #include "simflex/render/OffscreenVisualizer.h"
 #include "simflex/render/ProbePlot.h"
 #include "simflex/render/SideBySide.h"
+#include "support/GermanLocale.h"
+#include "support/TestFolder.h"
 
 namespace simflex {
 namespace {
@@ -125,7 +127,8 @@ TEST(Reference, SeveralViewsOfAMechanism) {
     EXPECT_EQ(compareWithReference(viz.drawFrame(state), "several_views"), "");
 }
 
-TEST(Reference, StressOfASignWithPlotBelow) {
+/** With a time stamp, a colour bar, and the scales of a plot. **/
+Image drawStressWithPlotBelow() {
     EmptyScene scene;
     OffscreenVisualizer viz(scene.system, width, 2 * height);
     viz.setWindowTitle("Stress and a probe").setContour(Contour::SignedVonMises);
@@ -142,7 +145,19 @@ TEST(Reference, StressOfASignWithPlotBelow) {
     plot.addCurve("z", times, values);
     viz.addPlot(plot, PlotSide::Below);
     scene.state.setTime(0.25);
-    EXPECT_EQ(compareWithReference(viz.drawFrame(scene.state), "stress_and_plot"), "");
+    return viz.drawFrame(scene.state);
+}
+
+TEST(Reference, StressOfASignWithPlotBelow) {
+    EXPECT_EQ(compareWithReference(drawStressWithPlotBelow(), "stress_and_plot"), "");
+}
+
+TEST(Reference, NumbersInPicturesAreTheSameInEveryLocale) {
+    const Image expected = drawStressWithPlotBelow();
+    const testing::TestFolder folder;
+    const test::GermanLocale german(folder.path());
+    EXPECT_TRUE(drawStressWithPlotBelow() == expected);
+    if (!german.hasC()) GTEST_SKIP() << "there is no German locale";
 }
 
 TEST(Reference, SideBySideOfDeflectedAndRigid) {

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <set>
 #include <stdexcept>
 
 #include "simflex/cli/results/ProbeChoice.h"
 #include "simflex/cli/results/UnitScale.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace cli {
@@ -263,9 +263,7 @@ Figure makeCampbellFigure(const std::vector<FigureSource>& sources, const Figure
     }
     for (const double order : wishes.orders) {
         FigureCurve line;
-        char name[32];
-        std::snprintf(name, sizeof name, "%g×", order);
-        line.name = name;
+        line.name = writeGeneral(order, 6) + "×";
         line.isFaint = true;
         for (const double speed : sources.at(0).analysis->speeds) {
             const double hertz = order * std::abs(speed) / (2 * pi);

@@ -11,6 +11,7 @@
 #include "simflex/cli/results/UnitScale.h"
 #include "simflex/cli/run/ForcePictures.h"
 #include "simflex/cli/run/Session.h"
+#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace cli {
@@ -333,8 +334,8 @@ void drawModes(const Model& model, const Linearization& linear, const std::vecto
     ProgressBar bar(isQuiet, {{"pictures of modes", 1}});
     for (size_t k = 0; k < modes.size(); ++k) {
         const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
-        char title[80];
-        std::snprintf(title, sizeof title, "mode %zu: %.5g Hz", k + 1, double(modes[k].frequency));
+        const std::string title = "mode " + std::to_string(k + 1) + ": " +
+                                  writeGeneral(double(modes[k].frequency), 5) + " Hz";
         viz->setWindowTitle(title).setShowSimTime(false).setShowLoads(false);
         // A mode has no size of its own.
         viz->setDeformationFactor(1).setShowDeformationFactor(false).setShowColorBar(false);

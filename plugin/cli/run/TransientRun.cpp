@@ -133,7 +133,7 @@ void TransientRun::perform() {
         advance(std::min(rowTime, frameTime));
         if (frameTime <= rowTime) takeFrame();
         if (rowTime <= frameTime) try {
-                takeRow();
+                takeRow(rowTime);
             } catch (const std::exception& error) {
                 failWith(error);
             }
@@ -182,7 +182,7 @@ bool TransientRun::watchStep(double time) {
     });
 }
 
-void TransientRun::takeRow() {
+void TransientRun::takeRow(double time) {
     const State& state = _integrator->getState();
     _turns.update(state);
     const Moment moment{state, _integrator->getUDot(), _integrator->getMultipliers(),
@@ -190,7 +190,8 @@ void TransientRun::takeRow() {
     takeEnergy(moment);
     const std::vector<double> values = _run._probes.calc(moment);
     _warnings.check(state, values, _turns);
-    _run._writer->addRow(state.getTime(), values,
+    // The State's own time may be later by round-off, where a step ends close by.
+    _run._writer->addRow(time, values,
                          _keepsStates ? toNumbers(state.getQ()) : std::vector<double>(),
                          _keepsStates ? toNumbers(state.getU()) : std::vector<double>());
     ++_progress.numRows;

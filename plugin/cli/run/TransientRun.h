@@ -35,7 +35,7 @@ private:
     double calcFrameTime(int frame) const;
     void advance(double time);
     bool watchStep(double time);
-    void takeRow();
+    void takeRow(double time);
     /** Names the analysis; the rows so far are kept. **/
     [[noreturn]] void failWith(const std::exception& error);
     void takeEnergy(const Moment& moment);

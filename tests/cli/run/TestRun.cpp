@@ -1,6 +1,9 @@
 /** @file
 `simflex run` on models with known answers. **/
 
+#include <filesystem>
+#include <map>
+
 #include "cli/run/RunTest.h"
 #include "simflex/cli/ProgressBar.h"
 
@@ -105,12 +108,65 @@ TEST_F(RunTest, SettingsChangeTheModelAndAreKept) {
         << err;
     const ResultData::Analysis run = read("run", "other.h5");
     EXPECT_NEAR(find(run, "tip").rows[0][0], 0.5 * std::sin(0.2), 1e-9);
-    EXPECT_NEAR(run.time.back(), 0.05, 1e-13);  // closer times are one
+    ASSERT_EQ(run.time.size(), 201u);
+    for (int k = 0; k < 200; ++k) EXPECT_EQ(run.time[size_t(k)], k * (0.05 / 200));
+    EXPECT_EQ(run.time.back(), 0.05);
     EXPECT_EQ(cli::readResults(folder / "other.h5").header.settings,
               (std::vector<std::string>{"parameters.angle=0.2", "analyses.run.duration=0.05"}));
     EXPECT_NE(access((folder / "model.results.h5").c_str(), F_OK), 0);
     EXPECT_EQ(runModel("--set solver.acuracy=1"), 1);
     EXPECT_THAT(err, HasSubstr("did you mean 'accuracy'?\n"));
+}
+
+TEST_F(RunTest, PartsResultsAndPicturesAreTheSameInEveryLocale) {
+    const std::string locale = folder / "de_DE.UTF-8";
+    if (std::system(("localedef -i de_DE -f UTF-8 '" + locale + "' >/dev/null 2>&1").c_str()) != 0)
+        GTEST_SKIP() << "there is no German locale";
+    const std::string german = "LOCPATH='" + folder.path() + "' LC_ALL=de_DE.UTF-8 ";
+    ASSERT_EQ(runProgram(german + "env printf", "%.1f 0,5"), 0) << err;
+    ASSERT_EQ(out, "0,5");
+    testing::writeText(folder / "bar.geo",
+                       "SetFactory(\"OpenCASCADE\");\n"
+                       "Box(1) = {0, -0.005, -0.01, 0.2, 0.01, 0.02};\n"
+                       "Physical Volume(\"BODY\") = {1};\n"
+                       "Physical Surface(\"HELD\") = {1};\nPhysical Surface(\"FREE\") = {2};\n");
+    writeModel(R"(simflex: 1
+gravity: [0, -9.81, 0]
+parts: {bar: {file: bar.h5}}
+bodies: {bar: {part: bar, damping: 0.015}}
+joints: {wall: {type: pin, between: [ground, bar.held]}}
+probes:
+  tip: {displacement: bar.free, relative_to: bar.held}
+  height: {position: bar.free, component: y}
+analyses:
+  run: {type: transient, duration: 0.05, interval: 2.5e-3}
+  modes: {type: eigen, count: 1, pictures: true}
+pictures: {size: [320, 240], rate: 40, shadows: false, folder: shots, contour: displacement_y,
+           plots: [{probes: [height], title: Height}]}
+)");
+    const std::vector<std::string> files = {
+        "bar.h5",  "model.results.h5",      "model.results.run.csv",
+        "tip.svg", "shots/frame_00000.png", "shots/modes_mode_1.gif"};
+    std::map<std::string, std::string> expected;
+    for (const std::string& environment : {std::string("LC_ALL=C "), german}) {
+        const std::string program = environment + "'" SIMFLEX_PROGRAM "'";
+        ASSERT_EQ(runProgram(program,
+                             "reduce bar.geo --material E=210e9,nu=0.3,rho=7850.5 "
+                             "--mesh-size 0.02 -i held=HELD --master held=0,0,0 "
+                             "-i free=FREE --modes 16 -o bar.h5"),
+                  0)
+            << err;
+        ASSERT_EQ(runProgram(program, "run model.yaml --quiet --csv"), 0) << err;
+        ASSERT_EQ(runProgram(program, "plot model.results.h5 tip height -o tip.svg"), 0) << err;
+        for (const std::string& file : files) {
+            const std::string bytes = testing::readText(folder / file);
+            EXPECT_FALSE(bytes.empty()) << file;
+            const auto [first, isNew] = expected.emplace(file, bytes);
+            EXPECT_TRUE(first->second == bytes) << file;
+            std::filesystem::remove(folder / file);
+        }
+    }
+    EXPECT_THAT(expected["model.results.run.csv"], HasSubstr("\n0.0025000"));
 }
 
 TEST_F(RunTest, SameRunGivesTheSameBytesAndWords) {
