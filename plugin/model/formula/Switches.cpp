@@ -21,6 +21,12 @@ double calcRoundOff(double time) {
     return 1e-14 * std::max(1.0, std::abs(time));
 }
 
+/** About a time at which something happens; what vanishes in there, vanishes there. **/
+Interval makeNeighbourhood(double time) {
+    const double distance = 1e-9 * std::max(1.0, std::abs(time));
+    return {time - distance, time + distance};
+}
+
 /** Numbers that an argument may pass. **/
 class Levels {
 public:
@@ -80,6 +86,9 @@ public:
         std::vector<double> all = times;
         for (const Argument& argument : listArguments(node))
             findPassings(argument, times, from, to, all);
+        for (const double level : listTurningLevels(node))
+            findTurns(node.operands[0], level, times, from, to, all);
+        if (node.operation == Operation::Hypot) findCommonZeros(node, times, from, to, all);
         unite(all);
         return all;
     }
@@ -135,6 +144,26 @@ private:
         }
     }
 
+    /** Where the first operand turns back on one of these, the node has a kink: √x² = |x|. **/
+    std::vector<double> listTurningLevels(const Node& node) const {
+        switch (node.operation) {
+            case Operation::Sqrt:
+                return {0};
+            case Operation::Power: {
+                const Node& exponent = _tree[node.operands[1]];
+                const bool isRoot = exponent.operation == Operation::Number &&
+                                    exponent.number > 0 &&
+                                    exponent.number != std::floor(exponent.number);
+                return isRoot ? std::vector<double>{0} : std::vector<double>();
+            }
+            case Operation::Asin:
+            case Operation::Acos:
+                return {-1, 1};
+            default:
+                return {};
+        }
+    }
+
     /** True of what is 0 or 1. **/
     bool isTruth(int number) const {
         switch (_tree[number].operation) {
@@ -184,16 +213,72 @@ private:
         return argument.isQuotient ? divide(a, b) : a - b;
     }
 
-    /** Between `breaks`, where the argument keeps its course. **/
-    void findPassings(const Argument& argument, const std::vector<double>& breaks, double from,
-                      double to, std::vector<double>& times) {
+    /** Calls work(begin, end) between `breaks`, where formulas keep their course. **/
+    template <class Work>
+    static void forEachStretch(const std::vector<double>& breaks, double from, double to,
+                               const Work& work) {
         double begin = from;
         for (std::size_t i = 0; i <= breaks.size(); ++i) {
             const double next = i < breaks.size() ? breaks[i] : kInfinity;
             const double end = std::min(to, std::nextafter(next, -kInfinity));
-            if (begin < end) search(argument, begin, end, kResolution * (end - begin), times);
+            if (begin < end) work(begin, end);
             begin = next;
         }
+    }
+
+    void findPassings(const Argument& argument, const std::vector<double>& breaks, double from,
+                      double to, std::vector<double>& times) {
+        forEachStretch(breaks, from, to, [&](double begin, double end) {
+            search(argument, begin, end, kResolution * (end - begin), times);
+        });
+    }
+
+    void findTurns(int number, double level, const std::vector<double>& breaks, double from,
+                   double to, std::vector<double>& times) {
+        forEachStretch(breaks, from, to, [&](double begin, double end) {
+            searchTurn(number, level, begin, end, kResolution * (end - begin), times);
+        });
+    }
+
+    /** Of √(a² + b²): one of both passes zero while the other is zero. **/
+    void findCommonZeros(const Node& node, const std::vector<double>& breaks, double from,
+                         double to, std::vector<double>& times) {
+        for (int i : {0, 1}) {
+            const int other = node.operands[std::size_t(1 - i)];
+            std::vector<double> zeros;
+            findPassings({node.operands[std::size_t(i)], -1, Levels::zero()}, breaks, from, to,
+                         zeros);
+            for (const double time : zeros)
+                if (calcBounds(other, makeNeighbourhood(time)).value.contains(0))
+                    times.push_back(time);
+        }
+    }
+
+    Jet<Interval> calcBounds(int number, const Interval& time) const {
+        const auto variable = Jet<Interval>::makeVariable(time);
+        return evaluate(_tree, number, &variable);
+    }
+
+    void searchTurn(int number, double level, double low, double high, double resolution,
+                    std::vector<double>& times) {
+        const Jet<Interval> bounds = calcBounds(number, {low, high});
+        if (!bounds.value.contains(level) || !bounds.first.contains(0)) return;
+        const bool isSlopeMonotone = bounds.second.low >= 0 || bounds.second.high <= 0;
+        if (isSlopeMonotone || high - low <= resolution || ++_numIntervals > kMostIntervals) {
+            const auto count = [&](double time) {
+                const auto variable = Jet<double>::makeVariable(time);
+                return Levels::zero().count(evaluate(_tree, number, &variable).first);
+            };
+            std::vector<double> turns;
+            bracket(count, low, count(low), high, count(high), turns);
+            for (const double time : turns)
+                if (calcBounds(number, makeNeighbourhood(time)).value.contains(level))
+                    times.push_back(time);
+            return;
+        }
+        const double middle = low + (high - low) / 2;
+        searchTurn(number, level, low, middle, resolution, times);
+        searchTurn(number, level, middle, high, resolution, times);
     }
 
     void search(const Argument& argument, double low, double high, double resolution,

@@ -94,6 +94,37 @@ TEST(Switches, OfNestedChoicesAreThoseOfWhatIsTaken) {
     EXPECT_THAT(find("t > 1 && sqrt(t - 1) > 2 ? 1 : 0", 0, 10), ElementsAre(1, 5));
 }
 
+TEST(Switches, OfAbsoluteValuesAreFoundHoweverTheyAreWritten) {
+    for (const char* text : {"abs(t - 0.3)", "sqrt((t - 0.3)^2)", "sqrt((t - 0.3)*(t - 0.3))",
+                             "hypot(t - 0.3, 0)", "hypot(0, t - 0.3)", "((t - 0.3)^2)^0.5",
+                             "hypot(t - 0.3, (t - 0.3)^2)", "1/(1 + sqrt((t - 0.3)^2))"}) {
+        SCOPED_TRACE(text);
+        expectTimes(find(text, 0, 10), {0.3});
+    }
+    // |sin|, as a root of what has no zero of its own sign: 1 − cos 2t = 2 sin² t
+    std::vector<double> expected;
+    for (int k = 1; k <= 3; ++k) expected.push_back(k * kPi);
+    for (const char* text : {"sqrt(sin(t)^2)", "sqrt(1 - cos(2*t))", "hypot(sin(t), t * sin(t))"}) {
+        SCOPED_TRACE(text);
+        const std::vector<double> found = find(text, 0, 10);
+        ASSERT_EQ(found.size(), expected.size());
+        for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-14);
+    }
+    // A saw
+    for (const char* text : {"asin(sin(t))", "acos(sin(t))"}) {
+        const std::vector<double> found = find(text, 0, 10);
+        ASSERT_EQ(found.size(), 3u) << text;
+        for (size_t i = 0; i < found.size(); ++i)
+            EXPECT_NEAR(found[i], (double(i) + 0.5) * kPi, 1e-8) << text;
+    }
+    for (const char* text :
+         {"sqrt(t^2 + 1e-3)", "sqrt((t - 0.3)^4 + t^2)", "hypot(t - 0.3, t - 0.4)", "hypot(t, 1)",
+          "hypot(sin(t), cos(t))", "sqrt(1.01 + sin(600*t))", "asin(0.999*sin(t))"}) {
+        SCOPED_TRACE(text);
+        EXPECT_THAT(find(text, 0.001, 1), IsEmpty());
+    }
+}
+
 TEST(Switches, OfTablesInConditionsAreFound) {
     // The spline through (0,0), (0.125,3), (2,1), (5,2)
     const std::vector<double> found = find("if(road(t) > 0.5, 1, 0)", 0, 5);
