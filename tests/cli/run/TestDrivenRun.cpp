@@ -106,6 +106,10 @@ TEST_F(DrivenRunTest, MotionsThatJumpAreRefusedWithTheirTime) {
               "simflex: model.yaml:6:43: motions.lead.position: the motion's speed jumps at t = "
               "0.628319 from -5 to 5" +
                   advice);
+    EXPECT_EQ(refuseMotion("sqrt((t - 0.25)^2)"),
+              "simflex: model.yaml:6:43: motions.lead.position: the motion's speed jumps at t = "
+              "0.25 from -1 to 1" +
+                  advice);
     // A jump of the acceleration alone is none, nor is a kink after the end.
     writeModel(
         makeCart("motions: {lead: {joint: guide, position: \"max(0, t - 0.1)^2 + "
