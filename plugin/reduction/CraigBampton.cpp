@@ -187,6 +187,8 @@ private:
         for (const std::int64_t size : sizes)
             if (size < 0 || size > std::numeric_limits<int>::max())
                 throw std::runtime_error("a matrix has no size");
+        if (Matrix::ColsAtCompileTime == 1 && sizes[1] != 1)
+            throw std::runtime_error("a vector has other columns than one");
         in.checkLeft(std::uint64_t(sizes[0] * sizes[1]), sizeof(double));
         X.resize(sizes[0], sizes[1]);
         in.get(X.data(), size_t(X.size()) * sizeof(double));

@@ -56,10 +56,15 @@ void check(const std::string& path) {
         if (!areSame(same.times, table.times) || !areSame(same.values, table.values) ||
             same.columns.size() != numColumns)
             fuzz::fail("a table that was written reads back as another");
-        for (size_t k = 0; k < numColumns; ++k)
-            if (same.columns[k].name != table.columns[k].name ||
-                same.columns[k].unit != table.columns[k].unit)
+        for (size_t k = 0; k < numColumns; ++k) {
+            const TableColumn &column = table.columns[k], &written = same.columns[k];
+            // A text ends at a zero, and a head at its last " [".
+            const std::string text = column.name + column.unit;
+            const bool isPlain =
+                text.find('\0') == std::string::npos && column.unit.find('[') == std::string::npos;
+            if (isPlain && (written.name != column.name || written.unit != column.unit))
                 fuzz::fail("a column that was written reads back as another");
+        }
     }
 }
 
