@@ -8,40 +8,73 @@ using namespace SimTK;
 
 namespace {
 
-class Element : public ForceElement {
-public:
-    Element(const Attachment& attachment, AttachmentForce::Law law, AttachmentForce::Axes axes)
-        : m_law(std::move(law)), m_axes(axes) {
+class AttachmentForceElement : public ForceElement {
+protected:
+    AttachmentForceElement(const Attachment& attachment, AttachmentForce::Axes axes)
+        : m_axes(axes) {
         m_attachments.push_back(attachment);
     }
 
+    SpatialVec expressInGround(const SpatialVec& force, const FrameMotion& frame) const {
+        return m_axes == AttachmentForce::Axes::Ground ? force : frame.X.R() * force;
+    }
+
+private:
+    AttachmentForce::Axes m_axes;
+};
+
+class LawElement : public AttachmentForceElement {
+public:
+    LawElement(const Attachment& attachment, AttachmentForce::Law law, AttachmentForce::Axes axes)
+        : AttachmentForceElement(attachment, axes), m_law(std::move(law)) {}
+
     void addInForces(Real time, const Array_<FrameMotion>& frames,
                      Array_<SpatialVec>& forces_G) const override {
-        const SpatialVec force = m_law(time, frames[0]);
-        forces_G[0] += m_axes == AttachmentForce::Axes::Ground ? force : frames[0].X.R() * force;
+        forces_G[0] += expressInGround(m_law(time, frames[0]), frames[0]);
     }
 
 private:
     AttachmentForce::Law m_law;
-    AttachmentForce::Axes m_axes;
 };
+
+class TimedForceElement : public AttachmentForceElement {
+public:
+    TimedForceElement(const Attachment& attachment, AttachmentForce::Function force,
+                      AttachmentForce::Axes axes)
+        : AttachmentForceElement(attachment, axes), m_force(std::move(force)) {}
+
+    bool hasTimedForce() const override { return true; }
+    SpatialVec calcTimedForce(Real time) const override { return m_force(time); }
+    void addInTimedForce(const SpatialVec& force, const Array_<FrameMotion>& frames,
+                         Array_<SpatialVec>& forces_G) const override {
+        forces_G[0] += expressInGround(force, frames[0]);
+    }
+
+private:
+    AttachmentForce::Function m_force;
+};
+
+template <class Function>
+Function checkGiven(Function function, const Attachment& attachment) {
+    if (!function)
+        throw std::invalid_argument("AttachmentForce on " + attachment.getName() +
+                                    ": no function given");
+    return function;
+}
 
 }  // namespace
 
 AttachmentForce::AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
                                  Law law, Axes axes) {
-    if (!law)
-        throw std::invalid_argument("AttachmentForce on " + attachment.getName() +
-                                    ": no function given");
-    subsystem.adoptForceElement(std::make_unique<Element>(attachment, std::move(law), axes));
+    subsystem.adoptForceElement(
+        std::make_unique<LawElement>(attachment, checkGiven(std::move(law), attachment), axes));
 }
 
 AttachmentForce::AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
-                                 Function force, Axes axes)
-    : AttachmentForce(
-          subsystem, attachment,
-          force ? Law([force](Real time, const FrameMotion&) { return force(time); }) : Law(),
-          axes) {}
+                                 Function force, Axes axes) {
+    subsystem.adoptForceElement(std::make_unique<TimedForceElement>(
+        attachment, checkGiven(std::move(force), attachment), axes));
+}
 
 AttachmentForce::AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
                                  const SpatialVec& force, Axes axes)

@@ -18,7 +18,7 @@ namespace simflex {
 class AttachmentForce {
 public:
     enum class Axes { Ground, Attachment };
-    /** Spatial force (torque [N m], force [N]) at a time [s]. **/
+    /** Spatial force (torque [N m], force [N]) at a time [s]; asked once for each. **/
     using Function = std::function<SimTK::SpatialVec(SimTK::Real time)>;
 
     /** The same from time and the frame's own motion in Ground, for laws of one's own. What the

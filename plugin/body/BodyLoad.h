@@ -17,13 +17,13 @@ struct BodyLoad {
     std::function<SimTK::Real(SimTK::Real time)> scale;
 };
 
-/** Adds the loads at a time; the torque is written in B, the force in Ground, n_f modal forces.
- * **/
-inline void addInLoads(const std::vector<BodyLoad>& loads, SimTK::Real time,
+/** Adds the loads; the torque is written in B, the force in Ground, n_f modal forces.
+@param scales  one per load **/
+inline void addInLoads(const std::vector<BodyLoad>& loads, const SimTK::Real* scales,
                        const SimTK::Rotation& R_GB, const double* xi, SimTK::Vec3& torque_B,
                        SimTK::Vec3& force_G, double* modal) {
     for (const BodyLoad& load : loads) {
-        const SimTK::Real scale = load.scale(time);
+        const SimTK::Real scale = *scales++;
         force_G += scale * (R_GB * load.force);
         torque_B += scale * load.torque;
         for (int i = 0; i < int(load.modal.size()); ++i) {

@@ -405,7 +405,10 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state
     for (const auto& element : m_forceElements) {
         const Array_<Attachment>& attachments = element->getAttachments();
         Array_<SpatialVec> forces(attachments.size(), SpatialVec(Vec3(0), Vec3(0)));
-        element->addInForces(state.getTime(), calcMotions(state, attachments), forces);
+        const Array_<FrameMotion> frames = calcMotions(state, attachments);
+        element->addInForces(state.getTime(), frames, forces);
+        if (element->hasTimedForce())
+            element->addInTimedForce(element->calcTimedForce(state.getTime()), frames, forces);
         for (unsigned k = 0; k < attachments.size(); ++k)
             addInAttachmentForce(state, attachments[k], forces[k], bodyForces, mobilityForces);
     }
@@ -435,8 +438,9 @@ void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBo
     if (record.dampingCoupling.size() > 0) modes += record.dampingCoupling * xiDot;
     modes = -modes;
     Vec3 torque_B(0), force_G(0);
-    addInLoads(record.loads, state.getTime(), frame.R_GB, xi.data(), torque_B, force_G,
-               modes.data());
+    std::vector<Real> scales;
+    for (const BodyLoad& load : record.loads) scales.push_back(load.scale(state.getTime()));
+    addInLoads(record.loads, scales.data(), frame.R_GB, xi.data(), torque_B, force_G, modes.data());
     bodyForces[record.frame] += SpatialVec(frame.R_GB * torque_B, force_G);
     addInModalForces(state, record, modes, mobilityForces);
 }

@@ -28,6 +28,21 @@ public:
                              [[maybe_unused]] const SimTK::Array_<FrameMotion>& frames,
                              [[maybe_unused]] SimTK::Array_<SimTK::SpatialVec>& forces_G) const {}
 
+    /** @name A force that depends on time alone, beside the others
+    The solver asks for it once for every time, at whatever poses it is then applied. **/
+    /**@{**/
+    virtual bool hasTimedForce() const { return false; }
+    /** (torque, force) in axes of the element's choice. **/
+    virtual SimTK::SpatialVec calcTimedForce(SimTK::Real /*time*/) const {
+        return {SimTK::Vec3(0), SimTK::Vec3(0)};
+    }
+    /** Adds it in Ground, as addInForces() does. **/
+    virtual void addInTimedForce(
+        [[maybe_unused]] const SimTK::SpatialVec& force,
+        [[maybe_unused]] const SimTK::Array_<FrameMotion>& frames,
+        [[maybe_unused]] SimTK::Array_<SimTK::SpatialVec>& forces_G) const {}
+    /**@}**/
+
     /** Number of terms of the Jacobian; fixed after construction. **/
     virtual int getNumJacobianTerms() const { return 0; }
 
@@ -42,7 +57,7 @@ public:
     }
 
     /** Power of the forces beyond what leaves the stored energy [W]: of applied loads and dampers.
-    @param forces_G  of addInForces() **/
+    @param forces_G  of addInForces() and addInTimedForce() **/
     virtual SimTK::Real calcPower(SimTK::Real /*time*/, const SimTK::Array_<FrameMotion>& frames,
                                   const SimTK::Array_<SimTK::SpatialVec>& forces_G) const {
         SimTK::Real power = 0;

@@ -93,8 +93,8 @@ const JointEquations& Joint::getEquations() const {
 
 Vector Joint::calcPositionErrors(const State& state) const {
     Vector errors(getNumEquations());
-    getEquations().calcErrors(state.getTime(), Motions(*this, state).frames(),
-                              errors.updContiguousScalarData());
+    getEquations().calcErrors(getEquations().calcDrive(state.getTime()),
+                              Motions(*this, state).frames(), errors.updContiguousScalarData());
     return errors;
 }
 
@@ -135,7 +135,7 @@ SpatialVec Joint::calcReaction(const State& state, const Vector& multipliers, Si
     const Motions motions(*this, state);
     const Transform &F = motions[first].X, &M = motions[first + 1].X;
     std::vector<SpatialVec> D(numRows * size_t(equations.getNumFrames()));
-    equations.calcJacobian(state.getTime(), motions.frames(), D.data());
+    equations.calcJacobian(equations.calcDrive(state.getTime()), motions.frames(), D.data());
     const SpatialVec* rows = &D[numRows * (on == Side::F ? first : first + 1)];
     SpatialVec force(Vec3(0), Vec3(0));
     for (size_t k = 0; k < numRows; ++k) force -= multipliers[int(k)] * rows[k];

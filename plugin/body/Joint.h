@@ -51,7 +51,7 @@ public:
 
     class Coordinate;  ///< what couplers couple
 
-    /** Value, rate and acceleration [rad or m, per s, per s²] at a time. **/
+    /** Value, rate and acceleration [rad or m, per s, per s²] at a time; asked once for each. **/
     using MotionFunction = std::function<SimTK::Vec3(SimTK::Real time)>;
     using AngleFunction = MotionFunction;
     /** Position, velocity and acceleration in F's axes [m, m/s, m/s²] at a time. **/

@@ -30,6 +30,11 @@ public:
     Implementation* clone() const override { return new Implementation(*this); }
 
 protected:
+    void realizeTopology(State& state) const override {
+        m_drive = getMatterSubsystem().allocateLazyCacheEntry(state, Stage::Time,
+                                                              new Value<DriveAtTime>());
+    }
+
     void calcPositionErrors(const State& state, const Array_<Transform, ConstrainedBodyIndex>& X_AB,
                             const Array_<Real, ConstrainedQIndex>& q,
                             Array_<Real>& errors) const override {
@@ -42,7 +47,7 @@ protected:
                 });
             return calcMotion(state, side, body, xi, std::vector<Real>(xi.size(), 0));
         });
-        m_equations->calcErrors(state.getTime(), motions.frames(), errors.begin());
+        m_equations->calcErrors(getDrive(state), motions.frames(), errors.begin());
     }
 
     void calcPositionDotErrors(const State& state,
@@ -58,7 +63,7 @@ protected:
                                   return getOneQDot(state, qDot, m, i);
                               }));
         });
-        m_equations->calcErrorDots(state.getTime(), motions.frames(), errors.begin());
+        m_equations->calcErrorDots(getDrive(state), motions.frames(), errors.begin());
     }
 
     void calcPositionDotDotErrors(const State& state,
@@ -80,7 +85,7 @@ protected:
                                  MobilizerQIndex i) { return getOneQDotFromState(state, m, i); }),
                 &xiDotDot);
         });
-        m_equations->calcErrorDotDots(state.getTime(), motions.frames(), errors.begin());
+        m_equations->calcErrorDotDots(getDrive(state), motions.frames(), errors.begin());
     }
 
     void addInPositionConstraintForces(const State& state, const Array_<Real>& multipliers,
@@ -94,7 +99,7 @@ protected:
         });
         const size_t rows = size_t(m_equations->getNumEquations());
         std::vector<SpatialVec> D(m_sides.size() * rows);
-        m_equations->calcJacobian(state.getTime(), motions.frames(), D.data());
+        m_equations->calcJacobian(getDrive(state), motions.frames(), D.data());
         for (size_t side = 0; side < m_sides.size(); ++side) {
             SpatialVec force(Vec3(0), Vec3(0));
             for (size_t k = 0; k < rows; ++k) force += multipliers[int(k)] * D[side * rows + k];
@@ -103,6 +108,24 @@ protected:
     }
 
 private:
+    struct DriveAtTime {
+        Real time = NaN;
+        JointEquations::Drive drive;
+    };
+
+    /** Kept in the State until its time changes. **/
+    const JointEquations::Drive& getDrive(const State& state) const {
+        const SimbodyMatterSubsystem& matter = getMatterSubsystem();
+        // Simbody 3.7 takes an entry for up to date in a copy of a State whose time was set last.
+        auto& kept = Value<DriveAtTime>::updDowncast(matter.updCacheEntry(state, m_drive)).upd();
+        if (!matter.isCacheValueRealized(state, m_drive) || kept.time != state.getTime()) {
+            kept.drive = m_equations->calcDrive(state.getTime());
+            kept.time = state.getTime();
+            matter.markCacheValueRealized(state, m_drive);
+        }
+        return kept.drive;
+    }
+
     /** Motions of all sides. **/
     class Motions {
     public:
@@ -185,6 +208,7 @@ private:
 
     std::shared_ptr<const JointEquations> m_equations;
     std::vector<Side> m_sides;
+    mutable CacheEntryIndex m_drive;
 };
 
 }  // namespace

@@ -45,9 +45,8 @@ FrameMotion moveAlong(const FrameMotion& F, const FrameMotion& inF) {
 }
 
 /** Order 0, 1 or 2 of the function of time that drives a row, or 0. **/
-Real getMotion(const Row& row, const JointEquations::MotionFunction* motions, Real time,
-               int order) {
-    return row.motion < 0 ? 0 : motions[row.motion](time)[order];
+Real getMotion(const Row& row, const JointEquations::Drive& drive, int order) {
+    return row.motion < 0 ? 0 : drive.motions[row.motion][order];
 }
 
 /** ∂(f·m)/∂(turn of M) where M's axes are in place, in F. **/
@@ -149,7 +148,7 @@ JointEquations JointEquations::makeRod(Real length) {
 
 JointEquations JointEquations::makePrescribedRotation(MotionFunction angle) {
     JointEquations equations("PrescribedRotation", {{RowKind::Angle, 0, 0, 0}}, {AngleAboutZ});
-    equations.m_motions[0] = std::move(angle);
+    equations.m_motion = std::move(angle);
     return equations;
 }
 
@@ -157,7 +156,7 @@ JointEquations JointEquations::makePrescribedTranslation(SimTK::CoordinateAxis a
                                                          MotionFunction displacement) {
     JointEquations equations("PrescribedTranslation", {{RowKind::OnAxis, int(axis), 0, 0}},
                              {makeDisplacement(axis)});
-    equations.m_motions[0] = std::move(displacement);
+    equations.m_motion = std::move(displacement);
     return equations;
 }
 
@@ -166,11 +165,7 @@ JointEquations JointEquations::makePrescribedPosition(PositionFunction position)
         "PrescribedPosition",
         {{RowKind::OnAxis, X, 0, 0}, {RowKind::OnAxis, Y, 0, 1}, {RowKind::OnAxis, Z, 0, 2}},
         {makeDisplacement(X), makeDisplacement(Y), makeDisplacement(Z)});
-    for (int a = 0; a < 3; ++a)
-        equations.m_motions[a] = [position, a](Real time) {
-            const std::array<Vec3, 3> p = position(time);
-            return Vec3(p[0][a], p[1][a], p[2][a]);
-        };
+    equations.m_position = std::move(position);
     return equations;
 }
 
@@ -200,10 +195,21 @@ JointEquations JointEquations::makeCoupler(const char* kind,
     return equations;
 }
 
-const FrameMotion& JointEquations::driveF(Real time, Frames frames,
+JointEquations::Drive JointEquations::calcDrive(Real time) const {
+    Drive drive;
+    if (m_motion) drive.motions[0] = m_motion(time);
+    if (m_position) {
+        const std::array<Vec3, 3> p = m_position(time);
+        for (int a = 0; a < 3; ++a) drive.motions[a] = Vec3(p[0][a], p[1][a], p[2][a]);
+    }
+    if (m_pose) drive.pose = m_pose(time);
+    return drive;
+}
+
+const FrameMotion& JointEquations::driveF(const Drive& drive, Frames frames,
                                           std::optional<FrameMotion>& driven) const {
     if (!m_pose) return *frames[0];
-    return driven.emplace(moveAlong(*frames[0], m_pose(time)));
+    return driven.emplace(moveAlong(*frames[0], drive.pose));
 }
 
 Real JointEquations::calcCoupledError(Frames frames) const {
@@ -214,9 +220,9 @@ Real JointEquations::calcCoupledError(Frames frames) const {
     return m_period > 0 ? std::remainder(sum, m_period) : sum;
 }
 
-void JointEquations::calcErrors(Real time, Frames frames, Real* errors) const {
+void JointEquations::calcErrors(const Drive& drive, Frames frames, Real* errors) const {
     std::optional<FrameMotion> driven;
-    const Transform &F = driveF(time, frames, driven).X, &M = frames[1]->X;
+    const Transform &F = driveF(drive, frames, driven).X, &M = frames[1]->X;
     const Vec3 offset = M.p() - F.p();
     for (const Row& row : m_rows) {
         switch (row.kind) {
@@ -224,15 +230,14 @@ void JointEquations::calcErrors(Real time, Frames frames, Real* errors) const {
                 *errors++ = offset[row.axisF];
                 break;
             case RowKind::OnAxis:
-                *errors++ = ~axisOf(F, row.axisF) * offset - getMotion(row, m_motions, time, 0);
+                *errors++ = ~axisOf(F, row.axisF) * offset - getMotion(row, drive, 0);
                 break;
             case RowKind::Perpendicular:
                 *errors++ = ~axisOf(F, row.axisF) * axisOf(M, row.axisM);
                 break;
             case RowKind::Angle:
-                *errors++ =
-                    std::remainder(AngleAboutZ.calcValue(F, M) - getMotion(row, m_motions, time, 0),
-                                   2 * SimTK::Pi);
+                *errors++ = std::remainder(AngleAboutZ.calcValue(F, M) - getMotion(row, drive, 0),
+                                           2 * SimTK::Pi);
                 break;
             case RowKind::Screw:
                 *errors++ = m_pitch * std::remainder(~axisOf(F, Z) * offset / m_pitch -
@@ -249,9 +254,9 @@ void JointEquations::calcErrors(Real time, Frames frames, Real* errors) const {
     }
 }
 
-void JointEquations::calcErrorDots(Real time, Frames frames, Real* errorDots) const {
+void JointEquations::calcErrorDots(const Drive& drive, Frames frames, Real* errorDots) const {
     std::optional<FrameMotion> driven;
-    const FrameMotion &F = driveF(time, frames, driven), &M = *frames[1];
+    const FrameMotion &F = driveF(drive, frames, driven), &M = *frames[1];
     const Vec3 velocity = M.V[1] - F.V[1];
     for (const Row& row : m_rows) {
         switch (row.kind) {
@@ -259,15 +264,15 @@ void JointEquations::calcErrorDots(Real time, Frames frames, Real* errorDots) co
                 *errorDots++ = velocity[row.axisF];
                 break;
             case RowKind::OnAxis:
-                *errorDots++ = makeDisplacement(row.axisF).calcMotion(F, M)[1] -
-                               getMotion(row, m_motions, time, 1);
+                *errorDots++ =
+                    makeDisplacement(row.axisF).calcMotion(F, M)[1] - getMotion(row, drive, 1);
                 break;
             case RowKind::Perpendicular:
                 *errorDots++ =
                     calcDotProduct(turningAxisOf(F, row.axisF), turningAxisOf(M, row.axisM))[1];
                 break;
             case RowKind::Angle:
-                *errorDots++ = AngleAboutZ.calcMotion(F, M)[1] - getMotion(row, m_motions, time, 1);
+                *errorDots++ = AngleAboutZ.calcMotion(F, M)[1] - getMotion(row, drive, 1);
                 break;
             case RowKind::Screw:
                 *errorDots++ = makeDisplacement(Z).calcMotion(F, M)[1] -
@@ -288,9 +293,9 @@ void JointEquations::calcErrorDots(Real time, Frames frames, Real* errorDots) co
     }
 }
 
-void JointEquations::calcErrorDotDots(Real time, Frames frames, Real* errorDotDots) const {
+void JointEquations::calcErrorDotDots(const Drive& drive, Frames frames, Real* errorDotDots) const {
     std::optional<FrameMotion> driven;
-    const FrameMotion &F = driveF(time, frames, driven), &M = *frames[1];
+    const FrameMotion &F = driveF(drive, frames, driven), &M = *frames[1];
     const Vec3 acceleration = M.A[1] - F.A[1];
     for (const Row& row : m_rows) {
         switch (row.kind) {
@@ -298,16 +303,15 @@ void JointEquations::calcErrorDotDots(Real time, Frames frames, Real* errorDotDo
                 *errorDotDots++ = acceleration[row.axisF];
                 break;
             case RowKind::OnAxis:
-                *errorDotDots++ = makeDisplacement(row.axisF).calcMotion(F, M)[2] -
-                                  getMotion(row, m_motions, time, 2);
+                *errorDotDots++ =
+                    makeDisplacement(row.axisF).calcMotion(F, M)[2] - getMotion(row, drive, 2);
                 break;
             case RowKind::Perpendicular:
                 *errorDotDots++ =
                     calcDotProduct(turningAxisOf(F, row.axisF), turningAxisOf(M, row.axisM))[2];
                 break;
             case RowKind::Angle:
-                *errorDotDots++ =
-                    AngleAboutZ.calcMotion(F, M)[2] - getMotion(row, m_motions, time, 2);
+                *errorDotDots++ = AngleAboutZ.calcMotion(F, M)[2] - getMotion(row, drive, 2);
                 break;
             case RowKind::Screw:
                 *errorDotDots++ = makeDisplacement(Z).calcMotion(F, M)[2] -
@@ -328,9 +332,9 @@ void JointEquations::calcErrorDotDots(Real time, Frames frames, Real* errorDotDo
     }
 }
 
-void JointEquations::calcJacobian(Real time, Frames frames, SpatialVec* D) const {
+void JointEquations::calcJacobian(const Drive& drive, Frames frames, SpatialVec* D) const {
     std::optional<FrameMotion> driven;
-    const Transform &F = driveF(time, frames, driven).X, &M = frames[1]->X;
+    const Transform &F = driveF(drive, frames, driven).X, &M = frames[1]->X;
     const Vec3 offset = M.p() - F.p();
     SpatialVec *D_F = D, *D_M = D + getNumEquations();
     for (const Row& row : m_rows) {
@@ -387,9 +391,9 @@ void JointEquations::calcJacobian(Real time, Frames frames, SpatialVec* D) const
     for (int k = 0; k < getNumEquations(); ++k) D[k][0] += lever % D[k][1];
 }
 
-void JointEquations::addInTimeRate(Real time, Frames frames, Real* errorDots) const {
+void JointEquations::addInTimeRate(const Drive& drive, Frames frames, Real* errorDots) const {
     if (!m_pose) {
-        for (const Row& row : m_rows) *errorDots++ -= getMotion(row, m_motions, time, 1);
+        for (const Row& row : m_rows) *errorDots++ -= getMotion(row, drive, 1);
         return;
     }
     // What F's own motion along the pose does to the errors.
@@ -398,7 +402,7 @@ void JointEquations::addInTimeRate(Real time, Frames frames, Real* errorDots) co
     M.X = frames[1]->X;
     const FrameMotion* still[] = {&F, &M};
     Real rates[MaxEquations];
-    calcErrorDots(time, still, rates);
+    calcErrorDots(drive, still, rates);
     for (int k = 0; k < getNumEquations(); ++k) errorDots[k] += rates[k];
 }
 
@@ -418,26 +422,26 @@ Vec3 JointEquations::calcTurn(const Transform& F, const Transform& M) const {
     return sine > 0 ? Vec3(angle / sine * normal) : Vec3(angle, 0, 0);
 }
 
-Real JointEquations::calcMisalignment(Real time, Frames frames) const {
+Real JointEquations::calcMisalignment(const Drive& drive, Frames frames) const {
     if (countPerpendicularRows() < 2) return 0;
     std::optional<FrameMotion> driven;
-    return calcTurn(driveF(time, frames, driven).X, frames[1]->X).norm();
+    return calcTurn(driveF(drive, frames, driven).X, frames[1]->X).norm();
 }
 
-void JointEquations::alignErrors(Real time, Frames frames, Real* errors) const {
+void JointEquations::alignErrors(const Drive& drive, Frames frames, Real* errors) const {
     if (countPerpendicularRows() < 2) return;
     std::optional<FrameMotion> driven;
-    const Vec3 turn = calcTurn(driveF(time, frames, driven).X, frames[1]->X);
+    const Vec3 turn = calcTurn(driveF(drive, frames, driven).X, frames[1]->X);
     for (const Row& row : m_rows) {
         if (row.kind == RowKind::Perpendicular) *errors = ~turn * calcNormalInPlace(row);
         ++errors;
     }
 }
 
-void JointEquations::alignJacobian(Real time, Frames frames, SpatialVec* D) const {
+void JointEquations::alignJacobian(const Drive& drive, Frames frames, SpatialVec* D) const {
     if (countPerpendicularRows() < 2) return;
     std::optional<FrameMotion> driven;
-    const Transform& F = driveF(time, frames, driven).X;
+    const Transform& F = driveF(drive, frames, driven).X;
     SpatialVec *D_F = D, *D_M = D + getNumEquations();
     for (const Row& row : m_rows) {
         if (row.kind == RowKind::Perpendicular) {
@@ -450,9 +454,9 @@ void JointEquations::alignJacobian(Real time, Frames frames, SpatialVec* D) cons
     }
 }
 
-bool JointEquations::isFlipped(Real time, Frames frames) const {
+bool JointEquations::isFlipped(const Drive& drive, Frames frames) const {
     std::optional<FrameMotion> driven;
-    const Transform &F = driveF(time, frames, driven).X, &M = frames[1]->X;
+    const Transform &F = driveF(drive, frames, driven).X, &M = frames[1]->X;
     bool axisUsed[3] = {false, false, false};
     int perpendicular = 0;
     for (const Row& row : m_rows) {

@@ -79,24 +79,32 @@ public:
     const char* getKind() const { return m_kind; }
     int getNumEquations() const { return int(m_rows.size()); }
     int getNumFrames() const { return isCoupler() ? 2 * getNumCoordinates() : 2; }
-    bool dependsOnTime() const { return m_motions[0] || m_pose; }
+    bool dependsOnTime() const { return m_motion || m_position || m_pose; }
     bool isCoupler() const { return !m_coefficients.empty(); }
 
+    /** What functions of time drive rows to at one time; nothing of joints that have none. **/
+    struct Drive {
+        SimTK::Vec3 motions[3] = {SimTK::Vec3(0), SimTK::Vec3(0), SimTK::Vec3(0)};
+        FrameMotion pose;
+    };
+    /** Asks each function once. **/
+    Drive calcDrive(SimTK::Real time) const;
+
     /** Writes getNumEquations() position errors [m or 1 or rad]; from the frames' X. **/
-    void calcErrors(SimTK::Real time, Frames frames, SimTK::Real* errors) const;
+    void calcErrors(const Drive& drive, Frames frames, SimTK::Real* errors) const;
 
     /** Writes the time derivatives of the errors; from X and V. **/
-    void calcErrorDots(SimTK::Real time, Frames frames, SimTK::Real* errorDots) const;
+    void calcErrorDots(const Drive& drive, Frames frames, SimTK::Real* errorDots) const;
 
     /** Writes the second time derivatives of the errors; from X, V and A. **/
-    void calcErrorDotDots(SimTK::Real time, Frames frames, SimTK::Real* errorDotDots) const;
+    void calcErrorDotDots(const Drive& drive, Frames frames, SimTK::Real* errorDotDots) const;
 
     /** Writes the rows D, getNumEquations() spatial vectors (angular, linear part) for each frame,
      * those of one frame together; from X. **/
-    void calcJacobian(SimTK::Real time, Frames frames, SimTK::SpatialVec* D) const;
+    void calcJacobian(const Drive& drive, Frames frames, SimTK::SpatialVec* D) const;
 
     /** Adds ∂e/∂t: what functions of time alone add to the velocity errors; from X. **/
-    void addInTimeRate(SimTK::Real time, Frames frames, SimTK::Real* errorDots) const;
+    void addInTimeRate(const Drive& drive, Frames frames, SimTK::Real* errorDots) const;
 
     /** @name Axes far from their place
     f·m is as small with axes opposed as with axes in place, and a quarter of a turn away its
@@ -106,17 +114,17 @@ public:
     **/
     /**@{**/
     /** Length of that vector [rad]; 0 for other joints. **/
-    SimTK::Real calcMisalignment(SimTK::Real time, Frames frames) const;
+    SimTK::Real calcMisalignment(const Drive& drive, Frames frames) const;
     /** Over what calcErrors() has written. **/
-    void alignErrors(SimTK::Real time, Frames frames, SimTK::Real* errors) const;
+    void alignErrors(const Drive& drive, Frames frames, SimTK::Real* errors) const;
     /** Over what calcJacobian() has written. **/
-    void alignJacobian(SimTK::Real time, Frames frames, SimTK::SpatialVec* D) const;
+    void alignJacobian(const Drive& drive, Frames frames, SimTK::SpatialVec* D) const;
     /**@}**/
 
     /** True if M's axes lie on the wrong branch of this joint's equations: errors small but axes
     opposed or exchanged, as after assembling a weld half a turn away. @pre the errors are small.
     **/
-    bool isFlipped(SimTK::Real time, Frames frames) const;
+    bool isFlipped(const Drive& drive, Frames frames) const;
 
     /** Coordinates left free, in the order of Simbody's mobilizer of the same name; those that a
      * coupler couples. **/
@@ -137,7 +145,7 @@ private:
         : m_kind(kind), m_rows(rows), m_coordinates(coordinates) {}
 
     /** F, or where a pose drives it to, which `driven` then keeps. **/
-    const FrameMotion& driveF(SimTK::Real time, Frames frames,
+    const FrameMotion& driveF(const Drive& drive, Frames frames,
                               std::optional<FrameMotion>& driven) const;
     /** F and M of a coordinate. **/
     Frames framesOf(int coordinate, Frames frames) const {
@@ -151,7 +159,8 @@ private:
     const char* m_kind;
     SimTK::Array_<Row> m_rows;
     SimTK::Array_<JointCoordinate> m_coordinates;
-    MotionFunction m_motions[3];
+    MotionFunction m_motion;
+    PositionFunction m_position;
     PoseFunction m_pose;
     SimTK::Array_<SimTK::Real> m_coefficients;  ///< of a coupler; else empty
     SimTK::Real m_constant = 0, m_period = 0;   ///< of a coupler

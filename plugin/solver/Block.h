@@ -17,6 +17,7 @@ realize(), then anything else. **/
 namespace simflex {
 
 class Checkpoint;
+struct TimeValues;
 
 // SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
 // meant.
@@ -33,7 +34,7 @@ struct EvaluationContext {
     /** Private State with the current q and u, realized to Stage::Velocity; null if no block needs
      * Simbody. **/
     const SimTK::State* state = nullptr;
-    double time = 0;
+    const TimeValues* timeValues = nullptr;
     double loadFraction = 1;  ///< of the loads on whole blocks
 };
 

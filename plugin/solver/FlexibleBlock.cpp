@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "simflex/body/Dot.h"
+#include "simflex/solver/FunctionsOfTime.h"
 
 namespace simflex {
 
@@ -156,8 +157,8 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, const double*
 void FlexibleBlock::subtractLoads(const EvaluationContext& context, const double* q, double* r) {
     Vec3 torque_B(0), force_G(0);
     m_loads.setZero();
-    addInLoads(m_record.loads, context.time, m_body.R_GB, findXi(q), torque_B, force_G,
-               m_loads.data());
+    addInLoads(m_record.loads, &context.timeValues->scales[m_firstScale], m_body.R_GB, findXi(q),
+               torque_B, force_G, m_loads.data());
     for (int a = 0; a < 3; ++a) {
         r[a] -= context.loadFraction * torque_B[a];
         r[3 + a] -= context.loadFraction * force_G[a];
@@ -338,8 +339,8 @@ double FlexibleBlock::calcLoadPower(const EvaluationContext& context, const doub
     if (m_record.loads.empty()) return 0;
     Vec3 torque_B(0), force_G(0);
     m_loads.setZero();
-    addInLoads(m_record.loads, context.time, m_body.R_GB, findXi(q), torque_B, force_G,
-               m_loads.data());
+    addInLoads(m_record.loads, &context.timeValues->scales[m_firstScale], m_body.R_GB, findXi(q),
+               torque_B, force_G, m_loads.data());
     double power = ~torque_B * m_body.omega_B + ~force_G * m_body.v_G;
     for (int i = 0; i < m_n; ++i) power += m_loads[i] * u[6 + i];
     return power;

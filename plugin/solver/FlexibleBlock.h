@@ -35,6 +35,9 @@ public:
     /** Adds a frame of this body; returns its index in `frames`. **/
     int addFrame(const FlexibleFrame& frame);
 
+    /** Where the scales of the body's loads stand among TimeValues. **/
+    void setFirstScale(int first) { m_firstScale = size_t(first); }
+
     /** Most blocks in one call of the products below. **/
     static constexpr int LargestBatch = 8;
 
@@ -113,6 +116,7 @@ private:
     std::vector<int> m_stateQ, m_stateU;  ///< indices of ξ and ξ̇ in Simbody's vectors
     std::vector<double> m_held;           ///< zeros, one for each mode that is held
     int m_stateFrameU = 0;
+    size_t m_firstScale = 0;
 
     /** An interface that moves to second order: its shapes, and the tangent ones at ξ, which its
     frames have. **/

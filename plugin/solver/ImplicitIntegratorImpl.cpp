@@ -5,8 +5,8 @@
 #include <sstream>
 #include <utility>
 
-#include "simflex/solver/FailureDiagnosis.h"
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/solver/FailureDiagnosis.h"
 
 namespace simflex {
 
@@ -79,6 +79,8 @@ void ImplicitIntegrator::Implementation::prepare(const State& state) {
     m_equations.reset();
     statistics = IntegratorStatistics();
     m_hasTriggered = m_isTimeAdvancePending = false;
+    m_triggersBefore.resize(0);
+    m_triggersAfter.resize(0);
     m_stepsAtOrder = lastOrder = 0;
     lastStep = 0;
     buildEquations();
@@ -166,6 +168,7 @@ void ImplicitIntegrator::Implementation::takeState(bool project) {
 }
 
 void ImplicitIntegrator::Implementation::completeStart(SolutionPoint& point) {
+    m_equations->forgetFunctionValues();
     m_equations->setZ(point.z.data());
     m_step->calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
     point.constraintError = m_step->calcPositionError(point.t, point.q, point.u);

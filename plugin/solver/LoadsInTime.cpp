@@ -45,7 +45,8 @@ void MultibodyEquations::calcTimedLoads(double time, const double* q, const doub
     std::fill_n(r, m_numU, 0.0);
     std::fill_n(g, m_numMultipliers, 0.0);
     EvaluationContext context = m_context;
-    context.time = time;
+    const TimeValues& values = m_functions.calc(time);
+    context.timeValues = &values;
     if (!m_timedForces.empty() || m_hasTimedConstraints) {
         putIntoState(time, q, u, m_timedState);
         m_system.realize(m_timedState, Stage::Velocity);
@@ -61,8 +62,7 @@ void MultibodyEquations::calcTimedLoads(double time, const double* q, const doub
         if (block->hasLoads()) block->subtractLoads(context, q + block->firstQ, r + block->firstU);
     for (const ElementRef& element : m_elements) {
         m_timedElementForces.resize(unsigned(element.frames.size()));
-        for (SpatialVec& force : m_timedElementForces) force = SpatialVec(Vec3(0), Vec3(0));
-        element.element->addInForces(time, element.motions, m_timedElementForces);
+        calcElementForces(element, values, m_timedElementForces);
         for (size_t k = 0; k < element.frames.size(); ++k) {
             const FrameRef& ref = element.frames[k];
             if (ref.block >= 0)
@@ -76,7 +76,8 @@ void MultibodyEquations::calcTimedLoads(double time, const double* q, const doub
         m_constraints->calcPositionErrors(m_timedState, g + m_firstSimbodyRow);
     for (const JointRef& joint : m_joints)
         if (joint.record->equations->dependsOnTime())
-            joint.record->equations->calcErrors(time, joint.motions.data(), g + joint.firstRow);
+            joint.record->equations->calcErrors(values.drives[size_t(joint.drive)],
+                                                joint.motions.data(), g + joint.firstRow);
 }
 
 void MultibodyEquations::calcTimedMotions(double time, double* q, double* u) {

@@ -4,9 +4,9 @@
 #include <chrono>
 #include <cmath>
 
+#include "simflex/base/ParallelFor.h"
 #include "simflex/solver/Checkpoint.h"
 #include "simflex/solver/FlexibleBlock.h"
-#include "simflex/base/ParallelFor.h"
 #include "simflex/solver/RigidTree.h"
 
 namespace simflex {
@@ -81,24 +81,39 @@ void MultibodyEquations::setSmoothSpan(double first, double last) {
 
 void MultibodyEquations::realize(double time, const double* q, const double* u) {
     time = std::clamp(time, m_firstTime, m_lastTime);
-    m_time = m_context.time = time;
+    moveFunctions(time);
     if (m_prescribed && !m_prescribed->dependsOnState()) updatePrescribed(time, q, u);
     if (m_needsSimbody) realizeSimbody(time, q, u);
-    realizeBlocks(time, q, u);
+    realizeBlocks(q, u);
 }
 
 void MultibodyEquations::realizeNatively(const State& state, const Vector_<SpatialVec>& bodyForces,
                                          const Vector& mobilityForces, const double* q,
                                          const double* u) {
-    m_time = m_context.time = state.getTime();
+    m_functions.forget();
+    moveFunctions(state.getTime());
     m_now = m_context.state = &state;
     m_bodyForces = bodyForces;
     m_mobilityForces = mobilityForces;
     if (m_prescribed) m_prescribed->updateAccelerations(state);
-    realizeBlocks(m_time, q, u);
+    realizeBlocks(q, u);
 }
 
-void MultibodyEquations::realizeBlocks(double time, const double* q, const double* u) {
+void MultibodyEquations::moveFunctions(double time) {
+    m_functions.moveTo(time);
+    m_context.timeValues = &m_functions.get();
+    m_time = time;
+}
+
+void MultibodyEquations::calcElementForces(const ElementRef& element, const TimeValues& values,
+                                           Array_<SpatialVec>& forces) {
+    for (SpatialVec& force : forces) force = SpatialVec(Vec3(0), Vec3(0));
+    element.element->addInForces(values.time, element.motions, forces);
+    element.element->addInTimedForce(values.forces[size_t(element.timedForce)], element.motions,
+                                     forces);
+}
+
+void MultibodyEquations::realizeBlocks(const double* q, const double* u) {
     const int count = int(m_batches.size());
     parallelFor(count, m_numThreads, [&](int k) {
         FlexibleBlock::calcShapeProducts(m_batches[size_t(k)].flexible, q, u);
@@ -108,11 +123,9 @@ void MultibodyEquations::realizeBlocks(double time, const double* q, const doubl
 
     m_hasJacobians = false;
     for (ElementRef& element : m_elements) {
-        for (size_t k = 0; k < element.frames.size(); ++k) {
+        for (size_t k = 0; k < element.frames.size(); ++k)
             element.motions[unsigned(k)] = motionOf(element.frames[k]);
-            element.forces[unsigned(k)] = SpatialVec(Vec3(0), Vec3(0));
-        }
-        element.element->addInForces(time, element.motions, element.forces);
+        calcElementForces(element, m_functions.get(), element.forces);
         // What has a stiffness is no load.
         if (m_loadFraction != 1 && element.signs.empty())
             for (SpatialVec& force : element.forces) force *= m_loadFraction;
@@ -123,9 +136,10 @@ void MultibodyEquations::updateJacobians() const {
     if (m_hasJacobians) return;
     parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
         JointRef& joint = m_joints[size_t(k)];
-        joint.record->equations->calcJacobian(m_time, joint.motions.data(), joint.D.data());
+        joint.record->equations->calcJacobian(driveOf(joint), joint.motions.data(), joint.D.data());
         if (m_isAligning)
-            joint.record->equations->alignJacobian(m_time, joint.motions.data(), joint.D.data());
+            joint.record->equations->alignJacobian(driveOf(joint), joint.motions.data(),
+                                                   joint.D.data());
     });
     m_hasJacobians = true;
 }
@@ -133,9 +147,11 @@ void MultibodyEquations::updateJacobians() const {
 void MultibodyEquations::calcPositionErrors(double* g) const {
     parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
         const JointRef& joint = m_joints[size_t(k)];
-        joint.record->equations->calcErrors(m_time, joint.motions.data(), g + joint.firstRow);
+        joint.record->equations->calcErrors(driveOf(joint), joint.motions.data(),
+                                            g + joint.firstRow);
         if (m_isAligning)
-            joint.record->equations->alignErrors(m_time, joint.motions.data(), g + joint.firstRow);
+            joint.record->equations->alignErrors(driveOf(joint), joint.motions.data(),
+                                                 g + joint.firstRow);
     });
     if (m_constraints) m_constraints->calcPositionErrors(*m_now, g + m_firstSimbodyRow);
 }
@@ -151,7 +167,8 @@ bool MultibodyEquations::mayLoseCount(const double* g, double scale) const {
 void MultibodyEquations::calcVelocityErrors(double* gDot) const {
     parallelFor(int(m_joints.size()), m_numThreads, [&](int k) {
         const JointRef& joint = m_joints[size_t(k)];
-        joint.record->equations->calcErrorDots(m_time, joint.motions.data(), gDot + joint.firstRow);
+        joint.record->equations->calcErrorDots(driveOf(joint), joint.motions.data(),
+                                               gDot + joint.firstRow);
     });
     if (m_constraints) m_constraints->calcVelocityErrors(*m_now, gDot + m_firstSimbodyRow);
 }
@@ -198,7 +215,7 @@ void MultibodyEquations::calcAccelerationErrors(const double* q, const double* u
             m_accelerated[side].A =
                 m_blocks[ref.block]->calcFrameAcceleration(ref.frame, u + first, uDot + first);
         }
-        joint.record->equations->calcErrorDotDots(m_time, m_acceleratedFrames.data(),
+        joint.record->equations->calcErrorDotDots(driveOf(joint), m_acceleratedFrames.data(),
                                                   gDotDot + joint.firstRow);
     }
 }
@@ -281,7 +298,7 @@ double MultibodyEquations::calcPower(const double* q, const double* u, const dou
         if (!equations.dependsOnTime()) continue;
         // The joint's forces −Gᵀλ have power −λᵀGu = λᵀ ∂g/∂t.
         double timeRate[JointEquations::MaxEquations] = {};
-        equations.addInTimeRate(m_time, joint.motions.data(), timeRate);
+        equations.addInTimeRate(driveOf(joint), joint.motions.data(), timeRate);
         for (int k = 0; k < equations.getNumEquations(); ++k)
             power += lambda[joint.firstRow + k] * timeRate[k];
     }
@@ -291,14 +308,14 @@ double MultibodyEquations::calcPower(const double* q, const double* u, const dou
 double MultibodyEquations::calcMisalignment() const {
     double largest = 0;
     for (const JointRef& joint : m_joints)
-        largest = std::max<double>(
-            largest, joint.record->equations->calcMisalignment(m_time, joint.motions.data()));
+        largest = std::max<double>(largest, joint.record->equations->calcMisalignment(
+                                                driveOf(joint), joint.motions.data()));
     return largest;
 }
 
 const std::string* MultibodyEquations::findFlippedJoint() const {
     for (const JointRef& joint : m_joints)
-        if (joint.record->equations->isFlipped(m_time, joint.motions.data()))
+        if (joint.record->equations->isFlipped(driveOf(joint), joint.motions.data()))
             return &joint.record->name;
     return nullptr;
 }
@@ -422,8 +439,7 @@ void MultibodyEquations::calcLoadResidual(const LoadedBlock& loaded, const doubl
         ElementRef& element = m_elements[size_t(e)];
         const int frame = element.frames[0].frame;
         element.motions[0] = block.frames[size_t(frame)];
-        element.forces[0] = SpatialVec(Vec3(0), Vec3(0));
-        element.element->addInForces(m_time, element.motions, element.forces);
+        calcElementForces(element, m_functions.get(), element.forces);
         if (m_loadFraction != 1) element.forces[0] *= m_loadFraction;
         block.subtractForce(frame, element.forces[0], r);
     }
@@ -636,6 +652,7 @@ void MultibodyEquations::visit(Checkpoint& checkpoint) {
         checkpoint.visit(m_prescribedTime);
         m_prescribed->visit(checkpoint);
     }
+    if (checkpoint.isReading()) m_functions.forget();
     if (!m_needsSimbody) return;
     double time = m_private.getTime();
     checkpoint.visit(time);

@@ -18,6 +18,7 @@ gravity among them, are given, and Simbody is asked on the State that is being r
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/Block.h"
 #include "simflex/solver/ForceDifferences.h"
+#include "simflex/solver/FunctionsOfTime.h"
 #include "simflex/solver/NewtonSystem.h"
 #include "simflex/solver/PrescribedMotion.h"
 #include "simflex/solver/SimbodyConstraints.h"
@@ -106,6 +107,10 @@ public:
     void prescribe(double time, double gamma, const double* uHist, double* q, double* u);
     /** Zeroes what is prescribed in errors of q and u. **/
     void clearPrescribedErrors(double* errorQ, double* errorU) const;
+
+    /** Asks functions of time anew from now on, as their surroundings may have changed; they are
+     * asked once for every time. **/
+    void forgetFunctionValues() { m_functions.forget(); }
 
     /** Positions, velocities, joint frames; first call of every evaluation. **/
     void realize(double time, const double* q, const double* u);
@@ -257,6 +262,7 @@ private:
     struct JointRef {
         const JointRecord* record;
         int firstRow;
+        int drive;                    ///< among TimeValues
         std::vector<FrameRef> sides;  ///< F, M; of a coupler those of every coordinate
         std::vector<const FrameMotion*> motions;
         std::vector<SimTK::SpatialVec> D;  ///< rows of the first side, then of the next …
@@ -269,7 +275,8 @@ private:
         std::vector<FrameRef> frames;
         SimTK::Array_<FrameMotion> motions;
         SimTK::Array_<SimTK::SpatialVec> forces;
-        int firstRow;  ///< of its Jacobian's terms, after those of all constraints
+        int timedForce;  ///< among TimeValues
+        int firstRow;    ///< of its Jacobian's terms, after those of all constraints
         SimTK::Array_<SimTK::Real> signs;
         SimTK::Array_<SimTK::SpatialVec> directions;
     };
@@ -328,7 +335,15 @@ private:
     void collectGravityAndForces(const SimTK::State& state);
     /** The private States without what is evaluated here. **/
     void preparePrivateStates(const SimTK::State& state);
-    void realizeBlocks(double time, const double* q, const double* u);
+    /** What functions of time are there, from now on. **/
+    void moveFunctions(double time);
+    void realizeBlocks(const double* q, const double* u);
+    const JointEquations::Drive& driveOf(const JointRef& joint) const {
+        return m_functions.get().drives[size_t(joint.drive)];
+    }
+    /** Of one element, anew. **/
+    static void calcElementForces(const ElementRef& element, const TimeValues& values,
+                                  SimTK::Array_<SimTK::SpatialVec>& forces);
     void refuseUnsupported(const SimTK::State& state) const;
     /** The system's enabled constraints that are not joints. **/
     std::vector<SimTK::ConstraintIndex> findSimbodyConstraints(const SimTK::State& state) const;
@@ -389,6 +404,7 @@ private:
     bool m_hasForeignForces = false;
     bool m_needsSimbody = false;
     EvaluationContext m_context;
+    FunctionsOfTime m_functions;
 
     std::vector<std::unique_ptr<Block>> m_blocks;
     std::vector<FlexibleBlock*> m_flexible;  ///< by FlexibleBodyIndex

@@ -75,9 +75,9 @@ std::string MultibodyEquations::findNonFinite(double time, const double* q, cons
     realize(time, q, u);
     for (const JointRef& joint : m_joints) {
         std::vector<double> errors(size_t(joint.numRows()), 0);
-        joint.record->equations->calcErrors(time, joint.motions.data(), errors.data());
+        joint.record->equations->calcErrors(driveOf(joint), joint.motions.data(), errors.data());
         bool isGood = isFinite(errors.data(), joint.numRows());
-        joint.record->equations->calcErrorDots(time, joint.motions.data(), errors.data());
+        joint.record->equations->calcErrorDots(driveOf(joint), joint.motions.data(), errors.data());
         isGood = isGood && isFinite(errors.data(), joint.numRows());
         if (!isGood && joint.record->equations->dependsOnTime())
             return "the motion of joint '" + joint.record->name + "' is not" + at.str();
@@ -122,9 +122,10 @@ std::string MultibodyEquations::findMotionJump(double time, double h, const doub
         if (!equations.dependsOnTime()) continue;
         std::vector<double> before(size_t(joint.numRows())), after(before.size()),
             rate(before.size(), 0);
-        equations.calcErrors(time, joint.motions.data(), before.data());
-        equations.calcErrors(later, joint.motions.data(), after.data());
-        equations.addInTimeRate(time, joint.motions.data(), rate.data());
+        const JointEquations::Drive laterDrive = equations.calcDrive(later);
+        equations.calcErrors(driveOf(joint), joint.motions.data(), before.data());
+        equations.calcErrors(laterDrive, joint.motions.data(), after.data());
+        equations.addInTimeRate(driveOf(joint), joint.motions.data(), rate.data());
         for (size_t k = 0; k < before.size(); ++k) {
             const double smooth = rate[k] * (later - time);
             const double jump = after[k] - before[k] - smooth;
@@ -135,7 +136,7 @@ std::string MultibodyEquations::findMotionJump(double time, double h, const doub
         }
         // A jump of the speed.
         std::vector<double> laterRate(rate.size(), 0);
-        equations.addInTimeRate(later, joint.motions.data(), laterRate.data());
+        equations.addInTimeRate(laterDrive, joint.motions.data(), laterRate.data());
         for (size_t k = 0; k < rate.size(); ++k) {
             const double jump = std::abs(laterRate[k] - rate[k]);
             if (jump <= 1e-3 * (1 + std::abs(rate[k]))) continue;

@@ -7,8 +7,8 @@
 #include <set>
 #include <typeinfo>
 
-#include "simflex/solver/FlexibleBlock.h"
 #include "simflex/base/ParallelFor.h"
+#include "simflex/solver/FlexibleBlock.h"
 #include "simflex/solver/RigidTree.h"
 #include "simflex/solver/TangentMatrices.h"
 
@@ -191,6 +191,7 @@ void MultibodyEquations::makeBlocks(const State& state) {
             auto block = std::make_unique<FlexibleBlock>(
                 *m_guts, FlexibleBodyIndex(b), state,
                 isRigid ? FlexibleBlock::Modes::None : FlexibleBlock::Modes::All);
+            block->setFirstScale(m_functions.add(record.loads));
             m_flexible.push_back(block.get());
             m_blocks.push_back(std::move(block));
         }
@@ -370,6 +371,7 @@ void MultibodyEquations::makeJoints() {
         JointRef joint;
         joint.record = &record;
         joint.firstRow = m_numMultipliers;
+        joint.drive = m_functions.add(*record.equations);
         for (const Attachment& attachment : record.frames)
             joint.sides.push_back(makeFrame(attachment));
         const int rows = joint.numRows();
@@ -465,6 +467,7 @@ void MultibodyEquations::makeForceElements() {
         if (element->getAttachments().empty()) continue;
         ElementRef ref;
         ref.element = element.get();
+        ref.timedForce = m_functions.add(*element);
         for (const Attachment& attachment : element->getAttachments())
             ref.frames.push_back(makeFrame(attachment));
         ref.motions.resize(unsigned(ref.frames.size()));

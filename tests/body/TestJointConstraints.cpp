@@ -260,7 +260,8 @@ protected:
     std::vector<SpatialVec> calcJacobian() const {
         std::vector<SpatialVec> D(sides().size() * size_t(joint->getNumEquations()));
         withFrames([&](JointEquations::Frames frames) {
-            joint->getEquations().calcJacobian(state.getTime(), frames, D.data());
+            joint->getEquations().calcJacobian(joint->getEquations().calcDrive(state.getTime()),
+                                               frames, D.data());
         });
         return D;
     }
@@ -356,7 +357,8 @@ TEST_P(JointConstraintTest, ConstraintMatrixIsThatOfTheSolversRows) {
     // And G u, with the part that depends on time alone, is the velocity error.
     Vector rate(joint->getNumEquations(), Real(0));
     withFrames([&](JointEquations::Frames frames) {
-        joint->getEquations().addInTimeRate(state.getTime(), frames, &rate[0]);
+        joint->getEquations().addInTimeRate(joint->getEquations().calcDrive(state.getTime()),
+                                            frames, &rate[0]);
     });
     EXPECT_LT((G * state.getU() + rate - constraint().getVelocityErrorsAsVector(state)).normInf(),
               1e-13);

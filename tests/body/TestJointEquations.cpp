@@ -139,17 +139,19 @@ protected:
     }
     std::vector<SpatialVec> jacobianAt(Real t) const {
         std::vector<SpatialVec> D(moving.size() * size_t(m));
-        GetParam().equations.calcJacobian(t, framesAt(t), D.data());
+        GetParam().equations.calcJacobian(GetParam().equations.calcDrive(t), framesAt(t), D.data());
         return D;
     }
     Values errorsAt(Real t) const {
         Values values{};
-        GetParam().equations.calcErrors(t, framesAt(t), values.data());
+        GetParam().equations.calcErrors(GetParam().equations.calcDrive(t), framesAt(t),
+                                        values.data());
         return values;
     }
     Values errorDotsAt(Real t) const {
         Values values{};
-        GetParam().equations.calcErrorDots(t, framesAt(t), values.data());
+        GetParam().equations.calcErrorDots(GetParam().equations.calcDrive(t), framesAt(t),
+                                           values.data());
         return values;
     }
 
@@ -223,7 +225,8 @@ TEST_P(JointEquationsTest, ErrorDotDotsAreDerivativesOfErrorDots) {
     const Real h = 3e-4;
     for (const Real t : times) {
         Values dotDots{};
-        GetParam().equations.calcErrorDotDots(t, framesAt(t), dotDots.data());
+        GetParam().equations.calcErrorDotDots(GetParam().equations.calcDrive(t), framesAt(t),
+                                              dotDots.data());
         for (int k = 0; k < m; ++k) {
             const Real expected = (8 * (errorDotsAt(t + h)[k] - errorDotsAt(t - h)[k]) -
                                    (errorDotsAt(t + 2 * h)[k] - errorDotsAt(t - 2 * h)[k])) /
@@ -245,7 +248,8 @@ TEST_P(JointEquationsTest, JacobianTimesVelocitiesAndTimeRateGiveErrorDots) {
                 const SpatialVec& d = D[size_t(i * m + k)];
                 actual[k] += ~d[0] * frames[i].V[0] + ~d[1] * frames[i].V[1];
             }
-        GetParam().equations.addInTimeRate(t, frames, actual.data());
+        GetParam().equations.addInTimeRate(GetParam().equations.calcDrive(t), frames,
+                                           actual.data());
         for (int k = 0; k < m; ++k)
             EXPECT_NEAR(actual[k], expected[k], 1e-13 * (1 + std::abs(expected[k])))
                 << "t " << t << " row " << k;
@@ -279,7 +283,7 @@ TEST(JointBranchTest, ErrorsVanishForTheMotionEachJointAllows) {
     const Transform F(Rotation(0.6, UnitVec3(1, 2, 3)), Vec3(1, -2, 0.5));
     const auto largestError = [&](const JointEquations& equations, const Transform& X_FM) {
         Real errors[JointEquations::MaxEquations], largest = 0;
-        equations.calcErrors(0, Frames(F, F * X_FM), errors);
+        equations.calcErrors({}, Frames(F, F * X_FM), errors);
         for (int k = 0; k < equations.getNumEquations(); ++k)
             largest = std::max(largest, std::abs(errors[k]));
         return largest;
@@ -302,7 +306,7 @@ TEST(JointBranchTest, ErrorsVanishForTheMotionEachJointAllows) {
     const Rotation crossed(SimTK::BodyRotationSequence, 2.5, SimTK::XAxis, -1.9, SimTK::YAxis);
     EXPECT_LT(largestError(JointEquations::makeUniversal(), Transform(crossed)), 1e-15);
     EXPECT_GT(largestError(JointEquations::makeUniversal(), Transform(aboutZ)), 0.1);
-    EXPECT_FALSE(JointEquations::makeUniversal().isFlipped(0, Frames(F, F * Transform(crossed))));
+    EXPECT_FALSE(JointEquations::makeUniversal().isFlipped({}, Frames(F, F * Transform(crossed))));
     const Transform along(any, Vec3(0, 0, 0.7)), across(any, Vec3(0.3, 0.4, 0));
     EXPECT_LT(largestError(JointEquations::makePointOnLine(), along), 1e-15);
     EXPECT_GT(largestError(JointEquations::makePointOnLine(), across), 0.1);
@@ -318,12 +322,12 @@ TEST(JointBranchTest, ScrewHoldsAndCountsAnyTurn) {
             const auto screw = JointEquations::makeScrew(pitch);
             const Transform M(Rotation(angle, SimTK::ZAxis), Vec3(0, 0, pitch * angle));
             Real errors[JointEquations::MaxEquations], counted = 0;
-            screw.calcErrors(0, Frames(Transform(), M), errors);
+            screw.calcErrors({}, Frames(Transform(), M), errors);
             EXPECT_NEAR(errors[4], 0, 1e-12) << pitch << " " << angle;
             screw.calcCoordinates(Frames(Transform(), M), &counted);
             EXPECT_NEAR(counted, angle, 1e-10);
             // Half a millimetre off is half a millimetre of error.
-            screw.calcErrors(0, Frames(Transform(), Transform(M.R(), M.p() + Vec3(0, 0, 5e-4))),
+            screw.calcErrors({}, Frames(Transform(), Transform(M.R(), M.p() + Vec3(0, 0, 5e-4))),
                              errors);
             EXPECT_NEAR(errors[4], 5e-4, 1e-12);
         }
@@ -352,7 +356,7 @@ TEST(JointCoordinates, AreSimbodysMobilizers) {
         M.V = mobod.getBodyVelocity(state);
         const Frames frames{FrameMotion(), M};
         Real errors[JointEquations::MaxEquations], q[3], qDot[3];
-        equations.calcErrors(0, frames, errors);
+        equations.calcErrors({}, frames, errors);
         for (int k = 0; k < equations.getNumEquations(); ++k) EXPECT_NEAR(errors[k], 0, 1e-15);
         ASSERT_EQ(equations.getNumCoordinates(), mobod.getNumQ(state)) << equations.getKind();
         EXPECT_EQ(equations.getNumEquations(), 6 - mobod.getNumU(state));
@@ -381,14 +385,14 @@ TEST(JointBranchTest, WrongBranchesAreFlipped) {
                 columnY[y % 3] = y < 3 ? 1 : -1;
                 const Rotation R(UnitVec3(columnX), SimTK::XAxis, columnY, SimTK::YAxis);
                 Real errors[JointEquations::MaxEquations], largest = 0;
-                joint.calcErrors(0, Frames(F, F * Transform(R)), errors);
+                joint.calcErrors({}, Frames(F, F * Transform(R)), errors);
                 for (int k = 0; k < joint.getNumEquations(); ++k)
                     largest = std::max(largest, std::abs(errors[k]));
                 if (largest > 1e-12) continue;
                 const bool isRight = joint.getKind() == std::string("Pin")
                                          ? R.col(2)[2] > 0.5
                                          : R.col(0)[0] > 0.5 && R.col(1)[1] > 0.5;
-                EXPECT_EQ(joint.isFlipped(0, Frames(F, F * Transform(R))), !isRight)
+                EXPECT_EQ(joint.isFlipped({}, Frames(F, F * Transform(R))), !isRight)
                     << joint.getKind() << R;
             }
 }
@@ -398,8 +402,9 @@ TEST(JointBranchTest, PrescribedRotationErrorIsWrappedToHalfATurn) {
         JointEquations::makePrescribedRotation([](Real t) { return Vec3(10 * t, 10, 0); });
     for (const Real t : {0.0, 0.3, 0.31416, 1.0, 100.0}) {
         Real error = 7;
-        equations.calcErrors(
-            t, Frames(Transform(), Transform(Rotation(10 * t + 0.25, SimTK::ZAxis))), &error);
+        equations.calcErrors(equations.calcDrive(t),
+                             Frames(Transform(), Transform(Rotation(10 * t + 0.25, SimTK::ZAxis))),
+                             &error);
         EXPECT_NEAR(error, 0.25, 1e-12);
     }
 }
@@ -411,7 +416,7 @@ TEST(CouplerEquations, GearsCountTeethThroughAnyNumberOfTurns) {
     const auto errorAt = [&](Real a, Real b) {
         Real error = 7;
         const FrameMotion F, A{Rotation(a, SimTK::ZAxis)}, B{Rotation(b, SimTK::ZAxis)};
-        gear.calcErrors(0, Frames{F, A, F, B}, &error);
+        gear.calcErrors({}, Frames{F, A, F, B}, &error);
         return error;
     };
     const Real tooth = 2 * SimTK::Pi / 17;

@@ -2,15 +2,20 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <map>
 #include <sstream>
 
-#include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/ContactStop.h"
+#include "simflex/forces/DistributedLoad.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/FunctionsOfTime.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "support/PointMassPart.h"
 
 namespace simflex {
 namespace {
@@ -255,6 +260,129 @@ TYPED_TEST(LoadsInTime, EveryLobeOfACamLiftsItsFollower) {
             EXPECT_LT(model.follower.getLength(integrator.getState()), 1e-4);
         }
     }
+}
+
+/** Keeps the times that functions of a model are asked for. **/
+class Asked {
+public:
+    /** A function of a model's: what it returns is not changed. **/
+    template <class Function>
+    auto watch(Function function) {
+        m_times.emplace_back();
+        return [this, function, index = m_times.size() - 1](Real time) {
+            m_isAlone = m_isAlone && !m_isBusy.exchange(true);
+            ++m_times[index][time];
+            const auto value = function(time);
+            m_isBusy = false;
+            return value;
+        };
+    }
+    /** How often each function was asked, by time. **/
+    const std::vector<std::map<Real, int>>& getTimes() const { return m_times; }
+    /** True if none was asked while another one was. **/
+    bool isAlone() const { return m_isAlone; }
+
+private:
+    std::vector<std::map<Real, int>> m_times;
+    std::atomic<bool> m_isBusy{false}, m_isAlone{true};
+};
+
+/** A flexible body led by its interface, rigid ones led by a point and by an angle, loads. **/
+struct LedBodies {
+    LedBodies()
+        : body(flexible, test::makePointMassPart().body, "body"),
+          brick(matter.updGround(), rigid),
+          wheel(matter.updGround(), rigid) {
+        const Attachment ground(matter.Ground());
+        Joint::PrescribedPose(flexible, ground, body.interface("A"), asked.watch([](Real t) {
+            FrameMotion pose;
+            pose.X = Transform(Rotation(std::sin(3 * t), ZAxis), Vec3(0.1 * std::sin(5 * t), 0, 0));
+            pose.V = {Vec3(0, 0, 3 * std::cos(3 * t)), Vec3(0.5 * std::cos(5 * t), 0, 0)};
+            pose.A = {Vec3(0, 0, -9 * std::sin(3 * t)), Vec3(-2.5 * std::sin(5 * t), 0, 0)};
+            return pose;
+        }));
+        Joint::PrescribedPosition(flexible, ground, Attachment(brick), asked.watch([](Real t) {
+            return std::array<Vec3, 3>{Vec3(std::sin(t), 0, t * t), Vec3(std::cos(t), 0, 2 * t),
+                                       Vec3(-std::sin(t), 0, 2)};
+        }));
+        Joint::PrescribedRotation(flexible, ground, Attachment(wheel), asked.watch([](Real t) {
+            return Vec3(std::sin(7 * t), 7 * std::cos(7 * t), -49 * std::sin(7 * t));
+        }));
+        AttachmentForce(flexible, body.interface("B"), asked.watch([](Real t) {
+            return SpatialVec(Vec3(0), Vec3(20 * std::sin(30 * t), 5, 0));
+        }));
+        DistributedLoad(flexible, body, LoadShape::fromModalForces(Vector(body.getNumModes(), 1.0)),
+                        asked.watch([](Real t) { return std::cos(20 * t); }));
+        state = system.realizeTopology();
+    }
+
+    Asked asked;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    Body::Rigid rigid{MassProperties(1, Vec3(0.1, 0, 0), UnitInertia(0.05))};
+    FlexibleBody body;
+    MobilizedBody::Free brick;
+    MobilizedBody::Pin wheel;
+    State state;
+};
+
+TYPED_TEST(LoadsInTime, FunctionsAreAskedOnceForEveryTimeOneAfterAnother) {
+    LedBodies model;
+    TypeParam integrator(model.system);
+    integrator.setNumThreads(3);
+    integrator.initialize(model.state);
+    integrator.stepTo(0.4);
+    const IntegratorStatistics& statistics = integrator.getStatistics();
+    EXPECT_GT(statistics.stepsTaken, 30);
+    EXPECT_GT(statistics.newtonIterations, 1.5 * statistics.stepsTaken);
+    for (const std::map<Real, int>& times : model.asked.getTimes()) {
+        for (const auto& [time, count] : times)
+            EXPECT_EQ(count, time > 0 ? 1 : count) << "at t = " << time;
+        // The end of a step, four times inside of it, and a few at the start.
+        EXPECT_LE(int(times.size()), 5 * statistics.stepsAttempted + 5);
+    }
+    EXPECT_TRUE(model.asked.isAlone());
+}
+
+TEST(FunctionsOfTime, SimbodysOwnStagesAskJointsOnceForEveryTime) {
+    LedBodies model;
+    model.state.setTime(0.3);
+    model.system.realize(model.state, Stage::Velocity);
+    model.state.updU() = 0.1;
+    model.system.realize(model.state, Stage::Velocity);
+    Matrix G;
+    model.matter.calcG(model.state, G);
+    for (int joint : {0, 1, 2})
+        EXPECT_EQ(model.asked.getTimes()[size_t(joint)].at(0.3), 1) << "joint " << joint;
+}
+
+TEST(FunctionsOfTime, KeepTheLastTimesUntilTheyAreForgotten) {
+    int count = 0;
+    const JointEquations drive = JointEquations::makePrescribedRotation([&](Real t) {
+        ++count;
+        if (t < 0) throw std::runtime_error("before the start");
+        return Vec3(t, 1, 0);
+    });
+    FunctionsOfTime functions;
+    EXPECT_EQ(functions.add(JointEquations::makePin()), 0);
+    const size_t place = size_t(functions.add(drive));
+    functions.moveTo(3);
+    for (int repeat = 0; repeat < 2; ++repeat)
+        for (const Real time : {0.0, 1.0, 2.0})
+            EXPECT_EQ(functions.calc(time).drives[place].motions[0], Vec3(time, 1, 0));
+    EXPECT_EQ(count, 4);
+    // Whatever else is asked for, the time moved to stays.
+    for (int k = 0; k < 100; ++k) functions.calc(4 + k);
+    EXPECT_EQ(functions.get().drives[place].motions[0], Vec3(3, 1, 0));
+    EXPECT_THROW(functions.moveTo(-1), std::runtime_error);
+    EXPECT_EQ(functions.get().time, 3);
+    count = 0;
+    functions.moveTo(3);
+    EXPECT_EQ(count, 0);
+    functions.forget();
+    functions.moveTo(3);
+    EXPECT_EQ(count, 1);
 }
 
 }  // namespace
