@@ -5,7 +5,7 @@ a team of one would still cost a fraction of a microsecond.
 
     threads = chooseNumThreads(threads, work, workPerThread);
     parallelFor(count, threads, [&](int i) { … });          // equal shares, in order
-    parallelForDynamic(count, threads, [&](int i) { … });   // whoever is free takes the next
+    parallelFor(count, threads, Schedule::WhoeverIsFree, [&](int i) { … });
 
 What a pass throws comes out of the loop, as it would come out of a plain one: it is that of the
 first pass that throws, whatever the number of threads. Passes after it may have run.
@@ -58,40 +58,38 @@ private:
     std::exception_ptr m_exception;
 };
 
+enum class Schedule {
+    EqualShares,   ///< each thread has its passes, in order
+    WhoeverIsFree  ///< takes the next pass
+};
+
 template <class Index, class Body>
-void parallelFor(Index count, int threads, const Body& body) {
+void parallelFor(Index count, int threads, Schedule schedule, const Body& body) {
     if (threads <= 1) {
         for (Index i = 0; i < count; ++i) body(i);
         return;
     }
     FirstException exception;
+    const auto guarded = [&](Index i) { exception.guard(long(i), [&] { body(i); }); };
     const unsigned mode = ArithmeticMode::get();
     const ArithmeticMode ofNewThreads(ArithmeticMode::getOutermost());
 #pragma omp parallel num_threads(threads)
     {
         const ArithmeticMode callers(mode);
+        if (schedule == Schedule::EqualShares) {
 #pragma omp for schedule(static)
-        for (Index i = 0; i < count; ++i) exception.guard(long(i), [&] { body(i); });
+            for (Index i = 0; i < count; ++i) guarded(i);
+        } else {
+#pragma omp for schedule(dynamic, 1)
+            for (Index i = 0; i < count; ++i) guarded(i);
+        }
     }
     exception.rethrow();
 }
 
 template <class Index, class Body>
-void parallelForDynamic(Index count, int threads, const Body& body) {
-    if (threads <= 1) {
-        for (Index i = 0; i < count; ++i) body(i);
-        return;
-    }
-    FirstException exception;
-    const unsigned mode = ArithmeticMode::get();
-    const ArithmeticMode ofNewThreads(ArithmeticMode::getOutermost());
-#pragma omp parallel num_threads(threads)
-    {
-        const ArithmeticMode callers(mode);
-#pragma omp for schedule(dynamic, 1)
-        for (Index i = 0; i < count; ++i) exception.guard(long(i), [&] { body(i); });
-    }
-    exception.rethrow();
+void parallelFor(Index count, int threads, const Body& body) {
+    parallelFor(count, threads, Schedule::EqualShares, body);
 }
 
 }  // namespace simflex

@@ -57,7 +57,7 @@ Shapes LowerTriangle::multiply(const Shapes& X) const {
     Shapes Y(X.rows(), X.cols());
     const Eigen::Index numPasses = (X.cols() + kWidth - 1) / kWidth;
     const int threads = _lower.values.size() * 8 >= kWorthThreads ? omp_get_max_threads() : 1;
-    parallelForDynamic(numPasses, threads, [&](Eigen::Index pass) {
+    parallelFor(numPasses, threads, Schedule::WhoeverIsFree, [&](Eigen::Index pass) {
         const Eigen::Index first = pass * kWidth, width = std::min(kWidth, X.cols() - first);
         std::vector<Row> x(static_cast<size_t>(size)), y(static_cast<size_t>(size), Row::Zero());
         for (int row = 0; row < size; ++row) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simflex/body/Dot.h"
 #include "simflex/base/ParallelFor.h"
+#include "simflex/body/Dot.h"
 
 namespace simflex {
 
@@ -45,7 +45,7 @@ FrontSolver::FrontSolver(const CliquePattern& pattern) : m_tree(pattern) {
 template <class Visit>
 void FrontSolver::visitUpwards(int threads, Visit visit) {
     const std::vector<int>& subtrees = m_tree.subtrees();
-    parallelForDynamic(int(subtrees.size()), threads, [&](int s) {
+    parallelFor(int(subtrees.size()), threads, Schedule::WhoeverIsFree, [&](int s) {
         const int root = subtrees[size_t(s)];
         for (int f = m_tree.fronts()[size_t(root)].firstDescendant; f <= root; ++f) visit(f);
     });
@@ -56,7 +56,7 @@ template <class Visit>
 void FrontSolver::visitDownwards(int threads, Visit visit) {
     const std::vector<int>&top = m_tree.frontsAboveSubtrees(), &subtrees = m_tree.subtrees();
     for (auto f = top.rbegin(); f != top.rend(); ++f) visit(*f);
-    parallelForDynamic(int(subtrees.size()), threads, [&](int s) {
+    parallelFor(int(subtrees.size()), threads, Schedule::WhoeverIsFree, [&](int s) {
         const int root = subtrees[size_t(s)];
         for (int f = root; f >= m_tree.fronts()[size_t(root)].firstDescendant; --f) visit(f);
     });

@@ -3,8 +3,11 @@ What parallel loops do when their passes throw. **/
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "simflex/base/ParallelFor.h"
@@ -31,7 +34,7 @@ const auto kEqualShares = [](int count, int threads, const auto& body) {
     parallelFor(count, threads, body);
 };
 const auto kNextOne = [](int count, int threads, const auto& body) {
-    parallelForDynamic(count, threads, body);
+    parallelFor(count, threads, Schedule::WhoeverIsFree, body);
 };
 
 }  // namespace
@@ -57,6 +60,19 @@ TEST(ParallelFor, AllPassesBeforeTheOneThatThrowsHaveRun) {
                      std::runtime_error);
         for (int i = 0; i < 700; ++i) EXPECT_EQ(hasRun[size_t(i)], 1) << i;
     }
+}
+
+TEST(ParallelFor, APassThatTakesLongHoldsNoOtherUpWhereWhoeverIsFreeTakesTheNext) {
+    constexpr int Count = 100;
+    std::atomic<int> numDone{0};
+    parallelFor(Count, 2, Schedule::WhoeverIsFree, [&](int i) {
+        const auto start = std::chrono::steady_clock::now();
+        while (i == 0 && numDone < Count - 1 &&
+               std::chrono::steady_clock::now() - start < std::chrono::seconds(10))
+            std::this_thread::yield();
+        EXPECT_TRUE(i > 0 || numDone == Count - 1);
+        ++numDone;
+    });
 }
 
 TEST(ParallelFor, LoopsAfterAnExceptionRunAsBefore) {

@@ -44,8 +44,8 @@ TEST(ArithmeticMode, ThatOfTheCallerHoldsInEveryThreadOfALoopAndNoLonger) {
             std::vector<unsigned> seen(64);
             parallelFor(64, threads, [&](int i) { seen[size_t(i)] = ArithmeticMode::get(); });
             inside.insert(seen.begin(), seen.end());
-            parallelForDynamic(64, threads,
-                               [&](int i) { seen[size_t(i)] = ArithmeticMode::get(); });
+            parallelFor(64, threads, Schedule::WhoeverIsFree,
+                        [&](int i) { seen[size_t(i)] = ArithmeticMode::get(); });
             inside.insert(seen.begin(), seen.end());
         }
         collect(after);
