@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
 #include <stdexcept>
 
@@ -114,6 +115,14 @@ void collectFiles(const ModelValue& value, std::set<std::string>& files) {
     }
 }
 
+/** "speed = 50, length = 0.1" **/
+std::string listValues(const std::vector<SweptKey>& keys, const std::vector<std::string>& values) {
+    std::string list;
+    for (size_t k = 0; k < keys.size(); ++k)
+        list += (k ? ", " : "") + keys[k].name + " = " + values[k];
+    return list;
+}
+
 std::string makeFolderName(const std::vector<SweptKey>& keys,
                            const std::vector<std::string>& values) {
     std::string name, exact;
@@ -130,7 +139,8 @@ std::string makeFolderName(const std::vector<SweptKey>& keys,
     if (isExact) return name;
     Checksum sum;
     sum.add(exact.data(), exact.size());
-    return name.substr(0, kLongestFolder - 10) + "-" + sum.getText().substr(0, 8);
+    const std::string digits = sum.getText();
+    return name.substr(0, kLongestFolder - 2 - digits.size()) + "-" + digits;
 }
 
 }  // namespace
@@ -333,7 +343,7 @@ void makeSweepCases(SweepPlan& plan, SweepOrder order) {
                                      " cases");
     }
     plan.cases.clear();
-    std::set<std::string> folders;
+    std::map<std::string, std::vector<std::string>> folders;
     for (size_t index = 0; index < count; ++index) {
         SweepCase one;
         size_t rest = index;
@@ -344,7 +354,14 @@ void makeSweepCases(SweepPlan& plan, SweepOrder order) {
             rest /= size;
         }
         one.folder = makeFolderName(plan.keys, one.values);
-        if (folders.insert(one.folder).second) plan.cases.push_back(one);  // a case is done once
+        const auto [known, isNew] = folders.emplace(one.folder, one.values);
+        if (isNew)
+            plan.cases.push_back(one);
+        else if (known->second != one.values)  // a case is done once
+            throw std::runtime_error("the cases " + listValues(plan.keys, known->second) + " and " +
+                                     listValues(plan.keys, one.values) +
+                                     " would have the same folder, '" + one.folder +
+                                     "': write their values otherwise");
     }
 }
 

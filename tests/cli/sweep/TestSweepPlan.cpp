@@ -96,6 +96,28 @@ TEST(SweepPlan, AGridIsAllCombinationsAndTheLastKeyVariesFastest) {
     EXPECT_THAT(catchError([&] { makeSweepCases(plan, SweepOrder::Grid); }), HasSubstr("100000"));
 }
 
+TEST(SweepPlan, LongNamesThatDifferOnlyBehindTheirEndHaveFoldersOfTheirOwn) {
+    // Sums of these are the same in their first 8 digits, 7aea4d3d.
+    const std::string before(120, 'a');
+    SweepPlan plan;
+    plan.keys = {{"load", {before + "79954", before + "247254"}, {}}};
+    makeSweepCases(plan, SweepOrder::Grid);
+    ASSERT_THAT(plan.cases, SizeIs(2));
+    EXPECT_NE(plan.cases[0].folder, plan.cases[1].folder);
+    EXPECT_LE(plan.cases[0].folder.size(), 120u);
+}
+
+TEST(SweepPlan, DifferentCasesOfOneFolderAreRefusedAndEqualOnesDoneOnce) {
+    SweepPlan plan;
+    plan.keys = {{"a", {"1", "1_b=2", "1"}, {}}, {"b", {"2_b=3", "3", "2_b=3"}, {}}};
+    EXPECT_THAT(catchError([&] { makeSweepCases(plan, SweepOrder::List); }),
+                AllOf(HasSubstr("a = 1, b = 2_b=3"), HasSubstr("a = 1_b=2, b = 3"),
+                      HasSubstr("'a=1_b=2_b=3'")));
+    plan.keys = {{"a", {"1", "1"}, {}}, {"b", {"2", "2"}, {}}};
+    makeSweepCases(plan, SweepOrder::List);
+    EXPECT_THAT(plan.cases, SizeIs(1));
+}
+
 TEST(SweepPlan, FoldersStayApartAndInsideTheSweepsOwn) {
     SweepPlan plan;
     plan.keys = {parseSweptKey("file=../../a,..-..-a,/etc/x"), parseSweptKey("b=1,1")};
