@@ -49,6 +49,7 @@ public:
     void handleTermination(SimTK::State& state, SimTK::Real accuracy);
 
     bool hasTriggers() const { return m_triggers.size() > 0; }
+    int getNumTriggers() const { return int(m_triggers.size()); }
 
     /** Values of the trigger functions; realizes the State as far as they need. **/
     void calcTriggers(const SimTK::State& state, SimTK::Vector& values) const;

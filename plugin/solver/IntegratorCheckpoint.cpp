@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <sstream>
 
+#include "simflex/base/FlushDenormals.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/Checkpoint.h"
-#include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/ImplicitIntegratorImpl.h"
 
 namespace simflex {
@@ -29,10 +29,14 @@ void visitStatistics(Checkpoint& c, IntegratorStatistics& s) {
             s.simbodySeconds, s.outputSeconds, s.totalSeconds);
 }
 
-void visitVector(Checkpoint& c, Vector& vector) {
-    const std::size_t size = c.visitSize(std::size_t(vector.size()), sizeof(Real));
-    vector.resize(int(size));
-    if (size > 0) c.visitBytes(&vector[0], size * sizeof(Real));
+/** Values of the model's triggers, or none. **/
+void visitTriggers(Checkpoint& c, Vector& values, int numTriggers) {
+    const std::size_t size = c.visitSize(std::size_t(values.size()), sizeof(Real));
+    if (size != 0 && size != std::size_t(numTriggers))
+        Checkpoint::refuse("it holds " + std::to_string(size) + " values of event triggers, " +
+                           "this model has " + std::to_string(numTriggers));
+    values.resize(int(size));
+    if (size > 0) c.visitBytes(&values[0], size * sizeof(Real));
 }
 
 /** Compares a number of the model with that of the checkpoint. **/
@@ -153,9 +157,16 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
     c.visit(m_stepsAtOrder, m_numRedundantAtStart);
     c.visit(lastStep);
     c.visitWithin(lastOrder, 0, 5, "the last order");
-    visitVector(c, m_triggersBefore);
-    visitVector(c, m_triggersAfter);
+    visitTriggers(c, m_triggersBefore, m_events.getNumTriggers());
+    visitTriggers(c, m_triggersAfter, m_events.getNumTriggers());
     c.visit(m_hasTriggered, m_isTimeAdvancePending, m_isTerminated, m_isFinished);
+    // Those before are known from the start on, those after at an event alone.
+    if (m_events.getNumTriggers() > 0 &&
+        (m_triggersBefore.size() == 0 || (m_hasTriggered && m_triggersAfter.size() == 0)))
+        Checkpoint::refuse("it holds no values of this model's " +
+                           std::to_string(m_events.getNumTriggers()) + " event triggers");
+    if (m_events.getNumTriggers() == 0 && m_hasTriggered)
+        Checkpoint::refuse("it stands at a triggered event, this model has no triggers");
     breaks.visit(c);
     m_equations->setSmoothSpan(breaks.getFirst(), breaks.getLast());
     m_equations->visit(c);

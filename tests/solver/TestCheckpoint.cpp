@@ -499,6 +499,33 @@ TEST(Checkpoint, AnotherModelIsRefusedByWhatDiffers) {
     EXPECT_NE(messageOf([&] { read(*other, write(*boom), start); }), "");
 }
 
+TEST(Checkpoint, OtherNumbersOfEventTriggersAreRefused) {
+    Stone models[3];
+    State starts[3];
+    std::string checkpoints[3];
+    for (int numTriggers = 0; numTriggers < 3; ++numTriggers) {
+        Stone& model = models[numTriggers];
+        for (int k = 0; k < numTriggers; ++k)
+            model.system.addEventHandler(new Boom::Wall(model.stone));
+        starts[numTriggers] = model.system.realizeTopology();
+        model.stone.setOneU(starts[numTriggers], 0, 1);
+        BdfIntegrator integrator(model.system);
+        integrator.initialize(starts[numTriggers]);
+        integrator.stepTo(0.01);
+        checkpoints[numTriggers] = write(integrator);
+    }
+    for (int written = 0; written < 3; ++written)
+        for (int numTriggers = 0; numTriggers < 3; ++numTriggers) {
+            BdfIntegrator resumed(models[numTriggers].system);
+            const std::string message =
+                messageOf([&] { read(resumed, checkpoints[written], starts[numTriggers]); });
+            if (written == numTriggers)
+                EXPECT_EQ(message, "");
+            else
+                expectContains(message, {"event triggers"});
+        }
+}
+
 TEST(Checkpoint, OtherSettingsAreRefusedByName) {
     Stone model;
     const State start = model.system.realizeTopology();
