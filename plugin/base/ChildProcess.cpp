@@ -1,8 +1,9 @@
 #include "simflex/base/ChildProcess.h"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <future>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -30,67 +32,107 @@ std::vector<char*> pointersTo(std::vector<std::string>& texts) {
     return pointers;
 }
 
-/** What posix_spawn() wants, freed. **/
-struct SpawnRequest {
-    SpawnRequest() {
-        posix_spawn_file_actions_init(&actions);
-        posix_spawnattr_init(&attributes);
+/** All signals wait in this thread until the end of the scope. **/
+class SignalPause {
+public:
+    SignalPause() {
+        sigset_t all;
+        sigfillset(&all);
+        pthread_sigmask(SIG_BLOCK, &all, &_before);
     }
-    ~SpawnRequest() {
-        posix_spawn_file_actions_destroy(&actions);
-        posix_spawnattr_destroy(&attributes);
-    }
-    SpawnRequest(const SpawnRequest&) = delete;
-    SpawnRequest& operator=(const SpawnRequest&) = delete;
+    ~SignalPause() { pthread_sigmask(SIG_SETMASK, &_before, nullptr); }
+    SignalPause(const SignalPause&) = delete;
+    SignalPause& operator=(const SignalPause&) = delete;
 
-    void redirect(int given, int target, int flags) {
-        if (given < 0) {
-            posix_spawn_file_actions_addopen(&actions, target, "/dev/null", flags, 0);
-        } else {
-            posix_spawn_file_actions_adddup2(&actions, given, target);
-        }
-    }
+    const sigset_t& getBefore() const { return _before; }
 
-    posix_spawn_file_actions_t actions;
-    posix_spawnattr_t attributes;
+private:
+    sigset_t _before;
 };
 
-pid_t spawn(const ChildSetup& setup) {
+/** What a new process needs until it is another program. **/
+struct Launch {
+    const ChildSetup& setup;
+    const char* program;
+    char* const* arguments;
+    char* const* environment;
+    const sigset_t& signals;
+    pid_t parent;
+    int report;  ///< takes errno where it fails
+
+    /** In the new process, which shares its memory with a parent that waits: system calls alone.
+     * **/
+    [[noreturn]] void run() const {
+        if (!prepare()) _exit(fail());
+        execve(program, arguments, environment);
+        _exit(fail());
+    }
+
+private:
+    bool prepare() const {
+        // Whoever dies by SIGKILL cannot take his programs with him; he may be dead by now.
+        if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) return false;
+        if (getppid() != parent) _exit(1);
+        if (setup.isOwnGroup && setpgid(0, 0) != 0) return false;
+        if (!redirect(setup.input, STDIN_FILENO, O_RDONLY) ||
+            !redirect(setup.output, STDOUT_FILENO, O_WRONLY) ||
+            !redirect(setup.error, STDERR_FILENO, O_WRONLY))
+            return false;
+        if (!setup.folder.empty() && chdir(setup.folder.c_str()) != 0) return false;
+        // No handler of the parent's may run here.
+        for (int signal = 1; signal < NSIG; ++signal) {
+            struct sigaction action {};
+            if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
+            action = {};
+            action.sa_handler = SIG_DFL;
+            sigaction(signal, &action, nullptr);
+        }
+        return sigprocmask(SIG_SETMASK, &signals, nullptr) == 0;
+    }
+
+    static bool redirect(int given, int target, int flags) {
+        if (given == target) return fcntl(target, F_SETFD, 0) == 0;  // left open by exec
+        const int file = given < 0 ? open("/dev/null", flags) : given;
+        if (file < 0 || dup2(file, target) < 0) return false;
+        if (given < 0 && file != target) close(file);
+        return true;
+    }
+
+    int fail() const {
+        const int error = errno;
+        return write(report, &error, sizeof error) == sizeof error ? 127 : 126;
+    }
+};
+
+/** @pre all signals are blocked; @param signals  those that the program is to have blocked **/
+pid_t spawn(const ChildSetup& setup, const sigset_t& signals) {
     std::vector<std::string> arguments = setup.arguments, environment;
     for (const auto& [name, value] : setup.environment) environment.push_back(name + "=" + value);
-    SpawnRequest request;
-    request.redirect(setup.input, STDIN_FILENO, O_RDONLY);
-    request.redirect(setup.output, STDOUT_FILENO, O_WRONLY);
-    request.redirect(setup.error, STDERR_FILENO, O_WRONLY);
-    if (!setup.folder.empty())
-        posix_spawn_file_actions_addchdir_np(&request.actions, setup.folder.c_str());
-    if (setup.isOwnGroup) {
-        posix_spawnattr_setflags(&request.attributes, POSIX_SPAWN_SETPGROUP);
-        posix_spawnattr_setpgroup(&request.attributes, 0);
-    }
-    pid_t child = -1;
-    const int status =
-        posix_spawnp(&child, arguments.at(0).c_str(), &request.actions, &request.attributes,
-                     pointersTo(arguments).data(), pointersTo(environment).data());
-    if (status != 0)
-        throw std::runtime_error("cannot run '" + arguments[0] + "': " + std::strerror(status));
-    return child;
-}
+    const std::string& name = arguments.at(0);
+    const std::vector<char*> argumentPointers = pointersTo(arguments),
+                             environmentPointers = pointersTo(environment);
+    const std::string found = findProgram(name), program = found.empty() ? name : found;
 
-/** From a thread that has shut itself in: what it starts inherits that, and nothing else does. **/
-pid_t spawnShutIn(const ChildSetup& setup) {
-    pid_t child = -1;
-    std::exception_ptr failure;
-    std::thread([&] {
-        try {
-            enterSandbox(*setup.sandbox);
-            child = spawn(setup);
-        } catch (...) {
-            failure = std::current_exception();
-        }
-    }).join();
-    if (failure) std::rethrow_exception(failure);
-    return child;
+    const auto refuse = [&](int error) {
+        throw std::runtime_error("cannot run '" + name + "': " + std::strerror(error));
+    };
+    int report[2];
+    if (pipe2(report, O_CLOEXEC) != 0) refuse(errno);
+    const Launch launch{
+        setup,    program.c_str(), argumentPointers.data(), environmentPointers.data(), signals,
+        getpid(), report[1]};
+    const pid_t child = vfork();
+    if (child == 0) launch.run();
+    int error = child < 0 ? errno : 0;
+    close(report[1]);
+    while (child > 0 && read(report[0], &error, sizeof error) < 0 && errno == EINTR) {
+    }
+    close(report[0]);
+    if (error == 0) return child;
+    while (child > 0 && waitpid(child, nullptr, 0) < 0 && errno == EINTR) {
+    }
+    refuse(error);
+    return -1;
 }
 
 }  // namespace
@@ -123,8 +165,54 @@ std::string ChildEnd::describe() const {
            (signal == SIGKILL ? "; is memory short?" : "");
 }
 
+/** The thread that starts a program. It stays as long as that runs: the kernel ends the program
+with the thread, not with the process. One that has shut itself in passes that on, and nothing else
+is shut in. **/
+class ChildProcess::Starter {
+public:
+    explicit Starter(const ChildSetup& setup) {
+        std::promise<pid_t> promise;
+        std::future<pid_t> child = promise.get_future();
+        {
+            const SignalPause pause;  // it takes no signal from the others
+            _thread = std::thread([&setup, signals = pause.getBefore(), end = _end.get_future(),
+                                   started = std::move(promise)]() mutable {
+                try {
+                    if (setup.sandbox) enterSandbox(*setup.sandbox);
+                    started.set_value(spawn(setup, signals));
+                } catch (...) {
+                    started.set_exception(std::current_exception());
+                }
+                end.wait();
+            });
+        }
+        try {
+            _child = child.get();
+        } catch (...) {
+            release();
+            throw;
+        }
+    }
+    ~Starter() { release(); }
+    Starter(const Starter&) = delete;
+    Starter& operator=(const Starter&) = delete;
+
+    pid_t getChild() const { return _child; }
+
+private:
+    void release() {
+        if (!_thread.joinable()) return;
+        _end.set_value();
+        _thread.join();
+    }
+
+    std::promise<void> _end;
+    std::thread _thread;
+    pid_t _child = -1;
+};
+
 ChildProcess::ChildProcess(const ChildSetup& setup)
-    : _process(setup.sandbox ? spawnShutIn(setup) : spawn(setup)) {}
+    : _starter(std::make_shared<Starter>(setup)), _process(_starter->getChild()) {}
 
 ChildProcess::~ChildProcess() {
     if (_process < 0) return;
@@ -134,6 +222,7 @@ ChildProcess::~ChildProcess() {
 }
 
 ChildProcess& ChildProcess::operator=(ChildProcess&& other) noexcept {
+    std::swap(_starter, other._starter);
     std::swap(_process, other._process);
     std::swap(_end, other._end);
     return *this;
@@ -145,6 +234,7 @@ bool ChildProcess::look(int options) {
     const pid_t ended = waitpid(_process, &status, options);
     if (ended == 0 || (ended < 0 && errno == EINTR)) return false;
     _process = -1;
+    _starter.reset();
     if (ended < 0) throw std::runtime_error("lost the process of a program");
     _end.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
     _end.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;

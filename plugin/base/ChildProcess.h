@@ -13,6 +13,7 @@ Programs that simflex starts: from a list of arguments, never through a shell.
 #include <sys/types.h>
 
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,8 @@ std::map<std::string, std::string> getEnvironment();
 std::string findProgram(const std::string& name);
 
 struct ChildSetup {
-    std::vector<std::string> arguments;  ///< the program first, searched in PATH unless it has a '/'
+    std::vector<std::string>
+        arguments;  ///< the program first, searched in PATH unless it has a '/'
     std::map<std::string, std::string> environment = getEnvironment();
     /** Open files that become the child's; -1: /dev/null. **/
     int input = -1, output = -1, error = -1;
@@ -47,7 +49,8 @@ struct ChildEnd {
     std::string describe() const;
 };
 
-/** A program that runs. Killed if it still does when this goes. **/
+/** A program that runs. Killed if it still does when this goes, or when this process ends in
+whatever way, by SIGKILL too. **/
 class ChildProcess {
 public:
     /** None. **/
@@ -70,6 +73,9 @@ public:
 private:
     bool look(int options);
 
+    class Starter;
+
+    std::shared_ptr<Starter> _starter;
     pid_t _process = -1;
     ChildEnd _end;
 };

@@ -3,12 +3,16 @@ Programs that are started: what they are given, how they end. **/
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <poll.h>
 #include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "simflex/base/ChildProcess.h"
 #include "simflex/base/TemporaryFolder.h"
@@ -101,6 +105,59 @@ TEST(ChildProcess, NoneOutlivesItsObject) {
     char byte;
     EXPECT_EQ(read(ends[0], &byte, 1), 0);
     close(ends[0]);
+}
+
+/** True if all who hold the other end of a pipe are gone within 20 s. **/
+bool isLetGo(int end) {
+    pollfd waiting{end, POLLIN, 0};
+    char byte;
+    return poll(&waiting, 1, 20000) == 1 && read(end, &byte, 1) == 0;
+}
+
+TEST(ChildProcess, NoneOutlivesAProcessThatIsKilled) {
+    for (const bool isOwnGroup : {false, true}) {
+        int ends[2];
+        ASSERT_EQ(pipe2(ends, O_CLOEXEC), 0);
+        const pid_t starter = fork();
+        if (starter == 0) {
+            ChildSetup setup = setupOf({"sleep", "1000"});
+            setup.output = ends[1];
+            setup.isOwnGroup = isOwnGroup;
+            const ChildProcess sleeper(setup);
+            kill(getpid(), SIGKILL);
+        }
+        close(ends[1]);
+        int status = 0;
+        ASSERT_EQ(waitpid(starter, &status, 0), starter);
+        EXPECT_EQ(WTERMSIG(status), SIGKILL);
+        EXPECT_TRUE(isLetGo(ends[0]));
+        close(ends[0]);
+    }
+}
+
+TEST(ChildProcess, OneOutlivesTheThreadThatStartsIt) {
+    ChildProcess sleeper;
+    std::thread([&] { sleeper = ChildProcess(setupOf({"sleep", "1000"})); }).join();
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    EXPECT_FALSE(sleeper.hasEnded());
+    sleeper.sendSignal(SIGTERM);
+    EXPECT_EQ(sleeper.wait().signal, SIGTERM);
+}
+
+TEST(ChildProcess, SignalsAreNewToAProgram) {
+    // One that is caught and held back here is neither there; one that is ignored stays so.
+    struct sigaction caught {
+    }, before{};
+    caught.sa_handler = [](int) {};
+    sigaction(SIGUSR1, &caught, &before);
+    const auto ignored = signal(SIGUSR2, SIG_IGN);
+    for (const auto& [name, ends] : {std::pair{"USR1", true}, {"USR2", false}}) {
+        const ChildEnd end =
+            ChildProcess(setupOf({"sh", "-c", std::string("kill -") + name + " $$"})).wait();
+        EXPECT_EQ(end.isSuccess(), !ends) << end.describe();
+    }
+    sigaction(SIGUSR1, &before, nullptr);
+    signal(SIGUSR2, ignored);
 }
 
 }  // namespace
