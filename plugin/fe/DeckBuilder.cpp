@@ -105,7 +105,7 @@ public:
             } else if (keyword == "SURFACE") {
                 _surfaceCards.push_back(card);
             } else if (use == CardUse::LeftOut || use == CardUse::LeftOutProperty) {
-                if (keyword != "HEADING") noteLeftOut(card.title, card);
+                if (keyword != "HEADING") noteLeftOut(card.title, card, findConsequence(keyword));
             } else if (use == CardUse::Refused) {
                 refuseCard(card, card.title +
                                      " cannot be part of a flexible body: " + getRefusal(keyword));
@@ -133,23 +133,38 @@ public:
         std::vector<char> hasElement(_model.mesh.nodeNumbers.size(), 0);
         for (const ElementBlock& block : _model.mesh.elements)
             for (const int node : block.nodes) hasElement[size_t(node)] = 1;
-        _model.constraints = applyConstraints(_constraints, hasElement, _model.mesh, _model.notes);
+        _model.constraints =
+            applyConstraints(_constraints, hasElement, _model.mesh, _model.notes, _model.warnings);
         checkElementShapes(_model);
-        for (const auto& [what, count] : _leftOut)
-            _model.notes.push_back("left out " + what + count.first +
-                                   (count.second > 1
-                                        ? ", " + std::to_string(count.second) + " times"
-                                        : std::string()));
+        for (const auto& [what, leftOut] : _leftOut) {
+            const std::string text =
+                "left out " + what + leftOut.where +
+                (leftOut.count > 1 ? ", " + std::to_string(leftOut.count) + " times" : "");
+            if (leftOut.consequence)
+                _model.warnings.push_back(text + ": " + *leftOut.consequence);
+            else
+                _model.notes.push_back(text);
+        }
         return std::move(_model);
     }
 
 private:
     using Sets = std::map<std::string, std::vector<int>>;
 
-    void noteLeftOut(const std::string& what, const DeckCard& card) {
-        auto& entry = _leftOut[what];
-        if (entry.second++ == 0)
-            entry.first = " (" + card.file + ":" + std::to_string(card.line) + ")";
+    /** Cards of one kind. **/
+    struct LeftOut {
+        std::string where;  ///< the first one
+        int count = 0;
+        const std::string* consequence = nullptr;
+    };
+
+    /** @param consequence  null: none **/
+    void noteLeftOut(const std::string& what, const DeckCard& card,
+                     const std::string* consequence = nullptr) {
+        LeftOut& entry = _leftOut[what];
+        if (entry.count++ > 0) return;
+        entry.where = " (" + card.file + ":" + std::to_string(card.line) + ")";
+        entry.consequence = consequence;
     }
 
     /** Shortens numbers to what ccx reads; says so, for ccx itself would have cut the exponent. **/
@@ -426,7 +441,7 @@ private:
                 for (const int node : solid.nodes)
                     if (betweens.count(node)) shared.insert(node);
         if (shared.empty()) return;
-        _model.notes.push_back(
+        _model.warnings.push_back(
             plural(shared.size(), "node") + " shared by solids and shells or beams, the first " +
             std::to_string(*shared.begin()) +
             ": as in CalculiX the translation alone is shared, so that one row of "
@@ -499,9 +514,9 @@ private:
             if (surface.nodes.empty()) continue;
             const auto [set, isNew] = _model.mesh.nodeSets.insert({name, surface.nodes});
             if (!isNew && set->second != surface.nodes)
-                _model.notes.push_back(card.where() + "the deck has a *NSET " + name +
-                                       " too; it, not the *SURFACE, is what an interface of that "
-                                       "name takes");
+                _model.warnings.push_back(card.where() + "the deck has a *NSET " + name +
+                                          " too; it, not the *SURFACE, is what an interface of "
+                                          "that name takes");
         }
     }
 
@@ -815,7 +830,7 @@ private:
     std::unordered_map<int, int> _indexOf;
     std::set<int> _skin;
     size_t _numSolids = 0;
-    std::map<std::string, std::pair<std::string, int>> _leftOut;
+    std::map<std::string, LeftOut> _leftOut;
 };
 
 }  // namespace

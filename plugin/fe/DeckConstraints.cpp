@@ -31,8 +31,12 @@ struct TiedNode {
 class Tier {
 public:
     Tier(const DeckConstraints& constraints, const std::vector<char>& hasElement, Mesh& mesh,
-         std::vector<std::string>& notes)
-        : _constraints(constraints), _hasElement(hasElement), _mesh(mesh), _notes(notes) {}
+         std::vector<std::string>& notes, std::vector<std::string>& warnings)
+        : _constraints(constraints),
+          _hasElement(hasElement),
+          _mesh(mesh),
+          _notes(notes),
+          _warnings(warnings) {}
 
     NodalConstraints apply() {
         std::vector<std::vector<TiedNode>> tied;
@@ -104,8 +108,11 @@ private:
         // Less is the round-off of finding the place.
         if (largestMove > 1e-6 * surface.calcDefaultTolerance())
             text << ", moved onto the master by up to " << largestMove << " m";
-        if (numFar) text << "; " << numFar << " stay free, the first is " << farthest;
         _notes.push_back(text.str());
+        if (numFar)
+            _warnings.push_back(tie.where + " leaves " + std::to_string(numFar) +
+                                (numFar == 1 ? " slave node" : " slave nodes") +
+                                " free, the first is " + farthest);
         return tied;
     }
 
@@ -362,15 +369,15 @@ private:
             }
         }
         if (numDependent)
-            _notes.push_back(tie.where + " leaves " + std::to_string(numDependent) +
-                             " translations of slave nodes to the equations that determine them "
-                             "already");
+            _warnings.push_back(tie.where + " leaves " + std::to_string(numDependent) +
+                                " translations of slave nodes to the equations that determine them "
+                                "already");
     }
 
     const DeckConstraints& _constraints;
     const std::vector<char>& _hasElement;
     Mesh& _mesh;
-    std::vector<std::string>& _notes;
+    std::vector<std::string>&_notes, &_warnings;
     /** Translations of references outside the mesh, and turns, by x, y, z. **/
     std::map<int, std::array<std::vector<Term>, 3>> _shifts, _turns;
 };
@@ -379,9 +386,10 @@ private:
 
 NodalConstraints applyConstraints(const DeckConstraints& constraints,
                                   const std::vector<char>& hasElement, Mesh& mesh,
-                                  std::vector<std::string>& notes) {
+                                  std::vector<std::string>& notes,
+                                  std::vector<std::string>& warnings) {
     if (constraints.empty()) return {};
-    return Tier(constraints, hasElement, mesh, notes).apply();
+    return Tier(constraints, hasElement, mesh, notes, warnings).apply();
 }
 
 }  // namespace simflex

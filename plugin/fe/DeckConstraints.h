@@ -46,10 +46,11 @@ struct DeckConstraints {
 
 /** Ties the nodes of a mesh; moves slave nodes of ties onto their masters.
 @param hasElement  of each node; others are never moved onto a master
-@param notes       gets what was left out or changed
+@param notes, warnings  get what was left out or changed, without and with consequence
 @throws std::invalid_argument naming file and line. **/
 NodalConstraints applyConstraints(const DeckConstraints& constraints,
                                   const std::vector<char>& hasElement, Mesh& mesh,
-                                  std::vector<std::string>& notes);
+                                  std::vector<std::string>& notes,
+                                  std::vector<std::string>& warnings);
 
 }  // namespace simflex

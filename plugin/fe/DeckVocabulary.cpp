@@ -182,6 +182,16 @@ const std::set<std::string> kMaterialLeftOut = {"EXPANSION",
                                                 "FLUIDCONSTANTS",
                                                 "SPECIFICGASCONSTANT"};
 
+/** What it changes that some of these are left out. **/
+const std::string kNeverYields = "the part is elastic, however much it is loaded";
+const std::map<std::string, std::string> kConsequences = {
+    {"DAMPING", "a part has no damping but what the model gives it"},
+    {"PLASTIC", kNeverYields},
+    {"CREEP", kNeverYields},
+    {"CYCLICHARDENING", kNeverYields},
+    {"MOHRCOULOMB", kNeverYields},
+    {"MOHRCOULOMBHARDENING", kNeverYields}};
+
 /** The solids of the deck, and their place in Mesh. **/
 const std::map<std::string, ElementType> kSolids = {
     {"C3D4", ElementType::Tet4},      {"C3D6", ElementType::Wedge6}, {"C3D8", ElementType::Hex8},
@@ -226,6 +236,11 @@ const std::string& getRefusal(const std::string& keyword) {
 
 const std::string* findStepRefusal(const std::string& keyword) {
     return kRefusedInSteps.count(keyword) ? &kRefused.at(keyword) : nullptr;
+}
+
+const std::string* findConsequence(const std::string& keyword) {
+    const auto found = kConsequences.find(keyword);
+    return found == kConsequences.end() ? nullptr : &found->second;
 }
 
 const std::set<std::string>* findParameters(const std::string& keyword) {

@@ -28,6 +28,9 @@ const std::string& getRefusal(const std::string& keyword);
 /** Why a card is refused within a *STEP, or null: all others are left out with their step. **/
 const std::string* findStepRefusal(const std::string& keyword);
 
+/** What it changes in a part that a card is left out, or null: nothing. **/
+const std::string* findConsequence(const std::string& keyword);
+
 /** The parameters that simflex knows of a card that is read, or null where its reader checks them.
  **/
 const std::set<std::string>* findParameters(const std::string& keyword);

@@ -124,6 +124,23 @@ TEST_F(CalculixDeckTest, StepsAndSupportsAreLeftOutAndReported) {
                            HasSubstr("*CLOAD"), HasSubstr("2 nodes of no solid element")));
 }
 
+TEST_F(CalculixDeckTest, DampingAndYieldingThatAreLeftOutAreWarnedOf) {
+    std::vector<std::string> warnings;
+    CalculixOptions options;
+    options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+    std::string text = brick.text();
+    const size_t place = text.find("*DENSITY");
+    ASSERT_NE(place, std::string::npos);
+    text.insert(place, "*EXPANSION\n1e-5\n*DAMPING, ALPHA=3.\n*PLASTIC\n2e8,0.\n3e8,0.1\n");
+    const FeModel model = read(text, options);
+    EXPECT_THAT(warnings, ::testing::UnorderedElementsAre(
+                              AllOf(HasSubstr("left out *DAMPING"), HasSubstr("no damping")),
+                              AllOf(HasSubstr("left out *PLASTIC"), HasSubstr("elastic"))));
+    EXPECT_EQ(model.warnings, warnings);
+    EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("left out *EXPANSION")));
+    EXPECT_EQ(model.K.values, read(brick.text()).K.values);
+}
+
 TEST_F(CalculixDeckTest, SurfaceElementsOfAMesherAreDropped) {
     const FeModel model =
         read(brick.text() +
