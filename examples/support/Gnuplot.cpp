@@ -1,13 +1,15 @@
 #include "support/Gnuplot.h"
 
 #include <cstdio>
-#include <cstdlib>
+#include <memory>
 #include <stdexcept>
+
+#include "simflex/base/ChildProcess.h"
 
 namespace simflex::examples {
 
 bool isGnuplotAvailable() {
-    return std::system("command -v gnuplot >/dev/null 2>&1") == 0;
+    return !findProgram("gnuplot").empty();
 }
 
 std::string quoteForGnuplot(const std::string& text) {
@@ -17,10 +19,17 @@ std::string quoteForGnuplot(const std::string& text) {
 }
 
 void runGnuplot(const std::string& script, const std::string& file) {
-    FILE* gnuplot = popen("gnuplot", "w");
-    if (!gnuplot) throw std::runtime_error("cannot start gnuplot");
-    const bool isWritten = std::fwrite(script.data(), 1, script.size(), gnuplot) == script.size();
-    if (pclose(gnuplot) != 0 || !isWritten)
+    const std::unique_ptr<FILE, int (*)(FILE*)> input(std::tmpfile(), std::fclose);
+    if (!input || std::fwrite(script.data(), 1, script.size(), input.get()) != script.size() ||
+        std::fflush(input.get()) != 0)
+        throw std::runtime_error("cannot write the script for " + file);
+    std::rewind(input.get());
+    ChildSetup setup;
+    setup.arguments = {"gnuplot", "--default-settings", "-"};
+    setup.input = fileno(input.get());
+    setup.output = fileno(stdout);
+    setup.error = fileno(stderr);
+    if (!ChildProcess(setup).wait().isSuccess())
         throw std::runtime_error("gnuplot could not draw " + file);
 }
 
