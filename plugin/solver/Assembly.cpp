@@ -1,10 +1,12 @@
 #include "simflex/body/Assembly.h"
 
+#include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/ImplicitStep.h"
 
 namespace simflex {
 
 void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::Real tolerance) {
+    const StandardArithmetic standard;
     system.realize(state, SimTK::Stage::Velocity);
     MultibodyEquations equations(system, state);
     std::vector<double> q(size_t(equations.numQ())), u(size_t(equations.numU()));

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <iomanip>
 
+#include "simflex/base/FlushDenormals.h"
+
 namespace simflex {
 
 using namespace SimTK;
@@ -82,6 +84,7 @@ std::vector<Pair> follow(const Linearization& linear, const std::vector<Eigenmod
 
 CampbellDiagram calcCampbellDiagram(const std::vector<Real>& speeds, int numModes,
                                     const std::function<Linearization(Real speed)>& linearize) {
+    const StandardArithmetic standard;
     if (speeds.empty() || numModes < 1)
         throw std::invalid_argument("calcCampbellDiagram(): needs a speed and a mode to follow");
     CampbellDiagram diagram;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/SimbodyNumbering.h"
 
 namespace simflex {
@@ -189,6 +190,7 @@ Eigenmode makeMode(const Linearization& linear, const ReducedPencil& pencil, con
 }  // namespace
 
 std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
+    const StandardArithmetic standard;
     if (!linearization.unsteady.empty())
         throw std::invalid_argument("there are no natural modes about this motion: " +
                                     linearization.unsteady);
@@ -210,6 +212,7 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
 
 std::vector<State> calcModeStates(const MultibodySystem& system, const Linearization& linearization,
                                   const Eigenmode& mode, Real amplitude, int numFrames) {
+    const StandardArithmetic standard;
     const MultibodyEquations equations(system, linearization.state,
                                        MultibodyEquations::Setting::Linearize);
     const int n = equations.numU();

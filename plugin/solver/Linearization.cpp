@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/ImplicitStep.h"
 #include "simflex/solver/SimbodyNumbering.h"
@@ -225,6 +226,7 @@ std::string findUnsteadiness(MultibodyEquations& equations, const CoordinateScal
 
 Linearization calcLinearization(const MultibodySystem& system, const State& state,
                                 const std::function<void()>& observer) {
+    const StandardArithmetic standard;
     requireTopology(system, state, "calcLinearization()");
     Linearization result;
     result.state = state;

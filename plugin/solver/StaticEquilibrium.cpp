@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/base/FlushDenormals.h"
 #include "simflex/body/Assembly.h"
 #include "simflex/solver/StateImage.h"
 #include "simflex/solver/SteadyMotion.h"
@@ -350,6 +351,7 @@ void StaticEquilibrium::solveSteadyMotion(const State& state) {
 }
 
 void StaticEquilibrium::run(const State& state, Speeds speeds) {
+    const StandardArithmetic standard;
     requireTopology(m_system, state, "StaticEquilibrium::solve()");
     m_numIterations = m_numLoadSteps = 0;
     m_freeMotions.clear();
@@ -422,6 +424,7 @@ Vector StaticEquilibrium::getMultipliers(const Joint& joint) const {
 
 void setSteadyRotation(const MultibodySystem& system, State& state, const Vec3& omega_G,
                        const Vec3& point_G) {
+    const StandardArithmetic standard;
     const SimbodyMatterSubsystem& matter = system.getMatterSubsystem();
     system.realize(state, Stage::Position);
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {

@@ -4,15 +4,17 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include <atomic>
+#include <cstring>
 #include <set>
 
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/ParallelFor.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
-#include "simflex/forces/DistributedLoad.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/MultibodyEquations.h"
+#include "simflex/solver/StaticEquilibrium.h"
 #include "simflex/solver/ThreadChoice.h"
 #include "support/PointMassPart.h"
 
@@ -73,19 +75,8 @@ struct Chain {
         options.numModes = 60;
         options.cells = {6, 2, 1};
         const auto part = test::makePointMassPart(options).body;
-        for (int i = 0; i < 8; ++i) {
+        for (int i = 0; i < 8; ++i)
             bodies.emplace_back(flexible, part, "body " + std::to_string(i));
-            // No load, but it is asked for by the threads that share out the bodies.
-            DistributedLoad(
-                flexible, bodies.back(), LoadShape::fromModalForces(Vector(60, 0.0)),
-                [this](Real) -> Real {
-                    int known = largestTeam;
-                    const int team = omp_get_num_threads();
-                    while (known < team && !largestTeam.compare_exchange_weak(known, team)) {
-                    }
-                    return 0;
-                });
-        }
         state = system.realizeTopology();
         state.updU()[0] = 1e-290;
         state.updU()[1] = 0.1;
@@ -98,11 +89,10 @@ struct Chain {
     FlexibleBodySubsystem flexible{system, matter};
     std::vector<FlexibleBody> bodies;
     State state;
-    std::atomic<int> largestTeam{0};
 };
 
 TEST(Surroundings, TheCallersArithmeticChangesNoBitAndStays) {
-    Chain model;
+    const Chain model;
     Vector q, u;
     for (const unsigned outside : modes) {
         const ArithmeticMode callers(outside);
@@ -112,8 +102,10 @@ TEST(Surroundings, TheCallersArithmeticChangesNoBitAndStays) {
             integrator.initialize(model.state);
             integrator.stepTo(0.3);
             EXPECT_EQ(ArithmeticMode::get(), outside);
+            MultibodyEquations equations(model.system, model.state);
+            equations.setNumThreads(threads);
             if (omp_get_num_procs() > 1) {
-                EXPECT_EQ(model.largestTeam.exchange(0), threads);
+                EXPECT_EQ(equations.getNumThreads(), threads);
             }
             const StandardArithmetic standard;
             const State& state = integrator.getState();
@@ -125,6 +117,90 @@ TEST(Surroundings, TheCallersArithmeticChangesNoBitAndStays) {
             for (int i = 0; i < u.size(); ++i) ASSERT_EQ(u[i], state.getU()[i]) << i;
         }
     }
+}
+
+/** Masses that no one else moves: on a spring, displaced; on one under a faint load; on a faint
+spring. **/
+struct Faint {
+    explicit Faint(bool hasFaintSpring) {
+        for (MobilizedBody* mass : {&displaced, &loaded})
+            Force::MobilityLinearSpring(forces, *mass, MobilizerQIndex(0), 100, 0);
+        Force::MobilityConstantForce(forces, loaded, MobilizerUIndex(0), 1e-308);
+        if (hasFaintSpring) {
+            MobilizedBody::Slider soft(matter.Ground(), link);
+            Force::MobilityLinearSpring(forces, soft, MobilizerQIndex(0), 1e-310, 0);
+        }
+        state = system.realizeTopology();
+        state.updQ()[0] = 0.1;
+    }
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    Body::Rigid link{MassProperties(1, Vec3(0), Inertia(1))};
+    MobilizedBody::Slider displaced{matter.Ground(), link}, loaded{matter.Ground(), link};
+    State state;
+};
+
+/** What work() returns, in whatever mode it is called. **/
+template <class Work>
+void expectTheSameBitsInAllModes(Work work, const char* what) {
+    const std::vector<Real> standard = work();
+    for (const unsigned outside : modes) {
+        const ArithmeticMode callers(outside);
+        const std::vector<Real> numbers = work();
+        EXPECT_EQ(ArithmeticMode::get(), outside);
+        ASSERT_EQ(numbers.size(), standard.size());
+        EXPECT_EQ(std::memcmp(numbers.data(), standard.data(), standard.size() * sizeof(Real)), 0)
+            << what << " with mode " << outside;
+    }
+}
+
+TEST(Surroundings, TheCallersArithmeticChangesNoBitOfEquilibriaAndModes) {
+    const Faint model(false), soft(true);
+    const auto takeAll = [](const Vector& values) {
+        std::vector<Real> numbers;
+        for (int i = 0; i < values.size(); ++i) numbers.push_back(values[i]);
+        return numbers;
+    };
+    expectTheSameBitsInAllModes(
+        [&] {
+            StaticEquilibrium equilibrium(model.system);
+            equilibrium.solve(model.state);
+            return takeAll(equilibrium.getState().getQ());
+        },
+        "an equilibrium");
+    StaticEquilibrium equilibrium(model.system);
+    equilibrium.solve(model.state);
+    const Real faint = equilibrium.getState().getQ()[1];
+    EXPECT_TRUE(faint > 0 && faint < 1e-307) << faint;
+
+    expectTheSameBitsInAllModes(
+        [&] {
+            const Matrix K = calcLinearization(soft.system, soft.state).K;
+            return std::vector<Real>{K(0, 0), K(1, 1), K(2, 2)};
+        },
+        "a stiffness");
+    EXPECT_GT(calcLinearization(soft.system, soft.state).K(2, 2), 0);
+
+    // Modes of a pencil whose masses are coupled faintly.
+    Linearization linear = calcLinearization(model.system, model.state);
+    linear.K(0, 1) = linear.K(1, 0) = 1e-308;
+    linear.K(1, 1) = 150;
+    expectTheSameBitsInAllModes(
+        [&] {
+            std::vector<Real> numbers;
+            for (const Eigenmode& mode : calcEigenmodes(linear)) {
+                numbers.push_back(mode.frequency);
+                for (int i = 0; i < 2; ++i) numbers.push_back(mode.shape[i].real());
+            }
+            return numbers;
+        },
+        "a mode");
+    const Eigenmode mode = calcEigenmodes(linear)[0];
+    expectTheSameBitsInAllModes(
+        [&] { return takeAll(calcModeStates(model.system, linear, mode, 1e-309, 4)[1].getQ()); },
+        "a mode's motion");
 }
 
 #endif
