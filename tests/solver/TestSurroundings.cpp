@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <set>
 
@@ -11,6 +13,7 @@
 #include "simflex/base/ParallelFor.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/forces/DistributedLoad.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/MultibodyEquations.h"
@@ -117,6 +120,22 @@ TEST(Surroundings, TheCallersArithmeticChangesNoBitAndStays) {
             for (int i = 0; i < u.size(); ++i) ASSERT_EQ(u[i], state.getU()[i]) << i;
         }
     }
+}
+
+TEST(Surroundings, FunctionsOfTimeAreAskedByOneThread) {
+    Chain model;
+    std::atomic<int> largestTeam{0};
+    for (const FlexibleBody& body : model.bodies)
+        DistributedLoad(model.flexible, body, LoadShape::fromModalForces(Vector(60, 0.0)),
+                        [&](Real) -> Real {
+                            largestTeam = std::max(int(largestTeam), omp_get_num_threads());
+                            return 0;
+                        });
+    BdfIntegrator integrator(model.system);
+    integrator.setNumThreads(2);
+    integrator.initialize(model.system.realizeTopology());
+    integrator.stepTo(0.1);
+    EXPECT_EQ(largestTeam, 1);
 }
 
 /** Masses that no one else moves: on a spring, displaced; on one under a faint load; on a faint
