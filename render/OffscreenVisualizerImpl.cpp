@@ -258,7 +258,7 @@ double OffscreenVisualizer::Impl::calcRoundFactor(const LargestDisplacement& lar
     double wanted = relativeDeformation * 2 * extent.radius / largest.length;
     if (largest.shareOfPart > 0) wanted = std::min(wanted, mostOfPart / largest.shareOfPart);
     const double above = roundUpToStep(wanted);
-    const double mantissa = above / std::pow(10, std::floor(std::log10(above) + 1e-9));
+    const double mantissa = above / std::pow(10, std::floor(std::log10(above)));
     const double below =
         above <= wanted ? above : above / (std::abs(mantissa - 5) < 1e-6 ? 2.5 : 2);
     return std::max(1.0, below);

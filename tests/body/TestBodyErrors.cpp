@@ -51,6 +51,15 @@ TEST_F(BodyErrorsTest, UnknownNodeIsNamed) {
     EXPECT_THROW(body.node(12345), std::out_of_range);
 }
 
+TEST_F(BodyErrorsTest, BodiesAndJointsThatAreNotThereAreRefused) {
+    const FlexibleBody body(flexible, part, "crank");
+    const Joint joint = Joint::Ball(flexible, matter.Ground(), body.interface("A"));
+    EXPECT_EQ(flexible.getBody(body.getIndex()).getName(), "crank");
+    EXPECT_EQ(flexible.getJoint(joint.getIndex()).getIndex(), joint.getIndex());
+    EXPECT_THROW(flexible.getBody(FlexibleBodyIndex(1)), std::out_of_range);
+    EXPECT_THROW(flexible.getJoint(JointIndex(1)), std::out_of_range);
+}
+
 TEST_F(BodyErrorsTest, NodeWithoutElementsCarriesNoAttachment) {
     auto loose = std::make_shared<ReducedBody>(*part);
     loose->mesh.elements.clear();

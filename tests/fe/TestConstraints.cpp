@@ -5,11 +5,15 @@ of the same deck. **/
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <map>
+#include <set>
 #include <sstream>
 
 #include "fe/FreeModes.h"
 #include "fe/TestDecks.h"
 #include "simflex/fe/CalculixDeck.h"
+#include "simflex/fe/FaceShapes.h"
+#include "simflex/part/MeshFaces.h"
 
 namespace simflex {
 namespace {
@@ -350,6 +354,98 @@ TEST_F(ConstraintsTest, ANodeOfNoElementMustBeHeldByWhatItIsTiedTo) {
     EXPECT_THAT(errorOf(Brick().text() + "*NODE\n500,1,0,0\n501,1,0,0\n"
                                          "*EQUATION\n2\n500,1,1.,501,1,-1.\n"),
                 AllOf(HasSubstr("node 500"), HasSubstr("leaves it free")));
+}
+
+/** Functions of any face: 1 at their node, 0 at the others, together 1, with their slopes. **/
+TEST(FaceShapes, InterpolateBetweenTheNodes) {
+    for (const int numNodes : {3, 4, 6, 8}) {
+        for (int node = 0; node < numNodes; ++node) {
+            const auto at = getFaceNodeCoordinates(numNodes, node);
+            EXPECT_TRUE(isOnFace(numNodes, at[0], at[1]));
+            const FaceShapes shapes = calcFaceShapes(numNodes, at[0], at[1]);
+            for (int k = 0; k < numNodes; ++k)
+                EXPECT_NEAR(shapes.N[size_t(k)], k == node ? 1 : 0, 1e-15) << numNodes;
+        }
+        const double xi = 0.23, eta = 0.31, h = 1e-4;
+        EXPECT_FALSE(isOnFace(numNodes, xi, 1.01));
+        EXPECT_FALSE(isOnFace(numNodes, 1.01, eta));
+        EXPECT_EQ(isOnFace(numNodes, 0.7, 0.7), numNodes % 4 == 0);
+        const FaceShapes here = calcFaceShapes(numNodes, xi, eta);
+        double sum = 0;
+        for (size_t k = 0; k < size_t(numNodes); ++k) {
+            sum += here.N[k];
+            // At most squares of ξ and of η: central differences are exact.
+            EXPECT_NEAR(here.dXi[k],
+                        (calcFaceShapes(numNodes, xi + h, eta).N[k] -
+                         calcFaceShapes(numNodes, xi - h, eta).N[k]) /
+                            (2 * h),
+                        1e-11);
+            EXPECT_NEAR(here.dEta[k],
+                        (calcFaceShapes(numNodes, xi, eta + h).N[k] -
+                         calcFaceShapes(numNodes, xi, eta - h).N[k]) /
+                            (2 * h),
+                        1e-11);
+        }
+        EXPECT_NEAR(sum, 1, 1e-15);
+    }
+}
+
+/** Corners as CalculiX's manual lists them for S1, S2, …; middles as on the skin of the element.
+ * **/
+TEST(FaceShapes, FacesOfSolidsAreThoseOfCalculixsManual) {
+    struct Solid {
+        ElementType linear, quadratic;
+        int numCorners, numNodes;
+        std::vector<std::set<int>> faces;
+    };
+    const std::vector<Solid> solids = {
+        {ElementType::Tet4,
+         ElementType::Tet10,
+         4,
+         10,
+         {{1, 2, 3}, {1, 4, 2}, {2, 4, 3}, {3, 4, 1}}},
+        {ElementType::Wedge6,
+         ElementType::Wedge15,
+         6,
+         15,
+         {{1, 2, 3}, {4, 5, 6}, {1, 2, 5, 4}, {2, 3, 6, 5}, {3, 1, 4, 6}}},
+        {ElementType::Hex8,
+         ElementType::Hex20,
+         8,
+         20,
+         {{1, 2, 3, 4}, {5, 8, 7, 6}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 8, 4}, {4, 8, 5, 1}}},
+    };
+    for (const Solid& solid : solids) {
+        Mesh mesh;
+        mesh.elements.push_back({solid.quadratic, {}});
+        for (int node = 0; node < solid.numNodes; ++node) {
+            mesh.nodeNumbers.push_back(node + 1);
+            mesh.elements[0].nodes.push_back(node);
+        }
+        mesh.positions.assign(3 * size_t(solid.numNodes), 0);
+        std::map<std::set<int>, int> middles;  // of the edge between two corners
+        for (const MeshFace& face : extractBoundaryFaces(mesh))
+            for (int k = 0; k < face.numCorners(); ++k)
+                middles[{face.corners[size_t(k)],
+                         face.corners[size_t((k + 1) % face.numCorners())]}] =
+                    face.middles[size_t(k)];
+        const int numFaces = int(solid.faces.size());
+        for (int f = 1; f <= numFaces; ++f) {
+            const std::vector<int> linear = getFaceNodes(solid.linear, f);
+            const std::vector<int> quadratic = getFaceNodes(solid.quadratic, f);
+            std::set<int> numbers;
+            for (const int node : linear) numbers.insert(node + 1);
+            EXPECT_EQ(numbers, solid.faces[size_t(f - 1)]);
+            const size_t n = linear.size();
+            ASSERT_EQ(quadratic.size(), 2 * n);
+            for (size_t k = 0; k < n; ++k) {
+                EXPECT_EQ(quadratic[k], linear[k]);
+                EXPECT_EQ(quadratic[n + k], middles.at({linear[k], linear[(k + 1) % n]}));
+            }
+        }
+        EXPECT_TRUE(getFaceNodes(solid.linear, 0).empty());
+        EXPECT_TRUE(getFaceNodes(solid.quadratic, numFaces + 1).empty());
+    }
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 //-------------------------------------------------------------------------------------------------
@@ -252,6 +253,16 @@ TEST_F(DistributedLoadTest, ErrorsNameWhatIsWrong) {
                     DistributedLoad(flexible, body, LoadShape::fromModalForces(Vector(3, 1.0)));
                 }),
                 HasSubstr("'plate': the load shape is of 3 modes, the body has 11"));
+    Vector modal(11, 1.0);
+    modal[10] = NaN;
+    EXPECT_THAT(
+        messageOf([&] { DistributedLoad(flexible, body, LoadShape::fromModalForces(modal)); }),
+        AllOf(HasSubstr("DistributedLoad on 'plate'"), HasSubstr("a modal force is not a number")));
+    EXPECT_THAT(
+        messageOf([&] {
+            DistributedLoad(flexible, body, LoadShape::fromModalForces(Vector(11, 1.0)), Infinity);
+        }),
+        AllOf(HasSubstr("DistributedLoad on 'plate'"), HasSubstr("the scale is not a number")));
     ReducedBody lonely = makeOneElement(ElementType::Hex8, boxCorners);
     lonely.mesh.nodeSets["EDGE"] = {0, 1};
     EXPECT_THAT(messageOf([&] { LoadShape::pressure(lonely, "EDGE"); }),

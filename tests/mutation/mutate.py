@@ -43,6 +43,8 @@ ROOMS = {
 STRING = "\x01"  # stands for each character of a string or message in what is searched
 CHUNK = 5.0  # [s] cheap suites share a process until they cost as much together
 MOST_MEMORY = 8 << 30
+# Estimates of work and shares of it among threads: they decide how soon a result comes, not which.
+SPEED = re.compile(r"\b(?:processors|m_work|kWorth\w+|kRowsPerShare)\b")
 TOLERANCE = 1e-5  # smaller numbers are tolerances
 NUMBER = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
@@ -95,7 +97,8 @@ def find_mutants(file, source):
     def add(kind, start, end, replacement):
         # Sums with a text in them make messages.
         begin = max(text.rfind(mark, 0, start) for mark in ";{}") + 1
-        if STRING not in text[begin:text.find(";", end)]:
+        statement = text[begin:text.find(";", end)]
+        if STRING not in statement and not SPEED.search(statement):
             mutants.append(Mutant(file, kind, start, end, replacement))
 
     def swap(kind, pattern, replacements):
@@ -292,7 +295,7 @@ class Tests:
 class Campaign:
     def __init__(self, arguments):
         self.source, self.build_folder, self.seed = arguments.source, arguments.build, arguments.seed
-        self.jobs = arguments.jobs
+        self.jobs, self.longest = arguments.jobs, arguments.longest
         self.rooms = arguments.room or list(ROOMS)
         self.build = Build(arguments.source, arguments.build)
         self.work = arguments.work
@@ -321,9 +324,9 @@ class Campaign:
         return self.mutants[room]
 
     def draw(self, number):
-        """The number-th mutant of the seed."""
-        choose = random.Random(f"{self.seed}/{number}")
-        room = self.rooms[number % len(self.rooms)]
+        """The number-th mutant of the seed; each room has its own sequence, whichever others are tried."""
+        turn, room = number // len(self.rooms), self.rooms[number % len(self.rooms)]
+        choose = random.Random(f"{self.seed}/{room}/{turn}")
         kind = choose.choice(sorted({mutant.kind for mutant in self.get_mutants(room)}))
         return room, choose.choice([mutant for mutant in self.get_mutants(room) if mutant.kind == kind])
 
@@ -362,7 +365,8 @@ class Campaign:
         near = {suite for suite in costs
                 if self.kills[file][suite] or stem in suite.lower() or suite.lower().replace("test", "") in stem}
         chunk, cost = [], 0.0
-        for suite in sorted(costs, key=lambda name: (name not in near, -self.kills[file][name], costs[name])):
+        cheap = [name for name in costs if costs[name] <= self.longest]
+        for suite in sorted(cheap, key=lambda name: (name not in near, -self.kills[file][name], costs[name])):
             if chunk and cost + costs[suite] > CHUNK:
                 yield chunk
                 chunk, cost = [], 0.0
@@ -455,6 +459,8 @@ def main():
     parser.add_argument("--work", type=Path, default=root / "build/mutation/mutants",
                         help="folder of the journal and all that is made")
     parser.add_argument("--jobs", type=int, default=max(1, os.cpu_count() // 2), help="mutants at a time (half the processors)")
+    parser.add_argument("--longest", type=float, default=float("inf"), metavar="SECONDS",
+                        help="suites that take longer are left out: what survives may not survive --again without this")
     parser.add_argument("--again", action="store_true", help="those that survived until now, once tests have been added")
     parser.add_argument("--room", action="append", choices=ROOMS, help="only these")
     parser.add_argument("--report", action="store_true", help="what the journal tells")

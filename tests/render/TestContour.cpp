@@ -130,6 +130,19 @@ TEST(Deformation, AutomaticFactorIsRoundAndVisible) {
     EXPECT_NEAR(viz.getDeformationFactor(), 500, 1e-9);
 }
 
+TEST(Deformation, AutomaticFactorsAreOneTwoAndFiveTimesPowersOfTen) {
+    // 4 % of the size is 0.0808 m.
+    const double factors[][2] = {{0.9e-4, 500}, {2e-4, 200}, {5e-4, 100}, {9e-4, 50}, {0.2, 1}};
+    for (const auto& [displacement, factor] : factors) {
+        EmptyScene scene;
+        OffscreenVisualizer viz(scene.system, 320, 180);
+        viz.addDeformableMesh(
+            makeStill(makeBrickPart(Vec3(2, 0.2, 0.2), 8, 1, 1), Vector(Vec3(0, 0, displacement))));
+        viz.setAutomaticDeformationFactor().fitToMotion({scene.state});
+        EXPECT_NEAR(viz.getDeformationFactor(), factor, 1e-9 * factor) << displacement << " m";
+    }
+}
+
 TEST(Deformation, AutomaticFactorLeavesASmallPartInALargeSceneItsShape) {
     EmptyScene scene;
     OffscreenVisualizer viz(scene.system, 320, 180);

@@ -156,6 +156,64 @@ TEST(Frame, DefaultPictureIsNotBlankAndHoldsTheWholeScene) {
     }
 }
 
+// 51 by 51 small boxes that go along with time.
+class Swarm : public SimTK::DecorationGenerator {
+public:
+    static Vec3 getPlace(const SimTK::State& state, int i, int j) {
+        return state.getTime() * Vec3(5, 4, 3) + Vec3(0.08 * i - 2, 0.06 * j - 1.5, 0);
+    }
+    void generateDecorations(const SimTK::State& state,
+                             SimTK::Array_<SimTK::DecorativeGeometry>& geometry) override {
+        for (int i = 0; i <= 50; ++i)
+            for (int j = 0; j <= 50; ++j)
+                geometry.push_back(
+                    SimTK::DecorativeBrick(Vec3(0.01)).setTransform(getPlace(state, i, j)));
+    }
+};
+
+// Of very many points that leave the first picture the corners of their box are kept.
+TEST(Frame, AllOfASwarmThatLeavesThePictureIsSeenAgain) {
+    for (int azimuth = 0; azimuth < 4; ++azimuth) {
+        EmptyScene scene;
+        OffscreenVisualizer viz(scene.system, 320, 180);
+        viz.setCamera(CameraView().setDirection(azimuth * Pi / 2 + 0.4, 0.6));
+        viz.addDecorationGenerator(new Swarm);
+        viz.drawFrame(scene.state);
+        scene.state.setTime(1);
+        viz.drawFrame(scene.state);
+        for (const int i : {0, 50})
+            for (const int j : {0, 50}) {
+                const Vec3 pixel = viz.calcPixel(Swarm::getPlace(scene.state, i, j));
+                EXPECT_TRUE(pixel[0] > 0 && pixel[0] < 320 && pixel[1] > 0 && pixel[1] < 180)
+                    << azimuth << " " << i << " " << j << " " << pixel;
+            }
+    }
+}
+
+// What the eye takes for dark is a matter of the colour: 30 % red, 59 % green, 11 % blue.
+TEST(Frame, WritingIsLightOnDarkColoursAndDarkOnLightOnes) {
+    const std::pair<Vec3, bool> colors[] = {{Vec3(0), true},          {Vec3(1, 0, 0), true},
+                                            {Vec3(0, 0.7, 0), true},  {Vec3(0, 0.8, 0), false},
+                                            {Vec3(0, 0, 1), true},    {Vec3(0.9, 0, 1), true},
+                                            {Vec3(1, 0.4, 0), false}, {Vec3(0, 0.6, 1), false}};
+    for (const auto& [color, isDark] : colors) {
+        EmptyScene scene;
+        OffscreenVisualizer viz(scene.system);
+        viz.setBackgroundType(SimTK::Visualizer::SolidColor)
+            .setBackgroundColor(color)
+            .setShowAxes(false)
+            .setShowSimTime(true);
+        const Image image = viz.drawFrame(scene.state);
+        int numLight = 0;
+        for (int y = 0; y < image.getHeight(); ++y)
+            for (int x = 0; x < image.getWidth(); ++x) {
+                const Image::Pixel pixel = image.getPixel(x, y);
+                numLight += std::min({pixel[0], pixel[1], pixel[2]}) > 150;
+            }
+        EXPECT_EQ(numLight > 100, isDark) << color;
+    }
+}
+
 TEST(Frame, NothingLeavesThePictureOfAFittedMotion) {
     Pendulum pendulum;
     const SimTK::State state = pendulum.system.realizeTopology();

@@ -268,6 +268,30 @@ TEST(CurvedSurface, FlatFacesStayAsTheyAre) {
     EXPECT_EQ(surface.mesh.triangles.size(), 6u * 2 * (6 + 6 + 4));
 }
 
+// Straight edges do not make a face flat: this one is z = 1 + xy/5.
+TEST(CurvedSurface, TwistedFacesWithStraightEdgesAreDrawnWithinTheTolerance) {
+    const Mesh mesh = makeHex20Grid(1, 1, 1, Vec3(0), Vec3(1), [](const Vec3& p) {
+        return Vec3(p[0], p[1], p[2] * (1 + 0.2 * p[0] * p[1]));
+    });
+    for (const double tolerance : {5e-3, 5e-4}) {
+        const CurvedSurface surface = extractCurvedSurface(mesh, tolerance);
+        const std::vector<Vec3> points = calcPoints(mesh, surface);
+        EXPECT_TRUE(measure(points, surface.mesh).isClosed);
+        int onTop = 0;
+        for (const auto& t : surface.mesh.triangles) {
+            const Vec3 a = points[std::size_t(t[0])], b = points[std::size_t(t[1])],
+                       c = points[std::size_t(t[2])];
+            const Vec3 n = SimTK::cross(b - a, c - a);
+            if (n[2] < 0.5 * n.norm()) continue;
+            ++onTop;
+            // In between a triangle adds up at most its three sides.
+            for (const Vec3& p : {(a + b + c) / 3, (a + b) / 2, (b + c) / 2, (c + a) / 2})
+                EXPECT_NEAR(p[2], 1 + 0.2 * p[0] * p[1], 2 * tolerance);
+        }
+        EXPECT_GT(onTop, 6);
+    }
+}
+
 TEST(CurvedSurface, FlatEndsOfAPipeAreDividedOnlyAlongTheirRims) {
     const CurvedSurface surface = extractCurvedSurface(makeQuarterPipe(2), 1e-4);
     const Mesh mesh = makeQuarterPipe(2);

@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <vector>
+
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {
@@ -79,6 +83,35 @@ TEST(IntegratorErrors, BadSettingsAreRefused) {
     EXPECT_THROW(integrator.getState(), std::logic_error);
     const State state;
     EXPECT_THROW(integrator.initialize(state), std::invalid_argument);
+}
+
+TEST(IntegratorErrors, SettingsOfARunThatHasBegunAreRefused) {
+    Model model;
+    BdfIntegrator bdf(model.system);
+    GeneralizedAlphaIntegrator alpha(model.system);
+    const State state = model.system.realizeTopology();
+    bdf.initialize(state);
+    alpha.initialize(state);
+    ImplicitIntegrator& any = bdf;
+    const auto refuses = [](const char* setting, const std::function<void()>& set) {
+        expectContains(messageOf(set), {setting, "initialize"});
+    };
+    refuses("setAccuracy", [&] { any.setAccuracy(1e-4); });
+    refuses("setConstraintTolerance", [&] { any.setConstraintTolerance(1e-4); });
+    refuses("setFormulation", [&] { any.setFormulation(ImplicitIntegrator::Formulation::Index3); });
+    refuses("setInitialStepSize", [&] { any.setInitialStepSize(1e-4); });
+    refuses("setMaximumStepSize", [&] { any.setMaximumStepSize(1e-2); });
+    refuses("setMinimumStepSize", [&] { any.setMinimumStepSize(1e-9); });
+    refuses("setFixedStep", [&] { any.setFixedStep(1e-3); });
+    refuses("setNewtonTolerances", [&] { any.setNewtonTolerances({}); });
+    refuses("addForceJacobian",
+            [&] { any.addForceJacobian({model.body.getFrame().getMobilizedBodyIndex()}); });
+    refuses("addBreakTimes", [&] { any.addBreakTimes(std::vector<Real>{0.5}); });
+    refuses("addBreakTimes", [&] { any.addBreakTimes([](Real t) { return t + 1; }); });
+    refuses("setProjectInitialState", [&] { any.setProjectInitialState(false); });
+    refuses("setMaximumOrder", [&] { bdf.setMaximumOrder(3); });
+    refuses("setFixedOrder", [&] { bdf.setFixedOrder(3); });
+    refuses("setSpectralRadius", [&] { alpha.setSpectralRadius(0.5); });
 }
 
 TEST(IntegratorErrors, ALoadThatTurnsNaNStopsTheRunAndKeepsTheLastGoodState) {

@@ -42,12 +42,6 @@ struct Shape {
     }
 };
 
-double readPositive(const ModelValue& value) {
-    const double number = value.getNumber();
-    if (!(number > 0)) value.fail("it is " + std::to_string(number) + "; it must be more than 0");
-    return number;
-}
-
 PolygonalMesh readMesh(const ModelValue& file, double scale) {
     const std::string path = file.getFilePath();
     if (!std::filesystem::is_regular_file(path)) failMissingFile(file);
@@ -67,38 +61,28 @@ PolygonalMesh readMesh(const ModelValue& file, double scale) {
 
 Shape readShape(const ModelValue& value) {
     Shape shape{{}, {}, {}, {}, readPose(value), value};
-    std::string kinds;
-    for (const char* kind : {"box", "sphere", "cylinder", "mesh"})
-        if (value.has(kind)) kinds += kinds.empty() ? kind : std::string(" and ") + kind;
-    if (kinds.empty()) value.fail("say which: box, sphere, cylinder or mesh");
-    if (kinds.find(' ') != std::string::npos) value.fail("it is " + kinds + "; give one of them");
-    if (value.has("axis") && kinds != "cylinder") value.get("axis").fail("only of a cylinder");
-    if (value.has("scale") && kinds != "mesh") value.get("scale").fail("only of a mesh");
-    const ModelValue size = value.get(kinds);
-    if (kinds == "box") {
-        const Vec3 sides = size.getVec3();
-        for (int a = 0; a < 3; ++a)
-            if (!(sides[a] > 0)) size.fail("the sides of a box must be more than 0");
+    if (value.has("box")) {
+        const Vec3 sides = value.get("box").getVec3();
         shape.moments = calcBoxMoments(sides);
         shape.drawing = std::make_shared<DecorativeBrick>(sides / 2);
-    } else if (kinds == "sphere") {
-        const double radius = readPositive(size);
+    } else if (value.has("sphere")) {
+        const double radius = value.get("sphere").getNumber();
         shape.moments = calcSphereMoments(radius);
         shape.drawing = std::make_shared<DecorativeSphere>(radius);
         shape.drawing->setResolution(3);
-    } else if (kinds == "cylinder") {
-        if (size.getSize() != 2) size.fail("a cylinder is [radius, length]");
-        const double radius = readPositive(size.at(0)), length = readPositive(size.at(1));
-        const CoordinateAxis axis =
-            value.has("axis") ? readAxis(value.get("axis")) : CoordinateAxis(ZAxis);
+    } else if (value.has("cylinder")) {
+        const ModelValue size = value.get("cylinder");
+        const double radius = size.at(0).getNumber(), length = size.at(1).getNumber();
+        const CoordinateAxis axis = readAxis(value.get("axis"));
         shape.moments = calcCylinderMoments(radius, length, axis);
         shape.drawing = std::make_shared<DecorativeCylinder>(radius, length / 2);  // along y
         shape.drawing->setResolution(3);
         if (axis == XAxis) shape.drawing->setTransform(Rotation(-Pi / 2, ZAxis));
         if (axis == ZAxis) shape.drawing->setTransform(Rotation(Pi / 2, XAxis));
     } else {
-        shape.mesh = readMesh(size, value.has("scale") ? readPositive(value.get("scale")) : 1);
-        shape.meshName = std::filesystem::path(size.getText()).filename().string();
+        const ModelValue file = value.get("mesh");
+        shape.mesh = readMesh(file, value.get("scale").getNumber());
+        shape.meshName = std::filesystem::path(file.getText()).filename().string();
         shape.drawing = std::make_shared<DecorativeMesh>(shape.mesh);
     }
     return shape;
@@ -106,9 +90,6 @@ Shape readShape(const ModelValue& value) {
 
 Mat33 readInertia(const ModelValue& value) {
     const std::vector<double> I = value.getNumbers();
-    if (I.size() != 3 && I.size() != 6)
-        value.fail("an inertia is [Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]; there are " +
-                   std::to_string(I.size()) + " numbers");
     Mat33 inertia(0);
     for (int a = 0; a < 3; ++a) inertia(a, a) = I[size_t(a)];
     if (I.size() == 6) {
@@ -120,36 +101,25 @@ Mat33 readInertia(const ModelValue& value) {
 }
 
 MassProperties makeMassProperties(const ModelValue& value, const std::vector<Shape>& shapes) {
-    const ModelValue mass = value.get("mass"), density = value.get("density"),
-                     inertia = value.get("inertia"), center = value.get("center_of_mass");
-    const bool hasMass = value.has("mass"), hasInertia = value.has("inertia");
-    if (hasMass && mass.getNumber() <= 0)
-        mass.fail("the mass is " + mass.getText() + "; it must be more than 0 kg");
-    if (hasInertia) {
-        if (!hasMass) inertia.fail("the body needs its mass as well");
-        if (value.has("density"))
-            density.fail("mass and inertia are given: leave either them or the density out");
+    const ModelValue mass = value.get("mass"), inertia = value.get("inertia");
+    const bool hasMass = value.has("mass");
+    if (value.has("inertia")) {
         const Mat33 I = readInertia(inertia);
         const double m = mass.getNumber();
         withPlace(inertia, [&] { checkInertia(m, I); });
-        const Vec3 c = readVec3(center);
+        const Vec3 c = readVec3(value.get("center_of_mass"));
         const Inertia central(Vec3(I(0, 0), I(1, 1), I(2, 2)), Vec3(I(1, 0), I(2, 0), I(2, 1)));
         return MassProperties(m, c, central.shiftFromMassCenter(c, m));
     }
-    if (value.has("center_of_mass"))
-        center.fail("it goes with mass and inertia; that of a shape follows from its position");
-    if (hasMass && value.has("density")) density.fail("the mass is given: leave one of both out");
     if (!hasMass && !value.has("density"))
         value.fail(
             "a rigid body needs mass and inertia, or a shape with density or mass (or "
             "`part`, for a flexible one)");
-    if (shapes.empty())
-        (hasMass ? mass : density)
-            .fail(hasMass ? "the body needs its inertia as well, or a shape to take it from"
-                          : "a density needs a shape");
+    if (shapes.empty()) mass.fail("the body needs its inertia as well, or a shape to take it from");
     SolidMoments moments;
     for (const Shape& shape : shapes) moments += shape.calcMoments().moved(shape.X_BS);
-    const double rho = hasMass ? mass.getNumber() / moments.volume : readPositive(density);
+    const double rho =
+        hasMass ? mass.getNumber() / moments.volume : value.get("density").getNumber();
     return moments.calcMassProperties(rho);
 }
 
@@ -162,13 +132,7 @@ std::vector<std::string> listColors() {
 }
 
 Vec3 readColor(const ModelValue& value) {
-    if (!value.isScalar()) {
-        const Vec3 color = value.getVec3();
-        for (int a = 0; a < 3; ++a)
-            if (!(color[a] >= 0 && color[a] <= 1))
-                value.fail("red, green and blue are from 0 to 1");
-        return color;
-    }
+    if (!value.isScalar()) return value.getVec3();
     const std::string text = value.getText();
     const auto found = kColors.find(text);
     if (found != kColors.end()) return found->second;

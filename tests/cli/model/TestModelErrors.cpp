@@ -46,6 +46,22 @@ TEST_F(ModelErrors, OfBodiesAreNamedWithTheirPlace) {
         {"bodies: {a: {mass: 1, inertia: [1, 1, 1], shape: {sphere: 1}, density: 3}}",
          "model.yaml:3:63: bodies.a.density: 'density' and 'mass' exclude each other: give one of "
          "them"},
+        {"bodies: {a: {mass: 1, inertia: [1, 1, 1], color: [0.5, 1.5, 0]}}",
+         "model.yaml:3:56: bodies.a.color.1: found 1.5; allowed is from 0 to 1"},
+        {"bodies: {a: {inertia: [1, 1, 1]}}",
+         "model.yaml:3:14: bodies.a.inertia: 'inertia' has a meaning only together with mass"},
+        {"bodies: {a: {mass: 1, inertia: [1, 1]}}",
+         "model.yaml:3:32: bodies.a.inertia: the list has 2 values; it must have 3 or 6, for "
+         "example [1e-4, 1e-4, 2e-4]"},
+        {"bodies: {a: {mass: 0, inertia: [1, 1, 1]}}",
+         "model.yaml:3:20: bodies.a.mass: found 0; allowed is greater than 0"},
+        {"bodies: {a: {mass: 1, center_of_mass: [1, 0, 0], shape: {sphere: 1}}}",
+         "model.yaml:3:23: bodies.a.center_of_mass: 'center_of_mass' has a meaning only together "
+         "with inertia"},
+        {"bodies: {a: {density: 1}}",
+         "model.yaml:3:14: bodies.a.density: 'density' has a meaning only together with shape"},
+        {"bodies: {a: {density: 1, shape: []}}",
+         "model.yaml:3:33: bodies.a.shape: the list is empty"},
         {"bodies: {a: {part: bar, mass: 1}}",
          "model.yaml:3:25: bodies.a.mass: 'mass' and 'part' exclude each other: give one of them"},
         {"bodies: {a: {part: bar, damping: [0.1, 0.2]}}",
@@ -76,6 +92,34 @@ TEST_F(ModelErrors, OfBodiesAreNamedWithTheirPlace) {
     };
     for (const Mistake& mistake : mistakes) {
         EXPECT_EQ(tell(mistake.text), mistake.told) << mistake.text;
+    }
+}
+
+TEST_F(ModelErrors, OfShapesAreNamedWithTheirPlace) {
+    simflex::testing::writeText(folder / "surface.txt", "");
+    const std::string before = "bodies: {a: {mass: 1, shape: ", place = "model.yaml:3:";
+    const std::vector<Mistake> mistakes = {
+        {"{box: [1, 0, 1]}", "40: bodies.a.shape.box.1: found 0; allowed is greater than 0"},
+        {"{sphere: 1, box: [1, 1, 1]}",
+         "30: bodies.a.shape: 'box' and 'sphere' exclude each other: give one of them"},
+        {"{position: [1, 0, 0]}",
+         "30: bodies.a.shape: one of these keys is needed: box, sphere, cylinder, mesh"},
+        {"{sphere: 1, axis: x}",
+         "42: bodies.a.shape.axis: 'axis' has a meaning only together with cylinder"},
+        {"{sphere: 1, scale: 2}",
+         "42: bodies.a.shape.scale: 'scale' has a meaning only together with mesh"},
+        {"{sphere: 0}", "39: bodies.a.shape.sphere: found 0; allowed is greater than 0"},
+        {"{cylinder: [1]}",
+         "41: bodies.a.shape.cylinder: the list has 1 values; it must have 2, for example [0.01, "
+         "0.2]"},
+        {"{cylinder: [1, -2]}",
+         "45: bodies.a.shape.cylinder.1: found -2; allowed is greater than 0"},
+        {"{mesh: model.obj, scale: 0}",
+         "55: bodies.a.shape.scale: found 0; allowed is greater than 0"},
+        {"{mesh: surface.txt}", "37: bodies.a.shape.mesh: a mesh is a file .stl, .obj or .vtp"},
+    };
+    for (const Mistake& mistake : mistakes) {
+        EXPECT_EQ(tell(before + mistake.text + "}}"), place + mistake.told) << mistake.text;
     }
 }
 

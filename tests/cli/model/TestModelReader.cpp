@@ -221,6 +221,12 @@ TEST(ModelReader, FormulaErrorsPointIntoTheText) {
         "'speed'?");
     EXPECT_EQ(refuseRest("motions:\n  m: {joint: j, position: \"2*tt\"}\n").substr(0, 33),
               "m.yaml:3:30: motions.m.position: ");
+    // Where lines are folded or letters escaped, places in the formula are not those in the file.
+    for (const char* formula :
+         {"|\n      2*t\n      + tt\n", "\"2*\\x74t\"\n", "2*t\n      + tt\n"})
+        EXPECT_EQ(refuseRest("motions:\n  m:\n    joint: j\n    position: " + std::string(formula))
+                      .substr(0, 33),
+                  "m.yaml:5:15: motions.m.position: ");
     EXPECT_THAT(refuseRest("gravity: [0, t, 0]\n"), HasSubstr("cannot depend on the time t"));
 }
 

@@ -150,6 +150,8 @@ TEST(Schema, ReferenceNamesEveryKeyOnce) {
         EXPECT_THAT("\n" + text, HasSubstr("\n" + key.name + "\n"));
         EXPECT_THAT(markdown, HasSubstr("| `" + key.name + "` |"));
     }
+    for (const char* section : {"bodies.NAME", "joints.NAME.wheels", "parts.NAME.interfaces.NAME"})
+        EXPECT_THAT(markdown, HasSubstr("### `" + std::string(section) + "`\n"));
     visitKeys(getModelSchema(), "",
               [&](const SchemaForm&, const SchemaKey& key, const std::string& path) {
                   EXPECT_THAT(text, HasSubstr(key.meaning)) << path;
@@ -202,6 +204,11 @@ TEST(Schema, NearestNamesAreThoseOfFewestEdits) {
     EXPECT_EQ(findNearestName("mehtod", known), "method");
     EXPECT_EQ(findNearestName("tolerance", known), "constraint_tolerance");
     EXPECT_EQ(findNearestName("banana", known), "");
+    // A letter more, one less, another one and two that are swapped are one edit each.
+    EXPECT_EQ(findNearestName("tol", {"total", "tool"}), "tool");
+    EXPECT_EQ(findNearestName("toool", {"to", "tool"}), "tool");
+    EXPECT_EQ(findNearestName("masj", {"disk", "mash"}), "mash");
+    EXPECT_EQ(findNearestName("mehtod", {"meht", "method"}), "method");
     EXPECT_EQ(findNearestName("", known), "");
     EXPECT_EQ(proposeName("banana", known),
               "there are accuracy, method, threads, constraint_tolerance");
