@@ -211,6 +211,11 @@ TEST_F(StressRecoveryTest, WhatHasNoStressSaysHowToGetIt) {
     Vector vonMises;
     EXPECT_THAT(errorOf([&] { StressRecovery(*plain).calcVonMises(state, vonMises); }),
                 AllOf(HasSubstr("'plain'"), HasSubstr("--stress")));
+    Array_<SymMat33> tensors;
+    EXPECT_THAT(errorOf([&] { StressRecovery(*plain).calcStress(state, tensors); }),
+                AllOf(HasSubstr("'plain'"), HasSubstr("--stress")));
+    EXPECT_THAT(errorOf([&] { StressRecovery(*plain).calcStrain(state, tensors); }),
+                AllOf(HasSubstr("'plain'"), HasSubstr("--stress")));
     const int number = part->mesh.nodeNumbers[Skipped];
     StressRecovery one(*body, {number});
     EXPECT_THAT(errorOf([&] { one.calcVonMises(state, vonMises); }),

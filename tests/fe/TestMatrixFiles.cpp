@@ -12,6 +12,7 @@ K and M from files of other programs: Matrix Market, Abaqus, Nastran. **/
 #include "fe/TestDecks.h"
 #include "simflex/fe/AbaqusMatrices.h"
 #include "simflex/fe/CalculixDeck.h"
+#include "simflex/fe/MatrixEntries.h"
 #include "simflex/fe/MatrixMarket.h"
 #include "simflex/fe/NastranDmig.h"
 #include "simflex/reduction/Reduction.h"
@@ -400,6 +401,24 @@ TEST_F(MatrixFiles, NastranSaysWhichMatricesAreThereAndRefusesOtherFrames) {
     write("part.bdf", "GRID,11,,0.,0.,0.,7\n");
     EXPECT_THAT(errorOf(read),
                 AllOf(HasSubstr("part.bdf:1"), HasSubstr("CD is 7"), HasSubstr("basic system")));
+}
+
+/** What is round-off is told by the largest entry: the same in tonnes as in milligrams. **/
+TEST(NodalMass, RoundOffIsMeasuredByTheLargestMass) {
+    Mesh mesh;
+    mesh.nodeNumbers = {1};
+    mesh.positions = {0, 0, 0};
+    const auto take = [&](double mass, double coupling, double difference) {
+        return takeNodalMass(
+            SymmetricMatrix::fromEntries(3, {0, 1, 1, 2}, {0, 0, 1, 2},
+                                         {mass, coupling * mass, mass, (1 + difference) * mass}),
+            mesh);
+    };
+    for (const double mass : {1e-9, 1.0, 1e9}) {
+        EXPECT_EQ(take(mass, 1e-13, 1e-13).values, std::vector<double>{mass});
+        EXPECT_THROW(take(mass, 1e-6, 0), std::invalid_argument) << mass;
+        EXPECT_THROW(take(mass, 0, 1e-6), std::invalid_argument) << mass;
+    }
 }
 
 }  // namespace

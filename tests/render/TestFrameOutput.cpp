@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <mutex>
 #include <sstream>
 #include <thread>
@@ -452,6 +453,54 @@ TEST_F(FrameOutput, ResumingAnotherRunDrawsEveryFrameThatDiffers) {
     states.resize(4);
     run("second");
     EXPECT_EQ(countFiles(), 4) << "frames beyond the end are not of this run";
+}
+
+TEST_F(FrameOutput, ResumingWithAnotherSettingDrawsEveryFrame) {
+    using Viz = OffscreenVisualizer;
+    const std::function<void(Viz&)> settings[] = {
+        [](Viz& viz) { viz.setDeformationFactor(20); },
+        [](Viz& viz) { viz.setContour(Viz::Contour::None); },
+        [](Viz& viz) { viz.setContourRange(0, 2); },
+        [](Viz& viz) { viz.setColorMap(ColorMap::Viridis); },
+        [](Viz& viz) { viz.setShowUndeformed(false); },
+        [](Viz& viz) { viz.setShowElementEdges(true); },
+        [](Viz& viz) { viz.setShowFeatureEdges(false); },
+        [](Viz& viz) { viz.setShowColorBar(false); },
+        [](Viz& viz) { viz.setTheme(Viz::Theme::Dark); },
+        [](Viz& viz) { viz.setLighting(Viz::Lighting::Flat); },
+        [](Viz& viz) { viz.setLightDirection(Vec3(0, 1, 0)); },
+        [](Viz& viz) { viz.setBackgroundType(SimTK::Visualizer::SolidColor); },
+        [](Viz& viz) { viz.setGroundHeight(-0.6); },
+        [](Viz& viz) { viz.setShowShadows(true); },
+        [](Viz& viz) { viz.setShowAmbientOcclusion(true); },
+        [](Viz& viz) { viz.setTransparentBackground(true); },
+        [](Viz& viz) { viz.setShowAxes(false); },
+        [](Viz& viz) { viz.setShowScaleBar(true); },
+        [](Viz& viz) { viz.setShowSimTime(false); },
+        [](Viz& viz) { viz.setShowFrameNumber(true); },
+        [](Viz& viz) { viz.setCameraTransform(Transform(Vec3(0, 0.3, 3))); },
+        [](Viz& viz) { viz.setCameraFieldOfView(0.6); },
+        [](Viz& viz) { viz.setCameraClippingPlanes(0.2, 7); },
+        [](Viz& viz) { viz.setCameraProjection(CameraView::Projection::Orthographic); },
+    };
+    int number = 0;
+    for (const auto& change : settings) {
+        const std::string own = scratch / ("setting" + std::to_string(number));
+        const auto run = [&](bool isChanged) {
+            OffscreenVisualizer viz = model.makeVisualizer();
+            viz.setOutputFolder(own).setOldFrames(OldFrames::Resume);
+            viz.setContourRange(0, 1).setDeformationFactor(1).setShowDeformationFactor(false);
+            if (isChanged) change(viz);
+            viz.reportAll({model.makeState(1)});
+            struct stat info {};
+            stat((own + "/frame_00000.png").c_str(), &info);
+            return std::make_pair(info.st_ino, info.st_ctim.tv_nsec);
+        };
+        const auto first = run(false);
+        EXPECT_TRUE(run(false) == first) << number;
+        EXPECT_FALSE(run(true) == first) << "setting " << number;
+        ++number;
+    }
 }
 
 TEST_F(FrameOutput, ResumedFramesReachSinksAndVideos) {

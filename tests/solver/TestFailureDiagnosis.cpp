@@ -251,6 +251,18 @@ TEST(FailureDiagnosis, AMasslessBodyInATreeIsNamed) {
                                           HasSubstr("no mass"), HasSubstr("weld it")));
 }
 
+/** Neither body of a pair of opposed slides is without mass where it is alone: what the first takes
+ * along, the second may undo. **/
+TEST(FailureDiagnosis, ASpeedThatUndoesAnotherIsNamed) {
+    Rigid model;
+    MobilizedBody::Pin first(model.matter.Ground(), Body::Rigid(Stone));
+    MobilizedBody::Slider there(first, Transform(Vec3(1, 0, 0)), Body::Massless(), Transform());
+    const Rotation turned(Pi, ZAxis);
+    MobilizedBody::Slider back(there, Transform(turned), Body::Rigid(Stone), Transform(turned));
+    EXPECT_THAT(model.initialize(), AllOf(HasSubstr("rigid tree at body 1"), HasSubstr("singular"),
+                                          HasSubstr("speed 1 of 1 of mobilized body 3")));
+}
+
 TEST(FailureDiagnosis, APointMassThatMayTurnIsNamed) {
     Rigid model;
     MobilizedBody::Ball ball(model.matter.Ground(),
