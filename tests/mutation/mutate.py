@@ -37,7 +37,8 @@ ROOMS = {
     "reduction": (["plugin/reduction"], ["test_reduction", "test_fe", "test_validation"]),
     "forces": (["forces"], ["test_forces", "test_solver", "test_validation"]),
     "fe": (["plugin/fe"], ["test_fe", "test_reduction"]),
-    "model": (["plugin/cli/model", "plugin/model/formula"], ["test_formula", "test_model_file", "test_model", "test_shell"]),
+    "model": (["plugin/cli/model", "plugin/model/formula"],
+              ["test_formula", "test_model_file", "test_model", "test_shell", "test_run"]),
     "render": (["render"], ["test_render"]),
 }
 STRING = "\x01"  # stands for each character of a string or message in what is searched

@@ -143,6 +143,21 @@ TEST(Deformation, AutomaticFactorsAreOneTwoAndFiveTimesPowersOfTen) {
     }
 }
 
+TEST(Deformation, AutomaticFactorFindsTheOneNodeThatMoves) {
+    for (const std::size_t node : {0, 1, 2, 3, 35}) {
+        EmptyScene scene;
+        OffscreenVisualizer viz(scene.system, 320, 180);
+        auto part = std::make_shared<ReducedBody>(*makeBrickPart(Vec3(2, 0.2, 0.2), 8, 1, 1));
+        std::fill(part->Phi.begin(), part->Phi.end(), 0.0);
+        const double u[3] = {1, 2, 2};
+        std::copy_n(u, 3, &part->Phi[3 * node]);
+        viz.addDeformableMesh(makeStill(part, Vector(Vec3(5.5e-5, 0, 0))));
+        viz.setAutomaticDeformationFactor().fitToMotion({scene.state});
+        // 0.0808 m over 1.65e-4 m is 490.
+        EXPECT_NEAR(viz.getDeformationFactor(), 200, 1e-9) << "node " << node;
+    }
+}
+
 TEST(Deformation, AutomaticFactorLeavesASmallPartInALargeSceneItsShape) {
     EmptyScene scene;
     OffscreenVisualizer viz(scene.system, 320, 180);
