@@ -37,11 +37,12 @@ std::string read(const std::filesystem::path& path) {
 TEST(Gnuplot, DrawsTheScriptAloneWhateverSettingsThePersonHas) {
     if (!examples::isGnuplotAvailable()) GTEST_SKIP() << "gnuplot is not installed";
     const TemporaryFolder folder;
-    std::ofstream(folder.path() / ".gnuplot") << "undefine drawn\nexit\n";
+    std::ofstream(folder.path() / ".gnuplot") << "mine = 1\n";
     const Variable home("HOME", folder.path().string());
     const std::string file = (folder.path() / "it's drawn").string();
-    examples::runGnuplot("set print " + examples::quoteForGnuplot(file) + "\nprint 'here'\n", file);
-    EXPECT_EQ(read(file), "here\n");
+    examples::runGnuplot(
+        "set print " + examples::quoteForGnuplot(file) + "\nprint exists('mine')\n", file);
+    EXPECT_EQ(read(file), "0\n");
 }
 
 TEST(Gnuplot, AScriptThatFailsIsToldByItsPicture) {
