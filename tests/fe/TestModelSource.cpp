@@ -234,6 +234,18 @@ TEST_P(Units, AreConvertedToTheSameModelAndNamedWhereTheyWereForgotten) {
     options.units = "m-kg-s";
     EXPECT_THAT(readModelSource(options).warnings,
                 Contains(AllOf(HasSubstr("hardly"), HasSubstr("--units " + units.name))));
+
+    // While it reads it tells what the model says afterwards, once.
+    std::vector<std::string> notes, warnings;
+    options.calculix.note = [&](const std::string& text) { notes.push_back(text); };
+    options.calculix.warn = [&](const std::string& text) { warnings.push_back(text); };
+    for (const std::string& name : {std::string("m-kg-s"), units.name}) {
+        notes.clear(), warnings.clear();
+        options.units = name;
+        const FeModel told = readModelSource(options);
+        EXPECT_EQ(notes, told.notes);
+        EXPECT_EQ(warnings, told.warnings);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Systems, Units,
