@@ -31,7 +31,7 @@ void DataHash::add(const void* bytes, size_t size) {
         state ^= state >> 29;
     }
     std::uint64_t word = 0;
-    std::memcpy(&word, at, size);
+    if (size > 0) std::memcpy(&word, at, size);
     state = (state ^ word) * kPrime;
     _state = state ^ (state >> 32);
 }
