@@ -56,9 +56,10 @@ Vec6 join(const Vec3& a, const Vec3& b) {
     return Vec6(a[0], a[1], a[2], b[0], b[1], b[2]);
 }
 
-class Element : public ForceElement {
+class BushingElement : public ForceElement {
 public:
-    Element(const Attachment& F, const Attachment& M, const Mat66& stiffness, const Mat66& damping)
+    BushingElement(const Attachment& F, const Attachment& M, const Mat66& stiffness,
+                   const Mat66& damping)
         : m_stiffness(stiffness), m_damping(damping) {
         m_attachments.push_back(F);
         m_attachments.push_back(M);
@@ -134,7 +135,7 @@ Bushing::Bushing(FlexibleBodySubsystem& subsystem, const Attachment& F, const At
     const std::string name = "Bushing between " + F.getName() + " and " + M.getName();
     check(name, "stiffness", stiffness);
     check(name, "damping", damping);
-    subsystem.adoptForceElement(std::make_unique<Element>(F, M, stiffness, damping));
+    subsystem.adoptForceElement(std::make_unique<BushingElement>(F, M, stiffness, damping));
 }
 
 Mat66 Bushing::diagonal(const Vec6& values) {

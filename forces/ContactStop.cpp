@@ -9,9 +9,9 @@ using namespace SimTK;
 
 namespace {
 
-class Element : public ForceElement {
+class ContactStopElement : public ForceElement {
 public:
-    Element(const Attachment& F, const Attachment& M, Real stiffness, Real dissipation)
+    ContactStopElement(const Attachment& F, const Attachment& M, Real stiffness, Real dissipation)
         : m_stiffness(stiffness), m_dissipation(dissipation) {
         m_attachments.push_back(F);
         m_attachments.push_back(M);
@@ -77,7 +77,7 @@ ContactStop::ContactStop(FlexibleBodySubsystem& subsystem, const Attachment& F, 
     checkNotNegative(name, "stiffness", stiffness);
     checkNotNegative(name, "dissipation", dissipation);
     if (stiffness == 0) throw std::invalid_argument(name + ": stiffness is zero");
-    subsystem.adoptForceElement(std::make_unique<Element>(F, M, stiffness, dissipation));
+    subsystem.adoptForceElement(std::make_unique<ContactStopElement>(F, M, stiffness, dissipation));
 }
 
 }  // namespace simflex

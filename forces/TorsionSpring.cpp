@@ -9,9 +9,10 @@ using namespace SimTK;
 
 namespace {
 
-class Element : public ForceElement {
+class TorsionSpringElement : public ForceElement {
 public:
-    Element(const Attachment& F, const Attachment& M, Real stiffness, Real damping, Real freeAngle)
+    TorsionSpringElement(const Attachment& F, const Attachment& M, Real stiffness, Real damping,
+                         Real freeAngle)
         : m_stiffness(stiffness), m_damping(damping), m_freeAngle(freeAngle) {
         m_attachments.push_back(F);
         m_attachments.push_back(M);
@@ -77,7 +78,8 @@ TorsionSpring::TorsionSpring(FlexibleBodySubsystem& subsystem, const Attachment&
     checkNotNegative(name, "stiffness", stiffness);
     checkNotNegative(name, "damping", damping);
     checkFinite(name, "free angle", freeAngle);
-    subsystem.adoptForceElement(std::make_unique<Element>(F, M, stiffness, damping, freeAngle));
+    subsystem.adoptForceElement(
+        std::make_unique<TorsionSpringElement>(F, M, stiffness, damping, freeAngle));
 }
 
 }  // namespace simflex

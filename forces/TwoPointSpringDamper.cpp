@@ -9,10 +9,10 @@ using namespace SimTK;
 
 namespace {
 
-class Element : public ForceElement {
+class SpringDamperElement : public ForceElement {
 public:
-    Element(const Attachment& first, const Attachment& second, Real stiffness, Real damping,
-            Real freeLength)
+    SpringDamperElement(const Attachment& first, const Attachment& second, Real stiffness,
+                        Real damping, Real freeLength)
         : m_stiffness(stiffness), m_damping(damping), m_freeLength(freeLength) {
         m_attachments.push_back(first);
         m_attachments.push_back(second);
@@ -80,7 +80,7 @@ TwoPointSpringDamper::TwoPointSpringDamper(FlexibleBodySubsystem& subsystem,
     checkNotNegative(name, "damping", damping);
     checkNotNegative(name, "free length", freeLength);
     subsystem.adoptForceElement(
-        std::make_unique<Element>(first, second, stiffness, damping, freeLength));
+        std::make_unique<SpringDamperElement>(first, second, stiffness, damping, freeLength));
 }
 
 }  // namespace simflex

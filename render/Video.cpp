@@ -17,6 +17,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/base/ChildProcess.h"
 #include "simflex/render/frame/FrameOutput.h"
 
@@ -28,9 +29,8 @@ enum class Format { Mp4, Gif, WebP };
 
 Format findFormat(const std::string& file) {
     const size_t dot = file.find_last_of("./");
-    std::string suffix = dot == std::string::npos || file[dot] == '/' ? "" : file.substr(dot);
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
+    const std::string suffix =
+        dot == std::string::npos || file[dot] == '/' ? "" : lowerCase(file.substr(dot));
     if (suffix == ".mp4") return Format::Mp4;
     if (suffix == ".gif") return Format::Gif;
     if (suffix == ".webp") return Format::WebP;

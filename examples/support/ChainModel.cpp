@@ -1,17 +1,13 @@
 #include "support/ChainModel.h"
 
 #include "simflex/forces/ModalDamping.h"
+#include "support/InterfacePoint.h"
 
 namespace simflex::examples {
 
 using namespace SimTK;
 
 namespace {
-
-Vec3 positionOf(const ReducedBody& part, const std::string& interface) {
-    const auto& s = part.getInterface(interface).position;
-    return {s[0], s[1], s[2]};
-}
 
 int checkNumLinks(int numLinks) {
     if (numLinks < 1)

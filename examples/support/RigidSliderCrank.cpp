@@ -1,15 +1,12 @@
 #include "support/RigidSliderCrank.h"
 
+#include "support/InterfacePoint.h"
+
 namespace simflex::examples {
 
 using namespace SimTK;
 
 namespace {
-
-Vec3 positionOf(const ReducedBody& part, const std::string& interface) {
-    const auto& s = part.getInterface(interface).position;
-    return {s[0], s[1], s[2]};
-}
 
 /** The part as a rigid body whose origin is at an interface; `extraInertia` turns about z with it
 and has no weight. **/

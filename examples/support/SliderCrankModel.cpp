@@ -2,17 +2,13 @@
 
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/ModalDamping.h"
+#include "support/InterfacePoint.h"
 
 namespace simflex::examples {
 
 using namespace SimTK;
 
 namespace {
-
-Vec3 positionOf(const ReducedBody& part, const std::string& interface) {
-    const auto& s = part.getInterface(interface).position;
-    return {s[0], s[1], s[2]};
-}
 
 double halfThickness(const ReducedBody& part) {
     double half = 0;

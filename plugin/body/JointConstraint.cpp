@@ -15,10 +15,10 @@ struct Side {
     int numModes = 0;
 };
 
-class Implementation : public Constraint::Custom::Implementation {
+class JointImplementation : public Constraint::Custom::Implementation {
 public:
-    Implementation(const FlexibleBodySubsystem::Guts& guts, SimbodyMatterSubsystem& matter,
-                   const JointRecord& joint)
+    JointImplementation(const FlexibleBodySubsystem::Guts& guts, SimbodyMatterSubsystem& matter,
+                        const JointRecord& joint)
         : Constraint::Custom::Implementation(matter, joint.equations->getNumEquations(), 0, 0),
           m_equations(joint.equations) {
         for (const Attachment& frame : joint.frames)
@@ -27,7 +27,7 @@ public:
         addConstrainedBody(matter.Ground());
     }
 
-    Implementation* clone() const override { return new Implementation(*this); }
+    JointImplementation* clone() const override { return new JointImplementation(*this); }
 
 protected:
     void realizeTopology(State& state) const override {
@@ -215,7 +215,7 @@ private:
 
 ConstraintIndex addJointConstraint(const FlexibleBodySubsystem::Guts& guts,
                                    SimbodyMatterSubsystem& matter, const JointRecord& joint) {
-    return Constraint::Custom(new Implementation(guts, matter, joint)).getConstraintIndex();
+    return Constraint::Custom(new JointImplementation(guts, matter, joint)).getConstraintIndex();
 }
 
 }  // namespace simflex

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "simflex/body/FlexibleBody.h"
+#include "simflex/body/ReportInterval.h"
 
 namespace simflex {
 
@@ -14,19 +15,9 @@ using namespace SimTK;
 using ::Eigen::Map;
 using ::Eigen::MatrixXd;
 
-namespace {
-
-Real checkInterval(Real interval) {
-    if (interval > 0) return interval;
-    throw std::invalid_argument("LinearRangeReporter: the interval is " + std::to_string(interval) +
-                                " s; it must be positive");
-}
-
-}  // namespace
-
 LinearRangeReporter::LinearRangeReporter(const FlexibleBodySubsystem& subsystem, Real interval,
                                          Warn warn)
-    : PeriodicEventReporter(checkInterval(interval)),
+    : PeriodicEventReporter(checkReportInterval(interval, "LinearRangeReporter")),
       m_subsystem(subsystem),
       m_warn(std::move(warn)) {
     if (!m_warn) m_warn = [](const std::string& text) { std::cerr << "simflex: " << text << '\n'; };

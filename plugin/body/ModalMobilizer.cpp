@@ -12,12 +12,12 @@ using namespace SimTK;
 const Real Scale = std::ldexp(1.0, 40);
 const Real CarrierMass = std::ldexp(1.0, -80);
 
-class Implementation : public MobilizedBody::Custom::Implementation {
+class ModalImplementation : public MobilizedBody::Custom::Implementation {
 public:
-    Implementation(SimbodyMatterSubsystem& matter, int numModes)
+    ModalImplementation(SimbodyMatterSubsystem& matter, int numModes)
         : MobilizedBody::Custom::Implementation(matter, numModes, numModes) {}
 
-    Implementation* clone() const override { return new Implementation(*this); }
+    ModalImplementation* clone() const override { return new ModalImplementation(*this); }
 
     Transform calcMobilizerTransformFromQ(const State&, int, const Real*) const override {
         return Transform();
@@ -50,11 +50,11 @@ public:
     }
 };
 
-Implementation* makeImplementation(SimbodyMatterSubsystem& matter, int numModes) {
+ModalImplementation* makeImplementation(SimbodyMatterSubsystem& matter, int numModes) {
     if (numModes < 1 || numModes > ModalMobilizer::MaxModes)
         throw std::invalid_argument("a modal mobilizer carries 1 to 6 modes, not " +
                                     std::to_string(numModes));
-    return new Implementation(matter, numModes);
+    return new ModalImplementation(matter, numModes);
 }
 
 }  // namespace

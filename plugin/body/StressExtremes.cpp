@@ -3,17 +3,13 @@
 #include <iomanip>
 #include <stdexcept>
 
+#include "simflex/body/ReportInterval.h"
+
 namespace simflex {
 
 using namespace SimTK;
 
 namespace {
-
-Real checkInterval(Real interval) {
-    if (interval > 0) return interval;
-    throw std::invalid_argument("StressExtremes: the interval is " + std::to_string(interval) +
-                                " s; it must be positive");
-}
 
 enum class Wanted { Largest, Least };
 
@@ -33,7 +29,8 @@ void improve(const StressRecovery& nodes, Real time, Wanted wanted, const ValueA
 }  // namespace
 
 StressExtremes::StressExtremes(const FlexibleBodySubsystem& subsystem, Real interval)
-    : PeriodicEventReporter(checkInterval(interval)), m_subsystem(subsystem) {}
+    : PeriodicEventReporter(checkReportInterval(interval, "StressExtremes")),
+      m_subsystem(subsystem) {}
 
 void StressExtremes::handleEvent(const State& state) const {
     const size_t numBodies = size_t(m_subsystem.getNumBodies());

@@ -2,18 +2,14 @@
 
 #include <stdexcept>
 
+#include "simflex/body/ReportInterval.h"
+
 namespace simflex {
 
 using namespace SimTK;
 using Quantity = StressHistory::Quantity;
 
 namespace {
-
-Real checkInterval(Real interval) {
-    if (interval > 0) return interval;
-    throw std::invalid_argument("StressHistory: the interval is " + std::to_string(interval) +
-                                " s; it must be positive");
-}
 
 struct Channels {
     std::vector<std::string> names;
@@ -54,7 +50,7 @@ void takeTensor(const SymMat33& t, std::vector<double>& row) {
 }  // namespace
 
 StressHistory::StressHistory(const std::string& path, Real interval)
-    : PeriodicEventReporter(checkInterval(interval)), m_path(path) {}
+    : PeriodicEventReporter(checkReportInterval(interval, "StressHistory")), m_path(path) {}
 
 StressHistory::~StressHistory() = default;
 

@@ -14,6 +14,7 @@
 #include <stdexcept>
 
 #include "simflex/body/FlexibleBody.h"
+#include "simflex/body/ReportInterval.h"
 #include "simflex/part/VtuFile.h"
 
 namespace simflex {
@@ -26,12 +27,6 @@ namespace {
 constexpr const char* kHead =
     "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
 constexpr const char* kFoot = "</Collection>\n</VTKFile>\n";
-
-Real checkInterval(Real interval) {
-    if (interval > 0) return interval;
-    throw std::invalid_argument("VtkReporter: the interval is " + std::to_string(interval) +
-                                " s; it must be positive");
-}
 
 /** A name for a file: letters, digits, and '_' for everything else. **/
 std::string makeFileName(const std::string& body, const std::vector<std::string>& taken) {
@@ -126,7 +121,9 @@ void writeFrame(const std::string& path, const FlexibleBody& body, const State& 
 
 VtkReporter::VtkReporter(const FlexibleBodySubsystem& subsystem, Real interval,
                          const std::string& pvdFile)
-    : PeriodicEventReporter(checkInterval(interval)), m_subsystem(subsystem), m_pvdFile(pvdFile) {
+    : PeriodicEventReporter(checkReportInterval(interval, "VtkReporter")),
+      m_subsystem(subsystem),
+      m_pvdFile(pvdFile) {
     if (fs::path(pvdFile).extension() != ".pvd")
         throw std::invalid_argument("VtkReporter: the file '" + pvdFile +
                                     "' must have the suffix .pvd");

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "simflex/base/SecondsSince.h"
+
 namespace simflex {
 namespace cli {
 namespace {
@@ -18,10 +20,6 @@ constexpr auto kRedraw = std::chrono::milliseconds(100);
 constexpr auto kNextLine = std::chrono::seconds(10);  // where there is no terminal
 constexpr double kFirstGuess = 0.03;  // of what is to do: done before the time left means anything
 constexpr int kBarWidth = 28;
-
-double secondsSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 }  // namespace
 

@@ -13,7 +13,7 @@ namespace {
 constexpr int kNodes = 20;
 using ElementMatrix = Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>;
 
-struct Material {
+struct BeamMaterial {
     double lambda = 0, mu = 0, rho = 0;  ///< Lamé's constants [Pa], density [kg/m³]
 };
 
@@ -26,9 +26,9 @@ double readNumber(const DeckCard& card, size_t field) {
     return parseDeckNumber(card.data[0].fields[field], card.where(card.data[0].line));
 }
 
-std::unordered_map<std::string, Material> readMaterials(const DeckModel& deck) {
-    std::unordered_map<std::string, Material> materials;
-    Material* material = nullptr;
+std::unordered_map<std::string, BeamMaterial> readMaterials(const DeckModel& deck) {
+    std::unordered_map<std::string, BeamMaterial> materials;
+    BeamMaterial* material = nullptr;
     for (const DeckCard& card : deck.materials) {
         if (card.keyword == "MATERIAL") material = &materials[card.get("NAME")];
         if (material && card.keyword == "DENSITY") material->rho = readNumber(card, 0);
@@ -40,10 +40,10 @@ std::unordered_map<std::string, Material> readMaterials(const DeckModel& deck) {
     return materials;
 }
 
-/** Material of each element; of several sections the last. **/
-std::unordered_map<int, Material> findMaterials(const DeckModel& deck) {
+/** BeamMaterial of each element; of several sections the last. **/
+std::unordered_map<int, BeamMaterial> findMaterials(const DeckModel& deck) {
     const auto materials = readMaterials(deck);
-    std::unordered_map<int, Material> result;
+    std::unordered_map<int, BeamMaterial> result;
     for (const DeckCard& card : deck.sections) {
         if (card.keyword != "SOLIDSECTION") continue;
         const auto material = materials.find(card.get("MATERIAL"));
@@ -58,7 +58,7 @@ std::unordered_map<int, Material> findMaterials(const DeckModel& deck) {
 }
 
 /** Adds one element; x holds its nodes by columns. **/
-void integrate(const Eigen::Matrix<double, 3, kNodes>& x, const Material& material,
+void integrate(const Eigen::Matrix<double, 3, kNodes>& x, const BeamMaterial& material,
                const std::vector<IntegrationPoint>& rule, int number, ElementMatrix& K,
                Eigen::Matrix<double, kNodes, kNodes>& m) {
     K.setZero();

@@ -1,8 +1,9 @@
 #include "BulkCards.h"
 
 #include <algorithm>
-#include <cctype>
 #include <stdexcept>
+
+#include "simflex/base/AsciiText.h"
 
 namespace simflex {
 namespace {
@@ -50,9 +51,7 @@ void addFields(const std::string& line, bool isLarge, std::vector<std::string>& 
 /** The name in the first field: up to a comma or eight columns. **/
 std::string takeName(const std::string& line) {
     const size_t comma = std::min(line.find(','), kNameWidth);
-    std::string name(trimBlanks(std::string_view(line).substr(0, comma)));
-    for (char& c : name) c = char(std::toupper((unsigned char)(c)));
-    return name;
+    return upperCase(trimBlanks(std::string_view(line).substr(0, comma)));
 }
 
 }  // namespace
@@ -102,8 +101,7 @@ double BulkCards::parseNumber(const BulkCard& card, std::string_view field,
     std::string text(field);
     // 1.5-3 is 1.5e-3: a sign that neither begins the number nor follows an exponent's letter.
     for (size_t k = 1; k < text.size(); ++k)
-        if ((text[k] == '+' || text[k] == '-') &&
-            (std::isdigit((unsigned char)(text[k - 1])) || text[k - 1] == '.')) {
+        if ((text[k] == '+' || text[k] == '-') && (isDigit(text[k - 1]) || text[k - 1] == '.')) {
             text.insert(k, "e");
             break;
         }

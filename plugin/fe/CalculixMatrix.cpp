@@ -26,9 +26,9 @@ struct Line {
     const char *value = nullptr, *end = nullptr;
 };
 
-class MatrixFile {
+class TripletFile {
 public:
-    MatrixFile(const fs::path& path, const std::vector<int>& dofs)
+    TripletFile(const fs::path& path, const std::vector<int>& dofs)
         : _path(path), _dofs(dofs), _file(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
         if (_file < 0)
             throw std::runtime_error("CalculiX did not write " + path.filename().string());
@@ -36,9 +36,9 @@ public:
         posix_fadvise(_file, 0, 0, POSIX_FADV_SEQUENTIAL);
         _buffer.resize(kBuffer + 1);
     }
-    ~MatrixFile() { close(_file); }
-    MatrixFile(const MatrixFile&) = delete;
-    MatrixFile& operator=(const MatrixFile&) = delete;
+    ~TripletFile() { close(_file); }
+    TripletFile(const TripletFile&) = delete;
+    TripletFile& operator=(const TripletFile&) = delete;
 
     /** Calls visit(line) for every line that is not blank.
     @param before, share  of the progress: what is done, and what this pass adds **/
@@ -189,7 +189,7 @@ void sortColumns(SymmetricMatrix& A) {
 SymmetricMatrix readCalculixMatrix(const fs::path& path, const std::vector<int>& dofs,
                                    const char* phase, const ProgressCallback& progress) {
     constexpr double kCounting = 0.3;  // part of the time
-    MatrixFile file(path, dofs);
+    TripletFile file(path, dofs);
     SymmetricMatrix A;
     A.size = dofs.empty() ? 0 : 1 + *std::max_element(dofs.begin(), dofs.end());
     A.columnStarts.assign(size_t(A.size) + 1, 0);

@@ -1,9 +1,10 @@
 #include "DeckEquations.h"
 
-#include <cctype>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+
+#include "simflex/base/AsciiText.h"
 
 namespace simflex {
 namespace {
@@ -40,7 +41,7 @@ std::vector<NodeList> readNodeLists(const DeckCard& card) {
         for (size_t k = 0; k < data.fields.size(); ++k) {
             const std::string& field = data.fields[k];
             if (field.empty()) continue;
-            if (k == 0 && std::isalpha((unsigned char)(field[0]))) {
+            if (k == 0 && isLetter(field[0])) {
                 lists.push_back({field, data.line, {}});
                 continue;
             }

@@ -11,7 +11,7 @@
 namespace simflex {
 namespace {
 
-struct Material {
+struct MaterialCards {
     DeckCard card;
     std::optional<DeckCard> elastic, density;
     bool isUsed = false;
@@ -79,7 +79,7 @@ bool differs(const DeckCard& card) {
                        [&](const Entry& e) { return e.constants != entries[0].constants; });
 }
 
-bool Material::dependsOnTemperature() const {
+bool MaterialCards::dependsOnTemperature() const {
     return differs(*elastic) || differs(*density);
 }
 
@@ -125,12 +125,12 @@ void settle(DeckCard& card, std::optional<double> temperature) {
     card.data = std::move(lines);
 }
 
-std::map<std::string, Material> readMaterials(const std::vector<DeckCard>& cards) {
-    std::map<std::string, Material> materials;
-    Material* material = nullptr;
+std::map<std::string, MaterialCards> readMaterials(const std::vector<DeckCard>& cards) {
+    std::map<std::string, MaterialCards> materials;
+    MaterialCards* material = nullptr;
     for (const DeckCard& card : cards) {
         if (card.keyword == "MATERIAL") {
-            const auto [found, isNew] = materials.emplace(card.get("NAME"), Material{});
+            const auto [found, isNew] = materials.emplace(card.get("NAME"), MaterialCards{});
             if (!isNew) refuseCard(card, "material " + card.get("NAME") + " is given twice");
             material = &found->second;
             material->card = card;
@@ -147,7 +147,7 @@ std::map<std::string, Material> readMaterials(const std::vector<DeckCard>& cards
 
 /** The temperature of a material is that of the nodes of its elements, if all have the same. **/
 void takeTemperature(const DeckTemperatures& temperatures, int element,
-                     const std::vector<int>& nodes, Material& material) {
+                     const std::vector<int>& nodes, MaterialCards& material) {
     const std::string name = "material " + material.card.get("NAME");
     for (const int node : nodes) {
         const auto found = temperatures.ofNode.find(node);
@@ -174,8 +174,8 @@ void takeTemperature(const DeckTemperatures& temperatures, int element,
 }  // namespace
 
 void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
-    std::map<std::string, Material> materials = readMaterials(deck.materials);
-    std::unordered_map<int, Material*> materialOf;
+    std::map<std::string, MaterialCards> materials = readMaterials(deck.materials);
+    std::unordered_map<int, MaterialCards*> materialOf;
     for (const DeckCard& card : deck.sections) {
         if (card.keyword != "SOLIDSECTION") continue;
         const auto material = materials.find(card.get("MATERIAL"));
@@ -197,7 +197,7 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
                 refuseCard(*material.density, "*DENSITY is " + std::to_string(entry.constants[0]) +
                                                   ", must be positive");
     }
-    std::unordered_map<const Material*, bool> depends;
+    std::unordered_map<const MaterialCards*, bool> depends;
     for (auto& [name, material] : materials)
         depends[&material] = material.isUsed && material.dependsOnTemperature();
     size_t numBare = 0;
@@ -209,7 +209,7 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
                 if (numBare++ == 0) bare = solid.number;
                 continue;
             }
-            Material& material = *found->second;
+            MaterialCards& material = *found->second;
             if (!depends[&material]) continue;
             if (temperatures.inStep)
                 refuseCard(*temperatures.inStep,

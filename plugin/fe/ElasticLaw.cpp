@@ -3,41 +3,20 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "Vec3d.h"
+
 namespace simflex {
 namespace {
-
-using Vec3 = std::array<double, 3>;
-constexpr int kPairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 
 [[noreturn]] void refuse(const DeckCard& card, const std::string& why) {
     throw std::invalid_argument(card.where() + card.title + ": " + why);
 }
 
-double dot(const Vec3& a, const Vec3& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-Vec3 minus(const Vec3& a, const Vec3& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-Vec3 scaled(const Vec3& a, double factor) {
-    return {a[0] * factor, a[1] * factor, a[2] * factor};
-}
-
-Vec3 across(const Vec3& a, const Vec3& unit) {
+Vec3d across(const Vec3d& a, const Vec3d& unit) {
     return minus(a, scaled(unit, dot(a, unit)));
 }
 
-double norm(const Vec3& a) {
-    return std::sqrt(dot(a, a));
-}
-
-Axes toAxes(const Vec3& e1, const Vec3& e2, const Vec3& e3) {
+Axes toAxes(const Vec3d& e1, const Vec3d& e2, const Vec3d& e3) {
     Axes axes;
     for (size_t i = 0; i < 3; ++i) axes[i] = {e1[i], e2[i], e3[i]};
     return axes;
@@ -130,13 +109,13 @@ Orientation::Orientation(const DeckCard& orientation) {
     _a = {c[0], c[1], c[2]};
     _b = {c[3], c[4], c[5]};
     if (_isCylindrical) {
-        if (!(norm(minus(_b, _a)) > 0)) refuse(orientation, "its two points are the same");
+        if (!(normOf(minus(_b, _a)) > 0)) refuse(orientation, "its two points are the same");
         return;
     }
-    if (!(norm(cross(_a, _b)) > 0)) refuse(orientation, "its two points lie on one line");
-    const Vec3 e1 = scaled(_a, 1 / norm(_a)), inPlane = across(_b, e1),
-               e2 = scaled(inPlane, 1 / norm(inPlane));
-    const Vec3 e[3] = {e1, e2, cross(e1, e2)};
+    if (!(normOf(cross(_a, _b)) > 0)) refuse(orientation, "its two points lie on one line");
+    const Vec3d e1 = scaled(_a, 1 / normOf(_a)), inPlane = across(_b, e1),
+                e2 = scaled(inPlane, 1 / normOf(inPlane));
+    const Vec3d e[3] = {e1, e2, cross(e1, e2)};
     _axes = toAxes(e[0], e[1], e[2]);
     if (orientation.data.size() < 2) return;
 
@@ -147,9 +126,9 @@ Orientation::Orientation(const DeckCard& orientation) {
     if (axis < 1 || axis > 3) refuse(orientation, "the axis of its turn must be 1, 2 or 3");
     const double angle =
         (line.fields.size() > 1 ? parseDeckNumber(line.fields[1], where) : 0) * M_PI / 180;
-    Vec3 turned[3];
+    Vec3d turned[3];
     for (size_t k = 0; k < 3; ++k) {
-        const Vec3 &p = e[axis - 1], side = cross(p, e[k]);
+        const Vec3d &p = e[axis - 1], side = cross(p, e[k]);
         for (size_t i = 0; i < 3; ++i)
             turned[k][i] = std::cos(angle) * e[k][i] + std::sin(angle) * side[i] +
                            (1 - std::cos(angle)) * dot(p, e[k]) * p[i];
@@ -157,14 +136,14 @@ Orientation::Orientation(const DeckCard& orientation) {
     _axes = toAxes(turned[0], turned[1], turned[2]);
 }
 
-Axes Orientation::calcAxes(const Vec3& point) const {
+Axes Orientation::calcAxes(const Vec3d& point) const {
     if (!_isCylindrical) return _axes;
     constexpr double kOnAxis = 1e-10;
-    const Vec3 line = minus(_b, _a), e3 = scaled(line, 1 / norm(line));
-    Vec3 radial = across(minus(point, _a), e3);
-    if (norm(radial) < kOnAxis)  // any direction will do
-        radial = across(std::abs(e3[0]) > 0.5 ? Vec3{0, 1, 0} : Vec3{1, 0, 0}, e3);
-    const Vec3 e1 = scaled(radial, 1 / norm(radial));
+    const Vec3d line = minus(_b, _a), e3 = scaled(line, 1 / normOf(line));
+    Vec3d radial = across(minus(point, _a), e3);
+    if (normOf(radial) < kOnAxis)  // any direction will do
+        radial = across(std::abs(e3[0]) > 0.5 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}, e3);
+    const Vec3d e1 = scaled(radial, 1 / normOf(radial));
     return toAxes(e1, cross(e3, e1), e3);
 }
 
@@ -172,8 +151,8 @@ ElasticMatrix turnElasticLaw(const ElasticMatrix& D, const Axes& axes) {
     double T[6][6];  // local strain of the deck's
     for (size_t k = 0; k < 6; ++k)
         for (size_t l = 0; l < 6; ++l) {
-            const auto [a, b] = kPairs[k];
-            const auto [i, j] = kPairs[l];
+            const auto [a, b] = kTensorPairs[k];
+            const auto [i, j] = kTensorPairs[l];
             const auto entry = [&](int row, int column) {
                 return axes[size_t(row)][size_t(column)];
             };

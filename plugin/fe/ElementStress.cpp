@@ -8,13 +8,12 @@
 
 #include "DeckBuilder.h"
 #include "DeckVocabulary.h"
+#include "Vec3d.h"
 #include "simflex/base/ParallelFor.h"
 
 namespace simflex {
 namespace {
 
-using Vec3 = std::array<double, 3>;
-constexpr int kPairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 constexpr const char* kNames[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 constexpr int kGroup = 8;  // fields side by side
 using Lanes = std::array<double, kGroup>;
@@ -106,7 +105,7 @@ ElementStress::ElementStress(const FeModel& model) : _model(model) {
 }
 
 void ElementStress::locate(const Element& element, std::vector<Place>& places) const {
-    std::vector<Vec3> positions;
+    std::vector<Vec3d> positions;
     for (const int node : element.nodes) positions.push_back(_model.mesh.position(node));
     const Type& type = *element.type;
     const Material& material = _materials[size_t(element.material)];
@@ -116,7 +115,7 @@ void ElementStress::locate(const Element& element, std::vector<Place>& places) c
         place.volume = calcGradients(positions, type.points[p], place.gradients);
         place.law = material.law;
         if (material.cylindrical < 0) continue;
-        Vec3 at{};
+        Vec3d at{};
         for (size_t k = 0; k < positions.size(); ++k)
             for (size_t a = 0; a < 3; ++a) at[a] += type.points[p].values[k] * positions[k][a];
         place.law =
@@ -125,15 +124,15 @@ void ElementStress::locate(const Element& element, std::vector<Place>& places) c
     if (type.averaged.empty()) return;
     Place& only = places[0];
     only.volume = 0;
-    only.gradients.assign(positions.size(), Vec3{0, 0, 0});
-    std::vector<Vec3> gradients;
+    only.gradients.assign(positions.size(), Vec3d{0, 0, 0});
+    std::vector<Vec3d> gradients;
     for (const IntegrationPoint& point : type.averaged) {
         const double volume = calcGradients(positions, point, gradients);
         only.volume += volume;
         for (size_t k = 0; k < positions.size(); ++k)
             for (size_t a = 0; a < 3; ++a) only.gradients[k][a] += volume * gradients[k][a];
     }
-    for (Vec3& gradient : only.gradients)
+    for (Vec3d& gradient : only.gradients)
         for (double& component : gradient) component /= only.volume;
 }
 
@@ -150,16 +149,16 @@ void ElementStress::checkAgainstStiffness() const {
     // The six uniform strains about the mesh's middle.
     const SymmetricMatrix& K = _model.K;
     const int numNodes = _model.mesh.numNodes();
-    Vec3 middle{};
+    Vec3d middle{};
     for (int node = 0; node < numNodes; ++node)
         for (size_t a = 0; a < 3; ++a) middle[a] += _model.mesh.position(node)[a] / numNodes;
     std::array<std::vector<double>, 6> u, Ku;
     for (size_t c = 0; c < 6; ++c) {
         u[c].assign(size_t(K.size), 0);
         Ku[c].assign(size_t(K.size), 0);
-        const size_t a = size_t(kPairs[c][0]), b = size_t(kPairs[c][1]);
+        const size_t a = size_t(kTensorPairs[c][0]), b = size_t(kTensorPairs[c][1]);
         for (int node = 0; node < numNodes; ++node) {
-            const Vec3 x = _model.mesh.position(node);
+            const Vec3d x = _model.mesh.position(node);
             u[c][3 * size_t(node) + a] += (a == b ? 1 : 0.5) * (x[b] - middle[b]);
             if (a != b) u[c][3 * size_t(node) + b] += 0.5 * (x[a] - middle[a]);
         }
@@ -221,7 +220,7 @@ void ElementStress::calcGroup(const std::vector<int>& rowOf, const std::vector<i
                     }
             Lanes *epsilon = &atPoints[12 * p], *sigma = epsilon + 6;
             for (size_t c = 0; c < 6; ++c) {
-                const auto [a, b] = kPairs[c];
+                const auto [a, b] = kTensorPairs[c];
                 for (size_t f = 0; f < kGroup; ++f) epsilon[c][f] = 0.5 * (H[a][b][f] + H[b][a][f]);
             }
             for (size_t c = 0; c < 6; ++c)
@@ -295,7 +294,7 @@ std::vector<ElementStress::PointStress> ElementStress::calcAtPoints(const double
                         H[a][b] +=
                             places[p].gradients[k][b] * field[3 * size_t(element.nodes[k]) + a];
             for (size_t c = 0; c < 6; ++c) {
-                const auto [a, b] = kPairs[c];
+                const auto [a, b] = kTensorPairs[c];
                 at.strain[c] = 0.5 * (H[a][b] + H[b][a]);
             }
             for (size_t c = 0; c < 6; ++c)

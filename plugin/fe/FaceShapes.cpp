@@ -54,10 +54,6 @@ FaceShapes calcQuad(bool quadratic, double xi, double eta) {
 
 }  // namespace
 
-double normOf(const Vec3d& a) {
-    return std::sqrt(dot(a, a));
-}
-
 FaceShapes calcFaceShapes(int numNodes, double xi, double eta) {
     return numNodes % 4 ? calcTriangle(numNodes == 6, xi, eta) : calcQuad(numNodes == 8, xi, eta);
 }

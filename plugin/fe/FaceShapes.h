@@ -8,23 +8,10 @@ Natural coordinates as in CalculiX: triangles 0…1 with ξ+η ≤ 1, quadrilate
 #include <array>
 #include <vector>
 
+#include "Vec3d.h"
 #include "simflex/part/Mesh.h"
 
 namespace simflex {
-
-using Vec3d = std::array<double, 3>;
-
-inline double dot(const Vec3d& a, const Vec3d& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-inline Vec3d cross(const Vec3d& a, const Vec3d& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-/** a + factor·b **/
-inline Vec3d sumOf(const Vec3d& a, double factor, const Vec3d& b) {
-    return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
-}
-double normOf(const Vec3d& a);
 
 /** Values and derivatives by ξ and η at one point of a face. **/
 struct FaceShapes {

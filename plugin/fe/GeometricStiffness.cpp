@@ -15,29 +15,18 @@
 #include "DeckBuilder.h"
 #include "DeckVocabulary.h"
 #include "SolidElements.h"
+#include "Vec3d.h"
+#include "simflex/base/AsciiText.h"
 #include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace {
 
-using Vec3 = std::array<double, 3>;
-constexpr auto kPollInterval = std::chrono::milliseconds(20);
+constexpr auto kSolverPollInterval = std::chrono::milliseconds(20);
 constexpr const char *kJob = "load", *kElements = "SIMFLEX-PRESTRESSED";
 
-Vec3 minus(const Vec3& a, const Vec3& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double squaredNorm(const Vec3& a) {
-    return a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
-}
-
-int largestEntry(const Vec3& a) {
+int largestEntry(const Vec3d& a) {
     int axis = 0;
     for (int b = 1; b < 3; ++b)
         if (std::abs(a[b]) > std::abs(a[axis])) axis = b;
@@ -57,13 +46,12 @@ int findNode(const Mesh& mesh, const Measure& measure) {
 the line AB, C across the plane ABC. The *BOUNDARY lines. **/
 std::string makeSupports(const Mesh& mesh) {
     const int a =
-        findNode(mesh, [&](const Vec3& x) { return squaredNorm(minus(x, mesh.position(0))); });
-    const Vec3 A = mesh.position(a);
-    const int b = findNode(mesh, [&](const Vec3& x) { return squaredNorm(minus(x, A)); });
-    const Vec3 line = minus(mesh.position(b), A);
-    const int c =
-        findNode(mesh, [&](const Vec3& x) { return squaredNorm(cross(line, minus(x, A))); });
-    const Vec3 normal = cross(line, minus(mesh.position(c), A));
+        findNode(mesh, [&](const Vec3d& x) { return normOf(minus(x, mesh.position(0))); });
+    const Vec3d A = mesh.position(a);
+    const int b = findNode(mesh, [&](const Vec3d& x) { return normOf(minus(x, A)); });
+    const Vec3d line = minus(mesh.position(b), A);
+    const int c = findNode(mesh, [&](const Vec3d& x) { return normOf(cross(line, minus(x, A))); });
+    const Vec3d normal = cross(line, minus(mesh.position(c), A));
 
     const auto support = [&](int node, int axis) {
         return std::to_string(mesh.nodeNumbers[size_t(node)]) + "," + std::to_string(axis + 1) +
@@ -151,8 +139,7 @@ double readField(const std::string& line, size_t at) {
     const std::string field = line.substr(at, 14);
     double value = 0;
     const size_t sign = field.rfind('-');
-    if (sign != std::string::npos && sign > 0 && std::isdigit((unsigned char)(field[sign - 1])))
-        return 0;
+    if (sign != std::string::npos && sign > 0 && isDigit(field[sign - 1])) return 0;
     if (!readNumber(trimBlanks(field), value))
         throw std::runtime_error("CalculiX wrote the stress '" + field + "', which is no number");
     return value;
@@ -187,7 +174,7 @@ SymmetricMatrix assemble(const Mesh& mesh, const Elements& elements,
                          const std::vector<Stress>& stresses) {
     std::vector<std::int32_t> rows, columns;
     std::vector<double> values, own;
-    std::vector<Vec3> positions, gradients;
+    std::vector<Vec3d> positions, gradients;
     for (const auto& element : elements.elements) {
         const size_t n = element.nodes.size();
         own.assign(n * n, 0);
@@ -197,10 +184,10 @@ SymmetricMatrix assemble(const Mesh& mesh, const Elements& elements,
             const double volume = calcGradients(positions, (*element.points)[p], gradients);
             const Stress& s = stresses[element.firstPoint + p];
             for (size_t j = 0; j < n; ++j) {
-                const Vec3& g = gradients[j];
-                const Vec3 flux = {s[0] * g[0] + s[3] * g[1] + s[4] * g[2],
-                                   s[3] * g[0] + s[1] * g[1] + s[5] * g[2],
-                                   s[4] * g[0] + s[5] * g[1] + s[2] * g[2]};
+                const Vec3d& g = gradients[j];
+                const Vec3d flux = {s[0] * g[0] + s[3] * g[1] + s[4] * g[2],
+                                    s[3] * g[0] + s[1] * g[1] + s[5] * g[2],
+                                    s[4] * g[0] + s[5] * g[1] + s[2] * g[2]};
                 for (size_t i = j; i < n; ++i)
                     own[i + n * j] +=
                         volume * (gradients[i][0] * flux[0] + gradients[i][1] * flux[1] +
@@ -265,7 +252,7 @@ void calcGeometricStiffness(const FeModel& model, const std::vector<PrestressLoa
                                            [](Run& run) { return run.process.poll(); });
         reportProgress(options.progress, phase, double(done) / count);
         if (finished == running.end()) {
-            std::this_thread::sleep_for(kPollInterval);
+            std::this_thread::sleep_for(kSolverPollInterval);
             continue;
         }
         const PrestressLoad& load = loads[size_t(finished->load)];

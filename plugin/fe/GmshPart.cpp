@@ -1,7 +1,6 @@
 #include "simflex/fe/GmshPart.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +14,7 @@
 #include "DeckVocabulary.h"
 #include "InpCards.h"
 #include "ProgramRun.h"
+#include "simflex/base/AsciiText.h"
 #include "simflex/base/Sandbox.h"
 #include "simflex/part/NumberText.h"
 
@@ -33,9 +33,7 @@ std::string number(double value) {
 }
 
 std::string suffixOf(const std::string& path) {
-    std::string suffix = fs::path(path).extension().string();
-    for (char& c : suffix) c = char(std::tolower((unsigned char)(c)));
-    return suffix;
+    return lowerCase(fs::path(path).extension().string());
 }
 
 /** Names in quotes of the statements and options that read files. **/

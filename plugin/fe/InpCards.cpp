@@ -1,12 +1,13 @@
 #include "InpCards.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
+
+#include "simflex/base/AsciiText.h"
 
 namespace simflex {
 namespace {
@@ -20,15 +21,8 @@ std::string trimmed(const std::string& text) {
     return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
-std::string upperCase(std::string text) {
-    for (char& c : text) c = char(std::toupper((unsigned char)(c)));
-    return text;
-}
-
 std::string withoutBlanks(std::string text) {
-    text.erase(
-        std::remove_if(text.begin(), text.end(), [](unsigned char c) { return std::isspace(c); }),
-        text.end());
+    text.erase(std::remove_if(text.begin(), text.end(), isBlank), text.end());
     return text;
 }
 
@@ -166,8 +160,7 @@ int parseDeckInteger(const std::string& field, const std::string& where) {
 }
 
 bool isDeckNumber(const std::string& field) {
-    return !field.empty() &&
-           (std::isdigit((unsigned char)(field[0])) || field[0] == '-' || field[0] == '+');
+    return !field.empty() && (isDigit(field[0]) || field[0] == '-' || field[0] == '+');
 }
 
 double readDeckNumber(const DeckCard& card, const DeckLine& data, size_t field, const char* what) {

@@ -1,8 +1,8 @@
 #include "simflex/fe/Material.h"
 
-#include <cctype>
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
@@ -11,7 +11,7 @@ namespace {
 std::string plainName(const std::string& name) {
     std::string plain;
     for (const char c : name)
-        if (c != ' ' && c != '-' && c != '_') plain += char(std::tolower((unsigned char)(c)));
+        if (c != ' ' && c != '-' && c != '_') plain += toLower(c);
     return plain;
 }
 

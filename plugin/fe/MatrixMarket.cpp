@@ -1,25 +1,19 @@
 #include "simflex/fe/MatrixMarket.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
 #include <utility>
 
 #include "NodeTable.h"
+#include "simflex/base/AsciiText.h"
 #include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace {
 
-constexpr long kReportEvery = 200000;
-
-std::string lowerCase(std::string_view text) {
-    std::string result(text);
-    for (char& c : result) c = char(std::tolower((unsigned char)(c)));
-    return result;
-}
+constexpr long kLinesPerReport = 200000;
 
 MatrixForm readHeader(TextLines& lines) {
     const std::string cure =
@@ -87,7 +81,7 @@ MatrixFile readMatrix(const std::string& path, const char* what, const std::vect
             lines.refuse(
                 "the matrix is declared symmetric, but has entries below and above the "
                 "diagonal; write one triangle, or declare it general");
-        if (count % kReportEvery == 0) reportProgress(progress, phase, lines.fraction());
+        if (count % kLinesPerReport == 0) reportProgress(progress, phase, lines.fraction());
     }
     if (count != numEntries)
         throw std::invalid_argument(path + ": the file has " + std::to_string(count) +

@@ -1,10 +1,10 @@
 #include "simflex/fe/ModelSource.h"
 
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/fe/AbaqusMatrices.h"
 #include "simflex/fe/MatrixMarket.h"
 
@@ -17,13 +17,11 @@ bool isMatrixMarket(const std::string& path) {
     std::ifstream in(path);
     std::string word;
     in >> word;
-    for (char& c : word) c = char(std::tolower((unsigned char)(c)));
-    return word == "%%matrixmarket";
+    return lowerCase(word) == "%%matrixmarket";
 }
 
 Kind findKind(const std::string& path) {
-    std::string suffix = std::filesystem::path(path).extension().string();
-    for (char& c : suffix) c = char(std::tolower((unsigned char)(c)));
+    const std::string suffix = lowerCase(std::filesystem::path(path).extension().string());
     if (suffix == ".inp") return Kind::Deck;
     if (suffix == ".mtx") return isMatrixMarket(path) ? Kind::MatrixMarket : Kind::AbaqusMatrices;
     if (suffix == ".pch") return Kind::NastranDmig;

@@ -1,21 +1,15 @@
 #include "simflex/fe/NastranDmig.h"
 
-#include <cctype>
 #include <stdexcept>
 
 #include "BulkCards.h"
 #include "NodeTable.h"
+#include "simflex/base/AsciiText.h"
 
 namespace simflex {
 namespace {
 
-constexpr long kReportEvery = 50000;
-
-std::string upperCase(std::string_view text) {
-    std::string result(text);
-    for (char& c : result) c = char(std::toupper((unsigned char)(c)));
-    return result;
-}
+constexpr long kEntriesPerReport = 50000;
 
 /** Form and type of the matrix from its header. **/
 MatrixForm readHeader(const BulkCards& cards, const BulkCard& card, const std::string& name) {
@@ -41,7 +35,8 @@ MatrixFile readMatrix(const std::string& path, const std::string& wanted, const 
     std::set<std::string> others;
     long count = 0;
     for (BulkCard card; cards.next(card);) {
-        if (count++ % kReportEvery == 0) reportProgress(progress, phase, cards.lines().fraction());
+        if (count++ % kEntriesPerReport == 0)
+            reportProgress(progress, phase, cards.lines().fraction());
         if (upperCase(card.field(0)) != name) {
             if (others.size() < 20) others.insert(upperCase(card.field(0)));
             continue;

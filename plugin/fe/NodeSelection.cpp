@@ -1,9 +1,9 @@
 #include "simflex/fe/NodeSelection.h"
+#include "simflex/base/AsciiText.h"
 #include "simflex/part/TextLines.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -13,28 +13,14 @@
 #include <stdexcept>
 
 #include "SolidElements.h"
+#include "Vec3d.h"
 #include "simflex/part/MeshFaces.h"
 
 namespace simflex {
 namespace {
 
-using Point = std::array<double, 3>;
-
 /** Of the mesh's size: what round-off may move a node. **/
 constexpr double kSlack = 1e-6;
-
-double dot(const Point& a, const Point& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Point minus(const Point& a, const Point& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-std::string upperCase(std::string text) {
-    for (char& c : text) c = char(std::toupper((unsigned char)(c)));
-    return text;
-}
 
 std::string listNodeSets(const Mesh& mesh) {
     std::string list;
@@ -64,9 +50,9 @@ std::vector<double> parseNumbers(const std::string& selection, size_t colon,
     return numbers;
 }
 
-Point parseDirection(const std::string& selection, const double* numbers) {
-    Point a{numbers[0], numbers[1], numbers[2]};
-    const double length = std::sqrt(dot(a, a));
+Vec3d parseDirection(const std::string& selection, const double* numbers) {
+    Vec3d a{numbers[0], numbers[1], numbers[2]};
+    const double length = normOf(a);
     if (!(length > 0)) refuse(selection, "has a direction of length zero");
     for (double& value : a) value /= length;
     return a;
@@ -78,38 +64,38 @@ double parseRadius(const std::string& selection, double radius) {
 }
 
 /** How far outside the shape a point is; not positive: inside. **/
-std::function<double(const Point&)> makeShape(const std::string& selection, const std::string& kind,
+std::function<double(const Vec3d&)> makeShape(const std::string& selection, const std::string& kind,
                                               size_t colon) {
     if (kind == "SPHERE") {
         const auto v = parseNumbers(selection, colon, {4}, "sphere:x,y,z,radius");
-        const Point center{v[0], v[1], v[2]};
+        const Vec3d center{v[0], v[1], v[2]};
         const double radius = parseRadius(selection, v[3]);
-        return [=](const Point& x) {
-            const Point d = minus(x, center);
-            return std::sqrt(dot(d, d)) - radius;
+        return [=](const Vec3d& x) {
+            const Vec3d d = minus(x, center);
+            return normOf(d) - radius;
         };
     }
     if (kind == "CYLINDER") {
         const auto v = parseNumbers(selection, colon, {7, 8},
                                     "cylinder:x,y,z,ax,ay,az,radius or …,radius,length");
-        const Point foot{v[0], v[1], v[2]}, axis = parseDirection(selection, &v[3]);
+        const Vec3d foot{v[0], v[1], v[2]}, axis = parseDirection(selection, &v[3]);
         const double radius = parseRadius(selection, v[6]);
         const bool isEndless = v.size() == 7;
         const double length = isEndless ? 0 : parseRadius(selection, v[7]);
-        return [=](const Point& x) {
-            const Point d = minus(x, foot);
+        return [=](const Vec3d& x) {
+            const Vec3d d = minus(x, foot);
             const double along = dot(d, axis);
             const double outside = std::sqrt(std::max(0.0, dot(d, d) - along * along)) - radius;
             return isEndless ? outside : std::max({outside, -along, along - length});
         };
     }
     const auto v = parseNumbers(selection, colon, {6}, "plane:x,y,z,nx,ny,nz");
-    const Point foot{v[0], v[1], v[2]}, normal = parseDirection(selection, &v[3]);
-    return [=](const Point& x) { return std::abs(dot(minus(x, foot), normal)); };
+    const Vec3d foot{v[0], v[1], v[2]}, normal = parseDirection(selection, &v[3]);
+    return [=](const Vec3d& x) { return std::abs(dot(minus(x, foot), normal)); };
 }
 
 double calcSize(const Mesh& mesh) {
-    Point low, high;
+    Vec3d low, high;
     low.fill(std::numeric_limits<double>::infinity());
     high.fill(-std::numeric_limits<double>::infinity());
     for (int node = 0; node < mesh.numNodes(); ++node)
@@ -117,17 +103,17 @@ double calcSize(const Mesh& mesh) {
             low[a] = std::min(low[a], mesh.position(node)[a]);
             high[a] = std::max(high[a], mesh.position(node)[a]);
         }
-    const Point d = minus(high, low);
-    return std::sqrt(dot(d, d));
+    const Vec3d d = minus(high, low);
+    return normOf(d);
 }
 
 struct Line {
-    Point point, direction;  ///< a unit vector
+    Vec3d point, direction;  ///< a unit vector
 };
 
-Point footOn(const Line& line, const Point& x) {
+Vec3d footOn(const Line& line, const Vec3d& x) {
     const double along = dot(minus(x, line.point), line.direction);
-    Point foot = line.point;
+    Vec3d foot = line.point;
     for (size_t a = 0; a < 3; ++a) foot[a] += along * line.direction[a];
     return foot;
 }
@@ -135,7 +121,7 @@ Point footOn(const Line& line, const Point& x) {
 /** Adds up weight·x over the elements all of whose nodes are chosen, by their volume, and marks
 their nodes. **/
 void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
-                Point& moment, double& weight) {
+                Vec3d& moment, double& weight) {
     for (const ElementBlock& block : mesh.elements) {
         const std::string type = block.type == ElementType::Tet10     ? "C3D10"
                                  : block.type == ElementType::Tet4    ? "C3D4"
@@ -145,7 +131,7 @@ void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector
                                                                       : "C3D6";
         const auto points = makeIntegrationPoints(type, block.type);
         const size_t size = size_t(numNodesOf(block.type));
-        std::vector<Point> x(size), ignored;
+        std::vector<Vec3d> x(size), ignored;
         for (size_t first = 0; first < block.nodes.size(); first += size) {
             const auto begin = block.nodes.begin() + long(first), end = begin + long(size);
             if (!std::all_of(begin, end, [&](int node) { return isChosen[size_t(node)]; }))
@@ -166,7 +152,7 @@ void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector
 
 /** The same over faces of the skin, by the area of their triangles. **/
 void addAreas(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
-              Point& moment, double& weight) {
+              Vec3d& moment, double& weight) {
     for (const MeshFace& face : extractBoundaryFaces(mesh)) {
         std::vector<int> rim;  // corners with the middles between them
         for (int k = 0; k < face.numCorners(); ++k) {
@@ -175,17 +161,17 @@ void addAreas(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<c
         }
         if (!std::all_of(rim.begin(), rim.end(), [&](int node) { return isChosen[size_t(node)]; }))
             continue;
-        Point hub{};
+        Vec3d hub{};
         for (const int node : rim) {
             isMet[size_t(node)] = 1;
             for (size_t a = 0; a < 3; ++a) hub[a] += mesh.position(node)[a] / double(rim.size());
         }
         for (size_t k = 0; k < rim.size(); ++k) {
-            const Point p = mesh.position(rim[k]), q = mesh.position(rim[(k + 1) % rim.size()]);
-            const Point u = minus(p, hub), v = minus(q, hub);
-            const Point n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+            const Vec3d p = mesh.position(rim[k]), q = mesh.position(rim[(k + 1) % rim.size()]);
+            const Vec3d u = minus(p, hub), v = minus(q, hub);
+            const Vec3d n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
                           u[0] * v[1] - u[1] * v[0]};
-            const double area = 0.5 * std::sqrt(dot(n, n));
+            const double area = 0.5 * normOf(n);
             weight += area;
             for (size_t a = 0; a < 3; ++a) moment[a] += area * (hub[a] + p[a] + q[a]) / 3;
         }
@@ -193,19 +179,19 @@ void addAreas(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<c
 }
 
 /** Centroid of the volume or surface that the nodes make up, else their mean. **/
-Point calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
+Vec3d calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
     std::vector<char> isChosen(size_t(mesh.numNodes()), 0);
     for (const int node : nodes) isChosen[size_t(node)] = 1;
     for (const auto add : {addVolumes, addAreas}) {
         std::vector<char> isMet(isChosen.size(), 0);
-        Point moment{};
+        Vec3d moment{};
         double weight = 0;
         add(mesh, isChosen, isMet, moment, weight);
         if (!(weight > 0) || isMet != isChosen) continue;
         for (double& value : moment) value /= weight;
         return moment;
     }
-    Point mean{};
+    Vec3d mean{};
     for (const int node : nodes)
         for (size_t a = 0; a < 3; ++a) mean[a] += mesh.position(node)[a] / double(nodes.size());
     return mean;
@@ -214,7 +200,7 @@ Point calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
 /** The axis of a cylinder on which all nodes lie and of which they go round more than half, if
 there is one: by Gauss and Newton from each principal direction of the nodes. **/
 std::optional<Line> findCylinderAxis(const Mesh& mesh, const std::vector<int>& nodes,
-                                     const Point& center) {
+                                     const Vec3d& center) {
     constexpr size_t kFewest = 8;  // five numbers make a cylinder
     constexpr double kOnCylinder = 1e-5;
     if (nodes.size() < kFewest) return {};
@@ -312,7 +298,7 @@ std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection) {
 
 std::array<double, 3> findMiddle(const Mesh& mesh, const std::string& selection) {
     const std::vector<int> nodes = selectNodes(mesh, selection);
-    const Point center = calcCenter(mesh, nodes);
+    const Vec3d center = calcCenter(mesh, nodes);
     const size_t colon = selection.find(':');
     if (mesh.nodeSets.count(upperCase(selection)) || colon == std::string::npos ||
         upperCase(selection.substr(0, colon)) != "CYLINDER") {

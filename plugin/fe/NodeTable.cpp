@@ -1,7 +1,6 @@
 #include "NodeTable.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <map>
 #include <numeric>
@@ -12,6 +11,7 @@
 #include "DeckModel.h"
 #include "DeckVocabulary.h"
 #include "InpCards.h"
+#include "simflex/base/AsciiText.h"
 
 namespace simflex {
 namespace {
@@ -235,7 +235,7 @@ private:
                 if (other != _sets.end()) {
                     if (!included.insert(field).second) continue;
                     members.insert(members.end(), other->second.begin(), other->second.end());
-                } else if (std::isdigit((unsigned char)(field[0]))) {
+                } else if (isDigit(field[0])) {
                     members.push_back(parseDeckInteger(field, where));
                 }
             }
@@ -321,8 +321,7 @@ std::vector<int> keepNodes(NodeTable& table, const std::vector<char>& used) {
 }  // namespace
 
 NodeTable readNodeTable(const std::string& path) {
-    std::string suffix = std::filesystem::path(path).extension().string();
-    for (char& c : suffix) c = char(std::tolower((unsigned char)(c)));
+    const std::string suffix = lowerCase(std::filesystem::path(path).extension().string());
     if (suffix == ".inp") return DeckNodes(path).read();
     for (const char* bulk : {".bdf", ".nas", ".dat", ".blk", ".pch"})
         if (suffix == bulk) return readGrids(path);

@@ -5,6 +5,8 @@
 #include <complex>
 #include <stdexcept>
 
+#include "Vec3d.h"
+
 namespace simflex {
 namespace {
 
@@ -12,7 +14,7 @@ using Complex = std::complex<double>;
 using Point = std::array<Complex, 3>;
 
 struct WeightedPoint {
-    std::array<double, 3> xi;
+    Vec3d xi;
     double weight;
 };
 
@@ -130,7 +132,7 @@ ElementType findLinear(ElementType type) {
 
 /** Natural coordinates of a node, and the corners that the middle of an edge lies between. **/
 struct Node {
-    std::array<double, 3> xi{};
+    Vec3d xi{};
     std::array<int, 2> ends{};
 };
 
@@ -186,10 +188,6 @@ std::vector<IntegrationPoint> makePoints(const std::vector<WeightedPoint>& rule,
     return points;
 }
 
-std::array<double, 3> cross(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 }  // namespace
 
 std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixType,
@@ -218,7 +216,7 @@ std::vector<double> makeExtrapolation(const std::string& calculixType, ElementTy
     const ElementType linear = findLinear(type);
     const size_t numCorners = size_t(numNodesOf(linear));
     // Functions fitted to the values at the points, by least squares if there are more points.
-    const auto fitted = [&](const std::array<double, 3>& x) -> std::vector<double> {
+    const auto fitted = [&](const Vec3d& x) -> std::vector<double> {
         if (calculixType == "C3D8R" || calculixType == "C3D4") return {1};
         if (calculixType == "C3D6") return {1, x[2]};
         if (calculixType == "C3D15") return {1, x[0], x[1], x[2], x[0] * x[2], x[1] * x[2]};
@@ -249,9 +247,9 @@ std::vector<double> makeExtrapolation(const std::string& calculixType, ElementTy
     return result;
 }
 
-std::array<std::array<double, 3>, 3> calcTangents(
-    const std::vector<std::array<double, 3>>& positions, const IntegrationPoint& point) {
-    std::array<std::array<double, 3>, 3> tangents{};
+std::array<Vec3d, 3> calcTangents(const std::vector<Vec3d>& positions,
+                                  const IntegrationPoint& point) {
+    std::array<Vec3d, 3> tangents{};
     for (size_t k = 0; k < positions.size(); ++k)
         for (size_t b = 0; b < 3; ++b)
             for (size_t a = 0; a < 3; ++a)
@@ -259,8 +257,8 @@ std::array<std::array<double, 3>, 3> calcTangents(
     return tangents;
 }
 
-double calcDeterminant(const std::array<std::array<double, 3>, 3>& tangents) {
-    const std::array<double, 3> normal = cross(tangents[1], tangents[2]);
+double calcDeterminant(const std::array<Vec3d, 3>& tangents) {
+    const Vec3d normal = cross(tangents[1], tangents[2]);
     return tangents[0][0] * normal[0] + tangents[0][1] * normal[1] + tangents[0][2] * normal[2];
 }
 
@@ -277,14 +275,13 @@ std::vector<std::array<int, 2>> getEdgeEnds(ElementType type) {
     return ends;
 }
 
-double calcGradients(const std::vector<std::array<double, 3>>& positions,
-                     const IntegrationPoint& point, std::vector<std::array<double, 3>>& gradients) {
+double calcGradients(const std::vector<Vec3d>& positions, const IntegrationPoint& point,
+                     std::vector<Vec3d>& gradients) {
     const auto columns = calcTangents(positions, point);
-    const std::array<double, 3> rows[3] = {cross(columns[1], columns[2]),
-                                           cross(columns[2], columns[0]),
-                                           cross(columns[0], columns[1])};
+    const Vec3d rows[3] = {cross(columns[1], columns[2]), cross(columns[2], columns[0]),
+                           cross(columns[0], columns[1])};
     const double determinant = calcDeterminant(columns);
-    gradients.assign(positions.size(), std::array<double, 3>{0, 0, 0});
+    gradients.assign(positions.size(), Vec3d{0, 0, 0});
     for (size_t k = 0; k < positions.size(); ++k)
         for (size_t b = 0; b < 3; ++b)
             for (size_t a = 0; a < 3; ++a)

@@ -9,7 +9,7 @@ namespace simflex {
 namespace {
 
 constexpr double kSameNormal = 0.939693;  // cosine of 20°, CalculiX's digits
-constexpr double kSameSize = 1e-10;       // thicknesses [m] and offsets, CalculiX's too
+constexpr double kSameThickness = 1e-10;  // thicknesses [m] and offsets, CalculiX's too
 constexpr double kFlat = 1e-8;            // share of the largest moment that counts as none
 
 const std::map<std::string, ThinType> kThin = {
@@ -143,7 +143,7 @@ private:
                                     "; do its nodes coincide?");
     }
 
-    static bool isSame(double a, double b) { return std::abs(a - b) < kSameSize; }
+    static bool isSame(double a, double b) { return std::abs(a - b) < kSameThickness; }
 
     /** Groups of shells with nearly the same normal; corners come by element number. **/
     void groupShells(int node, std::vector<Corner>& corners) {

@@ -9,6 +9,7 @@
 #include "FileChecksum.h"
 #include "Hdf5.h"
 #include "PartWarnings.h"
+#include "simflex/base/UnfinishedFile.h"
 
 namespace simflex {
 namespace {
@@ -31,15 +32,6 @@ ElementType elementTypeOf(const std::string& text) {
         if (text == name) return type;
     throw std::runtime_error("unknown element type '" + text + "'");
 }
-
-/** Removes the unfinished file unless it was renamed. **/
-struct UnfinishedFile {
-    fs::path path;
-    ~UnfinishedFile() {
-        std::error_code ignored;
-        if (!path.empty()) fs::remove(path, ignored);
-    }
-};
 
 void writeMesh(hid_t file, const Mesh& mesh) {
     const auto group = hdf5::createGroup(file, "mesh");

@@ -12,6 +12,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/part/Frequency.h"
 
 namespace simflex {
@@ -138,15 +139,6 @@ size_t calcUtf8Length(const std::string& text, size_t at) {
 std::string quote(const std::string& text) {
     return "\"" + escapeXml(text) + "\"";
 }
-
-/** Removes the unfinished file unless it was renamed. **/
-struct UnfinishedFile {
-    fs::path path;
-    ~UnfinishedFile() {
-        std::error_code ignored;
-        if (!path.empty()) fs::remove(path, ignored);
-    }
-};
 
 }  // namespace
 

@@ -22,9 +22,9 @@ constexpr double kNearlyThere = 1e-3;  // residual over the eigenvalue of what w
 constexpr double kIllScaled = 1e-6;    // squared singular values of a block that need another pass
 constexpr int kStepsOfFreshBlock = 8;
 constexpr int kMostRestarts = 300;
-constexpr Index kChunk = 512;           // rows that stay in the cache
-constexpr Index kWorthThreads = 20000;  // rows
-constexpr Index kSums = 64;             // partial sums, of consecutive chunks each
+constexpr Index kChunk = 512;                 // rows that stay in the cache
+constexpr Index kVectorWorthThreads = 20000;  // rows
+constexpr Index kSums = 64;                   // partial sums, of consecutive chunks each
 
 /** The basis V and what is done with all of it, in chunks of rows. **/
 class Basis {
@@ -117,7 +117,7 @@ public:
     }
 
 private:
-    int chooseThreads() const { return size() >= kWorthThreads ? omp_get_max_threads() : 1; }
+    int chooseThreads() const { return size() >= kVectorWorthThreads ? omp_get_max_threads() : 1; }
 
     template <class Work>
     void forChunks(const Work& work) const {

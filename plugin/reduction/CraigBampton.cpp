@@ -1,7 +1,6 @@
 #include "CraigBampton.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -10,6 +9,7 @@
 #include "FixedInterfaces.h"
 #include "MeanAxis.h"
 #include "OneBlasThread.h"
+#include "simflex/base/AsciiText.h"
 #include "simflex/fe/NodeSelection.h"
 
 namespace simflex {
@@ -94,8 +94,7 @@ Shapes makeLoads(const FeModel& model, const InterfaceTies& ties, const Reductio
                                     "', whose constraint modes carry loads already");
         if (point.axes.empty()) refuse(options, where + "has no direction; give some of xyz");
         for (const char letter : point.axes) {
-            const size_t axis =
-                std::string("xyz").find(char(std::tolower((unsigned char)(letter))));
+            const size_t axis = std::string("xyz").find(toLower(letter));
             if (axis == std::string::npos)
                 refuse(options, where + "'" + point.axes + "' are no directions; give some of xyz");
             loads.emplace_back(nodes, int(axis));

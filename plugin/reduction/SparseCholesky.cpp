@@ -22,8 +22,8 @@ constexpr double kSingular = 1e-15;
 
 /** A guess, for the progress: of one processor. **/
 constexpr double kFlopsPerSecond = 1e10;
-constexpr Eigen::Index kWorthThreads = 30000;  // rows to copy
-constexpr auto kPollInterval = std::chrono::milliseconds(50);
+constexpr Eigen::Index kRowsWorthThreads = 30000;  // rows to copy
+constexpr auto kFactorPollInterval = std::chrono::milliseconds(50);
 
 }  // namespace
 
@@ -52,14 +52,14 @@ struct SparseCholesky::Data {
         block.resize(size_t(size));
         for (Eigen::Index first = 0; first < X.cols(); first += kWidth) {
             const int width = int(std::min<Eigen::Index>(kWidth, X.cols() - first));
-#pragma omp parallel for schedule(static) if (size >= kWorthThreads)
+#pragma omp parallel for schedule(static) if (size >= kRowsWorthThreads)
             for (Eigen::Index k = 0; k < size; ++k) {
                 const Eigen::Index row = take ? take[k] : k;
                 for (int j = 0; j < width; ++j) block[size_t(k)].x[j] = X(row, first + j);
                 for (int j = width; j < kWidth; ++j) block[size_t(k)].x[j] = 0;
             }
             solveBlock(block[0].x);
-#pragma omp parallel for schedule(static) if (size >= kWorthThreads)
+#pragma omp parallel for schedule(static) if (size >= kRowsWorthThreads)
             for (Eigen::Index k = 0; k < size; ++k) {
                 const Eigen::Index row = give ? give[k] : k;
                 for (int j = 0; j < width; ++j) Y(row, first + j) = block[size_t(k)].x[j];
@@ -140,7 +140,7 @@ void reportWhile(const ProgressCallback& progress, double expectedSeconds,
     });
     const auto start = std::chrono::steady_clock::now();
     bool wanted = true;
-    while (done.wait_for(kPollInterval) != std::future_status::ready) {
+    while (done.wait_for(kFactorPollInterval) != std::future_status::ready) {
         const double spent =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         // Towards the end more slowly, should it take longer.

@@ -11,10 +11,10 @@ namespace {
 using Index = std::int64_t;
 
 constexpr int kWidth = SupernodalSolve::kWidth;
-constexpr int kPanel = 8;                 // columns whose right-hand sides stay in registers
-constexpr int kShared = 64;               // columns of a large supernode between two barriers
-constexpr Index kWorthSharing = 65536;    // entries for which threads are woken
-constexpr Index kWorthThreads = 1000000;  // entries of the whole factor for the same
+constexpr int kPanel = 8;                       // columns whose right-hand sides stay in registers
+constexpr int kShared = 64;                     // columns of a large supernode between two barriers
+constexpr Index kWorthSharing = 65536;          // entries for which threads are woken
+constexpr Index kFactorWorthThreads = 1000000;  // entries of the whole factor for the same
 constexpr Index kRowsPerShare = 256;
 constexpr Index kSubtrees = 24;  // the largest subtree has one part in so many of all entries
 
@@ -111,7 +111,7 @@ SupernodalSolve::SupernodalSolve(const SupernodalFactor& L)
     for (Index s = 0; s < L.numSupernodes; ++s)
         _mostRows = std::max<Index>(_mostRows, numRowsOf(s));
     _work->shared.resize(size_t(_mostRows));
-    _shared = L.valueStarts[L.numSupernodes] >= kWorthThreads;
+    _shared = L.valueStarts[L.numSupernodes] >= kFactorWorthThreads;
 }
 
 SupernodalSolve::~SupernodalSolve() = default;

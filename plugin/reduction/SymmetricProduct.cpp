@@ -8,7 +8,7 @@
 namespace simflex {
 namespace {
 
-constexpr size_t kWorthThreads = 2000000;  // multiplications
+constexpr size_t kProductsWorthThreads = 2000000;  // multiplications
 
 }  // namespace
 
@@ -37,7 +37,7 @@ FullRows::FullRows(const SymmetricMatrix& lower) : _starts(lower.size + 1, 0) {
 Shapes FullRows::multiplyBlocks(const Shapes& X, int rowsPerEntry) const {
     const Eigen::Index width = rowsPerEntry * X.cols();
     Shapes Y(X.rows(), X.cols());
-#pragma omp parallel for schedule(static) if (_values.size() * size_t(width) >= kWorthThreads)
+#pragma omp parallel for schedule(static) if (_values.size() * size_t(width) >= kProductsWorthThreads)
     for (int row = 0; row < size(); ++row) {
         double* y = Y.data() + row * width;
         for (Eigen::Index j = 0; j < width; ++j) y[j] = 0;
@@ -56,7 +56,7 @@ Shapes LowerTriangle::multiply(const Shapes& X) const {
     const int size = _lower.size;
     Shapes Y(X.rows(), X.cols());
     const Eigen::Index numPasses = (X.cols() + kWidth - 1) / kWidth;
-    const int threads = _lower.values.size() * 8 >= kWorthThreads ? omp_get_max_threads() : 1;
+    const int threads = _lower.values.size() * 8 >= kProductsWorthThreads ? omp_get_max_threads() : 1;
     parallelFor(numPasses, threads, Schedule::WhoeverIsFree, [&](Eigen::Index pass) {
         const Eigen::Index first = pass * kWidth, width = std::min(kWidth, X.cols() - first);
         std::vector<Row> x(static_cast<size_t>(size)), y(static_cast<size_t>(size), Row::Zero());

@@ -5,9 +5,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "simflex/base/ParallelFor.h"
+#include "simflex/base/SecondsSince.h"
 #include "simflex/solver/BlockFactors.h"
 #include "simflex/solver/FrontSolver.h"
-#include "simflex/base/ParallelFor.h"
 
 namespace simflex {
 namespace {
@@ -16,14 +17,9 @@ using Eigen::Map;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Clock = std::chrono::steady_clock;
-using Block = NewtonSystem::Block;
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /** A block with so many columns that its speeds stay unknowns of step 3. **/
-bool isHub(const Block& block) {
+bool isHub(const NewtonSystem::Block& block) {
     return block.numColumns() > 4 * block.size + 64;
 }
 
@@ -37,7 +33,7 @@ public:
         m_parts.reserve(system.parts.size());
         for (const NewtonSystem::Part& part : system.parts) m_parts.emplace_back(part);
         m_blocks.reserve(system.blocks.size());
-        for (const Block& block : system.blocks) {
+        for (const NewtonSystem::Block& block : system.blocks) {
             m_blocks.emplace_back(block, m_parts);
             m_firstColumn.push_back(int(m_Gz.size()));
             m_firstSpeed.push_back(int(m_deltaU.size()));
@@ -157,7 +153,7 @@ private:
         m_hubMatrices.clear();
         std::vector<std::vector<int>> blocksOfRow(static_cast<size_t>(m_numMultipliers));
         for (size_t b = 0; b < m_blocks.size(); ++b) {
-            const Block& block = system.blocks[b];
+            const NewtonSystem::Block& block = system.blocks[b];
             m_work += double(block.size) * block.size + 20.0 * block.size * block.numColumns();
             m_isHub[b] = keepHubs && isHub(block);
             pattern.cliques.push_back(m_isHub[b] ? std::vector<int>() : block.rows);
@@ -165,7 +161,7 @@ private:
         }
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             if (!m_isHub[b]) continue;
-            const Block& block = system.blocks[b];
+            const NewtonSystem::Block& block = system.blocks[b];
             Hub hub;
             hub.block = int(b);
             hub.firstUnknown = pattern.numUnknowns;
@@ -212,8 +208,9 @@ private:
 
     void factorBlocks(const NewtonSystem& system) {
         m_isPartUsed.assign(m_parts.size(), 0);
-        for (const Block& block : system.blocks)
-            if (block.form == Block::Form::Arrow) m_isPartUsed[size_t(block.part)] = 1;
+        for (const NewtonSystem::Block& block : system.blocks)
+            if (block.form == NewtonSystem::Block::Form::Arrow)
+                m_isPartUsed[size_t(block.part)] = 1;
         for (size_t p = 0; p < m_parts.size(); ++p)
             if (m_isPartUsed[p] && !m_parts[p].factor(system.parts[p]))
                 throw std::runtime_error("BlockEliminationSolver: the diagonal of part " +
@@ -235,7 +232,8 @@ private:
         bool isSymmetric = true;
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             m_cliqueValues[b] = m_isHub[b] ? nullptr : m_blocks[b].getSchur();
-            isSymmetric = isSymmetric && system.blocks[b].form != Block::Form::General;
+            isSymmetric =
+                isSymmetric && system.blocks[b].form != NewtonSystem::Block::Form::General;
         }
         for (Hub& hub : m_hubs) fillHub(system, hub);
         size_t clique = size_t(m_firstComplianceClique);
@@ -247,9 +245,9 @@ private:
     }
 
     void fillHub(const NewtonSystem& system, Hub& hub) {
-        const Block& block = system.blocks[size_t(hub.block)];
+        const NewtonSystem::Block& block = system.blocks[size_t(hub.block)];
         const int n = block.size;
-        if (block.form == Block::Form::Arrow) {
+        if (block.form == NewtonSystem::Block::Form::Arrow) {
             const NewtonSystem::Part& part = system.parts[size_t(block.part)];
             hub.minusJ.topLeftCorner<6, 6>() = -Map<const MatrixXd>(block.head.data(), 6, 6);
             hub.minusJ.bottomLeftCorner(n - 6, 3) =

@@ -35,20 +35,20 @@ Real calcModalAssurance(const Matrix& M, const Vector_<Complex>& a, const Vector
 }
 
 /** A branch's mode at a speed. **/
-struct Pair {
+struct BranchPair {
     Eigenmode mode;
     Real assurance;
 };
 
 /** The modes that continue those of the speed before: the surest pairs first, among equals the
 nearer frequencies. **/
-std::vector<Pair> follow(const Linearization& linear, const std::vector<Eigenmode>& last,
-                         size_t numModes) {
+std::vector<BranchPair> follow(const Linearization& linear, const std::vector<Eigenmode>& last,
+                               size_t numModes) {
     const std::vector<Eigenmode> modes = calcElasticModes(linear);
     if (modes.size() < numModes)
         throw std::runtime_error(std::to_string(numModes) + " modes are asked for, there are " +
                                  std::to_string(modes.size()));
-    std::vector<Pair> pairs;
+    std::vector<BranchPair> pairs;
     if (last.empty()) {
         for (size_t k = 0; k < numModes; ++k) pairs.push_back({modes[k], 1});
         return pairs;
@@ -92,7 +92,7 @@ CampbellDiagram calcCampbellDiagram(const std::vector<Real>& speeds, int numMode
     diagram.branches.resize(size_t(numModes));
     std::vector<Eigenmode> last;
     for (const Real speed : speeds) {
-        std::vector<Pair> pairs;
+        std::vector<BranchPair> pairs;
         diagram.failures.emplace_back();
         try {
             pairs = follow(linearize(speed), last, size_t(numModes));

@@ -30,7 +30,7 @@ struct ReducedPencil {
     double rate;     ///< s [1/s]
 };
 
-struct Pair {
+struct PencilMode {
     Complex nu;
     VectorXcd y;
 };
@@ -93,7 +93,7 @@ ReducedPencil reducePencil(const Linearization& linear) {
 
 /** ν² = −ω² from (K + M)⁻¹M, whose largest eigenvalues 1/(1 + ω²) belong to the slowest modes:
 these come out sharpest. @returns false if a mode grows too fast for K + M to be positive. **/
-bool solveSymmetric(const ReducedPencil& pencil, std::vector<Pair>& pairs) {
+bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
     const MatrixXd K = 0.5 * (pencil.K + pencil.K.transpose());
     const MatrixXd M = 0.5 * (pencil.M + pencil.M.transpose());
     const Eigen::LLT<MatrixXd> factor(K + M);
@@ -122,7 +122,7 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<Pair>& pairs) {
 }
 
 /** ν = 1 + 1/μ with μ²(M + D + K) + μ(D + 2M) + M = 0: again the slowest come out sharpest. **/
-void solveGeneral(const ReducedPencil& pencil, std::vector<Pair>& pairs) {
+void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
     const Eigen::Index n = pencil.M.rows();
     if (n == 0) return;
     const Eigen::PartialPivLU<MatrixXd> shifted(pencil.M + pencil.D + pencil.K);
@@ -161,7 +161,8 @@ void solveGeneral(const ReducedPencil& pencil, std::vector<Pair>& pairs) {
     }
 }
 
-Eigenmode makeMode(const Linearization& linear, const ReducedPencil& pencil, const Pair& pair) {
+Eigenmode makeMode(const Linearization& linear, const ReducedPencil& pencil,
+                   const PencilMode& pair) {
     const int n = linear.M.nrow();
     Eigenmode mode;
     mode.eigenvalue = pencil.rate * pair.nu;
@@ -195,7 +196,7 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
         throw std::invalid_argument("there are no natural modes about this motion: " +
                                     linearization.unsteady);
     const ReducedPencil pencil = reducePencil(linearization);
-    std::vector<Pair> pairs;
+    std::vector<PencilMode> pairs;
     if (pencil.K.rows() == 0) return {};
     const double asymmetry = (pencil.K - pencil.K.transpose()).cwiseAbs().maxCoeff();
     const bool isSymmetric = pencil.D.cwiseAbs().maxCoeff() < RoundOff && asymmetry < RoundOff;
@@ -203,10 +204,11 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
         pairs.clear();
         solveGeneral(pencil, pairs);
     }
-    std::stable_sort(pairs.begin(), pairs.end(),
-                     [](const Pair& a, const Pair& b) { return std::abs(a.nu) < std::abs(b.nu); });
+    std::stable_sort(pairs.begin(), pairs.end(), [](const PencilMode& a, const PencilMode& b) {
+        return std::abs(a.nu) < std::abs(b.nu);
+    });
     std::vector<Eigenmode> modes;
-    for (const Pair& pair : pairs) modes.push_back(makeMode(linearization, pencil, pair));
+    for (const PencilMode& pair : pairs) modes.push_back(makeMode(linearization, pencil, pair));
     return modes;
 }
 

@@ -6,6 +6,7 @@ The state of an ImplicitIntegrator (private header). **/
 #include <chrono>
 #include <cmath>
 
+#include "simflex/base/SecondsSince.h"
 #include "simflex/solver/BreakTimes.h"
 #include "simflex/solver/EventDriver.h"
 #include "simflex/solver/ImplicitIntegrator.h"
@@ -15,10 +16,6 @@ The state of an ImplicitIntegrator (private header). **/
 #include "simflex/solver/StepController.h"
 
 namespace simflex {
-
-inline double secondsSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 class ImplicitIntegrator::Implementation {
 public:

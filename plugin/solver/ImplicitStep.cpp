@@ -4,19 +4,16 @@
 #include <chrono>
 #include <cmath>
 
+#include "simflex/base/FlushDenormals.h"
+#include "simflex/base/SecondsSince.h"
 #include "simflex/body/Chunk.h"
 #include "simflex/solver/Checkpoint.h"
 #include "simflex/solver/FailureDiagnosis.h"
-#include "simflex/base/FlushDenormals.h"
 
 namespace simflex {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /** Largest |value|, or NaN if there is one; `where` receives its index. **/
 double largestAbs(const std::vector<double>& values, int* where = nullptr) {

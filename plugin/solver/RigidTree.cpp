@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-Vector3d toEigen(const Vec3& v) {
+Vector3d asVector3d(const Vec3& v) {
     return {v[0], v[1], v[2]};
 }
 
@@ -106,7 +106,7 @@ void RigidTree::multiplyByN(const RigidBody& body, const double* q, const double
         body.turning == Turning::LineQuaternion || body.turning == Turning::LineBodyXYZ;
     if (hasQuaternion(body)) {
         Map<Vector4d>(qDot, 4) =
-            0.5 * multiplyQuaternion(Map<const Vector4d>(q), toEigen(omega), inBody);
+            0.5 * multiplyQuaternion(Map<const Vector4d>(q), asVector3d(omega), inBody);
     } else if (nq == 3) {
         const Vec3 angles(q[0], q[1], q[2]);
         const Vec3 rates = (inBody ? Rotation::calcNForBodyXYZInBodyFrame(angles)

@@ -18,7 +18,7 @@ constexpr double SlowestRate = 1e-8;
 constexpr double TurnStep = 5e-3;
 /** What a turn by a body's size costs where loops are closed, in moves of places by as much. **/
 constexpr double TurnCost = 1e4;
-constexpr double RankTolerance = 1e-10, ClosedLoop = 1e-15;
+constexpr double ClosureRank = 1e-10, ClosedLoop = 1e-15;
 constexpr int NumClosings = 12, NumFlowPieces = 16;
 /** Displacements at which it is tried whether loops need closing [m], and what may come of them.
  * **/
@@ -236,7 +236,7 @@ void SteadyMotion::prepareClosing(const std::vector<double>& q) {
     for (double& norm : rows) norm = norm > 0 ? 1 / norm : 0;
     scaled = rows.asDiagonal() * scaled;
     Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
-    decomposition.setThreshold(RankTolerance);
+    decomposition.setThreshold(ClosureRank);
     decomposition.compute(scaled);
     m_closing = -(unit.asDiagonal() * decomposition.pseudoInverse() * rows.asDiagonal());
 }

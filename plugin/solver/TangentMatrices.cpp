@@ -28,7 +28,9 @@ constexpr int MaxRefinements = 4;
 /** Whether two columns are the same but for what SmallChange hides. **/
 bool areAlike(const VectorXd& a, const VectorXd& b, double allowed) {
     const double largest = SmallChange * b.cwiseAbs().maxCoeff();
-    return ((a - b).array().abs() <= allowed * (b.array().abs() + largest)).all();
+    for (Eigen::Index i = 0; i < a.size(); ++i)
+        if (!(std::abs(a[i] - b[i]) <= allowed * (std::abs(b[i]) + largest))) return false;
+    return true;
 }
 
 }  // namespace

@@ -1,13 +1,13 @@
 #include "GlContext.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <exception>
 #include <stdexcept>
 
 #include "EglContext.h"
 #include "OsMesaContext.h"
+#include "simflex/base/AsciiText.h"
 
 namespace simflex {
 
@@ -26,9 +26,7 @@ constexpr Implementation implementations[] = {{"osmesa", createOsMesaContext},
 
 std::unique_ptr<GlContext> GlContext::create() {
     const char* const chosen = std::getenv("SIMFLEX_GL");
-    std::string wanted = chosen ? chosen : "";
-    std::transform(wanted.begin(), wanted.end(), wanted.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
+    const std::string wanted = lowerCase(chosen ? chosen : "");
     std::string reasons, names;
     for (const Implementation& implementation : implementations) {
         names += std::string(names.empty() ? "'" : " or '") + implementation.name + "'";

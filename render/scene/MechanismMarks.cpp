@@ -24,7 +24,7 @@ namespace {
 const Vec3 forceColor(0.89, 0.30, 0.12), momentColor(0.44, 0.20, 0.62), textColor(0.16, 0.18, 0.22);
 
 // Of the largest part's radius.
-constexpr double axisLength = 0.22, arrowLength = 0.75, tipLength = 0.12;
+constexpr double axisLength = 0.22, speedLength = 0.75, speedTip = 0.12;
 
 // Columns of a 3×n_f matrix times ξ.
 Vec3 multiply(const std::vector<double>& shapes, const Vector& xi) {
@@ -152,7 +152,7 @@ void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
             const Vec3& value = isMoment ? reaction.moment_G : reaction.force_G;
             const double largest = isMoment ? largestMoment : largestForce;
             if (!(value.norm() > 0.01 * largest)) continue;
-            const Vec3 span = arrowLength * scale / largest * value;
+            const Vec3 span = speedLength * scale / largest * value;
             appendArrow(reaction.point_G, span, isMoment, geometry);
             if (!settings.showReactionValues) continue;
             const Dimension dimension = isMoment ? Dimension::Moment : Dimension::Force;
@@ -187,7 +187,7 @@ double MechanismMarks::calcScale(const FrameSnapshot& frame) {
 void MechanismMarks::appendArrow(const Vec3& start_G, const Vec3& span, bool isMoment,
                                  Array_<DecorativeGeometry>& geometry) const {
     const Vec3& color = isMoment ? momentColor : forceColor;
-    const double length = span.norm(), tip = std::min(tipLength * scale, 0.4 * length);
+    const double length = span.norm(), tip = std::min(speedTip * scale, 0.4 * length);
     const Vec3 end = start_G + span, direction = span / length;
     SimTK::DecorativeArrow arrow(start_G, end, tip);
     arrow.setColor(color);

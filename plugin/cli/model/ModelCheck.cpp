@@ -2,13 +2,13 @@
 Checks what was read against the schema. **/
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/cli/model/ModelNode.h"
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/model/ScalarCheck.h"
@@ -287,8 +287,7 @@ private:
         if (form.hasNumbers) {
             const bool isNumber = !entry.key.empty() && entry.key.size() < 8 &&
                                   entry.key[0] != '0' &&
-                                  std::all_of(entry.key.begin(), entry.key.end(),
-                                              [](unsigned char c) { return std::isdigit(c); });
+                                  std::all_of(entry.key.begin(), entry.key.end(), isDigit);
             if (!isNumber) fail(name + " is no number of a mode: they count from 1");
             return;
         }

@@ -1,12 +1,12 @@
 #include "simflex/cli/model/ModelReader.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/cli/model/Formula.h"
 #include "simflex/cli/model/ModelNode.h"
 #include "simflex/cli/model/NearestName.h"
@@ -35,7 +35,8 @@ void checkFormat(const YamlTree& tree, const std::string& path) {
         throw ModelError(tree.place.getText() +
                          ": 'simflex: 1' is missing, which tells the format of the file");
     double number = 0;
-    if (version->kind != YamlTree::Kind::Scalar || !formula::readPlainNumber(version->scalar, number))
+    if (version->kind != YamlTree::Kind::Scalar ||
+        !formula::readPlainNumber(version->scalar, number))
         return;
     if (number > kFormat)
         throw ModelError(version->place.getText() + ": the file has format " + version->scalar +
@@ -66,18 +67,17 @@ struct Word {
 /** The names in a formula, but those of functions. **/
 std::vector<Word> findWords(const std::string& formula) {
     std::vector<Word> words;
-    const auto isWordCharacter = [](unsigned char c) {
-        return std::isalnum(c) || c == '_' || c == '.';
+    const auto isWordCharacter = [](char c) {
+        return isLetter(c) || isDigit(c) || c == '_' || c == '.';
     };
     for (std::size_t i = 0; i < formula.size();) {
         const std::size_t begin = i;
-        while (i < formula.size() && isWordCharacter(static_cast<unsigned char>(formula[i]))) ++i;
+        while (i < formula.size() && isWordCharacter(formula[i])) ++i;
         if (i == begin) {
             ++i;
             continue;
         }
-        const bool isName =
-            std::isalpha(static_cast<unsigned char>(formula[begin])) || formula[begin] == '_';
+        const bool isName = isLetter(formula[begin]) || formula[begin] == '_';
         const std::size_t next = formula.find_first_not_of(" \t\r\n", i);
         const bool isFunction = next != std::string::npos && formula[next] == '(';
         if (isName && !isFunction) words.push_back({formula.substr(begin, i - begin), begin});

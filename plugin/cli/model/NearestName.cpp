@@ -1,8 +1,9 @@
 #include "simflex/cli/model/NearestName.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
+
+#include "simflex/base/AsciiText.h"
 
 namespace simflex {
 namespace cli {
@@ -14,7 +15,7 @@ const std::size_t kFewNames = 16;    // are listed all
 
 std::string makePlain(std::string name) {
     for (char& c : name) {
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        c = toLower(c);
         if (c == '-' || c == ' ') c = '_';
     }
     return name;

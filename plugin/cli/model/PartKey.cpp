@@ -6,6 +6,7 @@
 #include <sstream>
 #include <vector>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/fe/GmshPart.h"
 #include "simflex/part/ReducedBodyFile.h"
 
@@ -26,14 +27,7 @@ std::string readBytes(const std::string& path) {
 }
 
 std::string endingOf(const std::string& path) {
-    std::string ending = fs::path(path).extension().string();
-    for (char& c : ending) c = char(std::tolower((unsigned char)(c)));
-    return ending;
-}
-
-std::string upperCase(std::string text) {
-    for (char& c : text) c = char(std::toupper((unsigned char)(c)));
-    return text;
+    return lowerCase(fs::path(path).extension().string());
 }
 
 /** File names after INPUT= of *INCLUDE cards. **/
@@ -44,7 +38,7 @@ std::vector<std::string> findDeckIncludes(const std::string& text) {
     for (std::string line; std::getline(in, line);) {
         std::string blankless;
         for (const char c : line)
-            if (!std::isspace((unsigned char)(c)) && c != '"') blankless += c;
+            if (!isBlank(c) && c != '"') blankless += c;
         const std::string upper = upperCase(blankless);
         if (upper.compare(0, 2, "**") == 0) continue;
         if (upper.compare(0, 1, "*") == 0) open = upper.compare(0, 8, "*INCLUDE") == 0;

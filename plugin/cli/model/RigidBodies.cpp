@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/cli/model/MassProperties.h"
 #include "simflex/cli/model/ModelGeometry.h"
 #include "simflex/cli/model/ModelSystem.h"
@@ -45,8 +46,7 @@ struct Shape {
 PolygonalMesh readMesh(const ModelValue& file, double scale) {
     const std::string path = file.getFilePath();
     if (!std::filesystem::is_regular_file(path)) failMissingFile(file);
-    std::string ending = std::filesystem::path(path).extension().string();
-    for (char& c : ending) c = char(std::tolower((unsigned char)(c)));
+    const std::string ending = lowerCase(std::filesystem::path(path).extension().string());
     if (ending != ".stl" && ending != ".obj" && ending != ".vtp")
         file.fail("a mesh is a file .stl, .obj or .vtp");
     PolygonalMesh mesh;

@@ -1,11 +1,11 @@
 #include "simflex/cli/model/ScalarCheck.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/cli/model/Formula.h"
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/model/SchemaText.h"
@@ -21,7 +21,7 @@ using Node = ModelValue::Node;
 const double kWholeTolerance = 1e-9;
 
 bool isNameCharacter(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+    return isLetter(c) || isDigit(c) || c == '_' || c == '-';
 }
 
 std::string describeFound(const YamlTree& tree) {
@@ -52,9 +52,7 @@ void checkOutput(const Node& node) {
 
 void checkNumber(Node& node, const SchemaForm& form) {
     const std::string& text = node.scalar;
-    std::string plain = text;
-    std::transform(plain.begin(), plain.end(), plain.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::string plain = lowerCase(text);
     if (!plain.empty() && (plain[0] == '-' || plain[0] == '+')) plain.erase(0, 1);
     if (plain == ".nan" || plain == ".inf" || plain == "nan" || plain == "inf" ||
         plain == "infinity")
@@ -123,7 +121,7 @@ void checkScalarForm(const YamlTree& tree, Node& node, const SchemaForm& form) {
 bool isName(const std::string& text, bool canHaveDots) {
     bool isFirst = true;
     for (char c : text) {
-        if (isFirst && !(std::isalpha(static_cast<unsigned char>(c)) || c == '_')) return false;
+        if (isFirst && !(isLetter(c) || c == '_')) return false;
         isFirst = c == '.' && canHaveDots;
         if (!isFirst && !isNameCharacter(c)) return false;
     }
@@ -148,8 +146,8 @@ void checkScalar(const YamlTree& tree, Node& node) {
     const bool isOne = scalars.size() == 1;
     const std::string& text = node.scalar;
     const bool beginsAsNumber =
-        !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) ||
-                          std::string("+-.(").find(text[0]) != std::string::npos);
+        !text.empty() &&
+        (isDigit(text[0]) || std::string("+-.(").find(text[0]) != std::string::npos);
     const SchemaForm* guess = nullptr;
     for (const SchemaForm* form : scalars) {
         node.form = form;

@@ -1,11 +1,11 @@
 #include "simflex/cli/model/SchemaReference.h"
 
 #include <algorithm>
-#include <cctype>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/cli/model/SchemaText.h"
 
@@ -30,9 +30,7 @@ std::vector<std::string> splitPath(const std::string& path) {
 /** The forms one step below `forms`. **/
 std::vector<const SchemaForm*> findBelow(const std::vector<const SchemaForm*>& forms,
                                          const std::string& part) {
-    const bool isNumber =
-        !part.empty() &&
-        std::all_of(part.begin(), part.end(), [](unsigned char c) { return std::isdigit(c); });
+    const bool isNumber = !part.empty() && std::all_of(part.begin(), part.end(), isDigit);
     std::vector<const SchemaForm*> below;
     for (const SchemaForm* form : forms) {
         if (const SchemaKey* key = findSchemaKey(*form, part))

@@ -4,13 +4,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
 #include <cstring>
 #include <map>
 #include <set>
 #include <sstream>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/cli/model/ModelError.h"
 
 namespace simflex {
@@ -425,9 +425,7 @@ void applySetting(YamlTree& tree, const std::string& setting) {
         begin = end + 1;
         if (key.empty()) fail({name, 0, 0}, "there is an empty name in the path");
         if (target->kind == YamlTree::Kind::List) {
-            const bool isNumber = key.size() < 7 && std::all_of(key.begin(), key.end(), [](char c) {
-                                      return std::isdigit(static_cast<unsigned char>(c));
-                                  });
+            const bool isNumber = key.size() < 7 && std::all_of(key.begin(), key.end(), isDigit);
             const std::size_t count = target->items.size();
             if (!isNumber || std::stoul(key) >= count)
                 fail({name, 0, 0}, path + " is a list: give the number of an item, 0 to " +

@@ -2,12 +2,12 @@
 simflex export: a part file in the formats of other programs. **/
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <memory>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/part/MbdynFem.h"
@@ -53,10 +53,7 @@ struct ExportArguments {
 };
 
 std::string lowerSuffix(const std::string& path) {
-    std::string suffix = fs::path(path).extension().string();
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
-    return suffix;
+    return lowerCase(fs::path(path).extension().string());
 }
 
 /** A part file, or MBDyn's modal data with their interface nodes. **/

@@ -10,6 +10,7 @@ simflex info: what is in a part file, for people or as JSON. **/
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Json.h"
 #include "simflex/cli/part/InterfacePicture.h"
+#include "simflex/cli/part/TieName.h"
 #include "simflex/part/Frequency.h"
 #include "simflex/part/PartWarnings.h"
 #include "simflex/part/ReducedBodyFile.h"
@@ -32,10 +33,6 @@ int countElements(const Mesh& mesh) {
     int count = 0;
     for (const ElementBlock& block : mesh.elements) count += block.numElements();
     return count;
-}
-
-const char* nameOf(TieType tie) {
-    return tie == TieType::Rigid ? "rigid" : "distributing";
 }
 
 /** Distance of the farthest tied node from the master [m]. **/

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "simflex/cli/part/PartView.h"
+#include "simflex/cli/part/TieName.h"
 #include "simflex/render/SurfaceMesh.h"
 
 namespace simflex {
@@ -21,10 +22,6 @@ const Vec3 kColors[] = {Vec3(0.84, 0.37, 0.00), Vec3(0.00, 0.45, 0.70), Vec3(0.0
 Vec3 positionOf(const Mesh& mesh, int node) {
     const auto x = mesh.position(node);
     return Vec3(x[0], x[1], x[2]);
-}
-
-const char* nameOf(TieType tie) {
-    return tie == TieType::Rigid ? "rigid" : "distributing";
 }
 
 SimTK::PolygonalMesh makeSkin(const Mesh& mesh) {

@@ -12,7 +12,7 @@ namespace simflex {
 namespace cli {
 namespace {
 
-constexpr double kRoundOff = 1e-9;  // what varies by less of its size is constant
+constexpr double kConstant = 1e-9;  // what varies by less of its size is constant
 
 /** Value at time t of the polynomial through the four nearest rows (fewer if there are fewer). **/
 double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t) {
@@ -144,7 +144,7 @@ private:
                 range = std::max({range, findRange(column.first), findRange(column.second)});
                 size = std::max({size, findSize(column.first), findSize(column.second)});
             }
-            result.columns[k].range = range > kRoundOff * size ? range : size;
+            result.columns[k].range = range > kConstant * size ? range : size;
         }
     }
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "simflex/base/SecondsSince.h"
 #include "simflex/cli/results/ResultJournal.h"
 #include "simflex/cli/results/ResultLayout.h"
 #include "simflex/part/FileChecksum.h"
@@ -20,10 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 constexpr double kMostOfTheTime = 0.1;  // spent on replacing the file at flush()
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 void syncPath(const std::string& path) {
     const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);

@@ -84,7 +84,7 @@ void printStatic(const ResultData::Analysis& analysis) {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kAperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate
 // Of eigenvalues λ², whose errors are those of the largest: of frequencies its root.
-constexpr double kRoundOff = 1e-7;
+constexpr double kEigenvalueError = 1e-7;
 
 void printEigen(const ResultData::Analysis& analysis) {
     const double numRigid = getStatistic(analysis, "rigid_motions");
@@ -93,7 +93,7 @@ void printEigen(const ResultData::Analysis& analysis) {
         std::printf(", besides %.0f motion%s that nothing restores", numRigid,
                     numRigid == 1 ? "" : "s");
     std::printf("\n  mode  frequency [Hz]  damping ratio\n");
-    const double free = kRoundOff * getStatistic(analysis, "highest_frequency");
+    const double free = kEigenvalueError * getStatistic(analysis, "highest_frequency");
     const size_t count = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
     for (size_t k = 0; k < count; ++k) {
         const double frequency = analysis.frequency[0][k], damping = analysis.dampingRatio[0][k];

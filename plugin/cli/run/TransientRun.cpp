@@ -19,7 +19,7 @@ using SimTK::Vector;
 namespace {
 
 constexpr int kUsualRows = 200;
-constexpr double kRoundOff = 1e-9;  // of the number of intervals
+constexpr double kWholeInterval = 1e-9;  // of the number of intervals
 constexpr int kMostRows = 100'000'000;
 
 // A step's error leaves some 1e-4 of the energy in a default run, numerical damping of vibrations
@@ -31,7 +31,7 @@ constexpr double kEnergyRoundOff = 1e-9;
 
 /** Number of intervals that cover a duration; the last may be shorter. **/
 int countIntervals(double duration, double interval, const ModelValue& where) {
-    const double count = std::ceil(duration / interval - kRoundOff * (duration / interval));
+    const double count = std::ceil(duration / interval - kWholeInterval * (duration / interval));
     if (count > kMostRows)
         where.fail("gives more than " + std::to_string(kMostRows) + " rows of output");
     return std::max(1, int(count));

@@ -3,7 +3,6 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -15,6 +14,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/cli/model/NearestName.h"
 #include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
@@ -51,7 +51,7 @@ std::vector<std::string> split(const std::string& text) {
 
 /** The shortest text that is the number but for rounding: 0.15, where steps of 0.025 add up to
 0.15000000000000002. **/
-std::string write(double value) {
+std::string writeValue(double value) {
     for (int digits = 6; digits <= 14; ++digits) {
         const std::string text = writeGeneral(value, digits);
         double written = 0;
@@ -64,9 +64,9 @@ std::string write(double value) {
 std::vector<std::string> makeRange(double from, double to, int count) {
     std::vector<std::string> values;
     for (int k = 0; k < count; ++k)
-        values.push_back(write(k == 0           ? from
-                               : k == count - 1 ? to
-                                                : from + (to - from) * k / (count - 1)));
+        values.push_back(writeValue(k == 0           ? from
+                                    : k == count - 1 ? to
+                                                     : from + (to - from) * k / (count - 1)));
     return values;
 }
 
@@ -132,7 +132,7 @@ std::string makeFolderName(const std::vector<SweptKey>& keys,
     }
     bool isExact = name.size() <= kLongestFolder;
     for (char& c : name)
-        if (!std::isalnum((unsigned char)c) && !std::strchr("._=+-", c)) {
+        if (!isLetter(c) && !isDigit(c) && !std::strchr("._=+-", c)) {
             c = '-';
             isExact = false;
         }
@@ -253,7 +253,6 @@ namespace {
 void checkStatistic(const std::string& text) {
     const size_t dot = text.rfind('.');
     const std::string last = dot == std::string::npos ? "" : text.substr(dot + 1);
-    const auto isLetter = [](unsigned char c) { return std::isalpha(c) != 0; };
     const auto& known = getSweepStatistics();
     if (last.size() < 3 || !std::all_of(last.begin(), last.end(), isLetter) ||
         std::find(known.begin(), known.end(), last) != known.end())
@@ -388,7 +387,7 @@ void takeModelSweep(SweepPlan& plan, const std::string& name) {
     for (const std::string& key : parameters.getKeys()) {
         SweptKey swept{key, {}, {}};
         for (const double value : parameters.get(key).getNumbers())
-            swept.values.push_back(write(value));
+            swept.values.push_back(writeValue(value));
         plan.keys.push_back(swept);
     }
     const std::string analysis = sweep.get("analysis").getText();

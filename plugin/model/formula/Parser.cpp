@@ -1,11 +1,11 @@
 #include "simflex/model/formula/Parser.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/model/formula/Evaluation.h"
 
 namespace simflex {
@@ -44,12 +44,6 @@ const Function* findFunction(const std::string& name) {
     return nullptr;
 }
 
-bool isDigit(char c) {
-    return std::isdigit(static_cast<unsigned char>(c)) != 0;
-}
-bool isLetter(char c) {
-    return std::isalpha(static_cast<unsigned char>(c)) != 0;
-}
 bool isWordCharacter(char c) {
     return isLetter(c) || isDigit(c) || c == '_';
 }

@@ -1,0 +1,37 @@
+#pragma once
+/** @file
+Kinds and cases of ASCII characters, the same in every locale, where those of <cctype> follow the
+process's. Bytes beyond ASCII are of no kind and keep their value. Internal. **/
+
+#include <string>
+#include <string_view>
+
+namespace simflex {
+
+constexpr bool isDigit(char c) {
+    return c >= '0' && c <= '9';
+}
+constexpr bool isLetter(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+constexpr bool isBlank(char c) {
+    return c == ' ' || (c >= '\t' && c <= '\r');
+}
+constexpr char toUpper(char c) {
+    return c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
+}
+constexpr char toLower(char c) {
+    return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+}
+inline std::string upperCase(std::string_view text) {
+    std::string result(text);
+    for (char& c : result) c = toUpper(c);
+    return result;
+}
+inline std::string lowerCase(std::string_view text) {
+    std::string result(text);
+    for (char& c : result) c = toLower(c);
+    return result;
+}
+
+}  // namespace simflex

@@ -1,0 +1,13 @@
+#pragma once
+/** @file Wall time that has passed. Internal. **/
+
+#include <chrono>
+
+namespace simflex {
+
+/** [s] **/
+inline double secondsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace simflex
