@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/forces/ElementParameters.h"
 
@@ -68,8 +69,7 @@ void ModalDamping::matrix(FlexibleBodySubsystem& subsystem, const FlexibleBody& 
     const double roundOff = 1e-12 * matrix.cwiseAbs().maxCoeff();
     if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > roundOff)
         throw std::invalid_argument(name + ": the matrix is not symmetric");
-    const double lowest =
-        n ? ::Eigen::SelfAdjointEigenSolver<::Eigen::MatrixXd>(matrix).eigenvalues()[0] : 0;
+    const double lowest = n ? calcSymmetricEigen(matrix).values[0] : 0;
     if (lowest < -n * roundOff)
         throw std::invalid_argument(name + ": the matrix has the eigenvalue " +
                                     std::to_string(lowest) + " 1/s; none may be negative");

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "simflex/base/DenseAlgebra.h"
+
 namespace simflex {
 namespace {
 
@@ -94,9 +96,7 @@ bool ConstraintSystem::correct(std::vector<Term>& terms, const std::string& wher
     const double miss = residual.cwiseAbs().maxCoeff(&worst) / largest;
     if (miss <= kExact) return false;
     if (miss <= kRounded) {
-        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(R.transpose());
-        solver.setThreshold(1e-9);
-        const Eigen::VectorXd change = solver.solve(residual);
+        const Eigen::VectorXd change = solveLeastSquares(R.transpose(), residual, 1e-9);
         const double left = (residual - R.transpose() * change).cwiseAbs().maxCoeff() / largest;
         if (left <= kExact) {
             for (Eigen::Index k = 0; k < count; ++k) terms[size_t(k)].second -= change[k];

@@ -10,6 +10,7 @@
 
 #include "ConstraintSystem.h"
 #include "SurfaceTies.h"
+#include "simflex/base/DenseAlgebra.h"
 
 namespace simflex {
 namespace {
@@ -262,11 +263,11 @@ private:
                 if (turn != turnOf.end())
                     gram(turn->second + term.axis, turn->second + term.axis) += 1;
             }
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> motions(gram);
+        const SymmetricEigen motions = calcSymmetricEigen(gram);
         const Eigen::Index numStill =
-            (motions.eigenvalues().array() <= kNoMotion * motions.eigenvalues()[count - 1]).count();
+            (motions.values.array() <= kNoMotion * motions.values[count - 1]).count();
         Eigen::MatrixXd B = Eigen::MatrixXd::Identity(count, count);
-        if (numStill > 0) B = motions.eigenvectors().rightCols(count - numStill);
+        if (numStill > 0) B = motions.vectors.rightCols(count - numStill);
 
         std::vector<int> variables;
         for (Eigen::Index k = 0; k < B.cols(); ++k) {

@@ -1,5 +1,6 @@
 #include "simflex/fe/NodeSelection.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/part/TextLines.h"
 
 #include <Eigen/Dense>
@@ -233,7 +234,7 @@ std::optional<Line> findCylinderAxis(const Mesh& mesh, const std::vector<int>& n
                 radius = miss.mean();
                 look();
             }
-            const Eigen::VectorXd step = J.completeOrthogonalDecomposition().solve(-miss);
+            const Eigen::VectorXd step = solveLeastSquares(J, -miss);
             foot += step[0] * e + step[1] * f;
             axis = (axis + step[2] * e + step[3] * f).normalized();
             radius += step[4];

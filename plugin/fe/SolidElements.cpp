@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "Vec3d.h"
+#include "simflex/base/DenseAlgebra.h"
 
 namespace simflex {
 namespace {
@@ -237,7 +238,7 @@ std::vector<double> makeExtrapolation(const std::string& calculixType, ElementTy
     };
     const Eigen::MatrixXd atPoints = toMatrix(rule.size(), [&](size_t k) { return rule[k].xi; });
     Eigen::MatrixXd A = toMatrix(nodes.size(), [&](size_t k) { return nodes[k].xi; }) *
-                        Eigen::MatrixXd(atPoints.completeOrthogonalDecomposition().pseudoInverse());
+                        calcColumnSpace(atPoints).pseudoInverse;
     if (calculixType != "C3D20")
         for (size_t k = numCorners; k < nodes.size(); ++k)
             A.row(Eigen::Index(k)) = 0.5 * (A.row(nodes[k].ends[0]) + A.row(nodes[k].ends[1]));

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
 
@@ -333,20 +334,20 @@ MatrixXd solvePencil(const FemFile& file, const MatrixXd& M, const VectorXd& who
     const VectorXd scale = wholeMass.cwiseSqrt().cwiseInverse();
     if (!scale.allFinite()) file.refuse(9, "has a mode without mass");
     const MatrixXd scaled = scale.asDiagonal() * M * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> mass(scaled);
-    const VectorXd& mu = mass.eigenvalues();
-    if (mass.info() != Eigen::Success || mu[0] < -1e-6 * std::max(1.0, mu[mu.size() - 1]))
+    const SymmetricEigen mass = calcSymmetricEigen(scaled);
+    const VectorXd& mu = mass.values;
+    if (!mass.hasConverged || mu[0] < -1e-6 * std::max(1.0, mu[mu.size() - 1]))
         file.refuse(9,
                     "is no mass matrix of these modes: with their rigid motion taken out it is "
                     "not positive");
     const long numRigid = (mu.array() < kRigid * mu[mu.size() - 1]).count();
     const long n = mu.size() - numRigid;
-    const MatrixXd W = scale.asDiagonal() * mass.eigenvectors().rightCols(n) *
+    const MatrixXd W = scale.asDiagonal() * mass.vectors.rightCols(n) *
                        mu.tail(n).cwiseSqrt().cwiseInverse().asDiagonal();
     const MatrixXd reduced = W.transpose() * K * W;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> stiffness(0.5 * (reduced + reduced.transpose()));
-    omegaSquared = stiffness.eigenvalues();
-    return W * stiffness.eigenvectors();
+    const SymmetricEigen stiffness = calcSymmetricEigen(0.5 * (reduced + reduced.transpose()));
+    omegaSquared = stiffness.values;
+    return W * stiffness.vectors;
 }
 
 std::vector<double> toVector(const MatrixXd& A) {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/ParallelFor.h"
 
 namespace simflex {
@@ -70,8 +71,8 @@ public:
             const VectorXd norms = gram.diagonal().cwiseSqrt();
             const VectorXd scale = norms.unaryExpr([](double x) { return x > 0 ? 1 / x : 0.0; });
             gram = scale.asDiagonal() * gram * scale.asDiagonal();
-            const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram);
-            const VectorXd& lambda = solver.eigenvalues();  // ascending
+            const SymmetricEigen eigen = calcSymmetricEigen(gram);
+            const VectorXd& lambda = eigen.values;  // ascending
             // A direction's true length is at most its scaled one times the largest norm.
             const double longest = norms.maxCoeff(), least = pass == 0 ? shortest : 0.5;
             Index dropped = 0;
@@ -79,7 +80,7 @@ public:
                    (lambda[dropped] <= 1e-15 || std::sqrt(lambda[dropped]) * longest <= least))
                 ++dropped;
             const Index kept = width - dropped;
-            const MatrixXd U = solver.eigenvectors().rightCols(kept);
+            const MatrixXd U = eigen.vectors.rightCols(kept);
             const VectorXd root = lambda.tail(kept).cwiseSqrt();
             const MatrixXd toQ = scale.asDiagonal() * U * root.cwiseInverse().asDiagonal();
             B = root.asDiagonal() * U.transpose() * norms.asDiagonal() * B;
@@ -167,9 +168,9 @@ private:
 /** Ritz values and vectors of T, descending, with their residuals. **/
 struct Ritz {
     Ritz(const MatrixXd& T, const MatrixXd& B) {
-        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(T);
-        values = solver.eigenvalues().reverse();
-        vectors = solver.eigenvectors().rowwise().reverse();
+        const SymmetricEigen eigen = calcSymmetricEigen(T);
+        values = eigen.values.reverse();
+        vectors = eigen.vectors.rowwise().reverse();
         residuals = (B * vectors.bottomRows(B.cols())).colwise().norm();
     }
     VectorXd values, residuals;
@@ -222,14 +223,14 @@ Eigenpairs solveDensely(const SymmetricOperator& C, const ModeRange& range,
         C.apply(X, Y);
         full.middleCols(k, columns) = Y;
     }
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (full + full.transpose()));
-    const VectorXd values = solver.eigenvalues().reverse();
+    const SymmetricEigen eigen = calcSymmetricEigen(0.5 * (full + full.transpose()));
+    const VectorXd values = eigen.values.reverse();
     const double least = std::max(range.smallest, kNothing * values[0]);
     Index count = 0;
     while (count < std::min<Index>(range.count, size) && values[count] > 0 &&
            values[count] >= least)
         ++count;
-    return {values.head(count), solver.eigenvectors().rowwise().reverse().leftCols(count),
+    return {values.head(count), eigen.vectors.rowwise().reverse().leftCols(count),
             int((size + width - 1) / width)};
 }
 

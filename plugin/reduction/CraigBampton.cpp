@@ -10,6 +10,7 @@
 #include "MeanAxis.h"
 #include "OneBlasThread.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/fe/NodeSelection.h"
 
 namespace simflex {
@@ -39,12 +40,11 @@ public:
         }
         const MatrixXd K = constraint.transpose() * products.K.multiply(constraint);
         const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
-        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(
+        const SymmetricEigen eigen = calcSymmetricEigen(
             scale.asDiagonal() * (0.5 * (K + K.transpose())) * scale.asDiagonal());
         const Index elastic = K.rows() - 6;
-        _static = constraint *
-                  (scale.asDiagonal() * solver.eigenvectors().rightCols(elastic) *
-                   solver.eigenvalues().tail(elastic).cwiseSqrt().cwiseInverse().asDiagonal());
+        _static = constraint * (scale.asDiagonal() * eigen.vectors.rightCols(elastic) *
+                                eigen.values.tail(elastic).cwiseSqrt().cwiseInverse().asDiagonal());
     }
 
     Index size() const override { return _static.cols() + _held.size(); }
@@ -116,11 +116,11 @@ Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
     // A load on nodes that constraints hang on a rigid interface bends nothing.
     const Eigen::VectorXd scale =
         before.unaryExpr([](double twice) { return twice > 0 ? 1 / std::sqrt(twice) : 0.0; });
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> energy(
-        scale.asDiagonal() * symmetricGram(loads, u) * scale.asDiagonal());
-    const Index kept = (energy.eigenvalues().array() > kNothingNew).count();
-    return u * (scale.asDiagonal() * energy.eigenvectors().rightCols(kept) *
-                energy.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal());
+    const SymmetricEigen energy =
+        calcSymmetricEigen(scale.asDiagonal() * symmetricGram(loads, u) * scale.asDiagonal());
+    const Index kept = (energy.values.array() > kNothingNew).count();
+    return u * (scale.asDiagonal() * energy.vectors.rightCols(kept) *
+                energy.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal());
 }
 
 /** Keeps the results of phases, and takes those that were kept. **/

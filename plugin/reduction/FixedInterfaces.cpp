@@ -12,6 +12,7 @@
 #include "OneBlasThread.h"
 #include "SparseCholesky.h"
 #include "StiffnessSolver.h"
+#include "simflex/base/DenseAlgebra.h"
 
 namespace simflex {
 namespace {
@@ -337,12 +338,11 @@ void FixedInterfaces::Data::prepareMeans() {
     N = MatrixXd::Identity(count, count);
     if (isSupported()) {
         const MatrixXd DR = calcMean(rigid.R);
-        const Eigen::JacobiSVD<MatrixXd> svd(DR, Eigen::ComputeFullU | Eigen::ComputeThinV);
-        if (svd.singularValues()[5] <= kRank * kRank * svd.singularValues()[0])
+        ColumnSpace space = calcColumnSpace(DR, kRank * kRank);
+        if (space.rank < 6)
             refuse("its interfaces do not hold it: a rigid motion moves none of them");
-        N = svd.matrixU().rightCols(count - 6).eval();
-        G = svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() *
-            svd.matrixU().leftCols(6).transpose();
+        N = std::move(space.complement);
+        G = std::move(space.pseudoInverse);
     }
     C = coordinates.contract(free, spread(N));
     if (C.cols() == 0) return;

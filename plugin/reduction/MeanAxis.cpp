@@ -3,6 +3,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "simflex/base/DenseAlgebra.h"
+
 namespace simflex {
 namespace {
 
@@ -24,13 +26,11 @@ double calcRigidNoise(const FeProducts& products, const RigidMotion& rigid) {
 }
 
 /** Eigenvectors with vᵀBv = 1 of A v = λ B v, ascending. B may be badly scaled. **/
-Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solvePencil(Eigen::MatrixXd A,
-                                                                      Eigen::MatrixXd B,
-                                                                      Eigen::VectorXd& scale) {
+SymmetricEigen solvePencil(Eigen::MatrixXd A, Eigen::MatrixXd B, Eigen::VectorXd& scale) {
     scale = B.diagonal().cwiseSqrt().cwiseInverse();
     A = scale.asDiagonal() * A * scale.asDiagonal();
     B = scale.asDiagonal() * B * scale.asDiagonal();
-    return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(A, B);
+    return calcSymmetricEigen(A, B);
 }
 
 void fixSigns(MeanAxisModes& modes) {
@@ -55,8 +55,8 @@ MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& produ
     Eigen::VectorXd scale;
     const auto pencil =
         solvePencil(symmetricGram(basis.Psi, KPsi), symmetricGram(basis.Psi, MPsi), scale);
-    const Eigen::VectorXd& lambda = pencil.eigenvalues();
-    if (pencil.info() != Eigen::Success || !lambda.allFinite())
+    const Eigen::VectorXd& lambda = pencil.values;
+    if (!pencil.hasConverged || !lambda.allFinite())
         throw std::invalid_argument(
             "part '" + part +
             "': the reduced mass matrix is singular: a mode moves no "
@@ -76,7 +76,7 @@ MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& produ
         throw std::invalid_argument(text.str());
     }
     const Eigen::Index n = lambda.size() - 6;
-    const Eigen::MatrixXd elastic = scale.asDiagonal() * pencil.eigenvectors().rightCols(n);
+    const Eigen::MatrixXd elastic = scale.asDiagonal() * pencil.vectors.rightCols(n);
 
     Shapes Phi = basis.Psi * elastic;
     Shapes boundary = basis.boundary * elastic;
@@ -89,11 +89,11 @@ MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& produ
 
     const auto second = solvePencil(symmetricGram(Phi, products.K.multiply(Phi)),
                                     symmetricGram(Phi, products.m.multiplyPerAxis(Phi)), scale);
-    const Eigen::MatrixXd turn = scale.asDiagonal() * second.eigenvectors();
+    const Eigen::MatrixXd turn = scale.asDiagonal() * second.vectors;
     MeanAxisModes modes;
     modes.Phi = Phi * turn;
     modes.boundary = boundary * turn;
-    modes.omegaSquared = second.eigenvalues();
+    modes.omegaSquared = second.values;
     fixSigns(modes);
     return modes;
 }

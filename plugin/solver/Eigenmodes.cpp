@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/SimbodyNumbering.h"
 
@@ -98,12 +99,12 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs)
     const MatrixXd M = 0.5 * (pencil.M + pencil.M.transpose());
     const Eigen::LLT<MatrixXd> factor(K + M);
     if (factor.info() != Eigen::Success) return false;
-    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(M, K + M);
-    if (solver.info() != Eigen::Success) return false;
+    const SymmetricEigen eigen = calcSymmetricEigen(M, K + M);
+    if (!eigen.hasConverged) return false;
     for (Eigen::Index k = K.rows(); k-- > 0;) {
-        const double mu = solver.eigenvalues()[k];
+        const double mu = eigen.values[k];
         if (!(mu > 0)) continue;  // no mass, no motion
-        const VectorXd y = solver.eigenvectors().col(k);
+        const VectorXd y = eigen.vectors.col(k);
         // Rayleigh's quotient in graded coordinates: a pendulum's 10 1/s² is not lost beside 1e12.
         const VectorXd x = pencil.basis * y;
         const double modalMass = y.dot(M * y), work = x.dot(pencil.fullK * x);
@@ -136,12 +137,8 @@ void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
                                  " eigenvalues does not converge");
 
     // Rigid motions are double, defective eigenvalues: they come out near zero only.
-    Eigen::FullPivLU<MatrixXd> stiffness;
-    stiffness.setThreshold(RoundOff);
-    stiffness.compute(pencil.K);
-    const MatrixXcd rigid = stiffness.dimensionOfKernel() > 0
-                                ? MatrixXcd(stiffness.kernel().cast<Complex>())
-                                : MatrixXcd(n, 0);
+    const MatrixXcd rigid =
+        calcColumnSpace(pencil.K.transpose(), RoundOff).complement.cast<Complex>();
     for (Eigen::Index k = 0; k < rigid.cols(); ++k) pairs.push_back({0, rigid.col(k)});
     std::vector<std::pair<Complex, Eigen::Index>> values;
     for (Eigen::Index k = 0; k < 2 * n; ++k) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/base/DenseAlgebra.h"
+
 namespace simflex {
 
 std::string FailureDiagnosis::listErrors(const std::vector<double>& errors,
@@ -210,15 +212,15 @@ std::string FailureDiagnosis::findSingularity(const FailedStep& step) const {
     Eigen::VectorXd scale(m);
     for (int i = 0; i < m; ++i) scale[i] = S(i, i) > smallest ? 1 / std::sqrt(S(i, i)) : 0;
     S = scale.asDiagonal() * S * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+    const SymmetricEigen eigen = calcSymmetricEigen(S);
     int k = step.numRedundantAtStart;
-    while (k < m && !(eigen.eigenvalues()[k] > Redundant)) ++k;
+    while (k < m && !(eigen.values[k] > Redundant)) ++k;
     if (k > step.numRedundantAtStart) --k;
-    if (k >= m || eigen.eigenvalues()[k] > Singular) return "";
+    if (k >= m || eigen.values[k] > Singular) return "";
     std::vector<std::string> names;
     for (int i = 0; i < m; ++i) {
         const std::string name = m_equations.describeConstraint(i);
-        if (std::abs(eigen.eigenvectors()(i, k)) > Involved &&
+        if (std::abs(eigen.vectors(i, k)) > Involved &&
             !std::count(names.begin(), names.end(), name))
             names.push_back(name);
     }

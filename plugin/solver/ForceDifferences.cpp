@@ -6,6 +6,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/base/DenseAlgebra.h"
+
 namespace simflex {
 
 using namespace SimTK;
@@ -127,17 +129,15 @@ void ForceDifferences::calcTerms(const State& state, double gamma) {
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i)
             m_matrix(i, j) /= m_speeds[size_t(i)].metres * m_speeds[size_t(j)].metres;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
-        MatrixXd(0.5 * (m_matrix + m_matrix.transpose())));
+    const SymmetricEigen eigen = calcSymmetricEigen(0.5 * (m_matrix + m_matrix.transpose()));
     std::vector<int> order(size_t(n), 0);
     std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](int a, int b) {
-        return std::abs(eigen.eigenvalues()[a]) > std::abs(eigen.eigenvalues()[b]);
-    });
+    std::sort(order.begin(), order.end(),
+              [&](int a, int b) { return std::abs(eigen.values[a]) > std::abs(eigen.values[b]); });
     for (int term = 0; term < m_numTerms; ++term) {
-        const double value = eigen.eigenvalues()[order[size_t(term)]];
+        const double value = eigen.values[order[size_t(term)]];
         m_signs[term] = value < 0 ? -1 : 1;
-        const auto vector = eigen.eigenvectors().col(order[size_t(term)]);
+        const auto vector = eigen.vectors.col(order[size_t(term)]);
         for (int i = 0; i < n; ++i)
             m_directions(i, term) =
                 std::sqrt(std::abs(value)) * vector[i] * m_speeds[size_t(i)].metres;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/ImplicitStep.h"
@@ -143,7 +144,7 @@ MatrixXd calcCarried(MultibodyEquations& equations, const CoordinateScales& scal
         equations.calcQDot(laterQ.data(), unit.data(), N.col(i).data());
         unit[size_t(i)] = 0;
     }
-    MatrixXd carried = N.completeOrthogonalDecomposition().solve(changes);
+    MatrixXd carried = solveLeastSquares(N, changes);
     later.motion.close(carried);
     return carried;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/body/Assembly.h"
 #include "simflex/solver/StateImage.h"
@@ -190,12 +191,12 @@ VectorXd StaticEquilibrium::Search::solveReduced(const MatrixXd& K, const Vector
     const bool isPositive =
         factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 100 * ZeroStiffness;
     if (isPositive) return K.partialPivLu().solve(f);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(symmetric);
+    const SymmetricEigen eigen = calcSymmetricEigen(symmetric);
     const double allowed = ZeroForce * m_forceScale;
     VectorXd y = VectorXd::Zero(f.size());
     for (Eigen::Index k = 0; k < f.size(); ++k) {
-        const double stiffness = eigen.eigenvalues()[k];
-        const auto direction = eigen.eigenvectors().col(k);
+        const double stiffness = eigen.values[k];
+        const auto direction = eigen.vectors.col(k);
         const double force = direction.dot(f);
         const bool isZero = std::abs(stiffness) < ZeroStiffness;
         if (isZero && std::abs(force) <= allowed) continue;
@@ -279,10 +280,10 @@ std::vector<VectorXd> StaticEquilibrium::Search::findFreeMotions(const Tangent& 
     std::vector<VectorXd> motions;
     if (Z.cols() == 0) return motions;
     const MatrixXd K = Z.transpose() * tangent.K * Z;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (K + K.transpose()));
+    const SymmetricEigen eigen = calcSymmetricEigen(0.5 * (K + K.transpose()));
     for (Eigen::Index k = 0; k < K.rows(); ++k)
-        if (std::abs(eigen.eigenvalues()[k]) < ZeroStiffness)
-            motions.push_back(expand(tangent, Z * eigen.eigenvectors().col(k)));
+        if (std::abs(eigen.values[k]) < ZeroStiffness)
+            motions.push_back(expand(tangent, Z * eigen.vectors.col(k)));
     return motions;
 }
 
@@ -400,10 +401,7 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
         std::fill(point.lambda.begin(), point.lambda.end(), 0.0);
         equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(),
                                point.lambda.data(), r.data());
-        Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
-        decomposition.setThreshold(1e-10);
-        decomposition.compute(G.transpose());
-        const VectorXd lambda = decomposition.solve(-r);
+        const VectorXd lambda = solveLeastSquares(G.transpose(), -r, 1e-10);
         for (int k = 0; k < m; ++k) m_multipliers[k] = lambda[k];
     }
     m_firstRows.clear();

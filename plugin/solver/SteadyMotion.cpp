@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/base/DenseAlgebra.h"
+
 namespace simflex {
 
 using namespace SimTK;
@@ -235,10 +237,8 @@ void SteadyMotion::prepareClosing(const std::vector<double>& q) {
     VectorXd rows = scaled.rowwise().norm();
     for (double& norm : rows) norm = norm > 0 ? 1 / norm : 0;
     scaled = rows.asDiagonal() * scaled;
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
-    decomposition.setThreshold(ClosureRank);
-    decomposition.compute(scaled);
-    m_closing = -(unit.asDiagonal() * decomposition.pseudoInverse() * rows.asDiagonal());
+    m_closing = -(unit.asDiagonal() * calcColumnSpace(scaled, ClosureRank).pseudoInverse *
+                  rows.asDiagonal());
 }
 
 void SteadyMotion::closeLoops(const std::vector<double>& q, std::vector<double>& u) const {

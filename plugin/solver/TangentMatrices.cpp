@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/base/DenseAlgebra.h"
+
 namespace simflex {
 
 using Eigen::MatrixXd;
@@ -233,8 +235,7 @@ MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& s
                     .segment(block.firstQ, block.numQ);
             unit[column] = 0;
         }
-        A.block(block.firstU, block.firstU, block.numU, block.numU) =
-            N.completeOrthogonalDecomposition().solve(bracket);
+        A.block(block.firstU, block.firstU, block.numU, block.numU) = solveLeastSquares(N, bracket);
     }
     equations.realize(point.t, point.q.data(), point.u.data());
     return A;
@@ -254,14 +255,10 @@ TangentSpace::TangentSpace(const MatrixXd& G) {
         if (norm > 0) m_rowScale[k] = 1 / norm;
         Gt.col(k) *= m_rowScale[k];
     }
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition;
-    decomposition.setThreshold(RankTolerance);
-    decomposition.compute(Gt);
-    m_rank = int(decomposition.rank());
-    MatrixXd tail = MatrixXd::Zero(n, n - m_rank);
-    tail.bottomRows(n - m_rank).setIdentity();
-    m_Z = decomposition.householderQ() * tail;
-    m_inverse = decomposition.pseudoInverse();
+    ColumnSpace space = calcColumnSpace(Gt, RankTolerance);
+    m_rank = space.rank;
+    m_Z = std::move(space.complement);
+    m_inverse = std::move(space.pseudoInverse);
 }
 
 VectorXd TangentSpace::solveForMotion(const VectorXd& g) const {
