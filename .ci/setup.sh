@@ -65,11 +65,11 @@ install_packages() {
     rm -f "$log"
 }
 
-# Compilers at a time: one a processor, as far as 1.5 GB for each goes.
+# Compilers at a time: one a processor, as far as 2 GB for each goes.
 compile_jobs() {
     local memory jobs
     jobs=$(nproc)
-    memory=$(awk '/^MemAvailable:/ { print int($2 / 1500000) }' /proc/meminfo)
+    memory=$(awk '/^MemAvailable:/ { print int($2 / 2100000) }' /proc/meminfo)
     [ "$memory" -ge 1 ] || memory=1
     [ "$jobs" -le "$memory" ] || jobs=$memory
     echo "$jobs"
