@@ -17,7 +17,7 @@ struct BeamMaterial {
     double lambda = 0, mu = 0, rho = 0;  ///< Lamé's constants [Pa], density [kg/m³]
 };
 
-double readNumber(const DeckCard& card, size_t field) {
+double readCardNumber(const DeckCard& card, size_t field) {
     if (card.data.empty() || card.data[0].fields.size() <= field)
         throw std::invalid_argument(card.where() + card.title + " has too few numbers");
     if (card.data.size() > 1)
@@ -31,9 +31,9 @@ std::unordered_map<std::string, BeamMaterial> readMaterials(const DeckModel& dec
     BeamMaterial* material = nullptr;
     for (const DeckCard& card : deck.materials) {
         if (card.keyword == "MATERIAL") material = &materials[card.get("NAME")];
-        if (material && card.keyword == "DENSITY") material->rho = readNumber(card, 0);
+        if (material && card.keyword == "DENSITY") material->rho = readCardNumber(card, 0);
         if (!material || card.keyword != "ELASTIC" || card.data.empty()) continue;
-        const double E = readNumber(card, 0), nu = readNumber(card, 1);
+        const double E = readCardNumber(card, 0), nu = readCardNumber(card, 1);
         material->mu = E / (2 * (1 + nu));
         material->lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
     }

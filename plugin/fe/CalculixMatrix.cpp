@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr size_t kBuffer = size_t(4) << 20, kLongestLine = 1000;
 
 /** One line of the file. **/
-struct Line {
+struct TripletLine {
     int row = 0, column = 0;  // of the result, row ≥ column
     int fileRow = 0, fileColumn = 0;
     const char *value = nullptr, *end = nullptr;
@@ -62,7 +62,7 @@ public:
             while (const void* found = std::memchr(at, '\n', size_t(end - at))) {
                 const char* stop = static_cast<const char*>(found);
                 ++_lineNumber;
-                Line line;
+                TripletLine line;
                 if (parse(at, stop, line)) visit(line);
                 at = stop + 1;
             }
@@ -74,7 +74,7 @@ public:
         }
     }
 
-    double readValue(const Line& line) const {
+    double readValue(const TripletLine& line) const {
         double value = 0;
         const auto result = std::from_chars(line.value, line.end, value);
         const char* at = result.ptr;
@@ -97,7 +97,7 @@ public:
 
 private:
     /** @returns false for a blank line. **/
-    bool parse(const char* at, const char* end, Line& line) const {
+    bool parse(const char* at, const char* end, TripletLine& line) const {
         const auto skipBlanks = [&] {
             while (at < end && (*at == ' ' || *at == '\r')) ++at;
         };
@@ -146,7 +146,7 @@ private:
 };
 
 /** True if the text says 0, without reading the number. **/
-bool isZero(const Line& line) {
+bool isZero(const TripletLine& line) {
     for (const char* at = line.value; at < line.end && *at != 'e' && *at != 'E'; ++at)
         if (*at != '0' && *at != '.' && *at != '-' && *at != '+' && *at != ' ' && *at != '\r')
             return false;
@@ -193,15 +193,17 @@ SymmetricMatrix readCalculixMatrix(const fs::path& path, const std::vector<int>&
     SymmetricMatrix A;
     A.size = dofs.empty() ? 0 : 1 + *std::max_element(dofs.begin(), dofs.end());
     A.columnStarts.assign(size_t(A.size) + 1, 0);
-    const auto isLeftOut = [](const Line& line) { return line.row != line.column && isZero(line); };
-    file.visitLines(phase, progress, 0, kCounting, [&](const Line& line) {
+    const auto isLeftOut = [](const TripletLine& line) {
+        return line.row != line.column && isZero(line);
+    };
+    file.visitLines(phase, progress, 0, kCounting, [&](const TripletLine& line) {
         if (!isLeftOut(line)) ++A.columnStarts[size_t(line.column) + 1];
     });
     std::partial_sum(A.columnStarts.begin(), A.columnStarts.end(), A.columnStarts.begin());
     A.rows.resize(size_t(A.columnStarts.back()));
     A.values.resize(size_t(A.columnStarts.back()));
     std::vector<std::int64_t> next(A.columnStarts.begin(), A.columnStarts.end() - 1);
-    file.visitLines(phase, progress, kCounting, 1 - kCounting, [&](const Line& line) {
+    file.visitLines(phase, progress, kCounting, 1 - kCounting, [&](const TripletLine& line) {
         const double value = file.readValue(line);
         if (isLeftOut(line)) return;
         const auto at = size_t(next[size_t(line.column)]++);

@@ -57,10 +57,6 @@ void addTerms(DeckEquation& equation, int node, const Vec3d& direction) {
         if (direction[size_t(a)] != 0) equation.terms.push_back({node, a, direction[size_t(a)]});
 }
 
-Vec3d scaled(double factor, const Vec3d& a) {
-    return sumOf({0, 0, 0}, factor, a);
-}
-
 /** Unit vectors across the line a–b. **/
 std::array<Vec3d, 2> acrossOf(const Vec3d& along) {
     size_t least = 0;
@@ -69,9 +65,9 @@ std::array<Vec3d, 2> acrossOf(const Vec3d& along) {
     Vec3d axis{};
     axis[least] = 1;
     Vec3d first = cross(along, axis);
-    first = scaled(1 / normOf(first), first);
+    first = scaled(first, 1 / normOf(first));
     Vec3d second = cross(along, first);
-    return {first, scaled(1 / normOf(second), second)};
+    return {first, scaled(second, 1 / normOf(second))};
 }
 
 }  // namespace
@@ -135,21 +131,21 @@ std::vector<DeckEquation> readMultiPointConstraints(
             needNodes(2);
             const Vec3d along = sumOf(x[1], -1, x[0]);
             if (normOf(along) == 0) refuse(card, list.line, "BEAM: its nodes coincide");
-            add({{list.nodes[0], along}, {list.nodes[1], scaled(-1, along)}});
+            add({{list.nodes[0], along}, {list.nodes[1], scaled(along, -1)}});
         } else if (list.kind == "STRAIGHT") {
             needNodes(3);
             const Vec3d line = sumOf(x[1], -1, x[0]);
             const double length = normOf(line);
             if (length == 0) refuse(card, list.line, "STRAIGHT: its first two nodes coincide");
-            const Vec3d along = scaled(1 / length, line);
+            const Vec3d along = scaled(line, 1 / length);
             for (size_t k = 2; k < list.nodes.size(); ++k) {
                 const Vec3d r = sumOf(x[k], -1, x[0]);
                 const double at = dot(r, along) / length;
                 checkOn(list.nodes[k], normOf(sumOf(r, -at, line)), length, "line");
                 for (const Vec3d& across : acrossOf(along))
                     add({{list.nodes[k], across},
-                         {list.nodes[0], scaled(at - 1, across)},
-                         {list.nodes[1], scaled(-at, across)}});
+                         {list.nodes[0], scaled(across, at - 1)},
+                         {list.nodes[1], scaled(across, -at)}});
             }
         } else if (list.kind == "PLANE") {
             needNodes(4);
@@ -158,16 +154,16 @@ std::vector<DeckEquation> readMultiPointConstraints(
             const double area = normOf(normal);
             if (area <= kStraight * normOf(a) * normOf(b))
                 refuse(card, list.line, "PLANE: its first three nodes lie on a line");
-            const Vec3d n = scaled(1 / area, normal);
+            const Vec3d n = scaled(normal, 1 / area);
             for (size_t k = 3; k < list.nodes.size(); ++k) {
                 const Vec3d r = sumOf(x[k], -1, x[0]);
                 checkOn(list.nodes[k], std::abs(dot(r, n)), std::sqrt(area), "plane");
                 // r = α a + β b
                 const double alpha = dot(cross(r, b), n) / area, beta = dot(cross(a, r), n) / area;
                 add({{list.nodes[k], n},
-                     {list.nodes[0], scaled(alpha + beta - 1, n)},
-                     {list.nodes[1], scaled(-alpha, n)},
-                     {list.nodes[2], scaled(-beta, n)}});
+                     {list.nodes[0], scaled(n, alpha + beta - 1)},
+                     {list.nodes[1], scaled(n, -alpha)},
+                     {list.nodes[2], scaled(n, -beta)}});
             }
         } else {
             refuse(card, list.line,

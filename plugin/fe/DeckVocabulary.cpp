@@ -193,7 +193,7 @@ const std::map<std::string, std::string> kConsequences = {
     {"MOHRCOULOMBHARDENING", kNeverYields}};
 
 /** The solids of the deck, and their place in Mesh. **/
-const std::map<std::string, ElementType> kSolids = {
+const std::map<std::string, ElementType> kSolidElements = {
     {"C3D4", ElementType::Tet4},      {"C3D6", ElementType::Wedge6}, {"C3D8", ElementType::Hex8},
     {"C3D8R", ElementType::Hex8},     {"C3D10", ElementType::Tet10}, {"C3D10T", ElementType::Tet10},
     {"C3D15", ElementType::Wedge15},  {"C3D20", ElementType::Hex20}, {"C3D20R", ElementType::Hex20},
@@ -249,12 +249,12 @@ const std::set<std::string>* findParameters(const std::string& keyword) {
 }
 
 const ElementType* findSolid(const std::string& calculixType) {
-    const auto found = kSolids.find(calculixType);
-    return found == kSolids.end() ? nullptr : &found->second;
+    const auto found = kSolidElements.find(calculixType);
+    return found == kSolidElements.end() ? nullptr : &found->second;
 }
 
 ElementType getSolid(const std::string& calculixType) {
-    return kSolids.at(calculixType);
+    return kSolidElements.at(calculixType);
 }
 
 int numSkinNodesOf(const std::string& calculixType) {

@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kMeshName = "mesh.inp";
-constexpr const char* kSolids = "SIMFLEX_SOLIDS";
-constexpr size_t kMostErrorLines = 12;
+constexpr const char* kSolidsSet = "SIMFLEX_SOLIDS";
+constexpr size_t kMostGmshLines = 12;
 constexpr size_t kMostScripts = 1000;  ///< that one includes
 constexpr double kMillimetre = 1e-3;
 
@@ -56,7 +56,7 @@ std::string readErrors(const fs::path& log) {
     std::ifstream in(log);
     std::string errors;
     size_t count = 0;
-    for (std::string line; std::getline(in, line) && count < kMostErrorLines;)
+    for (std::string line; std::getline(in, line) && count < kMostGmshLines;)
         if (line.compare(0, 5, "Error") == 0) errors += "\n    " + line, ++count;
     return errors;
 }
@@ -186,7 +186,7 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
     if (end.isSuccess() && errors.empty() && fs::exists(folder / kMeshName)) return;
     std::string message =
         path + ": Gmsh could not mesh the part:" + (end.signal ? " it " + end.describe() : "") +
-        (errors.empty() ? readLastLines(run.log, kMostErrorLines) : errors);
+        (errors.empty() ? readLastLines(run.log, kMostGmshLines) : errors);
     const auto says = [&](const char* words) { return errors.find(words) != std::string::npos; };
     if (isInSandbox && (says("Unable to open file") || says("/bin/sh") || says("socket")))
         message +=
@@ -216,7 +216,7 @@ void writeDeck(const std::string& path, const fs::path& mesh, const Material& ma
                 continue;
             }
             card.parameters["TYPE"] = chooseType(card.get("TYPE"));
-            card.parameters["ELSET"] = kSolids;
+            card.parameters["ELSET"] = kSolidsSet;
             types.insert(card.get("TYPE"));
         } else if (card.keyword != "NODE" && card.keyword != "NSET") {
             continue;
@@ -230,7 +230,7 @@ void writeDeck(const std::string& path, const fs::path& mesh, const Material& ma
             "physical groups, one must be a Physical Volume)");
     out << "*MATERIAL, NAME=" << material.name << "\n*ELASTIC\n"
         << number(material.E) << "," << number(material.nu) << "\n*DENSITY\n"
-        << number(material.rho) << "\n*SOLID SECTION, ELSET=" << kSolids
+        << number(material.rho) << "\n*SOLID SECTION, ELSET=" << kSolidsSet
         << ", MATERIAL=" << material.name << "\n";
     if (!out.flush())
         throw std::runtime_error("cannot write the deck '" + deck.string() +

@@ -108,11 +108,11 @@ double calcSize(const Mesh& mesh) {
     return normOf(d);
 }
 
-struct Line {
+struct AxisLine {
     Vec3d point, direction;  ///< a unit vector
 };
 
-Vec3d footOn(const Line& line, const Vec3d& x) {
+Vec3d footOn(const AxisLine& line, const Vec3d& x) {
     const double along = dot(minus(x, line.point), line.direction);
     Vec3d foot = line.point;
     for (size_t a = 0; a < 3; ++a) foot[a] += along * line.direction[a];
@@ -200,8 +200,8 @@ Vec3d calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
 
 /** The axis of a cylinder on which all nodes lie and of which they go round more than half, if
 there is one: by Gauss and Newton from each principal direction of the nodes. **/
-std::optional<Line> findCylinderAxis(const Mesh& mesh, const std::vector<int>& nodes,
-                                     const Vec3d& center) {
+std::optional<AxisLine> findCylinderAxis(const Mesh& mesh, const std::vector<int>& nodes,
+                                         const Vec3d& center) {
     constexpr size_t kFewest = 8;  // five numbers make a cylinder
     constexpr double kOnCylinder = 1e-5;
     if (nodes.size() < kFewest) return {};
@@ -253,8 +253,8 @@ std::optional<Line> findCylinderAxis(const Mesh& mesh, const std::vector<int>& n
         double gap = angles.front() + 2 * M_PI - angles.back();
         for (size_t k = 1; k < angles.size(); ++k) gap = std::max(gap, angles[k] - angles[k - 1]);
         if (!(worst <= kOnCylinder * radius) || gap >= M_PI) continue;
-        return Line{{center[0] + foot[0], center[1] + foot[1], center[2] + foot[2]},
-                    {axis[0], axis[1], axis[2]}};
+        return AxisLine{{center[0] + foot[0], center[1] + foot[1], center[2] + foot[2]},
+                        {axis[0], axis[1], axis[2]}};
     }
     return {};
 }

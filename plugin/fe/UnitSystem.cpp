@@ -21,7 +21,7 @@ bool isWithin(double value, double low, double high) {
     return value >= low && value <= high;
 }
 
-std::string number(double value) {
+std::string shortNumber(double value) {
     char text[40];
     std::snprintf(text, sizeof text, "%.3g", value);
     return text;
@@ -119,9 +119,9 @@ bool isLikely(const PartFigures& f) {
 }
 
 std::string describe(const PartFigures& f) {
-    return number(f.size) + " m long, " + (f.isDensityExact ? "" : "at least ") +
-           number(f.density) + " kg/m³" +
-           (f.waveSpeed > 0 ? ", wave speed about " + number(f.waveSpeed) + " m/s" : "");
+    return shortNumber(f.size) + " m long, " + (f.isDensityExact ? "" : "at least ") +
+           shortNumber(f.density) + " kg/m³" +
+           (f.waveSpeed > 0 ? ", wave speed about " + shortNumber(f.waveSpeed) + " m/s" : "");
 }
 
 }  // namespace
@@ -193,8 +193,9 @@ std::vector<std::string> checkUnits(const FeModel& model) {
     }
     if (!likely.empty()) likely += ".";
     if (figures.size > kAbsurd)
-        throw std::invalid_argument(model.source + ": the part is " + number(figures.size / 1e3) +
-                                    " km long in SI units." + likely);
+        throw std::invalid_argument(model.source + ": the part is " +
+                                    shortNumber(figures.size / 1e3) + " km long in SI units." +
+                                    likely);
     if (!isPlausible(figures))
         warnings.push_back("the numbers are hardly those of a solid part in SI units (" +
                            describe(figures) + ")." + likely);

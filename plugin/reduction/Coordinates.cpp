@@ -10,7 +10,7 @@ namespace simflex {
 namespace {
 
 /** Of a rigid motion of unit size: by how much T q may miss it. **/
-constexpr double kRigidTolerance = 1e-9;
+constexpr double kNoRigidMotion = 1e-9;
 
 /** Place of each coordinate in the list, −1 if it is not listed. **/
 std::vector<int> invertList(const std::vector<int>& listed, int size) {
@@ -121,7 +121,7 @@ Shapes Coordinates::solveRigid(const Shapes& R) const {
     for (Eigen::Index j = 0; j < 6; ++j) {
         Eigen::Index row = 0;
         const double largest = missed.col(j).cwiseAbs().maxCoeff(&row);
-        if (largest <= kRigidTolerance * R.col(j).cwiseAbs().maxCoeff()) continue;
+        if (largest <= kNoRigidMotion * R.col(j).cwiseAbs().maxCoeff()) continue;
         std::ostringstream text;
         text << _model.source << ": the constraints resist rigid "
              << (j < 3 ? "translation along " : "rotation about ") << "xyz"[j % 3] << " at node "

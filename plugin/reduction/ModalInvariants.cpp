@@ -25,7 +25,7 @@ void checkZero(const std::string& part, const char* quantity, int mode, double f
     throw std::invalid_argument(text.str());
 }
 
-std::vector<double> toVector(const Eigen::MatrixXd& A) {
+std::vector<double> listEntries(const Eigen::MatrixXd& A) {
     return {A.data(), A.data() + A.size()};
 }
 
@@ -39,10 +39,10 @@ void setModalInvariants(const FeModel& model, const FeProducts& products, const 
     const Eigen::Matrix3d& I0 = rigid.inertia;
     body.inertia = {I0(0, 0), I0(1, 1), I0(2, 2), I0(0, 1), I0(0, 2), I0(1, 2)};
     body.numModes = n;
-    body.omegaSquared = toVector(modes.omegaSquared);
+    body.omegaSquared = listEntries(modes.omegaSquared);
     body.mesh = model.mesh;
     for (int row = 0; row < 3 * numNodes; ++row) body.mesh.positions[row] -= rigid.center[row % 3];
-    body.Phi = toVector(modes.Phi);
+    body.Phi = listEntries(modes.Phi);
 
     const Shapes MPhi = products.m.multiplyPerAxis(modes.Phi);
     const Eigen::Map<const Shapes> s(body.mesh.positions.data(), 3 * numNodes, 1);
@@ -85,11 +85,11 @@ void setModalInvariants(const FeModel& model, const FeProducts& products, const 
             I1.row(c) = -(P[a][b] + P[b][a]).transpose();
             I2 = -0.5 * (G[a][b] + G[a][b].transpose());
         }
-        body.I2[c] = toVector(I2);
+        body.I2[c] = listEntries(I2);
     }
-    body.N[0] = toVector(G[1][2] - G[1][2].transpose());
-    body.N[1] = toVector(G[0][2].transpose() - G[0][2]);
-    body.N[2] = toVector(G[0][1] - G[0][1].transpose());
+    body.N[0] = listEntries(G[1][2] - G[1][2].transpose());
+    body.N[1] = listEntries(G[0][2].transpose() - G[0][2]);
+    body.N[2] = listEntries(G[0][1] - G[0][1].transpose());
 
     body.interfaces.clear();
     for (size_t k = 0; k < ties.ties().size(); ++k) {
@@ -101,8 +101,8 @@ void setModalInvariants(const FeModel& model, const FeProducts& products, const 
         if (tie.type == TieType::Distributing)
             interface.weights.assign(tie.nodes.size(), 1 / double(tie.nodes.size()));
         for (int a = 0; a < 3; ++a) interface.position[a] = tie.master[a] - rigid.center[a];
-        interface.Phi = toVector(modes.boundary.middleRows(6 * k, 3));
-        interface.Psi = toVector(modes.boundary.middleRows(6 * k + 3, 3));
+        interface.Phi = listEntries(modes.boundary.middleRows(6 * k, 3));
+        interface.Psi = listEntries(modes.boundary.middleRows(6 * k + 3, 3));
         body.interfaces.push_back(std::move(interface));
     }
 }

@@ -17,8 +17,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double RoundOff = 1e-11;       // of scaled matrices, whose entries are of order 1
-constexpr double ZeroStiffness = 1e-12;  // the same
+constexpr double RoundOff = 1e-11;  // of scaled matrices, whose entries are of order 1
+constexpr double ZeroRate = 1e-12;  // the same
 /** Of a sum's parts: what differences of forces leave of a motion that nothing holds. **/
 constexpr double RoundOffOfSum = 1e-10;
 
@@ -110,8 +110,7 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs)
         const double modalMass = y.dot(M * y), work = x.dot(pencil.fullK * x);
         const double parts = x.cwiseAbs().dot(pencil.fullK.cwiseAbs() * x.cwiseAbs());
         const double omegaSquared = work / modalMass;
-        if (std::abs(work) <= RoundOffOfSum * parts ||
-            std::abs(omegaSquared) < square(ZeroStiffness))
+        if (std::abs(work) <= RoundOffOfSum * parts || std::abs(omegaSquared) < square(ZeroRate))
             pairs.push_back({0, y.cast<Complex>()});
         else if (omegaSquared > 0)
             pairs.push_back({Complex(0, std::sqrt(omegaSquared)), y.cast<Complex>()});

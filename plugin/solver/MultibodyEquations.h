@@ -321,7 +321,8 @@ private:
         std::vector<int> blocks;
         std::vector<FlexibleBlock*> flexible;
     };
-    /** Flexible blocks of one part and damping, and the shapes that their joints act through. **/
+    /** Flexible blocks of one part and damping that are held at the same places, or nearly so, and
+    the shapes that their joints and forces act through. **/
     struct PartGroup {
         int firstBlock;
         std::vector<const FrameShapes*> frames;
@@ -367,7 +368,6 @@ private:
     void updateJacobians() const;
     const FrameMotion& motionOf(const FrameRef& frame) const;
     void makeParts();
-    int addPartFrame(int block, int frame);
     bool sharesPart(int block, int other) const;
     /** Writes (or, in a block without part, adds) a column of Gᵀ. **/
     void setColumn(int b, int frame, int column, const SimTK::SpatialVec& d,

@@ -21,6 +21,17 @@ namespace {
 /** Of CoordinateScales' steps: contacts and steep springs change within micrometres. **/
 constexpr double DifferenceStep = 3e-3;
 
+/** Frames of a PartGroup for each that one of its bodies uses. **/
+constexpr size_t LargestShare = 2;
+
+/** The shapes' place in the list. **/
+int addOnce(std::vector<const FrameShapes*>& list, const FrameShapes* shapes) {
+    const auto found = std::find(list.begin(), list.end(), shapes);
+    const int index = int(found - list.begin());
+    if (found == list.end()) list.push_back(shapes);
+    return index;
+}
+
 /** "mobilized body 7", or the flexible body it belongs to. **/
 std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index) {
     if (guts)
@@ -430,17 +441,32 @@ void MultibodyEquations::makeParts() {
             !m_simbodyColumns[size_t(b)].empty() || hasDifferencedModes(b) ||
             (m_prescribed && m_prescribed->touches(block.firstU, block.numU)))
             continue;
+        const auto visitSides = [&](const auto& visit) {
+            const auto visitSide = [&](int& partFrame, int frame) {
+                visit(partFrame, m_flexible[size_t(b)]->getShapes(frame));
+            };
+            for (BlockSide& side : m_blockSides[size_t(b)])
+                visitSide(side.partFrame,
+                          m_joints[size_t(side.joint)].sides[size_t(side.side)].frame);
+            for (ElementSide& side : m_elementSides[size_t(b)])
+                visitSide(side.partFrame,
+                          m_elements[size_t(side.element)].frames[size_t(side.attachment)].frame);
+        };
+        std::vector<const FrameShapes*> used;
+        visitSides([&](int&, const FrameShapes* shapes) { addOnce(used, shapes); });
+        // Products are with all frames of a group: few more than the body has itself.
         const auto found = std::find_if(m_parts.begin(), m_parts.end(), [&](const PartGroup& part) {
-            return sharesPart(b, part.firstBlock);
+            if (!sharesPart(b, part.firstBlock)) return false;
+            std::vector<const FrameShapes*> all = part.frames;
+            for (const FrameShapes* shapes : used) addOnce(all, shapes);
+            return all.size() <= LargestShare * used.size();
         });
         m_partOfBlock[size_t(b)] = int(found - m_parts.begin());
         if (found == m_parts.end()) m_parts.push_back({b, {}, nullptr});
-        for (BlockSide& side : m_blockSides[size_t(b)])
-            side.partFrame =
-                addPartFrame(b, m_joints[size_t(side.joint)].sides[size_t(side.side)].frame);
-        for (ElementSide& side : m_elementSides[size_t(b)])
-            side.partFrame = addPartFrame(
-                b, m_elements[size_t(side.element)].frames[size_t(side.attachment)].frame);
+        std::vector<const FrameShapes*>& frames = m_parts[size_t(m_partOfBlock[size_t(b)])].frames;
+        visitSides([&](int& partFrame, const FrameShapes* shapes) {
+            partFrame = addOnce(frames, shapes);
+        });
     }
     for (PartGroup& part : m_parts) {
         const size_t n = size_t(m_flexible[size_t(part.firstBlock)]->getModel().n);
@@ -450,15 +476,6 @@ void MultibodyEquations::makeParts() {
             column = std::copy(frame->columns.begin(), frame->columns.end(), column);
         part.shapes = shapes;
     }
-}
-
-int MultibodyEquations::addPartFrame(int block, int frame) {
-    std::vector<const FrameShapes*>& frames = m_parts[size_t(m_partOfBlock[size_t(block)])].frames;
-    const FrameShapes* shapes = m_flexible[size_t(block)]->getShapes(frame);
-    const auto found = std::find(frames.begin(), frames.end(), shapes);
-    const int index = int(found - frames.begin());
-    if (found == frames.end()) frames.push_back(shapes);
-    return index;
 }
 
 void MultibodyEquations::makeForceElements() {

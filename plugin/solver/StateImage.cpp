@@ -81,7 +81,7 @@ bool isKnown(const AbstractValue& value) {
 }
 
 /** A Vector of any length. **/
-void visitVector(Checkpoint& c, Vector& values) {
+void visitAnyLength(Checkpoint& c, Vector& values) {
     const size_t size = c.visitSize(size_t(values.size()), sizeof(Real));
     values.resize(int(size));
     if (size > 0) c.visitBytes(&values[0], size * sizeof(Real));
@@ -90,7 +90,7 @@ void visitVector(Checkpoint& c, Vector& values) {
 /** The same, of a length that the State has. **/
 void visitVariables(Checkpoint& c, const Vector& now, const char* what, Vector& values) {
     values = now;
-    visitVector(c, values);
+    visitAnyLength(c, values);
     if (values.size() != now.size())
         Checkpoint::refuse("it holds " + std::to_string(values.size()) + " " + what +
                            " of Simbody's where this model has " + std::to_string(now.size()));
@@ -137,7 +137,7 @@ void StateImage::write(const State& state, Checkpoint& checkpoint) const {
     Real time = state.getTime();
     Vector q = state.getQ(), u = state.getU(), z = state.getZ(), weights = state.getZWeights();
     checkpoint.visit(time);
-    for (Vector* values : {&q, &u, &z, &weights}) visitVector(checkpoint, *values);
+    for (Vector* values : {&q, &u, &z, &weights}) visitAnyLength(checkpoint, *values);
 }
 
 void StateImage::read(Checkpoint& checkpoint, State& state) const {
@@ -171,7 +171,7 @@ void StateImage::visitSwitches(Checkpoint& c, State& state) const {
         int level = body.getLockLevel(state);
         Vector value = body.getLockValueAsVector(state);
         c.visit(level);
-        visitVector(c, value);
+        visitAnyLength(c, value);
         if (c.isReading()) {
             if (level == Motion::NoLevel)
                 body.unlock(state);

@@ -21,15 +21,15 @@ constexpr double Weights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
 
 /** A force that bends by more than this part of its change, or of this part of the largest change,
 may have a kink: a stop that closes. **/
-constexpr double KinkBend = 0.1, SmallChange = 1e-3;
+constexpr double KinkBend = 0.1, SmallForceChange = 1e-3;
 /** Steps are refined until two derivatives agree so far; a kink is found down to 1e-9 of a size.
  * **/
 constexpr double KinkAgreement = 0.02, StepRefinement = 1.0 / 16;
 constexpr int MaxRefinements = 4;
 
-/** Whether two columns are the same but for what SmallChange hides. **/
+/** Whether two columns are the same but for what SmallForceChange hides. **/
 bool areAlike(const VectorXd& a, const VectorXd& b, double allowed) {
-    const double largest = SmallChange * b.cwiseAbs().maxCoeff();
+    const double largest = SmallForceChange * b.cwiseAbs().maxCoeff();
     for (Eigen::Index i = 0; i < a.size(); ++i)
         if (!(std::abs(a[i] - b[i]) <= allowed * (std::abs(b[i]) + largest))) return false;
     return true;

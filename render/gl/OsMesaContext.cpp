@@ -21,20 +21,20 @@ using GetProcAddress = GlFunctions::ProcAddress (*)(const char*);
 constexpr int formatAttribute = 0x22, rgbaFormat = 0x1908;
 constexpr int depthBits = 0x30, stencilBits = 0x31, accumulationBits = 0x32;
 constexpr int profileAttribute = 0x33, coreProfile = 0x34;
-constexpr int majorVersion = 0x36, minorVersion = 0x37;
+constexpr int majorAttribute = 0x36, minorAttribute = 0x37;
 
-struct Library {
+struct OsMesaLibrary {
     CreateContextAttribs createContextAttribs = nullptr;
     DestroyContext destroyContext = nullptr;
     MakeCurrent makeCurrent = nullptr;
     GetProcAddress getProcAddress = nullptr;
 };
 
-const Library& getLibrary() {
-    static const Library library = [] {
+const OsMesaLibrary& getOsMesa() {
+    static const OsMesaLibrary library = [] {
         const GlLibrary file("SIMFLEX_OSMESA_LIBRARY",
                              {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}, "libosmesa6");
-        Library result;
+        OsMesaLibrary result;
         file.load("OSMesaCreateContextAttribs", result.createContextAttribs);
         file.load("OSMesaDestroyContext", result.destroyContext);
         file.load("OSMesaMakeCurrent", result.makeCurrent);
@@ -46,7 +46,7 @@ const Library& getLibrary() {
 
 class OsMesaContext : public GlContext {
 public:
-    OsMesaContext() : library(getLibrary()) {
+    OsMesaContext() : library(getOsMesa()) {
         const int attributes[] = {formatAttribute,
                                   rgbaFormat,
                                   depthBits,
@@ -57,9 +57,9 @@ public:
                                   0,
                                   profileAttribute,
                                   coreProfile,
-                                  majorVersion,
+                                  majorAttribute,
                                   3,
-                                  minorVersion,
+                                  minorAttribute,
                                   3,
                                   0};
         handle = library.createContextAttribs(attributes, nullptr);
@@ -84,7 +84,7 @@ public:
 
 private:
     static constexpr int bufferSize = 16;
-    const Library& library;
+    const OsMesaLibrary& library;
     ContextHandle handle = nullptr;
     std::array<unsigned char, 4 * bufferSize * bufferSize> buffer{};
 };

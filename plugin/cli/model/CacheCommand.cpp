@@ -24,7 +24,7 @@ struct CacheArguments {
 };
 
 /** "2024-05-31 14:05", local time. **/
-std::string format(FileTime time) {
+std::string formatTime(FileTime time) {
     using std::chrono::system_clock;
     const auto age =
         std::chrono::duration_cast<system_clock::duration>(FileTime::clock::now() - time);
@@ -56,7 +56,7 @@ void list(const PartCache& cache) {
     for (const PartCache::Entry& entry : entries) {
         size += double(entry.size);
         std::printf("%s  %10s  %s  %s\n", entry.key.c_str(), formatSize(double(entry.size)).c_str(),
-                    format(entry.used).c_str(),
+                    formatTime(entry.used).c_str(),
                     entry.part.empty() ? "(not readable)" : entry.part.c_str());
     }
     std::printf("%s: %s, %s\n", cache.getFolder().c_str(), count(entries.size()).c_str(),

@@ -25,7 +25,7 @@ SolidMoments makeDiagonal(double volume, const Vec3& second) {
     return moments;
 }
 
-std::string format(const char* text, double a, double b = 0, double c = 0) {
+std::string formatNumbers(const char* text, double a, double b = 0, double c = 0) {
     char buffer[200];
     std::snprintf(buffer, sizeof buffer, text, a, b, c);
     return buffer;
@@ -45,7 +45,7 @@ void checkClosed(const PolygonalMesh& mesh, const std::string& name) {
         const int other = back == passes.end() ? 0 : back->second;
         if (count == other) continue;
         const Vec3 p = mesh.getVertexPosition(edge.first);
-        const std::string place = format("near (%.6g, %.6g, %.6g) m", p[0], p[1], p[2]);
+        const std::string place = formatNumbers("near (%.6g, %.6g, %.6g) m", p[0], p[1], p[2]);
         if (count + other == 1)
             throw std::invalid_argument("the mesh '" + name + "' is not closed: it has a hole " +
                                         place + "; give mass and inertia, or mend the mesh");
@@ -144,7 +144,8 @@ SolidMoments calcMeshMoments(const PolygonalMesh& mesh, const std::string& name)
 
 void checkInertia(double mass, const Mat33& inertia) {
     if (!(mass > 0) || !std::isfinite(mass))
-        throw std::invalid_argument(format("the mass is %.6g kg; it must be more than 0", mass));
+        throw std::invalid_argument(
+            formatNumbers("the mass is %.6g kg; it must be more than 0", mass));
     Vector_<std::complex<Real>> values;
     Matrix dense(3, 3);
     for (int i = 0; i < 3; ++i)
@@ -153,7 +154,7 @@ void checkInertia(double mass, const Mat33& inertia) {
     Vec3 I(values[0].real(), values[1].real(), values[2].real());
     std::sort(&I[0], &I[0] + 3);
     const std::string found =
-        format("its principal moments are %.6g, %.6g and %.6g kg m²", I[0], I[1], I[2]);
+        formatNumbers("its principal moments are %.6g, %.6g and %.6g kg m²", I[0], I[1], I[2]);
     if (!(I[0] > 0)) throw std::invalid_argument("the inertia is not positive: " + found);
     if (I[2] > (I[0] + I[1]) * (1 + 1e-9))
         throw std::invalid_argument("no body has this inertia: " + found +

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kFarApart = 1e-3;  ///< error of a joint, as a part of the model's size
 
-std::string format(const char* text, double value) {
+std::string formatNumber(const char* text, double value) {
     char buffer[64];
     std::snprintf(buffer, sizeof buffer, text, value);
     return buffer;
@@ -125,8 +125,9 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
         const double angle = std::abs(X_FM.R().convertRotationToAngleAxis()[0]);
         tell(_options.warn,
              "joint '" + joint.name + "' is not closed as placed: its error is " +
-                 format("%.3g", largest) + ", its frames are " + format("%.3g", X_FM.p().norm()) +
-                 " m apart and turned by " + format("%.3g", angle * 180 / Pi) +
+                 formatNumber("%.3g", largest) + ", its frames are " +
+                 formatNumber("%.3g", X_FM.p().norm()) + " m apart and turned by " +
+                 formatNumber("%.3g", angle * 180 / Pi) +
                  " degrees; assembly will move the bodies" +
                  (type == "rod" ? "" : ", 'as_placed: true' takes them as they are"));
     }

@@ -16,8 +16,9 @@ constexpr int kWidth = 1280, kHeight = 800;
 constexpr double kDotSize = 5;  // [pixel]
 
 /** Colours that differ to colour-blind eyes, too (Okabe and Ito). **/
-const Vec3 kColors[] = {Vec3(0.84, 0.37, 0.00), Vec3(0.00, 0.45, 0.70), Vec3(0.00, 0.62, 0.45),
-                        Vec3(0.80, 0.47, 0.65), Vec3(0.90, 0.62, 0.00), Vec3(0.34, 0.71, 0.91)};
+const Vec3 kInterfaceColors[] = {Vec3(0.84, 0.37, 0.00), Vec3(0.00, 0.45, 0.70),
+                                 Vec3(0.00, 0.62, 0.45), Vec3(0.80, 0.47, 0.65),
+                                 Vec3(0.90, 0.62, 0.00), Vec3(0.34, 0.71, 0.91)};
 
 Vec3 positionOf(const Mesh& mesh, int node) {
     const auto x = mesh.position(node);
@@ -56,7 +57,7 @@ Image drawInterfaces(const ReducedBody& part) {
     const double size = 2 * part.calcRadius();
     for (size_t k = 0; k < part.interfaces.size(); ++k) {
         const ReducedBody::Interface& interface = part.interfaces[k];
-        const Vec3 color = kColors[k % std::size(kColors)];
+        const Vec3 color = kInterfaceColors[k % std::size(kInterfaceColors)];
         const Vec3 master(interface.position[0], interface.position[1], interface.position[2]);
         double top = 0;
         for (const int node : interface.nodes) {

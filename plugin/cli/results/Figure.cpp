@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using File = std::unique_ptr<FILE, int (*)(FILE*)>;
 constexpr size_t kMostPoints = 20000;  // of a curve; more are thinned to their extremes
-constexpr int kWidth = 1000, kPanelHeight = 340, kLonePanelHeight = 560, kTitleHeight = 60;
+constexpr int kFigureWidth = 1000, kPanelHeight = 340, kLonePanelHeight = 560, kTitleHeight = 60;
 
 std::string hex(const Image::Pixel& color) {
     char text[16];
@@ -27,9 +27,9 @@ std::string hex(const Image::Pixel& color) {
     return text;
 }
 
-/** A text in gnuplot's single quotes, where only a quote means something: it is doubled. Control
-characters and backquotes, which elsewhere run commands, are left out altogether. **/
-std::string quote(const std::string& text) {
+/** A text in gnuplot's single quotes, where only a quoteForGnuplot means something: it is doubled.
+Control characters and backquotes, which elsewhere run commands, are left out altogether. **/
+std::string quoteForGnuplot(const std::string& text) {
     std::string quoted = "'";
     for (const char c : text) {
         if (c == '`' || c == 127 || (c >= 0 && c < ' ')) {
@@ -106,8 +106,8 @@ std::string makeCurveCommand(const std::string& data, const FigureCurve& curve, 
                        " using 1:2 with points pointtype 7 pointsize 0.9" + rgb;
             break;
     }
-    return command +
-           (hasLegend && !curve.name.empty() ? " title " + quote(curve.name) : " notitle");
+    return command + (hasLegend && !curve.name.empty() ? " title " + quoteForGnuplot(curve.name)
+                                                       : " notitle");
 }
 
 std::string makeRange(const Range& range, double margin, bool startsAtZero) {
@@ -176,12 +176,12 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
     script += "set lmargin at screen " + layout.screenX(kLeftOfPanels) + "\n";
     script += "set rmargin at screen " + layout.screenX(layout.width - kRightOfPanels) + "\n";
     if (p == 0 && !figure.title.empty())
-        script += "set label 1 " + quote(figure.title) + " at screen 0.5, screen " +
+        script += "set label 1 " + quoteForGnuplot(figure.title) + " at screen 0.5, screen " +
                   layout.screenY(24) + " center font ',13'" + text;
     if (p == 1) script += "unset label 1\n";
-    script += isLast ? "set xlabel " + quote(figure.xLabel) + text + "set format x '%g'\n"
+    script += isLast ? "set xlabel " + quoteForGnuplot(figure.xLabel) + text + "set format x '%g'\n"
                      : std::string("unset xlabel\nset format x ''\n");
-    script += "set label 2 " + quote(panel.label) + " at screen " + layout.screenX(20) +
+    script += "set label 2 " + quoteForGnuplot(panel.label) + " at screen " + layout.screenX(20) +
               ", screen " + layout.screenY(upper + 0.5 * layout.panelHeight) +
               " center rotate by 90" + text;
     Range y;
@@ -208,7 +208,7 @@ std::string makeGnuplotScript(const std::string& kind, const Figure& figure) {
     const PlotTheme& theme = PlotTheme::light();
     const int numPanels = int(figure.panels.size());
     Layout layout;
-    layout.width = figure.width > 0 ? figure.width : kWidth;
+    layout.width = figure.width > 0 ? figure.width : kFigureWidth;
     layout.height =
         figure.height > 0
             ? figure.height

@@ -23,7 +23,7 @@ using SimTK::Vector;
 
 namespace {
 
-std::vector<double> toNumbers(const Vector& vector) {
+std::vector<double> listValues(const Vector& vector) {
     std::vector<double> numbers;
     for (int k = 0; k < vector.size(); ++k) numbers.push_back(vector[k]);
     return numbers;
@@ -79,7 +79,7 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     MotionWarnings(*_model, _probes, [&](const std::string& message) {
         warn(name, message);
     }).checkFinite(equilibrium.state.getTime(), values);
-    _writer->addStatic(name, makeColumns(), values, toNumbers(equilibrium.state.getQ()));
+    _writer->addStatic(name, makeColumns(), values, listValues(equilibrium.state.getQ()));
     _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
         _remarks[name].push_back(nameBodies(*_model, motion) +

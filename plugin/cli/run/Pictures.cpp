@@ -25,8 +25,8 @@ using SimTK::Vec3;
 
 namespace {
 
-constexpr int kFramesPerPeriod = 24;  // of a mode
-constexpr double kModeRate = 20;      // pictures a second
+constexpr int kPicturesPerPeriod = 24;  // of a mode
+constexpr double kModeRate = 20;        // pictures a second
 // What is smaller is not worth a picture in which bodies stick out of their joints.
 constexpr double kLargestFactor = 1000;  // of an automatic exaggeration
 constexpr double kModeAmplitude = 0.04;  // largest displacement, to the scene's size
@@ -344,7 +344,7 @@ void drawModes(const Model& model, const Linearization& linear, const std::vecto
         viz->addVideo((folder / (analysis + "_mode_" + std::to_string(k + 1) + ".gif")).string(),
                       options);
         const std::vector<State> period = calcModeStates(model.getSystem(), linear, modes[k],
-                                                         kModeAmplitude * size, kFramesPerPeriod);
+                                                         kModeAmplitude * size, kPicturesPerPeriod);
         viz->fitToMotion(period);
         const int numDrawn = viz->reportAll(period, [&](int numComplete, int numFrames) {
             return bar.show("pictures of modes",

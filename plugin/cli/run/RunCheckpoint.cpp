@@ -16,7 +16,7 @@ namespace cli {
 namespace {
 
 constexpr char kMagic[] = "simflex checkpoint of a run\n";
-constexpr std::uint64_t kVersion = 4;
+constexpr std::uint64_t kCheckpointVersion = 4;
 constexpr std::size_t kMostPacked = 1 << 24;  // bytes of frames that are written at once
 
 /** FNV-1a, 64 bits. **/
@@ -132,7 +132,7 @@ private:
 };
 
 /** A file of its own that appears under its name when it is complete. **/
-void replaceFile(const std::string& path, const std::string& bytes) {
+void replaceCheckpoint(const std::string& path, const std::string& bytes) {
     const std::string aside = path + ".new";
     try {
         OpenFile file(aside, O_WRONLY | O_CREAT | O_TRUNC, path);
@@ -145,7 +145,7 @@ void replaceFile(const std::string& path, const std::string& bytes) {
     }
 }
 
-std::string readBytes(const std::string& path) {
+std::string readCheckpoint(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file) throw std::runtime_error("cannot read '" + path + "': " + std::strerror(errno));
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -179,7 +179,7 @@ void appendFrames(const std::string& path, RunCheckpoint& checkpoint) {
 void readFrames(const std::string& path, RunCheckpoint& checkpoint) {
     if (checkpoint.kept.frames == 0) return;
     const std::string framesPath = getFramesPath(path);
-    std::string bytes = readBytes(framesPath);
+    std::string bytes = readCheckpoint(framesPath);
     if (bytes.size() < checkpoint.kept.bytes)
         throw std::runtime_error("'" + framesPath + "' is cut off; remove checkpoint '" + path +
                                  "' to begin anew");
@@ -223,7 +223,7 @@ void writeRunCheckpoint(const std::string& path, RunCheckpoint& checkpoint) {
     appendFrames(path, checkpoint);
     Packer packer;
     packer.bytes = kMagic;
-    packer.put(kVersion);
+    packer.put(kCheckpointVersion);
     packer.put(std::uint64_t(checkpoint.inputs.size()));
     for (const auto& [name, sum] : checkpoint.inputs) {
         packer.put(name);
@@ -244,11 +244,11 @@ void writeRunCheckpoint(const std::string& path, RunCheckpoint& checkpoint) {
     packer.put(checkpoint.warnings);
     packer.put(checkpoint.integrator);
     packer.put(calcChecksum(packer.bytes.data(), packer.bytes.size()));
-    replaceFile(path, packer.bytes);
+    replaceCheckpoint(path, packer.bytes);
 }
 
 RunCheckpoint readRunCheckpoint(const std::string& path) {
-    std::string bytes = readBytes(path);
+    std::string bytes = readCheckpoint(path);
     const size_t magic = sizeof kMagic - 1;
     if (bytes.compare(0, magic, kMagic) != 0)
         throw std::runtime_error("'" + path + "' is not a checkpoint of simflex run");
@@ -257,14 +257,14 @@ RunCheckpoint readRunCheckpoint(const std::string& path) {
         throw std::runtime_error("checkpoint '" + path + "' is cut off; remove it to begin anew");
     std::memcpy(&sum, bytes.data() + bytes.size() - sizeof sum, sizeof sum);
     std::memcpy(&number, bytes.data() + magic, sizeof number);
-    if (number > kVersion && number < 1000)
+    if (number > kCheckpointVersion && number < 1000)
         throw std::runtime_error("checkpoint '" + path + "' has format " + std::to_string(number) +
                                  "; it needs a newer simflex");
     bytes.resize(bytes.size() - sizeof sum);
     if (sum != calcChecksum(bytes.data(), bytes.size()))
         throw std::runtime_error("checkpoint '" + path + "' is damaged; remove it to begin anew");
 
-    if (number != kVersion)
+    if (number != kCheckpointVersion)
         throw std::runtime_error("checkpoint '" + path + "' has format " + std::to_string(number) +
                                  " of an older simflex; remove it to begin anew");
 
@@ -308,7 +308,7 @@ std::map<std::string, std::string> calcInputChecksums(const Model& model) {
     }
     const auto addFile = [&](const std::string& what, const ModelValue& file) {
         if (!file.isGiven()) return;
-        const std::string bytes = readBytes(file.getFilePath());
+        const std::string bytes = readCheckpoint(file.getFilePath());
         sums[what] = toHex(calcChecksum(bytes.data(), bytes.size()));
     };
     const ModelValue tables = model.getFile().get("tables"), bodies = model.getFile().get("bodies");

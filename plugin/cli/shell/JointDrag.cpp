@@ -14,12 +14,12 @@ using namespace SimTK;
 
 namespace {
 
-constexpr Real kModalWeight = 1e3;     // where bodies have to deform
-constexpr Real kLargestTurn = 0.1;     // [rad] in one step
-constexpr Real kTolerance = 1e-11;     // of joints and the coordinate [m, rad]
-constexpr Real kConditioning = 1e-9;   // rows that follow from others
-constexpr Real kRateTolerance = 1e-9;  // [m/s, rad/s]
-constexpr int kMostCorrections = 40;   // after the last step of the way
+constexpr Real kModalWeight = 1e3;       // where bodies have to deform
+constexpr Real kLargestStep = 0.1;       // [rad] in one step
+constexpr Real kJointTolerance = 1e-11;  // of joints and the coordinate [m, rad]
+constexpr Real kConditioning = 1e-9;     // rows that follow from others
+constexpr Real kRateTolerance = 1e-9;    // [m/s, rad/s]
+constexpr int kMostCorrections = 40;     // after the last step of the way
 
 enum class Shapes { Held, Free };
 
@@ -87,12 +87,12 @@ public:
             return kind.isPeriodic() ? std::remainder(rest, 2 * Pi) : rest;
         };
         const Real way = std::abs(calcRest());
-        const Real longest = kind.isAngle() ? kLargestTurn : way / 10;
+        const Real longest = kind.isAngle() ? kLargestStep : way / 10;
         const int mostSteps = kMostCorrections + (way > 0 ? int(std::ceil(2 * way / longest)) : 0);
         for (int step = 0; step < mostSteps; ++step) {
             const Real rest = calcRest();
-            if (std::abs(rest) < kTolerance * (1 + std::abs(value)) &&
-                calcLargestError() < kTolerance)
+            if (std::abs(rest) < kJointTolerance * (1 + std::abs(value)) &&
+                calcLargestError() < kJointTolerance)
                 return true;
             move(std::clamp(rest, -longest, longest));
             if (!std::isfinite(calcLargestError())) break;
@@ -119,7 +119,7 @@ public:
 
     std::string findWorstJoint() const {
         std::string worst = "a constraint";
-        Real largest = kTolerance;
+        Real largest = kJointTolerance;
         for (int i = 0; i < _model.getFlexibleBodies().getNumJoints(); ++i) {
             const Joint other = _model.getFlexibleBodies().getJoint(JointIndex(i));
             const Vector errors = other.calcPositionErrors(_state);
@@ -225,7 +225,7 @@ std::string format(Real value, const std::string& unit) {
 }
 
 /** What cannot be given the value, from here. **/
-struct Wish {
+struct DragWish {
     const Model& model;
     const Joint& joint;
     int coordinate;
@@ -250,8 +250,8 @@ struct Wish {
     }
 };
 
-Wish makeWish(const Model& model, const State& state, const Joint& joint, int coordinate,
-              bool isRate, Real value) {
+DragWish makeWish(const Model& model, const State& state, const Joint& joint, int coordinate,
+                  bool isRate, Real value) {
     const JointCoordinate& kind = joint.getEquations().getCoordinate(coordinate);
     const Vector now = isRate ? joint.calcCoordinateDots(state) : joint.calcCoordinates(state);
     return {model,
@@ -267,7 +267,7 @@ Wish makeWish(const Model& model, const State& state, const Joint& joint, int co
 
 State dragJoint(const Model& model, const State& state, const Joint& joint, int coordinate,
                 double value) {
-    const Wish wish = makeWish(model, state, joint, coordinate, false, value);
+    const DragWish wish = makeWish(model, state, joint, coordinate, false, value);
     wish.checkThatNoMotionLeads();
     const Real rate = joint.calcCoordinateDots(state)[coordinate];
     std::string culprit;
@@ -284,7 +284,7 @@ State dragJoint(const Model& model, const State& state, const Joint& joint, int 
 
 State setJointRate(const Model& model, const State& state, const Joint& joint, int coordinate,
                    double rate) {
-    const Wish wish = makeWish(model, state, joint, coordinate, true, rate);
+    const DragWish wish = makeWish(model, state, joint, coordinate, true, rate);
     wish.checkThatNoMotionLeads();
     for (const Shapes shapes : {Shapes::Held, Shapes::Free}) {
         Drag drag(model, state, joint, coordinate, shapes);

@@ -17,7 +17,7 @@ using SimTK::Vector;
 namespace {
 
 const char* const kTitle = "simflex state";
-constexpr int kVersion = 1;
+constexpr int kStateVersion = 1;
 
 std::string formatVector(const char* name, const Vector& values) {
     std::string line = name;
@@ -68,7 +68,7 @@ void writeKeptState(const std::string& path, const Model& model, const State& st
     {
         std::ofstream file(unfinished);
         file.imbue(std::locale::classic());
-        file << kTitle << ' ' << kVersion << '\n';
+        file << kTitle << ' ' << kStateVersion << '\n';
         for (const Model::BodyEntry& body : model.getBodies()) {
             const bool isFlexible = body.flexible && !body.flexible->isRigid(state);
             file << "body " << (isFlexible ? "flexible " : "rigid ") << body.name << '\n';
@@ -88,9 +88,9 @@ State readKeptState(const std::string& path, const Model& model) {
     std::istringstream head(lines.next(kTitle));
     int version = 0;
     if (!(head >> version)) lines.fail("is damaged: it has no version");
-    if (version > kVersion)
+    if (version > kStateVersion)
         lines.fail("is of format " + std::to_string(version) + ", this program knows up to " +
-                   std::to_string(kVersion));
+                   std::to_string(kStateVersion));
     State state = model.makeInitialState();
     for (const Model::BodyEntry& body : model.getBodies()) {
         const std::string line = lines.next("body ");

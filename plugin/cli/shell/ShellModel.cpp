@@ -16,7 +16,7 @@ using SimTK::State;
 
 namespace {
 
-constexpr size_t kMostRows = 100000;
+constexpr size_t kMostSamples = 100000;
 constexpr size_t kMostPathStates = 64;
 constexpr int kStepsBetweenLooks = 20;  // at Ctrl-C, about
 
@@ -30,7 +30,7 @@ void dropEverySecond(std::vector<T>& items) {
 }  // namespace
 
 void ProbeRecord::add(double now, std::vector<double> values) {
-    if (time.size() >= kMostRows) {
+    if (time.size() >= kMostSamples) {
         dropEverySecond(time);
         dropEverySecond(rows);
     }

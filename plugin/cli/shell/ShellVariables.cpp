@@ -19,10 +19,10 @@ using namespace SimTK;
 namespace {
 
 using Values = std::vector<double>;
-using Parts = std::vector<std::string>;
+using PathParts = std::vector<std::string>;
 
-Parts splitPath(const std::string& path) {
-    Parts parts(1);
+PathParts splitPath(const std::string& path) {
+    PathParts parts(1);
     for (const char c : path) {
         if (c == '.')
             parts.emplace_back();
@@ -82,7 +82,7 @@ ShellVariable pickElement(const ShellVariable& whole, int index, const std::stri
 
 // ---- joints
 
-std::optional<ShellVariable> findJointVariable(const ShellModel& model, const Parts& parts) {
+std::optional<ShellVariable> findJointVariable(const ShellModel& model, const PathParts& parts) {
     const Joint& joint = findEntry(model.getModel().getJoints(), parts[1], "joint").joint;
     const std::vector<std::string> names = getCoordinateNames(joint);
     ShellVariable variable;
@@ -262,7 +262,7 @@ std::optional<ShellVariable> makeFrameVariable(const ShellModel& model, const Bo
     return variable;
 }
 
-std::optional<ShellVariable> findBodyVariable(const ShellModel& model, const Parts& parts) {
+std::optional<ShellVariable> findBodyVariable(const ShellModel& model, const PathParts& parts) {
     const BodyEntry& body = findEntry(model.getModel().getBodies(), parts[1], "body");
     if (parts.size() < 3 || parts.size() > 4) return {};
     const std::string& name = parts[2];
@@ -306,7 +306,7 @@ std::string normalizePath(const std::string& path) {
 }
 
 std::optional<ShellVariable> findVariable(const ShellModel& model, const std::string& path) {
-    const Parts parts = splitPath(normalizePath(path));
+    const PathParts parts = splitPath(normalizePath(path));
     if (path == "time") {
         ShellVariable variable;
         variable.path = "time";
@@ -380,7 +380,7 @@ std::vector<std::string> completeModelPath(const ModelValue& file, const std::st
         }
         return inner;
     };
-    Parts parts = splitPath(begin);
+    PathParts parts = splitPath(begin);
     parts.pop_back();
     Forms forms{&getModelSchema()};
     std::optional<ModelValue> value = file;

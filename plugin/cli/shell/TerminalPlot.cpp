@@ -10,10 +10,10 @@ namespace simflex {
 namespace cli {
 namespace {
 
-constexpr int kColors[] = {34, 31, 32, 35, 36, 33};  // of ECMA-48
+constexpr int kCurveColors[] = {34, 31, 32, 35, 36, 33};  // of ECMA-48
 constexpr int kSmallestPanel = 6;
 
-struct Range {
+struct PlotRange {
     double low = std::numeric_limits<double>::infinity();
     double high = -std::numeric_limits<double>::infinity();
 
@@ -37,7 +37,7 @@ struct Scale {
     double low, step;
     int numSteps;
 
-    Scale(Range range, int mostSteps) {
+    Scale(PlotRange range, int mostSteps) {
         if (range.high - range.low <= 1e-12 * std::max(std::abs(range.low), std::abs(range.high)) ||
             range.high == range.low) {
             const double margin = range.low == 0 ? 1 : 0.1 * std::abs(range.low);
@@ -134,7 +134,7 @@ private:
 struct Panel {
     std::string unit;
     std::vector<const TerminalCurve*> curves;
-    Range range;
+    PlotRange range;
 };
 
 std::vector<Panel> makePanels(const std::vector<TerminalCurve>& curves, bool isShared) {
@@ -154,7 +154,7 @@ std::vector<Panel> makePanels(const std::vector<TerminalCurve>& curves, bool isS
 
 class Painter {
 public:
-    Painter(const Terminal& terminal, const Range& time, int rows)
+    Painter(const Terminal& terminal, const PlotRange& time, int rows)
         : _terminal(terminal), _time(time), _rows(rows) {}
 
     std::string draw(const Panel& panel, bool isLast) const {
@@ -182,7 +182,7 @@ public:
 
 private:
     int getColor(size_t curve) const {
-        return _terminal.hasColor ? kColors[curve % std::size(kColors)] : 0;
+        return _terminal.hasColor ? kCurveColors[curve % std::size(kCurveColors)] : 0;
     }
 
     std::string getAxis(bool isTick) const {
@@ -231,7 +231,7 @@ private:
     }
 
     const Terminal& _terminal;
-    Range _time;
+    PlotRange _time;
     int _rows;
 };
 
@@ -239,7 +239,7 @@ private:
 
 std::string drawTerminalPlot(const std::vector<TerminalCurve>& curves, const Terminal& terminal) {
     const std::vector<Panel> panels = makePanels(curves, terminal.hasColor);
-    Range time;
+    PlotRange time;
     for (const TerminalCurve& curve : curves)
         for (const double t : curve.time) time.include(t);
     for (const Panel& panel : panels)

@@ -54,7 +54,7 @@ double calcStatistic(const std::string& statistic, const std::vector<double>& ti
 }
 
 /** One number of one case. **/
-struct Entry {
+struct TableEntry {
     std::string analysis, name, unit;
     double value;
 };
@@ -81,7 +81,7 @@ std::vector<Wish> parseWishes(const std::vector<std::string>& of) {
 }
 
 void addStatistics(const ResultData::Analysis& analysis, std::vector<Wish>& wishes,
-                   std::vector<Entry>& entries) {
+                   std::vector<TableEntry>& entries) {
     const std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
     const auto add = [&](const ChosenColumn& column, const std::string& statistic) {
         entries.push_back({analysis.name, column.name + "." + statistic, column.unit,
@@ -102,7 +102,7 @@ void addStatistics(const ResultData::Analysis& analysis, std::vector<Wish>& wish
 
 /** @param where  behind the names of the columns **/
 void addModes(const ResultData::Analysis& analysis, size_t row, const std::string& where,
-              std::vector<Entry>& entries) {
+              std::vector<TableEntry>& entries) {
     for (size_t k = 0; k < analysis.frequency.at(row).size(); ++k) {
         const std::string name = std::to_string(k + 1) + where;
         entries.push_back({analysis.name, "frequency " + name, "Hz", analysis.frequency[row][k]});
@@ -111,7 +111,7 @@ void addModes(const ResultData::Analysis& analysis, size_t row, const std::strin
     }
 }
 
-void addCampbell(const ResultData::Analysis& analysis, std::vector<Entry>& entries) {
+void addCampbell(const ResultData::Analysis& analysis, std::vector<TableEntry>& entries) {
     if (analysis.frequency.empty()) return;
     addModes(analysis, 0, " at first speed", entries);
     addModes(analysis, analysis.frequency.size() - 1, " at last speed", entries);
@@ -121,8 +121,8 @@ void addCampbell(const ResultData::Analysis& analysis, std::vector<Entry>& entri
             {analysis.name, "critical speed " + std::to_string(k + 1), "rad/s", critical[k]});
 }
 
-std::vector<Entry> collectEntries(const ResultData& results, std::vector<Wish>& wishes) {
-    std::vector<Entry> entries;
+std::vector<TableEntry> collectEntries(const ResultData& results, std::vector<Wish>& wishes) {
+    std::vector<TableEntry> entries;
     for (const auto& analysis : results.analyses) {
         if (analysis.type == "transient") addStatistics(analysis, wishes, entries);
         if (analysis.type == "static")
@@ -146,7 +146,7 @@ std::string joinWarnings(const ResultData& results) {
     return text;
 }
 
-std::string quote(const std::string& field) {
+std::string quoteForCsv(const std::string& field) {
     if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
     std::string quoted = "\"";
     for (const char c : field) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -156,21 +156,22 @@ std::string quote(const std::string& field) {
 std::string makeCsv(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
                     const SweepTable& table) {
     std::string text = "case";
-    for (const SweptKey& key : plan.keys) text += "," + quote(key.name);
+    for (const SweptKey& key : plan.keys) text += "," + quoteForCsv(key.name);
     text += ",status";
     for (const auto& column : table.columns)
-        text += "," + quote(column.name + (column.unit.empty() ? "" : " [" + column.unit + "]"));
+        text +=
+            "," + quoteForCsv(column.name + (column.unit.empty() ? "" : " [" + column.unit + "]"));
     text += table.hasWarnings() ? ",error,warnings\n" : ",error\n";
     for (size_t k = 0; k < plan.cases.size(); ++k) {
-        text += quote(plan.cases[k].folder);
-        for (const std::string& value : plan.cases[k].values) text += "," + quote(value);
+        text += quoteForCsv(plan.cases[k].folder);
+        for (const std::string& value : plan.cases[k].values) text += "," + quoteForCsv(value);
         text += "," + nameOf(outcomes[k].status);
         for (const auto& column : table.columns) {
             text += ",";
             if (!std::isnan(column.values[k])) text += writeGeneral(column.values[k]);
         }
-        text += "," + quote(outcomes[k].error);
-        if (table.hasWarnings()) text += "," + quote(table.warnings[k]);
+        text += "," + quoteForCsv(outcomes[k].error);
+        if (table.hasWarnings()) text += "," + quoteForCsv(table.warnings[k]);
         text += "\n";
     }
     return text;
@@ -253,7 +254,7 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
                           const std::string& folder) {
     SweepTable table;
     std::vector<Wish> wishes = parseWishes(plan.of);
-    std::vector<std::vector<Entry>> all;
+    std::vector<std::vector<TableEntry>> all;
     std::set<std::string> analyses;
     bool hasProbes = false;
     std::vector<std::string> names;
@@ -265,7 +266,7 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
             readResults(folder + "/" + plan.cases[k].folder + "/results.h5", ReadStates::No);
         all.back() = collectEntries(results, wishes);
         table.warnings.back() = joinWarnings(results);
-        for (const Entry& entry : all.back()) analyses.insert(entry.analysis);
+        for (const TableEntry& entry : all.back()) analyses.insert(entry.analysis);
         for (const auto& analysis : results.analyses) {
             if (analysis.type != "transient") continue;
             hasProbes = true;
@@ -279,7 +280,7 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
             if (!wish.isUsed) failUnused(wish, names);
     std::map<std::string, size_t> places;
     for (size_t k = 0; k < all.size(); ++k)
-        for (const Entry& entry : all[k]) {
+        for (const TableEntry& entry : all[k]) {
             const std::string name =
                 analyses.size() > 1 ? entry.analysis + "." + entry.name : entry.name;
             const auto [place, isNew] = places.emplace(name, table.columns.size());
