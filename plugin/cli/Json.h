@@ -3,6 +3,7 @@
 Writes JSON text. Numbers carry all 17 digits, so that they read back to the same bits. **/
 
 #include <string>
+#include <vector>
 
 namespace simflex {
 namespace cli {

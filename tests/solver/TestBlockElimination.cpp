@@ -1,6 +1,6 @@
 // Block elimination against dense partial pivoting on the whole matrix.
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cstdlib>
 #include <random>
@@ -234,7 +234,8 @@ TEST(NewtonSystem, TextFormGivesTheSystemBackExactly) {
     }
 }
 
-/** Bodies of one part, hung to each other at two mesh nodes. **/
+/** Bodies of one part, hung to each other at two mesh nodes: all at the first and last one of the
+mesh, or each at the next two. **/
 struct NodeChain {
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter{system};
@@ -244,24 +245,45 @@ struct NodeChain {
     std::vector<FlexibleBody> bodies;
     SimTK::State state;
 
-    explicit NodeChain(int count) {
+    enum class Nodes { Same, Own };
+
+    explicit NodeChain(int count, Nodes nodes = Nodes::Same) {
         const auto part = test::makePointMassPart().body;
-        const int numbers[2] = {part->mesh.nodeNumbers.front(), part->mesh.nodeNumbers.back()};
-        SimTK::Vec3 s[2];
-        for (int k = 0; k < 2; ++k) {
-            const auto x = part->mesh.position(part->mesh.indexOf(numbers[k]));
-            s[k] = SimTK::Vec3(x[0], x[1], x[2]);
-        }
+        const int last = part->mesh.numNodes() - 1;
+        const auto positionOf = [&](int node) {
+            const auto x = part->mesh.position(node);
+            return SimTK::Vec3(x[0], x[1], x[2]);
+        };
+        std::vector<SimTK::Vec3> places;
+        SimTK::Vec3 place(0);
+        Attachment before(matter.Ground(), SimTK::Transform());
         for (int k = 0; k < count; ++k) {
+            const int top = nodes == Nodes::Same ? 0 : 2 * k % last;
+            const int bottom = nodes == Nodes::Same ? last : top + 1;
             bodies.emplace_back(flexible, part);
-            const Attachment before = k ? bodies[size_t(k - 1)].node(numbers[1])
-                                        : Attachment(matter.Ground(), SimTK::Transform(s[0]));
-            Joint::Ball(flexible, before, bodies.back().node(numbers[0]));
+            Joint::Ball(flexible, before, bodies.back().node(part->mesh.nodeNumbers[size_t(top)]));
+            before = bodies.back().node(part->mesh.nodeNumbers[size_t(bottom)]);
+            places.push_back(place - positionOf(top));
+            place = places.back() + positionOf(bottom);
         }
         state = system.realizeTopology();
         for (int k = 0; k < count; ++k)
-            bodies[size_t(k)].getFrame().setQToFitTransform(
-                state, SimTK::Transform(double(k) * (s[1] - s[0])));
+            bodies[size_t(k)].getFrame().setQToFitTransform(state,
+                                                            SimTK::Transform(places[size_t(k)]));
+    }
+
+    /** Frames of the part of each body, after a step. **/
+    std::vector<int> countFrames() {
+        std::vector<int> numFrames;
+        BdfIntegrator integrator(system);
+        integrator.setNewtonSystemObserver([&](const NewtonSystem& newton) {
+            numFrames.clear();
+            for (const NewtonSystem::Block& block : newton.blocks)
+                numFrames.push_back(newton.parts.at(size_t(block.part)).numFrames);
+        });
+        integrator.initialize(state);
+        integrator.stepTo(1e-4);
+        return numFrames;
     }
 };
 
@@ -273,16 +295,16 @@ TEST(BlockElimination, BodiesShareTheShapesOfTheNodesOfTheirPart) {
                   chain.bodies[1].node(first).getFlexibleFrame().shapes);
         EXPECT_NE(chain.bodies[0].node(first).getFlexibleFrame().shapes,
                   chain.bodies[0].node(first + 1).getFlexibleFrame().shapes);
-        std::vector<int> numFrames;
-        BdfIntegrator integrator(chain.system);
-        integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
-            for (const NewtonSystem::Part& part : system.parts) numFrames.push_back(part.numFrames);
-        });
-        integrator.initialize(chain.state);
-        integrator.stepTo(1e-4);
-        ASSERT_FALSE(numFrames.empty());
-        for (const int frames : numFrames) EXPECT_EQ(frames, 2) << count << " bodies";
+        EXPECT_THAT(chain.countFrames(), testing::AllOf(testing::SizeIs(count), testing::Each(2)));
     }
+}
+
+/** However many places of a part others are held at: products with its frames cost a body no more
+than twice those that it uses. **/
+TEST(BlockElimination, BodiesMultiplyByFramesThatTheyUse) {
+    NodeChain chain(40, NodeChain::Nodes::Own);
+    EXPECT_THAT(chain.countFrames(),
+                testing::AllOf(testing::SizeIs(40), testing::Each(testing::Le(4))));
 }
 
 /** Places of the unknowns of a grid of bodies, large enough for nested dissection. **/
