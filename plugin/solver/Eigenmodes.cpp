@@ -10,7 +10,6 @@
 namespace simflex {
 
 using namespace SimTK;
-using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
@@ -21,14 +20,23 @@ constexpr double RoundOff = 1e-11;  // of scaled matrices, whose entries are of 
 constexpr double ZeroRate = 1e-12;  // the same
 /** Of a sum's parts: what differences of forces leave of a motion that nothing holds. **/
 constexpr double RoundOffOfSum = 1e-10;
+/** Of the fastest speed: what is slower in a steady motion, a matter of differences too, is free.
+ * **/
+constexpr double SlowestMotion = 1e-5;
+/** |ν| of its eigenvalues, which are defective: roots of round-off, and of noise in differences.
+ * **/
+constexpr double NearestZero = 1e-6, NearZero = 1e-4;
+/** Singular values of what may be free. **/
+constexpr double SoftDirection = 1e-6;
 
 /** λ²M + λD + K in coordinates y with λ = s·ν, where all matrices have entries of order 1 or less.
  * **/
 struct ReducedPencil {
     MatrixXd M, D, K;
     MatrixXd basis;  ///< δ = basis·y, all speeds
-    MatrixXd fullK;  ///< symmetric part, all speeds; nothing for held ones
+    MatrixXd fullK;  ///< all speeds; nothing for held ones
     double rate;     ///< s [1/s]
+    double zero;     ///< ν² that is as good as none
 };
 
 struct PencilMode {
@@ -75,6 +83,7 @@ ReducedPencil reducePencil(const Linearization& linear) {
     // Not the very rate of an eigenvalue: a shift by it would be singular.
     const double reference = 0.37 * chooseReference(M, D, K, isModal);
     pencil.rate = std::sqrt(reference);
+    pencil.zero = square(SlowestMotion * linear.state.getU().normInf()) / reference;
     const VectorXd scale =
         (K.diagonal().cwiseAbs() + reference * M.diagonal()).cwiseSqrt().cwiseInverse();
     const MatrixXd Z = scale.asDiagonal() * TangentSpace(G * scale.asDiagonal()).getBasis();
@@ -86,8 +95,7 @@ ReducedPencil reducePencil(const Linearization& linear) {
     for (size_t i = 0; i < free.size(); ++i) {
         pencil.basis.row(free[i]) = Z.row(Eigen::Index(i));
         for (size_t j = 0; j < free.size(); ++j)
-            pencil.fullK(free[i], free[j]) =
-                0.5 * (K(Eigen::Index(i), Eigen::Index(j)) + K(Eigen::Index(j), Eigen::Index(i)));
+            pencil.fullK(free[i], free[j]) = K(Eigen::Index(i), Eigen::Index(j));
     }
     return pencil;
 }
@@ -110,7 +118,8 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs)
         const double modalMass = y.dot(M * y), work = x.dot(pencil.fullK * x);
         const double parts = x.cwiseAbs().dot(pencil.fullK.cwiseAbs() * x.cwiseAbs());
         const double omegaSquared = work / modalMass;
-        if (std::abs(work) <= RoundOffOfSum * parts || std::abs(omegaSquared) < square(ZeroRate))
+        if (std::abs(work) <= RoundOffOfSum * parts ||
+            std::abs(omegaSquared) < std::max(square(ZeroRate), pencil.zero))
             pairs.push_back({0, y.cast<Complex>()});
         else if (omegaSquared > 0)
             pairs.push_back({Complex(0, std::sqrt(omegaSquared)), y.cast<Complex>()});
@@ -119,6 +128,34 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs)
                 pairs.push_back({sign * std::sqrt(-omegaSquared), y.cast<Complex>()});
     }
     return true;
+}
+
+/** Whether nothing but round-off restores a motion. **/
+bool isFree(const ReducedPencil& pencil, const VectorXcd& y) {
+    const VectorXcd x = pencil.basis * y;
+    const VectorXd sizes = x.cwiseAbs();
+    const double work = std::abs(Complex(x.dot(pencil.fullK * x)));
+    const double parts = sizes.dot(pencil.fullK.cwiseAbs() * sizes);
+    const double modalMass = std::real(Complex(y.dot(pencil.M * y)));
+    return work <= RoundOffOfSum * parts + pencil.zero * modalMass;
+}
+
+/** Motions that nothing restores: of the softest directions those of least stiffness over mass. **/
+std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
+    const SymmetricEigen softness = calcSymmetricEigen(pencil.K.transpose() * pencil.K);
+    Eigen::Index count = 0;
+    while (count < pencil.K.rows() && softness.values[count] < SoftDirection * SoftDirection)
+        ++count;
+    std::vector<VectorXcd> motions;
+    if (count == 0) return motions;
+    const MatrixXd V = softness.vectors.leftCols(count), K = V.transpose() * pencil.K * V;
+    const SymmetricEigen eigen =
+        calcSymmetricEigen(0.5 * (K + K.transpose()), V.transpose() * pencil.M * V);
+    for (Eigen::Index k = 0; k < count; ++k) {
+        const VectorXcd y = (V * eigen.vectors.col(k)).cast<Complex>();
+        if (isFree(pencil, y)) motions.push_back(y);
+    }
+    return motions;
 }
 
 /** ν = 1 + 1/μ with μ²(M + D + K) + μ(D + 2M) + M = 0: again the slowest come out sharpest. **/
@@ -135,25 +172,24 @@ void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
         throw std::runtime_error("calcEigenmodes(): the QR iteration for " + std::to_string(2 * n) +
                                  " eigenvalues does not converge");
 
-    // Rigid motions are double, defective eigenvalues: they come out near zero only.
-    const MatrixXcd rigid =
-        calcColumnSpace(pencil.K.transpose(), RoundOff).complement.cast<Complex>();
-    for (Eigen::Index k = 0; k < rigid.cols(); ++k) pairs.push_back({0, rigid.col(k)});
-    std::vector<std::pair<Complex, Eigen::Index>> values;
+    const std::vector<VectorXcd> free = findFreeMotions(pencil);
+    for (const VectorXcd& y : free) pairs.push_back({0, y});
+    std::vector<PencilMode> others;
     for (Eigen::Index k = 0; k < 2 * n; ++k) {
         const Complex mu = solver.eigenvalues()[k];
         if (std::abs(mu) < 1e-14) continue;  // no mass, no motion
-        values.emplace_back(1.0 + 1.0 / mu, k);
+        others.push_back({1.0 + 1.0 / mu, solver.eigenvectors().col(k).tail(n)});
     }
-    std::stable_sort(values.begin(), values.end(), [](const auto& a, const auto& b) {
-        return std::abs(a.first) < std::abs(b.first);
+    std::stable_sort(others.begin(), others.end(), [](const PencilMode& a, const PencilMode& b) {
+        return std::abs(a.nu) < std::abs(b.nu);
     });
-    const double zero = 1e-6;
-    for (size_t k = 0; k < values.size(); ++k) {
-        const auto& [nu, column] = values[k];
-        if (k < size_t(2 * rigid.cols()) && std::abs(nu) < zero) continue;
-        if (nu.imag() < 0) continue;
-        pairs.push_back({nu, solver.eigenvectors().col(column).tail(n)});
+    for (size_t k = 0; k < others.size(); ++k) {
+        const PencilMode& pair = others[k];
+        const double size = std::abs(pair.nu);
+        if (k < 2 * free.size() &&
+            (size < NearestZero || (size < NearZero && isFree(pencil, pair.y))))
+            continue;
+        if (pair.nu.imag() >= 0) pairs.push_back(pair);
     }
 }
 

@@ -32,12 +32,14 @@ constexpr double SmallTurn = 5e-3;
 constexpr double SmallChange = 1e-3;
 /** How far constraints may come apart meanwhile, of a body's size, and per displacement. **/
 constexpr double SmallGap = 1e-3;
+/** How far forces that do not turn along may lead, of a body's size: an unbalance does. **/
+constexpr double LaterGap = 5e-3;
 
 /** The equations at one moment of the motion, in the solver's numbering. **/
-struct Instant {
+struct Instant : SteadyMotion::Balance {
     SolutionPoint point;
     SteadyMotion motion;
-    MatrixXd M, D, K, G;
+    MatrixXd D;
 };
 
 /** Accelerations and matrices at a point's t, q, u and z. **/
@@ -58,6 +60,7 @@ void linearize(MultibodyEquations& equations, const CoordinateScales& scales, co
         moreU[i] = point.u[i] - u[i];
         moreUDot[i] = point.uDot[i] - uDot[i];
     }
+    instant.moreUDot = Map<const VectorXd>(moreUDot.data(), Eigen::Index(n));
     const auto calcSpeeds = [&](const std::vector<double>& q) {
         instant.motion.calcSpeeds(q, u, uDot);
         for (size_t i = 0; i < n; ++i) {
@@ -178,6 +181,8 @@ std::string findUnsteadiness(MultibodyEquations& equations, const CoordinateScal
     const std::vector<Real> frequencies = listFrequencies(result, lowest);
     if (frequencies.empty() || rate < SmallTurn * 2 * Pi * frequencies.back()) return "";
 
+    std::string departure = now.motion.findDeparture(scales, now, SmallGap);
+    if (!departure.empty()) return departure;
     const double duration = 1 / rate;
     Instant later;
     SolutionPoint& point = later.point = now.point;
@@ -193,6 +198,8 @@ std::string findUnsteadiness(MultibodyEquations& equations, const CoordinateScal
             return equations.describeConstraint(int(k)) +
                    " does not let its bodies go on as they move now";
     linearize(equations, scales, result.state, observer, later);
+    departure = later.motion.findDeparture(scales, later, LaterGap);
+    if (!departure.empty()) return departure;
     const MatrixXd carried = calcCarried(equations, scales, now, later, duration);
 
     VectorXd sizes = VectorXd::Zero(equations.numU());
@@ -212,7 +219,8 @@ std::string findUnsteadiness(MultibodyEquations& equations, const CoordinateScal
     putMatrices(mean, T, between);
     const std::vector<Real> others = listFrequencies(between, lowest);
     for (size_t k = 0; k < std::min(frequencies.size(), others.size()); ++k) {
-        if (std::abs(others[k] - frequencies[k]) <= SmallChange * frequencies[k] + lowest) continue;
+        const double change = std::abs(square(others[k]) - square(frequencies[k]));
+        if (change <= 2 * SmallChange * square(frequencies[k]) + square(lowest)) continue;
         std::ostringstream text;
         text << "the equations of small motions change as the motion goes on: a natural frequency "
                 "of "

@@ -27,7 +27,8 @@ void MultibodyEquations::findTimedLoads() {
                 m_hasTimedConstraints ||
                 Constraint::PrescribedMotion::isInstanceOf(matter.getConstraint(c)) ||
                 Constraint::Custom::isInstanceOf(matter.getConstraint(c));
-    m_hasTimedLoads = !m_timedForces.empty() || m_hasTimedConstraints || !m_elements.empty();
+    m_hasTimedLoads = !m_timedForces.empty() || m_hasTimedConstraints || !m_elements.empty() ||
+                      (m_prescribed && m_prescribed->hasAccelerationMotions());
     for (const FlexibleBlock* block : m_flexible)
         m_hasTimedLoads = m_hasTimedLoads || block->hasLoads();
     for (const JointRef& joint : m_joints)
@@ -39,8 +40,8 @@ void MultibodyEquations::findTimedLoads() {
     if (hasTimedMotions()) m_timedMotion = std::make_unique<PrescribedMotion>(*m_prescribed);
 }
 
-void MultibodyEquations::calcTimedLoads(double time, const double* q, const double* u, double* r,
-                                        double* g) {
+void MultibodyEquations::calcTimedLoads(double time, const NewtonFactors& factors, const double* q,
+                                        const double* u, const double* uDot, double* r, double* g) {
     time = std::clamp(time, m_firstTime, m_lastTime);
     std::fill_n(r, m_numU, 0.0);
     std::fill_n(g, m_numMultipliers, 0.0);
@@ -72,12 +73,30 @@ void MultibodyEquations::calcTimedLoads(double time, const double* q, const doub
         }
     }
     if (m_prescribed) m_prescribed->clearResidual(r);
-    if (m_hasTimedConstraints)
+    if (m_hasTimedConstraints) {
         m_constraints->calcPositionErrors(m_timedState, g + m_firstSimbodyRow);
+        std::vector<double> errors(size_t(m_constraints->numRows()));
+        const auto takeRows = [&](MotionLevel level, double factor) {
+            for (int k = 0; k < m_constraints->numRows(); ++k)
+                if (m_constraints->getLevel(k) == level)
+                    g[m_firstSimbodyRow + k] = factor * errors[size_t(k)];
+        };
+        m_constraints->calcVelocityErrors(m_timedState, errors.data());
+        takeRows(MotionLevel::Velocity, factors.stiffness);
+        if (m_constraints->hasAccelerationRows()) {
+            m_constraints->calcAccelerationErrors(m_timedState, calcSimbodyUDot(q, uDot),
+                                                  errors.data());
+            takeRows(MotionLevel::Acceleration, factors.stiffness * factors.mass);
+        }
+    }
     for (const JointRef& joint : m_joints)
         if (joint.record->equations->dependsOnTime())
             joint.record->equations->calcErrors(values.drives[size_t(joint.drive)],
                                                 joint.motions.data(), g + joint.firstRow);
+    if (!m_prescribed || !m_prescribed->hasAccelerationMotions()) return;
+    putIntoState(time, q, u, m_timedState);
+    m_timedMotion->updateFromSimbody(m_timedState);
+    m_timedMotion->subtractAccelerations(factors.mass, q, r);
 }
 
 void MultibodyEquations::calcTimedMotions(double time, double* q, double* u) {

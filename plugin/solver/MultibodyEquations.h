@@ -204,9 +204,13 @@ public:
     /**@{**/
     bool hasTimedLoads() const { return m_hasTimedLoads; }
     bool hasTimedMotions() const { return m_prescribed && m_prescribed->hasMotions(); }
-    /** @param[out] r  forces of what may depend on time, in the equations' sign
-    @param[out] g  position errors of the constraints that may, else zero **/
-    void calcTimedLoads(double time, const double* q, const double* u, double* r, double* g);
+    /** What may depend on time, elsewhere zero.
+    @param[out] r  forces in the equations' sign; of prescribed accelerations, what they add to
+        speeds in a step
+    @param[out] g  errors of constraints in positions; of those of speeds and accelerations, what a
+        step makes of them **/
+    void calcTimedLoads(double time, const NewtonFactors& factors, const double* q, const double* u,
+                        const double* uDot, double* r, double* g);
     /** Writes the q and u that Motions prescribe at another time. **/
     void calcTimedMotions(double time, double* q, double* u);
     /**@}**/

@@ -170,6 +170,14 @@ void PrescribedMotion::applyAccelerations(const double* q, double* uDot) const {
     for (const Entry& entry : m_entries) putSpeeds(entry, entry.uDot, q, uDot);
 }
 
+void PrescribedMotion::subtractAccelerations(double factor, const double* q, double* r) const {
+    for (const Entry& entry : m_entries) {
+        if (!entry.isMotion || entry.level != MotionLevel::Acceleration) continue;
+        putSpeeds(entry, entry.uDot, q, r);
+        for (int k = 0; k < entry.mobilizer.nu; ++k) r[entry.mobilizer.u0 + k] *= -factor;
+    }
+}
+
 void PrescribedMotion::clearResidual(double* r) const {
     for (const Entry& entry : m_entries)
         std::fill_n(r + entry.mobilizer.u0, entry.mobilizer.nu, 0.0);

@@ -42,6 +42,7 @@ public:
 
     bool isEmpty() const { return m_entries.empty(); }
     bool hasMotions() const { return m_hasMotions; }
+    bool hasAccelerationMotions() const { return m_hasAccelerationMotions; }
     /** True if a Motion's values may depend on q or u. **/
     bool dependsOnState() const { return m_dependsOnState; }
     /** True if speeds other than zero are prescribed. **/
@@ -59,6 +60,9 @@ public:
     void apply(double gamma, const double* uHist, double* q, double* u) const;
     /** Writes the known u̇. **/
     void applyAccelerations(const double* q, double* uDot) const;
+
+    /** Writes −factor·u̇ where a Motion prescribes no more than u̇. **/
+    void subtractAccelerations(double factor, const double* q, double* r) const;
 
     /** Sets r_i of all prescribed speeds to zero. **/
     void clearResidual(double* r) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "simflex/base/DenseAlgebra.h"
 
@@ -254,6 +255,36 @@ void SteadyMotion::closeLoops(const std::vector<double>& q, std::vector<double>&
 
 void SteadyMotion::close(MatrixXd& delta) const {
     if (m_closing.size() > 0) delta += m_closing * (m_G * delta);
+}
+
+std::string SteadyMotion::findDeparture(const CoordinateScales& scales, const Balance& balance,
+                                        double allowed) const {
+    const MatrixXd &M = balance.M, &K = balance.K;
+    const double inertia = square(m_factor * m_rate);
+    const std::vector<int> free = listFreeSpeeds(*m_equations);
+    MatrixXd directions = MatrixXd::Zero(M.rows(), Eigen::Index(free.size()));
+    for (size_t k = 0; k < free.size(); ++k)
+        directions(free[k], Eigen::Index(k)) =
+            1 / std::sqrt(std::abs(K(free[k], free[k])) + inertia * M(free[k], free[k]));
+    const MatrixXd Z = directions * TangentSpace(balance.G * directions).getBasis();
+    if (Z.cols() == 0) return "";
+    // Springs resist and inertia, however the motion softens the springs.
+    const MatrixXd reduced = Z.transpose() * K * Z;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(
+        0.5 * (reduced + reduced.transpose()), Z.transpose() * M * Z);
+    VectorXd y = modes.eigenvectors().transpose() * (Z.transpose() * (M * balance.moreUDot));
+    for (Eigen::Index k = 0; k < y.size(); ++k) y[k] /= std::abs(modes.eigenvalues()[k]) + inertia;
+    const VectorXd delta = Z * (modes.eigenvectors() * y);
+    for (int b = 0; b < m_equations->numBlocks(); ++b) {
+        const Block& block = m_equations->getBlock(b);
+        const double departure = block.calcDisplacement(delta.data() + block.firstU);
+        if (departure <= allowed * scales.lengths[size_t(b)]) continue;
+        std::ostringstream text;
+        text << "forces that do not turn with it lead '" << block.name << "' " << departure
+             << " m away";
+        return text.str();
+    }
+    return "";
 }
 
 SteadyMotion::Twists SteadyMotion::calcX(const std::vector<double>& q,

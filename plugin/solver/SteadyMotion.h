@@ -13,6 +13,8 @@ joint, spring or constraint links to Ground keeps its own twist, in Ground. Mobi
 Free on Ground keep their u, flexible bodies their shape. What loops ask for besides is added by
 turning the moving bodies as little as possible, so that G X + ∂g/∂t = 0. **/
 
+#include <string>
+
 #include "simflex/solver/TangentMatrices.h"
 
 namespace simflex {
@@ -47,6 +49,16 @@ public:
 
     /** Where the motion leads from q in a time, but for what loops ask for. **/
     std::vector<double> flow(const std::vector<double>& q, double duration) const;
+
+    /** Equations about a position and what accelerates bodies there besides the motion. **/
+    struct Balance {
+        Eigen::MatrixXd M, K, G;
+        Eigen::VectorXd moreUDot;
+    };
+    /** Says which body the forces besides lead away while the motion turns by a radian, and how
+    far; empty if none by more than what is allowed, of its size. **/
+    std::string findDeparture(const CoordinateScales& scales, const Balance& balance,
+                              double allowed) const;
 
     /** Adds to δ, column by column, what lets the constraints hold where the motion was made: a
     motion of the moving bodies that turns them as little as possible. **/

@@ -29,8 +29,8 @@ double ImplicitIntegrator::Implementation::calcUnseenLoads(int order) {
     if (!m_equations->hasTimedLoads()) return 0;
     const double end = m_new.t, h = end - m_history[0].t;
     const auto evaluate = [&](double t, std::vector<double>& loads) {
-        m_equations->calcTimedLoads(t, m_new.q.data(), m_new.u.data(), loads.data(),
-                                    loads.data() + m_new.u.size());
+        m_equations->calcTimedLoads(t, m_formula.factors, m_new.q.data(), m_new.u.data(),
+                                    m_new.uDot.data(), loads.data(), loads.data() + m_new.u.size());
     };
     evaluate(end, m_samples.atNodes[0]);
     bool isSteady = true;

@@ -198,6 +198,96 @@ TYPED_TEST(LoadsInTime, ASmoothLoadCostsNoFurtherSteps) {
     EXPECT_LE(integrator.getStatistics().calcRejectedFraction(), 0.05);
 }
 
+/** An acceleration along x, as a Motion's or a constraint's. **/
+class Accelerator : public Motion::Custom::Implementation {
+public:
+    explicit Accelerator(Function acceleration) : m_acceleration(acceleration) {}
+    Implementation* clone() const override { return new Accelerator(*this); }
+    Motion::Level getLevel(const State&) const override { return Motion::Acceleration; }
+    void calcPrescribedAcceleration(const State& state, int, Real* uDot) const override {
+        *uDot = m_acceleration(state.getTime());
+    }
+
+private:
+    Function m_acceleration;
+};
+
+/** Holds the speed of a slide, or its acceleration, to a function of time. **/
+class Pacer : public Constraint::Custom::Implementation {
+public:
+    enum class Level { Velocity, Acceleration };
+
+    /** @param speed, acceleration  of time **/
+    Pacer(MobilizedBody& body, Level level, Function speed, Function acceleration)
+        : Implementation(body.updMatterSubsystem(), 0, level == Level::Velocity ? 1 : 0,
+                         level == Level::Acceleration ? 1 : 0),
+          m_speed(speed),
+          m_acceleration(acceleration),
+          m_mobilizer(addConstrainedMobilizer(body)) {}
+    Implementation* clone() const override { return new Pacer(*this); }
+    void calcVelocityErrors(const State& state, const Array_<SpatialVec, ConstrainedBodyIndex>&,
+                            const Array_<Real, ConstrainedUIndex>& u,
+                            Array_<Real>& errors) const override {
+        errors[0] = getOneU(state, u, m_mobilizer, MobilizerUIndex(0)) - m_speed(state.getTime());
+    }
+    void calcVelocityDotErrors(const State& state, const Array_<SpatialVec, ConstrainedBodyIndex>&,
+                               const Array_<Real, ConstrainedUIndex>& uDot,
+                               Array_<Real>& errors) const override {
+        calcAccelerationErrors(state, {}, uDot, errors);
+    }
+    void calcAccelerationErrors(const State& state, const Array_<SpatialVec, ConstrainedBodyIndex>&,
+                                const Array_<Real, ConstrainedUIndex>& uDot,
+                                Array_<Real>& errors) const override {
+        errors[0] = getOneUDot(state, uDot, m_mobilizer, MobilizerUIndex(0)) -
+                    m_acceleration(state.getTime());
+    }
+    void addInVelocityConstraintForces(const State& state, const Array_<Real>& multipliers,
+                                       Array_<SpatialVec, ConstrainedBodyIndex>&,
+                                       Array_<Real, ConstrainedUIndex>& forces) const override {
+        addInOneMobilityForce(state, m_mobilizer, MobilizerUIndex(0), multipliers[0], forces);
+    }
+    void addInAccelerationConstraintForces(const State& state, const Array_<Real>& multipliers,
+                                           Array_<SpatialVec, ConstrainedBodyIndex>& bodyForces,
+                                           Array_<Real, ConstrainedUIndex>& forces) const override {
+        addInVelocityConstraintForces(state, multipliers, bodyForces, forces);
+    }
+
+private:
+    Function m_speed, m_acceleration;
+    ConstrainedMobilizerIndex m_mobilizer;
+};
+
+enum class Drive { Motion, Speed, Acceleration };
+
+TYPED_TEST(LoadsInTime, ABriefDriveOfASystemAtRestIsSeen) {
+    // A push forth and back again, of a third of the longest step.
+    for (const Drive drive : {Drive::Motion, Drive::Speed, Drive::Acceleration})
+        for (const Real start : {0.5, 0.502, 0.504, 0.506, 0.508}) {
+            const Real width = 0.003;
+            const auto shift = [&](Real t) { return std::clamp((t - start) / width, 0.0, 1.0); };
+            // 10 m/s at most; moved on by ∫ 10 sin²(πx) dx or its like.
+            const auto speed = [&](Real t) { return 10 * square(std::sin(Pi * shift(t))); };
+            const auto acceleration = [&](Real t) {
+                return 10 * Pi / width * std::sin(2 * Pi * shift(t));
+            };
+            Slide slide(Kind::Attached, [](Real) { return 0; });
+            if (drive == Drive::Motion)
+                Motion::Custom(slide.mass, new Accelerator(acceleration));
+            else
+                Constraint::Custom(new Pacer(
+                    slide.mass,
+                    drive == Drive::Speed ? Pacer::Level::Velocity : Pacer::Level::Acceleration,
+                    speed, acceleration));
+            const State state = slide.system.realizeTopology();
+            TypeParam integrator(slide.system);
+            integrator.setMaximumStepSize(0.01);
+            integrator.initialize(state);
+            integrator.stepTo(start + 2 * width);
+            const Real moved = slide.mass.getLength(integrator.getState());
+            EXPECT_NEAR(moved, 5 * width, 3e-4) << int(drive) << " at " << start;
+        }
+}
+
 /** 10 mm in the first half second of every twenty. **/
 Vec3 calcLobe(Real t) {
     const Real inTurn = std::fmod(t, 20);

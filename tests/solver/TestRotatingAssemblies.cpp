@@ -383,5 +383,320 @@ TEST(RotatingAssemblies, BladesOnAHubMoveAsInSimbodysOwnMotion) {
     }
 }
 
+//-------------------------------------------------------------------------------------------------
+// several rotors, blades on hinges, tops
+
+/** A body of `pieces` equal sectors that are welded, centred on its z axis: they turn together on a
+pin of another body, with its inertia I, I, I3 about the centre. **/
+struct Sectors {
+    std::vector<MobilizedBody> bodies;
+
+    Sectors(MultibodySystem& system, FlexibleBodySubsystem& flexible, MobilizedBody& on, int pieces,
+            Real I, Real I3, const std::string& name) {
+        auto& matter = system.updMatterSubsystem();
+        const Real away = pieces > 1 ? 0.02 : 0;
+        for (int k = 0; k < pieces; ++k) {
+            const Real turn = 2 * Pi * k / pieces;
+            const Vec3 center = away * Vec3(std::cos(turn), std::sin(turn), 0);
+            bodies.push_back(MobilizedBody::Free(
+                matter.Ground(), Transform(),
+                Body::Rigid(MassProperties(2.0 / pieces, center,
+                                           Inertia(I / pieces, I / pieces, I3 / pieces))),
+                Transform()));
+            if (k > 0)
+                Joint::Weld(flexible, bodies[size_t(k) - 1], bodies[size_t(k)],
+                            name + " weld " + std::to_string(k));
+        }
+        Joint::Pin(flexible, on, bodies[0], name);
+    }
+    void spin(State& state, Real speed) const {
+        for (const MobilizedBody& body : bodies)
+            body.setUToFitVelocity(state, SpatialVec(Vec3(0, 0, speed), Vec3(0)));
+    }
+};
+
+TEST(RotatingAssemblies, ASatelliteWithARotorNutatesAsInClosedForm) {
+    // h/I across the axis, for an observer who turns with the carrier.
+    const Real It = 0.3, I3 = 0.2, rotorI = 0.03, rotorI3 = 0.05, speed = 50;
+    for (const int pieces : {1, 2, 3})
+        for (const Real carrier : {0.0, 7.0}) {
+            SCOPED_TRACE(std::to_string(pieces) + " pieces, carrier at " + std::to_string(carrier));
+            MultibodySystem system;
+            SimbodyMatterSubsystem matter(system);
+            FlexibleBodySubsystem flexible(system, matter);
+            MobilizedBody::Free satellite(
+                matter.Ground(), Transform(),
+                Body::Rigid(MassProperties(10, Vec3(0), Inertia(It, It, I3))), Transform());
+            const Sectors rotor(system, flexible, satellite, pieces, rotorI, rotorI3, "rotor");
+            State state = system.realizeTopology();
+            satellite.setUToFitVelocity(state, SpatialVec(Vec3(0, 0, carrier), Vec3(0)));
+            rotor.spin(state, speed);
+            system.realize(state, Stage::Velocity);
+            const Real h = rotorI3 * speed + I3 * carrier;
+            const Real nutation = std::abs(h / (It + rotorI) - carrier);
+            int numRigid = 0;
+            bool isFound = false;
+            for (const Eigenmode& mode : calcEigenmodes(calcLinearization(system, state))) {
+                const Real rate = std::abs(mode.eigenvalue);
+                numRigid += mode.isRigidMotion();
+                isFound = isFound || std::abs(rate - nutation) < 1e-7 * nutation;
+                // What rests in space turns with the carrier's rate in its axes.
+                EXPECT_TRUE(rate == 0 || std::abs(rate - nutation) < 1e-7 * nutation ||
+                            std::abs(rate - carrier) < 1e-5 * carrier)
+                    << rate;
+            }
+            EXPECT_TRUE(isFound);
+            // Along the axis and about it; across it in places and directions, if nothing turns.
+            EXPECT_EQ(numRigid, carrier == 0 ? 7 : 3);
+        }
+}
+
+TEST(RotatingAssemblies, RotorsOnOneBearingBlockAddTheirAngularMomenta) {
+    // I θ̈ ± h θ̇ + kθ = 0 with h = Σ I₃Ω; the second rotor stands on the block or on the first.
+    const Real k = 200, I = 0.02, firstI3 = 0.03, secondI3 = 0.015;
+    for (const bool isOnFirst : {false, true})
+        for (const Vec2 speeds : {Vec2(300, -100), Vec2(300, 100), Vec2(100, -200)}) {
+            MultibodySystem system;
+            SimbodyMatterSubsystem matter(system);
+            GeneralForceSubsystem forces(system);
+            FlexibleBodySubsystem flexible(system, matter);
+            MobilizedBody::Universal block(
+                matter.Ground(), Transform(),
+                Body::Rigid(MassProperties(1, Vec3(0), Inertia(0.01, 0.01, 0.02))), Transform());
+            for (const int axis : {0, 1})
+                Force::MobilityLinearSpring(forces, block, MobilizerQIndex(axis), k, 0);
+            Sectors first(system, flexible, block, 2, I, firstI3, "first");
+            const Sectors second(system, flexible, isOnFirst ? first.bodies[1] : block, 3, I,
+                                 secondI3, "second");
+            State state = system.realizeTopology();
+            first.spin(state, speeds[0]);
+            second.spin(state, speeds[1]);
+            system.realize(state, Stage::Velocity);
+            const Real all = 0.01 + 2 * I, h = std::abs(firstI3 * speeds[0] + secondI3 * speeds[1]),
+                       root = std::sqrt(h * h + 4 * all * k);
+            std::vector<Real> rates;
+            const std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state));
+            ASSERT_EQ(modes.size(), 4u);
+            for (const int mode : {0, 1}) EXPECT_TRUE(modes[size_t(mode)].isRigidMotion());
+            EXPECT_NEAR(std::abs(modes[2].eigenvalue), (root - h) / (2 * all), 1e-6 * root);
+            EXPECT_NEAR(std::abs(modes[3].eigenvalue), (root + h) / (2 * all), 1e-6 * root);
+        }
+}
+
+/** A nacelle on springs, a hub that spins about x on it, and blades on hinges with springs. **/
+struct HingedBlades {
+    static constexpr Real NacelleMass = 3, HubMass = 1, Mass = 0.5, Length = 1, Offset = 0.2,
+                          HingeStiffness = 8;
+    static constexpr Real I = Mass * Length * Length / 3, OwnI = 0.001, S = Mass * Length / 2;
+
+    enum class Hinges { Across, Along };  ///< the shaft: blades flap, or lag
+    enum class Pieces { One, Two };
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    MobilizedBody nacelle;
+    std::vector<MobilizedBody> blades, others;
+    State state;
+
+    /** @param stiffness  of the nacelle: along x only, if blades flap **/
+    HingedBlades(Hinges hinges, Pieces pieces, int numBlades, Real nacelleMass, Real stiffness,
+                 Real speed) {
+        const Body body = Body::Rigid(MassProperties(nacelleMass, Vec3(0), Inertia(1)));
+        const bool flaps = hinges == Hinges::Across;
+        if (flaps)
+            nacelle = MobilizedBody::Slider(matter.Ground(), Transform(), body, Transform());
+        else
+            nacelle = MobilizedBody::Cartesian(matter.Ground(), Transform(), body, Transform());
+        for (int i = 0; i < (flaps ? 1 : 3); ++i)
+            Force::MobilityLinearSpring(forces, nacelle, MobilizerQIndex(i), stiffness, 0);
+        MobilizedBody::Pin hub(
+            nacelle, Transform(zToX()),
+            Body::Rigid(MassProperties(HubMass, Vec3(0), Inertia(0.05, 0.03, 0.03))),
+            Transform(zToX()));
+        const Real share = pieces == Pieces::One ? 1 : 0.5;
+        const Body::Rigid piece(MassProperties(share * Mass, Vec3(0, Length / 2, 0),
+                                               Inertia(share * I, share * OwnI, share * I)));
+        const Rotation axes = flaps ? Rotation() : zToX();
+        for (int k = 0; k < numBlades; ++k) {
+            const Rotation turn(2 * Pi * k / numBlades, XAxis);
+            blades.push_back(MobilizedBody::Pin(
+                hub, Transform(turn * axes, turn * Vec3(0, Offset, 0)), piece, Transform(axes)));
+            Force::MobilityLinearSpring(forces, blades.back(), MobilizerQIndex(0), HingeStiffness,
+                                        0);
+            if (pieces == Pieces::One) continue;
+            others.push_back(MobilizedBody::Free(matter.Ground(), Transform(), piece, Transform()));
+            Joint::Weld(flexible, blades.back(), others.back(), "glue " + std::to_string(k));
+        }
+        state = system.realizeTopology();
+        hub.setOneU(state, 0, speed);
+        for (size_t k = 0; k < others.size(); ++k) {
+            system.realize(state, Stage::Velocity);
+            others[k].setQToFitTransform(state, blades[k].getBodyTransform(state));
+            system.realize(state, Stage::Velocity);
+            others[k].setUToFitVelocity(state, blades[k].getBodyVelocity(state));
+        }
+        system.realize(state, Stage::Velocity);
+    }
+};
+
+TEST(RotatingAssemblies, BladesThatFlapOnASwayingNacelleAreThoseOfTheClosedForm) {
+    // M ẍ + n S β̈ + k x = 0, S ẍ + I β̈ + (k_h + Ω²(I + e S)) β = 0; others flap alone.
+    const Real k = 200;
+    for (const int n : {2, 3})
+        for (const Real speed : {0.0, 5.0, 20.0})
+            for (const auto pieces : {HingedBlades::Pieces::One, HingedBlades::Pieces::Two}) {
+                SCOPED_TRACE(std::to_string(n) + " blades at " + std::to_string(speed));
+                using B = HingedBlades;
+                const B model(B::Hinges::Across, pieces, n, B::NacelleMass, k, speed);
+                const Real hinge =
+                    B::HingeStiffness + speed * speed * (B::I - B::OwnI + B::Offset * B::S);
+                const Real mass = B::NacelleMass + B::HubMass + n * B::Mass;
+                const Real a = mass * B::I - n * B::S * B::S, b = mass * hinge + k * B::I,
+                           root = std::sqrt(b * b - 4 * a * k * hinge);
+                std::vector<Real> expected(size_t(n - 1), std::sqrt(hinge / B::I));
+                expected.push_back(std::sqrt((b - root) / (2 * a)));
+                expected.push_back(std::sqrt((b + root) / (2 * a)));
+                std::sort(expected.begin(), expected.end());
+                const std::vector<Eigenmode> modes =
+                    calcEigenmodes(calcLinearization(model.system, model.state));
+                ASSERT_EQ(modes.size(), expected.size() + 1);
+                EXPECT_TRUE(modes[0].isRigidMotion());
+                for (size_t i = 0; i < expected.size(); ++i)
+                    EXPECT_NEAR(std::abs(modes[i + 1].eigenvalue), expected[i], 1e-7 * expected[i]);
+            }
+}
+
+TEST(RotatingAssemblies, BladesThatLagOnASwayingNacelleAreRefusedHoweverHeavyItIs) {
+    using B = HingedBlades;
+    for (const int n : {2, 3, 4})
+        for (const Real heavier : {1, 100}) {
+            const B model(B::Hinges::Along, B::Pieces::One, n, heavier * B::NacelleMass,
+                          200 * heavier, 20);
+            EXPECT_THAT(calcLinearization(model.system, model.state).unsteady,
+                        HasSubstr("equations of small motions change"))
+                << n << " blades, " << heavier;
+        }
+}
+
+TEST(RotatingAssemblies, ATopInSteadyPrecessionNutatesAsInClosedForm) {
+    // I φ̇² cos θ − I₃ω₃φ̇ + mgl = 0, and small motions of θ with both momenta kept.
+    const Real m = 1, l = 0.1, I = 0.02, I3 = 0.005, weight = m * 9.81 * l;
+    const Body::Rigid body(MassProperties(m, Vec3(0, 0, l), Inertia(I, I, I3)));
+    const Body::Massless ring;
+    for (const Real theta : {0.5, 1.2})
+        for (const Real w3 : {60.0, 600.0}) {
+            SCOPED_TRACE(std::to_string(theta) + " rad, " + std::to_string(w3) + " rad/s");
+            const Real s = std::sin(theta), c = std::cos(theta);
+            const Real turn =
+                (I3 * w3 - std::sqrt(square(I3 * w3) - 4 * I * c * weight)) / (2 * I * c);
+            const Real change = (I3 * w3 - 2 * I * c * turn) / (I * s);
+            const Real stiffness = I3 * w3 * (change * s + turn * c) - weight * c -
+                                   I * (2 * turn * change * s * c + turn * turn * (c * c - s * s));
+            MultibodySystem system;
+            SimbodyMatterSubsystem matter(system);
+            GeneralForceSubsystem forces(system);
+            Force::Gravity(forces, matter, Vec3(0, 0, -9.81));
+            MobilizedBody::Pin precession(matter.Ground(), Transform(), ring, Transform());
+            MobilizedBody::Pin tilt(precession, Transform(zToX()), ring, Transform(zToX()));
+            MobilizedBody::Pin spin(tilt, Transform(), body, Transform());
+            State state = system.realizeTopology();
+            tilt.setOneQ(state, 0, theta);
+            precession.setOneU(state, 0, turn);
+            spin.setOneU(state, 0, w3 - turn * c);
+            system.realize(state, Stage::Velocity);
+            const std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state));
+            ASSERT_EQ(modes.size(), 3u);
+            EXPECT_TRUE(modes[0].isRigidMotion() && modes[1].isRigidMotion());
+            EXPECT_NEAR(std::abs(modes[2].eigenvalue), std::sqrt(stiffness / I),
+                        1e-7 * std::sqrt(stiffness / I));
+            if (w3 > 100) continue;
+
+            // On a ball its twist is no steady motion: weight turns it about another axis.
+            MultibodySystem other;
+            SimbodyMatterSubsystem itsMatter(other);
+            GeneralForceSubsystem itsForces(other);
+            Force::Gravity(itsForces, itsMatter, Vec3(0, 0, -9.81));
+            MobilizedBody::Ball ball(itsMatter.Ground(), Transform(), body, Transform());
+            State its = other.realizeTopology();
+            ball.setQToFitTransform(its, spin.getBodyTransform(state));
+            other.realize(its, Stage::Position);
+            ball.setUToFitAngularVelocity(its, spin.getBodyAngularVelocity(state));
+            EXPECT_THAT(calcLinearization(other, its).unsteady,
+                        HasSubstr("forces that do not turn with it lead"));
+        }
+}
+
+//-------------------------------------------------------------------------------------------------
+// flexible rotors
+
+/** A part that turns on bearings at its interfaces, about an axis through its centre of mass. **/
+struct Shaft {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    FlexibleBody part{flexible, test::makePointMassPart().body, "shaft"};
+    State state;
+
+    enum class Spin { Free, Driven };
+
+    Shaft(Spin spin, Real speed, Real weight) {
+        Force::Gravity(forces, matter, Vec3(0, -weight, 0));
+        const auto seatOf = [&](const std::string& name) {
+            const auto& p = part.getPart().getInterface(name).position;
+            return std::pair(Vec3(0, -p[1], -p[2]), p[0]);
+        };
+        const auto [atA, xA] = seatOf("A");
+        const auto [atB, xB] = seatOf("B");
+        const Attachment a = part.interface("A", Transform(zToX(), atA)),
+                         b = part.interface("B", Transform(zToX(), atB)),
+                         ground(matter.Ground(), Transform(zToX()));
+        Joint::Ball(flexible, ground, a, "ball");
+        Joint::PointOnLine(flexible, ground, b, "line");
+        if (spin == Spin::Driven)
+            Joint::PrescribedRotation(
+                flexible, ground, a, [speed](Real t) { return Vec3(speed * t, speed, 0); },
+                "drive");
+        state = system.realizeTopology();
+        part.setPoseByInterface(state, "A", Transform(-atA));
+        setSteadyRotation(system, state, Vec3(speed, 0, 0));
+        system.realize(state, Stage::Velocity);
+    }
+
+    State findSteadyMotion() const {
+        StaticEquilibrium equilibrium(system);
+        equilibrium.solveSteadyMotion(state);
+        return equilibrium.getState();
+    }
+};
+
+TEST(RotatingAssemblies, AFreeSpinIsARigidMotionOfAFlexibleShaft) {
+    for (const Real speed : {0.05, 10.0, 100.0}) {
+        const Shaft shaft(Shaft::Spin::Free, speed, 0);
+        const std::vector<Eigenmode> modes =
+            calcEigenmodes(calcLinearization(shaft.system, shaft.findSteadyMotion()));
+        EXPECT_TRUE(modes[0].isRigidMotion()) << modes[0].frequency;
+        EXPECT_GT(modes[1].frequency, 20);
+    }
+}
+
+TEST(RotatingAssemblies, WeightThatBendsAShaftIsNoPartOfItsSteadyMotion) {
+    // In its axes the weight turns: that it holds the spin as a pendulum's is true for an instant.
+    for (const Real speed : {10.0, 50.0, 100.0, 200.0}) {
+        const Shaft shaft(Shaft::Spin::Free, speed, 9.81);
+        EXPECT_NE(calcLinearization(shaft.system, shaft.findSteadyMotion()).unsteady, "") << speed;
+    }
+    const Shaft slow(Shaft::Spin::Driven, 10, 9.81), weightless(Shaft::Spin::Driven, 10, 0);
+    const std::vector<Vec2> found =
+                                listModes(calcLinearization(slow.system, slow.findSteadyMotion())),
+                            expected = listModes(calcLinearization(weightless.system,
+                                                                   weightless.findSteadyMotion()));
+    ASSERT_EQ(found.size(), expected.size());
+    for (size_t k = 0; k < found.size(); ++k)
+        EXPECT_NEAR(found[k][0], expected[k][0], 1e-3 * expected[k][0]);
+}
+
 }  // namespace
 }  // namespace simflex
