@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double RoundOff = 1e-11;  // of scaled matrices, whose entries are of order 1
-constexpr double ZeroRate = 1e-12;  // the same
+constexpr double ZeroRate = 1e-12;  // the same, of ν
 /** Of a sum's parts: what differences of forces leave of a motion that nothing holds. **/
 constexpr double RoundOffOfSum = 1e-10;
 /** Of the fastest speed: what is slower in a steady motion, a matter of differences too, is free.
@@ -83,7 +83,8 @@ ReducedPencil reducePencil(const Linearization& linear) {
     // Not the very rate of an eigenvalue: a shift by it would be singular.
     const double reference = 0.37 * chooseReference(M, D, K, isModal);
     pencil.rate = std::sqrt(reference);
-    pencil.zero = square(SlowestMotion * linear.state.getU().normInf()) / reference;
+    pencil.zero = std::max(square(ZeroRate),
+                           square(SlowestMotion * linear.state.getU().normInf()) / reference);
     const VectorXd scale =
         (K.diagonal().cwiseAbs() + reference * M.diagonal()).cwiseSqrt().cwiseInverse();
     const MatrixXd Z = scale.asDiagonal() * TangentSpace(G * scale.asDiagonal()).getBasis();
@@ -118,8 +119,7 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs)
         const double modalMass = y.dot(M * y), work = x.dot(pencil.fullK * x);
         const double parts = x.cwiseAbs().dot(pencil.fullK.cwiseAbs() * x.cwiseAbs());
         const double omegaSquared = work / modalMass;
-        if (std::abs(work) <= RoundOffOfSum * parts ||
-            std::abs(omegaSquared) < std::max(square(ZeroRate), pencil.zero))
+        if (std::abs(work) <= RoundOffOfSum * parts || std::abs(omegaSquared) < pencil.zero)
             pairs.push_back({0, y.cast<Complex>()});
         else if (omegaSquared > 0)
             pairs.push_back({Complex(0, std::sqrt(omegaSquared)), y.cast<Complex>()});
@@ -142,13 +142,14 @@ bool isFree(const ReducedPencil& pencil, const VectorXcd& y) {
 
 /** Motions that nothing restores: of the softest directions those of least stiffness over mass. **/
 std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
-    const SymmetricEigen softness = calcSymmetricEigen(pencil.K.transpose() * pencil.K);
+    const Eigen::BDCSVD<MatrixXd> softness(pencil.K, Eigen::ComputeFullV);
     Eigen::Index count = 0;
-    while (count < pencil.K.rows() && softness.values[count] < SoftDirection * SoftDirection)
+    while (count < pencil.K.rows() &&
+           softness.singularValues()[pencil.K.rows() - 1 - count] < SoftDirection)
         ++count;
     std::vector<VectorXcd> motions;
     if (count == 0) return motions;
-    const MatrixXd V = softness.vectors.leftCols(count), K = V.transpose() * pencil.K * V;
+    const MatrixXd V = softness.matrixV().rightCols(count), K = V.transpose() * pencil.K * V;
     const SymmetricEigen eigen =
         calcSymmetricEigen(0.5 * (K + K.transpose()), V.transpose() * pencil.M * V);
     for (Eigen::Index k = 0; k < count; ++k) {

@@ -455,7 +455,7 @@ TEST(RotatingAssemblies, RotorsOnOneBearingBlockAddTheirAngularMomenta) {
     // I θ̈ ± h θ̇ + kθ = 0 with h = Σ I₃Ω; the second rotor stands on the block or on the first.
     const Real k = 200, I = 0.02, firstI3 = 0.03, secondI3 = 0.015;
     for (const bool isOnFirst : {false, true})
-        for (const Vec2 speeds : {Vec2(300, -100), Vec2(300, 100), Vec2(100, -200)}) {
+        for (const Vec2& speeds : {Vec2(300, -100), Vec2(300, 100), Vec2(100, -200)}) {
             MultibodySystem system;
             SimbodyMatterSubsystem matter(system);
             GeneralForceSubsystem forces(system);
