@@ -28,6 +28,15 @@ if(LINTIAN)
     run(${LINTIAN} --allow-root --fail-on error,warning ${package})
 endif()
 
+# The libraries of all levels are where the loader looks for them.
+file(GLOB levels RELATIVE ${BUILD}/lib ${BUILD}/lib/glibc-hwcaps/*/libsimflex*.so.0)
+foreach(library IN LISTS levels)
+    file(GLOB installed ${WORK}/unpacked/usr/lib/*/${library})
+    if(NOT installed)
+        message(FATAL_ERROR "the package lacks ${library}")
+    endif()
+endforeach()
+
 set(ENV{LD_LIBRARY_PATH} "")
 run(${WORK}/unpacked/usr/bin/simflex --version)
 run(${WORK}/unpacked/usr/bin/simflex --help)
