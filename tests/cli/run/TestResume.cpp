@@ -128,7 +128,8 @@ TEST_F(ResumeTest, CtrlCFinishesTheStepAndSaysHowToGoOn) {
     EXPECT_THAT(log, HasSubstr("stopped"));
     EXPECT_THAT(log, HasSubstr("simflex run model.yaml --resume"));
     const ResultData kept = cli::readResults(folder / "model.results.h5");
-    EXPECT_FALSE(kept.analyses.back().isComplete);
+    // It may have been stopped between the two.
+    EXPECT_TRUE(kept.analyses.size() == 1 || !kept.analyses.back().isComplete);
     ASSERT_EQ(runModel("--resume --threads 2"), 0) << err;
     EXPECT_TRUE(testing::readText(folder / "whole.h5") ==
                 testing::readText(folder / "model.results.h5"));
