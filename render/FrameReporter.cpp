@@ -25,6 +25,8 @@ FrameReporter& FrameReporter::setFitToRun(bool fit) {
 }
 
 void FrameReporter::handleEvent(const SimTK::State& state) const {
+    // As SimTK::Visualizer::Reporter does: decorations and programs read what that stage has.
+    viz.getSystem().realize(state, SimTK::Stage::Acceleration);
     if (isFittedToRun)
         motion.record(state);
     else

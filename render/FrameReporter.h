@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Writes a picture at regular times of a simulation, as SimTK::Visualizer::Reporter shows one.
+Writes a picture at regular times of a simulation, as SimTK::Visualizer::Reporter shows one: of a
+State that it realizes to Stage::Acceleration.
 
 @code
     simflex::OffscreenVisualizer viz(system);

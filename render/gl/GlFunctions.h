@@ -13,6 +13,7 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(AttachShader, ATTACHSHADER)                       \
     X(BeginQuery, BEGINQUERY)                           \
     X(BindBuffer, BINDBUFFER)                           \
+    X(BindBufferBase, BINDBUFFERBASE)                   \
     X(BindFramebuffer, BINDFRAMEBUFFER)                 \
     X(BindRenderbuffer, BINDRENDERBUFFER)               \
     X(BindTexture, BINDTEXTURE)                         \
@@ -56,14 +57,17 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(GenTextures, GENTEXTURES)                         \
     X(GenVertexArrays, GENVERTEXARRAYS)                 \
     X(GenerateMipmap, GENERATEMIPMAP)                   \
+    X(GetBufferSubData, GETBUFFERSUBDATA)               \
     X(GetError, GETERROR)                               \
     X(GetFloatv, GETFLOATV)                             \
     X(GetIntegerv, GETINTEGERV)                         \
+    X(GetMultisamplefv, GETMULTISAMPLEFV)               \
     X(GetProgramInfoLog, GETPROGRAMINFOLOG)             \
     X(GetProgramiv, GETPROGRAMIV)                       \
     X(GetQueryObjectuiv, GETQUERYOBJECTUIV)             \
     X(GetShaderInfoLog, GETSHADERINFOLOG)               \
     X(GetShaderiv, GETSHADERIV)                         \
+    X(GetStringi, GETSTRINGI)                           \
     X(GetUniformLocation, GETUNIFORMLOCATION)           \
     X(LineWidth, LINEWIDTH)                             \
     X(LinkProgram, LINKPROGRAM)                         \
@@ -82,6 +86,7 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(Uniform2f, UNIFORM2F)                             \
     X(Uniform3f, UNIFORM3F)                             \
     X(Uniform4f, UNIFORM4F)                             \
+    X(Uniform4i, UNIFORM4I)                             \
     X(UniformMatrix3fv, UNIFORMMATRIX3FV)               \
     X(UniformMatrix4fv, UNIFORMMATRIX4FV)               \
     X(UseProgram, USEPROGRAM)                           \
@@ -89,17 +94,21 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(VertexAttribPointer, VERTEXATTRIBPOINTER)         \
     X(Viewport, VIEWPORT)
 
+// Of later versions: null where the context is older.
+#define SIMFLEX_GL_LATER_FUNCTIONS(X) X(MemoryBarrier, MEMORYBARRIER)
+
 namespace simflex {
 
 /** Function pointers, each named as in OpenGL without its prefix: `gl.Clear(...)`. **/
 struct GlFunctions {
 #define SIMFLEX_GL_MEMBER(name, NAME) PFNGL##NAME##PROC name = nullptr;
     SIMFLEX_GL_FUNCTIONS(SIMFLEX_GL_MEMBER)
+    SIMFLEX_GL_LATER_FUNCTIONS(SIMFLEX_GL_MEMBER)
 #undef SIMFLEX_GL_MEMBER
 
     using ProcAddress = void (*)();
 
-    /** Fills every pointer.
+    /** Fills every pointer, those of later versions where the context has one.
     @throws std::runtime_error that names the first function the context does not have. **/
     void load(const std::function<ProcAddress(const char*)>& getProcAddress);
 };

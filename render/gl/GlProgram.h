@@ -37,6 +37,7 @@ public:
     void set(const char* name, double x, double y, double z, double w) {
         gl.Uniform4f(find(name), float(x), float(y), float(z), float(w));
     }
+    void set(const char* name, int x, int y, int z, int w) { gl.Uniform4i(find(name), x, y, z, w); }
     void set(const char* name, const std::array<float, 9>& m) {
         gl.UniformMatrix3fv(find(name), 1, GL_FALSE, m.data());
     }

@@ -63,8 +63,8 @@ GlRenderer::~GlRenderer() {
     parts.reset();
 }
 
-int GlRenderer::getNumPeeledLayers() const {
-    return parts->transparency.getNumLayers();
+GlTransparency& GlRenderer::updTransparency() {
+    return parts->transparency;
 }
 
 PictureTarget& GlRenderer::selectTarget(int width, int height) {

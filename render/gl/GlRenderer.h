@@ -2,9 +2,9 @@
 /** @file
 Draws a Scene through OpenGL 3.3 core into an Image. Internal.
 
-Order: shadow on the ground; then, multisampled, opaque surfaces, ambient occlusion, edges, lines, points, what is
-transparent, texts, axes; then, plain, background, ground, and the former over them. Large pictures
-are drawn in bands of rows, so that their memory stays bounded. **/
+Order: shadow on the ground; then, multisampled, opaque surfaces, ambient occlusion, edges, lines,
+points, what is transparent, texts, axes; then, plain, background, ground, and the former over them.
+Large pictures are drawn in bands of rows, so that their memory stays bounded. **/
 
 #include <map>
 #include <memory>
@@ -20,6 +20,7 @@ are drawn in bands of rows, so that their memory stays bounded. **/
 
 namespace simflex {
 
+class GlTransparency;
 class PictureTarget;
 
 /** Distance along the view direction of what a picture shows, row by row from the top [m];
@@ -46,13 +47,13 @@ public:
 
     static constexpr int defaultBandPixels = 1 << 22;
 
-    /** Pictures of more pixels are drawn in bands, at 40 bytes a pixel and 48 more where
-    transparent surfaces are peeled; but with ambient occlusion in one piece. **/
+    /** Pictures of more pixels are drawn in bands, at 40 bytes a pixel and 4 more where
+    transparent surfaces are listed, besides 20 for each fragment of those, 120 MB at most; but with
+    ambient occlusion in one piece. **/
     void setMaxBandPixels(int number) { maxBandPixels = number; }
 
-    /** Layers of transparent surfaces that the last picture's last band was peeled into; 0 when
-    drawing from far to near was enough. **/
-    int getNumPeeledLayers() const;
+    /** How the last picture's last band got its transparent surfaces; see GlTransparency.h. **/
+    GlTransparency& updTransparency();
 
     /** "OSMesa" or "EGL". **/
     std::string getContextName() const { return context->getName(); }

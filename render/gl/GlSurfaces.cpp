@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
-#include <string>
 #include <vector>
 
 #include "Shaders.h"
@@ -17,12 +15,6 @@ using SimTK::Vec3;
 namespace {
 
 constexpr int colorMapSize = 256;
-
-std::string compose(std::initializer_list<const char*> parts) {
-    std::string source = "#version 330 core\n";
-    for (const char* part : parts) source += part;
-    return source;
-}
 
 // A ghost stands a little behind the deformed part, which wins where both coincide.
 SimTK::Vec2 calcShift(const SurfaceItem& item, const GlView& view) {
@@ -47,9 +39,13 @@ GlSurfaces::GlSurfaces(const GlFunctions& functions)
     : gl(functions),
       shapes(gl),
       surfaceProgram(gl, shaders::surfaceVertex,
-                     compose({shaders::lighting, shaders::baseColor, shaders::surfaceFragment})),
-      fineSurfaceProgram(gl, compose({shaders::lighting, shaders::fineSurfaceVertex}),
-                         compose({shaders::baseColor, shaders::fineSurfaceFragment})),
+                     shaders::compose({shaders::version330, shaders::lighting, shaders::baseColor,
+                                       shaders::surfaceShade, shaders::surfaceFragment})),
+      fineSurfaceProgram(
+          gl,
+          shaders::compose({shaders::version330, shaders::lighting, shaders::fineSurfaceVertex}),
+          shaders::compose(
+              {shaders::version330, shaders::baseColor, shaders::fineSurfaceFragment})),
       edgeProgram(gl, shaders::edgeVertex, shaders::edgeFragment) {
     gl.GenTextures(1, &colorMapTexture);
     GLfloat range[2] = {1, 1};
@@ -86,17 +82,22 @@ GlSurfaces::Sides GlSurfaces::chooseSides(const SurfaceItem& item) {
 }
 
 void GlSurfaces::draw(const SurfaceItem& item, const GlView& view, Sides sides, Alpha alpha) {
+    GlProgram& program = isLitPerVertex(item, view) ? fineSurfaceProgram : surfaceProgram;
+    program.use();
+    program.set("isPremultiplied", alpha == Alpha::Premultiplied);
+    draw(item, view, sides, program);
+}
+
+void GlSurfaces::draw(const SurfaceItem& item, const GlView& view, Sides sides,
+                      GlProgram& program) {
     const FrameStyle& style = view.style;
     const Transform X_CM = view.toCamera(item.X_GM);
     const SimTK::Rotation R_CG = ~view.camera.X_GC.R();
-    GlProgram& program = isLitPerVertex(item, view) ? fineSurfaceProgram : surfaceProgram;
-    program.use();
     program.set("modelView", calcModelView(X_CM, item.scale));
     program.set("projection", view.projection);
     program.set("normalMatrix", calcNormalMatrix(X_CM.R(), item.scale));
     program.set("color", item.color);
     program.set("opacity", item.opacity);
-    program.set("isPremultiplied", alpha == Alpha::Premultiplied);
     program.set("isContour", item.style == SurfaceItem::Style::Contour);
     program.set("isGhost", item.style == SurfaceItem::Style::Ghost);
     program.set("isLit", style.isLit && item.representation == DecorativeGeometry::DrawSurface);

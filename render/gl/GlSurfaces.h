@@ -28,6 +28,10 @@ public:
     void draw(const SurfaceItem& item, const GlView& view, Sides sides,
               Alpha alpha = Alpha::Straight);
 
+    /** The same with a program of the caller's, which is in use: surfaceVertex and what calls
+    calcShade(). **/
+    void draw(const SurfaceItem& item, const GlView& view, Sides sides, GlProgram& program);
+
     /** Triangles, lines or points of an item, with a program of the caller's whose
     vertex shader is surfaceVertex. **/
     void drawShape(const SurfaceItem& item, const GlView& view, Sides sides, GlProgram& program);

@@ -120,7 +120,8 @@ GlTransparency::GlTransparency(const GlFunctions& functions, const GlScreen& sha
     : gl(functions),
       screen(sharedScreen),
       surfaces(sharedSurfaces),
-      depthProgram(gl, shaders::surfaceVertex, shaders::depthOnlyFragment) {
+      depthProgram(gl, shaders::surfaceVertex, shaders::depthOnlyFragment),
+      hasLists(GlFragments::isSupported(gl)) {
     gl.GenQueries(1, &query);
 }
 
@@ -130,6 +131,7 @@ GlTransparency::~GlTransparency() {
 
 void GlTransparency::draw(const Scene& scene, const GlView& view, PictureTarget& target) {
     numLayers = 0;
+    isListed = false;
     std::vector<Item> items, ghosts;
     std::vector<Vec3> corners;
     for (const SurfaceItem& surface : scene.surfaces) {
@@ -149,6 +151,8 @@ void GlTransparency::draw(const Scene& scene, const GlView& view, PictureTarget&
     if (sort(items, ghosts, view)) {
         drawSorted(items, view);
         drawGhosts(ghosts, view);
+    } else if (hasLists) {
+        drawLists(scene, items, ghosts, view);
     } else {
         peel(items, ghosts, view, target);
     }
@@ -227,6 +231,25 @@ void GlTransparency::drawGhosts(const std::vector<Item>& ghosts, const GlView& v
     for (const Item& ghost : ghosts)
         surfaces.draw(*ghost.surface, view, GlSurfaces::chooseSides(*ghost.surface));
     gl.DepthFunc(GL_LESS);
+}
+
+void GlTransparency::drawLists(const Scene& scene, const std::vector<Item>& items,
+                               const std::vector<Item>& ghosts, const GlView& view) {
+    isListed = true;
+    if (!fragments) fragments = std::make_unique<GlFragments>(gl, screen);
+    fragments->setMaxNumber(maxFragments);
+    GlRectangle used = items.front().rectangle;
+    for (const Item& item : items) used.include(item.rectangle);
+    for (const Item& ghost : ghosts) used.include(ghost.rectangle);
+    const auto drawOne = [&](const SurfaceItem& surface, GlSurfaces::Sides sides) {
+        surfaces.draw(surface, view, sides,
+                      fragments->useProgram(int(&surface - scene.surfaces.data())));
+    };
+    fragments->draw(used, [&] {
+        for (const Item& item : items) drawOne(*item.surface, GlSurfaces::Sides::Both);
+        for (const Item& ghost : ghosts)
+            drawOne(*ghost.surface, GlSurfaces::chooseSides(*ghost.surface));
+    });
 }
 
 void GlTransparency::peel(const std::vector<Item>& items, const std::vector<Item>& ghosts,

@@ -3,6 +3,16 @@
 namespace simflex {
 namespace shaders {
 
+const char* const version330 = "#version 330 core\n";
+const char* const version430 =
+    "#version 430 core\n#extension GL_ARB_post_depth_coverage : require\n";
+
+std::string compose(std::initializer_list<const char*> parts) {
+    std::string source;
+    for (const char* part : parts) source += part;
+    return source;
+}
+
 const char* const lighting = R"(
 uniform vec3 up;                // of the ground
 uniform vec3 keyDirection;      // towards the main light
@@ -70,15 +80,13 @@ void main() {
 
 // Colours are squared on the way in and rooted on the way out: light adds up in linear space, and
 // an unlit colour arrives unchanged. All vectors are in camera frame.
-const char* const surfaceFragment = R"(
+const char* const surfaceShade = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;
 in float contourValue;
 uniform float opacity;
-uniform bool isPremultiplied;   // the colour leaves times its alpha
 uniform bool isGhost;
 uniform bool isLit;
-out vec4 fragment;
 
 vec4 calcShade() {
     vec3 base = calcBase(contourValue);
@@ -96,10 +104,117 @@ vec4 calcShade() {
     vec4 light = calcLight(n, v);
     return vec4(sqrt(base * base * light.rgb + light.a), opacity);
 }
+)";
+
+const char* const surfaceFragment = R"(
+uniform bool isPremultiplied;   // the colour leaves times its alpha
+out vec4 fragment;
 
 void main() {
     fragment = calcShade();
-    if (isPremultiplied) fragment.rgb *= fragment.a;
+    if (isPremultiplied) fragment.rgb = min(fragment.rgb, 1.0) * fragment.a;
+}
+)";
+
+// Depth is linear across a triangle; slopes are those per pixel.
+const char* const fragmentLists = R"(
+struct Fragment {
+    uint next;                  // in the list, counted from 1; 0: the last
+    uint kind;                  // samples: 4 bits, ghost: 1, rank
+    uint color;
+    float depth;                // in the middle of the pixel
+    uint slope;                 // times slopeScale
+};
+layout(std430, binding = 0) buffer Lists {
+    uint number;                // of fragments
+    uint starts[];              // of the list of each pixel
+};
+layout(std430, binding = 1) buffer Fragments {
+    Fragment fragments[];
+};
+uniform ivec4 area;             // the pixels that have lists: left, bottom, right, top
+const float slopeScale = 1024.0;
+const uint ghostBit = 16u;
+
+// Scissors of a multisampled picture let samples of pixels through that are outside.
+bool isInside(ivec2 p) {
+    return all(greaterThanEqual(p, area.xy)) && all(lessThan(p, area.zw));
+}
+
+int findList(ivec2 p) {
+    return (p.y - area.y) * (area.z - area.x) + p.x - area.x;
+}
+)";
+
+const char* const appendFragment = R"(
+layout(early_fragment_tests) in;
+layout(post_depth_coverage) in;
+uniform int capacity;
+uniform int rank;
+
+void main() {
+    vec2 slope = vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
+    uint samples = uint(gl_SampleMaskIn[0]) & 15u;
+    vec4 shade = calcShade();
+    ivec2 p = ivec2(gl_FragCoord.xy);
+    if (samples == 0u || !isInside(p)) return;
+    uint place = atomicAdd(number, 1u);
+    if (place >= uint(capacity)) return;
+    Fragment f;
+    f.next = atomicExchange(starts[findList(p)], place + 1u);
+    f.kind = uint(rank) << 5 | (isGhost ? ghostBit : 0u) | samples;
+    f.color = packUnorm4x8(shade);
+    f.depth = gl_FragCoord.z;
+    f.slope = packHalf2x16(clamp(slopeScale * slope, -6e4, 6e4));
+    fragments[place] = f;
+}
+)";
+
+// Runs for each sample. Of ghosts, only the nearest shows.
+const char* const layFragments = R"(
+out vec4 fragment;
+const int most = 32;
+
+void main() {
+    ivec2 p = ivec2(gl_FragCoord.xy);
+    if (!isInside(p)) discard;
+    uint place = starts[findList(p)];
+    if (place == 0u) discard;
+    vec2 offset = (gl_SamplePosition - 0.5) / slopeScale;
+    uint bit = 1u << gl_SampleID;
+    float depths[most];
+    uint kinds[most], colors[most];
+    int n = 0;
+    while (place != 0u) {
+        Fragment f = fragments[place - 1u];
+        place = f.next;
+        if ((f.kind & bit) == 0u) continue;
+        float depth = f.depth + dot(unpackHalf2x16(f.slope), offset);
+        int i = n < most ? n++ : most;
+        while (i > 0 && (depth < depths[i - 1] || (depth == depths[i - 1] && f.kind < kinds[i - 1]))) {
+            if (i < most) {
+                depths[i] = depths[i - 1];
+                kinds[i] = kinds[i - 1];
+                colors[i] = colors[i - 1];
+            }
+            --i;
+        }
+        if (i < most) {
+            depths[i] = depth;
+            kinds[i] = f.kind;
+            colors[i] = f.color;
+        }
+    }
+    vec4 sum = vec4(0.0);
+    bool hasGhost = false;
+    for (int i = 0; i < n; ++i) {
+        bool isGhost = (kinds[i] & ghostBit) != 0u;
+        if (isGhost && hasGhost) continue;
+        hasGhost = hasGhost || isGhost;
+        vec4 c = unpackUnorm4x8(colors[i]);
+        sum += (1.0 - sum.a) * c.a * vec4(c.rgb, 1.0);
+    }
+    fragment = sum;
 }
 )";
 

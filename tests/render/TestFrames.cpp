@@ -297,6 +297,25 @@ TEST(Frame, ShadowFallsOnTheGround) {
     EXPECT_GT(numDifferent[1], numDifferent[0] + 1000);
 }
 
+TEST(Reporter, RealizesAccelerationsAsThatOfSimbodyDoes) {
+    struct StageKeeper : SimTK::DecorationGenerator {
+        explicit StageKeeper(SimTK::Stage& keptStage) : stage(keptStage) {}
+        void generateDecorations(const SimTK::State& state,
+                                 SimTK::Array_<SimTK::DecorativeGeometry>&) override {
+            stage = state.getSystemStage();
+        }
+        SimTK::Stage& stage;
+    };
+    Pendulum pendulum;
+    OffscreenVisualizer viz(pendulum.system, 160, 90);
+    SimTK::Stage stage = SimTK::Stage::Empty;
+    viz.setOutputFolder("").setNumThreads(0).addDecorationGenerator(new StageKeeper(stage));
+    const FrameReporter reporter(viz, 0.1);
+    const SimTK::State state = pendulum.system.realizeTopology();
+    reporter.handleEvent(state);
+    EXPECT_EQ(stage, SimTK::Stage(SimTK::Stage::Acceleration));
+}
+
 TEST(Reporter, WritesNumberedFramesAndRemovesOldOnes) {
     const testing::TestFolder scratch;
     const std::string folder = scratch.makeFolder("frames");

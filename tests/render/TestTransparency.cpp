@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <vector>
 
 #include "GlScene.h"
+#include "simflex/render/gl/GlTransparency.h"
 
 namespace simflex {
 namespace {
@@ -26,8 +28,37 @@ struct Layer {
 // What a ray meets of a shape.
 using Meet = std::function<void(const Vec3& origin, const Vec3& direction, std::vector<Layer>&)>;
 
-class Transparency : public test::GlScene {
+// Both ways of sorting at each sample: lists where the context has them, and peeling.
+enum class Way { Lists, Peeling };
+
+class Transparency : public test::GlScene, public testing::WithParamInterface<Way> {
 protected:
+    void addPlane(const Transform& X_GP, double halfSize, const Vec3& color, double opacity) {
+        add(createBrick(), X_GP, Vec3(halfSize, halfSize, 1e-4), color, opacity);
+        shapes.push_back([=](const Vec3& o_G, const Vec3& d_G, std::vector<Layer>& out) {
+            const Vec3 o = ~X_GP * o_G, d = ~X_GP.R() * d_G;
+            const double s = -o[2] / d[2];
+            const Vec3 p = o + s * d;
+            if (std::abs(p[0]) > halfSize || std::abs(p[1]) > halfSize) return;
+            for (int side = 0; side < 2; ++side) out.push_back({s, color, opacity});
+        });
+    }
+
+    void addBrick(const Transform& X_GB, const Vec3& half, const Vec3& color, double opacity) {
+        add(createBrick(), X_GB, half, color, opacity);
+        shapes.push_back([=](const Vec3& o_G, const Vec3& d_G, std::vector<Layer>& out) {
+            const Vec3 o = ~X_GB * o_G, d = ~X_GB.R() * d_G;
+            double first = -SimTK::Infinity, last = SimTK::Infinity;
+            for (int k = 0; k < 3; ++k) {
+                const double a = (-half[k] - o[k]) / d[k], b = (half[k] - o[k]) / d[k];
+                first = std::max(first, std::min(a, b));
+                last = std::min(last, std::max(a, b));
+            }
+            if (first > last) return;
+            for (const double s : {first, last}) out.push_back({s, color, opacity});
+        });
+    }
+
     void addSphere(const Vec3& center, double radius, const Vec3& color, double opacity) {
         add(createSphere(160), center, Vec3(radius), color, opacity);
         shapes.push_back([=](const Vec3& o, const Vec3& d, std::vector<Layer>& out) {
@@ -111,6 +142,15 @@ protected:
 
     Image draw() { return renderer.draw(scene, camera, style, width, height); }
 
+    void lookFrom(double azimuth) {
+        camera.X_GC = Transform(Rotation(azimuth, SimTK::YAxis));
+        camera.X_GC.updP() = camera.X_GC.R() * Vec3(0, 0, 6);
+    }
+
+    bool isListed() { return renderer.updTransparency().hasListed(); }
+    int getNumPeeled() { return renderer.updTransparency().getNumLayers(); }
+    bool isSorted() { return !isListed() && getNumPeeled() == 0; }
+
     void expectExact(int leastLayers) {
         const Image image = draw();
         if (const char* folder = std::getenv("SIMFLEX_TEST_PICTURES"))
@@ -124,58 +164,66 @@ protected:
         EXPECT_GE(mostLayers, std::size_t(leastLayers));
     }
 
-    static void SetUpTestSuite() { shared = std::make_unique<GlRenderer>(); }
-    static void TearDownTestSuite() { shared.reset(); }
+    static void TearDownTestSuite() { shared.clear(); }
 
-    static std::unique_ptr<GlRenderer> shared;
-    GlRenderer& renderer = *shared;
+    static GlRenderer& getRenderer(Way way) {
+        std::unique_ptr<GlRenderer>& renderer = shared[way];
+        if (!renderer) {
+            renderer = std::make_unique<GlRenderer>();
+            if (way == Way::Peeling) renderer->updTransparency().forbidLists();
+        }
+        return *renderer;
+    }
+
+    static std::map<Way, std::unique_ptr<GlRenderer>> shared;
+    GlRenderer& renderer = getRenderer(GetParam());
     std::vector<Meet> shapes;
 };
 
-std::unique_ptr<GlRenderer> Transparency::shared;
+std::map<Way, std::unique_ptr<GlRenderer>> Transparency::shared;
 
 const Vec3 red(0.9, 0.2, 0.1), green(0.1, 0.7, 0.2), blue(0.1, 0.3, 0.9), yellow(0.9, 0.8, 0.1);
 
-TEST_F(Transparency, OneSphereNeedsNoPeeling) {
+TEST_P(Transparency, OneSphereNeedsNoPeeling) {
     addSphere(Vec3(0), 1, red, 0.4);
     expectExact(2);
-    EXPECT_EQ(renderer.getNumPeeledLayers(), 0);
+    EXPECT_TRUE(isSorted());
 }
 
-TEST_F(Transparency, SpheresBehindEachOtherNeedNoPeelingInAnyOrderOfDrawing) {
+TEST_P(Transparency, SpheresBehindEachOtherNeedNoPeelingInAnyOrderOfDrawing) {
     addSphere(Vec3(0.2, 0, 1.5), 0.6, red, 0.4);
     addSphere(Vec3(0, 0, -1.5), 1, blue, 0.6);
     addSphere(Vec3(-0.1, 0.1, 0.2), 0.5, green, 0.5);
     expectExact(6);
-    EXPECT_EQ(renderer.getNumPeeledLayers(), 0);
+    EXPECT_TRUE(isSorted());
 }
 
-TEST_F(Transparency, SpheresThatAPlaneKeepsApartNeedNoPeelingAndAreExact) {
+TEST_P(Transparency, SpheresThatAPlaneKeepsApartNeedNoPeelingAndAreExact) {
     // Their boxes overlap, and so do their distances from the camera and their places in the
     // picture.
     addSphere(Vec3(-0.25, 0, 0.35), 0.4, red, 0.4);
     addSphere(Vec3(0.3, 0.1, -0.3), 0.42, blue, 0.5);
     addSphere(Vec3(0.15, -0.7, 0.3), 0.35, green, 0.6);
     expectExact(4);
-    EXPECT_EQ(renderer.getNumPeeledLayers(), 0);
+    EXPECT_TRUE(isSorted());
 }
 
-TEST_F(Transparency, NestedSpheresAreExact) {
+TEST_P(Transparency, NestedSpheresAreExact) {
     addSphere(Vec3(0), 0.4, red, 0.5);
     addSphere(Vec3(0), 1.2, blue, 0.3);
     addSphere(Vec3(0.05, 0, 0), 0.8, green, 0.4);
     expectExact(6);
-    EXPECT_EQ(renderer.getNumPeeledLayers(), 6);
+    EXPECT_EQ(getNumPeeled(), GetParam() == Way::Peeling ? 6 : 0);
 }
 
-TEST_F(Transparency, InterpenetratingSpheresAreExact) {
+TEST_P(Transparency, InterpenetratingSpheresAreExact) {
     addSphere(Vec3(-0.4, 0, 0), 0.8, red, 0.5);
     addSphere(Vec3(0.4, 0, 0.1), 0.8, blue, 0.5);
     addSphere(Vec3(0, 0.5, -0.2), 0.7, yellow, 0.3);
     expectExact(6);
 }
 
-TEST_F(Transparency, InterlockedToriAreExact) {
+TEST_P(Transparency, InterlockedToriAreExact) {
     addTorus(Vec3(-0.5, 0, 0), 0.22, red, 0.5);
     addTorus(Transform(Rotation(SimTK::Pi / 2 - 0.3, SimTK::XAxis), Vec3(0.5, 0, 0)), 0.22, blue,
              0.5);
@@ -184,7 +232,38 @@ TEST_F(Transparency, InterlockedToriAreExact) {
     expectExact(6);
 }
 
-TEST_F(Transparency, OpaqueSurfaceHidesWhatIsBehindItAndShowsThroughWhatIsBefore) {
+TEST_P(Transparency, SpheresInABrickAreExactFromAllAround) {
+    addBrick(Transform(Rotation(0.3, SimTK::XAxis)), Vec3(1.1, 0.7, 0.6), green, 0.3);
+    addSphere(Vec3(0.2, 0, 0), 0.5, red, 0.5);
+    addSphere(Vec3(-0.7, 0.1, 0.2), 0.3, blue, 0.6);
+    for (const double azimuth : {0.2, 1.7, 3.4, 5.0}) {
+        lookFrom(azimuth);
+        expectExact(4);
+        EXPECT_FALSE(isSorted());
+    }
+}
+
+TEST_P(Transparency, ParallelPlanesBlendInTheOrderSeenFromEitherSide) {
+    addPlane(Vec3(0.2, 0, 0.5), 0.8, red, 0.6);
+    addPlane(Vec3(-0.2, 0.1, -0.5), 0.9, blue, 0.7);
+    for (const double azimuth : {0.1, SimTK::Pi + 0.1}) {
+        lookFrom(azimuth);
+        expectExact(4);
+        EXPECT_TRUE(isSorted());
+    }
+}
+
+TEST_P(Transparency, PlanesThatCutEachOtherBlendInTheOrderOfEachHalfFromEitherSide) {
+    addPlane(Transform(Rotation(0.6, SimTK::YAxis)), 1, red, 0.6);
+    addPlane(Transform(Rotation(-0.6, SimTK::YAxis)), 1, blue, 0.7);
+    for (const double azimuth : {0.1, SimTK::Pi + 0.1}) {
+        lookFrom(azimuth);
+        expectExact(4);
+        EXPECT_FALSE(isSorted());
+    }
+}
+
+TEST_P(Transparency, OpaqueSurfaceHidesWhatIsBehindItAndShowsThroughWhatIsBefore) {
     addSphere(Vec3(0), 1.2, blue, 0.3);
     addSphere(Vec3(0.3, 0, 0.2), 0.7, green, 0.4);
     addSphere(Vec3(0.1, 0.1, 0.3), 0.5, red, 1);
@@ -192,7 +271,7 @@ TEST_F(Transparency, OpaqueSurfaceHidesWhatIsBehindItAndShowsThroughWhatIsBefore
     expectExact(6);
 }
 
-TEST_F(Transparency, LineBeforeTransparentSurfaceKeepsItsColor) {
+TEST_P(Transparency, LineBeforeTransparentSurfaceKeepsItsColor) {
     addSphere(Vec3(-0.4, 0, 0), 0.8, red, 0.5);
     addSphere(Vec3(0.4, 0, 0.1), 0.8, blue, 0.5);
     scene.lines.push_back({Vec3(-2, 0, 2), Vec3(2, 0, 2), green, 1, 8});
@@ -208,7 +287,7 @@ TEST_F(Transparency, LineBeforeTransparentSurfaceKeepsItsColor) {
     expectColor(Vec3(0, 0.4, 2), yellow);
 }
 
-TEST_F(Transparency, NearestSurfaceOfGhostTakesItsPlaceAmongTheLayers) {
+TEST_P(Transparency, NearestSurfaceOfGhostTakesItsPlaceAmongTheLayers) {
     // A ghost sphere between two transparent ones, unlit: a layer of its colour, from outside only.
     addSphere(Vec3(0, 0, 0), 1.2, blue, 0.3);
     addSphere(Vec3(0, 0, 0), 0.5, red, 0.5);
@@ -220,7 +299,7 @@ TEST_F(Transparency, NearestSurfaceOfGhostTakesItsPlaceAmongTheLayers) {
     expectExact(5);
 }
 
-TEST_F(Transparency, MoreLayersThanAreKeptLeaveTheNearest) {
+TEST_P(Transparency, MoreLayersThanAreKeptLeaveTheNearest) {
     // Parallel discs one behind the other, twice as many as layers; a small one that cuts through
     // the third, off the middle, so that they cannot be sorted.
     const auto disc = createCircle(12);
@@ -242,19 +321,19 @@ TEST_F(Transparency, MoreLayersThanAreKeptLeaveTheNearest) {
                   Vec3(0, 0, 0.96) + R * Vec3(0.2, 0, 0)),
         Vec3(0.05), red, 0.15);
     const Image image = draw();
-    EXPECT_EQ(renderer.getNumPeeledLayers(), 32);
+    EXPECT_EQ(getNumPeeled(), GetParam() == Way::Peeling ? 32 : 0);
     const auto found = image.getPixel(width / 2, height / 2);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(found[k], 255 * (color[k] + light), 16);
 }
 
-TEST_F(Transparency, NothingTransparentCostsNoLayers) {
+TEST_P(Transparency, NothingTransparentCostsNoLayers) {
     addSphere(Vec3(0), 1, red, 1);
     addSphere(Vec3(0.3, 0, 0), 1, blue, 1);
     draw();
-    EXPECT_EQ(renderer.getNumPeeledLayers(), 0);
+    EXPECT_TRUE(isSorted());
 }
 
-TEST_F(Transparency, LayersAreTheSameInBands) {
+TEST_P(Transparency, LayersAreTheSameInBands) {
     addTorus(Vec3(-0.5, 0, 0), 0.22, red, 0.5);
     addTorus(Transform(Rotation(SimTK::Pi / 2 - 0.3, SimTK::XAxis), Vec3(0.5, 0, 0)), 0.22, blue,
              0.5);
@@ -262,6 +341,35 @@ TEST_F(Transparency, LayersAreTheSameInBands) {
     expectExact(4);
     renderer.setMaxBandPixels(GlRenderer::defaultBandPixels);
 }
+
+TEST_P(Transparency, MoreFragmentsThanAreHeldAtATimeGiveTheSamePicture) {
+    addSphere(Vec3(-0.4, 0, 0), 0.8, red, 0.5);
+    addSphere(Vec3(0.4, 0, 0.1), 0.8, blue, 0.5);
+    const Image whole = draw();
+    renderer.updTransparency().setMaxFragments(5000);
+    const Image inStrips = draw();
+    renderer.updTransparency().setMaxFragments(GlFragments::defaultMaxNumber);
+    EXPECT_TRUE(whole == inStrips);
+}
+
+TEST_P(Transparency, OfCoincidentSurfacesTheEarlierIsBeforeTheLater) {
+    // Two bricks whose faces lie in one plane, and a third that crosses them.
+    addBrick(Vec3(0), Vec3(0.5), red, 0.6);
+    add(createBrick(), Vec3(0), Vec3(0.5), blue, 0.6);
+    addBrick(Vec3(0.4, 0, 0), Vec3(0.5), green, 0.1);
+    const Image image = draw();
+    const auto found = image.getPixel(width / 2 - 20, height / 2);
+    const auto mix = [](const Vec3& over, const Vec3& under) {
+        return Vec3(0.6 * over + 0.4 * under);
+    };
+    const Vec3 expected = mix(red, mix(blue, mix(red, mix(blue, Vec3(1)))));
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(found[k], 255 * expected[k], 2.6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, Transparency, testing::Values(Way::Lists, Way::Peeling),
+                         [](const auto& parameters) {
+                             return parameters.param == Way::Lists ? "Lists" : "Peeling";
+                         });
 
 }  // namespace
 }  // namespace simflex
