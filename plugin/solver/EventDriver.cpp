@@ -1,8 +1,11 @@
 #include "simflex/solver/EventDriver.h"
 
+#include <algorithm>
 #include <stdexcept>
 
+#include "simflex/body/FlexibleBodySubsystem.h"
 #include "simflex/solver/Checkpoint.h"
+#include "simflex/solver/StateImage.h"
 
 namespace simflex {
 
@@ -16,34 +19,17 @@ EventDriver::Outcome EventDriver::handleInitialization(State& state, Real accura
     return outcome;
 }
 
-void EventDriver::initialize(const State& state, const std::string& owner) {
-    m_lastReport = m_lastEvent = NaN;
+void EventDriver::initialize(const State& state) {
+    m_lastReport = m_lastEvent = m_reportTime = NaN;
     m_system.realize(state, Stage::Instance);
     m_system.calcEventTriggerInfo(state, m_triggers);
     m_triggerStage = Stage::Time;
-    for (Stage stage = Stage::Time; stage <= Stage::Acceleration; ++stage) {
-        if (state.getNEventTriggersByStage(stage) == 0) continue;
-        if (stage > Stage::Dynamics)
-            throw std::invalid_argument(
-                owner + ": " + std::to_string(state.getNEventTriggersByStage(stage)) +
-                " event trigger(s) need Stage::Acceleration, which is not supported; let them "
-                "depend on positions, speeds or forces");
-        m_triggerStage = stage;
-    }
-    m_hasAutoUpdates = findAutoUpdates(state);
-}
-
-bool EventDriver::findAutoUpdates(const State& state) const {
-    // A State does not say how many discrete variables it has: a new one's index does. (Measures
-    // allocate theirs with the topology.)
-    State copy = state;
-    copy.invalidateAll(Stage::Model);
-    for (SubsystemIndex s(0); s < copy.getNumSubsystems(); ++s) {
-        const int count = int(copy.allocateDiscreteVariable(s, Stage::Report, new Value<int>(0)));
-        for (int i = 0; i < count; ++i)
-            if (copy.getDiscreteVarUpdateIndex(s, DiscreteVariableIndex(i)).isValid()) return true;
-    }
-    return false;
+    for (Stage stage = Stage::Time; stage <= Stage::Acceleration; ++stage)
+        if (state.getNEventTriggersByStage(stage) > 0) m_triggerStage = stage;
+    m_autoUpdates = listAutoUpdates(state);
+    const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system);
+    const bool isRigid = !flexible || flexible->getNumBodies() == 0;
+    m_handlerStage = isRigid ? Stage::Acceleration : Stage::Velocity;
 }
 
 void EventDriver::updateDiscreteVariables(State& state) const {
@@ -51,12 +37,24 @@ void EventDriver::updateDiscreteVariables(State& state) const {
     state.autoUpdateDiscreteVariables();
 }
 
-Real EventDriver::calcNextReportTime(const State& state) {
-    Real time = Infinity;
+void EventDriver::findNextReport(const State& state) {
+    m_reportTime = Infinity;
     m_reports.clear();
     m_system.realize(state, Stage::Time);
-    m_system.calcTimeOfNextScheduledReport(state, time, m_reports, state.getTime() != m_lastReport);
-    return m_reports.empty() ? Infinity : time;
+    m_system.calcTimeOfNextScheduledReport(state, m_reportTime, m_reports,
+                                           state.getTime() != m_lastReport);
+    if (m_reports.empty()) m_reportTime = Infinity;
+}
+
+Real EventDriver::calcNextReportTime(const State& state) {
+    findNextReport(state);
+    if (m_reportTime <= m_lastReport) {
+        // It was made already, with a handler that was due earlier by round-off.
+        State later = state;
+        later.setTime(m_lastReport);
+        findNextReport(later);
+    }
+    return m_reportTime;
 }
 
 Real EventDriver::calcNextEventTime(const State& state) {
@@ -68,20 +66,23 @@ Real EventDriver::calcNextEventTime(const State& state) {
 }
 
 void EventDriver::report(const State& state) {
-    m_lastReport = state.getTime();
+    m_lastReport = std::max(state.getTime(), m_reportTime);
     m_system.reportEvents(state, Event::Cause::Scheduled, m_reports);
 }
 
 EventDriver::Outcome EventDriver::handleScheduled(State& state, Real accuracy) {
     m_lastEvent = state.getTime();
+    m_system.realize(state, m_handlerStage);
     return handle(state, Event::Cause::Scheduled, m_events, accuracy);
 }
 
 EventDriver::Outcome EventDriver::handleTimeAdvanced(State& state, Real accuracy) {
+    m_system.realize(state, m_handlerStage);
     return handle(state, Event::Cause::TimeAdvanced, {}, accuracy);
 }
 
 void EventDriver::handleTermination(State& state, Real accuracy) {
+    m_system.realize(state, m_handlerStage);
     handle(state, Event::Cause::Termination, {}, accuracy);
 }
 
@@ -127,6 +128,7 @@ EventDriver::Outcome EventDriver::handleTriggered(State& state, const Vector& be
     Array_<EventId> ids;
     for (int k = 0; k < before.size(); ++k)
         if (isTriggered(k, before, after)) ids.push_back(m_triggers[unsigned(k)].getEventId());
+    m_system.realize(state, std::max(m_handlerStage, m_triggerStage));
     return handle(state, Event::Cause::Triggered, ids, accuracy);
 }
 

@@ -3,6 +3,8 @@
 Calls the system's event reporters and handlers as SimTK::TimeStepper and SimTK::Integrator do, and
 moves its auto-update variables on (private header). **/
 
+#include <vector>
+
 #include "Simbody.h"
 
 namespace simflex {
@@ -23,10 +25,8 @@ public:
     @throws std::runtime_error if a handler asks for termination. **/
     Outcome handleInitialization(SimTK::State& state, SimTK::Real accuracy);
 
-    /** Reads trigger information, finds auto-update variables; forgets past events.
-    @param owner  names the integrator in messages
-    @throws std::invalid_argument if a trigger needs Stage::Acceleration. **/
-    void initialize(const SimTK::State& state, const std::string& owner);
+    /** Reads trigger information, finds auto-update variables; forgets past events. **/
+    void initialize(const SimTK::State& state);
 
     /** Next scheduled times at or after the State's time, events already handled at this time left
      * out. **/
@@ -68,7 +68,8 @@ public:
                             const SimTK::Vector& after, SimTK::Real accuracy);
 
     /** True if some variable is to be updated at the end of every step, as Measures have it. **/
-    bool hasAutoUpdates() const { return m_hasAutoUpdates; }
+    bool hasAutoUpdates() const { return !m_autoUpdates.empty(); }
+    const std::vector<SimTK::DiscreteVarKey>& getAutoUpdates() const { return m_autoUpdates; }
 
     /** Swaps the auto-update variables' new values in; realizes the State to Stage::Acceleration
      * first. **/
@@ -79,14 +80,18 @@ public:
 private:
     Outcome handle(SimTK::State& state, SimTK::Event::Cause cause,
                    const SimTK::Array_<SimTK::EventId>& ids, SimTK::Real accuracy) const;
-    bool findAutoUpdates(const SimTK::State& state) const;
+    void findNextReport(const SimTK::State& state);
 
     const SimTK::MultibodySystem& m_system;
     SimTK::Array_<SimTK::EventTriggerInfo> m_triggers;
     SimTK::Stage m_triggerStage = SimTK::Stage::Time;
+    /** Handlers find the State realized so far, as SimTK::Integrator leaves it; with flexible
+    bodies, whose accelerations cost much, to the speeds only. **/
+    SimTK::Stage m_handlerStage = SimTK::Stage::Velocity;
     SimTK::Array_<SimTK::EventId> m_reports, m_events;
+    SimTK::Real m_reportTime = SimTK::NaN;  ///< of m_reports
     SimTK::Real m_lastReport = SimTK::NaN, m_lastEvent = SimTK::NaN;
-    bool m_hasAutoUpdates = false;
+    std::vector<SimTK::DiscreteVarKey> m_autoUpdates;
 };
 
 }  // namespace simflex

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/solver/ForceElements.h"
 
 namespace simflex {
 
@@ -28,13 +29,18 @@ std::string ForceSelection::describe() const {
 ForceDifferences::ForceDifferences(const MultibodySystem& system, const ForceSelection& selection,
                                    const std::vector<Speed>& candidates, const State& state)
     : m_system(system), m_selection(selection), m_moved(state) {
-    const Force& force = selection.force;
-    if (!force.isEmptyHandle() && (!force.getForceSubsystem().isInSystem() ||
-                                   &force.getForceSubsystem().getSystem() != &system))
+    if (!selection.force.isEmptyHandle() && !findForceSubsystem(system, selection.force))
         throw std::invalid_argument("addForceJacobian(): " + selection.describe() +
                                     " belongs to another system");
     m_unit.resize(state.getNU());
     m_unit = 0;
+    m_without = m_moved;
+    if (!selection.force.isEmptyHandle()) {
+        disableAllBut(selection.force, system, m_moved);
+        disableAllBut(Force(), system, m_without);
+        system.realize(m_moved, Stage::Velocity);
+        system.realize(m_without, Stage::Velocity);
+    }
     findSpeeds(candidates);
     const int n = int(m_speeds.size());
     m_numTerms = std::min(n, MostTerms);
@@ -47,15 +53,15 @@ void ForceDifferences::findSpeeds(const std::vector<Speed>& candidates) {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     std::set<MobilizedBodyIndex> bodies;
     for (MobilizedBodyIndex named : m_selection.bodies) {
-        if (named <= GroundIndex || named >= matter.getNumBodies())
+        if (named < GroundIndex || named >= matter.getNumBodies())
             throw std::invalid_argument("addForceJacobian(): there is no mobilized body " +
-                                        std::to_string(int(named)) + " that could move");
+                                        std::to_string(int(named)));
         // A body moves with those that it is mobilized on.
         for (MobilizedBodyIndex i = named; i != GroundIndex;
              i = matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex())
             bodies.insert(i);
     }
-    if (bodies.empty()) {
+    if (m_selection.bodies.empty()) {
         const State start = m_moved;
         m_system.realize(start, Stage::Velocity);
         const Vector force = calcForce();
@@ -84,14 +90,15 @@ void ForceDifferences::move(const State& state, const Speed& speed, double dq, d
 const Vector& ForceDifferences::calcForce() {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     try {
-        if (m_selection.force.isEmptyHandle()) {
-            m_system.realize(m_moved, Stage::Dynamics);
-            m_bodyForces = m_system.getRigidBodyForces(m_moved, Stage::Dynamics);
-            m_mobilityForces = m_system.getMobilityForces(m_moved, Stage::Dynamics);
-        } else {
-            m_system.realize(m_moved, Stage::Velocity);
-            m_selection.force.calcForceContribution(m_moved, m_bodyForces, m_particleForces,
-                                                    m_mobilityForces);
+        m_system.realize(m_moved, Stage::Dynamics);
+        m_bodyForces = m_system.getRigidBodyForces(m_moved, Stage::Dynamics);
+        m_mobilityForces = m_system.getMobilityForces(m_moved, Stage::Dynamics);
+        if (!m_selection.force.isEmptyHandle()) {
+            m_without.setTime(m_moved.getTime());
+            m_without.updY() = m_moved.getY();
+            m_system.realize(m_without, Stage::Dynamics);
+            m_bodyForces -= m_system.getRigidBodyForces(m_without, Stage::Dynamics);
+            m_mobilityForces -= m_system.getMobilityForces(m_without, Stage::Dynamics);
         }
     } catch (const std::exception& error) {
         throw std::runtime_error(m_selection.describe() + " failed near t = " +

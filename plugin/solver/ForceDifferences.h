@@ -14,6 +14,7 @@ place there. **/
 #include <vector>
 
 #include "Simbody.h"
+#include "simflex/solver/StateImage.h"
 
 namespace simflex {
 
@@ -50,6 +51,10 @@ public:
     const std::vector<Speed>& getSpeeds() const { return m_speeds; }
     int getNumTerms() const { return m_numTerms; }
 
+    void takeVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from) {
+        for (SimTK::State* state : {&m_moved, &m_without}) copyVariables(keys, from, *state);
+    }
+
     /** Differences about `state`'s q, u and time.
     @throws std::runtime_error naming element and body where a force is not a finite number. **/
     void calcTerms(const SimTK::State& state, double gamma);
@@ -70,8 +75,9 @@ private:
     std::vector<Speed> m_speeds;
     int m_numTerms = 0;
     SimTK::State m_moved;
+    /** Where contact subsystems act alone, if one element is differentiated. **/
+    SimTK::State m_without;
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;
-    SimTK::Vector_<SimTK::Vec3> m_particleForces;
     SimTK::Vector m_mobilityForces, m_force, m_unit, m_qDot;
     Eigen::MatrixXd m_matrix, m_directions;
     Eigen::VectorXd m_signs;

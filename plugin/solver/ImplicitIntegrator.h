@@ -24,8 +24,10 @@ Delay) are updated after every step, with the State realized to Stage::Accelerat
 exact accelerations and multipliers, which cost far more time than a step where there are many
 joints. Auxiliary variables z (Measure::Integrate) are integrated along, ż taken from Simbody with
 the scheme's own u̇ for accelerations; multipliers and reactions of joints are not in them. Triggers
-that need Stage::Acceleration are refused; those that need Stage::Dynamics, and getState() realized
-so far or further, cost one block elimination more.
+that need Stage::Dynamics, and getState() realized so far or further, cost one block elimination
+more; those that need Stage::Acceleration (a unilateral contact's force, say) get Simbody's exact
+accelerations and multipliers, at the same price as auto-update variables. Handlers find the State
+realized to Stage::Acceleration, with flexible bodies to Stage::Velocity.
 
 What else of Simbody may stand in the system:
 - rigid bodies on any mobilizer, forward or reversed, with quaternions or Euler angles;

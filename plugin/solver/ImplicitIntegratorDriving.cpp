@@ -97,7 +97,8 @@ void ImplicitIntegrator::Implementation::startFromHandlersState() {
 }
 
 void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
-    if (m_events.hasAutoUpdates() && statistics.stepsTaken > 0) updateDiscreteVariables();
+    if (m_events.hasAutoUpdates() && statistics.stepsTaken > 0)
+        updateDiscreteVariables(m_history[0]);
     if (breaks.isAtEnd(m_history[0].t)) passBreak();
     try {
         takeStep(std::min(limit, breaks.getEnd()));
@@ -114,8 +115,11 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
     while (!m_isTerminated) {
         const auto eventStart = Clock::now();
         const State& state = getState();
-        const Real reportTime = m_events.calcNextReportTime(state);
+        Real reportTime = m_events.calcNextReportTime(state);
         const Real eventTime = m_events.calcNextEventTime(state);
+        // Both at once, whatever round-off says: the report first, at the handlers' time.
+        if (!isLater(reportTime, eventTime) && !isLater(eventTime, reportTime))
+            reportTime = eventTime;
         statistics.simbodySeconds += secondsSince(eventStart);
         const Real target = std::min({goal, reportTime, eventTime});
         const Real limit = std::min(eventTime, finalTime);

@@ -85,7 +85,7 @@ void ImplicitIntegrator::Implementation::prepare(const State& state) {
     lastStep = 0;
     buildEquations();
     m_visible.work = 0;
-    m_events.initialize(m_state, name);
+    m_events.initialize(m_state);
 }
 
 void ImplicitIntegrator::Implementation::checkSettings(Real startTime) const {
@@ -136,8 +136,8 @@ void ImplicitIntegrator::Implementation::initialize(const State& state) {
     const auto start_ = Clock::now();
     takeState(projectInitialState);
     initializeSystem();
-    start();
     updateDiscreteVariablesAtStart();
+    start();
     m_isInitialized = true;
     statistics.totalSeconds += secondsSince(start_);
 }
@@ -608,17 +608,18 @@ Vector ImplicitIntegrator::Implementation::calcMultipliers(const Joint* joint) c
                   m_visible.lambda.data() + m_equations->getFirstRow(joint->getIndex()));
 }
 
-void ImplicitIntegrator::Implementation::updateDiscreteVariables() {
+void ImplicitIntegrator::Implementation::updateDiscreteVariables(const SolutionPoint& point) {
     const auto start_ = Clock::now();
     m_stateIsCurrent = false;
-    writeState(m_history[0], m_state);
+    writeState(point, m_state);
     m_events.updateDiscreteVariables(m_state);
+    m_equations->takeVariables(m_events.getAutoUpdates(), m_state);
     statistics.simbodySeconds += secondsSince(start_);
 }
 
 void ImplicitIntegrator::Implementation::updateDiscreteVariablesAtStart() {
     if (!m_events.hasAutoUpdates()) return;
-    updateDiscreteVariables();
+    updateDiscreteVariables(m_visible);
     // What was swapped out was never computed: compute it anew, as Simbody's integrators do.
     m_state.invalidateAllCacheAtOrAbove(Stage::Instance);
 }

@@ -145,7 +145,8 @@ private:
     /** Makes it visible. **/
     void showPoint(double t);
     void writeState(const SolutionPoint& point, SimTK::State& state) const;
-    void updateDiscreteVariables();
+    /** Swaps auto-update variables' values in, those computed at this point. **/
+    void updateDiscreteVariables(const SolutionPoint& point);
     void updateDiscreteVariablesAtStart();
 
     // checkpoints

@@ -209,6 +209,7 @@ void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, co
     if (m_history.size() == 0) Checkpoint::refuse("it has no solution to go on from");
     m_state = now;
     m_system.realize(m_state, Stage::Velocity);
+    m_equations->takeVariables(m_events.getAutoUpdates(), m_state);
     m_scratch = m_state;
     m_stateIsCurrent = false;
     m_isFinished = m_isFinished && !(m_visible.t < finalTime);

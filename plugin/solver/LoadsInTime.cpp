@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "simflex/solver/FlexibleBlock.h"
+#include "simflex/solver/ForceElements.h"
 #include "simflex/solver/MultibodyEquations.h"
 #include "simflex/solver/RigidTree.h"
 
@@ -12,15 +13,13 @@ using namespace SimTK;
 
 void MultibodyEquations::findTimedLoads() {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
-    for (SubsystemIndex s(0); m_hasForeignForces && s < m_system.getNumSubsystems(); ++s) {
-        if (!isGeneralForceSubsystem(m_system.getSubsystem(s))) continue;
-        const GeneralForceSubsystem& forces =
-            GeneralForceSubsystem::downcast(ForceSubsystem::downcast(m_system.getSubsystem(s)));
-        for (ForceIndex f(0); f < forces.getNumForces(); ++f)
-            if (Force::Custom::isInstanceOf(forces.getForce(f)) &&
-                !forces.isForceDisabled(m_private, f))
-                m_timedForces.push_back(&forces.getForce(f));
-    }
+    if (m_hasForeignForces)
+        for (const GeneralForceSubsystem* forces : listGeneralForceSubsystems(m_system))
+            for (ForceIndex f(0); f < forces->getNumForces(); ++f)
+                if (Force::Custom::isInstanceOf(forces->getForce(f)) &&
+                    !forces->isForceDisabled(m_private, f))
+                    m_timedForces.push_back(
+                        &getImplementation(Force::Custom::downcast(forces->getForce(f))));
     if (m_constraints)
         for (ConstraintIndex c : findSimbodyConstraints(m_private))
             m_hasTimedConstraints =
@@ -37,6 +36,7 @@ void MultibodyEquations::findTimedLoads() {
     m_timedState = m_private;
     m_timedBodyForces.resize(matter.getNumBodies());
     m_timedMobilityForces.resize(matter.getNumMobilities());
+    m_timedParticleForces.resize(matter.getNumParticles());
     if (hasTimedMotions()) m_timedMotion = std::make_unique<PrescribedMotion>(*m_prescribed);
 }
 
@@ -52,9 +52,11 @@ void MultibodyEquations::calcTimedLoads(double time, const NewtonFactors& factor
         putIntoState(time, q, u, m_timedState);
         m_system.realize(m_timedState, Stage::Velocity);
     }
-    for (const Force* force : m_timedForces) {
-        force->calcForceContribution(m_timedState, m_timedBodyForces, m_timedParticleForces,
-                                     m_timedMobilityForces);
+    for (const Force::Custom::Implementation* force : m_timedForces) {
+        m_timedBodyForces = SpatialVec(Vec3(0), Vec3(0));
+        m_timedMobilityForces = Real(0);
+        force->calcForce(m_timedState, m_timedBodyForces, m_timedParticleForces,
+                         m_timedMobilityForces);
         for (const auto& block : m_blocks)
             block->subtractSimbodyForces(m_timedBodyForces, m_timedMobilityForces,
                                          r + block->firstU);

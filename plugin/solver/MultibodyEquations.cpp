@@ -8,6 +8,7 @@
 #include "simflex/solver/Checkpoint.h"
 #include "simflex/solver/FlexibleBlock.h"
 #include "simflex/solver/RigidTree.h"
+#include "simflex/solver/StateImage.h"
 
 namespace simflex {
 
@@ -606,6 +607,13 @@ Vector MultibodyEquations::calcSimbodyUDot(const double* q, const double* uDot) 
     for (const auto& block : m_blocks)
         block->putUDot(q + block->firstQ, uDot + block->firstU, simbodyUDot);
     return simbodyUDot;
+}
+
+void MultibodyEquations::takeVariables(const std::vector<DiscreteVarKey>& keys, const State& from) {
+    for (State* state : {&m_private, &m_zState, &m_timedState})
+        if (state->getNumSubsystems() > 0) copyVariables(keys, from, *state);
+    for (DifferencedForce& forces : m_differenced) forces.differences.takeVariables(keys, from);
+    m_prescribedTime = NaN;
 }
 
 //---------------------------------------------------------------------------------------------------------

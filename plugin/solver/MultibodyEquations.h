@@ -219,6 +219,9 @@ public:
     realize(); cheap on the average. Flexible bodies have their own frames. **/
     void followPose();
 
+    /** Simbody's force elements see these variables' values from the next realize() on. **/
+    void takeVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from);
+
     /** @name Auxiliary variables z, which belong to Simbody's elements and Measures **/
     /**@{**/
     int numZ() const { return m_numZ; }
@@ -445,7 +448,7 @@ private:
     int m_numQ = 0, m_numU = 0, m_numMultipliers = 0, m_numThreads = 1;
     double m_time = 0;
     bool m_hasTimedLoads = false, m_hasTimedConstraints = false;
-    std::vector<const SimTK::Force*> m_timedForces;
+    std::vector<const SimTK::Force::Custom::Implementation*> m_timedForces;
     SimTK::State m_timedState;  ///< on which Simbody evaluates these at other times
     SimTK::Vector_<SimTK::SpatialVec> m_timedBodyForces;
     SimTK::Vector m_timedMobilityForces;
@@ -455,8 +458,6 @@ private:
     double m_firstTime = -SimTK::Infinity, m_lastTime = SimTK::Infinity;
     mutable double m_simbodySeconds = 0;
 };
-
-bool isGeneralForceSubsystem(const SimTK::Subsystem& subsystem);
 
 /** @throws std::invalid_argument naming `method` if the system has changed since realizeTopology(),
 or the State is empty. **/

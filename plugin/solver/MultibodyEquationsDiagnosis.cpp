@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "simflex/solver/FlexibleBlock.h"
+#include "simflex/solver/ForceElements.h"
 #include "simflex/solver/MultibodyEquations.h"
 
 namespace simflex {
@@ -46,26 +47,23 @@ std::string MultibodyEquations::describeElement(const ElementRef& element) const
 template <class Visit>
 void MultibodyEquations::visitForeignForces(double time, const double* q, const double* u,
                                             Visit visit) const {
-    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     State state = m_private;
+    disableAllBut(Force(), m_system, state);
+    m_system.realize(state, Stage::Instance);
     putIntoState(time, q, u, state);
-    m_system.realize(state, Stage::Velocity);
-    Vector_<SpatialVec> bodyForces;
-    Vector_<Vec3> particleForces;
-    Vector mobilityForces;
-    for (SubsystemIndex s(0); s < m_system.getNumSubsystems(); ++s) {
-        if (!isGeneralForceSubsystem(m_system.getSubsystem(s))) continue;
-        const GeneralForceSubsystem& forces =
-            GeneralForceSubsystem::downcast(ForceSubsystem::downcast(m_system.getSubsystem(s)));
-        for (ForceIndex f(0); f < forces.getNumForces(); ++f) {
-            const Force& force = forces.getForce(f);
-            if (force.isDisabled(state) || Force::Gravity::isInstanceOf(force)) continue;
-            bodyForces.resize(matter.getNumBodies());
-            mobilityForces.resize(matter.getNumMobilities());
-            force.calcForceContribution(state, bodyForces, particleForces, mobilityForces);
-            visit(force, bodyForces, mobilityForces);
+    m_system.realize(state, Stage::Dynamics);
+    const Vector_<SpatialVec> otherBodyForces = m_system.getRigidBodyForces(state, Stage::Dynamics);
+    const Vector otherMobilityForces = m_system.getMobilityForces(state, Stage::Dynamics);
+    for (const GeneralForceSubsystem* forces : listGeneralForceSubsystems(m_system))
+        for (ForceIndex f(0); f < forces->getNumForces(); ++f) {
+            if (forces->isForceDisabled(m_private, f)) continue;
+            forces->setForceIsDisabled(state, f, false);
+            m_system.realize(state, Stage::Dynamics);
+            visit(forces->getForce(f),
+                  m_system.getRigidBodyForces(state, Stage::Dynamics) - otherBodyForces,
+                  m_system.getMobilityForces(state, Stage::Dynamics) - otherMobilityForces);
+            forces->setForceIsDisabled(state, f, true);
         }
-    }
 }
 
 std::string MultibodyEquations::findNonFinite(double time, const double* q, const double* u) {

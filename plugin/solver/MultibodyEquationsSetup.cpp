@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <typeinfo>
 
 #include "simflex/base/ParallelFor.h"
 #include "simflex/solver/FlexibleBlock.h"
+#include "simflex/solver/ForceElements.h"
 #include "simflex/solver/RigidTree.h"
 #include "simflex/solver/TangentMatrices.h"
 
@@ -52,17 +52,6 @@ bool isCarrier(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index
 }
 
 }  // namespace
-
-bool isGeneralForceSubsystem(const Subsystem& subsystem) {
-    if (!dynamic_cast<const ForceSubsystem::Guts*>(&subsystem.getSubsystemGuts())) return false;
-    // Simbody 3.7's isInstanceOf() takes any force subsystem for one.
-    try {
-        GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem)).getNumForces();
-        return true;
-    } catch (const std::bad_cast&) {
-        return false;
-    }
-}
 
 MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const State& state,
                                        Setting setting,
@@ -119,6 +108,12 @@ void MultibodyEquations::preparePrivateStates(const State& state) {
 
 void MultibodyEquations::refuseUnsupported(const State& state) const {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    for (SubsystemIndex s(0); s < state.getNumSubsystems(); ++s)
+        if (s != matter.getMySubsystemIndex() && state.getNQ(s) + state.getNU(s) > 0)
+            throw std::invalid_argument(m_owner + ": subsystem '" +
+                                        std::string(state.getSubsystemName(s)) +
+                                        "' has coordinates or speeds of its own, which only "
+                                        "SimTK::Integrator can move; keep them as z");
     const auto nameOfJoint = [&](ConstraintIndex constraint) {
         for (const JointRecord& joint : m_guts->joints())
             if (joint.constraint == constraint) return joint.name;
@@ -173,7 +168,7 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
             GeneralForceSubsystem::downcast(ForceSubsystem::downcast(subsystem));
         for (ForceIndex f(0); f < forces.getNumForces(); ++f) {
             const Force& force = forces.getForce(f);
-            if (force.isDisabled(state)) continue;
+            if (forces.isForceDisabled(state, f)) continue;
             if (!Force::Gravity::isInstanceOf(force)) {
                 m_hasForeignForces = true;
                 continue;
@@ -182,7 +177,7 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
             for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i)
                 if (!gravity.getBodyIsExcluded(state, i))
                     m_gravity.atBody[i] += gravity.getGravityVector(state);
-            force.disable(m_private);
+            forces.setForceIsDisabled(m_private, f, true);
         }
     }
     // Disabling a force lowers the stage of the private State; blocks still read velocities from
@@ -565,7 +560,10 @@ void MultibodyEquations::makeForceDifferences(const std::vector<ForceSelection>&
     m_system.realize(m_private, Stage::Velocity);
     const std::vector<ForceDifferences::Speed> candidates = listSimbodySpeeds();
     for (const ForceSelection& selection : selections) {
-        if (!selection.force.isEmptyHandle() && selection.force.isDisabled(m_private)) continue;
+        const GeneralForceSubsystem* owner = selection.force.isEmptyHandle()
+                                                 ? nullptr
+                                                 : findForceSubsystem(m_system, selection.force);
+        if (owner && owner->isForceDisabled(m_private, selection.force.getForceIndex())) continue;
         DifferencedForce forces{ForceDifferences(m_system, selection, candidates, m_private),
                                 m_numMultipliers + m_numElementRows,
                                 {}};

@@ -128,23 +128,28 @@ void RigidTree::addBody(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex
 }
 
 bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const State& state) {
-    // A reversed mobilizer looks like a plain one from outside: compare at an arbitrary state.
+    // A reversed mobilizer looks like a plain one from outside: compare near the given state, where
+    // nothing is special. The matter alone is asked: others need not be defined there.
     const bool isOwn = std::none_of(m_bodies.begin(), m_bodies.end(), [](const RigidBody& body) {
         return body.mobilizer == Mobilizer::Other;
     });
     State trial = state;
     std::vector<double> q(numQ), u(numU);
-    for (int i = 0; i < numU; ++i) u[i] = 0.3 + 0.1 * i;
+    getFromState(state, q.data(), u.data());
+    for (int i = 0; i < numU; ++i) u[i] += 0.3 + 0.1 * i;
     for (const RigidBody& body : m_bodies)
-        for (int k = 0; k < body.nq; ++k)
-            q[body.q0 + k] = hasQuaternion(body) && k < 4 ? 0.5 : 0.2 + 0.05 * k;
+        for (int k = 0; k < body.nq; ++k) q[body.q0 + k] += 0.05 + 0.01 * k;
+    normalizeQ(q.data());
     bool agrees = isOwn;
     if (isOwn) {
         Vector stateQ = trial.getQ(), stateU = trial.getU();
         putCoordinates(q.data(), u.data(), stateQ, stateU);
         trial.updQ() = stateQ;
         trial.updU() = stateU;
-        matter.getSystem().realize(trial, Stage::Velocity);
+        const Subsystem::Guts& guts = matter.getSubsystemGuts();
+        guts.realizeSubsystemTime(trial);
+        guts.realizeSubsystemPosition(trial);
+        guts.realizeSubsystemVelocity(trial);
         for (RigidBody& body : m_bodies) {
             realizeBody(body, q.data(), u.data());
             const MobilizedBody& mobod = matter.getMobilizedBody(body.index);

@@ -229,30 +229,27 @@ void StateImage::visitVariables(Checkpoint& c, State& state) const {
     m_system.realizeModel(state);
 }
 
+std::vector<DiscreteVarKey> listAutoUpdates(const State& state) {
+    std::vector<DiscreteVarKey> keys;
+    forEachVariable(state, [&](const DiscreteVarKey& key) {
+        if (state.getDiscreteVarUpdateIndex(key.first, key.second).isValid()) keys.push_back(key);
+    });
+    return keys;
+}
+
+void copyVariables(const std::vector<DiscreteVarKey>& keys, const State& from, State& to) {
+    for (const auto& [subsystem, index] : keys)
+        to.updDiscreteVariable(subsystem, index) = from.getDiscreteVariable(subsystem, index);
+}
+
 State makeFreshState(const MultibodySystem& system, const State& state) {
-    State realized = state;
-    system.realizeModel(realized);
-    State fresh = system.getDefaultState();
-    const auto copyVariables = [&](bool isForModel) {
-        forEachVariable(fresh, [&](const DiscreteVarKey& key) {
-            const auto& [subsystem, index] = key;
-            const bool isModel =
-                fresh.getDiscreteVarInvalidatesStage(subsystem, index) <= Stage::Model;
-            if (isModel == isForModel)
-                fresh.updDiscreteVariable(subsystem, index) =
-                    realized.getDiscreteVariable(subsystem, index);
-        });
-        system.realizeModel(fresh);
-    };
-    fresh.invalidateAll(Stage::Model);
-    copyVariables(true);
-    copyVariables(false);
-    fresh.setTime(realized.getTime());
-    fresh.updQ() = realized.getQ();
-    fresh.updU() = realized.getU();
-    fresh.updZ() = realized.getZ();
-    fresh.updUWeights() = realized.getUWeights();
-    fresh.updZWeights() = realized.getZWeights();
+    State fresh = state;
+    system.realizeModel(fresh);
+    fresh.invalidateAll(Stage::Instance);
+    for (SubsystemIndex s(0); s < fresh.getNumSubsystems(); ++s)
+        for (CacheEntryIndex c(0); fresh.hasCacheEntry({s, c}); ++c)
+            if (fresh.getCacheEntryInfo({s, c}).getDependsOnStage() >= Stage::Instance)
+                fresh.markCacheValueNotRealized(s, c);
     return fresh;
 }
 

@@ -41,6 +41,14 @@ private:
     std::vector<OpaqueVariable> m_opaque;
 };
 
+/** Variables that are updated at the ends of steps: contacts, cables' last paths, Measure::Delay.
+@param state  realized to Stage::Instance **/
+std::vector<SimTK::DiscreteVarKey> listAutoUpdates(const SimTK::State& state);
+
+/** Writes these variables of one State into another of the same system. **/
+void copyVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from,
+                   SimTK::State& to);
+
 /** A State of the same system with the same variables and nothing computed. Simbody copies lazily
 computed values too, and in a copy that is changed as often as the original was, those of the
 original can pass for its own (Force::Gravity's energy, in 3.7). **/

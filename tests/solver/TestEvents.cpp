@@ -362,25 +362,6 @@ TEST(Events, ComeInTheSameOrderAtTheSameTimesAsFromSimbodysTimeStepper) {
     EXPECT_GT(ours.size(), 20u);
 }
 
-class AccelerationTrigger : public TriggeredEventHandler {
-public:
-    AccelerationTrigger() : TriggeredEventHandler(Stage::Acceleration) {}
-    Real getValue(const State& state) const override { return state.getUDot()[0]; }
-    void handleEvent(State&, Real, bool&) const override {}
-};
-
-TEST(Events, TriggersThatNeedAccelerationsAreRefused) {
-    FallingStone model;
-    model.system.addEventHandler(new AccelerationTrigger);
-    BdfIntegrator integrator(model.system);
-    try {
-        integrator.initialize(model.system.realizeTopology());
-        FAIL() << "not refused";
-    } catch (const std::invalid_argument& error) {
-        EXPECT_NE(std::string(error.what()).find("Stage::Acceleration"), std::string::npos);
-    }
-}
-
 TEST(Events, StatisticsTellWhatHappened) {
     FallingStone model;
     model.system.addEventReporter(new Recorder(model.stone, 0.05));
