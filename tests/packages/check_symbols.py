@@ -35,6 +35,10 @@ def read_classes(text):
             yield "::".join([*namespaces, name])
 
 
+def find_libraries():
+    return [file for file in (OPTIONS.build / "lib").glob("libsimflex*.so.*") if not file.is_symlink()]
+
+
 class Names(unittest.TestCase):
     maxDiff = None
 
@@ -48,8 +52,15 @@ class Names(unittest.TestCase):
         self.assertGreater(len(places), 100)
         self.assertEqual({name: files for name, files in places.items() if len(files) > 1}, {})
 
+    def test_libraries_show_their_own_only(self):
+        for library in find_libraries():
+            names = subprocess.run(["nm", "-D", "--defined-only", library], check=True, stdout=subprocess.PIPE, text=True)
+            names = [line.split()[-1] for line in names.stdout.splitlines()]
+            self.assertGreater(len(names), 100, library)
+            self.assertEqual([name for name in names if "7simflex" not in name], [], library)
+
     def test_no_symbol_is_defined_twice(self):
-        libraries = [file for file in (OPTIONS.build / "lib").glob("libsimflex*.so.*") if not file.is_symlink()]
+        libraries = find_libraries()
         self.assertGreaterEqual(len(libraries), 4)
         libraries += (OPTIONS.build / "plugin").rglob("libsimflex_*.a")
         places = collections.defaultdict(list)
