@@ -163,6 +163,109 @@ std::unique_ptr<Model> makeBouncingBall() {
     return model;
 }
 
+/** A block that is drawn along a floor, pressed to it and lifted off: u in x, y. **/
+struct Block : Basics {
+    explicit Block(Model& model)
+        : Basics(model),
+          block(matter.Ground(), Vec3(0), ball(1), Vec3(0)),
+          floor(matter.updGround(), YAxis, 0, block, Vec3(0)) {
+        floor.setDisabledByDefault(true);
+    }
+    Force::Gravity gravity{forces, matter, -YAxis, 9.81};
+    MobilizedBody::Translation block;
+    Constraint::PointInPlane floor;
+};
+
+/** Lifts and presses: 20 sin(5t) up, 3 N along. **/
+class Lifting : public Force::Custom::Implementation {
+public:
+    explicit Lifting(const MobilizedBody& body) : m_body(body) {}
+    bool dependsOnlyOnPositions() const override { return false; }
+    void calcForce(const State& state, Vector_<SpatialVec>& bodyForces, Vector_<Vec3>&,
+                   Vector&) const override {
+        m_body.applyBodyForce(
+            state, SpatialVec(Vec3(0), Vec3(3, 20 * std::sin(5 * state.getTime()), 0)), bodyForces);
+    }
+    Real calcPotentialEnergy(const State&) const override { return 0; }
+
+private:
+    MobilizedBody m_body;
+};
+
+// As Simbody's unilateral examples do: a constraint that is enabled at contact, disabled when its
+// multiplier would pull.
+std::unique_ptr<Model> makeUnilateralContact() {
+    auto model = std::make_unique<Model>();
+    Block& block = model->make<Block>();
+    Force::Custom(block.forces, new Lifting(block.block));
+    const MobilizedBody::Translation body = block.block;
+    const Constraint::PointInPlane floor = block.floor;
+    model->system.addEventHandler((new Trigger(
+                                       *model, "touch down", Stage::Position,
+                                       [=](const State& s) {
+                                           return floor.isDisabled(s)
+                                                      ? body.getBodyOriginLocation(s)[1]
+                                                      : 1;
+                                       },
+                                       [=](State& s) {
+                                           Vec3 v = body.getBodyOriginVelocity(s);
+                                           v[1] = 0;
+                                           body.setUToFitLinearVelocity(s, v);
+                                           floor.enable(s);
+                                       }))
+                                      ->onlyFalling());
+    model->system.addEventHandler(
+        (new Trigger(
+             *model, "lift off", Stage::Acceleration,
+             [=](const State& s) { return floor.isDisabled(s) ? 1 : -floor.getMultiplier(s); },
+             [=](State& s) { floor.disable(s); }))
+            ->onlyFalling());
+    model->state = model->system.realizeTopology();
+    block.block.setTranslation(model->state, Vec3(0, 0.3, 0));
+    model->duration = 3;
+    return model;
+}
+
+// A bar is held until its lock carries more than 3 N m, and is caught where it turns round.
+std::unique_ptr<Model> makeUnlockingByForce() {
+    auto model = std::make_unique<Model>();
+    Pendulum& pendulum = model->make<Pendulum>();
+    const MobilizedBody::Pin bar = pendulum.bar;
+    struct Ramp : Force::Custom::Implementation {
+        explicit Ramp(const MobilizedBody& b) : body(b) {}
+        bool dependsOnlyOnPositions() const override { return false; }
+        void calcForce(const State& state, Vector_<SpatialVec>&, Vector_<Vec3>&,
+                       Vector& mobilityForces) const override {
+            body.applyOneMobilityForce(state, 0, 6 * std::sin(4 * state.getTime()), mobilityForces);
+        }
+        Real calcPotentialEnergy(const State&) const override { return 0; }
+        MobilizedBody body;
+    };
+    Force::Custom(pendulum.forces, new Ramp(pendulum.bar));
+    const SimbodyMatterSubsystem& matter = model->system.getMatterSubsystem();
+    model->system.addEventHandler((new Trigger(
+                                       *model, "slips", Stage::Acceleration,
+                                       [bar, &matter](const State& s) {
+                                           if (!bar.isLocked(s)) return Real(-1);
+                                           Vector forces;
+                                           matter.findMotionForces(s, forces);
+                                           return std::abs(forces[0]) - 3;
+                                       },
+                                       [bar](State& s) { bar.unlock(s); }))
+                                      ->onlyRising());
+    model->system.addEventHandler(new Trigger(
+        *model, "is caught", Stage::Velocity,
+        [bar](const State& s) {
+            // Not where it has just begun to slip, from rest.
+            return bar.isLocked(s) ? Real(1) : bar.getRate(s);
+        },
+        [bar](State& s) { bar.lock(s); }));
+    model->state = model->system.realizeTopology();
+    pendulum.bar.setAngle(model->state, 0.2);
+    pendulum.bar.lock(model->state);
+    return model;
+}
+
 /** Notes the time, and the sign of the torque that it finds. **/
 class TorqueReport : public PeriodicEventReporter {
 public:
@@ -238,6 +341,7 @@ std::vector<Program> getEventPrograms() {
     return {
         {"DigitalControl", makeDigitalControl},       {"SwitchedMotor", makeSwitchedMotor},
         {"TwoPointControl", makeTwoPointControl},     {"BouncingBall", makeBouncingBall},
+        {"UnilateralContact", makeUnilateralContact}, {"UnlockingByForce", makeUnlockingByForce},
         {"ReportsAtHandlers", makeReportsAtHandlers}, {"KicksUntilTheEnd", makeKicksUntilTheEnd}};
 }
 

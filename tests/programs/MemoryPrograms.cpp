@@ -38,6 +38,84 @@ private:
     const Subsystem& m_forces;
 };
 
+/** A force with one auto-update variable of numbers, whose next value depends on positions. **/
+class RememberingForce : public LineForce {
+public:
+    RememberingForce(const Model& model, const Line& line, Real first)
+        : LineForce(model, line), m_first(first) {}
+    void realizeTopology(State& state) const override {
+        m_memory = getForces().allocateAutoUpdateDiscreteVariable(
+            state, Stage::Dynamics, new Value<Real>(m_first), Stage::Position);
+    }
+    void realizeVelocity(const State& state) const override { getNext(state); }
+
+protected:
+    /** The value that the last step left. **/
+    Real getMemory(const State& state) const {
+        return Value<Real>::downcast(getForces().getDiscreteVariable(state, m_memory)).get();
+    }
+    /** The value that this step leaves if it ends here. **/
+    Real getNext(const State& state) const {
+        if (!getForces().isDiscreteVarUpdateValueRealized(state, m_memory)) {
+            Value<Real>::updDowncast(getForces().updDiscreteVarUpdateValue(state, m_memory)) =
+                calcNext(state);
+            getForces().markDiscreteVarUpdateValueRealized(state, m_memory);
+        }
+        return Value<Real>::downcast(getForces().getDiscreteVarUpdateValue(state, m_memory)).get();
+    }
+    virtual Real calcNext(const State& state) const = 0;
+
+private:
+    Real m_first;
+    mutable DiscreteVariableIndex m_memory;
+};
+
+/** A second spring that hooks for good where the mass passes 0.2 m, unstretched there. **/
+class HookForce : public RememberingForce {
+public:
+    HookForce(const Model& model, const Line& line) : RememberingForce(model, line, 0) {}
+    Real calcNext(const State& state) const override {
+        return getMemory(state) > 0 || getX(state) > 0.2 ? 1 : 0;
+    }
+    Real calcForceOnMass(const State& state) const override {
+        return getMemory(state) * -30 * (getX(state) - 0.2);
+    }
+};
+
+std::unique_ptr<Model> makeLatch() {
+    auto model = std::make_unique<Model>();
+    Line& line = model->make<Line>();
+    Force::MobilityLinearSpring(line.forces, line.mass, MobilizerQIndex(0), 20, 0);
+    Force::Custom(line.forces, new HookForce(*model, line));
+    model->state = model->system.realizeTopology();
+    line.mass.setOneQ(model->state, 0, -0.5);
+    model->duration = 3;
+    return model;
+}
+
+/** An ideally plastic spring: k = 100 N/m up to 8 N; the memory is where it holds on. **/
+class YieldingForce : public RememberingForce {
+public:
+    YieldingForce(const Model& model, const Line& line) : RememberingForce(model, line, 0) {}
+    Real calcNext(const State& state) const override {
+        const Real x = getX(state), stretch = x - getMemory(state);
+        return x - clamp(-0.08, stretch, 0.08);
+    }
+    Real calcForceOnMass(const State& state) const override {
+        return -100 * (getX(state) - getNext(state));
+    }
+};
+
+std::unique_ptr<Model> makeYieldingSpring() {
+    auto model = std::make_unique<Model>();
+    Line& line = model->make<Line>();
+    Force::MobilityLinearDamper(line.forces, line.mass, MobilizerUIndex(0), 1);
+    Force::Custom(line.forces, new YieldingForce(*model, line));
+    model->state = model->system.realizeTopology();
+    line.mass.setOneU(model->state, 0, 3);
+    return model;
+}
+
 /** LuGre's bristles between the mass and a belt that moves at 0.3 m/s: z is their bending. **/
 class BristleForce : public LineForce {
 public:
@@ -106,6 +184,38 @@ private:
     Measure m_measure;
     Real m_factor;
 };
+
+std::unique_ptr<Model> makeDelayedFeedback() {
+    auto model = std::make_unique<Model>();
+    Line& line = model->make<Line>();
+    const Measure::Delay delayed(line.forces, PositionMeasure(line), 0.4);
+    Force::MobilityLinearSpring(line.forces, line.mass, MobilizerQIndex(0), 25, 0);
+    Force::Custom(line.forces, new MeasuredForce(*model, line, delayed, -10));
+    model->state = model->system.realizeTopology();
+    line.mass.setOneQ(model->state, 0, 1);
+    model->observe = [delayed, &system = model->system](const State& state) {
+        system.realize(state, Stage::Position);
+        return Vector(1, delayed.getValue(state));
+    };
+    return model;
+}
+
+// Pulled back by a spring that is unstretched 0.3 m before the farthest place it has been.
+std::unique_ptr<Model> makeExtremeFeedback() {
+    auto model = std::make_unique<Model>();
+    Line& line = model->make<Line>();
+    const Measure::Extreme farthest(line.forces, PositionMeasure(line), Measure::Extreme::Maximum);
+    Force::MobilityLinearSpring(line.forces, line.mass, MobilizerQIndex(0), 40, -0.3);
+    Force::Custom(line.forces, new MeasuredForce(*model, line, farthest, 30));
+    Force::MobilityLinearDamper(line.forces, line.mass, MobilizerUIndex(0), 0.5);
+    model->state = model->system.realizeTopology();
+    line.mass.setOneU(model->state, 0, 1);
+    model->observe = [farthest, &system = model->system](const State& state) {
+        system.realize(state, Stage::Position);
+        return Vector(1, farthest.getValue(state));
+    };
+    return model;
+}
 
 std::unique_ptr<Model> makeIntegralControl() {
     auto model = std::make_unique<Model>();
@@ -204,13 +314,46 @@ std::unique_ptr<Model> makeCustomSubsystem() {
     return model;
 }
 
+/** Knows its value on [−2, 2] m only. **/
+class TableForce : public LineForce {
+public:
+    using LineForce::LineForce;
+    Real calcForceOnMass(const State& state) const override {
+        if (std::abs(getX(state)) > 2) throw std::out_of_range("the table ends at 2 m");
+        return -20 * getX(state) * (1 + square(getX(state)));
+    }
+};
+
+// Of its forces, none refers to the handle of their subsystem: that may go, too.
+std::unique_ptr<Model> makeForceOfLimitedRange() {
+    struct LooseLine {
+        explicit LooseLine(Model& model)
+            : forces(model.system), mass(model.matter.Ground(), ball(1)) {}
+        GeneralForceSubsystem forces;
+        MobilizedBody::Slider mass;
+    };
+    auto model = std::make_unique<Model>();
+    LooseLine& line = model->make<LooseLine>();
+    Force::Custom(line.forces, new TableForce(line.mass, findOwned(model->system, line.forces)));
+    Force::TwoPointLinearSpring(line.forces, model->matter.Ground(), Vec3(0, 1, 0), line.mass,
+                                Vec3(0), 5, 1);
+    model->state = model->system.realizeTopology();
+    line.mass.setOneQ(model->state, 0, 1);
+    return model;
+}
+
 }  // namespace
 
 std::vector<Program> getMemoryPrograms() {
-    return {{"BristleFriction", makeBristleFriction},
+    return {{"Latch", makeLatch},
+            {"YieldingSpring", makeYieldingSpring},
+            {"BristleFriction", makeBristleFriction},
+            {"DelayedFeedback", makeDelayedFeedback},
+            {"ExtremeFeedback", makeExtremeFeedback},
             {"IntegralControl", makeIntegralControl},
             {"Thermostat", makeThermostat},
-            {"CustomSubsystem", makeCustomSubsystem}};
+            {"CustomSubsystem", makeCustomSubsystem},
+            {"ForceOfLimitedRange", makeForceOfLimitedRange}};
 }
 
 }  // namespace simflex::test
