@@ -7,12 +7,6 @@
 
 namespace simflex {
 
-namespace {
-
-constexpr unsigned bytesPerFragment = 20;
-
-}  // namespace
-
 bool GlFragments::isSupported(const GlFunctions& gl) {
     GLint major = 0, minor = 0, numExtensions = 0;
     gl.GetIntegerv(GL_MAJOR_VERSION, &major);
@@ -34,16 +28,24 @@ GlFragments::GlFragments(const GlFunctions& functions, const GlScreen& sharedScr
           gl, shaders::surfaceVertex,
           shaders::compose({shaders::version430, shaders::fragmentLists, shaders::lighting,
                             shaders::baseColor, shaders::surfaceShade, shaders::appendFragment})),
-      layProgram(
-          gl, shaders::backgroundVertex,
-          shaders::compose({shaders::version430, shaders::fragmentLists, shaders::layFragments})) {
-    gl.GenBuffers(1, &lists);
-    gl.GenBuffers(1, &fragments);
+      layPixelsProgram(gl, shaders::backgroundVertex,
+                       shaders::compose({shaders::version430, shaders::fragmentLists,
+                                         shaders::sortFragments, shaders::layPixels})),
+      laySamplesProgram(gl, shaders::backgroundVertex,
+                        shaders::compose({shaders::version430, shaders::fragmentLists,
+                                          shaders::sortFragments, shaders::laySamples})) {
+    gl.GenBuffers(3, buffers);
+    gl.GenTextures(3, textures);
+    for (int i = 0; i < 3; ++i) {
+        gl.BindBuffer(GL_TEXTURE_BUFFER, buffers[i]);
+        gl.BindTexture(GL_TEXTURE_BUFFER, textures[i]);
+        gl.TexBuffer(GL_TEXTURE_BUFFER, i == Fragments ? GL_RGBA32UI : GL_R32UI, buffers[i]);
+    }
 }
 
 GlFragments::~GlFragments() {
-    gl.DeleteBuffers(1, &lists);
-    gl.DeleteBuffers(1, &fragments);
+    gl.DeleteTextures(3, textures);
+    gl.DeleteBuffers(3, buffers);
 }
 
 void GlFragments::setMaxNumber(unsigned number) {
@@ -54,9 +56,13 @@ void GlFragments::setMaxNumber(unsigned number) {
 void GlFragments::reserve(unsigned number) {
     if (number <= capacity) return;
     capacity = number;
-    gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, fragments);
-    gl.BufferData(GL_SHADER_STORAGE_BUFFER, GLsizeiptr(bytesPerFragment) * capacity, nullptr,
-                  GL_DYNAMIC_COPY);
+    const auto allocate = [&](Content content, std::size_t bytes) {
+        gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[content]);
+        gl.BufferData(GL_SHADER_STORAGE_BUFFER, GLsizeiptr(bytes * capacity), nullptr,
+                      GL_DYNAMIC_COPY);
+    };
+    allocate(Fragments, 16);
+    allocate(Slopes, 4);
 }
 
 GlProgram& GlFragments::useProgram(int rank) {
@@ -67,10 +73,10 @@ GlProgram& GlFragments::useProgram(int rank) {
 
 unsigned GlFragments::gather(const GlRectangle& strip, const std::function<void()>& drawItems) {
     zeros.assign(1 + std::size_t(strip.right - strip.left) * (strip.top - strip.bottom), 0);
-    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, lists);
+    for (const Content content : {Fragments, Slopes, Lists})
+        gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, content, buffers[content]);
     gl.BufferData(GL_SHADER_STORAGE_BUFFER, GLsizeiptr(zeros.size() * sizeof zeros[0]),
                   zeros.data(), GL_DYNAMIC_COPY);
-    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, fragments);
     constexpr int border = 2;  // of whose samples the outermost are cut off
     gl.Scissor(strip.left - border, strip.bottom - border, strip.right - strip.left + 2 * border,
                strip.top - strip.bottom + 2 * border);
@@ -80,9 +86,9 @@ unsigned GlFragments::gather(const GlRectangle& strip, const std::function<void(
     appendProgram.set("capacity", int(capacity));
     drawItems();
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
     GLuint number = 0;
-    gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, lists);
+    gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[Lists]);
     gl.GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, sizeof number, &number);
     return number;
 }
@@ -109,9 +115,19 @@ void GlFragments::draw(const GlRectangle& rectangle, const std::function<void()>
         }
         gl.Disable(GL_DEPTH_TEST);
         gl.BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-        layProgram.use();
-        layProgram.set("area", strip.left, strip.bottom, strip.right, strip.top);
-        screen.drawAll();
+        for (int i = 0; i < 3; ++i) {
+            gl.ActiveTexture(GLenum(GL_TEXTURE0 + i));
+            gl.BindTexture(GL_TEXTURE_BUFFER, textures[i]);
+        }
+        for (GlProgram* program : {&layPixelsProgram, &laySamplesProgram}) {
+            program->use();
+            program->set("area", strip.left, strip.bottom, strip.right, strip.top);
+            program->set("listTexels", int(Lists));
+            program->set("fragmentTexels", int(Fragments));
+            program->set("slopeTexels", int(Slopes));
+            screen.drawAll();
+            gl.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+        }
         gl.Enable(GL_DEPTH_TEST);
         strip.bottom = strip.top;
     }

@@ -43,13 +43,15 @@ public:
     void setMaxNumber(unsigned number);
 
 private:
+    enum Content { Lists, Fragments, Slopes };
+
     unsigned gather(const GlRectangle& strip, const std::function<void()>& drawItems);
     void reserve(unsigned number);
 
     const GlFunctions& gl;
     const GlScreen& screen;
-    GlProgram appendProgram, layProgram;
-    GLuint lists = 0, fragments = 0;
+    GlProgram appendProgram, layPixelsProgram, laySamplesProgram;
+    GLuint buffers[3], textures[3];  // of each content; shaders read the textures
     unsigned capacity = 0, maxNumber = defaultMaxNumber;
     std::vector<std::uint32_t> zeros;
 };

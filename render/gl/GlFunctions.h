@@ -78,6 +78,7 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(RenderbufferStorage, RENDERBUFFERSTORAGE)         \
     X(Scissor, SCISSOR)                                 \
     X(ShaderSource, SHADERSOURCE)                       \
+    X(TexBuffer, TEXBUFFER)                             \
     X(TexImage2D, TEXIMAGE2D)                           \
     X(TexImage2DMultisample, TEXIMAGE2DMULTISAMPLE)     \
     X(TexParameteri, TEXPARAMETERI)                     \

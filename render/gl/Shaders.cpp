@@ -116,25 +116,18 @@ void main() {
 }
 )";
 
-// Depth is linear across a triangle; slopes are those per pixel.
+// A fragment has the number of the next one in its list, counted from 1, 0 after the last; its
+// kind: the samples that it covers (4 bits), whether it is a ghost's (1), its rank; its colour; and
+// its depth in the middle of the pixel. Depth is linear across a triangle: slopes are those per
+// pixel, times slopeScale.
 const char* const fragmentLists = R"(
-struct Fragment {
-    uint next;                  // in the list, counted from 1; 0: the last
-    uint kind;                  // samples: 4 bits, ghost: 1, rank
-    uint color;
-    float depth;                // in the middle of the pixel
-    uint slope;                 // times slopeScale
-};
 layout(std430, binding = 0) buffer Lists {
     uint number;                // of fragments
     uint starts[];              // of the list of each pixel
 };
-layout(std430, binding = 1) buffer Fragments {
-    Fragment fragments[];
-};
 uniform ivec4 area;             // the pixels that have lists: left, bottom, right, top
 const float slopeScale = 1024.0;
-const uint ghostBit = 16u;
+const uint allSamples = 15u, ghostBit = 16u;
 
 // Scissors of a multisampled picture let samples of pixels through that are outside.
 bool isInside(ivec2 p) {
@@ -149,72 +142,121 @@ int findList(ivec2 p) {
 const char* const appendFragment = R"(
 layout(early_fragment_tests) in;
 layout(post_depth_coverage) in;
+layout(std430, binding = 1) buffer Fragments {
+    uvec4 fragments[];
+};
+layout(std430, binding = 2) buffer Slopes {
+    uint slopes[];
+};
 uniform int capacity;
 uniform int rank;
 
 void main() {
     vec2 slope = vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
-    uint samples = uint(gl_SampleMaskIn[0]) & 15u;
+    uint samples = uint(gl_SampleMaskIn[0]) & allSamples;
     vec4 shade = calcShade();
     ivec2 p = ivec2(gl_FragCoord.xy);
     if (samples == 0u || !isInside(p)) return;
     uint place = atomicAdd(number, 1u);
     if (place >= uint(capacity)) return;
-    Fragment f;
-    f.next = atomicExchange(starts[findList(p)], place + 1u);
-    f.kind = uint(rank) << 5 | (isGhost ? ghostBit : 0u) | samples;
-    f.color = packUnorm4x8(shade);
-    f.depth = gl_FragCoord.z;
-    f.slope = packHalf2x16(clamp(slopeScale * slope, -6e4, 6e4));
-    fragments[place] = f;
+    uint next = atomicExchange(starts[findList(p)], place + 1u);
+    uint kind = uint(rank) << 5 | (isGhost ? ghostBit : 0u) | samples;
+    fragments[place] =
+        uvec4(next, kind, packUnorm4x8(shade), floatBitsToUint(gl_FragCoord.z));
+    slopes[place] = packHalf2x16(clamp(slopeScale * slope, -6e4, 6e4));
 }
 )";
 
-// Runs for each sample. Of ghosts, only the nearest shows.
-const char* const layFragments = R"(
+// Of ghosts, only the nearest shows.
+const char* const sortFragments = R"(
+uniform usamplerBuffer listTexels, fragmentTexels, slopeTexels;
 out vec4 fragment;
 const int most = 32;
+float depths[most];             // ascending
+uint kinds[most], colors[most], places[most];
+int size = 0;
 
-void main() {
-    ivec2 p = ivec2(gl_FragCoord.xy);
-    if (!isInside(p)) discard;
-    uint place = starts[findList(p)];
-    if (place == 0u) discard;
-    vec2 offset = (gl_SamplePosition - 0.5) / slopeScale;
-    uint bit = 1u << gl_SampleID;
-    float depths[most];
-    uint kinds[most], colors[most];
-    int n = 0;
-    while (place != 0u) {
-        Fragment f = fragments[place - 1u];
-        place = f.next;
-        if ((f.kind & bit) == 0u) continue;
-        float depth = f.depth + dot(unpackHalf2x16(f.slope), offset);
-        int i = n < most ? n++ : most;
-        while (i > 0 && (depth < depths[i - 1] || (depth == depths[i - 1] && f.kind < kinds[i - 1]))) {
-            if (i < most) {
-                depths[i] = depths[i - 1];
-                kinds[i] = kinds[i - 1];
-                colors[i] = colors[i - 1];
-            }
-            --i;
-        }
+uint findStart(ivec2 p) {
+    return isInside(p) ? texelFetch(listTexels, 1 + findList(p)).r : 0u;
+}
+
+vec2 findSlope(uint place) {
+    return unpackHalf2x16(texelFetch(slopeTexels, int(place) - 1).r) / slopeScale;
+}
+
+void insert(float depth, uint kind, uint color, uint place) {
+    int i = size < most ? size++ : most;
+    while (i > 0 && (depth < depths[i - 1] || (depth == depths[i - 1] && kind < kinds[i - 1]))) {
         if (i < most) {
-            depths[i] = depth;
-            kinds[i] = f.kind;
-            colors[i] = f.color;
+            depths[i] = depths[i - 1];
+            kinds[i] = kinds[i - 1];
+            colors[i] = colors[i - 1];
+            places[i] = places[i - 1];
         }
+        --i;
     }
+    if (i < most) {
+        depths[i] = depth;
+        kinds[i] = kind;
+        colors[i] = color;
+        places[i] = place;
+    }
+}
+
+vec4 layAll() {
     vec4 sum = vec4(0.0);
     bool hasGhost = false;
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; i < size; ++i) {
         bool isGhost = (kinds[i] & ghostBit) != 0u;
         if (isGhost && hasGhost) continue;
         hasGhost = hasGhost || isGhost;
         vec4 c = unpackUnorm4x8(colors[i]);
         sum += (1.0 - sum.a) * c.a * vec4(c.rgb, 1.0);
     }
-    fragment = sum;
+    return sum;
+}
+)";
+
+// Runs for each pixel; ends the lists of those whose samples are all alike.
+const char* const layPixels = R"(
+void main() {
+    ivec2 p = ivec2(gl_FragCoord.xy);
+    uint place = findStart(p);
+    bool isAlike = place != 0u && (uint(gl_SampleMaskIn[0]) & allSamples) == allSamples;
+    while (place != 0u && isAlike) {
+        uvec4 f = texelFetch(fragmentTexels, int(place) - 1);
+        isAlike = (f.y & allSamples) == allSamples;
+        insert(uintBitsToFloat(f.w), f.y, f.z, place);
+        place = f.x;
+    }
+    vec2 before = findSlope(places[0]);
+    for (int i = 1; i < size && isAlike; ++i) {
+        vec2 slope = findSlope(places[i]);
+        vec2 change = abs(slope - before);
+        isAlike = depths[i] - depths[i - 1] >= 0.5 * (change.x + change.y);
+        before = slope;
+    }
+    if (isAlike) {
+        starts[findList(p)] = 0u;
+        fragment = layAll();
+    } else {
+        discard;
+    }
+}
+)";
+
+// Runs for each sample.
+const char* const laySamples = R"(
+void main() {
+    uint place = findStart(ivec2(gl_FragCoord.xy));
+    if (place == 0u) discard;
+    while (place != 0u) {
+        uvec4 f = texelFetch(fragmentTexels, int(place) - 1);
+        if ((f.y & (1u << gl_SampleID)) != 0u)
+            insert(uintBitsToFloat(f.w) + dot(findSlope(place), gl_SamplePosition - 0.5), f.y, f.z, place);
+        place = f.x;
+    }
+    fragment = layAll();
 }
 )";
 

@@ -12,15 +12,17 @@ std::string compose(std::initializer_list<const char*> parts);
 
 // Parts of sources: a version, functions, a main().
 extern const char* const version330;
-extern const char* const version430;         ///< with coverage after the depth test
-extern const char* const lighting;           ///< what falls on a surface
-extern const char* const baseColor;          ///< plain, or of the contour
-extern const char* const surfaceShade;       ///< after both: light, contour, ghost
-extern const char* const surfaceFragment;    ///< after surfaceShade
-extern const char* const fragmentLists;      ///< of 4.30: what is transparent, by pixels
-extern const char* const appendFragment;     ///< after it and surfaceShade: fills the lists
-extern const char* const layFragments;       ///< after fragmentLists: lays a list over the picture
-extern const char* const fineSurfaceVertex;  ///< after lighting: light found at vertices
+extern const char* const version430;           ///< with coverage after the depth test
+extern const char* const lighting;             ///< what falls on a surface
+extern const char* const baseColor;            ///< plain, or of the contour
+extern const char* const surfaceShade;         ///< after both: light, contour, ghost
+extern const char* const surfaceFragment;      ///< after surfaceShade
+extern const char* const fragmentLists;        ///< of 4.30: what is transparent, by pixels
+extern const char* const appendFragment;       ///< after it and surfaceShade: fills the lists
+extern const char* const sortFragments;        ///< after fragmentLists: a list in order
+extern const char* const layPixels;            ///< after sortFragments: lays lists over the picture
+extern const char* const laySamples;           ///< the same for lists that differ within a pixel
+extern const char* const fineSurfaceVertex;    ///< after lighting: light found at vertices
 extern const char* const fineSurfaceFragment;  ///< after baseColor: light of vertices
 
 extern const char* const surfaceVertex;  ///< triangles and their edges, in camera frame
