@@ -73,7 +73,6 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(LinkProgram, LINKPROGRAM)                         \
     X(PixelStorei, PIXELSTOREI)                         \
     X(PointSize, POINTSIZE)                             \
-    X(PolygonMode, POLYGONMODE)                         \
     X(ReadPixels, READPIXELS)                           \
     X(RenderbufferStorage, RENDERBUFFERSTORAGE)         \
     X(Scissor, SCISSOR)                                 \

@@ -1,8 +1,12 @@
 #include "GlShapes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
+#include <map>
+#include <set>
+#include <utility>
 
 namespace simflex {
 
@@ -45,6 +49,37 @@ bool calcIsConvex(const SurfaceGeometry& geometry) {
     return true;
 }
 
+// The first vertex at the place of each.
+std::vector<std::uint32_t> findFirstVertices(const SurfaceGeometry& geometry) {
+    std::map<std::array<float, 3>, std::uint32_t> places;
+    std::vector<std::uint32_t> first;
+    for (int i = 0; i < geometry.numVertices(); ++i) {
+        const float* p = &geometry.vertices[std::size_t(i) * SurfaceGeometry::floatsPerVertex];
+        first.push_back(places.emplace(std::array<float, 3>{p[0], p[1], p[2]}, i).first->second);
+    }
+    return first;
+}
+
+std::vector<std::uint32_t> findEdges(const SurfaceGeometry& geometry) {
+    const std::vector<std::uint32_t> first = findFirstVertices(geometry);
+    std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for (std::size_t i = 0; i < geometry.triangles.size(); ++i) {
+        const std::uint32_t a = first[geometry.triangles[i]];
+        const std::uint32_t b = first[geometry.triangles[i % 3 == 2 ? i - 2 : i + 1]];
+        if (a != b) edges.insert(std::minmax(a, b));
+    }
+    std::vector<std::uint32_t> ends;
+    for (const auto& [a, b] : edges) ends.insert(ends.end(), {a, b});
+    return ends;
+}
+
+std::vector<std::uint32_t> findPoints(const SurfaceGeometry& geometry) {
+    const std::vector<std::uint32_t> first = findFirstVertices(geometry);
+    std::set<std::uint32_t> points;
+    for (const std::uint32_t vertex : geometry.triangles) points.insert(first[vertex]);
+    return {points.begin(), points.end()};
+}
+
 }  // namespace
 
 GlShapes::~GlShapes() {
@@ -53,9 +88,10 @@ GlShapes::~GlShapes() {
 
 void GlShapes::destroy(const Buffers& buffers) {
     gl.DeleteVertexArrays(1, &buffers.vertexArray);
-    for (const GLuint buffer :
-         {buffers.vertices, buffers.triangles, buffers.featureEdges, buffers.elementEdges})
-        gl.DeleteBuffers(1, &buffer);
+    gl.DeleteBuffers(1, &buffers.vertices);
+    for (const Indices& indices : {buffers.triangles, buffers.featureEdges, buffers.elementEdges,
+                                   buffers.skeletons[0], buffers.skeletons[1]})
+        gl.DeleteBuffers(1, &indices.buffer);
 }
 
 GlShapes::Buffers& GlShapes::getBuffers(const SurfaceGeometryPtr& geometry) {
@@ -74,15 +110,9 @@ GlShapes::Buffers& GlShapes::getBuffers(const SurfaceGeometryPtr& geometry) {
         gl.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, stride, offsetOf(3));
         gl.EnableVertexAttribArray(2);
         gl.VertexAttribPointer(2, 1, GL_FLOAT, GL_FALSE, stride, offsetOf(6));
-        const auto upload = [this](GLuint& buffer, const std::vector<std::uint32_t>& indices) {
-            gl.GenBuffers(1, &buffer);
-            gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffer);
-            gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, GLsizeiptr(indices.size() * sizeof indices[0]),
-                          indices.data(), GL_STATIC_DRAW);
-        };
-        upload(buffers.triangles, geometry->triangles);
-        upload(buffers.featureEdges, geometry->featureEdges);
-        upload(buffers.elementEdges, geometry->elementEdges);
+        buffers.triangles = upload(geometry->triangles);
+        buffers.featureEdges = upload(geometry->featureEdges);
+        buffers.elementEdges = upload(geometry->elementEdges);
     }
     if (buffers.version != geometry->version) {
         const std::size_t bytes = geometry->vertices.size() * sizeof(float);
@@ -99,22 +129,40 @@ GlShapes::Buffers& GlShapes::getBuffers(const SurfaceGeometryPtr& geometry) {
     return buffers;
 }
 
+GlShapes::Indices GlShapes::upload(const std::vector<std::uint32_t>& indices) {
+    Indices result;
+    result.number = GLsizei(indices.size());
+    gl.GenBuffers(1, &result.buffer);
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, result.buffer);
+    gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, GLsizeiptr(indices.size() * sizeof indices[0]),
+                  indices.data(), GL_STATIC_DRAW);
+    return result;
+}
+
+void GlShapes::draw(GLenum mode, const Buffers& buffers, const Indices& indices) {
+    gl.BindVertexArray(buffers.vertexArray);
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices.buffer);
+    gl.DrawElements(mode, indices.number, GL_UNSIGNED_INT, nullptr);
+}
+
 void GlShapes::drawTriangles(const SurfaceGeometryPtr& geometry) {
     const Buffers& buffers = getBuffers(geometry);
-    gl.BindVertexArray(buffers.vertexArray);
-    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers.triangles);
-    gl.DrawElements(GL_TRIANGLES, GLsizei(geometry->triangles.size()), GL_UNSIGNED_INT, nullptr);
+    draw(GL_TRIANGLES, buffers, buffers.triangles);
 }
 
 void GlShapes::drawEdges(const SurfaceGeometryPtr& geometry, Edges kind) {
     const Buffers& buffers = getBuffers(geometry);
-    const bool isFeature = kind == Edges::Feature;
-    gl.BindVertexArray(buffers.vertexArray);
-    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, isFeature ? buffers.featureEdges : buffers.elementEdges);
-    gl.DrawElements(
-        GL_LINES,
-        GLsizei(isFeature ? geometry->featureEdges.size() : geometry->elementEdges.size()),
-        GL_UNSIGNED_INT, nullptr);
+    draw(GL_LINES, buffers, kind == Edges::Feature ? buffers.featureEdges : buffers.elementEdges);
+}
+
+void GlShapes::drawSkeleton(const SurfaceGeometryPtr& geometry, Skeleton kind) {
+    Buffers& buffers = getBuffers(geometry);
+    Indices& indices = buffers.skeletons[int(kind)];
+    if (!indices.buffer) {
+        gl.BindVertexArray(buffers.vertexArray);
+        indices = upload(kind == Skeleton::Edges ? findEdges(*geometry) : findPoints(*geometry));
+    }
+    draw(kind == Skeleton::Edges ? GL_LINES : GL_POINTS, buffers, indices);
 }
 
 bool GlShapes::isConvex(const SurfaceGeometryPtr& geometry) {

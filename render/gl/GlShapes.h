@@ -13,6 +13,7 @@ namespace simflex {
 class GlShapes {
 public:
     enum class Edges { Feature, Element };
+    enum class Skeleton { Edges, Points };  ///< of the triangles, each once
 
     explicit GlShapes(const GlFunctions& functions) : gl(functions) {}
     ~GlShapes();
@@ -23,6 +24,7 @@ public:
     /**@{**/
     void drawTriangles(const SurfaceGeometryPtr& geometry);
     void drawEdges(const SurfaceGeometryPtr& geometry, Edges kind);
+    void drawSkeleton(const SurfaceGeometryPtr& geometry, Skeleton kind);
     /**@}**/
 
     /** Whether a straight line meets the surface at most twice, from outside and then from inside.
@@ -34,16 +36,24 @@ public:
 
 private:
     enum class Convexity { Unknown, Convex, Other };
+    struct Indices {
+        GLuint buffer = 0;
+        GLsizei number = 0;
+    };
     struct Buffers {
         SurfaceGeometryPtr geometry;
         unsigned version = 0;
-        GLuint vertexArray = 0, vertices = 0, triangles = 0, featureEdges = 0, elementEdges = 0;
+        GLuint vertexArray = 0, vertices = 0;
+        Indices triangles, featureEdges, elementEdges;
         std::size_t vertexBytes = 0;
         Convexity convexity = Convexity::Unknown;
+        Indices skeletons[2];  // made when first wanted
         int lastUse = 0;
     };
 
     Buffers& getBuffers(const SurfaceGeometryPtr& geometry);
+    Indices upload(const std::vector<std::uint32_t>& indices);
+    void draw(GLenum mode, const Buffers& buffers, const Indices& indices);
     void destroy(const Buffers& buffers);
 
     const GlFunctions& gl;

@@ -123,15 +123,15 @@ void GlSurfaces::drawShape(const SurfaceItem& item, const GlView& view, Sides si
 
 void GlSurfaces::drawRepresentation(const SurfaceItem& item, Sides sides) {
     if (item.representation == DecorativeGeometry::DrawWireframe) {
-        gl.PolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+        shapes.drawSkeleton(item.geometry, GlShapes::Skeleton::Edges);
     } else if (item.representation == DecorativeGeometry::DrawPoints) {
-        gl.PolygonMode(GL_FRONT_AND_BACK, GL_POINT);
         gl.PointSize(3);
+        shapes.drawSkeleton(item.geometry, GlShapes::Skeleton::Points);
+    } else {
+        if (sides == Sides::Outer) gl.Enable(GL_CULL_FACE);
+        shapes.drawTriangles(item.geometry);
+        if (sides == Sides::Outer) gl.Disable(GL_CULL_FACE);
     }
-    if (sides == Sides::Outer) gl.Enable(GL_CULL_FACE);
-    shapes.drawTriangles(item.geometry);
-    if (sides == Sides::Outer) gl.Disable(GL_CULL_FACE);
-    gl.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
 void GlSurfaces::drawEdges(const SurfaceItem& item, const GlView& view) {

@@ -202,13 +202,18 @@ bool GlTransparency::sort(std::vector<Item>& items, const std::vector<Item>& gho
 }
 
 void GlTransparency::drawSorted(const std::vector<Item>& items, const GlView& view) {
-    gl.Enable(GL_CULL_FACE);
-    for (const Item& item : items)
+    for (const Item& item : items) {
+        if (item.surface->representation != SimTK::DecorativeGeometry::DrawSurface) {
+            surfaces.draw(*item.surface, view, GlSurfaces::Sides::Both);
+            continue;
+        }
+        gl.Enable(GL_CULL_FACE);
         for (const GLenum hidden : {GL_FRONT, GL_BACK}) {
             gl.CullFace(hidden);
             surfaces.draw(*item.surface, view, GlSurfaces::Sides::Both);
         }
-    gl.Disable(GL_CULL_FACE);
+        gl.Disable(GL_CULL_FACE);
+    }
 }
 
 void GlTransparency::drawGhostDepth(const std::vector<Item>& ghosts, const GlView& view) {

@@ -167,14 +167,18 @@ void main() {
 }
 )";
 
-// Of ghosts, only the nearest shows.
+// Finds the fragments of a list in order, a few at a time: registers hold them, which takes loops
+// that are written out.
 const char* const sortFragments = R"(
+#define FOR_EACH(Do) Do(0) Do(1) Do(2) Do(3) Do(4) Do(5)
 uniform usamplerBuffer listTexels, fragmentTexels, slopeTexels;
 out vec4 fragment;
-const int most = 32;
-float depths[most];             // ascending
-uint kinds[most], colors[most], places[most];
-int size = 0;
+const int most = 32, few = 6;
+float depths[few];              // ascending; of the same depth, the lower kind is before
+uint kinds[few], places[few];   // place 0: no more
+int left;                       // so many are behind the last one, these included
+float lastDepth = -1e9;
+uint lastKind = 0u, lastPlace = 0u;
 
 uint findStart(ivec2 p) {
     return isInside(p) ? texelFetch(listTexels, 1 + findList(p)).r : 0u;
@@ -184,61 +188,103 @@ vec2 findSlope(uint place) {
     return unpackHalf2x16(texelFetch(slopeTexels, int(place) - 1).r) / slopeScale;
 }
 
-void insert(float depth, uint kind, uint color, uint place) {
-    int i = size < most ? size++ : most;
-    while (i > 0 && (depth < depths[i - 1] || (depth == depths[i - 1] && kind < kinds[i - 1]))) {
-        if (i < most) {
-            depths[i] = depths[i - 1];
-            kinds[i] = kinds[i - 1];
-            colors[i] = colors[i - 1];
-            places[i] = places[i - 1];
-        }
-        --i;
-    }
-    if (i < most) {
-        depths[i] = depth;
-        kinds[i] = kind;
-        colors[i] = color;
-        places[i] = place;
-    }
+bool isBefore(float depth, uint kind, uint place, float depth2, uint kind2, uint place2) {
+    return depth < depth2 ||
+           (depth == depth2 && (kind < kind2 || (kind == kind2 && place < place2)));
 }
 
-vec4 layAll() {
-    vec4 sum = vec4(0.0);
-    bool hasGhost = false;
-    for (int i = 0; i < size; ++i) {
-        bool isGhost = (kinds[i] & ghostBit) != 0u;
-        if (isGhost && hasGhost) continue;
-        hasGhost = hasGhost || isGhost;
-        vec4 c = unpackUnorm4x8(colors[i]);
+// Those that cover one of some samples, at an offset from the middle of the pixel.
+void findNext(uint place, uint samples, vec2 offset) {
+#define CLEAR(i) \
+    depths[i] = 1e9; \
+    kinds[i] = 0u; \
+    places[i] = 0u;
+    FOR_EACH(CLEAR)
+    left = 0;
+    while (place != 0u) {
+        uvec4 f = texelFetch(fragmentTexels, int(place) - 1);
+        float depth = uintBitsToFloat(f.w);
+        if (offset != vec2(0.0)) depth += dot(findSlope(place), offset);
+        if ((f.y & samples) != 0u &&
+            isBefore(lastDepth, lastKind, lastPlace, depth, f.y, place)) {
+            ++left;
+            uint kind = f.y, p = place;
+            bool isNearer;
+            float d;
+            uint k, q;
+#define INSERT(i) \
+    isNearer = isBefore(depth, kind, p, depths[i], kinds[i], places[i]); \
+    d = depths[i]; \
+    k = kinds[i]; \
+    q = places[i]; \
+    depths[i] = isNearer ? depth : d; \
+    kinds[i] = isNearer ? kind : k; \
+    places[i] = isNearer ? p : q; \
+    depth = isNearer ? d : depth; \
+    kind = isNearer ? k : kind; \
+    p = isNearer ? q : p;
+            FOR_EACH(INSERT)
+        }
+        place = f.x;
+    }
+    lastDepth = depths[few - 1];
+    lastKind = kinds[few - 1];
+    lastPlace = places[few - 1];
+}
+
+vec4 sum = vec4(0.0);
+bool hasGhost = false;
+
+// Of ghosts, only the nearest shows.
+void lay(uint kind, uint place) {
+    bool isGhost = (kind & ghostBit) != 0u;
+    if (place != 0u && !(isGhost && hasGhost)) {
+        vec4 c = unpackUnorm4x8(texelFetch(fragmentTexels, int(place) - 1).z);
         sum += (1.0 - sum.a) * c.a * vec4(c.rgb, 1.0);
     }
-    return sum;
+    hasGhost = hasGhost || isGhost;
+}
+
+void layAll() {
+#define LAY(i) lay(kinds[i], places[i]);
+    FOR_EACH(LAY)
 }
 )";
 
 // Runs for each pixel; ends the lists of those whose samples are all alike.
 const char* const layPixels = R"(
+bool isAlike;
+float depthBefore = -1e9;
+vec2 slopeBefore = vec2(0.0);
+
+// Whether it is behind the one before at each sample.
+void check(float depth, uint place) {
+    if (place == 0u) return;
+    vec2 slope = findSlope(place), change = abs(slope - slopeBefore);
+    isAlike = isAlike && depth - depthBefore >= 0.5 * (change.x + change.y);
+    depthBefore = depth;
+    slopeBefore = slope;
+}
+
 void main() {
     ivec2 p = ivec2(gl_FragCoord.xy);
-    uint place = findStart(p);
-    bool isAlike = place != 0u && (uint(gl_SampleMaskIn[0]) & allSamples) == allSamples;
-    while (place != 0u && isAlike) {
+    uint start = findStart(p);
+    isAlike = start != 0u && (uint(gl_SampleMaskIn[0]) & allSamples) == allSamples;
+    for (uint place = start; place != 0u && isAlike;) {
         uvec4 f = texelFetch(fragmentTexels, int(place) - 1);
         isAlike = (f.y & allSamples) == allSamples;
-        insert(uintBitsToFloat(f.w), f.y, f.z, place);
         place = f.x;
     }
-    vec2 before = findSlope(places[0]);
-    for (int i = 1; i < size && isAlike; ++i) {
-        vec2 slope = findSlope(places[i]);
-        vec2 change = abs(slope - before);
-        isAlike = depths[i] - depths[i - 1] >= 0.5 * (change.x + change.y);
-        before = slope;
+    for (int number = 0; number < most && isAlike; number += few) {
+        findNext(start, allSamples, vec2(0.0));
+#define CHECK(i) check(depths[i], places[i]);
+        FOR_EACH(CHECK)
+        layAll();
+        if (left <= few) break;
     }
     if (isAlike) {
         starts[findList(p)] = 0u;
-        fragment = layAll();
+        fragment = sum;
     } else {
         discard;
     }
@@ -248,15 +294,14 @@ void main() {
 // Runs for each sample.
 const char* const laySamples = R"(
 void main() {
-    uint place = findStart(ivec2(gl_FragCoord.xy));
-    if (place == 0u) discard;
-    while (place != 0u) {
-        uvec4 f = texelFetch(fragmentTexels, int(place) - 1);
-        if ((f.y & (1u << gl_SampleID)) != 0u)
-            insert(uintBitsToFloat(f.w) + dot(findSlope(place), gl_SamplePosition - 0.5), f.y, f.z, place);
-        place = f.x;
+    uint start = findStart(ivec2(gl_FragCoord.xy));
+    if (start == 0u) discard;
+    for (int number = 0; number < most; number += few) {
+        findNext(start, 1u << gl_SampleID, gl_SamplePosition - 0.5);
+        layAll();
+        if (left <= few) break;
     }
-    fragment = layAll();
+    fragment = sum;
 }
 )";
 

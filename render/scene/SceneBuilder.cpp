@@ -231,7 +231,8 @@ Transform SceneBuilder::calcPose(const DecorativeGeometry& geometry) const {
     return bodyPose(geometry.getBodyId()) * geometry.getTransform();
 }
 
-// As many slices as keep a round outline within a tenth of a pixel of a circle; of wires, few.
+// As many slices as keep a round outline within a fifth of a pixel of a circle, finer than which
+// nothing is to be seen; of wires, few.
 int SceneBuilder::chooseSlices(const DecorativeGeometry& geometry, const Vec3& center_G,
                                double radius) const {
     const double resolution = geometry.getResolution() > 0 ? geometry.getResolution() : 1;
@@ -239,7 +240,8 @@ int SceneBuilder::chooseSlices(const DecorativeGeometry& geometry, const Vec3& c
     if (geometry.getRepresentation() == DecorativeGeometry::DrawWireframe ||
         geometry.getRepresentation() == DecorativeGeometry::DrawPoints)
         return std::max(8, 2 * int(std::lround(10 * std::min(resolution, 20.0))));
-    const double wanted = resolution * SimTK::Pi * std::sqrt(5 * pixelRadius(center_G, radius));
+    const double wanted =
+        std::min(resolution, 1.0) * SimTK::Pi * std::sqrt(2.5 * pixelRadius(center_G, radius));
     for (const int slices : {8, 12, 16, 24, 32, 48, 64, 96, 128})
         if (wanted <= slices) return slices;
     return 192;

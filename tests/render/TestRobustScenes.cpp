@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "PictureDifference.h"
@@ -68,6 +69,19 @@ TEST(RobustScene, WhatHasNoSizeIsNotDrawn) {
     std::vector<Vec3> bounds;
     scene.appendBounds(bounds);
     for (const Vec3& p : bounds) EXPECT_TRUE(p.isFinite());
+}
+
+TEST(RobustScene, SphereIsAsFineAsThePictureWhateverResolutionIsAskedFor) {
+    for (const double resolution : {1.0, 3.0, 10.0}) {
+        const Scene scene = build({SimTK::DecorativeSphere(0.1).setResolution(resolution)});
+        const SurfaceGeometry& sphere = *scene.surfaces.at(0).geometry;
+        int numSlices = -1;  // the equator has one vertex twice
+        for (std::size_t i = 0; i < sphere.vertices.size(); i += SurfaceGeometry::floatsPerVertex)
+            numSlices += std::abs(sphere.vertices[i + 1]) < 1e-6;
+        const double error = 50 * (1 - std::cos(SimTK::Pi / numSlices));  // of 50 pixels
+        EXPECT_LT(error, 0.2) << resolution;
+        EXPECT_GT(error, 0.05) << resolution;
+    }
 }
 
 // Simbody itself refuses sizes of zero.

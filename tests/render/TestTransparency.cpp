@@ -299,6 +299,28 @@ TEST_P(Transparency, NearestSurfaceOfGhostTakesItsPlaceAmongTheLayers) {
     expectExact(5);
 }
 
+TEST_P(Transparency, PointsAndLinesOfATranslucentShapeAreLaidOnce) {
+    // Each corner belongs to up to six triangles, each edge to two.
+    const Vec3 half(0.8, 0.6, 0.5);
+    const auto least = [&](const Vec3& p, const Image& image) {  // green around a place
+        const Vec3 pixel = camera.calcPixel(p, width, height);
+        int result = 255;
+        for (int j = -1; j <= 1; ++j)
+            for (int i = -1; i <= 1; ++i)
+                result =
+                    std::min(result, int(image.getPixel(int(pixel[0]) + i, int(pixel[1]) + j)[1]));
+        return result;
+    };
+    const double once = 255 * (0.5 * red[1] + 0.5);
+    SurfaceItem& item = add(createBrick(), Vec3(0), half, red, 0.5);
+    item.representation = SimTK::DecorativeGeometry::DrawPoints;
+    EXPECT_NEAR(least(half, draw()), once, 2);
+    item.representation = SimTK::DecorativeGeometry::DrawWireframe;
+    const int ofEdge = least(Vec3(0.3 * half[0], half[1], half[2]), draw());
+    EXPECT_GE(ofEdge, once - 2);
+    EXPECT_LE(ofEdge, 230);
+}
+
 TEST_P(Transparency, MoreLayersThanAreKeptLeaveTheNearest) {
     // Parallel discs one behind the other, twice as many as layers; a small one that cuts through
     // the third, off the middle, so that they cannot be sorted.
