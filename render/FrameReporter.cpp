@@ -24,9 +24,13 @@ FrameReporter& FrameReporter::setFitToRun(bool fit) {
     return *this;
 }
 
+FrameReporter& FrameReporter::setStage(SimTK::Stage stage) {
+    drawnStage = stage;
+    return *this;
+}
+
 void FrameReporter::handleEvent(const SimTK::State& state) const {
-    // As SimTK::Visualizer::Reporter does: decorations and programs read what that stage has.
-    viz.getSystem().realize(state, SimTK::Stage::Acceleration);
+    viz.getSystem().realize(state, drawnStage);
     if (isFittedToRun)
         motion.record(state);
     else

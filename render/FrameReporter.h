@@ -45,6 +45,12 @@ public:
     /** Whether the run is only recorded until finish() fits the visualizer to it and draws it. **/
     FrameReporter& setFitToRun(bool fit);
 
+    /** How far States are realized before they are drawn. Default: Stage::Acceleration, as
+    SimTK::Visualizer::Reporter has it, for generators that show forces, accelerations or reactions.
+    Where nothing does, Stage::Position is cheaper: with hundreds of joints on flexible bodies
+    Simbody takes seconds for accelerations. **/
+    FrameReporter& setStage(SimTK::Stage stage);
+
     void handleEvent(const SimTK::State& state) const override;
 
     /** Draws what was recorded, if anything, and completes all frames and videos.
@@ -54,6 +60,7 @@ public:
 private:
     OffscreenVisualizer viz;
     bool isFittedToRun = false;
+    SimTK::Stage drawnStage = SimTK::Stage::Acceleration;
     mutable MotionRecorder motion;
 };
 

@@ -26,7 +26,7 @@ int main() {
 
     RungeKuttaMersonIntegrator integrator(system);
     integrator.setAccuracy(1e-6);
-    TimeStepper stepper(system, integrator);
+    SimTK::TimeStepper stepper(system, integrator);
     stepper.initialize(state);
     stepper.stepTo(0.05);
     system.realize(stepper.getState(), Stage::Acceleration);

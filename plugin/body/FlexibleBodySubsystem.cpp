@@ -6,6 +6,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/Joint.h"
+#include "simflex/body/LinearRangeReporter.h"
 
 namespace simflex {
 
@@ -115,6 +116,7 @@ void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const
     const MultibodySystem& system = getMultibodySystem();
     const Guts& own = getGuts();
     system.realizeModel(state);
+    requireLinearRange(*this, state, "FlexibleBodySubsystem::initializeNative()");
     const State start = state;
     own.setWeights(state, Guts::Weights::Assembly);
     try {
@@ -133,6 +135,11 @@ void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const
     }
     own.setWeights(state, Guts::Weights::Displacement);
     system.realize(state, Stage::Velocity);
+}
+
+void FlexibleBodySubsystem::lockModes(Assembler& assembler) const {
+    for (const FlexibleBodyRecord& body : getGuts().bodies())
+        for (MobilizedBodyIndex carrier : body.carriers) assembler.lockMobilizer(carrier);
 }
 
 //---------------------------------------------------------------------------------------------------------------

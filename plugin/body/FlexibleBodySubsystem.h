@@ -63,9 +63,21 @@ public:
     translation, the part's radius for rotation, for a mode the largest displacement it causes.
     Weights of other bodies are left alone. The State is realized to Stage::Velocity.
     @param tolerance  largest constraint error left [m, rad]
+    @throws std::invalid_argument as requireLinearRange() (LinearRangeReporter.h) does.
     @throws std::runtime_error if the constraints cannot be assembled, naming the worst one; the
     State is what it was then. **/
     void initializeNative(SimTK::State& state, SimTK::Real tolerance = 1e-10) const;
+
+    /** Holds the modal coordinates of all bodies in a SimTK::Assembler as they are in its State.
+    Without that it bends parts by metres for nothing, since it knows no stiffness.
+
+        Assembler assembler(system);
+        flexible.lockModes(assembler);
+        assembler.assemble(state);
+
+    Parts then move rigidly; where they have to bend to meet, leave the assembly to
+    ImplicitIntegrator or initializeNative(), which find the least deformation. **/
+    void lockModes(SimTK::Assembler& assembler) const;
 
     /** @name Quantities of the whole system, flexible bodies with their full inertia. The same in
     native runs and in those of BdfIntegrator; MultibodySystem::calcKineticEnergy() and

@@ -15,6 +15,66 @@ using namespace SimTK;
 using ::Eigen::Map;
 using ::Eigen::MatrixXd;
 
+namespace {
+
+/** How far a body is deformed. **/
+struct Deformation {
+    Real displacement = 0;  ///< largest of a node [m]
+    int nodeNumber = 0;
+    Real size = 0;      ///< of the part [m]
+    Real rotation = 0;  ///< largest of an interface [rad]
+    std::string interface;
+};
+
+Deformation calcDeformation(const FlexibleBody& body, const State& state) {
+    Deformation found;
+    const ReducedBody& part = body.getPart();
+    const Vector modes = body.getModalCoordinates(state);
+    ::Eigen::VectorXd xi(part.numModes);
+    for (int i = 0; i < part.numModes; ++i) xi[i] = modes[i];
+    found.size = 2 * part.calcRadius();
+    if (xi.isZero(0)) return found;
+    if (const int nodes = part.mesh.numNodes(); nodes > 0) {
+        const ::Eigen::VectorXd u =
+            Map<const MatrixXd>(part.Phi.data(), 3 * nodes, part.numModes) * xi;
+        int worst = 0;
+        found.displacement = std::sqrt(Map<const ::Eigen::Matrix3Xd>(u.data(), 3, nodes)
+                                           .colwise()
+                                           .squaredNorm()
+                                           .maxCoeff(&worst));
+        found.nodeNumber = part.mesh.nodeNumbers[size_t(worst)];
+    }
+    for (const ReducedBody::Interface& interface : part.interfaces) {
+        const Real angle =
+            (Map<const MatrixXd>(interface.Psi.data(), 3, part.numModes) * xi).norm();
+        if (!(angle > found.rotation)) continue;
+        found.rotation = angle;
+        found.interface = interface.name;
+    }
+    return found;
+}
+
+std::string toThreeDigits(Real value) {
+    std::ostringstream text;
+    text.precision(3);
+    text << value;
+    return text.str();
+}
+
+std::string describeDisplacement(const Deformation& found) {
+    return "node " + std::to_string(found.nodeNumber) + " is displaced by " +
+           toThreeDigits(found.displacement) + " m, " +
+           toThreeDigits(100 * found.displacement / found.size) + " % of the part's size (" +
+           toThreeDigits(found.size) + " m); modes describe deformations up to 10 % of it";
+}
+
+std::string describeRotation(const Deformation& found) {
+    return "interface '" + found.interface + "' is turned by " + toThreeDigits(found.rotation) +
+           " rad against the body's frame; modes describe up to 0.2 rad";
+}
+
+}  // namespace
+
 LinearRangeReporter::LinearRangeReporter(const FlexibleBodySubsystem& subsystem, Real interval,
                                          Warn warn)
     : PeriodicEventReporter(checkReportInterval(interval, "LinearRangeReporter")),
@@ -30,52 +90,33 @@ void LinearRangeReporter::warnOnce(int body, bool isRotation, const std::string&
 void LinearRangeReporter::handleEvent(const State& state) const {
     for (FlexibleBodyIndex b(0); b < m_subsystem.getNumBodies(); ++b) {
         const FlexibleBody body = m_subsystem.getBody(b);
-        const ReducedBody& part = body.getPart();
-        const Vector modes = body.getModalCoordinates(state);
-        ::Eigen::VectorXd xi(part.numModes);
-        for (int i = 0; i < part.numModes; ++i) xi[i] = modes[i];
-        const auto describe = [&](const std::string& what) {
-            std::ostringstream text;
-            text.precision(3);
-            text << "'" << body.getName() << "' at t = " << state.getTime() << " s: " << what;
-            return text.str();
-        };
-        const auto number = [](Real value) {
-            std::ostringstream text;
-            text.precision(3);
-            text << value;
-            return text.str();
-        };
+        const Deformation found = calcDeformation(body, state);
+        const std::string at =
+            "'" + body.getName() + "' at t = " + toThreeDigits(state.getTime()) + " s: ";
+        const char* advice = ". Divide the part into several, or load it less.";
+        if (found.displacement > LargestShare * found.size)
+            warnOnce(int(b), false, at + describeDisplacement(found) + advice);
+        if (found.rotation > LargestRotation)
+            warnOnce(int(b), true, at + describeRotation(found) + advice);
+    }
+}
 
-        const int nodes = part.mesh.numNodes();
-        if (nodes > 0 && !m_warned.count({int(b), false})) {
-            const ::Eigen::VectorXd u =
-                Map<const MatrixXd>(part.Phi.data(), 3 * nodes, part.numModes) * xi;
-            int worst = 0;
-            const Real largest = std::sqrt(Map<const ::Eigen::Matrix3Xd>(u.data(), 3, nodes)
-                                               .colwise()
-                                               .squaredNorm()
-                                               .maxCoeff(&worst));
-            const Real size = 2 * part.calcRadius();
-            if (largest > LargestShare * size)
-                warnOnce(int(b), false,
-                         describe("node " + std::to_string(part.mesh.nodeNumbers[size_t(worst)]) +
-                                  " is displaced by " + number(largest) + " m, " +
-                                  number(100 * largest / size) + " % of the part's size (" +
-                                  number(size) +
-                                  " m); modes describe deformations up to 10 % of it. Divide the "
-                                  "part into several, or load it less."));
-        }
-        for (const ReducedBody::Interface& interface : part.interfaces) {
-            const Real angle =
-                (Map<const MatrixXd>(interface.Psi.data(), 3, part.numModes) * xi).norm();
-            if (angle > LargestRotation)
-                warnOnce(
-                    int(b), true,
-                    describe("interface '" + interface.name + "' is turned by " + number(angle) +
-                             " rad against the body's frame; modes describe up to 0.2 rad. "
-                             "Divide the part into several, or load it less."));
-        }
+void requireLinearRange(const FlexibleBodySubsystem& subsystem, const State& state,
+                        const std::string& where) {
+    constexpr Real FarOutside = 5;
+    for (FlexibleBodyIndex b(0); b < subsystem.getNumBodies(); ++b) {
+        const FlexibleBody body = subsystem.getBody(b);
+        const Deformation found = calcDeformation(body, state);
+        const bool isDisplaced =
+            found.displacement > FarOutside * LinearRangeReporter::LargestShare * found.size;
+        if (!isDisplaced && !(found.rotation > FarOutside * LinearRangeReporter::LargestRotation))
+            continue;
+        throw std::invalid_argument(
+            where + ": in the State given flexible body '" + body.getName() + "' is deformed: " +
+            (isDisplaced ? describeDisplacement(found) : describeRotation(found)) +
+            ". SimTK::Assembler and SimTK::System::project() know no stiffness and bend flexible "
+            "bodies rather than turn them: call FlexibleBodySubsystem::lockModes(assembler), or "
+            "leave the assembly to the integrator");
     }
 }
 

@@ -46,4 +46,11 @@ private:
     mutable std::set<std::pair<int, bool>> m_warned;
 };
 
+/** Refuses a State to start from that is far outside of this range, by five times or more: it was
+made by something that knows no stiffness. Stage::Model.
+@param where  names who was given the State
+@throws std::invalid_argument that names the body, its deformation and what may have caused it. **/
+void requireLinearRange(const FlexibleBodySubsystem& subsystem, const SimTK::State& state,
+                        const std::string& where);
+
 }  // namespace simflex

@@ -7,7 +7,7 @@
 
 namespace simflex {
 
-BdfIntegrator::BdfIntegrator(const SimTK::MultibodySystem& system)
+BdfIntegrator::BdfIntegrator(const SimTK::System& system)
     : ImplicitIntegrator(std::make_unique<Implementation>("BdfIntegrator", system,
                                                           std::make_unique<BdfScheme>())) {}
 

@@ -24,8 +24,9 @@ namespace simflex {
 class BdfIntegrator : public ImplicitIntegrator {
 public:
     /** @param system  must outlive the integrator; its topology realized at the latest by
-     * initialize(). **/
-    explicit BdfIntegrator(const SimTK::MultibodySystem& system);
+    initialize()
+    @throws std::invalid_argument if it is not a SimTK::MultibodySystem. **/
+    explicit BdfIntegrator(const SimTK::System& system);
 
     /** 1 … 5, default 2. From order 3 on BDF is not A-stable: lightly damped modes then limit the
      * step. **/

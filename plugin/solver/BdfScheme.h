@@ -17,8 +17,10 @@ public:
     int maximumOrder = 2;
     int fixedOrder = 0;  ///< 0: none
 
+    const char* getName() const override { return "Bdf"; }
     int getLowestOrder() const override;
     int getHighestOrder(const SolutionHistory& history) const override;
+    int getMaximumOrder() const override { return fixedOrder > 0 ? fixedOrder : maximumOrder; }
     void calcFormula(const SolutionHistory& history, int order, double tNew,
                      StepFormula& formula) override;
     void completePoint(const SolutionHistory&, const StepFormula&, SolutionPoint&) override {}

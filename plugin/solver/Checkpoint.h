@@ -20,7 +20,7 @@ namespace simflex {
 class Checkpoint {
 public:
     /** Version of the format that is written; older ones are not read, there are none. **/
-    static constexpr std::uint32_t Version = 2;
+    static constexpr std::uint32_t Version = 3;
 
     /** Empty, to write into. **/
     Checkpoint() = default;

@@ -110,11 +110,15 @@ void EventDriver::calcTriggers(const State& state, Vector& values) const {
     }
 }
 
-bool EventDriver::isTriggered(int trigger, const Vector& before, const Vector& after) const {
+Event::Trigger EventDriver::getTransition(int trigger, const Vector& before,
+                                          const Vector& after) const {
     const Event::Trigger transition =
         Event::classifyTransition(sign(before[trigger]), sign(after[trigger]));
-    return Event::maskTransition(transition, m_triggers[unsigned(trigger)].calcTransitionMask()) !=
-           Event::NoEventTrigger;
+    return Event::maskTransition(transition, m_triggers[unsigned(trigger)].calcTransitionMask());
+}
+
+bool EventDriver::isTriggered(int trigger, const Vector& before, const Vector& after) const {
+    return getTransition(trigger, before, after) != Event::NoEventTrigger;
 }
 
 bool EventDriver::isTriggered(const Vector& before, const Vector& after) const {

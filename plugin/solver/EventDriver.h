@@ -58,6 +58,13 @@ public:
     bool isTriggered(const SimTK::Vector& before, const SimTK::Vector& after) const;
     bool isTriggered(int trigger, const SimTK::Vector& before, const SimTK::Vector& after) const;
 
+    SimTK::EventId getEventId(int trigger) const {
+        return m_triggers[unsigned(trigger)].getEventId();
+    }
+    /** The change of sign that triggers, of those that it asks for. **/
+    SimTK::Event::Trigger getTransition(int trigger, const SimTK::Vector& before,
+                                        const SimTK::Vector& after) const;
+
     /** Required localization window of a trigger, a multiple of accuracy·timescale. **/
     SimTK::Real getWindow(int trigger) const {
         return m_triggers[unsigned(trigger)].getRequiredLocalizationTimeWindow();

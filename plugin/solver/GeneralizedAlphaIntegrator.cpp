@@ -7,7 +7,7 @@
 
 namespace simflex {
 
-GeneralizedAlphaIntegrator::GeneralizedAlphaIntegrator(const SimTK::MultibodySystem& system)
+GeneralizedAlphaIntegrator::GeneralizedAlphaIntegrator(const SimTK::System& system)
     : ImplicitIntegrator(std::make_unique<Implementation>(
           "GeneralizedAlphaIntegrator", system, std::make_unique<GeneralizedAlphaScheme>(0.8))) {}
 

@@ -25,8 +25,9 @@ namespace simflex {
 class GeneralizedAlphaIntegrator : public ImplicitIntegrator {
 public:
     /** @param system  must outlive the integrator; its topology realized at the latest by
-     * initialize(). **/
-    explicit GeneralizedAlphaIntegrator(const SimTK::MultibodySystem& system);
+    initialize()
+    @throws std::invalid_argument if it is not a SimTK::MultibodySystem. **/
+    explicit GeneralizedAlphaIntegrator(const SimTK::System& system);
 
     /** ρ at infinite frequency, 0 … 1, default 0.8. With joints use less than 1: errors of
     accelerations along constrained directions fall by ρ a step only. **/

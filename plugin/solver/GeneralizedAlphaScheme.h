@@ -22,8 +22,10 @@ public:
     /** @pre 0 ≤ ρ ≤ 1. **/
     void setSpectralRadius(double rho);
 
+    const char* getName() const override { return "GeneralizedAlpha"; }
     int getLowestOrder() const override { return 2; }
     int getHighestOrder(const SolutionHistory&) const override { return 2; }
+    int getMaximumOrder() const override { return 2; }
     void calcFormula(const SolutionHistory& history, int order, double tNew,
                      StepFormula& formula) override;
     void completePoint(const SolutionHistory& history, const StepFormula& formula,

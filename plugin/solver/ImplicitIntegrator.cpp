@@ -25,15 +25,13 @@ ImplicitIntegrator::ImplicitIntegrator(ImplicitIntegrator&&) noexcept = default;
 ImplicitIntegrator& ImplicitIntegrator::operator=(ImplicitIntegrator&&) noexcept = default;
 
 void ImplicitIntegrator::setAccuracy(Real accuracy) {
-    m_impl->requireNotInitialized("setAccuracy");
     requirePositive(accuracy, "setAccuracy");
-    m_impl->accuracy = accuracy;
+    m_impl->setWaiting(&Implementation::Waiting::accuracy, accuracy);
 }
 
 void ImplicitIntegrator::setConstraintTolerance(Real tolerance) {
-    m_impl->requireNotInitialized("setConstraintTolerance");
     requirePositive(tolerance, "setConstraintTolerance");
-    m_impl->constraintTolerance = tolerance;
+    m_impl->setWaiting(&Implementation::Waiting::constraintTolerance, tolerance);
 }
 
 void ImplicitIntegrator::setFormulation(Formulation formulation) {
@@ -46,27 +44,23 @@ void ImplicitIntegrator::setBlockForm(BlockForm form) {
 }
 
 void ImplicitIntegrator::setInitialStepSize(Real h) {
-    m_impl->requireNotInitialized("setInitialStepSize");
     requirePositive(h, "setInitialStepSize");
-    m_impl->initialStep = h;
+    m_impl->setWaiting(&Implementation::Waiting::initialStep, h);
 }
 
 void ImplicitIntegrator::setMaximumStepSize(Real h) {
-    m_impl->requireNotInitialized("setMaximumStepSize");
     requirePositive(h, "setMaximumStepSize");
-    m_impl->maximumStep = h;
+    m_impl->setMaximumStep(h);
 }
 
 void ImplicitIntegrator::setMinimumStepSize(Real h) {
-    m_impl->requireNotInitialized("setMinimumStepSize");
     requirePositive(h, "setMinimumStepSize");
-    m_impl->minimumStep = h;
+    m_impl->setMinimumStep(h);
 }
 
 void ImplicitIntegrator::setFixedStep(Real h) {
-    m_impl->requireNotInitialized("setFixedStep");
     requirePositive(h, "setFixedStep");
-    m_impl->fixedStep = h;
+    m_impl->setFixedStep(h);
 }
 
 void ImplicitIntegrator::setNewtonTolerances(const NewtonTolerances& tolerances) {
@@ -100,6 +94,39 @@ void ImplicitIntegrator::addBreakTimes(std::function<Real(Real time)> next) {
 void ImplicitIntegrator::setProjectInitialState(bool project) {
     m_impl->requireNotInitialized("setProjectInitialState");
     m_impl->projectInitialState = project;
+}
+
+void ImplicitIntegrator::setProjectionNorm(ProjectionNorm norm) {
+    m_impl->requireNotInitialized("setProjectionNorm");
+    m_impl->projectionNorm = norm;
+}
+
+void ImplicitIntegrator::setAllowInterpolation(bool shouldInterpolate) {
+    m_impl->allowInterpolation = shouldInterpolate;
+}
+
+void ImplicitIntegrator::setProjectInterpolatedStates(bool shouldProject) {
+    m_impl->projectInterpolatedStates = shouldProject;
+}
+
+void ImplicitIntegrator::setUseInfinityNorm(bool useInfinityNorm) {
+    m_impl->useInfinityNorm = useInfinityNorm;
+}
+
+bool ImplicitIntegrator::isInfinityNormInUse() const {
+    return m_impl->useInfinityNorm;
+}
+
+void ImplicitIntegrator::setForceFullNewton(bool forceFullNewton) {
+    m_impl->setForceFullNewton(forceFullNewton);
+}
+
+void ImplicitIntegrator::setInternalStepLimit(int steps) {
+    m_impl->internalStepLimit = std::max(steps, 0);
+}
+
+void ImplicitIntegrator::setReturnEveryInternalStep(bool shouldReturn) {
+    m_impl->returnEveryInternalStep = shouldReturn;
 }
 
 void ImplicitIntegrator::addForceJacobian(const SimTK::Force& force,
@@ -139,6 +166,48 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::stepOnce() {
     return m_impl->stepOnce();
 }
 
+ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::stepTo(Real reportTime,
+                                                                    Real scheduledEventTime) {
+    m_impl->requireInitialized("stepTo");
+    return m_impl->stepTo(reportTime, scheduledEventTime);
+}
+
+ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::stepBy(Real interval,
+                                                                    Real scheduledEventInterval) {
+    m_impl->requireInitialized("stepBy");
+    const Real now = m_impl->getTime();
+    return m_impl->stepTo(now + interval, now + scheduledEventInterval);
+}
+
+void ImplicitIntegrator::reinitialize(SimTK::Stage lowestChangedStage, bool shouldTerminate) {
+    m_impl->requireInitialized("reinitialize");
+    m_impl->reinitialize(lowestChangedStage, shouldTerminate);
+}
+
+SimTK::Vec2 ImplicitIntegrator::getEventWindow() const {
+    return m_impl->getTriggeredEvents("getEventWindow").window;
+}
+
+const SimTK::Array_<SimTK::EventId>& ImplicitIntegrator::getTriggeredEvents() const {
+    return m_impl->getTriggeredEvents("getTriggeredEvents").ids;
+}
+
+const SimTK::Array_<Real>& ImplicitIntegrator::getEstimatedEventTimes() const {
+    return m_impl->getTriggeredEvents("getEstimatedEventTimes").times;
+}
+
+const SimTK::Array_<SimTK::Event::Trigger>& ImplicitIntegrator::getEventTransitionsSeen() const {
+    return m_impl->getTriggeredEvents("getEventTransitionsSeen").transitions;
+}
+
+bool ImplicitIntegrator::isSimulationOver() const {
+    return m_impl->isSimulationOver();
+}
+
+ImplicitIntegrator::TerminationReason ImplicitIntegrator::getTerminationReason() const {
+    return m_impl->getTerminationReason();
+}
+
 void ImplicitIntegrator::writeCheckpoint(std::ostream& stream) {
     m_impl->requireInitialized("writeCheckpoint");
     m_impl->writeCheckpoint(stream);
@@ -150,11 +219,30 @@ void ImplicitIntegrator::readCheckpoint(std::istream& stream, const SimTK::State
 
 const SimTK::State& ImplicitIntegrator::getState() const {
     m_impl->requireInitialized("getState");
-    return m_impl->getState();
+    return m_impl->getReturnedState();
 }
 
 Real ImplicitIntegrator::getTime() const {
     return m_impl->getTime();
+}
+
+bool ImplicitIntegrator::isStateInterpolated() const {
+    m_impl->requireInitialized("isStateInterpolated");
+    return m_impl->isStateInterpolated();
+}
+
+SimTK::State& ImplicitIntegrator::updAdvancedState() {
+    m_impl->requireInitialized("updAdvancedState");
+    return m_impl->updAdvancedState();
+}
+
+const SimTK::State& ImplicitIntegrator::getAdvancedState() const {
+    m_impl->requireInitialized("getAdvancedState");
+    return m_impl->getAdvancedState();
+}
+
+Real ImplicitIntegrator::getAdvancedTime() const {
+    return getAdvancedState().getTime();
 }
 
 SimTK::Vector ImplicitIntegrator::getUDot() const {
@@ -198,6 +286,70 @@ std::vector<std::string> ImplicitIntegrator::getRedundantConstraints() const {
 }
 const IntegratorStatistics& ImplicitIntegrator::getStatistics() const {
     return m_impl->statistics;
+}
+
+const char* ImplicitIntegrator::getMethodName() const {
+    return m_impl->getScheme().getName();
+}
+int ImplicitIntegrator::getMethodMinOrder() const {
+    return m_impl->getScheme().getLowestOrder();
+}
+int ImplicitIntegrator::getMethodMaxOrder() const {
+    return m_impl->getScheme().getMaximumOrder();
+}
+Real ImplicitIntegrator::getAccuracyInUse() const {
+    return m_impl->accuracy;
+}
+Real ImplicitIntegrator::getConstraintToleranceInUse() const {
+    return m_impl->constraintTolerance;
+}
+
+void ImplicitIntegrator::resetAllStatistics() {
+    m_impl->statisticsAtReset = m_impl->statistics;
+}
+
+Real ImplicitIntegrator::getActualInitialStepSizeTaken() const {
+    return m_impl->firstStep;
+}
+Real ImplicitIntegrator::getPredictedNextStepSize() const {
+    return m_impl->getPredictedNextStepSize();
+}
+int ImplicitIntegrator::getNumStepsAttempted() const {
+    return m_impl->count(&IntegratorStatistics::stepsAttempted);
+}
+int ImplicitIntegrator::getNumStepsTaken() const {
+    return m_impl->count(&IntegratorStatistics::stepsTaken);
+}
+int ImplicitIntegrator::getNumRealizations() const {
+    return getNumIterations() + getNumProjections() + m_impl->count(&IntegratorStatistics::starts);
+}
+int ImplicitIntegrator::getNumQProjections() const {
+    return m_impl->count(&IntegratorStatistics::projections);
+}
+int ImplicitIntegrator::getNumUProjections() const {
+    return 0;  // the equations of a step hold the speeds
+}
+int ImplicitIntegrator::getNumErrorTestFailures() const {
+    return m_impl->count(&IntegratorStatistics::errorTestFailures);
+}
+int ImplicitIntegrator::getNumConvergenceTestFailures() const {
+    return m_impl->count(&IntegratorStatistics::convergenceFailures) + getNumProjectionFailures() +
+           getNumRealizationFailures();
+}
+int ImplicitIntegrator::getNumRealizationFailures() const {
+    return m_impl->count(&IntegratorStatistics::nonFiniteFailures);
+}
+int ImplicitIntegrator::getNumQProjectionFailures() const {
+    return m_impl->count(&IntegratorStatistics::projectionFailures);
+}
+int ImplicitIntegrator::getNumConvergentIterations() const {
+    return getNumIterations() - getNumDivergentIterations();
+}
+int ImplicitIntegrator::getNumDivergentIterations() const {
+    return m_impl->count(&IntegratorStatistics::divergentIterations);
+}
+int ImplicitIntegrator::getNumIterations() const {
+    return m_impl->count(&IntegratorStatistics::newtonIterations);
 }
 
 }  // namespace simflex

@@ -65,12 +65,13 @@ without bound towards such a position. **/
 
 #include "simflex/body/Joint.h"
 #include "simflex/solver/IntegratorStatistics.h"
+#include "simflex/solver/IntegratorStatuses.h"
 
 namespace simflex {
 
 struct NewtonSystem;
 
-class ImplicitIntegrator {
+class ImplicitIntegrator : public IntegratorStatuses {
 public:
     enum class Formulation { StabilizedIndex2, Index3 };
 
@@ -89,16 +90,47 @@ public:
         int maxIterations = 8;
     };
 
-    /** Interrupted: setStepObserver()'s function said so. **/
-    enum class StepStatus { ReachedTime, ReachedFinalTime, Terminated, Interrupted };
+    /** By what the speeds of an inconsistent State change least when they are brought onto the
+    constraints, and its positions. `Weights`: as in SimTK::Integrator, by the State's uWeights, all
+    1 unless set; flexible bodies bend for it. `Inertia`: by kinetic energy, as if by an impulse,
+    and positions by strain energy first. `Automatic`: Weights where there are no flexible bodies,
+    so that the start is Simbody's, Inertia where there are. **/
+    enum class ProjectionNorm { Automatic, Weights, Inertia };
+
+    /** Why stepTo() returned. It stands for one of Simbody's statuses too: the final time is
+    EndOfSimulation when it was reached before. **/
+    class StepStatus {
+    public:
+        /** Interrupted: before the time asked for, because of setStepObserver(),
+        setReturnEveryInternalStep() or setInternalStepLimit(). **/
+        enum Value { ReachedTime, ReachedFinalTime, Terminated, Interrupted };
+
+        constexpr StepStatus() = default;
+        constexpr StepStatus(Value value, SuccessfulStepStatus simbodys)
+            : m_value(value), m_simbodys(simbodys) {}
+        constexpr Value getValue() const { return m_value; }
+        constexpr operator SuccessfulStepStatus() const { return m_simbodys; }
+        friend constexpr bool operator==(StepStatus status, Value value) {
+            return status.m_value == value;
+        }
+        friend constexpr bool operator!=(StepStatus status, Value value) {
+            return status.m_value != value;
+        }
+
+    private:
+        Value m_value = ReachedTime;
+        SuccessfulStepStatus m_simbodys = InvalidSuccessfulStepStatus;
+    };
 
     virtual ~ImplicitIntegrator();
     ImplicitIntegrator(ImplicitIntegrator&&) noexcept;
     ImplicitIntegrator& operator=(ImplicitIntegrator&&) noexcept;
 
     /** @name Settings
-    An integration keeps those that it was begun with: after initialize() they are refused, but for
-    setFinalTime(), setNumThreads() and the observers, which may be called at any time. **/
+    Those that SimTK::Integrator has too may be called at any time, with the same meaning: accuracy,
+    constraint tolerance and initial step size count from the next initialize() on, the others at
+    once. So do setNumThreads() and the observers. An integration keeps the rest as it was begun
+    with: after initialize() they are refused. **/
     /**@{**/
     /** Local error allowed per step, in metres of displacement anywhere on a body; default 1e-6.
     With order p the global error falls as accuracy^(p/(p+1)). **/
@@ -120,6 +152,7 @@ public:
     void setMinimumStepSize(SimTK::Real h);
     /** Steps of exactly h with no error control, for convergence studies. **/
     void setFixedStep(SimTK::Real h);
+    void setFixedStepSize(SimTK::Real h) { setFixedStep(h); }
     void setNewtonTolerances(const NewtonTolerances& tolerances);
     /** No step goes beyond this time; default infinity. **/
     void setFinalTime(SimTK::Real time);
@@ -139,6 +172,25 @@ public:
     /** Skips the initial projection of positions and speeds: the State is taken as consistent
      * already. **/
     void setProjectInitialState(bool project);
+    /** How initialize() projects them, and what a handler left. **/
+    void setProjectionNorm(ProjectionNorm norm);
+    /** Whether steps may go beyond times of reports, which then see interpolated States; default
+    true. If not, a step ends at each and at every stepTo(): the motion depends on them. **/
+    void setAllowInterpolation(bool shouldInterpolate);
+    /** Whether those are brought onto the constraints; default true. **/
+    void setProjectInterpolatedStates(bool shouldProject);
+    /** Nothing to do: every step ends within the constraint tolerance. **/
+    void setProjectEveryStep(bool) {}
+    /** In the projection of the initial State by ProjectionNorm::Weights. The error of a step is a
+    largest displacement anyhow. **/
+    void setUseInfinityNorm(bool useInfinityNorm);
+    bool isInfinityNormInUse() const;
+    /** Forms and factors Newton's matrix in every iteration; costs time. **/
+    void setForceFullNewton(bool forceFullNewton);
+    /** stepTo() and stepBy() return after so many internal steps; 0 or less: no limit. **/
+    void setInternalStepLimit(int steps);
+    /** stepTo() and stepBy() return after every internal step. **/
+    void setReturnEveryInternalStep(bool shouldReturn);
     /** Takes the stiffness and damping
     of one of Simbody's force elements, a Force::Custom say, into the Newton matrix: by central
     differences in the speeds that it depends on, two evaluations of it for each speed whenever the
@@ -161,15 +213,19 @@ public:
     void setStepObserver(std::function<bool(SimTK::Real time)> observer);
     /**@}**/
 
-    /** Takes the State over: handles the Initialization event, assembles the joints by least
-    deformation, makes speeds, accelerations and multipliers consistent. Locked and prescribed
-    coordinates are set first and stay.
-    @throws std::invalid_argument that names what cannot be supported
+    /** Takes the State over: assembles joints and constraints, makes speeds, accelerations and
+    multipliers consistent, and handles the Initialization event. Locked and prescribed coordinates
+    are set first and stay. Systems without flexible bodies begin where SimTK::Integrator would, by
+    the same projection (to this integrator's constraint tolerance), Joints among rigid bodies
+    included; where that fails, and with flexible bodies, positions are found by least deformation
+    and speeds by least kinetic energy: see setProjectionNorm().
+    @throws std::invalid_argument that names what cannot be supported, or a flexible body that is
+    deformed far beyond what modes describe, as SimTK::Assembler leaves it
     @throws std::runtime_error if the joints cannot be assembled, naming the worst joint and its
     error. **/
     void initialize(const SimTK::State& state);
 
-    /** Advances to `time`, calling reporters and handlers on the way.
+    /** Advances to `time`, calling reporters and handlers on the way, as SimTK::TimeStepper does.
     @throws std::invalid_argument if `time` is not a number or already passed.
     @throws std::runtime_error if a step cannot be taken: body or joint, time and residual; the last
     good State stays. **/
@@ -178,6 +234,34 @@ public:
     /** Takes one internal step, of whatever size the error control chooses (a few with event
     triggers about), and calls the reporters and handlers it passes. **/
     StepStatus stepOnce();
+
+    /** @name Steps without events handled
+    As in SimTK::Integrator: what is due is returned for the caller to handle, by
+    `system.handleEvents(integrator.updAdvancedState(), …)` and reinitialize(), say. The first call
+    after initialize() returns StartOfContinuousInterval without a step. **/
+    /**@{**/
+    /** No step passes `scheduledEventTime`. (stepTo() with one argument handles events; to have
+    them returned, give Infinity here, or call through an IntegratorRef.) **/
+    SuccessfulStepStatus stepTo(SimTK::Real reportTime, SimTK::Real scheduledEventTime);
+    /** The same, with times from now on. **/
+    SuccessfulStepStatus stepBy(SimTK::Real interval,
+                                SimTK::Real scheduledEventInterval = SimTK::Infinity);
+    /** Goes on from what was changed in updAdvancedState(); with shouldTerminate the simulation is
+    over. **/
+    void reinitialize(SimTK::Stage lowestChangedStage, bool shouldTerminate);
+
+    /** @name After ReachedEventTrigger
+    @throws std::logic_error at other times. **/
+    /**@{**/
+    SimTK::Vec2 getEventWindow() const;
+    const SimTK::Array_<SimTK::EventId>& getTriggeredEvents() const;
+    const SimTK::Array_<SimTK::Real>& getEstimatedEventTimes() const;
+    const SimTK::Array_<SimTK::Event::Trigger>& getEventTransitionsSeen() const;
+    /**@}**/
+    /**@}**/
+
+    bool isSimulationOver() const;
+    TerminationReason getTerminationReason() const;
 
     /** @name Checkpoints **/
     /**@{**/
@@ -200,6 +284,16 @@ public:
     /** The State reached; realized to Stage::Velocity. **/
     const SimTK::State& getState() const;
     SimTK::Real getTime() const;
+    /** True where getState() lies within the last step. **/
+    bool isStateInterpolated() const;
+
+    /** The end of the last step, which may be later than getState(). Whatever is changed in it, at
+    any Stage, the next step begins with: from the changed State, projected onto the constraints,
+    with new accelerations, as after an event handler. The reference is that of one State as long as
+    the integrator lives. **/
+    SimTK::State& updAdvancedState();
+    const SimTK::State& getAdvancedState() const;
+    SimTK::Real getAdvancedTime() const;
 
     /** @name What the last step found. **/
     /**@{**/
@@ -230,12 +324,49 @@ public:
     const IntegratorStatistics& getStatistics() const;
     /**@}**/
 
+    /** @name The method **/
+    /**@{**/
+    const char* getMethodName() const;  ///< "Bdf", "GeneralizedAlpha"
+    int getMethodMinOrder() const;
+    int getMethodMaxOrder() const;
+    bool methodHasErrorControl() const { return true; }
+    SimTK::Real getAccuracyInUse() const;
+    SimTK::Real getConstraintToleranceInUse() const;
+    /**@}**/
+
+    /** @name Counts under SimTK::Integrator's names
+    Since initialize() or resetAllStatistics(); getStatistics() goes on counting and says more. **/
+    /**@{**/
+    void resetAllStatistics();
+    SimTK::Real getActualInitialStepSizeTaken() const;  ///< NaN before the first step
+    SimTK::Real getPreviousStepSizeTaken() const { return getLastStepSize(); }
+    SimTK::Real getPredictedNextStepSize() const;
+    int getNumStepsAttempted() const;
+    int getNumStepsTaken() const;
+    /** Evaluations of the equations of motion: one for each iteration of Newton's, projection and
+    start. **/
+    int getNumRealizations() const;
+    int getNumQProjections() const;
+    int getNumUProjections() const;
+    int getNumProjections() const { return getNumQProjections() + getNumUProjections(); }
+    int getNumErrorTestFailures() const;
+    int getNumConvergenceTestFailures() const;
+    int getNumRealizationFailures() const;
+    int getNumQProjectionFailures() const;
+    int getNumUProjectionFailures() const { return 0; }
+    int getNumProjectionFailures() const { return getNumQProjectionFailures(); }
+    int getNumConvergentIterations() const;
+    int getNumDivergentIterations() const;
+    int getNumIterations() const;
+    /**@}**/
+
 protected:
     class Implementation;
     explicit ImplicitIntegrator(std::unique_ptr<Implementation> implementation);
     Implementation& updImpl() { return *m_impl; }
 
 private:
+    friend class TimeStepper;
     std::unique_ptr<Implementation> m_impl;
 };
 

@@ -36,13 +36,13 @@ bool ImplicitIntegrator::Implementation::locateTrigger() {
     }
     m_triggersBefore = search.getValuesAtLow();
     m_triggersAfter = search.getValuesAtHigh();
+    m_triggered.window = SimTK::Vec2(search.getLow(), search.getHigh());
     calcPoint(search.getHigh(), m_trial);
     m_history.newest() = m_trial;
     return true;
 }
 
-template <class Handler>
-void ImplicitIntegrator::Implementation::handleAsAWhole(const Handler& handler) {
+void ImplicitIntegrator::Implementation::handleAsAWhole(const std::function<void()>& handler) {
     getState();
     const State before = m_state;
     const Real lastEventTime = m_events.getLastEventTime();
@@ -61,13 +61,21 @@ void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& ou
     m_system.realize(m_state, Stage::Velocity);
     if (outcome.hasChangedState) {
         startFromHandlersState();
-    } else if (m_hasTriggered) {
-        restartAtNewest();
-        showPoint(m_history[0].t);
-        m_events.calcTriggers(getState(), m_triggersBefore);
+        m_isIntervalStart = true;
+    } else {
+        passTrigger();
     }
     m_isTerminated = outcome.shouldTerminate;
     m_hasTriggered = m_isTimeAdvancePending = false;
+    m_pending = Pending::Nothing;
+}
+
+void ImplicitIntegrator::Implementation::passTrigger() {
+    if (!m_hasTriggered) return;
+    restartAtNewest();
+    showPoint(m_history[0].t);
+    m_events.calcTriggers(getState(), m_triggersBefore);
+    m_hasTriggered = false;
 }
 
 void ImplicitIntegrator::Implementation::startFromHandlersState() {
@@ -108,11 +116,33 @@ void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
     }
     m_isTimeAdvancePending = m_events.hasTimeAdvancedEvents();
     if (m_events.hasTriggers()) m_hasTriggered = locateTrigger();
+    m_pending = m_hasTriggered ? Pending::Trigger : Pending::Step;
     if (stepObserver && !stepObserver(m_history[0].t)) m_isInterrupted = true;
 }
 
-ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real goal) {
-    while (!m_isTerminated) {
+double ImplicitIntegrator::Implementation::calcStepLimit(double eventTime,
+                                                         double reportTime) const {
+    return std::min(
+        {eventTime, double(finalTime), allowInterpolation ? double(SimTK::Infinity) : reportTime});
+}
+
+ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real goal,
+                                                                           Caller caller) {
+    const bool isStepper = caller != Caller::User;
+    const bool atEveryState = caller == Caller::TimeStepperAtEveryState;
+    const auto reach = [](SuccessfulStepStatus status) {
+        return StepStatus(StepStatus::ReachedTime, status);
+    };
+    if (std::exchange(m_isIntervalStart, false) && atEveryState)
+        return reach(StartOfContinuousInterval);
+    const bool returnsSteps = returnEveryInternalStep && caller != Caller::TimeStepper;
+    const int mostSteps = caller == Caller::TimeStepper ? 0 : internalStepLimit;
+    int steps = 0;
+    const auto isStepDue = [&] {
+        return m_pending == Pending::Step &&
+               (returnsSteps || (mostSteps > 0 && steps >= mostSteps));
+    };
+    while (!m_isTerminated && !(isStepper && m_isFinalTimeReturned)) {
         const auto eventStart = Clock::now();
         const State& state = getState();
         Real reportTime = m_events.calcNextReportTime(state);
@@ -121,13 +151,15 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
         if (!isLater(reportTime, eventTime) && !isLater(eventTime, reportTime))
             reportTime = eventTime;
         statistics.simbodySeconds += secondsSince(eventStart);
-        const Real target = std::min({goal, reportTime, eventTime});
-        const Real limit = std::min(eventTime, finalTime);
+        const Real target = std::min({goal, finalTime, reportTime, eventTime});
         while (isLater(m_history[0].t, target) && !m_hasTriggered && !m_isTimeAdvancePending &&
-               !m_isInterrupted)
-            advanceInternally(limit);
+               !m_isInterrupted && !isStepDue()) {
+            advanceInternally(calcStepLimit(eventTime, target));
+            ++steps;
+        }
         // What is shown stays, so that reports and events before the step's end are not missed.
-        if (std::exchange(m_isInterrupted, false)) return StepStatus::Interrupted;
+        if (std::exchange(m_isInterrupted, false))
+            return StepStatus(StepStatus::Interrupted, TimeHasAdvanced);
         const double newestTime = m_history[0].t;
         const bool isReached = target <= newestTime || !isLater(newestTime, target);
         const double visible = isReached ? target : newestTime;
@@ -140,6 +172,15 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
             ++statistics.reports;
             statistics.outputSeconds += secondsSince(reportStart);
         }
+        // SimTK::TimeStepper leaves what happens at this time to its next call, and ends with the
+        // report at the final time.
+        const bool isGoal = isReached && target >= goal;
+        if (isStepper && (isGoal || reportTime <= visible)) {
+            if (isAtNewest && m_pending == Pending::Step) m_pending = Pending::Nothing;
+            m_isFinalTimeReturned = !(visible < finalTime);
+            if (isGoal || atEveryState) return reach(ReachedReportTime);
+            if (m_isFinalTimeReturned) break;
+        }
         const bool isTriggered = m_hasTriggered && isAtNewest;
         const bool isScheduled = !isTriggered && eventTime <= visible;
         const bool isTimeAdvanced =
@@ -149,26 +190,37 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
             handleAsAWhole([&] {
                 const EventDriver::Outcome outcome =
                     isTriggered   ? m_events.handleTriggered(m_state, m_triggersBefore,
-                                                             m_triggersAfter, accuracy)
-                    : isScheduled ? m_events.handleScheduled(m_state, accuracy)
-                                  : m_events.handleTimeAdvanced(m_state, accuracy);
+                                                             m_triggersAfter, constraintTolerance)
+                    : isScheduled ? m_events.handleScheduled(m_state, constraintTolerance)
+                                  : m_events.handleTimeAdvanced(m_state, constraintTolerance);
                 ++(isTriggered   ? statistics.triggeredEvents
                    : isScheduled ? statistics.scheduledEvents
                                  : statistics.timeAdvancedEvents);
                 statistics.simbodySeconds += secondsSince(handlerStart);
                 takeOver(outcome);
             });
+            if (atEveryState)
+                return reach(isTriggered   ? ReachedEventTrigger
+                             : isScheduled ? ReachedScheduledEvent
+                                           : TimeHasAdvanced);
             continue;
         }
-        if (isReached && target >= goal) break;
+        const bool isStepReturned = isAtNewest && isStepDue();
+        if (isAtNewest) m_pending = Pending::Nothing;
+        if (isReached && target >= std::min(goal, finalTime)) break;
+        if (isStepReturned)
+            return StepStatus(StepStatus::Interrupted,
+                              returnsSteps ? TimeHasAdvanced : ReachedStepLimit);
     }
-    if (m_isTerminated) return StepStatus::Terminated;
-    if (getTime() < finalTime) return StepStatus::ReachedTime;
+    if (m_isTerminated) return StepStatus(StepStatus::Terminated, EndOfSimulation);
+    if (getTime() < finalTime) return reach(ReachedReportTime);
     if (!m_isFinished) {
-        handleAsAWhole([&] { m_events.handleTermination(m_state, accuracy); });
+        handleAsAWhole([&] { m_events.handleTermination(m_state, constraintTolerance); });
         m_isFinished = true;
     }
-    return StepStatus::ReachedFinalTime;
+    const bool wasReturned = std::exchange(m_isFinalTimeReturned, true);
+    return StepStatus(StepStatus::ReachedFinalTime,
+                      wasReturned || isStepper ? EndOfSimulation : ReachedReportTime);
 }
 
 void ImplicitIntegrator::Implementation::bookPhases() {
@@ -179,20 +231,20 @@ void ImplicitIntegrator::Implementation::bookPhases() {
     statistics.evaluationSeconds -= simbody;
 }
 
-template <class Work>
-ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::runTimed(Work work) {
+void ImplicitIntegrator::Implementation::runTimed(const std::function<void()>& work) {
     const StandardArithmetic standard;
     const auto start_ = Clock::now();
     m_isRunning = true;
     const auto book = [&] {
         m_isRunning = false;
         bookPhases();
+        refreshAdvancedState();
         statistics.totalSeconds += secondsSince(start_);
     };
     try {
-        const StepStatus status = work();
+        acceptAdvancedState();
+        work();
         book();
-        return status;
     } catch (...) {
         book();
         throw;
@@ -204,19 +256,41 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepTo(Real t
         throw std::invalid_argument(name + "::stepTo(): time " + std::to_string(time) +
                                     " s is before " + std::to_string(m_visible.t) +
                                     " s, which is reached already");
-    return runTimed([&] { return advance(std::min(time, finalTime)); });
+    StepStatus status;
+    runTimed([&] { status = advance(time); });
+    return status;
 }
 
 ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepOnce() {
-    return runTimed([&] {
+    StepStatus status;
+    runTimed([&] {
         // What is due at this time comes first.
-        const StepStatus status = advance(m_visible.t);
-        if (status != StepStatus::ReachedTime) return status;
-        if (!isLater(m_visible.t, m_history[0].t))
-            advanceInternally(std::min(m_events.calcNextEventTime(getState()), finalTime));
+        status = advance(m_visible.t);
+        if (status != StepStatus::ReachedTime) return;
+        if (!isLater(m_visible.t, m_history[0].t)) {
+            const State& state = getState();
+            advanceInternally(calcStepLimit(m_events.calcNextEventTime(state),
+                                            m_events.calcNextReportTime(state)));
+        }
         m_isInterrupted = false;
-        return advance(std::min(finalTime, Real(m_history[0].t)));
+        status = advance(m_history[0].t);
     });
+    return status;
+}
+
+ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::Implementation::stepAsTimeStepper(
+    Real time, bool atEverySignificantState) {
+    if (isSimulationOver()) return EndOfSimulation;
+    if (!(time >= m_visible.t))
+        throw std::invalid_argument("TimeStepper::stepTo(): time " + std::to_string(time) +
+                                    " s is before " + std::to_string(m_visible.t) +
+                                    " s, which is reached already");
+    StepStatus status;
+    runTimed([&] {
+        status = advance(
+            time, atEverySignificantState ? Caller::TimeStepperAtEveryState : Caller::TimeStepper);
+    });
+    return status;
 }
 
 }  // namespace simflex

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/body/LinearRangeReporter.h"
 #include "simflex/solver/FailureDiagnosis.h"
 
 namespace simflex {
@@ -17,14 +18,27 @@ using SimTK::State;
 using SimTK::Vector;
 using Clock = std::chrono::steady_clock;
 
+namespace {
+
+const SimTK::MultibodySystem& requireMultibodySystem(const SimTK::System& system,
+                                                     const std::string& integrator) {
+    if (!SimTK::MultibodySystem::isInstanceOf(system))
+        throw std::invalid_argument(integrator +
+                                    ": the System is not a SimTK::MultibodySystem; for other "
+                                    "equations take one of Simbody's integrators");
+    return SimTK::MultibodySystem::downcast(system);
+}
+
+}  // namespace
+
 ImplicitIntegrator::Implementation::Implementation(
-    std::string integratorName, const SimTK::MultibodySystem& system,
+    std::string integratorName, const SimTK::System& system,
     std::unique_ptr<IntegrationScheme> integrationScheme)
     : name(std::move(integratorName)),
-      m_system(system),
+      m_system(requireMultibodySystem(system, name)),
       m_scheme(std::move(integrationScheme)),
-      m_events(system),
-      m_image(system) {}
+      m_events(m_system),
+      m_image(m_system) {}
 
 void ImplicitIntegrator::Implementation::requireInitialized(const char* method) const {
     if (!m_isInitialized) throw std::logic_error(name + "::" + method + "() before initialize()");
@@ -43,7 +57,48 @@ void ImplicitIntegrator::Implementation::setFinalTime(Real time) {
                                     " s is before " + std::to_string(m_history[0].t) +
                                     " s, which is reached already");
     finalTime = time;
-    m_isFinished = m_isFinished && !(m_visible.t < finalTime);
+    const bool isReached = !(m_visible.t < finalTime);
+    m_isFinished = m_isFinished && isReached;
+    m_isFinalTimeReturned = m_isFinalTimeReturned && isReached;
+    m_isOver = m_isOver && isReached;
+}
+
+void ImplicitIntegrator::Implementation::setWaiting(Real Waiting::*setting, Real value) {
+    m_waiting.*setting = value;
+    if (!m_isInitialized) adoptSettings();
+}
+
+void ImplicitIntegrator::Implementation::adoptSettings() {
+    accuracy = m_waiting.accuracy;
+    constraintTolerance = m_waiting.constraintTolerance;
+    initialStep = m_waiting.initialStep;
+}
+
+void ImplicitIntegrator::Implementation::setMinimumStep(Real h) {
+    if (m_isInitialized && maximumStep > 0 && h > maximumStep)
+        throw std::invalid_argument(name + "::setMinimumStepSize(): above setMaximumStepSize()");
+    minimumStep = h;
+}
+
+void ImplicitIntegrator::Implementation::setMaximumStep(Real h) {
+    if (m_isInitialized && h < std::max(minimumStep, fixedStep))
+        throw std::invalid_argument(name +
+                                    "::setMaximumStepSize(): below setMinimumStepSize() or "
+                                    "setFixedStep()");
+    maximumStep = h;
+    if (m_isInitialized) m_longestStep = h;
+}
+
+void ImplicitIntegrator::Implementation::setFixedStep(Real h) {
+    if (m_isInitialized && maximumStep > 0 && h > maximumStep)
+        throw std::invalid_argument(name + "::setFixedStep(): above setMaximumStepSize()");
+    fixedStep = m_nextStep = h;
+    m_longestStep = std::max(m_longestStep, double(h));
+}
+
+void ImplicitIntegrator::Implementation::setForceFullNewton(bool force) {
+    forceFullNewton = force;
+    if (m_step) m_step->forceFullNewton = force;
 }
 
 void ImplicitIntegrator::Implementation::setNumThreads(int threads) {
@@ -77,8 +132,12 @@ void ImplicitIntegrator::Implementation::prepare(const State& state) {
     m_system.realize(m_state, Stage::Velocity);
     m_step.reset();
     m_equations.reset();
-    statistics = IntegratorStatistics();
+    statistics = statisticsAtReset = IntegratorStatistics();
+    firstStep = SimTK::NaN;
     m_hasTriggered = m_isTimeAdvancePending = false;
+    m_isFinalTimeReturned = m_isOver = false;
+    m_isIntervalStart = true;
+    m_pending = Pending::Nothing;
     m_triggersBefore.resize(0);
     m_triggersAfter.resize(0);
     m_stepsAtOrder = lastOrder = 0;
@@ -111,6 +170,7 @@ void ImplicitIntegrator::Implementation::buildEquations() {
     m_step->tolerances = newtonTolerances;
     m_step->blockForm = blockForm;
     m_step->accuracy = accuracy;
+    m_step->forceFullNewton = forceFullNewton;
     m_step->observer = observer;
     if (numThreads > 0)
         m_step->setNumThreads(numThreads);
@@ -132,29 +192,73 @@ void ImplicitIntegrator::Implementation::buildEquations() {
 
 void ImplicitIntegrator::Implementation::initialize(const State& state) {
     const StandardArithmetic standard;
+    adoptSettings();
     setUp(state);
+    if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system))
+        requireLinearRange(*flexible, m_state, name + "::initialize()");
     const auto start_ = Clock::now();
-    takeState(projectInitialState);
+    takeState(projectInitialState, true);
     initializeSystem();
     updateDiscreteVariablesAtStart();
     start();
     m_isInitialized = true;
+    refreshAdvancedState();
     statistics.totalSeconds += secondsSince(start_);
 }
 
 void ImplicitIntegrator::Implementation::initializeSystem() {
     writeState(m_visible, m_state);
-    const EventDriver::Outcome outcome = m_events.handleInitialization(m_state, accuracy);
+    const EventDriver::Outcome outcome =
+        m_events.handleInitialization(m_state, constraintTolerance);
     m_system.realize(m_state, Stage::Velocity);
     if (outcome.hasChangedState) {
         buildEquations();
-        takeState(projectInitialState);
+        takeState(projectInitialState, true);
     } else {
         for (size_t i = 0; i < m_visible.z.size(); ++i) m_visible.z[i] = m_state.getZ()[int(i)];
     }
 }
 
-void ImplicitIntegrator::Implementation::takeState(bool project) {
+bool ImplicitIntegrator::Implementation::projectsByWeights() const {
+    if (projectionNorm != ProjectionNorm::Automatic)
+        return projectionNorm == ProjectionNorm::Weights;
+    const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system);
+    return !flexible || flexible->getNumBodies() == 0;
+}
+
+bool ImplicitIntegrator::Implementation::projectStateByWeights(bool forced) {
+    using SimTK::ProjectOptions;
+    ProjectOptions options(constraintTolerance);
+    if (forced) options.setOption(ProjectOptions::ForceProjection);
+    options.setOption(ProjectOptions::ForceFullNewton);
+    if (useInfinityNorm) options.setOption(ProjectOptions::UseInfinityNorm);
+    const State before = m_state;
+    const SimTK::SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    try {
+        SimTK::ProjectResults results;
+        Vector noErrors;
+        m_system.realize(m_state, Stage::Time);
+        m_system.prescribeQ(m_state);
+        m_system.realize(m_state, Stage::Position);
+        // Simbody 3.7 crashes where nothing is free.
+        if (!matter.getFreeQIndex(m_state).empty())
+            m_system.projectQ(m_state, noErrors, options, results);
+        m_system.prescribeU(m_state);
+        m_system.realize(m_state, Stage::Velocity);
+        if (!matter.getFreeUIndex(m_state).empty())
+            m_system.projectU(m_state, noErrors, options, results);
+        m_system.realize(m_state, Stage::Velocity);
+        return true;
+    } catch (const std::exception&) {
+        m_state = makeFreshState(m_system, before);
+        m_system.realize(m_state, Stage::Velocity);
+        return false;
+    }
+}
+
+void ImplicitIntegrator::Implementation::takeState(bool project, bool forced) {
+    const bool isProjected = project && m_equations->numMultipliers() > 0 && projectsByWeights() &&
+                             projectStateByWeights(forced);
     SolutionPoint& point = m_visible;
     point.t = m_state.getTime();
     enterSmoothSpan(point.t);
@@ -162,7 +266,8 @@ void ImplicitIntegrator::Implementation::takeState(bool project) {
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = m_state.getZ()[int(i)];
     m_equations->setZ(point.z.data());
     m_equations->prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
-    if (project && m_equations->numMultipliers() > 0)
+    if (project && m_equations->numMultipliers() > 0 &&
+        !(isProjected && m_step->isAssembled(point.t, constraintTolerance, point.q, point.u)))
         m_step->assemble(point.t, constraintTolerance, point.q, point.u);
     m_equations->normalizeQ(point.q.data());
 }
@@ -293,6 +398,7 @@ Real ImplicitIntegrator::Implementation::chooseInitialStep(const SolutionPoint& 
 
 bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double* error) {
     ++statistics.stepsAttempted;
+    const long iterationsBefore = statistics.newtonIterations;
     const double t = m_history[0].t + h;
     m_scheme->calcFormula(m_history, order, t, m_formula);
     m_new.t = t;
@@ -305,7 +411,10 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
 
     m_outcome = m_solvesPositions ? m_step->solveNearSingularity(m_formula, m_new)
                                   : m_step->solve(m_formula, formulation, m_new);
-    if (!m_outcome.converged) return false;
+    if (!m_outcome.converged) {
+        statistics.divergentIterations += statistics.newtonIterations - iterationsBefore;
+        return false;
+    }
 
     if (formulation == Formulation::StabilizedIndex2) {
         m_new.constraintError = m_step->projectPositions(t, constraintTolerance, m_new.q, m_new.u,
@@ -434,6 +543,7 @@ void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
     statistics.timeCovered += h;
     statistics.largestStep = std::max(statistics.largestStep, h);
     statistics.smallestStep = statistics.stepsTaken == 1 ? h : std::min(statistics.smallestStep, h);
+    if (SimTK::isNaN(firstStep)) firstStep = h;
     lastStep = h;
     lastOrder = order;
 }
@@ -566,7 +676,7 @@ void ImplicitIntegrator::Implementation::calcPoint(double t, SolutionPoint& poin
     point.work = m_history.combineWork(weights);
     m_equations->normalizeQ(point.q.data());
     m_equations->prescribe(t, 0, nullptr, point.q.data(), point.u.data());
-    if (m_equations->numMultipliers() > 0 && m_step->canProject()) {
+    if (projectInterpolatedStates && m_equations->numMultipliers() > 0 && m_step->canProject()) {
         point.constraintError =
             m_step->projectBetweenSteps(t, constraintTolerance, point.q, point.u);
         m_step->projectSpeeds(t, point.q, point.u);

@@ -20,13 +20,37 @@ namespace simflex {
 class ImplicitIntegrator::Implementation {
 public:
     /** @param integratorName  for messages **/
-    Implementation(std::string integratorName, const SimTK::MultibodySystem& system,
+    Implementation(std::string integratorName, const SimTK::System& system,
                    std::unique_ptr<IntegrationScheme> integrationScheme);
 
     void initialize(const SimTK::State& state);
     void initialize(const SimTK::Array_<SimTK::State>& history, int order);
     StepStatus stepTo(SimTK::Real time);
     StepStatus stepOnce();
+    SuccessfulStepStatus stepTo(SimTK::Real reportTime, SimTK::Real scheduledEventTime);
+    /** For simflex::TimeStepper. **/
+    SuccessfulStepStatus stepAsTimeStepper(SimTK::Real time, bool atEverySignificantState);
+    void reinitialize(SimTK::Stage lowestChangedStage, bool shouldTerminate);
+
+    /** What the last step triggered, in order of the estimated times. **/
+    struct TriggeredEvents {
+        SimTK::Vec2 window{SimTK::NaN};
+        SimTK::Array_<SimTK::EventId> ids;
+        SimTK::Array_<SimTK::Real> times;
+        SimTK::Array_<SimTK::Event::Trigger> transitions;
+    };
+    /** @throws std::logic_error unless events were returned and not gone on from. **/
+    const TriggeredEvents& getTriggeredEvents(const char* method) const;
+
+    bool isSimulationOver() const { return m_isTerminated || m_isFinished || m_isOver; }
+    TerminationReason getTerminationReason() const;
+    bool isStateInterpolated() const;
+    const SimTK::State& getReturnedState() const;
+    const SimTK::State& getAdvancedState() const;
+    SimTK::State& updAdvancedState();
+    SimTK::Real getPredictedNextStepSize() const { return m_nextStep; }
+    bool isOf(const SimTK::System& system) const { return m_system.isSameSystem(system); }
+    const IntegrationScheme& getScheme() const { return *m_scheme; }
 
     void writeCheckpoint(std::ostream& stream);
     void readCheckpoint(std::istream& stream, const SimTK::State& start);
@@ -41,6 +65,15 @@ public:
     void requireNotInitialized(const char* method) const;
     void setFinalTime(SimTK::Real time);
     void setNumThreads(int threads);
+    void setMinimumStep(SimTK::Real h);
+    void setMaximumStep(SimTK::Real h);
+    void setFixedStep(SimTK::Real h);
+    void setForceFullNewton(bool force);
+    /** Settings that wait for the next initialize(). **/
+    struct Waiting {
+        SimTK::Real accuracy = 1e-6, constraintTolerance = 1e-10, initialStep = 0;
+    };
+    void setWaiting(SimTK::Real Waiting::*setting, SimTK::Real value);
     void setNewtonSystemObserver(std::function<void(const NewtonSystem&)> newObserver);
 
     /** The scheme, of the type it was constructed with. **/
@@ -58,11 +91,16 @@ public:
 
     /** @name Settings **/
     /**@{**/
-    SimTK::Real accuracy = 1e-6, constraintTolerance = 1e-10;
+    SimTK::Real accuracy = Waiting().accuracy, constraintTolerance = Waiting().constraintTolerance;
     SimTK::Real initialStep = 0, maximumStep = 0, minimumStep = 1e-12, fixedStep = 0;
     SimTK::Real finalTime = SimTK::Infinity;
     int numThreads = 0;
     bool projectInitialState = true;
+    ProjectionNorm projectionNorm = ProjectionNorm::Automatic;
+    bool useInfinityNorm = false, forceFullNewton = false;
+    bool allowInterpolation = true, projectInterpolatedStates = true;
+    bool returnEveryInternalStep = false;
+    int internalStepLimit = 0;  ///< 0: none
     Formulation formulation = Formulation::StabilizedIndex2;
     BlockForm blockForm = BlockForm::Automatic;
     NewtonTolerances newtonTolerances;
@@ -73,10 +111,18 @@ public:
     /**@}**/
 
     IntegratorStatistics statistics;
-    SimTK::Real lastStep = 0;
+    IntegratorStatistics statisticsAtReset;
+    /** Of one figure, since the reset. **/
+    int count(long IntegratorStatistics::*figure) const {
+        return int(statistics.*figure - statisticsAtReset.*figure);
+    }
+    SimTK::Real firstStep = SimTK::NaN, lastStep = 0;
     int lastOrder = 0;
 
 private:
+    /** Takes over what waited. **/
+    void adoptSettings();
+
     // start
     void setUp(const SimTK::State& state);
     /** Equations and events for this State, as at the beginning. **/
@@ -84,8 +130,14 @@ private:
     void checkSettings(SimTK::Real startTime) const;
     /** Analyses the system at m_state; again after a handler changed it. **/
     void buildEquations();
-    /** Takes q, u and z from m_state and assembles if asked. **/
-    void takeState(bool project);
+    /** Takes q, u and z from m_state and assembles if asked.
+    @param forced  also if the constraints hold already **/
+    void takeState(bool project, bool forced = false);
+    bool projectsByWeights() const;
+    /** Projects m_state as SimTK::Integrator does; false if that fails, m_state is what it was
+     * then.
+     * **/
+    bool projectStateByWeights(bool forced);
     /** Handles the Initialization event. **/
     void initializeSystem();
     /** Starts a new history at m_visible's t, q, u and z, from exact accelerations. **/
@@ -121,10 +173,20 @@ private:
     [[noreturn]] void failStep(double h, Failure failure, double error);
 
     // driving
-    StepStatus advance(SimTK::Real goal);
+    /** Who is told of what happens on the way. **/
+    enum class Caller { User, TimeStepper, TimeStepperAtEveryState };
+    StepStatus advance(SimTK::Real goal, Caller caller = Caller::User);
+    /** End of the next step at the latest. **/
+    double calcStepLimit(double eventTime, double reportTime) const;
+    SuccessfulStepStatus advanceReturningEvents(SimTK::Real reportTime, SimTK::Real eventTime);
+    /** Leaves a triggered event behind that nobody has handled. **/
+    void passTrigger();
+    void noteTriggeredEvents();
+    /** Goes on from the advanced State if that was changed. **/
+    void acceptAdvancedState();
+    void refreshAdvancedState();
     /** Runs a handler of events on m_state; after an exception all is as before. **/
-    template <class Handler>
-    void handleAsAWhole(const Handler& handler);
+    void handleAsAWhole(const std::function<void()>& handler);
     /** Goes on after handlers ran; starts again from what they left if they changed something. **/
     void takeOver(const EventDriver::Outcome& outcome);
     /** The same; if it cannot be started from, nothing has changed but m_state. **/
@@ -136,8 +198,7 @@ private:
     /** Moves phase times from the solver and the equations into the statistics. **/
     void bookPhases();
     /** Runs `work` and books its time. **/
-    template <class Work>
-    StepStatus runTimed(Work work);
+    void runTimed(const std::function<void()>& work);
 
     // output
     /** The point at t: interpolated inside the last step, projected onto the joints. **/
@@ -179,6 +240,19 @@ private:
     bool m_hasTriggered = false, m_isTimeAdvancePending = false;
     bool m_isInitialized = false, m_isTerminated = false, m_isFinished = false;
     bool m_isRunning = false;
+
+    Waiting m_waiting;
+
+    // What has been returned of the last step.
+    bool m_isIntervalStart = false;  ///< StartOfContinuousInterval is due
+    bool m_isFinalTimeReturned = false, m_isOver = false;
+    enum class Pending { Nothing, Step, StepLimit, Trigger, HandledTrigger };
+    Pending m_pending = Pending::Nothing;
+    TriggeredEvents m_triggered;
+
+    /** The end of the last step, once somebody has asked for it, and its versions then. **/
+    mutable std::unique_ptr<SimTK::State> m_advanced;
+    mutable SimTK::Array_<SimTK::StageVersion> m_advancedVersions;
 
     // The step being attempted.
     StepFormula m_formula;

@@ -200,7 +200,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     Outcome outcome;
     bool refresh = m_factored.mass == 0 ||
                    std::abs(stiffness / m_factored.stiffness - 1) > LargestFactorChange ||
-                   m_stepsSinceFactor >= LongestReuse || blockForm == BlockForm::Dense;
+                   m_stepsSinceFactor >= LongestReuse || blockForm == BlockForm::Dense ||
+                   forceFullNewton;
     ++m_stepsSinceFactor;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
 
@@ -290,7 +291,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             outcome.converged = true;
             break;
         }
-        if (m_rate > SlowRate && iteration > 0 && m_stepsSinceFactor > 1) refresh = true;
+        refresh = forceFullNewton || (m_rate > SlowRate && iteration > 0 && m_stepsSinceFactor > 1);
     }
 
     if (outcome.converged) {
@@ -457,6 +458,11 @@ void ImplicitStep::relaxShapes(double t, double tolerance, int maxIterations,
         if (!(closeJoints(t, tolerance, maxIterations, relaxed, u) <= tolerance)) return;
         q = relaxed;
     }
+}
+
+bool ImplicitStep::isAssembled(double t, double tolerance, const std::vector<double>& q,
+                               const std::vector<double>& u) {
+    return calcPositionError(t, q, u) <= tolerance && !m_equations.findFlippedJoint();
 }
 
 void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,

@@ -37,6 +37,7 @@ public:
     ImplicitIntegrator::NewtonTolerances tolerances;
     BlockForm blockForm = BlockForm::Automatic;
     double accuracy = 1e-6;
+    bool forceFullNewton = false;  ///< the matrix is formed in every iteration
     std::function<void(const NewtonSystem&)> observer;
 
     void setNumThreads(int threads);
@@ -84,6 +85,11 @@ public:
 
     /** Largest position error of the joints at q. **/
     double calcPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
+
+    /** True if no position error is larger than the tolerance, and no joint is assembled with its
+    axes opposed. **/
+    bool isAssembled(double t, double tolerance, const std::vector<double>& q,
+                     const std::vector<double>& u);
 
     /** Assembles the joints by least deformation (norm M + τ²K, τ = 1 s) and makes u consistent in
     that norm. Joints whose axes are more than 1 rad from their place are turned there first.

@@ -16,9 +16,13 @@ class IntegrationScheme {
 public:
     virtual ~IntegrationScheme() = default;
 
+    virtual const char* getName() const = 0;
+
     /** Orders that may be used with this history, once it is long enough. **/
     virtual int getLowestOrder() const = 0;
     virtual int getHighestOrder(const SolutionHistory& history) const = 0;
+    /** The highest with a long enough one. **/
+    virtual int getMaximumOrder() const = 0;
 
     /** Writes the formula of a step from the newest point to tNew. **/
     virtual void calcFormula(const SolutionHistory& history, int order, double tNew,

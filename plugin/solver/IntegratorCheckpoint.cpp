@@ -22,8 +22,8 @@ void visitStatistics(Checkpoint& c, IntegratorStatistics& s) {
             s.projectionFailures, s.nonFiniteFailures);
     for (long& steps : s.stepsAtOrder) c.visit(steps);
     c.visit(s.smallestStep, s.largestStep, s.timeCovered, s.sumOfSquaredLogRatios, s.stepRatios);
-    c.visit(s.newtonIterations, s.linearSolves, s.factorizations, s.denseFactorizations,
-            s.projections, s.redundantConstraints);
+    c.visit(s.newtonIterations, s.divergentIterations, s.linearSolves, s.factorizations,
+            s.denseFactorizations, s.projections, s.redundantConstraints);
     c.visit(s.starts, s.reports, s.scheduledEvents, s.triggeredEvents, s.timeAdvancedEvents);
     c.visit(s.evaluationSeconds, s.factorSeconds, s.schurSeconds, s.backSubstitutionSeconds,
             s.simbodySeconds, s.outputSeconds, s.totalSeconds);
@@ -125,6 +125,8 @@ void ImplicitIntegrator::Implementation::visitSettings(Checkpoint& c) const {
         {"setMaximumStepSize", maximumStep},
         {"setMinimumStepSize", minimumStep},
         {"setFixedStep", fixedStep},
+        {"setAllowInterpolation", double(allowInterpolation)},
+        {"setForceFullNewton", double(forceFullNewton)},
         {"setNewtonTolerances: displacement", newtonTolerances.displacement},
         {"setNewtonTolerances: multiplier", newtonTolerances.multiplier},
         {"setNewtonTolerances: bodyResidual", newtonTolerances.bodyResidual},
@@ -155,11 +157,16 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
     c.visit(m_nextStep);
     c.visitWithin(m_order, 1, 5, "the order");
     c.visit(m_stepsAtOrder, m_numRedundantAtStart);
-    c.visit(lastStep);
+    c.visit(firstStep, lastStep);
     c.visitWithin(lastOrder, 0, 5, "the last order");
     visitTriggers(c, m_triggersBefore, m_events.getNumTriggers());
     visitTriggers(c, m_triggersAfter, m_events.getNumTriggers());
     c.visit(m_hasTriggered, m_isTimeAdvancePending, m_isTerminated, m_isFinished);
+    c.visit(m_isIntervalStart, m_isFinalTimeReturned, m_isOver);
+    int pending = int(m_pending);
+    c.visitWithin(pending, 0, int(Pending::HandledTrigger), "what is to be returned");
+    m_pending = Pending(pending);
+    c.visit(m_triggered.window[0], m_triggered.window[1]);
     // Those before are known from the start on, those after at an event alone.
     if (m_events.getNumTriggers() > 0 &&
         (m_triggersBefore.size() == 0 || (m_hasTriggered && m_triggersAfter.size() == 0)))
@@ -179,6 +186,8 @@ void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
         throw std::logic_error(name +
                                "::writeCheckpoint() by a reporter or handler: call it between "
                                "stepTo() or stepOnce() and the next");
+    acceptAdvancedState();
+    getState();
     m_image.requireWritable(m_state);
     Checkpoint checkpoint;
     visitModel(checkpoint);
@@ -191,6 +200,7 @@ void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
 
 void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, const State& start) {
     const StandardArithmetic standard;
+    adoptSettings();
     Checkpoint checkpoint(stream);
     requireTopology(m_system, start, name + "::readCheckpoint()");
     visitModel(checkpoint);
@@ -212,8 +222,10 @@ void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, co
     m_equations->takeVariables(m_events.getAutoUpdates(), m_state);
     m_scratch = m_state;
     m_stateIsCurrent = false;
-    m_isFinished = m_isFinished && !(m_visible.t < finalTime);
+    setFinalTime(finalTime);
     m_isInitialized = true;
+    if (m_pending == Pending::HandledTrigger) noteTriggeredEvents();
+    refreshAdvancedState();
 }
 
 }  // namespace simflex

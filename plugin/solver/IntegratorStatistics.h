@@ -27,6 +27,7 @@ struct IntegratorStatistics {
     /** @name Linear algebra **/
     /**@{**/
     long newtonIterations = 0;
+    long divergentIterations = 0;  ///< those of them that came to nothing
     long linearSolves = 0;         ///< right-hand sides, projections included
     long factorizations = 0;       ///< Newton matrices formed and factored
     long denseFactorizations = 0;  ///< those with the dense block form

@@ -310,10 +310,14 @@ TEST(Reporter, RealizesAccelerationsAsThatOfSimbodyDoes) {
     OffscreenVisualizer viz(pendulum.system, 160, 90);
     SimTK::Stage stage = SimTK::Stage::Empty;
     viz.setOutputFolder("").setNumThreads(0).addDecorationGenerator(new StageKeeper(stage));
-    const FrameReporter reporter(viz, 0.1);
+    FrameReporter reporter(viz, 0.1);
     const SimTK::State state = pendulum.system.realizeTopology();
     reporter.handleEvent(state);
     EXPECT_EQ(stage, SimTK::Stage(SimTK::Stage::Acceleration));
+    SimTK::State other = state;
+    other.invalidateAll(SimTK::Stage::Time);
+    reporter.setStage(SimTK::Stage::Velocity).handleEvent(other);
+    EXPECT_EQ(stage, SimTK::Stage(SimTK::Stage::Velocity));
 }
 
 TEST(Reporter, WritesNumberedFramesAndRemovesOldOnes) {

@@ -474,9 +474,9 @@ TEST(Checkpoint, ForeignAndNewerFilesAreRefused) {
                    {"no checkpoint of simflex"});
     integrator.initialize(start);
     std::string newer = write(integrator);
-    newer[newer.find('\n') + 5] = 3;
+    newer[newer.find('\n') + 5] = 4;
     expectContains(messageOf([&] { read(integrator, newer, start); }),
-                   {"version 3", "reads 2", "newer simflex is needed"});
+                   {"version 4", "reads 3", "newer simflex is needed"});
 }
 
 TEST(Checkpoint, AnotherModelIsRefusedByWhatDiffers) {
