@@ -39,7 +39,8 @@ GlFragments::GlFragments(const GlFunctions& functions, const GlScreen& sharedScr
     for (int i = 0; i < 3; ++i) {
         gl.BindBuffer(GL_TEXTURE_BUFFER, buffers[i]);
         gl.BindTexture(GL_TEXTURE_BUFFER, textures[i]);
-        gl.TexBuffer(GL_TEXTURE_BUFFER, i == Fragments ? GL_RGBA32UI : GL_R32UI, buffers[i]);
+        const GLenum formats[] = {GL_R32UI, GL_RGBA32UI, GL_RG32F};
+        gl.TexBuffer(GL_TEXTURE_BUFFER, formats[i], buffers[i]);
     }
 }
 
@@ -62,7 +63,7 @@ void GlFragments::reserve(unsigned number) {
                       GL_DYNAMIC_COPY);
     };
     allocate(Fragments, 16);
-    allocate(Slopes, 4);
+    allocate(Slopes, 8);
 }
 
 GlProgram& GlFragments::useProgram(int rank) {

@@ -21,7 +21,7 @@ namespace simflex {
 class GlFragments {
 public:
     static constexpr int maxLayers = 32;  ///< the nearest that a sample shows
-    static constexpr unsigned defaultMaxNumber = 6'000'000;
+    static constexpr unsigned defaultMaxNumber = 5'000'000;
 
     /** Whether the context has what lists need: OpenGL 4.3 and coverage after the depth test. **/
     static bool isSupported(const GlFunctions& gl);

@@ -48,7 +48,7 @@ public:
     static constexpr int defaultBandPixels = 1 << 22;
 
     /** Pictures of more pixels are drawn in bands, at 40 bytes a pixel and 4 more where
-    transparent surfaces are listed, besides 20 for each fragment of those, 120 MB at most; but with
+    transparent surfaces are listed, besides 24 for each fragment of those, 120 MB at most; but with
     ambient occlusion in one piece. **/
     void setMaxBandPixels(int number) { maxBandPixels = number; }
 

@@ -33,7 +33,12 @@ vec4 calcLight(vec3 n, vec3 v) {
     vec3 diffuse = ambient + key * vec3(0.72, 0.70, 0.66) + fill * vec3(0.10, 0.12, 0.15) + 0.12 * head;
 
     vec3 h = normalize(keyDirection + v);
-    float highlight = pow(max(dot(n, h), 0.0), 48.0) * 0.22 * step(0.0, dot(n, keyDirection));
+    float shine = max(dot(n, h), 0.0);
+    shine *= shine;
+    shine *= shine;
+    shine *= shine;
+    shine *= shine;
+    float highlight = shine * shine * shine * 0.22 * step(0.0, dot(n, keyDirection));  // its 48th power
     float away = 1.0 - max(dot(n, v), 0.0);
     float sheen = away * away * away * away * 0.10 * sky;
     return vec4(diffuse, highlight + sheen);
@@ -119,14 +124,13 @@ void main() {
 // A fragment has the number of the next one in its list, counted from 1, 0 after the last; its
 // kind: the samples that it covers (4 bits), whether it is a ghost's (1), its rank; its colour; and
 // its depth in the middle of the pixel. Depth is linear across a triangle: slopes are those per
-// pixel, times slopeScale.
+// pixel.
 const char* const fragmentLists = R"(
 layout(std430, binding = 0) buffer Lists {
     uint number;                // of fragments
     uint starts[];              // of the list of each pixel
 };
 uniform ivec4 area;             // the pixels that have lists: left, bottom, right, top
-const float slopeScale = 1024.0;
 const uint allSamples = 15u, ghostBit = 16u;
 
 // Scissors of a multisampled picture let samples of pixels through that are outside.
@@ -146,7 +150,7 @@ layout(std430, binding = 1) buffer Fragments {
     uvec4 fragments[];
 };
 layout(std430, binding = 2) buffer Slopes {
-    uint slopes[];
+    vec2 slopes[];
 };
 uniform int capacity;
 uniform int rank;
@@ -163,20 +167,22 @@ void main() {
     uint kind = uint(rank) << 5 | (isGhost ? ghostBit : 0u) | samples;
     fragments[place] =
         uvec4(next, kind, packUnorm4x8(shade), floatBitsToUint(gl_FragCoord.z));
-    slopes[place] = packHalf2x16(clamp(slopeScale * slope, -6e4, 6e4));
+    slopes[place] = slope;
 }
 )";
 
 // Finds the fragments of a list in order, a few at a time: registers hold them, which takes loops
 // that are written out.
 const char* const sortFragments = R"(
-#define FOR_EACH(Do) Do(0) Do(1) Do(2) Do(3) Do(4) Do(5)
-uniform usamplerBuffer listTexels, fragmentTexels, slopeTexels;
+#define FOR_EACH(Do) Do(0) Do(1) Do(2) Do(3)
+uniform usamplerBuffer listTexels, fragmentTexels;
+uniform samplerBuffer slopeTexels;
 out vec4 fragment;
-const int most = 32, few = 6;
+const int most = 32, few = 4;
 float depths[few];              // ascending; of the same depth, the lower kind is before
-uint kinds[few], places[few];   // place 0: no more
+uint kinds[few], places[few], colors[few];   // place 0: no more
 int left;                       // so many are behind the last one, these included
+uint coverage;                  // samples that all fragments of the list cover
 float lastDepth = -1e9;
 uint lastKind = 0u, lastPlace = 0u;
 
@@ -185,7 +191,7 @@ uint findStart(ivec2 p) {
 }
 
 vec2 findSlope(uint place) {
-    return unpackHalf2x16(texelFetch(slopeTexels, int(place) - 1).r) / slopeScale;
+    return texelFetch(slopeTexels, int(place) - 1).rg;
 }
 
 bool isBefore(float depth, uint kind, uint place, float depth2, uint kind2, uint place2) {
@@ -198,9 +204,11 @@ void findNext(uint place, uint samples, vec2 offset) {
 #define CLEAR(i) \
     depths[i] = 1e9; \
     kinds[i] = 0u; \
-    places[i] = 0u;
+    places[i] = 0u; \
+    colors[i] = 0u;
     FOR_EACH(CLEAR)
     left = 0;
+    coverage = allSamples;
     while (place != 0u) {
         uvec4 f = texelFetch(fragmentTexels, int(place) - 1);
         float depth = uintBitsToFloat(f.w);
@@ -208,23 +216,27 @@ void findNext(uint place, uint samples, vec2 offset) {
         if ((f.y & samples) != 0u &&
             isBefore(lastDepth, lastKind, lastPlace, depth, f.y, place)) {
             ++left;
-            uint kind = f.y, p = place;
+            uint kind = f.y, p = place, color = f.z;
             bool isNearer;
             float d;
-            uint k, q;
+            uint k, q, c;
 #define INSERT(i) \
     isNearer = isBefore(depth, kind, p, depths[i], kinds[i], places[i]); \
     d = depths[i]; \
     k = kinds[i]; \
     q = places[i]; \
+    c = colors[i]; \
     depths[i] = isNearer ? depth : d; \
     kinds[i] = isNearer ? kind : k; \
     places[i] = isNearer ? p : q; \
+    colors[i] = isNearer ? color : c; \
     depth = isNearer ? d : depth; \
     kind = isNearer ? k : kind; \
-    p = isNearer ? q : p;
+    p = isNearer ? q : p; \
+    color = isNearer ? c : color;
             FOR_EACH(INSERT)
         }
+        coverage &= f.y;
         place = f.x;
     }
     lastDepth = depths[few - 1];
@@ -236,17 +248,17 @@ vec4 sum = vec4(0.0);
 bool hasGhost = false;
 
 // Of ghosts, only the nearest shows.
-void lay(uint kind, uint place) {
+void lay(uint kind, uint color) {
     bool isGhost = (kind & ghostBit) != 0u;
-    if (place != 0u && !(isGhost && hasGhost)) {
-        vec4 c = unpackUnorm4x8(texelFetch(fragmentTexels, int(place) - 1).z);
+    if (!(isGhost && hasGhost)) {
+        vec4 c = unpackUnorm4x8(color);
         sum += (1.0 - sum.a) * c.a * vec4(c.rgb, 1.0);
     }
     hasGhost = hasGhost || isGhost;
 }
 
 void layAll() {
-#define LAY(i) lay(kinds[i], places[i]);
+#define LAY(i) lay(kinds[i], colors[i]);
     FOR_EACH(LAY)
 }
 )";
@@ -270,13 +282,9 @@ void main() {
     ivec2 p = ivec2(gl_FragCoord.xy);
     uint start = findStart(p);
     isAlike = start != 0u && (uint(gl_SampleMaskIn[0]) & allSamples) == allSamples;
-    for (uint place = start; place != 0u && isAlike;) {
-        uvec4 f = texelFetch(fragmentTexels, int(place) - 1);
-        isAlike = (f.y & allSamples) == allSamples;
-        place = f.x;
-    }
     for (int number = 0; number < most && isAlike; number += few) {
         findNext(start, allSamples, vec2(0.0));
+        isAlike = coverage == allSamples;
 #define CHECK(i) check(depths[i], places[i]);
         FOR_EACH(CHECK)
         layAll();
