@@ -93,8 +93,11 @@ EventDriver::Outcome EventDriver::handle(State& state, Event::Cause cause,
     if (results.getExitStatus() == HandleEventsResults::Failed)
         throw std::runtime_error("an event handler failed at t = " +
                                  std::to_string(state.getTime()) + " s: " + results.getMessage());
-    return {results.getExitStatus() == HandleEventsResults::ShouldTerminate,
-            results.getAnyChangeMade()};
+    // Subsystems with events of their own, such as cables, do not all say what they change;
+    // versions of stages tell it of variables that belong to stages realized.
+    const bool hasChanged = results.getAnyChangeMade() || !ids.empty() ||
+                            results.getLowestModifiedStage() < Stage::Report;
+    return {results.getExitStatus() == HandleEventsResults::ShouldTerminate, hasChanged};
 }
 
 void EventDriver::calcTriggers(const State& state, Vector& values) const {

@@ -199,6 +199,33 @@ struct FourBar : Basics {
     Constraint::Rod rod;
 };
 
+// Neither positions nor speeds agree with the rod: both are brought there before the first step.
+std::unique_ptr<Model> makeInconsistentStart() {
+    auto model = std::make_unique<Model>();
+    FourBar& bars = model->make<FourBar>();
+    model->state = model->system.realizeTopology();
+    bars.left.setAngle(model->state, 0.3);
+    bars.right.setAngle(model->state, 0.9);
+    bars.left.setRate(model->state, 5);
+    return model;
+}
+
+// The same on bodies of which one is light and free, with a quaternion that is not of length 1.
+std::unique_ptr<Model> makeInconsistentFreeBody() {
+    auto model = std::make_unique<Model>();
+    Basics& basics = model->make<Basics>();
+    Force::Gravity(basics.forces, basics.matter, -YAxis, 9.81);
+    MobilizedBody::Pin bar(basics.matter.Ground(), Vec3(0), FourBar::makeBar(), Vec3(0));
+    MobilizedBody::Free load(basics.matter.Ground(), Vec3(0), ball(0.2), Vec3(0));
+    Constraint::Ball(bar, Vec3(0, -1, 0), load, Vec3(0, 0.2, 0));
+    model->state = model->system.realizeTopology();
+    bar.setAngle(model->state, 0.5);
+    load.setQ(model->state, Vec7(1, 0.1, 0.2, -0.1, 0.45, -1.1, 0.02));
+    load.setU(model->state, Vec6(1, 2, 3, 0.5, 0, -0.5));
+    model->duration = 1;
+    return model;
+}
+
 // A motor that a Motion turns, its speed coupled to a wheel that drives a bar by a rod.
 std::unique_ptr<Model> makePrescribedMotion() {
     auto model = std::make_unique<Model>();
@@ -294,6 +321,24 @@ std::unique_ptr<Model> makeCableOverADrum() {
     return model;
 }
 
+// A pendulum's cord swings against a ball, from where it swings on, and off again: the subsystem of
+// cables has events of its own for that.
+std::unique_ptr<Model> makeCableAgainstABall() {
+    auto model = std::make_unique<Model>();
+    WithCables& parts = model->make<WithCables>();
+    MobilizedBody::Translation weight(parts.matter.Ground(), Vec3(0), ball(1), Vec3(0));
+    CablePath path(parts.cables, parts.matter.Ground(), Vec3(0), weight, Vec3(0));
+    CableObstacle::Surface peg(path, parts.matter.Ground(), Vec3(0.15, -0.5, 0.01),
+                               ContactGeometry::Sphere(0.1));
+    peg.setContactPointHints(Vec3(-0.1, 0.01, 0), Vec3(-0.1, -0.01, 0)).setDisabledByDefault(true);
+    CableSpring(parts.forces, path, 300, 1, 0.2);
+    model->state = model->system.realizeTopology();
+    weight.setTranslation(model->state, Vec3(-0.3, -1, 0));
+    weight.setOneU(model->state, 0, 1);
+    model->duration = 1.2;
+    return model;
+}
+
 // A cable over a ball and an ellipsoid.
 std::unique_ptr<Model> makeWrapping() {
     auto model = std::make_unique<Model>();
@@ -321,10 +366,13 @@ std::vector<Program> getMechanismPrograms() {
             {"NonholonomicConstraint", makeNonholonomicConstraint},
             {"CustomMobilizer", makeCustomMobilizer},
             {"FunctionBasedMobilizer", makeFunctionBasedMobilizer},
+            {"InconsistentStart", makeInconsistentStart},
+            {"InconsistentFreeBody", makeInconsistentFreeBody},
             {"PrescribedMotion", makePrescribedMotion},
             {"CompliantContact", makeCompliantContact},
             {"HuntCrossleyContact", makeHuntCrossleyContact},
             {"CableOverADrum", makeCableOverADrum, 1e-7},
+            {"CableAgainstABall", makeCableAgainstABall, 1e-7},
             {"Wrapping", makeWrapping, 1e-7}};
 }
 
