@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <sstream>
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
@@ -450,6 +451,23 @@ TEST(SimbodyApi, StepsBeginWithWhatWasChangedInTheAdvancedState) {
     EXPECT_EQ(integ.getStatistics().starts, starts + 1);
 }
 
+TEST(SimbodyApi, ACheckpointHoldsWhatWasChangedInTheAdvancedState) {
+    Pendulum model;
+    const State start = model.makeState();
+    BdfIntegrator integ(model.system), resumed(model.system);
+    integ.initialize(start);
+    integ.stepTo(0.5);
+    model.lift.setOneU(integ.updAdvancedState(), 0, 3);
+    std::stringstream stream;
+    integ.writeCheckpoint(stream);
+    resumed.readCheckpoint(stream, start);
+    integ.stepTo(1);
+    resumed.stepTo(1);
+    EXPECT_EQ((integ.getState().getY() - resumed.getState().getY()).normInf(), 0);
+    EXPECT_EQ(resumed.getNumStepsTaken(), integ.getNumStepsTaken());
+    EXPECT_GT(model.lift.getOneU(integ.getState(), 0), 3 - 9.81 * 0.51);
+}
+
 //-------------------------------------------------------------------------------------------------
 // the start
 
@@ -621,6 +639,86 @@ TEST(Start, ThatAnAssemblerHasBentIsRefusedAndALockedOneIsNot) {
     EXPECT_LT(
         (model.rod.interface("B").calcMotion(integ.getState()).X.p() - model.findEnd(2)).norm(),
         1e-9);
+}
+
+//-------------------------------------------------------------------------------------------------
+// one link made flexible
+
+/** A slider-crank from rest, driven by a torque on its crank; whatever the rod is. **/
+struct SliderCrank {
+    SliderCrank()
+        : matter(system),
+          forces(system),
+          gravity(forces, matter, -YAxis, 9.81),
+          crank(matter.Ground(), Transform(), makeBody(0.5, 1e-2), Transform()),
+          slider(matter.Ground(), Transform(), makeBody(0.3, 1e-4), Transform()),
+          motor(forces, crank, 0, 1) {}
+    static Body::Rigid makeBody(Real mass, Real inertia) {
+        return Body::Rigid(MassProperties(mass, Vec3(0), Inertia(inertia)));
+    }
+    static constexpr Real radius = 0.06;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter;
+    GeneralForceSubsystem forces;
+    Force::Gravity gravity;
+    MobilizedBody::Pin crank;
+    MobilizedBody::Slider slider;
+    Force::MobilityConstantForce motor;
+};
+
+TEST(OneLink, HeldRigidMovesAsSimbodysRigidOne) {
+    const std::shared_ptr<const ReducedBody> part = test::makePointMassPart().body;
+    const auto locate = [&](const char* name) {
+        for (const auto& seat : part->interfaces)
+            if (seat.name == name)
+                return Vec3(seat.position[0], seat.position[1], seat.position[2]);
+        return Vec3(NaN);
+    };
+    const Vec3 A = locate("A"), B = locate("B"), span = B - A;
+    const Real angle = -std::atan2(span[1], span[0]);
+    const Real reach = SliderCrank::radius + std::hypot(span[0], span[1]);
+
+    SliderCrank rigid;
+    const auto& I = part->inertia;
+    const Body::Rigid bar(
+        MassProperties(part->mass, Vec3(0), Inertia(I[0], I[1], I[2], I[3], I[4], I[5])));
+    MobilizedBody::Pin link(rigid.crank, Vec3(SliderCrank::radius, 0, 0), bar, A);
+    Constraint::Ball end(link, B, rigid.slider, Vec3(0, 0, span[2]));
+    State state = rigid.system.realizeTopology();
+    link.setAngle(state, angle);
+    rigid.slider.setLength(state, reach);
+    RungeKuttaMersonIntegrator native(rigid.system);
+    native.setAccuracy(1e-11);
+    simflex::TimeStepper theirs(rigid.system, native);
+    theirs.initialize(state);
+
+    SliderCrank bending;
+    FlexibleBodySubsystem flexible(bending.system, bending.matter);
+    FlexibleBody rod(flexible, part);
+    Joint::Pin bigEnd(flexible, Attachment(bending.crank, Vec3(SliderCrank::radius, 0, 0)),
+                      rod.interface("A"));
+    Joint::Ball smallEnd(flexible, rod.interface("B"),
+                         Attachment(bending.slider, Vec3(0, 0, span[2])));
+    state = bending.system.realizeTopology();
+    bending.slider.setLength(state, reach);
+    rod.setPoseByInterface(state, "A",
+                           Transform(Rotation(angle, ZAxis), Vec3(SliderCrank::radius, 0, 0)));
+    rod.setRigid(state);
+    BdfIntegrator bdf(bending.system);
+    bdf.setAccuracy(1e-10);
+    bdf.setMaximumOrder(5);
+    simflex::TimeStepper ours(bending.system, bdf);
+    ours.initialize(state);
+
+    for (Real time : {0.2, 0.4, 0.6}) {
+        theirs.stepTo(time);
+        ours.stepTo(time);
+        EXPECT_NEAR(bending.slider.getLength(ours.getState()),
+                    rigid.slider.getLength(theirs.getState()), 1e-6);
+        EXPECT_NEAR(bending.crank.getAngle(ours.getState()),
+                    rigid.crank.getAngle(theirs.getState()), 1e-6);
+    }
+    EXPECT_GT(std::abs(rigid.crank.getAngle(theirs.getState())), 2);
 }
 
 }  // namespace
