@@ -170,7 +170,7 @@ public:
     @param next  returns the first break after a time, Infinity if there is none **/
     void addBreakTimes(std::function<SimTK::Real(SimTK::Real time)> next);
     /** Skips the initial projection of positions and speeds: the State is taken as consistent
-     * already. **/
+    already, however large its deformations are. **/
     void setProjectInitialState(bool project);
     /** How initialize() projects them, and what a handler left. **/
     void setProjectionNorm(ProjectionNorm norm);

@@ -194,7 +194,8 @@ void ImplicitIntegrator::Implementation::initialize(const State& state) {
     const StandardArithmetic standard;
     adoptSettings();
     setUp(state);
-    if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system))
+    const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system);
+    if (flexible && projectInitialState)
         requireLinearRange(*flexible, m_state, name + "::initialize()");
     const auto start_ = Clock::now();
     takeState(projectInitialState, true);

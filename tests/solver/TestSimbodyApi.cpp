@@ -630,6 +630,10 @@ TEST(Start, ThatAnAssemblerHasBentIsRefusedAndALockedOneIsNot) {
         }
     }
 
+    BdfIntegrator asItIs(model.system);
+    asItIs.setProjectInitialState(false);
+    EXPECT_NO_THROW(asItIs.initialize(bent));
+
     Assembler locked(model.system);
     model.flexible.lockModes(locked);
     locked.assemble(turned);
