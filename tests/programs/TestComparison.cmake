@@ -8,7 +8,7 @@ if(NOT status EQUAL 0)
 endif()
 foreach(line IN ITEMS "Endless +agrees .* in 8 states" "NoMotion +agrees .* no integrator" "Reference +agrees .*\\(IntegratorRef\\).* in 3 states"
         "Wrong +wrong .* start 0e\\+00, error [0-9]" "Crash +crashed .*no such thing" "Stuck +stopped"
-        [["programs": 6, "with_integrator": 5, "built": 6, "with_ref": 1, "agree": 3, "wrong": 1, "crashed": 1, "stopped": 1, "no_reference": 0]])
+        [["programs": 6, "with_integrator": 5, "built": 6, "with_ref": 1, "agree": 3, "wrong": 1, "crashed": 1, "refused": 0, "stopped": 1, "no_reference": 0]])
     if(NOT output MATCHES "${line}")
         message(FATAL_ERROR "not said: ${line}\n${output}")
     endif()

@@ -9,6 +9,7 @@ namespace simflex {
 // Called instead of the library's, by the library too.
 void OffscreenVisualizer::report(const SimTK::State& state) const {
     static std::atomic<bool> isFirst{true};
+    getSystem().realize(state, SimTK::Stage::Position);
     if (isFirst.exchange(false)) drawFrame(state);
 }
 
