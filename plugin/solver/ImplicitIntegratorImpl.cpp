@@ -233,7 +233,7 @@ bool ImplicitIntegrator::Implementation::projectStateByWeights(bool forced) {
     if (forced) options.setOption(ProjectOptions::ForceProjection);
     options.setOption(ProjectOptions::ForceFullNewton);
     if (useInfinityNorm) options.setOption(ProjectOptions::UseInfinityNorm);
-    const State before = m_state;
+    const Vector q = m_state.getQ(), u = m_state.getU();
     const SimTK::SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     try {
         SimTK::ProjectResults results;
@@ -251,7 +251,8 @@ bool ImplicitIntegrator::Implementation::projectStateByWeights(bool forced) {
         m_system.realize(m_state, Stage::Velocity);
         return true;
     } catch (const std::exception&) {
-        m_state = makeFreshState(m_system, before);
+        m_state.updQ() = q;
+        m_state.updU() = u;
         m_system.realize(m_state, Stage::Velocity);
         return false;
     }
