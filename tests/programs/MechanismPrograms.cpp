@@ -57,8 +57,12 @@ private:
 std::unique_ptr<Model> makeHolonomicConstraint() {
     auto model = std::make_unique<Model>();
     Plane& plane = model->make<Plane>();
-    Constraint::Custom(new Parabola(plane));
+    const Constraint::Custom parabola(new Parabola(plane));
     model->state = model->system.realizeTopology();
+    model->observe = [parabola, &system = model->system](const State& state) {
+        system.realize(state, Stage::Acceleration);
+        return parabola.getMultipliersAsVector(state);
+    };
     plane.bead.setOneQ(model->state, 1, 1);
     plane.bead.setOneQ(model->state, 2, 0.5);
     plane.bead.setOneU(model->state, 0, 2);
@@ -108,6 +112,41 @@ std::unique_ptr<Model> makeNonholonomicConstraint() {
     Constraint::Custom(new Blade(plane));
     model->state = model->system.realizeTopology();
     plane.bead.setOneQ(model->state, 0, 0.4);
+    plane.bead.setOneU(model->state, 0, 2);
+    return model;
+}
+
+/** A bead that falls half as fast as it speeds up to the side: ẍ = 1 − ÿ/2. **/
+class TiedAccelerations : public Constraint::Custom::Implementation {
+public:
+    explicit TiedAccelerations(Plane& plane) : Implementation(plane.matter, 0, 0, 1) {
+        m_bead = addConstrainedMobilizer(plane.bead);
+    }
+    TiedAccelerations* clone() const override { return new TiedAccelerations(*this); }
+    void calcAccelerationErrors(const State& state, const Array_<SpatialVec, ConstrainedBodyIndex>&,
+                                const Array_<Real, ConstrainedUIndex>& uDot,
+                                Array_<Real>& errors) const override {
+        errors[0] = getOneUDot(state, uDot, m_bead, x) + getOneUDot(state, uDot, m_bead, y) / 2 - 1;
+    }
+    void addInAccelerationConstraintForces(const State& state, const Array_<Real>& multipliers,
+                                           Array_<SpatialVec, ConstrainedBodyIndex>&,
+                                           Array_<Real, ConstrainedUIndex>& forces) const override {
+        addInOneMobilityForce(state, m_bead, x, multipliers[0], forces);
+        addInOneMobilityForce(state, m_bead, y, multipliers[0] / 2, forces);
+    }
+
+private:
+    const MobilizerUIndex x{1}, y{2};
+    ConstrainedMobilizerIndex m_bead;
+};
+
+std::unique_ptr<Model> makeAccelerationConstraint() {
+    auto model = std::make_unique<Model>();
+    Plane& plane = model->make<Plane>();
+    Constraint::Custom(new TiedAccelerations(plane));
+    Force::TwoPointLinearSpring(plane.forces, plane.matter.Ground(), Vec3(0, 1, 0), plane.bead,
+                                Vec3(0), 30, 0.5);
+    model->state = model->system.realizeTopology();
     plane.bead.setOneU(model->state, 0, 2);
     return model;
 }
@@ -364,6 +403,7 @@ std::unique_ptr<Model> makeWrapping() {
 std::vector<Program> getMechanismPrograms() {
     return {{"HolonomicConstraint", makeHolonomicConstraint},
             {"NonholonomicConstraint", makeNonholonomicConstraint},
+            {"AccelerationConstraint", makeAccelerationConstraint},
             {"CustomMobilizer", makeCustomMobilizer},
             {"FunctionBasedMobilizer", makeFunctionBasedMobilizer},
             {"InconsistentStart", makeInconsistentStart},

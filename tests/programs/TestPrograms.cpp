@@ -9,6 +9,7 @@
 
 #include "programs/Program.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/TimeStepper.h"
 
 namespace simflex::test {
 
@@ -35,7 +36,6 @@ struct Record {
     }
 };
 
-// No event of the programs is planned for one of these.
 constexpr int numSamples = 7;
 
 Real getSampleTime(const Model& model, int i) {
@@ -48,7 +48,7 @@ Record runByRungeKuttaMerson(const Program& program) {
     RungeKuttaMersonIntegrator integrator(model->system);
     integrator.setAccuracy(program.referenceAccuracy);
     if (!isNaN(model->longestStep)) integrator.setMaximumStepSize(model->longestStep);
-    TimeStepper stepper(model->system, integrator);
+    SimTK::TimeStepper stepper(model->system, integrator);
     stepper.initialize(model->state);
     Record record;
     record.take(*model, stepper.getState());
@@ -77,13 +77,13 @@ Record runByBdf(const Program& program, Real accuracy, Handles handles) {
     BdfIntegrator integrator(model->system);
     integrator.setAccuracy(accuracy);
     if (!isNaN(model->longestStep)) integrator.setMaximumStepSize(model->longestStep);
-    integrator.initialize(model->state);
+    simflex::TimeStepper stepper(model->system, integrator);
+    stepper.initialize(model->state);
     Record record;
-    record.take(*model, integrator.getState());
-    for (int i = 1; i <= numSamples; ++i) {
-        const auto status = integrator.stepTo(getSampleTime(*model, i));
-        record.take(*model, integrator.getState());
-        if (status == ImplicitIntegrator::StepStatus::Terminated) break;
+    record.take(*model, stepper.getState());
+    for (int i = 1; i <= numSamples && !integrator.isSimulationOver(); ++i) {
+        stepper.stepTo(getSampleTime(*model, i));
+        record.take(*model, stepper.getState());
     }
     record.calls = model->calls;
     return record;
