@@ -8,10 +8,12 @@
 namespace simflex {
 
 bool GlFragments::isSupported(const GlFunctions& gl) {
-    GLint major = 0, minor = 0, numExtensions = 0;
+    GLint major = 0, minor = 0, maxTexels = 0, numExtensions = 0;
     gl.GetIntegerv(GL_MAJOR_VERSION, &major);
     gl.GetIntegerv(GL_MINOR_VERSION, &minor);
     if (10 * major + minor < 43 || !gl.MemoryBarrier) return false;
+    gl.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &maxTexels);
+    if (maxTexels <= GLint(defaultMaxNumber)) return false;
     gl.GetIntegerv(GL_NUM_EXTENSIONS, &numExtensions);
     for (GLint i = 0; i < numExtensions; ++i) {
         const GLubyte* name = gl.GetStringi(GL_EXTENSIONS, GLuint(i));
@@ -96,7 +98,7 @@ unsigned GlFragments::gather(const GlRectangle& strip, const std::function<void(
 
 void GlFragments::draw(const GlRectangle& rectangle, const std::function<void()>& drawItems) {
     const int width = rectangle.right - rectangle.left;
-    int rows = rectangle.top - rectangle.bottom;
+    int rows = std::min(rectangle.top - rectangle.bottom, std::max(1, int(maxNumber) / width));
     reserve(std::min(maxNumber, 4 * unsigned(width) * unsigned(rows)));
     gl.Enable(GL_SCISSOR_TEST);
     GlRectangle strip = rectangle;

@@ -4,9 +4,9 @@ What is transparent, gathered and sorted at each pixel.
 
 All transparent surfaces are drawn once; their fragments are not blended but appended to a list of
 their pixel, each with its depth as a plane and the samples that it covers (J. C. Yang et al.,
-Real-time concurrent linked list construction on the GPU, EGSR 2010). Then each sample sorts those
-that cover it and lays them over each other. The cost grows with the fragments, not with their
-square as that of peeling. Internal to the renderer. **/
+Real-time concurrent linked list construction on the GPU, EGSR 2010). Then each pixel, or each of
+its samples where those differ, sorts them and lays them over each other. The cost grows with the
+fragments, not with their square as that of peeling. Internal to the renderer. **/
 
 #include <cstdint>
 #include <functional>
@@ -23,7 +23,8 @@ public:
     static constexpr int maxLayers = 32;  ///< the nearest that a sample shows
     static constexpr unsigned defaultMaxNumber = 5'000'000;
 
-    /** Whether the context has what lists need: OpenGL 4.3 and coverage after the depth test. **/
+    /** Whether the context has what lists need: OpenGL 4.3, large texture buffers, coverage after
+    the depth test. **/
     static bool isSupported(const GlFunctions& gl);
 
     GlFragments(const GlFunctions& gl, const GlScreen& screen);
@@ -39,7 +40,8 @@ public:
     @param rank  decides between fragments of the same depth: the lower is before **/
     GlProgram& useProgram(int rank);
 
-    /** At most so many fragments are held at a time; a picture with more is done in strips. **/
+    /** At most so many fragments, and lists, are held at a time; a picture with more is done in
+    strips. **/
     void setMaxNumber(unsigned number);
 
 private:

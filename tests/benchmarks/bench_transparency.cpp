@@ -34,13 +34,11 @@ Scene makeHeap(int numShapes, double opacity) {
     const SurfaceGeometryPtr shapes[] = {createSphere(48), createBrick(), createCylinder(48)};
     for (int i = 0; i < numShapes; ++i) {
         const double angle = 2.39996 * i;  // the golden angle spreads them evenly
-        const double height = (2 * i + 1.0) / numShapes - 1,
-                     radius = std::sqrt(1 - height * height);
+        const double y = (2 * i + 1.0) / numShapes - 1, radius = std::sqrt(1 - y * y);
         SurfaceItem item;
         item.geometry = shapes[i % 3];
-        item.X_GM =
-            Transform(Rotation(0.7 * i, SimTK::UnitVec3(1, 2, 3)),
-                      0.6 * Vec3(radius * std::cos(angle), height, radius * std::sin(angle)));
+        item.X_GM = Transform(Rotation(0.7 * i, SimTK::UnitVec3(1, 2, 3)),
+                              0.6 * Vec3(radius * std::cos(angle), y, radius * std::sin(angle)));
         item.scale = Vec3(0.32, 0.2, 0.25);
         item.color = 0.5 * (Vec3(1) + Vec3(std::sin(i), std::sin(2 * i), std::sin(3 * i)));
         item.opacity = opacity;
