@@ -1,6 +1,8 @@
 #include "Hdf5.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <stdexcept>
 
 namespace simflex {
@@ -14,7 +16,7 @@ constexpr size_t kLongestText = 60000;
 constexpr double kMostNumbers = 1e11;
 
 void check(herr_t status, const std::string& what) {
-    if (status < 0) throw std::runtime_error("cannot " + what);
+    if (status < 0) throw std::runtime_error(describeFailure(what));
 }
 
 Handle makeCreation(hid_t kind) {
@@ -70,8 +72,15 @@ std::vector<Number> readAny(hid_t parent, const std::string& name,
 
 }  // namespace
 
+std::string describeFailure(const std::string& what) {
+    const int reason = errno;
+    const bool isTheDisks = reason == ENOSPC || reason == EDQUOT || reason == EROFS ||
+                            reason == EACCES || reason == EFBIG;
+    return "cannot " + what + (isTheDisks ? std::string(": ") + std::strerror(reason) : "");
+}
+
 Handle::Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what) : _id(id), _close(close) {
-    if (id < 0) throw std::runtime_error("cannot " + what);
+    if (id < 0) throw std::runtime_error(describeFailure(what));
 }
 
 Handle::~Handle() {

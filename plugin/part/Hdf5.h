@@ -39,6 +39,10 @@ private:
     void* _data = nullptr;
 };
 
+/** "cannot create the file: No space left on device": with the system's reason where it is the
+disk's, which HDF5 does not pass on. **/
+std::string describeFailure(const std::string& what);
+
 /** All of these throw std::runtime_error with the name of the object that failed. Nothing carries
 a time stamp. **/
 Handle createFile(const std::string& path);

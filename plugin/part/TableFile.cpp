@@ -33,7 +33,7 @@ bool isCsvName(const std::string& path) {
 }
 
 void check(herr_t status, const std::string& what) {
-    if (status < 0) throw std::runtime_error("cannot " + what);
+    if (status < 0) throw std::runtime_error(hdf5::describeFailure(what));
 }
 
 void appendNumber(double value, std::string& text) {

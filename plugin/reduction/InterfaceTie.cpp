@@ -1,6 +1,8 @@
 #include "InterfaceTie.h"
 
 #include <algorithm>
+#include <limits>
+#include <sstream>
 #include <stdexcept>
 
 #include "RigidMotion.h"
@@ -11,6 +13,35 @@ namespace {
 
 /** Second singular value of the node positions over the first, below which nodes are collinear. **/
 constexpr double kCollinear = 1e-6;
+
+/** How far a master point may be from its nodes, in sizes of the part: without a word, and at all.
+ * **/
+constexpr double kNear = 0.5, kFarthest = 10;
+
+double calcDiagonal(const Mesh& mesh) {
+    const Eigen::Map<const Eigen::Matrix3Xd> x(mesh.positions.data(), 3, mesh.numNodes());
+    return (x.rowwise().maxCoeff() - x.rowwise().minCoeff()).norm();
+}
+
+/** From the master to the nearest of its nodes. **/
+double calcDistance(const Mesh& mesh, const InterfaceTies::Tie& tie) {
+    const Eigen::Map<const Eigen::Vector3d> master(tie.master.data());
+    double distance = std::numeric_limits<double>::infinity();
+    for (const int node : tie.nodes)
+        distance = std::min(
+            distance,
+            (Eigen::Map<const Eigen::Vector3d>(&mesh.positions[3 * size_t(node)]) - master).norm());
+    return distance;
+}
+
+std::string describeDistance(const Mesh& mesh, const InterfaceTies::Tie& tie) {
+    std::ostringstream text;
+    text << "the master point (" << tie.master[0] << ", " << tie.master[1] << ", " << tie.master[2]
+         << ") is " << calcDistance(mesh, tie)
+         << " m away from the nearest of its nodes, the part is " << calcDiagonal(mesh)
+         << " m across";
+    return text.str();
+}
 
 /** An interface needs three nodes that do not lie on one line: else rotations cost nothing. **/
 void checkNodes(const std::string& where, const std::string& selection, const Mesh& mesh,
@@ -56,6 +87,9 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
         }
         checkNodes(where, wanted.nodes, mesh, tie.nodes);
         tie.master = wanted.master ? *wanted.master : findMiddle(mesh, wanted.nodes);
+        if (calcDistance(mesh, tie) > kFarthest * calcDiagonal(mesh))
+            throw std::invalid_argument(where + describeDistance(mesh, tie) +
+                                        "; it is given in metres, where the mesh is");
         for (const int node : tie.nodes) {
             int& owner = tieOf[size_t(node)];
             if (owner >= 0)
@@ -68,6 +102,14 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
         }
         _ties.push_back(std::move(tie));
     }
+}
+
+std::vector<std::string> InterfaceTies::listWarnings(const Mesh& mesh) const {
+    std::vector<std::string> warnings;
+    for (const Tie& tie : _ties)
+        if (calcDistance(mesh, tie) > kNear * calcDiagonal(mesh))
+            warnings.push_back("interface '" + tie.name + "': " + describeDistance(mesh, tie));
+    return warnings;
 }
 
 bool InterfaceTies::hasRigid() const {

@@ -29,6 +29,9 @@ public:
     @throws std::invalid_argument as reduce(). **/
     InterfaceTies(const FeModel& model, const ReductionOptions& options);
 
+    /** What is odd about the master points, for people. **/
+    std::vector<std::string> listWarnings(const Mesh& mesh) const;
+
     const std::vector<Tie>& ties() const { return _ties; }
     int numBoundaryDofs() const { return 6 * int(_ties.size()); }
     bool hasRigid() const;

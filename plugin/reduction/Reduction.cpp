@@ -107,4 +107,9 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     return body;
 }
 
+std::vector<std::string> listInterfaceWarnings(const FeModel& model,
+                                               const ReductionOptions& options) {
+    return InterfaceTies(model, options).listWarnings(model.mesh);
+}
+
 }  // namespace simflex

@@ -26,9 +26,9 @@ Journal 6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 
 #include <string>
 #include <vector>
 
+#include "simflex/fe/Checkpoint.h"
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/Progress.h"
-#include "simflex/fe/Checkpoint.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
@@ -119,9 +119,10 @@ struct ReductionTimings {
 /** Reduces a part. O(factor) + O(numModes²·numDofs). The same model and options give the same bits.
 @param timings  if not null, receives the time of each phase.
 @throws std::invalid_argument naming part, interface or number, and the cure: an interface with
-    an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface; a load
-    point without nodes or on a rigid interface; too few or too many modes; K singular beyond its
-six rigid motions; stiffening of a model with constraints; more memory than there is.
+    an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface, a
+    master point more than ten times the part's size away from them; a load point without nodes or
+on a rigid interface; too few or too many modes; K singular beyond its six rigid motions; stiffening
+of a model with constraints; more memory than there is.
 @throws std::invalid_argument for stress, if the model was read from no deck, or has materials that
     are not understood (they do not make K), or if its nodes do not exist.
 @throws std::runtime_error for stiffening, if CalculiX fails (names the load) or the deck has
@@ -129,5 +130,10 @@ six rigid motions; stiffening of a model with constraints; more memory than ther
 @throws Cancelled if progress asks to stop. **/
 ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
                    const ProgressCallback& progress = {}, ReductionTimings* timings = nullptr);
+
+/** What reduce() takes and people hardly mean: a master point far from its nodes.
+@throws std::invalid_argument as reduce(), of interfaces. **/
+std::vector<std::string> listInterfaceWarnings(const FeModel& model,
+                                               const ReductionOptions& options);
 
 }  // namespace simflex

@@ -206,6 +206,14 @@ void checkAllNodes(const ModelValue& part, const Mesh& mesh) {
     for (int i = 0; i < points.getSize(); ++i) checkNodes(points.at(i), mesh);
 }
 
+PartCache::Kept reduceModel(const FeModel& model, const ReductionOptions& options,
+                            const ProgressCallback& progress) {
+    std::vector<std::string> warnings = model.warnings;
+    for (const std::string& warning : listInterfaceWarnings(model, options))
+        warnings.push_back(warning);
+    return {reduce(model, options, progress), warnings};
+}
+
 PartCache::Kept runReduction(const ModelValue& part, Request& request,
                              const ModelOptions& options) {
     const std::string name = request.reduction.name;
@@ -229,13 +237,12 @@ PartCache::Kept runReduction(const ModelValue& part, Request& request,
         SourceOptions deck;
         deck.path = source.gmsh.keepDeck;
         deck.calculix = source.calculix;
-        const FeModel model = readModelSource(deck);
-        return {reduce(model, request.reduction, progress), model.warnings};
+        return reduceModel(readModelSource(deck), request.reduction, progress);
     }
     if (isCalculixDeck(source)) checkAllNodes(part, readCalculixMesh(source.path));
     const FeModel model = readModelSource(source);
     checkAllNodes(part, model.mesh);
-    return {reduce(model, request.reduction, progress), model.warnings};
+    return reduceModel(model, request.reduction, progress);
 }
 
 constexpr auto kWait = std::chrono::milliseconds(50);

@@ -267,7 +267,7 @@ SchemaForm body() {
                 .such("false"),
             SchemaKey(
                 "damping",
-                {number(0), list({number(0)}), choice({"by_frequency"}),
+                {number(0, 1), list({number(0)}), choice({"by_frequency"}),
                  map("Rayleigh's damping", {SchemaKey("rayleigh", {list({number(0)}, {2})},
                                                       "Factors of mass [1/s] and stiffness [s].")
                                                 .required()

@@ -12,6 +12,7 @@
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/cli/model/ModelError.h"
+#include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace cli {
@@ -24,6 +25,14 @@ const int kMaxDepth = 64;
 
 [[noreturn]] void fail(const YamlPlace& place, const std::string& message) {
     throw ModelError(place.getText() + ": " + message);
+}
+
+/** A formula without quotes in {…} or […] falls apart at its commas. **/
+std::string explainKey(const std::string& key) {
+    double number = 0;
+    return readNumber(key, number)
+               ? ": a formula with commas stands in quotes, decimals have a point"
+               : "";
 }
 
 /** Makes a YamlTree of what yaml-cpp's parser tells. **/
@@ -168,7 +177,8 @@ private:
             if (tree.kind != YamlTree::Kind::Scalar)
                 fail(tree.place, "a key must be a single name");
             if (!open.keys.insert(tree.scalar).second)
-                fail(tree.place, "the key '" + tree.scalar + "' stands here twice");
+                fail(tree.place,
+                     "the key '" + tree.scalar + "' stands here twice" + explainKey(tree.scalar));
             open.key = std::move(tree);
             open.hasKey = true;
             return;

@@ -125,7 +125,11 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     const ReductionCheckpoint checkpoint(output + ".resume", kWorthKeeping, calculix.note);
     if (arguments.resume) calculix.checkpoint = options.checkpoint = &checkpoint;
     auto lap = std::chrono::steady_clock::now();
-    const FeModel model = readModelSource(source);
+    FeModel model = readModelSource(source);
+    for (const std::string& warning : listInterfaceWarnings(model, options)) {
+        messages.warn(warning);
+        model.warnings.push_back(warning);
+    }
     const double deckSeconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - lap).count();
     ReductionTimings timings;

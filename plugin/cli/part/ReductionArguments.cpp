@@ -1,4 +1,5 @@
 #include "simflex/cli/part/ReductionArguments.h"
+#include "simflex/cli/NumberCheck.h"
 #include "simflex/part/TextLines.h"
 
 #include <algorithm>
@@ -71,18 +72,18 @@ void ReductionArguments::addTo(CLI::App& command) {
     CLI::Option* modes = command.add_option(
         "-m,--modes", _numModes,
         "Craig-Bampton modes, 6 per interface among them; the part keeps 6 fewer");
-    modes->capture_default_str()->check(CLI::PositiveNumber);
+    modes->capture_default_str()->check(makePositiveCheck());
     command
         .add_option("--up-to", _highestFrequency,
                     "all normal modes up to this frequency, instead of --modes")
         ->type_name("HZ")
-        ->check(CLI::PositiveNumber)
+        ->check(makePositiveCheck())
         ->excludes(modes);
     command
         .add_option("--check", _numCheckedModes,
                     "compare so many frequencies of the part with those of the full model")
         ->type_name("COUNT")
-        ->check(CLI::PositiveNumber);
+        ->check(makePositiveCheck());
     command.add_flag("--stress{skin}", _stress,
                      "stress and strain of the modes at the nodes of the part's skin, at `all`, or "
                      "at NODES (--stress=SET,SET or =sphere:x,y,z,r)");
@@ -91,7 +92,7 @@ void ReductionArguments::addTo(CLI::App& command) {
                     "memory the reduction may take; more is refused before K is factored (default: "
                     "what the machine has left)")
         ->type_name("GIB")
-        ->check(CLI::PositiveNumber);
+        ->check(makePositiveCheck());
 }
 
 ReductionOptions ReductionArguments::parse() const {

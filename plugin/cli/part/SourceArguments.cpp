@@ -1,4 +1,5 @@
 #include "simflex/cli/part/SourceArguments.h"
+#include "simflex/cli/NumberCheck.h"
 
 #include <map>
 
@@ -65,7 +66,7 @@ void SourceArguments::addTo(CLI::App& command) {
     command
         .add_option("--mesh-size", _options.gmsh.meshSize,
                     "largest element, in the unit of the geometry (STEP: metres)")
-        ->check(CLI::PositiveNumber)
+        ->check(makePositiveCheck())
         ->type_name("H")
         ->group(gmsh);
     command

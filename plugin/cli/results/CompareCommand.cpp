@@ -7,6 +7,7 @@ simflex compare: the difference of two results. **/
 #include <stdexcept>
 
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/NumberCheck.h"
 #include "simflex/cli/results/Comparison.h"
 #include "simflex/cli/results/Figure.h"
 #include "simflex/cli/results/ProbeChoice.h"
@@ -156,7 +157,7 @@ void addCompareCommand(CLI::App& app) {
         ->add_option("--tolerance", arguments->tolerance,
                      "Difference allowed, relative to the range")
         ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
+        ->check(makeNonNegativeCheck());
     compare->add_option("--plot", arguments->plot, "Draws what differs most, .png, .svg or .pdf");
     compare->callback([arguments] { runCompare(*arguments); });
 }

@@ -1,8 +1,10 @@
 #include "simflex/cli/results/Figure.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -255,7 +257,8 @@ void drawFigure(const std::string& path, const Figure& figure) {
     const std::string aside = path + ".new";
     const File script(std::tmpfile(), std::fclose), errors(std::tmpfile(), std::fclose);
     const File picture(std::fopen(aside.c_str(), "wb"), std::fclose);
-    if (!script || !errors || !picture) throw std::runtime_error("cannot write '" + aside + "'");
+    if (!script || !errors || !picture)
+        throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
     const std::string text = makeGnuplotScript(kind, figure);
     std::fwrite(text.data(), 1, text.size(), script.get());
     std::rewind(script.get());

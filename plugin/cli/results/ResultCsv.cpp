@@ -1,4 +1,6 @@
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <memory>
 #include <stdexcept>
 
@@ -79,7 +81,7 @@ std::vector<std::string> makeLines(const ResultData::Analysis& analysis) {
 
 void writeResultCsv(const std::string& path, const ResultData::Analysis& analysis) {
     const std::unique_ptr<FILE, int (*)(FILE*)> file(std::fopen(path.c_str(), "w"), std::fclose);
-    if (!file) throw std::runtime_error("cannot write '" + path + "'");
+    if (!file) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
     std::fprintf(file.get(), "%s\n", makeTitles(analysis).c_str());
     for (const std::string& line : makeLines(analysis))
         std::fprintf(file.get(), "%s\n", line.c_str());

@@ -15,7 +15,7 @@ constexpr size_t kMostText = size_t(1) << 28;      // of a model file
 using Rows = std::vector<std::vector<double>>;
 
 void check(herr_t status, const std::string& what) {
-    if (status < 0) throw std::runtime_error("cannot " + what);
+    if (status < 0) throw std::runtime_error(hdf5::describeFailure(what));
 }
 
 std::string join(const std::vector<std::string>& texts, char separator) {

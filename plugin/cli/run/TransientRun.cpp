@@ -60,10 +60,10 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
     _interval = interval.isGiven() ? interval.getNumber() : _duration / kUsualRows;
     if (!(_interval > 0)) interval.fail("must be positive");
     if (_interval > _duration) {
-        std::ostringstream note;
-        note << interval.getPath() << ", " << _interval << " s, is longer than the duration, "
-             << _duration << " s: there are results of the start and the end only";
-        run._messages.note(note.str());
+        std::ostringstream text;
+        text << _interval << " s is longer than the duration, " << _duration
+             << " s; for results of the start and the end only give the duration itself";
+        interval.fail(text.str());
     }
     _lastRow = countIntervals(_duration, _interval, interval.isGiven() ? interval : analysis);
     const ModelValue output = run._model->getFile().get("output");

@@ -1,8 +1,10 @@
 #include "simflex/cli/shell/KeptState.h"
 #include "simflex/part/NumberText.h"
 
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -76,7 +78,7 @@ void writeKeptState(const std::string& path, const Model& model, const State& st
         file << formatVector("time", Vector(1, state.getTime())) << formatVector("q", state.getQ())
              << formatVector("u", state.getU()) << formatVector("z", state.getZ()) << "end\n";
         file.flush();
-        if (!file) throw std::runtime_error("cannot write '" + path + "'");
+        if (!file) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
     }
     std::error_code error;
     std::filesystem::rename(unfinished, path, error);

@@ -316,7 +316,8 @@ void addListCommands(std::vector<Command>& commands) {
          "Free motions, which nothing restores, come first; 'grows' and 'dies down' are motions "
          "that do "
          "not\noscillate. The state's speeds count: gyroscopic terms make frequencies of "
-         "what\nturns. Where it is not in equilibrium, they are those of an instant.",
+         "what\nturns. In a motion that is neither an equilibrium nor steady there are none, which "
+         "is said.",
          0,
          1,
          printEigenmodes,

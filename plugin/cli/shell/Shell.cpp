@@ -65,18 +65,24 @@ int Shell::runScript(std::istream& script, const std::string& name) {
     for (std::string line; !_isOver && std::getline(script, line);) {
         ++number;
         const std::string place = name + ":" + std::to_string(number) + ": ";
-        try {
-            run(line);
-        } catch (const Stopped& stopped) {
-            throw Stopped(place + stopped.what());
-        } catch (const std::exception& error) {
-            if (wasInterrupted()) throw;
-            if (_options.onError == ShellOptions::OnError::Stop)
-                throw std::runtime_error(place + error.what());
-            std::fflush(stdout);
-            std::fprintf(stderr, "simflex: %s%s\n", place.c_str(), error.what());
-            status = 1;
-        }
+        const auto attempt = [&](const auto& work) {
+            try {
+                work();
+            } catch (const Stopped& stopped) {
+                throw Stopped(place + stopped.what());
+            } catch (const std::exception& error) {
+                if (wasInterrupted()) throw;
+                if (_options.onError == ShellOptions::OnError::Stop)
+                    throw std::runtime_error(place + error.what());
+                std::fflush(stdout);
+                std::fprintf(stderr, "simflex: %s%s\n", place.c_str(), error.what());
+                status = 1;
+            }
+        };
+        std::vector<Words> commands;
+        attempt([&] { commands = takeLine(line); });
+        for (const Words& words : commands)
+            if (!_isOver) attempt([&] { runCommand(words); });
         std::fflush(stdout);
     }
     if (script.bad()) throw std::runtime_error("'" + name + "' cannot be read");
@@ -99,9 +105,13 @@ void Shell::runFile(const std::string& path) {
     if (runScript(file, path) != 0) throw std::runtime_error("errors in '" + path + "'");
 }
 
-void Shell::run(const std::string& line) {
+std::vector<Words> Shell::takeLine(const std::string& line) {
     if (!_editor && line.find_first_not_of(" \t\r") != std::string::npos) _lines.push_back(line);
-    for (const Words& words : splitCommands(line)) {
+    return splitCommands(line);
+}
+
+void Shell::run(const std::string& line) {
+    for (const Words& words : takeLine(line)) {
         runCommand(words);
         if (_isOver) return;
     }

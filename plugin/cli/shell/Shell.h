@@ -76,6 +76,8 @@ public:
     /**@}**/
 
 private:
+    /** Notes a line of input; returns its commands. **/
+    std::vector<Words> takeLine(const std::string& line);
     void runCommand(const Words& words);
     std::unique_ptr<ShellModel> makeModel(const ModelText& text) const;
     void use(std::unique_ptr<ShellModel> model);

@@ -187,6 +187,12 @@ SweptKey parseSweptKey(const std::string& text) {
     }
     for (const std::string& value : key.values)
         if (value.empty()) throw std::runtime_error("'" + text + "' has an empty value");
+    // As the second half of 0,05.
+    for (const std::string& value : key.values)
+        if (double number = 0; value.size() > 1 && value[0] == '0' && value[1] >= '0' &&
+                               value[1] <= '9' && readNumber(value, number))
+            throw std::runtime_error("'" + text + "': no number is written as '" + value +
+                                     "'; commas separate values, decimals have a point");
     return key;
 }
 

@@ -343,7 +343,11 @@ std::string nameOf(SweepOutcome::Status status) {
 }
 
 std::vector<SweepOutcome> runSweep(const SweepPlan& plan, const SweepOptions& options) {
-    fs::create_directories(options.folder);
+    std::error_code error;
+    fs::create_directories(options.folder, error);
+    if (error)
+        throw std::runtime_error("cannot make the folder '" + options.folder +
+                                 "': " + error.message());
     return Runner(plan, options).run();
 }
 

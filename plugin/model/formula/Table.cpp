@@ -175,6 +175,41 @@ Interval Table::calcBounds(const Interval& x, int order) const {
     return bounds;
 }
 
+namespace {
+
+/** Numbers of a line, as far as they can be read. **/
+struct TableLine {
+    std::vector<double> values;
+    std::string unread;      ///< begins where no number is
+    std::string separators;  ///< ',', ';' and ' ', each once
+};
+
+TableLine readTableLine(const char* at, const char* const lineEnd) {
+    TableLine line;
+    while (at < lineEnd) {
+        double value = 0;
+        const char* const first = at[0] == '+' && at[1] != '-' ? at + 1 : at;
+        const std::from_chars_result read = std::from_chars(first, lineEnd, value);
+        if (read.ec != std::errc() || !std::isfinite(value)) {
+            line.unread = std::string(at, std::min<std::ptrdiff_t>(30, lineEnd - at));
+            break;
+        }
+        line.values.push_back(value);
+        at = read.ptr;
+        const auto skipBlanks = [&] {
+            while (at < lineEnd && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
+        };
+        skipBlanks();
+        if (at == lineEnd) break;
+        const char separator = *at == ',' || *at == ';' ? *at++ : ' ';
+        if (line.separators.find(separator) == std::string::npos) line.separators += separator;
+        skipBlanks();
+    }
+    return line;
+}
+
+}  // namespace
+
 void readTableFile(const std::string& path, int columnX, int columnY, std::vector<double>& x,
                    std::vector<double>& y) {
     std::ifstream file(path);
@@ -186,28 +221,17 @@ void readTableFile(const std::string& path, int columnX, int columnY, std::vecto
         if (number == 1 && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
         const std::size_t begin = line.find_first_not_of(" \t\r");
         if (begin == std::string::npos || line[begin] == '#') continue;
-        std::vector<double> values;
-        bool isText = false;
-        const char* at = line.c_str() + begin;
-        const char* const lineEnd = line.c_str() + line.size();
-        while (at < lineEnd) {
-            double value = 0;
-            const char* const first = at[0] == '+' && at[1] != '-' ? at + 1 : at;
-            const std::from_chars_result read = std::from_chars(first, lineEnd, value);
-            if (read.ec != std::errc() || !std::isfinite(value)) {
-                isText = true;
-                break;
-            }
-            values.push_back(value);
-            at = read.ptr;
-            while (*at == ' ' || *at == '\t' || *at == '\r') ++at;
-            if (*at == ',' || *at == ';') ++at;
-            while (*at == ' ' || *at == '\t' || *at == '\r') ++at;
-        }
+        const TableLine read = readTableLine(line.c_str() + begin, line.c_str() + line.size());
+        const std::vector<double>& values = read.values;
+        const bool isText = !read.unread.empty();
         if (isText && x.empty() && values.empty()) continue;  // names of the columns
-        if (isText)
-            throw std::runtime_error(place + "'" + std::string(at).substr(0, 30) +
-                                     "' is no finite number");
+        if (isText) throw std::runtime_error(place + "'" + read.unread + "' is no finite number");
+        if (read.separators.size() > 1)
+            throw std::runtime_error(
+                place +
+                "columns are separated in more than one way: by commas, semicolons or "
+                "blanks, but one of them throughout; decimals are written with a point "
+                "(1.5), not with a comma");
         const int wanted = std::max(columnX, columnY);
         if (static_cast<int>(values.size()) <= wanted)
             throw std::runtime_error(place + "the line has " + std::to_string(values.size()) +
