@@ -389,6 +389,19 @@ TEST_F(InterfacesTest, TheReportMeasuresWhatItSays) {
     EXPECT_LT(body.report->conditionNumber, 1.0001 * condition);  // an estimate from below
 }
 
+TEST_F(InterfacesTest, MastersFarFromTheirNodesAreToldOrRefused) {
+    // The part is about 0.2 m long.
+    ReductionOptions options = twoEnds(TieType::Rigid, TieType::Rigid, 24);
+    EXPECT_TRUE(listInterfaceWarnings(*model, options).empty());
+    options.interfaces[0].master = {0.2, 0, 0};  // at the other end
+    const std::vector<std::string> warnings = listInterfaceWarnings(*model, options);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_THAT(warnings[0], HasSubstr("interface 'left': the master point (0.2, 0, 0) is "));
+    EXPECT_NO_THROW(reduce(*model, options));
+    options.interfaces[0].master = {200, 0, 0};  // in millimetres
+    EXPECT_THAT(errorOf(options), HasSubstr("it is given in metres"));
+}
+
 TEST_F(InterfacesTest, TheMasterOfACylinderIsOnItsAxis) {
     ReductionOptions options = twoEnds(TieType::Rigid, TieType::Rigid, 24);
     // About an axis beside the end's middle line: the mean of its nodes is not on it.

@@ -361,4 +361,9 @@ TEST(Table, BadFilesAreRefusedWithTheirLine) {
     EXPECT_THAT(refuse("0,1\n1\n"), HasSubstr("table.csv:2: the line has 1 columns"));
     EXPECT_THAT(refuse("0,nan\n1,2\n"), HasSubstr("table.csv:1: 'nan' is no finite number"));
     EXPECT_THAT(refuse("0,1\ntime,2\n"), HasSubstr("table.csv:2"));
+    // Decimal commas, as a spreadsheet writes them in half of Europe.
+    for (const char* line : {"0;1,5", "0,0;1,5", "0\t1,5", "0 1,5", "0;1.000,5"})
+        EXPECT_THAT(refuse("0;1\n" + std::string(line) + "\n"),
+                    ::testing::AllOf(HasSubstr("table.csv:2:"), HasSubstr("not with a comma")))
+            << line;
 }

@@ -501,13 +501,12 @@ analyses: {run: {type: transient, duration: 1.6}}
     EXPECT_THAT(testing::readText(folder / "model.results.run.csv"), Not(HasSubstr("-nan")));
 }
 
-TEST_F(RunTest, IntervalsLongerThanTheRunAreMentioned) {
+TEST_F(RunTest, IntervalsLongerThanTheRunAreRefused) {
+    // Extremes of two rows are not those of the motion.
     writeModel(
         makePendulum("0", "analyses: {run: {type: transient, duration: 0.1, interval: 1}}\n"));
-    ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml"), 0) << err;
-    EXPECT_THAT(err, AllOf(HasSubstr("analyses.run.interval, 1 s, is longer than the duration"),
-                           HasSubstr("0.1 s")));
-    EXPECT_EQ(read("run").time, (std::vector<double>{0, 0.1}));
+    ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml -q"), 1);
+    EXPECT_THAT(err, HasSubstr("analyses.run.interval: 1 s is longer than the duration, 0.1 s"));
 }
 
 TEST_F(RunTest, SweepsAreRefusedBeforeResultsAreReplaced) {

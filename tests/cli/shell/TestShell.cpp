@@ -87,6 +87,10 @@ TEST_F(ShellTest, AParameterThatIsSetBuildsTheModelAnew) {
               1);
     EXPECT_THAT(err, AllOf(HasSubstr("standard input:2: set: "), HasSubstr("mass")));
     EXPECT_EQ(readNumber("parameters.L"), 2);
+    // As well on one line.
+    ASSERT_EQ(
+        shell("nonsense; set parameters.L 3; get parameters.L\n", "model.yaml -q --keep-going"), 1);
+    EXPECT_EQ(readNumber("parameters.L"), 3);
 }
 
 constexpr const char* kHingedBar = R"(simflex: 1

@@ -42,7 +42,7 @@ TEST(SweepPlan, ValuesAreListsOrRanges) {
                 ElementsAre("0.1", "0.125", "0.15", "0.175", "0.2"));
     EXPECT_THAT(parseSweptKey("gravity=[0,-1,0],[0,-9.81,0]").values,
                 ElementsAre("[0,-1,0]", "[0,-9.81,0]"));
-    for (const char* text : {"speed", "=5", "speed=", "speed=1,,2", "speed=0:1:0"})
+    for (const char* text : {"speed", "=5", "speed=", "speed=1,,2", "speed=0:1:0", "load=0,05"})
         EXPECT_THAT(catchError([&] { parseSweptKey(text); }), HasSubstr(text)) << text;
 }
 
