@@ -12,7 +12,6 @@
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/cli/model/ModelError.h"
-#include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace cli {
@@ -29,8 +28,7 @@ const int kMaxDepth = 64;
 
 /** A formula without quotes in {…} or […] falls apart at its commas. **/
 std::string explainKey(const std::string& key) {
-    double number = 0;
-    return readNumber(key, number)
+    return key.find_first_not_of("0123456789.+-") == std::string::npos
                ? ": a formula with commas stands in quotes, decimals have a point"
                : "";
 }

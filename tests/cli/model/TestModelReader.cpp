@@ -313,7 +313,7 @@ TEST(ModelReader, DuplicateKeysAreRefused) {
     EXPECT_EQ(refuse("simflex: 1\ntitle: a\ntitle: b\n"),
               "m.yaml:3:1: the key 'title' stands here twice");
     EXPECT_EQ(refuse("simflex: 1\na: {b: step(t, 0, 0, 1, 2)}\n"),
-              "m.yaml:2:18: the key '0' stands here twice: a formula with commas stands in quotes, "
+              "m.yaml:2:19: the key '0' stands here twice: a formula with commas stands in quotes, "
               "decimals have a point");
 }
 
