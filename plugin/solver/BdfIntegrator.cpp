@@ -27,7 +27,7 @@ void BdfIntegrator::setFixedOrder(int order) {
 
 void BdfIntegrator::initialize(const SimTK::Array_<SimTK::State>& history) {
     const BdfScheme& scheme = updImpl().updScheme<BdfScheme>();
-    const int order = scheme.fixedOrder > 0 ? scheme.fixedOrder : scheme.maximumOrder;
+    const int order = scheme.fixedOrder > 0 ? scheme.fixedOrder : scheme.getMaximumOrder();
     updImpl().initialize(history, order);
 }
 

@@ -28,8 +28,9 @@ public:
     @throws std::invalid_argument if it is not a SimTK::MultibodySystem. **/
     explicit BdfIntegrator(const SimTK::System& system);
 
-    /** 1 … 5, default 2. From order 3 on BDF is not A-stable: lightly damped modes then limit the
-     * step. **/
+    /** 1 … 5. From order 3 on BDF is not A-stable: lightly damped modes then limit the step. So the
+    default follows the system: 2 where flexible bodies have modes, where something remembers what
+    it was at the ends of steps (cables, Measures, hysteresis), and with setFixedStep(); else 5. **/
     void setMaximumOrder(int order);
     /** Never leaves this order once the history allows it. **/
     void setFixedOrder(int order);

@@ -4,12 +4,17 @@
 
 namespace simflex {
 
+bool BdfScheme::suit(Suitability suitability) {
+    m_suitedOrder = suitability == Suitability::HighOrder ? MaxOrder : 2;
+    return getMaximumOrder() > 2 && fixedOrder == 0;
+}
+
 int BdfScheme::getLowestOrder() const {
-    return fixedOrder > 0 ? fixedOrder : std::min(2, maximumOrder);
+    return fixedOrder > 0 ? fixedOrder : std::min(2, getMaximumOrder());
 }
 
 int BdfScheme::getHighestOrder(const SolutionHistory& history) const {
-    return std::min(fixedOrder > 0 ? fixedOrder : maximumOrder, history.numNodes());
+    return std::min(fixedOrder > 0 ? fixedOrder : getMaximumOrder(), history.numNodes());
 }
 
 void BdfScheme::calcFormula(const SolutionHistory& history, int order, double tNew,

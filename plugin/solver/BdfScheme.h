@@ -14,13 +14,17 @@ class BdfScheme : public IntegrationScheme {
 public:
     static constexpr int MaxOrder = 5;
 
-    int maximumOrder = 2;
-    int fixedOrder = 0;  ///< 0: none
+    int maximumOrder = 0;  ///< 0: follows the system
+    int fixedOrder = 0;    ///< 0: none
+
+    bool suit(Suitability suitability) override;
 
     const char* getName() const override { return "Bdf"; }
     int getLowestOrder() const override;
     int getHighestOrder(const SolutionHistory& history) const override;
-    int getMaximumOrder() const override { return fixedOrder > 0 ? fixedOrder : maximumOrder; }
+    int getMaximumOrder() const override {
+        return fixedOrder > 0 ? fixedOrder : maximumOrder > 0 ? maximumOrder : m_suitedOrder;
+    }
     void calcFormula(const SolutionHistory& history, int order, double tNew,
                      StepFormula& formula) override;
     void completePoint(const SolutionHistory&, const StepFormula&, SolutionPoint&) override {}
@@ -28,6 +32,9 @@ public:
                                   double tNew) const override;
     double getFirstErrorConstant() const override;
     std::vector<std::pair<std::string, double>> listSettings() const override;
+
+private:
+    int m_suitedOrder = 2;
 };
 
 }  // namespace simflex

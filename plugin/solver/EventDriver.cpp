@@ -89,15 +89,19 @@ void EventDriver::handleTermination(State& state, Real accuracy) {
 EventDriver::Outcome EventDriver::handle(State& state, Event::Cause cause,
                                          const Array_<EventId>& ids, Real accuracy) const {
     HandleEventsResults results;
+    Array_<StageVersion> versions;
+    state.getSystemStageVersions(versions);
     m_system.handleEvents(state, cause, ids, HandleEventsOptions(accuracy), results);
     if (results.getExitStatus() == HandleEventsResults::Failed)
         throw std::runtime_error("an event handler failed at t = " +
                                  std::to_string(state.getTime()) + " s: " + results.getMessage());
     // Subsystems with events of their own, such as cables, do not all say what they change;
     // versions of stages tell it of variables that belong to stages realized.
-    const bool hasChanged = results.getAnyChangeMade() || !ids.empty() ||
-                            results.getLowestModifiedStage() < Stage::Report;
-    return {results.getExitStatus() == HandleEventsResults::ShouldTerminate, hasChanged};
+    const Stage said = results.getLowestModifiedStage(),
+                found = state.getLowestSystemStageDifference(versions);
+    const Stage lowest = said < found ? said : found;
+    const bool hasChanged = results.getAnyChangeMade() || !ids.empty() || lowest < Stage::Report;
+    return {results.getExitStatus() == HandleEventsResults::ShouldTerminate, hasChanged, lowest};
 }
 
 void EventDriver::calcTriggers(const State& state, Vector& values) const {

@@ -17,6 +17,7 @@ public:
     struct Outcome {
         bool shouldTerminate = false;
         bool hasChangedState = false;
+        SimTK::Stage lowestChange = SimTK::Stage::Infinity;  ///< that variables invalidate
     };
 
     explicit EventDriver(const SimTK::MultibodySystem& system) : m_system(system) {}

@@ -140,9 +140,10 @@ std::string FailureDiagnosis::explainNonFiniteForces(int block, double t,
 std::string FailureDiagnosis::explainLargeError(const FailedStep& step, double error,
                                                 const double* errorQ, const double* errorU) const {
     int worst = 0;
-    m_equations.calcErrorDisplacement(errorQ, errorU, step.h, &worst);
+    m_equations.calcErrorSize(errorQ, errorU, step.h, &worst);
     std::ostringstream text;
-    text << "the local error stays at " << error * step.accuracy << " m (allowed " << step.accuracy
+    text << "the local error stays at " << error * step.accuracy
+         << (m_equations.hasErrorsInMetres() ? " m" : "") << " (allowed " << step.accuracy
          << "), most of it in " << findWorstCoordinate(worst, errorQ, errorU, step.h);
     const std::string jump =
         m_equations.findMotionJump(step.last.t, step.h, step.last.q.data(), step.last.u.data());

@@ -109,7 +109,7 @@ const Vector& ForceDifferences::calcForce() {
     return m_force;
 }
 
-void ForceDifferences::calcTerms(const State& state, double gamma) {
+const MatrixXd& ForceDifferences::calcMatrix(const State& state, double gamma) {
     const int n = int(m_speeds.size());
     if (m_moved.getNZ() > 0) m_moved.updZ() = state.getZ();
     for (int j = 0; j < n; ++j) {
@@ -132,6 +132,12 @@ void ForceDifferences::calcTerms(const State& state, double gamma) {
             }
         }
     }
+    return m_matrix;
+}
+
+void ForceDifferences::calcTerms(const State& state, double gamma) {
+    const int n = int(m_speeds.size());
+    calcMatrix(state, gamma);
     // Ordered and cut off by what the terms do to displacements.
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i)

@@ -6,9 +6,9 @@ With f the generalized force of an element, in Simbody's speeds u_j that it depe
 
     A = −(γ ∂f/∂q·N + ∂f/∂u),    ½(A + Aᵀ) = Σ_i σ_i d_i d_iᵀ,    σ_i = ±1
 
-column j by one central difference along q += h·N e_j, u += h/γ·e_j. The Newton matrix takes terms
-of rank one (see ForceElement); the antisymmetric part, of follower forces and friction, has no
-place there. **/
+column j by one central difference along q += h·N e_j, u += h/γ·e_j. Inside of one rigid block the
+Newton matrix takes A as it is. Elsewhere it takes terms of rank one (see ForceElement); the
+antisymmetric part, of follower forces and friction, has no place there. **/
 
 #include <Eigen/Dense>
 #include <vector>
@@ -58,6 +58,8 @@ public:
     /** Differences about `state`'s q, u and time.
     @throws std::runtime_error naming element and body where a force is not a finite number. **/
     void calcTerms(const SimTK::State& state, double gamma);
+    /** The same, and no terms made of it: all of A, by getSpeeds(). **/
+    const Eigen::MatrixXd& calcMatrix(const SimTK::State& state, double gamma);
     double getSign(int term) const { return m_signs[term]; }
     /** d_i, by getSpeeds(). **/
     double getDirection(int term, int speed) const { return m_directions(speed, term); }

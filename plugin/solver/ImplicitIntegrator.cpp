@@ -29,9 +29,15 @@ void ImplicitIntegrator::setAccuracy(Real accuracy) {
     m_impl->setWaiting(&Implementation::Waiting::accuracy, accuracy);
 }
 
+void ImplicitIntegrator::setAccuracyNorm(AccuracyNorm norm) {
+    m_impl->requireNotInitialized("setAccuracyNorm");
+    m_impl->accuracyNorm = norm;
+}
+
 void ImplicitIntegrator::setConstraintTolerance(Real tolerance) {
     requirePositive(tolerance, "setConstraintTolerance");
     m_impl->setWaiting(&Implementation::Waiting::constraintTolerance, tolerance);
+    m_impl->hasOwnConstraintTolerance = true;
 }
 
 void ImplicitIntegrator::setFormulation(Formulation formulation) {
@@ -69,6 +75,7 @@ void ImplicitIntegrator::setNewtonTolerances(const NewtonTolerances& tolerances)
     requirePositive(tolerances.multiplier, "setNewtonTolerances: multiplier");
     requirePositive(tolerances.maxIterations, "setNewtonTolerances: maxIterations");
     m_impl->newtonTolerances = tolerances;
+    m_impl->hasOwnNewtonTolerances = true;
 }
 
 void ImplicitIntegrator::setFinalTime(Real time) {

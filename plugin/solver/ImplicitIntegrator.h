@@ -18,16 +18,18 @@ the position errors themselves (Index3).
 Names follow SimTK::Integrator and SimTK::TimeStepper, and so do events: Initialization handlers
 and Measures are called by initialize(), reporters on interpolated states, scheduled and triggered
 handlers (triggers located by root finding within their required window), TimeAdvanced and
-Termination handlers at the ends of steps. Handlers may change anything in the State; the step
-after them starts at order 2 from new accelerations. Auto-update variables (Measure::Extreme,
-Delay) are updated after every step, with the State realized to Stage::Acceleration then: Simbody's
-exact accelerations and multipliers, which cost far more time than a step where there are many
-joints. Auxiliary variables z (Measure::Integrate) are integrated along, ż taken from Simbody with
-the scheme's own u̇ for accelerations; multipliers and reactions of joints are not in them. Triggers
-that need Stage::Dynamics, and getState() realized so far or further, cost one block elimination
-more; those that need Stage::Acceleration (a unilateral contact's force, say) get Simbody's exact
-accelerations and multipliers, at the same price as auto-update variables. Handlers find the State
-realized to Stage::Acceleration, with flexible bodies to Stage::Velocity.
+Termination handlers at the ends of steps. Handlers may change anything in the State. Where a
+handler changes forces only, and by so little that a step does not feel it, steps and orders go on
+as if nothing had been; else the step after it starts at order 2 from new accelerations. Auto-update
+variables (Measure::Extreme, Delay) are updated after every step, with the State realized to
+Stage::Acceleration then: Simbody's exact accelerations and multipliers, which cost far more time
+than a step where there are many joints. Auxiliary variables z (Measure::Integrate) are integrated
+along, ż taken from Simbody with the scheme's own u̇ for accelerations; multipliers and reactions of
+joints are not in them. Triggers that need Stage::Dynamics, and getState() realized so far or
+further, cost one block elimination more; those that need Stage::Acceleration (a unilateral
+contact's force, say) get Simbody's exact accelerations and multipliers, at the same price as
+auto-update variables. Handlers find the State realized to Stage::Acceleration, with flexible bodies
+to Stage::Velocity.
 
 What else of Simbody may stand in the system:
 - rigid bodies on any mobilizer, forward or reversed, with quaternions or Euler angles;
@@ -45,7 +47,9 @@ quaternions), joints disabled in the State. Forces on the body of a modal mobili
 forces on its mobilities are modal forces.
 
 The Newton matrix holds elasticity, damping, inertia, and the stiffness and damping of the elements
-in simflex/forces. Simbody's own force elements, Force::Custom among them, act in the residual only
+in simflex/forces. Where all is rigid, forces of any kind, contacts and friction among them, and
+gyroscopic terms are taken in by differences as soon as the iteration does not do without. With
+flexible bodies Simbody's own force elements, Force::Custom among them, act in the residual only
 unless addForceJacobian() is told of them; what a body's motion changes in AttachmentForces and
 DistributedLoads stands in its dense form alone. Very stiff ones slow Newton's iteration down and
 shorten the step.
@@ -80,12 +84,27 @@ public:
     converging. The solution is the same. **/
     enum class BlockForm { Automatic, Arrow, Dense };
 
+    /** What setAccuracy() is in. **/
+    enum class AccuracyNorm {
+        /** Displacement with a FlexibleBodySubsystem, with Index3 and with fixed steps; else
+        StateWeights. **/
+        Automatic,
+        Displacement,  ///< metres of displacement anywhere on a body
+        /** As SimTK::Integrator has it: relative to values of u and z, or to the units that the
+        State's weights give, if these are larger; q through N. RMS or infinity norms, as
+        setUseInfinityNorm() says. **/
+        StateWeights
+    };
+
     /** Thresholds of the Newton iteration; converged when changes of displacements *and*
     multipliers, or residuals of bodies *and* constraints, are below them. **/
     struct NewtonTolerances {
-        SimTK::Real displacement = 3e-4;   ///< largest change γΔu, as a fraction of the accuracy
-        SimTK::Real multiplier = 1e-5;     ///< change of λ relative to the largest λ
-        SimTK::Real bodyResidual = 1e-11;  ///< relative to the largest force
+        /** Largest change γΔu, as a fraction of the accuracy; 0.1 unless set where that is
+        Simbody's, which counts changes of u as well, and orders are high. **/
+        SimTK::Real displacement = 3e-4;
+        /** Change of λ relative to the largest λ; 1e-4 in the same case. **/
+        SimTK::Real multiplier = 1e-5;
+        SimTK::Real bodyResidual = 1e-11;        ///< relative to the largest force
         SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]
         int maxIterations = 8;
     };
@@ -132,12 +151,19 @@ public:
     once. So do setNumThreads() and the observers. An integration keeps the rest as it was begun
     with: after initialize() they are refused. **/
     /**@{**/
-    /** Local error allowed per step, in metres of displacement anywhere on a body; default 1e-6.
-    With order p the global error falls as accuracy^(p/(p+1)). **/
+    /** Local error allowed per step; default 1e-6. With order p the global error falls as
+    accuracy^(p/(p+1)).
+
+    In a system of Simbody's own parts it means what SimTK::Integrator's means, so that programs
+    keep their numbers. With a FlexibleBodySubsystem it is metres of displacement anywhere on a
+    body: speeds of modes have no size of their own, and near singular positions of joints speeds
+    change as fast as they like. setAccuracyNorm() says otherwise. **/
     void setAccuracy(SimTK::Real accuracy);
-    /** Largest joint position error left by a step [m, rad]; default 1e-10. Index3 solves the
-    position equations themselves and is not projected: its errors follow from the Newton
-    tolerances. **/
+    /** @throws std::invalid_argument from initialize(): StateWeights with a flexible body. **/
+    void setAccuracyNorm(AccuracyNorm norm);
+    /** Largest joint position error left by a step [m, rad]; default 1e-10, or a tenth of the
+    accuracy where that is Simbody's. Index3 solves the position equations themselves and is not
+    projected: its errors follow from the Newton tolerances. **/
     void setConstraintTolerance(SimTK::Real tolerance);
     void setFormulation(Formulation formulation);
     void setBlockForm(BlockForm form);
@@ -181,8 +207,9 @@ public:
     void setProjectInterpolatedStates(bool shouldProject);
     /** Nothing to do: every step ends within the constraint tolerance. **/
     void setProjectEveryStep(bool) {}
-    /** In the projection of the initial State by ProjectionNorm::Weights. The error of a step is a
-    largest displacement anyhow. **/
+    /** In AccuracyNorm::StateWeights, from the next initialize() on, and in the projection of the
+    initial State by ProjectionNorm::Weights: infinity norms, where the worst coordinate counts,
+    rather than root-mean-square ones, the default as in SimTK::Integrator. **/
     void setUseInfinityNorm(bool useInfinityNorm);
     bool isInfinityNormInUse() const;
     /** Forms and factors Newton's matrix in every iteration; costs time. **/
@@ -194,9 +221,9 @@ public:
     /** Takes the stiffness and damping
     of one of Simbody's force elements, a Force::Custom say, into the Newton matrix: by central
     differences in the speeds that it depends on, two evaluations of it for each speed whenever the
-    matrix is formed. Only convergence changes, not the solution. The symmetric part is taken, in
-    its 24 largest terms: springs, dampers and contacts, not what follower forces and friction have
-    besides.
+    matrix is formed. Only convergence changes, not the solution. What acts within one tree of rigid
+    bodies is taken in full. Elsewhere it is the symmetric part, in its 24 largest terms: springs,
+    dampers and contacts, not what follower forces and friction have besides.
     @param bodies  what it acts on and depends on. Flexible bodies by FlexibleBody::getFrame() and
         their modal mobilizers. None: those that it acts on or depends on in the State given to
         initialize(), found by trying, which does not see contacts that are open then. **/

@@ -42,15 +42,27 @@ bool ImplicitIntegrator::Implementation::locateTrigger() {
     return true;
 }
 
+void ImplicitIntegrator::Implementation::keepState() {
+    const State& state = getState();
+    if (m_isKept && !m_events.hasAutoUpdates()) {
+        // A whole copy costs more than a step.
+        m_kept.setTime(state.getTime());
+        m_kept.updY() = state.getY();
+        return;
+    }
+    m_kept = state;
+    m_isKept = true;
+}
+
 void ImplicitIntegrator::Implementation::handleAsAWhole(const std::function<void()>& handler) {
-    getState();
-    const State before = m_state;
+    keepState();
     const Real lastEventTime = m_events.getLastEventTime();
     try {
         handler();
     } catch (...) {
         m_events.setLastEventTime(lastEventTime);
-        m_state = makeFreshState(m_system, before);
+        m_state = makeFreshState(m_system, m_kept);
+        m_isKept = false;
         m_system.realize(m_state, Stage::Velocity);
         m_stateIsCurrent = true;
         throw;
@@ -59,7 +71,15 @@ void ImplicitIntegrator::Implementation::handleAsAWhole(const std::function<void
 
 void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& outcome) {
     m_system.realize(m_state, Stage::Velocity);
-    if (outcome.hasChangedState) {
+    // What Motions prescribe may have jumped.
+    const bool keepsEquations = outcome.lowestChange > Stage::Instance &&
+                                m_state.getTime() == m_kept.getTime() &&
+                                !m_equations->hasPrescribed() && !m_remembers;
+    if (outcome.hasChangedState && keepsEquations) {
+        continueFromHandlersState();
+        m_isIntervalStart = true;
+    } else if (outcome.hasChangedState) {
+        m_isKept = false;
         startFromHandlersState();
         m_isIntervalStart = true;
     } else {
@@ -76,6 +96,42 @@ void ImplicitIntegrator::Implementation::passTrigger() {
     showPoint(m_history[0].t);
     m_events.calcTriggers(getState(), m_triggersBefore);
     m_hasTriggered = false;
+}
+
+void ImplicitIntegrator::Implementation::takeLaterVariables(const State& from) {
+    m_equations->takeVariables(m_laterVariables, from);
+    for (State* state : {&m_scratch, &m_builtFrom}) copyVariables(m_laterVariables, from, *state);
+}
+
+void ImplicitIntegrator::Implementation::continueFromHandlersState() {
+    const Vector &now = m_state.getY(), &before = m_kept.getY();
+    bool isSame = !isLater(m_visible.t, m_history[0].t);
+    for (int i = 0; i < now.size(); ++i) isSame = isSame && now[i] == before[i];
+    const SolutionPoint newest = m_history[0];
+    try {
+        takeLaterVariables(m_state);
+        const ImplicitStep::Imbalance imbalance =
+            isSame ? m_step->calcImbalance(newest) : ImplicitStep::Imbalance();
+        if (imbalance.positionError > constraintTolerance || imbalance.speedError > 1e-8) {
+            // Motions have changed, not forces alone.
+            startFromHandlersState();
+            return;
+        }
+        // What is below the accuracy in a step makes no start worth its while.
+        constexpr double Small = 0.1;
+        const double nextStep = m_nextStep;
+        if (m_hasTriggered || !(imbalance.displacement <= Small * accuracy)) {
+            restartAtNewest();
+            m_nextStep = nextStep;
+        }
+        showPoint(m_history[0].t);
+        if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
+        copyVariables(m_laterVariables, m_state, m_kept);
+    } catch (...) {
+        m_history.newest() = newest;
+        takeLaterVariables(m_kept);
+        throw;
+    }
 }
 
 void ImplicitIntegrator::Implementation::startFromHandlersState() {

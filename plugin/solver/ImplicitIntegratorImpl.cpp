@@ -2,7 +2,9 @@
 
 #include <omp.h>
 
+#include <cstring>
 #include <sstream>
+#include <typeinfo>
 #include <utility>
 
 #include "simflex/base/FlushDenormals.h"
@@ -162,12 +164,14 @@ void ImplicitIntegrator::Implementation::checkSettings(Real startTime) const {
 
 void ImplicitIntegrator::Implementation::buildEquations() {
     m_scratch = m_builtFrom = m_state;
+    m_isKept = false;
+    m_laterVariables = listLaterVariables(m_state);
     if (m_equations) bookPhases();
     m_step.reset();
     m_equations = std::make_unique<MultibodyEquations>(
         m_system, m_state, MultibodyEquations::Setting::Implicit, differentiated);
     m_step = std::make_unique<ImplicitStep>(*m_equations, statistics);
-    m_step->tolerances = newtonTolerances;
+    chooseSettings();
     m_step->blockForm = blockForm;
     m_step->accuracy = accuracy;
     m_step->forceFullNewton = forceFullNewton;
@@ -188,6 +192,42 @@ void ImplicitIntegrator::Implementation::buildEquations() {
     m_errorU.assign(size_t(nu), 0);
     m_errorZ.assign(size_t(nz), 0);
     m_samples.resize(nq, nu, m);
+}
+
+void ImplicitIntegrator::Implementation::chooseSettings() {
+    // What remembers at the ends of steps alone wants short ones. Trackers of contacts only find
+    // again what they have found.
+    m_remembers = false;
+    for (const SimTK::DiscreteVarKey& key : listAutoUpdates(m_state)) {
+        const SimTK::Subsystem::Guts& guts = m_system.getSubsystem(key.first).getSubsystemGuts();
+        const bool isTracker = std::strstr(typeid(guts).name(), "ContactTrackerSubsystem");
+        m_remembers = m_remembers || !isTracker;
+    }
+    const bool isFree = !m_equations->hasModes() && fixedStep == 0 && !m_remembers;
+    const bool hasHighOrder = m_scheme->suit(isFree ? IntegrationScheme::Suitability::HighOrder
+                                                    : IntegrationScheme::Suitability::AStable);
+    using Norm = MultibodyEquations::Norm;
+    const bool isSimbodysOwn = !FlexibleBodySubsystem::find(m_system) &&
+                               formulation == Formulation::StabilizedIndex2 && fixedStep == 0;
+    const bool isRelative = accuracyNorm == AccuracyNorm::StateWeights ||
+                            (accuracyNorm == AccuracyNorm::Automatic && isSimbodysOwn);
+    if (isRelative && m_equations->numFlexibleBlocks() > 0)
+        throw std::invalid_argument(name +
+                                    "::setAccuracyNorm(): StateWeights is for systems without "
+                                    "flexible bodies, whose modes' "
+                                    "weights follow from what they displace");
+    m_equations->setErrorNorm(!isRelative       ? Norm::Displacement
+                              : useInfinityNorm ? Norm::Infinity
+                                                : Norm::RootMeanSquare);
+
+    constexpr Real TightTolerance = 1e-10, PartOfAccuracy = 0.1;  // as in SimTK::Integrator
+    if (!hasOwnConstraintTolerance)
+        constraintTolerance = isRelative ? PartOfAccuracy * accuracy : TightTolerance;
+    m_step->tolerances = newtonTolerances;
+    // Errors of speeds count there as they are, not by what they do in a step.
+    if (hasOwnNewtonTolerances || !isRelative || !hasHighOrder) return;
+    m_step->tolerances.displacement = 0.1;
+    m_step->tolerances.multiplier = 1e-4;
 }
 
 void ImplicitIntegrator::Implementation::initialize(const State& state) {
@@ -213,7 +253,10 @@ void ImplicitIntegrator::Implementation::initializeSystem() {
         m_events.handleInitialization(m_state, constraintTolerance);
     m_system.realize(m_state, Stage::Velocity);
     if (outcome.hasChangedState) {
-        buildEquations();
+        if (outcome.lowestChange > Stage::Instance)
+            takeLaterVariables(m_state);
+        else
+            buildEquations();
         takeState(projectInitialState, true);
     } else {
         for (size_t i = 0; i < m_visible.z.size(); ++i) m_visible.z[i] = m_state.getZ()[int(i)];
@@ -229,7 +272,7 @@ bool ImplicitIntegrator::Implementation::projectsByWeights() const {
 
 bool ImplicitIntegrator::Implementation::projectStateByWeights(bool forced) {
     using SimTK::ProjectOptions;
-    ProjectOptions options(constraintTolerance);
+    ProjectOptions options(m_waiting.constraintTolerance);
     if (forced) options.setOption(ProjectOptions::ForceProjection);
     options.setOption(ProjectOptions::ForceFullNewton);
     if (useInfinityNorm) options.setOption(ProjectOptions::UseInfinityNorm);
@@ -269,8 +312,9 @@ void ImplicitIntegrator::Implementation::takeState(bool project, bool forced) {
     m_equations->setZ(point.z.data());
     m_equations->prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
     if (project && m_equations->numMultipliers() > 0 &&
-        !(isProjected && m_step->isAssembled(point.t, constraintTolerance, point.q, point.u)))
-        m_step->assemble(point.t, constraintTolerance, point.q, point.u);
+        !(isProjected &&
+          m_step->isAssembled(point.t, m_waiting.constraintTolerance, point.q, point.u)))
+        m_step->assemble(point.t, m_waiting.constraintTolerance, point.q, point.u);
     m_equations->normalizeQ(point.q.data());
 }
 
@@ -389,6 +433,8 @@ Real ImplicitIntegrator::Implementation::chooseInitialStep(const SolutionPoint& 
         const double allowed =
             StepController::Target * accuracy / std::max(m_scheme->getFirstErrorConstant(), 1e-2);
         if (jerk > 0) h = std::cbrt(allowed / jerk);
+        const double jerkSize = m_equations->calcChangeSize(m_errorU.data(), 0);
+        if (jerkSize > 0) h = std::min(h, std::sqrt(allowed / jerkSize));
     } catch (const std::runtime_error&) {
         h = delta;  // the first step will say what is wrong
     }
@@ -402,6 +448,8 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     ++statistics.stepsAttempted;
     const long iterationsBefore = statistics.newtonIterations;
     const double t = m_history[0].t + h;
+    m_equations->setErrorReference(m_history[0].q.data(), m_history[0].u.data(),
+                                   m_history[0].z.data());
     m_scheme->calcFormula(m_history, order, t, m_formula);
     m_new.t = t;
     const SolutionHistory::Weights prediction =
@@ -409,7 +457,8 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     m_history.combineQ(prediction, m_new.q);
     m_history.combineU(prediction, m_new.u);
     m_history.combineZ(prediction, m_new.z);
-    m_history.extrapolateLambda(2, t, m_new.lambda);
+    const int pointsOfLambda = m_equations->hasErrorsInMetres() ? 2 : std::clamp(order, 2, 4);
+    m_history.extrapolateLambda(pointsOfLambda, t, m_new.lambda);
 
     m_outcome = m_solvesPositions ? m_step->solveNearSingularity(m_formula, m_new)
                                   : m_step->solve(m_formula, formulation, m_new);
@@ -454,10 +503,9 @@ double ImplicitIntegrator::Implementation::calcError(int order) {
     for (size_t i = 0; i < m_errorZ.size(); ++i)
         m_errorZ[i] = factors.u * (m_new.z[i] - m_errorZ[i]);
     m_equations->clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
-    return std::max(
-               m_equations->calcErrorDisplacement(m_errorQ.data(), m_errorU.data(),
-                                                  m_new.t - m_history[0].t, &m_worstErrorBlock),
-               m_equations->calcZError(m_errorZ.data())) /
+    return std::max(m_equations->calcErrorSize(m_errorQ.data(), m_errorU.data(),
+                                               m_new.t - m_history[0].t, &m_worstErrorBlock),
+                    m_equations->calcZError(m_errorZ.data())) /
            accuracy;
 }
 
@@ -470,9 +518,9 @@ double ImplicitIntegrator::Implementation::calcFirstError() {
     for (size_t i = 0; i < m_errorZ.size(); ++i)
         m_errorZ[i] = factor * (m_new.zDot[i] - last.zDot[i]);
     m_equations->clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
-    return std::max(m_equations->calcErrorDisplacement(m_errorQ.data(), m_errorU.data(), h,
-                                                       &m_worstErrorBlock),
-                    m_equations->calcZError(m_errorZ.data())) /
+    return std::max(
+               m_equations->calcErrorSize(m_errorQ.data(), m_errorU.data(), h, &m_worstErrorBlock),
+               m_equations->calcZError(m_errorZ.data())) /
            accuracy;
 }
 

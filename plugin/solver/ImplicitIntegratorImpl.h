@@ -104,6 +104,8 @@ public:
     Formulation formulation = Formulation::StabilizedIndex2;
     BlockForm blockForm = BlockForm::Automatic;
     NewtonTolerances newtonTolerances;
+    AccuracyNorm accuracyNorm = AccuracyNorm::Automatic;
+    bool hasOwnConstraintTolerance = false, hasOwnNewtonTolerances = false;
     std::function<void(const NewtonSystem&)> observer;
     std::function<bool(SimTK::Real)> stepObserver;
     std::vector<ForceSelection> differentiated;
@@ -130,6 +132,8 @@ private:
     void checkSettings(SimTK::Real startTime) const;
     /** Analyses the system at m_state; again after a handler changed it. **/
     void buildEquations();
+    /** What nobody has set and depends on what the equations are like. **/
+    void chooseSettings();
     /** Takes q, u and z from m_state and assembles if asked.
     @param forced  also if the constraints hold already **/
     void takeState(bool project, bool forced = false);
@@ -191,6 +195,13 @@ private:
     void takeOver(const EventDriver::Outcome& outcome);
     /** The same; if it cannot be started from, nothing has changed but m_state. **/
     void startFromHandlersState();
+    /** The same where no more than forces or motions at a time can have changed: the equations
+    stay, and order and history where what has changed is too small to be felt. **/
+    void continueFromHandlersState();
+    /** Equations and States see what a handler has written into this State. **/
+    void takeLaterVariables(const SimTK::State& from);
+    /** m_kept becomes what m_state is. **/
+    void keepState();
     /** Shortens the last step to where a trigger function changes sign, if one does; true if so.
      * **/
     bool locateTrigger();
@@ -229,6 +240,10 @@ private:
     mutable bool m_stateIsCurrent = false;
     SimTK::State m_scratch;
     SimTK::State m_builtFrom;  ///< m_state as the equations found it
+    SimTK::State m_kept;       ///< m_state before a handler
+    std::vector<SimTK::DiscreteVarKey> m_laterVariables;
+    bool m_remembers = false;  ///< forces or Measures have variables that steps update
+    bool m_isKept = false;     ///< m_kept's discrete variables are m_state's
     StateImage m_image;
     SolutionPoint m_visible;
     SolutionPoint m_trial;  ///< where triggers are evaluated

@@ -125,6 +125,26 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
     return lines;
 }
 
+bool ImplicitStep::mayDifferentiate() const {
+    return m_equations.canDifferentiateTrees() && blockForm != BlockForm::Arrow;
+}
+
+bool ImplicitStep::differentiate(const std::vector<double>& q, const std::vector<double>& u,
+                                 const std::vector<double>& uDot) {
+    m_renewsDerivatives = false;
+    if (!mayDifferentiate()) return false;
+    const auto start = Clock::now();
+    m_equations.differentiateTrees(q.data(), u.data(), uDot.data());
+    m_statistics.evaluationSeconds += secondsSince(start);
+    return true;
+}
+
+void ImplicitStep::startDense() {
+    if (blockForm != BlockForm::Automatic || m_denseStepsLeft > 0) return;
+    m_denseStepsLeft = m_densePeriod;
+    m_densePeriod = std::min(2 * m_densePeriod, 10000);
+}
+
 int ImplicitStep::findNonFiniteBlock() const {
     for (int b = 0; b < m_equations.numBlocks(); ++b)
         for (int i = 0; i < m_equations.getBlock(b).numU; ++i)
@@ -204,6 +224,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
                    forceFullNewton;
     ++m_stepsSinceFactor;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
+    bool hasNewDerivatives = false;
 
     // Not where a point was looked at last.
     if (m_equations.asksForN()) m_equations.realize(t, q.data(), u.data());
@@ -243,6 +264,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
         const bool isRefreshed = refresh;
         if (refresh) {
+            if (m_renewsDerivatives || (useDense() && !m_equations.hasTreeDerivatives()))
+                hasNewDerivatives = differentiate(q, u, uDot);
             formAndFactor(formula.factors, q, u, uDot);
             m_rate = 0.5;
             refresh = false;
@@ -263,7 +286,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
         }
         const double change =
-            stiffness * m_equations.calcDisplacement(delta.data(), &outcome.worstBlock);
+            m_equations.calcChangeSize(delta.data(), stiffness, &outcome.worstBlock);
         outcome.displacementChange = change;
         if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
         if (iteration > 0) {
@@ -291,7 +314,15 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             outcome.converged = true;
             break;
         }
-        refresh = forceFullNewton || (m_rate > SlowRate && iteration > 0 && m_stepsSinceFactor > 1);
+        refresh = forceFullNewton;
+        if (m_rate > SlowRate && iteration > 0) {
+            if (m_stepsSinceFactor > 1) {
+                refresh = true;
+            } else if (!hasNewDerivatives && mayDifferentiate()) {
+                startDense();
+                refresh = m_renewsDerivatives = true;
+            }
+        }
     }
 
     if (outcome.converged) {
@@ -302,18 +333,20 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         m_statistics.evaluationSeconds += secondsSince(start);
         std::copy(uDot.begin(), uDot.end(), m_lastUDot.begin());
         m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * largestAbs(lambda));
-        if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) invalidateMatrix();
+        if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) {
+            m_equations.forgetTreeDerivatives();
+            invalidateMatrix();
+        }
         if (m_rate > SlowRate) m_stepsSinceFactor += 5;
         return outcome;
     }
     const bool wasFresh = m_stepsSinceFactor == 0;
     outcome.retryWorthwhile = !wasFresh;
     if (wasFresh && blockForm == BlockForm::Automatic && m_denseStepsLeft == 0) {
-        // The arrow leaves gyroscopic and centrifugal terms out: have them for a while, longer each
-        // time.
-        m_denseStepsLeft = m_densePeriod;
-        m_densePeriod = std::min(2 * m_densePeriod, 10000);
+        startDense();
         outcome.retryWorthwhile = true;
+    } else if (wasFresh && !hasNewDerivatives && mayDifferentiate()) {
+        m_renewsDerivatives = outcome.retryWorthwhile = true;
     }
     invalidateMatrix();
     return outcome;
@@ -535,7 +568,27 @@ double ImplicitStep::calcResponse(double stiffness, const std::vector<double>& l
     for (size_t k = 0; k < m; ++k) m_system.c[k] = loads[nu + k] / stiffness;
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;
-    return stiffness * m_equations.calcDisplacement(m_solver.getDeltaU().data());
+    return m_equations.calcChangeSize(m_solver.getDeltaU().data(), stiffness);
+}
+
+ImplicitStep::Imbalance ImplicitStep::calcImbalance(const SolutionPoint& point) {
+    const FlushDenormals flush;
+    Imbalance imbalance;
+    m_equations.setZ(point.z.data());
+    m_equations.realize(point.t, point.q.data(), point.u.data());
+    m_equations.calcPositionErrors(m_system.c.data());
+    imbalance.positionError = largestAbs(m_system.c);
+    m_equations.calcVelocityErrors(m_system.c.data());
+    imbalance.speedError = largestAbs(m_system.c) / (1 + largestAbs(point.u));
+    if (m_factored.mass == 0) return imbalance;
+    m_equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
+                             m_system.r.data());
+    std::fill(m_system.c.begin(), m_system.c.end(), 0.0);
+    m_solver.solve(m_system);
+    ++m_statistics.linearSolves;
+    imbalance.displacement =
+        m_equations.calcChangeSize(m_solver.getDeltaU().data(), m_factored.stiffness);
+    return imbalance;
 }
 
 std::vector<double> ImplicitStep::calcLoads(double t, const std::vector<double>& q,
@@ -562,6 +615,7 @@ void ImplicitStep::addInTiming() {
 void ImplicitStep::visit(Checkpoint& checkpoint) {
     checkpoint.visit(m_factored.mass, m_factored.stiffness);
     checkpoint.visit(m_lastUDot, m_rate, m_multiplierFloor, m_canProject, m_mayLoseCount);
+    checkpoint.visit(m_renewsDerivatives);
     checkpoint.visit(m_denseStepsLeft, m_densePeriod, m_stepsSinceFactor);
     bool isFactored = m_solver.isFactored(), hasHubs = m_solver.hasHubs();
     checkpoint.visit(isFactored, hasHubs);

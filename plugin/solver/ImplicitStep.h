@@ -100,6 +100,14 @@ public:
     void calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
                            std::vector<double>& uDot, std::vector<double>& lambda);
 
+    /** How far a point is from satisfying the equations as they are now. **/
+    struct Imbalance {
+        /** What the last step would add to make up for it [m]; infinite if there is no matrix. **/
+        double displacement = SimTK::Infinity;
+        double positionError = SimTK::Infinity, speedError = SimTK::Infinity;  ///< constraints'
+    };
+    Imbalance calcImbalance(const SolutionPoint& point);
+
     /** How far the end of the last step solved would move, were loads and position errors other by
     these [m]. **/
     double calcResponse(double stiffness, const std::vector<double>& loads);
@@ -141,6 +149,13 @@ private:
     void solveLinear();
     void useThreads(int threads);
     bool useDense() const;
+    /** The arrow leaves gyroscopic and centrifugal terms out, that of rigid trees forces too: has
+    them for a while, longer each time. **/
+    void startDense();
+    bool mayDifferentiate() const;
+    /** Derivatives of rigid trees' forces at this point, if there are any. **/
+    bool differentiate(const std::vector<double>& q, const std::vector<double>& u,
+                       const std::vector<double>& uDot);
     int findNonFiniteBlock() const;
 
     MultibodyEquations& m_equations;
@@ -156,6 +171,7 @@ private:
     double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step
     bool m_canProject = false;
     bool m_mayLoseCount = false;
+    bool m_renewsDerivatives = false;  ///< when the next matrix is formed
     int m_denseStepsLeft = 0, m_densePeriod = 20;
     int m_stepsSinceFactor = 0;
 };

@@ -18,6 +18,14 @@ public:
 
     virtual const char* getName() const = 0;
 
+    /** What a system asks of the orders that nobody has set. **/
+    enum class Suitability {
+        AStable,   ///< lightly damped fast modes, or steps that somebody has fixed
+        HighOrder  ///< neither
+    };
+    /** @returns true if the scheme's orders are higher than 2 for it. **/
+    virtual bool suit(Suitability) { return false; }
+
     /** Orders that may be used with this history, once it is long enough. **/
     virtual int getLowestOrder() const = 0;
     virtual int getHighestOrder(const SolutionHistory& history) const = 0;

@@ -119,7 +119,9 @@ void ImplicitIntegrator::Implementation::visitSettings(Checkpoint& c) const {
     std::vector<std::pair<std::string, double>> settings = m_scheme->listSettings();
     const std::vector<std::pair<std::string, double>> common = {
         {"setAccuracy", accuracy},
-        {"setConstraintTolerance", constraintTolerance},
+        {"setAccuracyNorm", double(accuracyNorm)},
+        {"setUseInfinityNorm", useInfinityNorm},
+        {"setConstraintTolerance", hasOwnConstraintTolerance ? constraintTolerance : 0},
         {"setFormulation", double(formulation)},
         {"setBlockForm", double(blockForm)},
         {"setMaximumStepSize", maximumStep},

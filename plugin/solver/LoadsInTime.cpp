@@ -1,6 +1,8 @@
 // How loads and motions depend on time alone.
 
 #include <algorithm>
+#include <cstring>
+#include <typeinfo>
 
 #include "simflex/solver/FlexibleBlock.h"
 #include "simflex/solver/ForceElements.h"
@@ -10,6 +12,25 @@
 namespace simflex {
 
 using namespace SimTK;
+
+namespace {
+
+struct CustomConstraint : Constraint::Custom {
+    static const char* getTypeName(const Constraint& constraint) {
+        const auto getImplementation = &CustomConstraint::getImplementation;
+        return typeid((Constraint::Custom::downcast(constraint).*getImplementation)()).name();
+    }
+};
+
+/** Couplers are custom constraints, but their functions are of coordinates alone. **/
+bool mayDependOnTime(const Constraint& constraint) {
+    if (!Constraint::Custom::isInstanceOf(constraint)) return false;
+    const char* type = CustomConstraint::getTypeName(constraint);
+    return !std::strstr(type, "5SimTK10Constraint21CoordinateCouplerImpl") &&
+           !std::strstr(type, "5SimTK10Constraint16SpeedCouplerImpl");
+}
+
+}  // namespace
 
 void MultibodyEquations::findTimedLoads() {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
@@ -23,9 +44,7 @@ void MultibodyEquations::findTimedLoads() {
     if (m_constraints)
         for (ConstraintIndex c : findSimbodyConstraints(m_private))
             m_hasTimedConstraints =
-                m_hasTimedConstraints ||
-                Constraint::PrescribedMotion::isInstanceOf(matter.getConstraint(c)) ||
-                Constraint::Custom::isInstanceOf(matter.getConstraint(c));
+                m_hasTimedConstraints || mayDependOnTime(matter.getConstraint(c));
     m_hasTimedLoads = !m_timedForces.empty() || m_hasTimedConstraints || !m_elements.empty() ||
                       (m_prescribed && m_prescribed->hasAccelerationMotions());
     for (const FlexibleBlock* block : m_flexible)

@@ -22,6 +22,11 @@ const FrameMotion& MultibodyEquations::motionOf(const FrameRef& frame) const {
     return frame.block < 0 ? frame.fixed : m_blocks[frame.block]->frames[frame.frame];
 }
 
+bool MultibodyEquations::hasModes() const {
+    return std::any_of(m_blocks.begin(), m_blocks.begin() + numFlexibleBlocks(),
+                       [](const auto& block) { return block->numU > 6; });
+}
+
 std::pair<int, int> MultibodyEquations::findRows(ConstraintIndex constraint) const {
     std::pair<int, int> rows{0, 0};
     if (m_constraints) rows = m_constraints->findRows(constraint);
@@ -374,6 +379,7 @@ void MultibodyEquations::formDifferencedColumns(const NewtonFactors& factors,
     Vector mobilityForces(m_numSimbodyU, Real(0));
     std::vector<double> column;
     for (DifferencedForce& forces : m_differenced) {
+        if (forces.ownBlock >= 0) continue;
         ForceDifferences& differences = forces.differences;
         differences.calcTerms(m_private, factors.stiffness);
         for (int term = 0; term < differences.getNumTerms(); ++term)
@@ -492,11 +498,112 @@ void MultibodyEquations::formNewtonSystem(const NewtonFactors& factors, bool den
         formConstraintBlock(b, system.blocks[b]);
     });
     formElementColumns(factors, system);
-    formDifferencedColumns(factors, system);
-    if (dense && level == MotionLevel::Acceleration)
-        for (const LoadedBlock& loaded : m_loadedBlocks)
-            addInLoadJacobian(loaded, factors, q, u, system.blocks[size_t(loaded.block)]);
+    if (dense && level == MotionLevel::Acceleration && m_hasTreeDerivatives) {
+        addInTreeDerivatives(factors, system);
+    } else {
+        formDifferencedColumns(factors, system);
+        if (level == MotionLevel::Acceleration) addInDifferencedMatrices(factors, system);
+        if (dense && level == MotionLevel::Acceleration)
+            for (const LoadedBlock& loaded : m_loadedBlocks)
+                addInLoadJacobian(loaded, factors, q, u, system.blocks[size_t(loaded.block)]);
+    }
     formSimbodyColumns(level, system);
+}
+
+std::vector<int> MultibodyEquations::listOwnRows(const DifferencedForce& forces) const {
+    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    std::vector<int> rows;
+    for (const ForceDifferences::Speed& speed : forces.differences.getSpeeds()) {
+        const int first = matter.getMobilizedBody(speed.body).getFirstUIndex(m_private);
+        rows.push_back(
+            m_rigid[size_t(forces.ownBlock - numFlexibleBlocks())]->findSlots(speed.body).u0 +
+            speed.u - first);
+    }
+    return rows;
+}
+
+void MultibodyEquations::addInDifferencedMatrices(const NewtonFactors& factors,
+                                                  NewtonSystem& system) const {
+    const auto start = Clock::now();
+    for (DifferencedForce& forces : m_differenced) {
+        if (forces.ownBlock < 0) continue;
+        const Eigen::MatrixXd& A = forces.differences.calcMatrix(m_private, factors.stiffness);
+        const std::vector<int> rows = listOwnRows(forces);
+        NewtonSystem::Block& block = system.blocks[size_t(forces.ownBlock)];
+        block.form = NewtonSystem::Block::Form::General;
+        for (size_t j = 0; j < rows.size(); ++j)
+            for (size_t i = 0; i < rows.size(); ++i)
+                block.matrix[size_t(rows[i] + rows[j] * block.size)] += A(int(i), int(j));
+    }
+    m_simbodySeconds += std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+bool MultibodyEquations::differentiateTrees(const double* q, const double* u, const double* uDot) {
+    // Small against contacts' depths and the speeds at which friction turns round.
+    constexpr double Shift = 1e-8, Speed = 1e-7;  // [m], [m/s]
+    const double time = m_time;
+    const size_t numU = size_t(m_numU);
+    const std::vector<double> lambda(size_t(m_numMultipliers), 0);
+    std::vector<double> r0(numU), r(numU), movedQ(q, q + m_numQ), movedU(u, u + numU), delta(numU);
+    bool isFinite = true;
+    // Elements with terms of their own have them already.
+    const auto evaluate = [&](const double* atQ, const double* atU, double* residual) {
+        realize(time, atQ, atU);
+        for (ElementRef& element : m_elements)
+            if (!element.signs.empty())
+                for (SpatialVec& force : element.forces) force = SpatialVec(Vec3(0), Vec3(0));
+        calcResidual(atQ, atU, uDot, lambda.data(), residual);
+    };
+    evaluate(q, u, r0.data());
+    const auto visitSpeeds = [&](double size, auto&& matrixOf, const auto& move) {
+        for (TreeDerivatives& tree : m_treeDerivatives) {
+            const Block& block = *m_blocks[size_t(tree.block)];
+            const size_t n = size_t(block.numU), first = size_t(block.firstU);
+            for (size_t j = 0; j < n; ++j) {
+                double h = size / std::max(m_metres[first + j], 1e-3);
+                h = move(first + j, h);
+                for (size_t i = 0; i < n; ++i) {
+                    const double slope = (r[first + i] - r0[first + i]) / h;
+                    isFinite = isFinite && std::isfinite(slope);
+                    matrixOf(tree)[i + j * n] = slope;
+                }
+            }
+        }
+    };
+    visitSpeeds(
+        Speed, [](TreeDerivatives& tree) -> std::vector<double>& { return tree.byU; },
+        [&](size_t speed, double h) {
+            movedU[speed] = u[speed] + h;
+            evaluate(q, movedU.data(), r.data());
+            h = movedU[speed] - u[speed];
+            movedU[speed] = u[speed];
+            return h;
+        });
+    realize(time, q, u);
+    visitSpeeds(
+        Shift, [](TreeDerivatives& tree) -> std::vector<double>& { return tree.byQ; },
+        [&](size_t speed, double h) {
+            std::copy_n(q, m_numQ, movedQ.begin());
+            if (asksForN()) realize(time, q, u);
+            delta[speed] = h;
+            displaceQ(delta.data(), movedQ.data());
+            delta[speed] = 0;
+            evaluate(movedQ.data(), u, r.data());
+            return h;
+        });
+    realize(time, q, u);
+    m_hasTreeDerivatives = isFinite;
+    return isFinite;
+}
+
+void MultibodyEquations::addInTreeDerivatives(const NewtonFactors& factors,
+                                              NewtonSystem& system) const {
+    for (const TreeDerivatives& tree : m_treeDerivatives) {
+        NewtonSystem::Block& block = system.blocks[size_t(tree.block)];
+        block.form = NewtonSystem::Block::Form::General;
+        for (size_t k = 0; k < tree.byQ.size(); ++k)
+            block.matrix[k] += tree.byU[k] + factors.stiffness * tree.byQ[k];
+    }
 }
 
 void MultibodyEquations::formMassSystem(NewtonSystem& system) const {
@@ -575,9 +682,55 @@ double MultibodyEquations::calcDisplacement(const double* delta, int* worst) con
     return largest;
 }
 
-double MultibodyEquations::calcErrorDisplacement(const double* deltaQ, const double* deltaU,
-                                                 double h, int* worst) const {
+void MultibodyEquations::setErrorNorm(Norm norm) {
+    m_norm = norm;
+}
+
+void MultibodyEquations::setErrorReference(const double* q, const double* u, const double* z) {
+    // A value counts as such where it is larger than its unit, 1/weight.
+    const auto calcScale = [](double value, double weight) {
+        return std::abs(value) * weight > 1 ? 1 / std::abs(value) : weight;
+    };
+    for (int i = 0; i < m_numZ; ++i) m_zScales[size_t(i)] = calcScale(z[i], m_zWeights[size_t(i)]);
+    if (m_norm == Norm::Displacement) {
+        m_zScales = m_zWeights;
+        return;
+    }
+    std::copy_n(q, m_numQ, m_referenceQ.begin());
+    for (int i = 0; i < m_numU; ++i) m_uScales[size_t(i)] = calcScale(u[i], m_uWeights[size_t(i)]);
+}
+
+double MultibodyEquations::calcNorm(int size, const double* values, const double* scales,
+                                    int* worst) const {
+    double largest = 0, sum = 0;
+    for (int i = 0; i < size; ++i) {
+        const double value = std::abs(scales ? scales[i] * values[i] : values[i]);
+        if (!(value <= largest)) {
+            largest = value;
+            if (worst) *worst = i;
+        }
+        sum += value * value;
+        if (std::isnan(value)) return value;
+    }
+    return m_norm == Norm::Infinity || size == 0 ? largest : std::sqrt(sum / size);
+}
+
+double MultibodyEquations::calcErrorSize(const double* deltaQ, const double* deltaU, double h,
+                                         int* worst) const {
     double largest = 0;
+    if (m_norm != Norm::Displacement) {
+        for (const RigidTree* tree : m_rigid)
+            tree->weighQ(m_referenceQ.data() + tree->firstQ, m_uWeights.data() + tree->firstU,
+                         deltaQ + tree->firstQ, m_weighed.data() + tree->firstQ);
+        int worstQ = 0, worstU = 0;
+        const double ofQ = calcNorm(m_numQ, m_weighed.data(), nullptr, &worstQ);
+        const double ofU = calcNorm(m_numU, deltaU, m_uScales.data(), &worstU);
+        for (int b = 0; worst && b < numBlocks(); ++b)
+            if (ofQ > ofU ? m_blocks[size_t(b)]->firstQ <= worstQ
+                          : m_blocks[size_t(b)]->firstU <= worstU)
+                *worst = b;
+        return std::isnan(ofQ) ? ofQ : ofU > ofQ || std::isnan(ofU) ? ofU : ofQ;
+    }
     for (int b = 0; b < numBlocks(); ++b) {
         const Block& block = *m_blocks[b];
         const double displacement = std::max(block.calcQDisplacement(deltaQ + block.firstQ),
@@ -588,6 +741,15 @@ double MultibodyEquations::calcErrorDisplacement(const double* deltaQ, const dou
         if (std::isnan(largest)) return largest;
     }
     return largest;
+}
+
+double MultibodyEquations::calcChangeSize(const double* deltaU, double stiffness,
+                                          int* worst) const {
+    const double displacement = stiffness * calcDisplacement(deltaU, worst);
+    if (m_norm == Norm::Displacement || !std::isfinite(displacement)) return displacement;
+    // N W N⁺ δq = γ N W δu, about as large as γ W δu.
+    return std::max(stiffness * calcNorm(m_numU, deltaU, m_uWeights.data(), nullptr),
+                    calcNorm(m_numU, deltaU, m_uScales.data(), nullptr));
 }
 
 void MultibodyEquations::getFromState(const State& state, double* q, double* u) const {
@@ -613,6 +775,7 @@ void MultibodyEquations::takeVariables(const std::vector<DiscreteVarKey>& keys, 
     for (State* state : {&m_private, &m_zState, &m_timedState})
         if (state->getNumSubsystems() > 0) copyVariables(keys, from, *state);
     for (DifferencedForce& forces : m_differenced) forces.differences.takeVariables(keys, from);
+    updateGravity(from);
     m_prescribedTime = NaN;
 }
 
@@ -640,8 +803,9 @@ void MultibodyEquations::calcZDot(const double* q, const double* u, const double
 
 double MultibodyEquations::calcZError(const double* deltaZ) const {
     double largest = 0;
+    if (m_norm == Norm::RootMeanSquare) return calcNorm(m_numZ, deltaZ, m_zScales.data(), nullptr);
     for (int i = 0; i < numZ(); ++i)
-        largest = std::max(largest, std::abs(m_private.getZWeights()[i] * deltaZ[i]));
+        largest = std::max(largest, std::abs(m_zScales[size_t(i)] * deltaZ[i]));
     return largest;
 }
 
@@ -656,6 +820,9 @@ void MultibodyEquations::followPose() {
 
 void MultibodyEquations::visit(Checkpoint& checkpoint) {
     for (const auto& block : m_blocks) block->visit(checkpoint);
+    checkpoint.visit(m_hasTreeDerivatives);
+    if (m_hasTreeDerivatives)
+        for (TreeDerivatives& tree : m_treeDerivatives) checkpoint.visit(tree.byQ, tree.byU);
     if (m_prescribed) {
         checkpoint.visit(m_prescribedTime);
         m_prescribed->visit(checkpoint);

@@ -71,6 +71,8 @@ public:
     /** Blocks 0 … n−1 are flexible bodies: q = (quaternion, p_GB, ξ), u = (ω_B, v_G, ξ̇), without ξ
     and ξ̇ if the body is rigid (Setting::Implicit). **/
     int numFlexibleBlocks() const { return int(m_flexible.size()); }
+    /** True if a body can bend. **/
+    bool hasModes() const;
     const SimTK::SimbodyMatterSubsystem& getMatter() const { return m_system.getMatterSubsystem(); }
     /** Where a body's coordinates and speeds stand in the solver's vectors, if it belongs to a
      * rigid tree. @returns false if not. **/
@@ -175,6 +177,19 @@ public:
                           MotionLevel level = MotionLevel::Acceleration);
     /** J = M. **/
     void formMassSystem(NewtonSystem& system) const;
+
+    /** True if differentiateTrees() has a use: all is rigid, not too large, and something acts
+    besides inertia and gravity. **/
+    bool canDifferentiateTrees() const { return m_canDifferentiateTrees; }
+    /** ∂r/∂u and ∂r/∂q·N of rigid trees by differences, at given u̇: forces of any kind,
+    unsymmetric as they are, and gyroscopic terms. Forces of constraints are left out: near singular
+    positions they grow without bound, and the matrix is the norm of projections too. The dense form
+    of the Newton matrix has them from now on.
+    @pre the last realize() was at this q and u, where it is left
+    @returns false if a force is not a finite number nearby **/
+    bool differentiateTrees(const double* q, const double* u, const double* uDot);
+    bool hasTreeDerivatives() const { return m_hasTreeDerivatives; }
+    void forgetTreeDerivatives() { m_hasTreeDerivatives = false; }
     /** Adds −ΔM u̇, what Simbody's mass matrix lacks of the flexible bodies'. **/
     void addInCouplingForces(const double* uDot, SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                              SimTK::Vector& mobilityForces) const;
@@ -191,8 +206,24 @@ public:
 
     /** Largest displacement over the blocks [m]; `worst` receives the block. **/
     double calcDisplacement(const double* delta, int* worst = nullptr) const;
-    double calcErrorDisplacement(const double* deltaQ, const double* deltaU, double h,
-                                 int* worst = nullptr) const;
+
+    /** @name Size of errors, in metres or as SimTK::Integrator has it
+    With Simbody's norms: the largest of three, infinity or root-mean-square norms of N W N⁺ δq with
+    the State's weights W of speeds, and of δu and δz by the larger of value and 1/weight. **/
+    /**@{**/
+    enum class Norm { Displacement, Infinity, RootMeanSquare };
+    /** @pre all is rigid, if not Displacement. **/
+    void setErrorNorm(Norm norm);
+    bool hasErrorsInMetres() const { return m_norm == Norm::Displacement; }
+    /** Values that errors are relative to from now on. **/
+    void setErrorReference(const double* q, const double* u, const double* z);
+    /** Of a step's end. **/
+    double calcErrorSize(const double* deltaQ, const double* deltaU, double h,
+                         int* worst = nullptr) const;
+    /** Of a change of u at a step's end, and of q by stiffness times that. **/
+    double calcChangeSize(const double* deltaU, double stiffness, int* worst = nullptr) const;
+    double calcZError(const double* deltaZ) const;
+    /**@}**/
 
     void getFromState(const SimTK::State& state, double* q, double* u) const;
     void putIntoState(double time, const double* q, const double* u, SimTK::State& state) const;
@@ -203,6 +234,8 @@ public:
     Constraint::PrescribedMotion. **/
     /**@{**/
     bool hasTimedLoads() const { return m_hasTimedLoads; }
+    /** True if something is locked or moved by a Motion. **/
+    bool hasPrescribed() const { return m_prescribed != nullptr; }
     bool hasTimedMotions() const { return m_prescribed && m_prescribed->hasMotions(); }
     /** What may depend on time, elsewhere zero.
     @param[out] r  forces in the equations' sign; of prescribed accelerations, what they add to
@@ -230,8 +263,6 @@ public:
     /** ż at the time of the last realize(); those that depend on accelerations see these u̇. **/
     void calcZDot(const double* q, const double* u, const double* uDot, const double* z,
                   double* zDot);
-    /** Largest w_i|δz_i| with the State's weights. **/
-    double calcZError(const double* deltaZ) const;
     /**@}**/
 
     /** What the next evaluation takes over from the last one: values of Motions, and where
@@ -309,6 +340,8 @@ private:
             std::vector<int> speeds;
         };
         std::vector<Side> sides;
+        /** A rigid block that all of it acts in, which its matrix is added to; −1: none. **/
+        int ownBlock = -1;
     };
     /** A block with loads that its own motion can change. **/
     struct LoadedBlock {
@@ -365,6 +398,10 @@ private:
     /** True if a differenced force acts on the block in a way that an arrow has no columns for:
      * on its modes, or where no frame of its part stands for the columns. **/
     bool hasDifferencedModes(int block) const;
+    void takeWeights(const SimTK::State& state);
+    void updateGravity(const SimTK::State& state);
+    void makeTreeDerivatives();
+    void addInTreeDerivatives(const NewtonFactors& factors, NewtonSystem& system) const;
     /** Simbody's speeds and what they move. **/
     std::vector<ForceDifferences::Speed> listSimbodySpeeds() const;
     /** True for the modes of a body that is rigid: they have no speeds here. **/
@@ -393,6 +430,9 @@ private:
     /** Moves a block to q and u of the whole system and writes −Q of the loads on it. **/
     void calcLoadResidual(const LoadedBlock& loaded, const double* q, const double* u, double* r);
     void formDifferencedColumns(const NewtonFactors& factors, NewtonSystem& system) const;
+    void addInDifferencedMatrices(const NewtonFactors& factors, NewtonSystem& system) const;
+    /** Simbody's speeds of a differenced force, as rows of its own block. **/
+    std::vector<int> listOwnRows(const DifferencedForce& forces) const;
     void formSimbodyColumns(MotionLevel level, NewtonSystem& system) const;
     /** Asks Simbody for what Motions prescribe at this time, unless it is known. **/
     void updatePrescribed(double time, const double* q, const double* u);
@@ -407,6 +447,7 @@ private:
     SimTK::State m_zState;  ///< on which Simbody evaluates ż; empty if there are no z
     int m_numZ = 0, m_numSimbodyU = 0;
     GravityField m_gravity, m_fullGravity;
+    std::vector<const SimTK::Force::Gravity*> m_gravityForces;  ///< enabled ones
     double m_loadFraction = 1;
     bool m_hasForeignForces = false;
     bool m_needsSimbody = false;
@@ -425,6 +466,19 @@ private:
     mutable std::vector<const FrameMotion*> m_acceleratedFrames;
     mutable std::vector<ElementRef> m_elements;  ///< Jacobians are made with the Newton matrix
     mutable std::vector<DifferencedForce> m_differenced;
+    /** n×n matrices of one rigid tree. **/
+    struct TreeDerivatives {
+        int block;
+        std::vector<double> byQ, byU;
+    };
+    std::vector<TreeDerivatives> m_treeDerivatives;
+    std::vector<double> m_metres;  ///< displacement per unit of each speed
+    Norm m_norm = Norm::Displacement;
+    std::vector<double> m_uWeights, m_zWeights;  ///< the State's
+    std::vector<double> m_referenceQ, m_uScales, m_zScales;
+    mutable std::vector<double> m_weighed;  ///< numQ, used within calcErrorSize()
+    double calcNorm(int size, const double* values, const double* scales, int* worst) const;
+    bool m_canDifferentiateTrees = false, m_hasTreeDerivatives = false;
     std::vector<LoadedBlock> m_loadedBlocks;
     LoadScratch m_loadScratch;
     int m_numElementRows = 0;                   ///< of elements and differenced forces

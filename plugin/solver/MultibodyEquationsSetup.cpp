@@ -74,18 +74,32 @@ MultibodyEquations::MultibodyEquations(const MultibodySystem& system, const Stat
     m_context.gravity = &m_gravity;
     m_numSimbodyU = m_private.getNU();
     m_numZ = m_private.getNZ();
+    takeWeights(m_private);
     if (m_setting == Setting::Native)
         m_private.clear();
     else
         preparePrivateStates(state);
     makeLoadedBlocks();
     makeForceDifferences(differentiated);
+    makeTreeDerivatives();
     linkJointsToFrames();
     makeParts();
     if (m_setting == Setting::Implicit) findTimedLoads();
 }
 
 MultibodyEquations::~MultibodyEquations() = default;
+
+void MultibodyEquations::takeWeights(const State& state) {
+    m_uWeights.assign(size_t(m_numU), 1);
+    for (const RigidTree* tree : m_rigid)
+        tree->takeSpeeds(state.getUWeights(), m_uWeights.data() + tree->firstU);
+    m_uScales = m_uWeights;
+    m_zWeights.resize(size_t(m_numZ));
+    for (int i = 0; i < m_numZ; ++i) m_zWeights[size_t(i)] = state.getZWeights()[i];
+    m_zScales = m_zWeights;
+    m_referenceQ.assign(size_t(m_numQ), 0);
+    m_weighed.assign(size_t(m_numQ), 0);
+}
 
 void MultibodyEquations::preparePrivateStates(const State& state) {
     m_context.state = m_needsSimbody ? &m_private : nullptr;
@@ -152,8 +166,7 @@ void MultibodyEquations::refuseUnsupported(const State& state) const {
 }
 
 void MultibodyEquations::collectGravityAndForces(const State& state) {
-    const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
-    m_gravity.atBody.assign(matter.getNumBodies(), Vec3(0));
+    m_gravity.atBody.assign(m_system.getMatterSubsystem().getNumBodies(), Vec3(0));
     m_hasForeignForces = m_setting == Setting::Native;
     if (m_hasForeignForces) return;
     for (SubsystemIndex s(0); s < m_system.getNumSubsystems(); ++s) {
@@ -173,16 +186,22 @@ void MultibodyEquations::collectGravityAndForces(const State& state) {
                 m_hasForeignForces = true;
                 continue;
             }
-            const Force::Gravity& gravity = Force::Gravity::downcast(force);
-            for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i)
-                if (!gravity.getBodyIsExcluded(state, i))
-                    m_gravity.atBody[i] += gravity.getGravityVector(state);
+            m_gravityForces.push_back(&Force::Gravity::downcast(force));
             forces.setForceIsDisabled(m_private, f, true);
         }
     }
+    updateGravity(state);
     // Disabling a force lowers the stage of the private State; blocks still read velocities from
     // it.
     m_system.realize(m_private, Stage::Velocity);
+}
+
+void MultibodyEquations::updateGravity(const State& state) {
+    std::fill(m_gravity.atBody.begin(), m_gravity.atBody.end(), Vec3(0));
+    for (const Force::Gravity* gravity : m_gravityForces)
+        for (MobilizedBodyIndex i(1); i < int(m_gravity.atBody.size()); ++i)
+            if (!gravity->getBodyIsExcluded(state, i))
+                m_gravity.atBody[i] += gravity->getGravityVector(state);
 }
 
 void MultibodyEquations::makeBlocks(const State& state) {
@@ -202,6 +221,11 @@ void MultibodyEquations::makeBlocks(const State& state) {
             m_blocks.push_back(std::move(block));
         }
     }
+    // Forces between trees have their derivatives inside of a block.
+    constexpr int LargestBlock = 72;  // beyond, factoring it costs more than Simbody's forces
+    const bool isOneBlock = m_setting == Setting::Implicit && m_flexible.empty() &&
+                            m_hasForeignForces && state.getNU() <= LargestBlock;
+    std::vector<std::vector<MobilizedBodyIndex>> trees;
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
         int& blockOfBody = m_blockOfBody[size_t(i)];
         if (blockOfBody >= 0) continue;  // a flexible body's
@@ -214,8 +238,13 @@ void MultibodyEquations::makeBlocks(const State& state) {
                 describe(m_guts, parent) +
                 "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
-        blockOfBody = int(m_blocks.size());
-        auto tree = std::make_unique<RigidTree>(matter, i, state);
+        const bool joins = !trees.empty() && isOneBlock;
+        if (!joins) trees.emplace_back();
+        blockOfBody = int(m_flexible.size() + trees.size()) - 1;
+        trees.back().push_back(i);
+    }
+    for (const std::vector<MobilizedBodyIndex>& roots : trees) {
+        auto tree = std::make_unique<RigidTree>(matter, roots, state);
         m_needsSimbody = m_needsSimbody || tree->needsSimbody();
         m_rigid.push_back(tree.get());
         m_blocks.push_back(std::move(tree));
@@ -566,7 +595,8 @@ void MultibodyEquations::makeForceDifferences(const std::vector<ForceSelection>&
         if (owner && owner->isForceDisabled(m_private, selection.force.getForceIndex())) continue;
         DifferencedForce forces{ForceDifferences(m_system, selection, candidates, m_private),
                                 m_numMultipliers + m_numElementRows,
-                                {}};
+                                {},
+                                -1};
         if (forces.differences.getSpeeds().empty()) {
             // Modes that are held feel no stiffness.
             if (std::any_of(m_flexible.begin(), m_flexible.end(),
@@ -575,6 +605,14 @@ void MultibodyEquations::makeForceDifferences(const std::vector<ForceSelection>&
             throw std::invalid_argument(
                 "addForceJacobian(): " + selection.describe() +
                 " acts on no body in the initial State; name the bodies that it can act on");
+        }
+        std::set<int> blocks;
+        for (const ForceDifferences::Speed& speed : forces.differences.getSpeeds())
+            blocks.insert(findBlock(speed.body));
+        if (blocks.size() == 1 && *blocks.begin() >= numFlexibleBlocks()) {
+            forces.ownBlock = *blocks.begin();
+            m_differenced.push_back(std::move(forces));
+            continue;
         }
         const int terms = forces.differences.getNumTerms();
         m_numElementRows += terms;
@@ -591,6 +629,21 @@ void MultibodyEquations::makeForceDifferences(const std::vector<ForceSelection>&
             side->speeds.push_back(own);
         }
         m_differenced.push_back(std::move(forces));
+    }
+}
+
+void MultibodyEquations::makeTreeDerivatives() {
+    constexpr int MostSpeeds = 200;  // each takes two evaluations
+    // Joints alone need none, and pass their singular positions best with a symmetric matrix.
+    const bool mayBeStiff = m_hasForeignForces || m_numMultipliers == 0;
+    m_canDifferentiateTrees = m_setting == Setting::Implicit && m_flexible.empty() && mayBeStiff &&
+                              m_numU > 0 && m_numU <= MostSpeeds;
+    if (!m_canDifferentiateTrees) return;
+    m_metres = CoordinateScales(*this).metres;
+    for (int b = 0; b < numBlocks(); ++b) {
+        const size_t n = size_t(m_blocks[size_t(b)]->numU);
+        m_treeDerivatives.push_back(
+            {b, std::vector<double>(n * n, 0), std::vector<double>(n * n, 0)});
     }
 }
 

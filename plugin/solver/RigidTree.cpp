@@ -17,6 +17,18 @@ using Eigen::VectorXd;
 
 namespace {
 
+/** NaN if one is. **/
+template <class Items, class Calc>
+double calcLargest(const Items& items, const Calc& calc) {
+    double largest = 0;
+    for (const auto& item : items) {
+        const double value = calc(item);
+        largest = value <= largest ? largest : value;
+        if (std::isnan(largest)) break;
+    }
+    return largest;
+}
+
 Vector3d asVector3d(const Vec3& v) {
     return {v[0], v[1], v[2]};
 }
@@ -33,11 +45,21 @@ SpatialVec calcInertialForce(const MassProperties& mass, const Transform& X_GB, 
 
 }  // namespace
 
-RigidTree::RigidTree(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex root,
-                     const State& state)
+RigidTree::RigidTree(const SimbodyMatterSubsystem& matter,
+                     const std::vector<MobilizedBodyIndex>& roots, const State& state)
     : m_matter(matter) {
-    name = "rigid tree at body " + std::to_string(int(root));
-    addBody(matter, root, -1, state);
+    constexpr size_t MostNamed = 4;
+    name = "rigid tree at ";
+    for (size_t k = 0; k < roots.size(); ++k) {
+        if (k <= MostNamed)
+            name += (k == 0          ? "body "
+                     : k < MostNamed ? ", body "
+                                     : " and others after body ") +
+                    std::to_string(int(roots[k]));
+        const int firstQ = numQ, firstU = numU;
+        addBody(matter, roots[k], -1, state);
+        m_roots.push_back({firstQ, numQ - firstQ, firstU, numU - firstU});
+    }
     m_forces.resize(m_bodies.size());
     m_motions.resize(m_bodies.size());
     m_composites.resize(m_bodies.size());
@@ -538,6 +560,40 @@ void RigidTree::moveQ(const EvaluationContext& context, const double* delta, dou
             for (int k = 0; k < 3; ++k) q[body.q0 + k] += m_moved[size_t(body.q0 + k)];
 }
 
+void RigidTree::weighQ(const double* q, const double* uWeights, const double* deltaQ,
+                       double* weighed) const {
+    for (const RigidBody& body : m_bodies) {
+        const double *w = uWeights + body.u0, *dq = deltaQ + body.q0;
+        double* own = weighed + body.q0;
+        const bool isUnknown = body.turning == Turning::KnownToSimbodyOnly;
+        const int nq = isUnknown ? body.nq : numTurningQ(body);
+        const int nu = isUnknown ? body.nu : numTurningU(body);
+        for (int k = nq; k < body.nq; ++k) own[k] = w[nu + (k - nq)] * dq[k];
+        if (nq == 0) continue;
+        const double least = *std::min_element(w, w + nu), most = *std::max_element(w, w + nu);
+        if (isUnknown || least == most) {
+            for (int k = 0; k < nq; ++k) own[k] = most * dq[k];
+            continue;
+        }
+        MatrixXd N(nq, nu);
+        double unit[LargestNumQ] = {}, column[LargestNumQ];
+        for (int k = 0; k < nu; ++k) {
+            unit[k] = 1;
+            multiplyByN(body, q + body.q0, unit, column);
+            unit[k] = 0;
+            N.col(k) = Map<const VectorXd>(column, nq);
+        }
+        const VectorXd du =
+            MatrixXd(N.transpose() * N).ldlt().solve(N.transpose() * Map<const VectorXd>(dq, nq));
+        Map<VectorXd>(own, nq) = N * du.cwiseProduct(Map<const VectorXd>(w, nu));
+    }
+}
+
+void RigidTree::takeSpeeds(const Vector& simbody, double* u) const {
+    for (const RigidBody& body : m_bodies)
+        for (int k = 0; k < body.nu; ++k) u[body.u0 + k] = simbody[body.stateU0 + k];
+}
+
 void RigidTree::normalizeQ(double* q) const {
     for (const RigidBody& body : m_bodies)
         if (hasQuaternion(body)) Map<Vector4d>(q + body.q0, 4).normalize();
@@ -549,11 +605,19 @@ void RigidTree::alignQ(const double* reference, double* q) const {
 }
 
 double RigidTree::calcDisplacement(const double* delta) const {
-    return Map<const VectorXd>(delta, numU).cwiseProduct(m_uWeights).norm();
+    return calcLargest(m_roots, [&](const Root& root) {
+        return Map<const VectorXd>(delta + root.firstU, root.numU)
+            .cwiseProduct(m_uWeights.segment(root.firstU, root.numU))
+            .norm();
+    });
 }
 
 double RigidTree::calcQDisplacement(const double* deltaQ) const {
-    return Map<const VectorXd>(deltaQ, numQ).cwiseProduct(m_qWeights).norm();
+    return calcLargest(m_roots, [&](const Root& root) {
+        return Map<const VectorXd>(deltaQ + root.firstQ, root.numQ)
+            .cwiseProduct(m_qWeights.segment(root.firstQ, root.numQ))
+            .norm();
+    });
 }
 
 double RigidTree::calcUDisplacement(const double* deltaU, double h) const {

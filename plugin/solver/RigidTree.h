@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-A tree of ordinary Simbody bodies rooted at Ground, as one block of the Newton system (private
-header).
+A tree of ordinary Simbody bodies rooted at Ground, or several of them between which forces may
+act, as one block of the Newton system (private header).
 
 q and u are Simbody's own. Weld, Pin, Slider, Cylinder, Screw, Universal, Planar, BendStretch,
 Gimbal, Bushing, Translation, Ball and Free mobilizers are evaluated by our own recursion, which is
@@ -21,11 +21,11 @@ namespace simflex {
 
 class RigidTree : public Block {
 public:
-    /** Takes over base body `root` (a child of Ground) and everything outboard of it.
+    /** Takes over base bodies (children of Ground) and everything outboard of them.
     @param state  realized to Stage::Velocity
     @throws std::invalid_argument if a mobilizer's velocities are not the rates of its positions **/
-    RigidTree(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex root,
-              const SimTK::State& state);
+    RigidTree(const SimTK::SimbodyMatterSubsystem& matter,
+              const std::vector<SimTK::MobilizedBodyIndex>& roots, const SimTK::State& state);
 
     /** Adds a frame X_BF on one of the tree's bodies; returns its index in `frames`. **/
     int addFrame(SimTK::MobilizedBodyIndex body, const SimTK::Transform& X_BF);
@@ -70,6 +70,12 @@ public:
     bool asksForN() const { return m_hasUnknownTurning; }
     void followPose() override;
     void visit(Checkpoint& checkpoint) override;
+    /** Writes N W N⁺ δq, what a difference of coordinates is by Simbody's weights W of the speeds.
+    Where only Simbody knows N, the largest weight of a mobilizer stands for all of its own. **/
+    void weighQ(const double* q, const double* uWeights, const double* deltaQ,
+                double* weighed) const;
+    /** Takes this block's part of a vector by Simbody's speeds. **/
+    void takeSpeeds(const SimTK::Vector& simbody, double* u) const;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;
@@ -173,8 +179,14 @@ private:
     /** The same for forces at all bodies' origins, m_forces; uses them up. **/
     void addInForces(double* r) const;
 
+    /** What belongs to one base body. **/
+    struct Root {
+        int firstQ, numQ, firstU, numU;
+    };
+
     const SimTK::SimbodyMatterSubsystem& m_matter;
     std::vector<RigidBody> m_bodies;
+    std::vector<Root> m_roots;
     std::vector<Frame> m_frameData;
     mutable std::vector<Composite> m_composites;
     mutable std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass

@@ -237,6 +237,15 @@ std::vector<DiscreteVarKey> listAutoUpdates(const State& state) {
     return keys;
 }
 
+std::vector<DiscreteVarKey> listLaterVariables(const State& state) {
+    std::vector<DiscreteVarKey> keys;
+    forEachVariable(state, [&](const DiscreteVarKey& key) {
+        if (state.getDiscreteVarInvalidatesStage(key.first, key.second) > Stage::Instance)
+            keys.push_back(key);
+    });
+    return keys;
+}
+
 void copyVariables(const std::vector<DiscreteVarKey>& keys, const State& from, State& to) {
     for (const auto& [subsystem, index] : keys)
         to.updDiscreteVariable(subsystem, index) = from.getDiscreteVariable(subsystem, index);

@@ -45,6 +45,10 @@ private:
 @param state  realized to Stage::Instance **/
 std::vector<SimTK::DiscreteVarKey> listAutoUpdates(const SimTK::State& state);
 
+/** Variables that no more than motions and forces depend on: all but those of Stage::Instance and
+before. **/
+std::vector<SimTK::DiscreteVarKey> listLaterVariables(const SimTK::State& state);
+
 /** Writes these variables of one State into another of the same system. **/
 void copyVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from,
                    SimTK::State& to);

@@ -90,7 +90,7 @@ double ImplicitIntegrator::Implementation::calcUnseenMotions(int order) {
         m_equations->calcTimedMotions(t, q.data(), u.data());
         for (size_t i = 0; i < q.size(); ++i) q[i] -= m_trial.q[i];
         for (size_t i = 0; i < u.size(); ++i) u[i] -= m_trial.u[i];
-        largest = std::max(largest, m_equations->calcErrorDisplacement(q.data(), u.data(), h));
+        largest = std::max(largest, m_equations->calcErrorSize(q.data(), u.data(), h));
     }
     return largest;
 }

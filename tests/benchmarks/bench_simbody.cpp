@@ -138,7 +138,7 @@ ProblemPtr makeScissorLift() {
     auto p = std::make_unique<Problem>();
     Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
     constexpr int storeys = 4;
-    const double half = 0.5, angle = Pi / 5;
+    const double half = 0.5, angle = Pi / 4;
     const Body::Rigid bar(MassProperties(1, Vec3(0), UnitInertia::cylinderAlongX(0.02, half)));
     const Body::Rigid shoe(MassProperties(0.5, Vec3(0), Inertia(1e-3)));
     // Rising bars hang on each other by their ends, as falling ones do; middles are joined.
@@ -159,7 +159,7 @@ ProblemPtr makeScissorLift() {
         Constraint::PointInPlane(ups[size_t(k)], XAxis, 0, downs[size_t(k)], Vec3(0));
         Constraint::PointInPlane(ups[size_t(k)], YAxis, 0, downs[size_t(k)], Vec3(0));
     }
-    Force::MobilityLinearSpring(p->forces, foot, MobilizerQIndex(0), 800, 1);
+    Force::MobilityLinearSpring(p->forces, foot, MobilizerQIndex(0), 4000, 0.75);
     Force::MobilityLinearDamper(p->forces, foot, MobilizerUIndex(0), 5);
     p->state = p->system.realizeTopology();
     foot.setLength(p->state, 2 * half * std::cos(angle));
@@ -327,6 +327,8 @@ void addSamples(const Problem& problem, const State& state, std::vector<double>&
         }
 }
 
+bool isVerbose = false;
+
 /** Runs with either kind of stepper; nothing if it takes too long or fails. **/
 template <class Start, class Advance>
 std::optional<Solution> run(const Problem& problem, double longest, const Start& start,
@@ -349,7 +351,8 @@ std::optional<Solution> run(const Problem& problem, double longest, const Start&
             begin += getProcessorTime() - pause;
         }
         solution.seconds = getProcessorTime() - begin;
-    } catch (const std::exception&) {
+    } catch (const std::exception& error) {
+        if (isVerbose) std::printf("%s\n", error.what());
         return {};
     }
     return solution;
@@ -408,8 +411,6 @@ struct Best {
     double seconds = Infinity, accuracy = 0, error = 0;
     long steps = 0;
 };
-
-bool isVerbose = false;
 
 /** Both sides' best runs for one target. **/
 struct Comparison {

@@ -127,7 +127,9 @@ protected:
     void expectSameMotion(Handles handles) const {
         const Real coarse = expectSame(1e-5, handles), fine = expectSame(1e-7, handles);
         EXPECT_LT(coarse, 0.02);
-        EXPECT_LT(fine, std::max(coarse * std::pow(1e-2, 2.0 / 3) * 4, 2e-6));
+        // A rougher reference has errors of its own.
+        const Real floor = GetParam().referenceAccuracy > 1e-9 ? 1e-3 : 2e-6;
+        EXPECT_LT(fine, std::max(coarse * std::pow(1e-2, 2.0 / 3) * 4, floor));
     }
 };
 

@@ -129,8 +129,11 @@ TEST(FailureDiagnosis, AMotionBeyondTheReachOfAMechanismIsASingularPosition) {
         integrator.initialize(state);
         EXPECT_THAT(messageOf([&] { integrator.stepTo(1); }),
                     AllOf(HasSubstr("no step could be taken from t = 0."),
-                          HasSubstr("singular position, where the equations of joint 'wrist' and "
-                                    "joint 'push' depend on each other"),
+                          ::testing::AnyOf(
+                              HasSubstr("singular position, where the equations of joint 'wrist' "
+                                        "and joint 'push' depend on each other"),
+                              HasSubstr("singular position: equation 1 of 'push' follows from "
+                                        "'wrist'")),
                           HasSubstr("Start beside it"), HasSubstr("keep motions within reach"),
                           HasSubstr("last good State")));
         // The links lie in one line at x = 2.5.

@@ -233,5 +233,68 @@ TEST(Settings, AreRefusedByNameOnceTheIntegrationHasBegun) {
     EXPECT_EQ(bdf.getTime(), 0.3);
 }
 
+/** Holds a force on a mobility, another one in every period. **/
+class Holder : public PeriodicEventHandler {
+public:
+    Holder(const Force::DiscreteForces& forces, const MobilizedBody& body, Real period,
+           std::function<Real(Real time)> force)
+        : PeriodicEventHandler(period), m_forces(forces), m_body(body), m_force(std::move(force)) {}
+    void handleEvent(State& state, Real, bool&) const override {
+        m_forces.setOneMobilityForce(state, m_body, MobilizerUIndex(0), m_force(state.getTime()));
+    }
+
+private:
+    const Force::DiscreteForces m_forces;
+    const MobilizedBody m_body;
+    const std::function<Real(Real time)> m_force;
+};
+
+struct HeldSlider {
+    HeldSlider(Real period, const std::function<Real(Real time)>& force) {
+        system.addEventHandler(new Holder(held, mass, period, force));
+        state = system.realizeTopology();
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    Force::DiscreteForces held{forces, matter};
+    MobilizedBody::Slider mass{matter.Ground(),
+                               Body::Rigid(MassProperties(2, Vec3(0), Inertia(1)))};
+    State state;
+};
+
+TEST(HeldForces, MoveAMassAsTheirStepsSay) {
+    const Real period = 0.01;
+    const auto force = [](Real time) { return 3 * std::sin(40 * time + 0.5) + 1; };
+    HeldSlider model(period, force);
+    BdfIntegrator integrator(model.system);
+    integrator.initialize(model.state);
+    integrator.stepTo(1);
+    Real x = 0, v = 0;
+    for (int k = 0; k < 100; ++k) {
+        const Real a = force(k * period) / 2;
+        x += v * period + a * period * period / 2;
+        v += a * period;
+    }
+    EXPECT_NEAR(model.mass.getLength(integrator.getState()), x, 1e-5);
+    EXPECT_NEAR(model.mass.getRate(integrator.getState()), v, 1e-4);
+    EXPECT_LE(integrator.getStatistics().stepsTaken, 250);
+}
+
+TEST(HeldForces, ThatStayTheSameCostNoStart) {
+    HeldSlider model(1e-3, [](Real) { return 2; });
+    Force::MobilityLinearSpring(model.forces, model.mass, MobilizerQIndex(0), 200, 0);
+    model.state = model.system.realizeTopology();
+    BdfIntegrator integrator(model.system);
+    integrator.initialize(model.state);
+    integrator.stepTo(1);
+    // ω = 10/s about 0.01 m
+    EXPECT_NEAR(model.mass.getLength(integrator.getState()), 0.01 * (1 - std::cos(10.0)), 1e-6);
+    EXPECT_LE(integrator.getStatistics().starts, 2);
+    EXPECT_GE(integrator.getStatistics().scheduledEvents, 1000);
+    EXPECT_LE(integrator.getStatistics().stepsTaken, 1100);
+}
+
 }  // namespace
 }  // namespace simflex

@@ -8,6 +8,7 @@
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/MultibodyEquations.h"
 #include "simflex/solver/SolutionHistory.h"
 #include "simflex/solver/StepController.h"
 #include "support/PointMassPart.h"
@@ -264,6 +265,138 @@ TEST(StepControl, ErrorFallsMonotonicallyWithTheSlopeOfTheOrder) {
             std::log(errors[1] / errors.back()) / std::log(accuracies[1] / accuracies.back());
         EXPECT_GT(slope, Real(order) / (order + 1) - 0.03) << "order " << order;
     }
+}
+
+/** Masses on springs, each on a line of its own. **/
+struct Oscillators {
+    explicit Oscillators(int count) {
+        for (int i = 0; i < count; ++i) {
+            masses.emplace_back(matter.Ground(),
+                                Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))));
+            Force::MobilityLinearSpring(forces, masses.back(), MobilizerQIndex(0), 100, 0);
+        }
+        state = system.realizeTopology();
+        masses[0].setLength(state, 0.01);
+    }
+
+    State run(BdfIntegrator& integrator) {
+        integrator.setConstraintTolerance(1e-10);
+        integrator.initialize(state);
+        integrator.stepTo(1);
+        return integrator.getState();
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    std::vector<MobilizedBody::Slider> masses;
+    State state;
+};
+
+TEST(AccuracyNorm, HalvedUnitsAreAHalvedAccuracy) {
+    Oscillators model(1);
+    BdfIntegrator tight(model.system);
+    tight.setAccuracy(0.5e-4);
+    const State byAccuracy = model.run(tight);
+    model.state.updUWeights() = 2;
+    BdfIntegrator weighed(model.system);
+    weighed.setAccuracy(1e-4);
+    const State byWeights = model.run(weighed);
+    EXPECT_EQ(tight.getStatistics().stepsTaken, weighed.getStatistics().stepsTaken);
+    EXPECT_NEAR(byAccuracy.getQ()[0], byWeights.getQ()[0], 1e-12);
+}
+
+TEST(AccuracyNorm, RestingCoordinatesThinTheMeanSquareAndNotTheWorst) {
+    Oscillators one(1), four(4);
+    const auto countSteps = [](Oscillators& model, Real accuracy, bool useInfinityNorm) {
+        BdfIntegrator integrator(model.system);
+        integrator.setAccuracy(accuracy);
+        integrator.setUseInfinityNorm(useInfinityNorm);
+        model.run(integrator);
+        return integrator.getStatistics().stepsTaken;
+    };
+    EXPECT_EQ(countSteps(one, 2e-5, false), countSteps(four, 1e-5, false));
+    EXPECT_EQ(countSteps(one, 1e-5, true), countSteps(four, 1e-5, true));
+    EXPECT_LT(countSteps(four, 1e-5, false), countSteps(four, 1e-5, true));
+}
+
+TEST(AccuracyNorm, IsWhatSimbodysOperatorsMakeOfIt) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    const Body::Rigid body(MassProperties(1, Vec3(0), Inertia(1)));
+    MobilizedBody::Free free(matter.Ground(), body);
+    MobilizedBody::Pin pin(free, Vec3(0.3, 0, 0), body, Transform());
+    MobilizedBody::Gimbal gimbal(pin, Vec3(0, 0.3, 0), body, Transform());
+    MobilizedBody::LineOrientation line(gimbal, Vec3(0, 0, 0.2), body, Transform());
+    State state = system.realizeTopology();
+    const int nq = state.getNQ(), nu = state.getNU();
+    for (int i = 0; i < nq; ++i) state.updQ()[i] = 0.4 + 0.1 * std::sin(i);
+    for (int i = 0; i < nu; ++i) {
+        state.updU()[i] = 3 * std::cos(1.0 + i);
+        state.updUWeights()[i] = 0.5 + 0.2 * i;
+    }
+    system.realize(state, Stage::Position);
+    matter.normalizeQuaternions(state);
+    system.realize(state, Stage::Velocity);
+    MultibodyEquations equations(system, state);
+    std::vector<double> q(size_t(nq), 0), u(size_t(nu), 0);
+    equations.getFromState(state, q.data(), u.data());
+    Vector dq(nq), du(nu), weighed(nq), scaled(nu);
+    for (int i = 0; i < nu; ++i) du[i] = std::sin(2.0 + 3 * i);
+    matter.multiplyByN(state, false, du, dq);
+    for (int i = 0; i < nu; ++i) du[i] *= state.getUWeights()[i];
+    matter.multiplyByN(state, false, du, weighed);
+    for (int i = 0; i < nu; ++i) {
+        du[i] = std::cos(1.0 + 2 * i);
+        scaled[i] = du[i] * std::min(Real(state.getUWeights()[i]), 1 / std::abs(state.getU()[i]));
+    }
+    const std::vector<double> noQ(size_t(nq), 0), noU(size_t(nu), 0);
+    for (const bool isWorst : {false, true}) {
+        equations.setErrorNorm(isWorst ? MultibodyEquations::Norm::Infinity
+                                       : MultibodyEquations::Norm::RootMeanSquare);
+        equations.setErrorReference(q.data(), u.data(), nullptr);
+        EXPECT_NEAR(equations.calcErrorSize(&dq[0], noU.data(), 1),
+                    isWorst ? weighed.normInf() : weighed.normRMS(), 1e-12);
+        EXPECT_NEAR(equations.calcErrorSize(noQ.data(), &du[0], 1),
+                    isWorst ? scaled.normInf() : scaled.normRMS(), 1e-12);
+    }
+}
+
+TEST(AccuracyNorm, MetresAreMetresAtAnyWeight) {
+    Oscillators model(1);
+    const auto countSteps = [&] {
+        BdfIntegrator integrator(model.system);
+        integrator.setAccuracyNorm(BdfIntegrator::AccuracyNorm::Displacement);
+        integrator.setAccuracy(1e-5);
+        model.run(integrator);
+        return integrator.getStatistics().stepsTaken;
+    };
+    const long plain = countSteps();
+    model.state.updUWeights() = 100;
+    EXPECT_EQ(countSteps(), plain);
+}
+
+TEST(AccuracyNorm, FlexibleBodiesHaveMetresOnly) {
+    Model model;
+    BdfIntegrator integrator(model.system);
+    integrator.setAccuracyNorm(BdfIntegrator::AccuracyNorm::StateWeights);
+    EXPECT_THROW(integrator.initialize(model.state), std::invalid_argument);
+}
+
+TEST(DefaultOrder, FollowsTheSystem) {
+    Oscillators rigid(1);
+    BdfIntegrator high(rigid.system);
+    rigid.run(high);
+    EXPECT_GT(high.getStatistics().stepsAtOrder[5], 0);
+    // x = 0.01 cos 10t
+    EXPECT_NEAR(high.getState().getQ()[0], 0.01 * std::cos(10.0), 1e-4);
+
+    Model model;
+    BdfIntegrator low(model.system);
+    low.initialize(model.state);
+    low.stepTo(0.05);
+    EXPECT_EQ(low.getStatistics().stepsAtOrder[3], 0);
 }
 
 }  // namespace

@@ -34,7 +34,9 @@ SchemaForm solver() {
                       "How linear equations are solved.")
                 .orElse("automatic")
                 .such("dense"),
-            SchemaKey("maximum_order", {integer(1, 5)}, "Highest order of bdf.").such("2"),
+            SchemaKey("maximum_order", {integer(1, 5)},
+                      "Highest order of bdf. Default: 2, or 5 where no part can bend.")
+                .such("2"),
             SchemaKey("spectral_radius", {number(0, 1)},
                       "Damping of the highest frequencies by generalized_alpha: 1 none, "
                       "0 all.")

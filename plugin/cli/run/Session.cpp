@@ -27,6 +27,8 @@ void setSteps(const ModelValue& solver, Integrator& integrator) {
             value.fail("must be positive, not " + std::to_string(value.getNumber()));
         }
     };
+    // Model files give it in metres, whatever they are made of.
+    integrator.setAccuracyNorm(Integrator::AccuracyNorm::Displacement);
     set("accuracy", &Integrator::setAccuracy);
     set("constraint_tolerance", &Integrator::setConstraintTolerance);
     set("initial_step", &Integrator::setInitialStepSize);
