@@ -259,6 +259,11 @@ State makeFreshState(const MultibodySystem& system, const State& state) {
         for (CacheEntryIndex c(0); fresh.hasCacheEntry({s, c}); ++c)
             if (fresh.getCacheEntryInfo({s, c}).getDependsOnStage() >= Stage::Instance)
                 fresh.markCacheValueNotRealized(s, c);
+    if (state.getSystemStage() < Stage::Instance) return fresh;
+    // Weights of constraint errors are made with the constraints.
+    system.realize(fresh, Stage::Instance);
+    fresh.updQErrWeights() = state.getQErrWeights();
+    fresh.updUErrWeights() = state.getUErrWeights();
     return fresh;
 }
 

@@ -196,6 +196,25 @@ TEST(ForeignPrograms, TriggersSeeReactions) {
     EXPECT_LT((mass.getBodyOriginLocation(integrator.getState()) - expected).norm(), 1e-3);
 }
 
+TEST(ForeignPrograms, WeightsOfTheStateStay) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    MobilizedBody::Translation mass(matter.Ground(), makeBody(1));
+    const Constraint::Rod rod(matter.Ground(), mass, 1);
+    State start = system.realizeTopology();
+    mass.setQ(start, Vec3(1, 0, 0));
+    system.realize(start, Stage::Instance);
+    start.updUWeights() = Vector(3, Real(2));
+    start.updQErrWeights() = Vector(1, Real(3));
+    start.updUErrWeights() = Vector(1, Real(4));
+    BdfIntegrator integrator(system);
+    integrator.initialize(start);
+    const State& state = integrator.getState();
+    EXPECT_EQ(state.getUWeights()[0], 2);
+    EXPECT_EQ(state.getQErrWeights()[0], 3);
+    EXPECT_EQ(state.getUErrWeights()[0], 4);
+}
+
 /** Notes times, and what stands in the State without being asked for. **/
 struct Notes {
     std::vector<Real> reports, events, accelerations;
