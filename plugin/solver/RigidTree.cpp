@@ -56,9 +56,9 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter,
                      : k < MostNamed ? ", body "
                                      : " and others after body ") +
                     std::to_string(int(roots[k]));
-        const int firstQ = numQ, firstU = numU;
+        const int q0 = numQ, u0 = numU;
         addBody(matter, roots[k], -1, state);
-        m_roots.push_back({firstQ, numQ - firstQ, firstU, numU - firstU});
+        m_roots.push_back({q0, numQ - q0, u0, numU - u0});
     }
     m_forces.resize(m_bodies.size());
     m_motions.resize(m_bodies.size());

@@ -145,7 +145,7 @@ TEST(SimbodyApi, ARefIsEitherIntegrator) {
     EXPECT_EQ(second.getNumStepsTaken(), bdf.getNumStepsTaken());
 
     struct Holder {
-        explicit Holder(IntegratorRef integ) : integ(integ) {}
+        explicit Holder(IntegratorRef either) : integ(either) {}
         IntegratorRef integ;
     };
     const auto count = [](const IntegratorRef& integ) { return integ.getNumStepsTaken(); };
