@@ -575,7 +575,12 @@ void ImplicitIntegrator::Implementation::passBreak() {
     for (size_t i = 0; i < before.size(); ++i)
         jumps = jumps || !(std::abs(after[i] - before[i]) <=
                            SmallestJump * std::max(std::abs(before[i]), std::abs(after[i])));
-    if (!jumps) return;
+    if (!jumps) {
+        // There may be a kink, through which no polynomial of high order goes.
+        m_stepsAtOrder = 0;
+        m_order = std::min(m_order, m_scheme->getLowestOrder());
+        return;
+    }
     restartAtNewest();
     m_nextStep = chooseInitialStep(point, m_nextStep);
 }
@@ -733,9 +738,8 @@ void ImplicitIntegrator::Implementation::calcPoint(double t, SolutionPoint& poin
     } else {
         point.constraintError = m_step->calcPositionError(t, point.q, point.u);
     }
-    const double fraction = (t - m_history[1].t) / (newest.t - m_history[1].t);
-    for (size_t i = 0; i < point.uDot.size(); ++i)
-        point.uDot[i] = (1 - fraction) * m_history[1].uDot[i] + fraction * newest.uDot[i];
+    // Steps of high order are long.
+    m_history.interpolateUDot(lastOrder > 2 ? lastOrder : 2, t, point.uDot);
 }
 
 const State& ImplicitIntegrator::Implementation::getState() const {

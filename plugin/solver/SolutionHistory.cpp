@@ -177,6 +177,11 @@ void SolutionHistory::extrapolateLambda(int points, double t, std::vector<double
     combine(weights, &SolutionPoint::lambda, &SolutionPoint::lambda, lambda);
 }
 
+void SolutionHistory::interpolateUDot(int points, double t, std::vector<double>& uDot) const {
+    Weights weights = calcInterpolation(std::min(points, m_size), t);
+    combine(weights, &SolutionPoint::uDot, &SolutionPoint::uDot, uDot);
+}
+
 void SolutionHistory::visit(Checkpoint& checkpoint) {
     checkpoint.visitWithin(m_size, 0, Capacity, "the number of past points");
     checkpoint.visitWithin(m_pushed, 0, Capacity, "the number of points since the start");

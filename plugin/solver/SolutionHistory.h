@@ -78,6 +78,8 @@ public:
     double combineWork(const Weights& weights) const;
     /** Polynomial of λ through the newest `points` points; λ has no derivatives. **/
     void extrapolateLambda(int points, double t, std::vector<double>& lambda) const;
+    /** The same of u̇. **/
+    void interpolateUDot(int points, double t, std::vector<double>& uDot) const;
 
     void visit(Checkpoint& checkpoint);
 

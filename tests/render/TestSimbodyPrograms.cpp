@@ -45,7 +45,7 @@ const Program programs[] = {
     {"ExamplePendulum", 6, {red, orange}, false},
     {"ExampleClosedTopologyMechanism", 4, {red, blue}, true},
     {"ExampleGears", 4, {{"grey", 158, 171, 186, 5000}}, true},
-    {"ExampleLongPendulum", 6, {orange}, true},
+    {"ExampleLongPendulum", 6, {{"orange", 255, 128, 0, 100}}, true},
     {"ExampleContactPlayground", 4, {}, false},
     {"ExampleBricardMechanism", 3, {{"green", 0, 255, 0, 5000}, red}, false},
 };

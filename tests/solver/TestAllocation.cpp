@@ -215,9 +215,11 @@ TEST(Allocation, StressOfManyNodesNeedsNoneOnceItsResultsHaveTheirSize) {
     Array_<SymMat33> stress, strain;
     Array_<Vec3> principal, velocity;
     Vector vonMises;
-    for (const bool counted : {false, true}) {
+    // The first gives results their size. Where threads are short OpenMP may take some of its own.
+    constexpr int Most = 5;
+    for (int run = 0; run < Most && (run <= 1 || numAllocations > 0); ++run) {
         numAllocations = 0;
-        isCounting = counted;
+        isCounting = run > 0;
         nodes.calcStress(state, stress, StressRecovery::Axes::Ground);
         nodes.calcStrain(state, strain);
         nodes.calcVonMises(state, vonMises);
