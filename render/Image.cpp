@@ -1,15 +1,15 @@
 #include "simflex/render/Image.h"
 
 #include <png.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 #include <stdexcept>
+
+#include "simflex/base/UnfinishedFile.h"
 
 namespace simflex {
 
@@ -196,29 +196,7 @@ std::vector<std::uint8_t> Image::encodePng(const std::string& keyword,
 
 void Image::writePng(const std::string& path) const {
     if (isEmpty()) throw std::runtime_error("cannot write '" + path + "': the picture is empty");
-    writeWholeFile(path, encodePng());
-}
-
-void writeWholeFile(const std::string& path, const std::vector<std::uint8_t>& bytes) {
-    const std::string partial = path + "." + std::to_string(getpid()) + ".part";
-    File file(std::fopen(partial.c_str(), "wb"));
-    if (!file) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
-
-    // Closing can fail, too: a disk on the network says only then that it is full.
-    bool ok = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
-    std::string error = ok ? "" : std::strerror(errno);
-    if (std::fclose(file.release()) != 0 && ok) {
-        ok = false;
-        error = std::strerror(errno);
-    }
-    if (ok && std::rename(partial.c_str(), path.c_str()) != 0) {
-        ok = false;
-        error = std::strerror(errno);
-    }
-    if (!ok) {
-        std::remove(partial.c_str());
-        throw std::runtime_error("cannot write '" + path + "': " + error);
-    }
+    replaceFile(path, encodePng(), Durability::ProcessEnd);
 }
 
 std::string readPngText(const std::string& path, const std::string& keyword) {

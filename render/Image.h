@@ -89,8 +89,4 @@ std::string readPngText(const std::string& path, const std::string& keyword);
 /** Whether a file begins and ends as a PNG file does. **/
 bool isPngComplete(const std::string& path);
 
-/** Writes a file that appears only when it is complete.
-@throws std::runtime_error that names the file and the system's reason. **/
-void writeWholeFile(const std::string& path, const std::vector<std::uint8_t>& bytes);
-
 }  // namespace simflex

@@ -1,7 +1,6 @@
 #include "simflex/render/Video.h"
 
 #include <fcntl.h>
-#include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -19,6 +18,7 @@
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/ChildProcess.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/render/frame/FrameOutput.h"
 
 namespace simflex {
@@ -140,25 +140,6 @@ void layOnWhite(std::vector<std::uint8_t>& bytes) {
     }
 }
 
-// What processes that were killed have left of this video.
-void removeLeftovers(const std::string& file) {
-    namespace fs = std::filesystem;
-    const fs::path path(file);
-    const std::string start = path.filename().string() + ".";
-    std::error_code none;
-    std::vector<fs::path> left;
-    for (const auto& entry :
-         fs::directory_iterator(path.has_parent_path() ? path.parent_path() : ".", none)) {
-        const std::string name = entry.path().filename().string();
-        int process = 0, length = 0;
-        if (name.compare(0, start.size(), start) == 0 &&
-            std::sscanf(name.c_str() + start.size(), "%d.part%n", &process, &length) == 1 &&
-            length > 0 && process > 0 && kill(process, 0) != 0 && errno == ESRCH)
-            left.push_back(entry.path());
-    }
-    for (const fs::path& partial : left) fs::remove(partial, none);
-}
-
 }  // namespace
 
 bool isVideoAvailable() {
@@ -185,8 +166,8 @@ public:
             throw std::runtime_error("cannot write the video '" + file +
                                      "': there is no program ffmpeg (Debian package ffmpeg)");
         // A folder that cannot be written to is noticed before anything is drawn.
-        removeLeftovers(file);
-        partial = file + "." + std::to_string(getpid()) + ".part";
+        const std::filesystem::path path(file);
+        removeUnfinishedFiles(path.parent_path(), path.filename().string() + ".");
         std::FILE* test = std::fopen(partial.c_str(), "wb");
         if (!test) throw std::runtime_error("cannot write '" + file + "': " + std::strerror(errno));
         std::fclose(test);
@@ -194,7 +175,6 @@ public:
 
     ~Impl() {
         coder.reset();
-        std::remove(partial.c_str());
         std::remove(lossless.c_str());
     }
 
@@ -232,7 +212,7 @@ public:
         isFinished = true;
         if (!coder->finish()) fail(coder->readMessages());
         if (format == Format::Gif) codeGif();
-        if (std::rename(partial.c_str(), file.c_str()) != 0) fail(std::strerror(errno));
+        unfinished.finish(Durability::ProcessEnd);
     }
 
     const std::string file;
@@ -305,7 +285,9 @@ private:
 
     const VideoOptions options;
     const Format format;
-    std::string partial, lossless;
+    UnfinishedFile unfinished{file};
+    const std::string partial = unfinished.getPath();
+    std::string lossless;
     std::unique_ptr<Coder> coder;
     int width = 0, height = 0;
     bool isFinished = false;

@@ -1,17 +1,16 @@
 #include "simflex/fe/Checkpoint.h"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+
+#include "simflex/base/UnfinishedFile.h"
 
 namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
 constexpr char kMagic[8] = {'s', 'i', 'm', 'f', 'l', 'e', 'x', '1'};
-const char* const kEnding = ".part";
 
 struct FileCloser {
     void operator()(std::FILE* file) const { std::fclose(file); }
@@ -100,11 +99,13 @@ bool ReductionCheckpoint::load(const std::string& name, std::uint64_t key,
 void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, double seconds,
                                const std::function<void(CheckpointWriter&)>& write) const {
     if (seconds < _worthSeconds) return;
-    const std::string path = pathOf(name), temporary = path + kEnding;
+    const std::string path = pathOf(name);
     std::error_code ignored;
     fs::create_directory(_folder, ignored);
-    File file(std::fopen(temporary.c_str(), "wbe"));
+    removeUnfinishedFiles(_folder, name + ".");
+    UnfinishedFile unfinished(path);
     try {
+        File file(std::fopen(unfinished.getPath().c_str(), "wbe"));
         if (!file) throw std::runtime_error(std::strerror(errno));
         CheckpointWriter writer;
         writer._file = file.get();
@@ -113,13 +114,9 @@ void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, doubl
         write(writer);
         const std::uint64_t checksum = writer._hash.get();
         writer.put(&checksum, sizeof checksum);
-        if (std::fflush(file.get()) != 0 || fsync(fileno(file.get())) != 0)
-            throw std::runtime_error(std::strerror(errno));
-        file.reset();
-        fs::rename(temporary, path);
+        if (std::fclose(file.release()) != 0) throw std::runtime_error(std::strerror(errno));
+        unfinished.finish();
     } catch (const std::exception& error) {
-        file.reset();
-        fs::remove(temporary, ignored);
         if (_note) _note("cannot keep " + path + " to resume from: " + error.what());
     }
 }
@@ -128,9 +125,9 @@ void ReductionCheckpoint::remove() const {
     std::error_code ignored;
     if (!fs::is_directory(_folder, ignored)) return;
     // Only what a checkpoint writes: the name may be someone's folder.
-    for (const char* name : {"matrices", "factor", "constraint modes", "normal modes"}) {
+    for (const std::string name : {"matrices", "factor", "constraint modes", "normal modes"}) {
         fs::remove(pathOf(name), ignored);
-        fs::remove(pathOf(name) + kEnding, ignored);
+        removeUnfinishedFiles(_folder, name + ".");
     }
     fs::remove(_folder, ignored);
 }

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
 
@@ -479,7 +480,7 @@ void writeMbdynFem(const std::string& path, const ReducedBody& body, ExchangeNod
     out.group(18, "INVARIANT 9");
     out.matrix(inv9);
     out.line("**");
-    writeWholeFile(path, out.text());
+    replaceFile(path, out.text());
 }
 
 ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options,

@@ -1,7 +1,5 @@
 #include "simflex/part/ReducedBodyFile.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
@@ -289,22 +287,20 @@ void writeReducedBody(const std::string& path, const ReducedBody& body,
                       const std::vector<std::string>& warnings) {
     body.validate();
     const hdf5::Quiet quiet;
-    const std::string temporary = path + ".part-" + std::to_string(getpid());
-    UnfinishedFile unfinished{temporary};
+    UnfinishedFile unfinished(path);
     try {
         {
-            const auto file = hdf5::createFile(temporary);
+            const auto file = hdf5::createFile(unfinished.getPath());
             writeBody(file, body);
             if (!warnings.empty()) hdf5::writeTexts(file, "warnings", warnings);
             if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)
                 throw std::runtime_error("cannot write all of it; is the disk full?");
         }
-        appendChecksum(temporary);
-        fs::rename(temporary, path);
+        appendChecksum(unfinished.getPath());
     } catch (const std::runtime_error& error) {
         throw std::runtime_error("cannot write part file '" + path + "': " + error.what());
     }
-    unfinished.path.clear();
+    unfinished.finish();
 }
 
 namespace {

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <functional>
 
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/part/NumberText.h"
-#include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace {
@@ -219,7 +219,7 @@ void writeSid(const std::string& path, const ReducedBody& body, ExchangeNodes wh
     out.taylor(kIndent, "De", n, n, Structure::Zero, {});
     out.line(6, "end modal");
     out.line(1, "end part");
-    writeWholeFile(path, out.text());
+    replaceFile(path, out.text());
 }
 
 }  // namespace simflex

@@ -1,7 +1,5 @@
 #include "simflex/part/TextLines.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -114,21 +112,6 @@ std::string quoteField(std::string_view field) {
     for (char& c : text)
         if ((unsigned char)(c) < ' ' || c == 0x7f) c = '?';
     return text;
-}
-
-void writeWholeFile(const std::string& path, const std::string& text) {
-    const std::string temporary = path + ".part-" + std::to_string(getpid());
-    std::error_code error;
-    {
-        std::ofstream out(temporary, std::ios::binary);
-        out.write(text.data(), std::streamsize(text.size()));
-        if (!out.flush()) error = std::make_error_code(std::errc::io_error);
-    }
-    if (!error) std::filesystem::rename(temporary, path, error);
-    if (!error) return;
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw std::runtime_error("cannot write '" + path + "': is there such a folder, and room?");
 }
 
 }  // namespace simflex

@@ -61,8 +61,4 @@ bool readInteger(std::string_view field, int& value);
 /** A field as messages show it: quoted, cut short, without what a terminal would obey. **/
 std::string quoteField(std::string_view field);
 
-/** Writes a file that appears under its name only when it is complete.
-@throws std::runtime_error if it cannot be written. **/
-void writeWholeFile(const std::string& path, const std::string& text);
-
 }  // namespace simflex

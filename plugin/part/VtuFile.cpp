@@ -1,7 +1,5 @@
 #include "simflex/part/VtuFile.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -237,9 +235,8 @@ void VtuFile::write(const std::string& path) const {
             types.push_back(kVertex);
         }
 
-    const std::string temporary = path + ".part-" + std::to_string(getpid());
-    UnfinishedFile unfinished{temporary};
-    AppendedWriter out(temporary);
+    UnfinishedFile unfinished(path);
+    AppendedWriter out(unfinished.getPath());
     out.text(
         "<?xml version=\"1.0\"?>\n"
         "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"" +
@@ -277,13 +274,10 @@ void VtuFile::write(const std::string& path) const {
     out.text("</Cells>\n</Piece>\n</UnstructuredGrid>\n");
     out.writeData();
     out.text("</VTKFile>\n");
-    std::error_code error;
-    if (out.finish()) {
-        fs::rename(temporary, path, error);
-        if (!error) return;
-    }
-    throw std::runtime_error("cannot write '" + path + "': " +
-                             (error ? error.message() : "no such folder, or the disk is full"));
+    if (!out.finish())
+        throw std::runtime_error("cannot write '" + path +
+                                 "': no such folder, or the disk is full");
+    unfinished.finish(Durability::ProcessEnd);
 }
 
 void writeVtu(const std::string& path, const ReducedBody& part) {

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "FrameHash.h"
+#include "simflex/base/UnfinishedFile.h"
 
 namespace simflex {
 
@@ -42,13 +43,6 @@ bool isFrameFile(const std::string& name, int& number) {
     int length = 0;
     return std::sscanf(name.c_str(), "frame_%7d.png%n", &number, &length) == 1 &&
            length == int(name.size()) && number >= 0;
-}
-
-// What a process that was killed left behind.
-bool isPartialFrame(const std::string& name) {
-    int number = 0, process = 0, length = 0;
-    return std::sscanf(name.c_str(), "frame_%7d.png.%d.part%n", &number, &process, &length) == 2 &&
-           length == int(name.size());
 }
 
 bool isSameFolder(const std::string& a, const std::string& b) {
@@ -149,8 +143,7 @@ void FrameOutput::prepareFolder() {
     if (failure || !fs::is_directory(folder))
         throw std::runtime_error("cannot make the folder '" + folder +
                                  "' for frames: " + failure.message());
-    for (const auto& entry : fs::directory_iterator(folder))
-        if (isPartialFrame(entry.path().filename().string())) fs::remove(entry.path(), failure);
+    removeUnfinishedFiles(folder, "frame_");
     if (oldFrames == OldFrames::Remove) removeFramesFrom(0);
     isFolderReady = true;
 }
@@ -333,7 +326,7 @@ void FrameOutput::process(Entry& entry, Painters& painters) {
 void FrameOutput::deliver(const Entry& entry, const Image& image,
                           const std::vector<std::uint8_t>& png) {
     const std::string file = makeFileName(entry.number);
-    if (!png.empty()) writeWholeFile(file, png);
+    if (!png.empty()) replaceFile(file, png, Durability::ProcessEnd);
     try {
         for (const auto& video : videos) video->write(image);
         if (sink) sink(entry.number, image);

@@ -405,7 +405,7 @@ TEST_F(FrameOutput, ResumingDrawsOnlyWhatIsMissing) {
     fs::resize_file(makeName(4), fs::file_size(makeName(4)) / 2);
     std::ofstream(makeName(5)) << "no picture";
     Image(96, 54).writePng(makeName(6));
-    std::ofstream(folder + "/frame_00007.png.123.part") << "of a process that was killed";
+    std::ofstream(folder + "/frame_00007.png.part-999999999") << "of a process that was killed";
     std::vector<std::pair<ino_t, time_t>> before;
     for (int i = 0; i < 10; ++i) before.push_back(identify(i));
     run(3);

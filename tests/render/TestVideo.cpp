@@ -230,13 +230,13 @@ TEST_F(VideoFile, DiskThatIsFullIsAnErrorAndLeavesNothing) {
 }
 
 TEST_F(VideoFile, TakesAwayWhatKilledProcessesHaveLeftOfIt) {
-    const std::string dead = "run.mp4.999999999.part", alive = "run.mp4.1.part";
-    for (const std::string& name : {dead, alive, std::string("other.mp4.999999999.part")})
+    const std::string dead = "run.mp4.part-999999999", alive = "run.mp4.part-1";
+    for (const std::string& name : {dead, alive, std::string("other.mp4.part-999999999")})
         std::ofstream(fs::path(folder) / name) << "part of a video";
     const VideoWriter video((fs::path(folder) / "run.mp4").string());
     EXPECT_FALSE(fs::exists(fs::path(folder) / dead));
     EXPECT_TRUE(fs::exists(fs::path(folder) / alive));
-    EXPECT_TRUE(fs::exists(fs::path(folder) / "other.mp4.999999999.part"));
+    EXPECT_TRUE(fs::exists(fs::path(folder) / "other.mp4.part-999999999"));
 }
 
 }  // namespace

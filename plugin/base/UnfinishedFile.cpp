@@ -1,0 +1,97 @@
+#include "simflex/base/UnfinishedFile.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace simflex {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr char Ending[] = ".part-";  // and the number of the process
+
+[[noreturn]] void refuse(const fs::path& path, int error) {
+    throw std::runtime_error("cannot write '" + path.string() + "': " + std::strerror(error));
+}
+
+/** An open file, closed at the end. **/
+struct Descriptor {
+    int number;
+    ~Descriptor() {
+        if (number >= 0) close(number);
+    }
+};
+
+/** Waits until a file or a folder is on the disk. **/
+void sync(const fs::path& path, const fs::path& name) {
+    const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+    if (file.number < 0) return;  // its folder may be written to, but not read
+    if (fsync(file.number) != 0 && errno != EINVAL && errno != EROFS) refuse(name, errno);
+}
+
+/** Of "crank.h5.part-4711"; 0 if there is none. **/
+int findProcess(const std::string& name) {
+    const size_t at = name.rfind(Ending);
+    int process = 0;
+    if (at != std::string::npos)
+        std::from_chars(name.data() + at + sizeof Ending - 1, name.data() + name.size(), process);
+    return process;
+}
+
+}  // namespace
+
+UnfinishedFile::UnfinishedFile(const fs::path& path)
+    : m_path(path), m_unfinished(path.string() + Ending + std::to_string(getpid())) {}
+
+UnfinishedFile::~UnfinishedFile() {
+    std::error_code ignored;
+    if (!m_isFinished) fs::remove(m_unfinished, ignored);
+}
+
+void UnfinishedFile::finish(Durability durability) {
+    if (durability == Durability::PowerFailure) sync(m_unfinished, m_path);
+    if (rename(m_unfinished.c_str(), m_path.c_str()) != 0) refuse(m_path, errno);
+    m_isFinished = true;
+    const fs::path folder = m_path.parent_path();
+    if (durability == Durability::PowerFailure) sync(folder.empty() ? "." : folder, m_path);
+}
+
+void replaceFile(const fs::path& path, std::string_view bytes, Durability durability) {
+    UnfinishedFile unfinished(path);
+    {
+        Descriptor file{
+            open(unfinished.getPath().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+        if (file.number < 0) refuse(path, errno);
+        while (!bytes.empty()) {
+            const ssize_t count = write(file.number, bytes.data(), bytes.size());
+            if (count < 0 && errno == EINTR) continue;
+            if (count <= 0) refuse(path, count < 0 ? errno : ENOSPC);
+            bytes.remove_prefix(size_t(count));
+        }
+        // A disk on the network may say only now that it is full.
+        if (close(std::exchange(file.number, -1)) != 0) refuse(path, errno);
+    }
+    unfinished.finish(durability);
+}
+
+void removeUnfinishedFiles(const fs::path& folder, const std::string& begin) {
+    std::error_code ignored;
+    std::vector<fs::path> left;
+    for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, ignored)) {
+        const std::string name = entry.path().filename().string();
+        const int process = findProcess(name);
+        if (name.compare(0, begin.size(), begin) == 0 && process > 0 && kill(process, 0) != 0 &&
+            errno == ESRCH)
+            left.push_back(entry.path());
+    }
+    for (const fs::path& file : left) fs::remove(file, ignored);
+}
+
+}  // namespace simflex
