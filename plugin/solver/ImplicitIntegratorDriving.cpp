@@ -93,7 +93,7 @@ void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& ou
 void ImplicitIntegrator::Implementation::passTrigger() {
     if (!m_hasTriggered) return;
     restartAtNewest();
-    showPoint(m_history[0].t);
+    showPoint(m_visible.t);
     m_events.calcTriggers(getState(), m_triggersBefore);
     m_hasTriggered = false;
 }
@@ -124,7 +124,7 @@ void ImplicitIntegrator::Implementation::continueFromHandlersState() {
             restartAtNewest();
             m_nextStep = nextStep;
         }
-        showPoint(m_history[0].t);
+        showPoint(m_visible.t);
         if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
         copyVariables(m_laterVariables, m_state, m_kept);
     } catch (...) {

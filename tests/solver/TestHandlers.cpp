@@ -296,5 +296,35 @@ TEST(HeldForces, ThatStayTheSameCostNoStart) {
     EXPECT_LE(integrator.getStatistics().stepsTaken, 1100);
 }
 
+// 75 * 0.002 and 3 * 0.05 differ in their last bit.
+TEST(HeldForces, AreServedAsOftenAsBySimbodysIntegrator) {
+    for (const Real period : {1e-3, 2e-3, 0.01 / 3, 0.1 / 7}) {
+        const auto countCalls = [&](auto&& run) {
+            int calls = 0;
+            HeldSlider model(period, [&](Real time) {
+                if (++calls > 2 / period) throw std::runtime_error("served for ever");
+                return std::sin(time);
+            });
+            model.system.addEventHandler(
+                new Holder(model.held, model.mass, 0.05, [](Real) { return 1; }));
+            model.state = model.system.realizeTopology();
+            run(model);
+            return calls;
+        };
+        const int ours = countCalls([](HeldSlider& model) {
+            BdfIntegrator integrator(model.system);
+            integrator.initialize(model.state);
+            integrator.stepTo(0.4995);
+        });
+        const int theirs = countCalls([](HeldSlider& model) {
+            SimTK::RungeKuttaMersonIntegrator integrator(model.system);
+            SimTK::TimeStepper stepper(model.system, integrator);
+            stepper.initialize(model.state);
+            stepper.stepTo(0.4995);
+        });
+        EXPECT_EQ(ours, theirs) << "every " << period << " s";
+    }
+}
+
 }  // namespace
 }  // namespace simflex
