@@ -2,9 +2,7 @@
 
 #include <omp.h>
 
-#include <cstring>
 #include <sstream>
-#include <typeinfo>
 #include <utility>
 
 #include "simflex/base/FlushDenormals.h"
@@ -199,9 +197,8 @@ void ImplicitIntegrator::Implementation::chooseSettings() {
     // again what they have found.
     m_remembers = false;
     for (const SimTK::DiscreteVarKey& key : listAutoUpdates(m_state)) {
-        const SimTK::Subsystem::Guts& guts = m_system.getSubsystem(key.first).getSubsystemGuts();
-        const bool isTracker = std::strstr(typeid(guts).name(), "ContactTrackerSubsystem");
-        m_remembers = m_remembers || !isTracker;
+        const SimTK::Subsystem& subsystem = m_system.getSubsystem(key.first);
+        m_remembers = m_remembers || !SimTK::ContactTrackerSubsystem::isInstanceOf(subsystem);
     }
     const bool isFree = !m_equations->hasModes() && fixedStep == 0 && !m_remembers;
     const bool hasHighOrder = m_scheme->suit(isFree ? IntegrationScheme::Suitability::HighOrder

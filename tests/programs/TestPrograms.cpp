@@ -42,13 +42,16 @@ Real getSampleTime(const Model& model, int i) {
     return model.duration * i / numSamples;
 }
 
-Record runByRungeKuttaMerson(const Program& program) {
+enum class Handles { Kept, Dropped };
+
+template <class Integrator, class Stepper>
+Record run(const Program& program, Real accuracy, Handles handles) {
     const auto model = program.build();
-    model->handles.reset();
-    RungeKuttaMersonIntegrator integrator(model->system);
-    integrator.setAccuracy(program.referenceAccuracy);
+    if (handles == Handles::Dropped) model->handles.reset();
+    Integrator integrator(model->system);
+    integrator.setAccuracy(accuracy);
     if (!isNaN(model->longestStep)) integrator.setMaximumStepSize(model->longestStep);
-    SimTK::TimeStepper stepper(model->system, integrator);
+    Stepper stepper(model->system, integrator);
     stepper.initialize(model->state);
     Record record;
     record.take(*model, stepper.getState());
@@ -65,28 +68,12 @@ const Record& getReference(const Program& program) {
     static std::map<std::string, Record> records;
     auto found = records.find(program.name);
     if (found == records.end())
-        found = records.emplace(program.name, runByRungeKuttaMerson(program)).first;
+        found =
+            records
+                .emplace(program.name, run<RungeKuttaMersonIntegrator, SimTK::TimeStepper>(
+                                           program, program.referenceAccuracy, Handles::Dropped))
+                .first;
     return found->second;
-}
-
-enum class Handles { Kept, Dropped };
-
-Record runByBdf(const Program& program, Real accuracy, Handles handles) {
-    const auto model = program.build();
-    if (handles == Handles::Dropped) model->handles.reset();
-    BdfIntegrator integrator(model->system);
-    integrator.setAccuracy(accuracy);
-    if (!isNaN(model->longestStep)) integrator.setMaximumStepSize(model->longestStep);
-    simflex::TimeStepper stepper(model->system, integrator);
-    stepper.initialize(model->state);
-    Record record;
-    record.take(*model, stepper.getState());
-    for (int i = 1; i <= numSamples && !integrator.isSimulationOver(); ++i) {
-        stepper.stepTo(getSampleTime(*model, i));
-        record.take(*model, stepper.getState());
-    }
-    record.calls = model->calls;
-    return record;
 }
 
 Real compare(const Vector& a, const Vector& b) {
@@ -108,7 +95,7 @@ protected:
     Real expectSame(Real accuracy, Handles handles) const {
         SCOPED_TRACE("accuracy " + String(accuracy));
         const Record& reference = getReference(GetParam());
-        const Record ours = runByBdf(GetParam(), accuracy, handles);
+        const Record ours = run<BdfIntegrator, simflex::TimeStepper>(GetParam(), accuracy, handles);
         EXPECT_LT(compare(ours.samples[0], reference.samples[0]), 1e-8) << "the start differs";
         EXPECT_EQ(ours.samples.size(), reference.samples.size()) << "another end";
         Real error = 0;

@@ -75,7 +75,6 @@ TEST(Measures, ExtremesAndDelaysAreUpdatedStepByStep) {
     Oscillator model;
     BdfIntegrator integrator(model.system);
     integrator.setAccuracy(1e-6);
-    integrator.setMaximumStepSize(0.01);
     integrator.initialize(model.makeState());
     EXPECT_NEAR(model.largest.getValue(integrator.getState()), 1.5 * std::sin(0.3), 1e-12);
     integrator.stepTo(1);
