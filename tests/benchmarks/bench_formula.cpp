@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "simflex/cli/model/ModelReader.h"
+#include "simflex/model/file/ModelReader.h"
 
 namespace simflex {
 namespace cli {

@@ -5,7 +5,7 @@ written. **/
 #include <cmath>
 
 #include "Fuzz.h"
-#include "simflex/cli/model/ModelReader.h"
+#include "simflex/model/file/ModelReader.h"
 #include "simflex/cli/shell/KeptState.h"
 
 using namespace simflex;

@@ -3,7 +3,7 @@ Result files: bytes changed behind the checksum must be found out; objects chang
 program give results or a refusal; a damaged journal gives rows that were written, or none. **/
 
 #include "FuzzHdf5.h"
-#include "simflex/cli/results/ResultFile.h"
+#include "simflex/model/results/ResultFile.h"
 
 using namespace simflex;
 

@@ -5,7 +5,7 @@ accepted can be written and reads back the same. **/
 #include <cstring>
 
 #include "Fuzz.h"
-#include "simflex/cli/run/RunCheckpoint.h"
+#include "simflex/model/analyses/RunCheckpoint.h"
 
 using namespace simflex;
 

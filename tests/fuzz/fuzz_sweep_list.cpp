@@ -5,7 +5,7 @@ values, and a folder of its own, in the sweep's. **/
 #include <set>
 
 #include "Fuzz.h"
-#include "simflex/cli/sweep/SweepPlan.h"
+#include "simflex/model/sweep/SweepPlan.h"
 
 using namespace simflex;
 

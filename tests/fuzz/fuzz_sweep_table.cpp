@@ -5,8 +5,8 @@ checksum must be found out; objects changed by another program give curves or a 
 #include <cmath>
 
 #include "FuzzHdf5.h"
-#include "simflex/cli/sweep/SweepResults.h"
-#include "simflex/cli/sweep/SweepTable.h"
+#include "simflex/model/sweep/SweepResults.h"
+#include "simflex/model/sweep/SweepTable.h"
 
 using namespace simflex;
 

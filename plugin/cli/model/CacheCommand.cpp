@@ -9,7 +9,7 @@ simflex cache: the parts that model files have had reduced. **/
 #include <string>
 
 #include "simflex/cli/Commands.h"
-#include "simflex/cli/model/PartCache.h"
+#include "simflex/model/parts/PartCache.h"
 
 namespace simflex {
 namespace cli {

@@ -6,8 +6,8 @@ simflex schema and simflex keys: what a model file may hold, for editors and for
 #include <string>
 
 #include "simflex/cli/Commands.h"
-#include "simflex/cli/model/SchemaJson.h"
-#include "simflex/cli/model/SchemaReference.h"
+#include "simflex/model/schema/SchemaJson.h"
+#include "simflex/model/schema/SchemaReference.h"
 
 namespace simflex {
 namespace cli {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "simflex/cli/model/NearestName.h"
+#include "simflex/model/file/NearestName.h"
 
 namespace simflex {
 namespace cli {

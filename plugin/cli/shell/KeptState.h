@@ -4,7 +4,7 @@ States of a model in files: text, with all digits. **/
 
 #include <string>
 
-#include "simflex/cli/model/Model.h"
+#include "simflex/model/build/Model.h"
 
 namespace simflex {
 namespace cli {

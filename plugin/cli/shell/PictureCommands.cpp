@@ -8,8 +8,8 @@ Commands of the prompt that draw: pictures and plots, in the terminal and to fil
 
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
-#include "simflex/cli/results/ResultFigure.h"
-#include "simflex/cli/run/Pictures.h"
+#include "simflex/model/results/ResultFigure.h"
+#include "simflex/model/pictures/Pictures.h"
 #include "simflex/cli/shell/Format.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/cli/shell/TerminalPicture.h"

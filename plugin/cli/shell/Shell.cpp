@@ -11,7 +11,7 @@
 
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
-#include "simflex/cli/model/Formula.h"
+#include "simflex/model/file/Formula.h"
 
 namespace simflex {
 namespace cli {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "simflex/cli/model/KnownTimes.h"
+#include "simflex/model/file/KnownTimes.h"
 #include "simflex/cli/shell/KeptState.h"
 
 namespace simflex {

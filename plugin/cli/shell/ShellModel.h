@@ -7,11 +7,11 @@ The model at the prompt: where it is in its motion, and what its probes have see
 #include <string>
 #include <vector>
 
-#include "simflex/cli/model/ModelReader.h"
-#include "simflex/cli/run/MotionWarnings.h"
-#include "simflex/cli/run/Probe.h"
-#include "simflex/cli/run/Session.h"
-#include "simflex/cli/run/TurnCounter.h"
+#include "simflex/model/file/ModelReader.h"
+#include "simflex/model/analyses/MotionWarnings.h"
+#include "simflex/model/probes/Probe.h"
+#include "simflex/model/analyses/Session.h"
+#include "simflex/model/probes/TurnCounter.h"
 
 namespace simflex {
 namespace cli {

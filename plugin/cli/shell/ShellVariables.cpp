@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "simflex/body/JointEquations.h"
-#include "simflex/cli/model/ModelNode.h"
-#include "simflex/cli/model/Schema.h"
+#include "simflex/model/file/ModelNode.h"
+#include "simflex/model/schema/Schema.h"
 #include "simflex/cli/shell/CommandTable.h"
 #include "simflex/cli/shell/JointDrag.h"
 

@@ -10,8 +10,8 @@ Models built from text, in a folder with a few parts of point masses. **/
 #include <vector>
 
 #include "fe/TestDecks.h"
-#include "simflex/cli/model/Model.h"
-#include "simflex/cli/model/ModelReader.h"
+#include "simflex/model/build/Model.h"
+#include "simflex/model/file/ModelReader.h"
 
 namespace simflex::test {
 

@@ -7,7 +7,7 @@ Reads models from texts. **/
 #include <string>
 #include <vector>
 
-#include "simflex/cli/model/ModelReader.h"
+#include "simflex/model/file/ModelReader.h"
 
 namespace simflex {
 namespace testing {

@@ -9,7 +9,7 @@ of. **/
 #include <thread>
 
 #include "cli/model/ReadText.h"
-#include "simflex/cli/model/Formula.h"
+#include "simflex/model/file/Formula.h"
 #include "support/TestFolder.h"
 
 using namespace simflex;

@@ -6,9 +6,9 @@ reads is refused. **/
 #include <set>
 
 #include "BuiltModel.h"
-#include "simflex/cli/model/ModelNode.h"
-#include "simflex/cli/run/Probe.h"
-#include "simflex/cli/run/Session.h"
+#include "simflex/model/file/ModelNode.h"
+#include "simflex/model/probes/Probe.h"
+#include "simflex/model/analyses/Session.h"
 
 namespace simflex::test {
 namespace {

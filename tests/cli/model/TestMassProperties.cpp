@@ -2,7 +2,7 @@
 Mass properties of shapes and meshes against closed forms. **/
 
 #include "BuiltModel.h"
-#include "simflex/cli/model/MassProperties.h"
+#include "simflex/model/build/MassProperties.h"
 
 namespace simflex::test {
 namespace {

@@ -8,8 +8,8 @@ What the reader of model files takes, and what it says of the rest. **/
 #include <filesystem>
 
 #include "cli/model/ReadText.h"
-#include "simflex/cli/model/ModelTexts.h"
-#include "simflex/cli/model/VariableFormula.h"
+#include "simflex/model/file/ModelTexts.h"
+#include "simflex/model/file/VariableFormula.h"
 
 using namespace simflex;
 using namespace simflex::cli;

@@ -2,7 +2,7 @@
 Models built from text against the same systems built by hand. **/
 
 #include "BuiltModel.h"
-#include "simflex/cli/model/MotionBuilder.h"
+#include "simflex/model/build/MotionBuilder.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/ContactStop.h"

@@ -13,8 +13,8 @@ Parts that a model gives by their decks: reduced as `simflex reduce` does, kept 
 
 #include "BuiltModel.h"
 #include "simflex/base/Sandbox.h"
-#include "simflex/cli/model/FileLock.h"
-#include "simflex/cli/model/PartCache.h"
+#include "simflex/model/parts/FileLock.h"
+#include "simflex/model/parts/PartCache.h"
 #include "simflex/fe/MatrixMarket.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/part/ReducedBodyFile.h"

@@ -11,11 +11,11 @@ The schema: what it says of itself, and that the JSON schema agrees with the rea
 #include <sstream>
 
 #include "cli/model/ReadText.h"
-#include "simflex/cli/model/ModelNode.h"
-#include "simflex/cli/model/NearestName.h"
-#include "simflex/cli/model/SchemaJson.h"
-#include "simflex/cli/model/SchemaReference.h"
-#include "simflex/cli/model/SchemaText.h"
+#include "simflex/model/file/ModelNode.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/schema/SchemaJson.h"
+#include "simflex/model/schema/SchemaReference.h"
+#include "simflex/model/schema/SchemaText.h"
 #include "support/TestFolder.h"
 
 using namespace simflex;

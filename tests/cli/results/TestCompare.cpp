@@ -8,9 +8,9 @@ simflex compare, and the figures of simflex plot, on results whose values are kn
 
 #include "TestResults.h"
 #include "cli/CliTest.h"
-#include "simflex/cli/results/Comparison.h"
-#include "simflex/cli/results/ResultFigure.h"
-#include "simflex/cli/results/UnitScale.h"
+#include "simflex/model/results/Comparison.h"
+#include "simflex/model/results/ResultFigure.h"
+#include "simflex/model/results/UnitScale.h"
 #include "simflex/render/Image.h"
 
 namespace simflex {

@@ -5,7 +5,7 @@ Critical speeds of Campbell diagrams. **/
 
 #include <cmath>
 
-#include "simflex/cli/results/CriticalSpeeds.h"
+#include "simflex/model/results/CriticalSpeeds.h"
 
 namespace simflex {
 namespace {

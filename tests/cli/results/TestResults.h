@@ -7,7 +7,7 @@ Result files of a swinging point, whose every value is known. **/
 #include <vector>
 
 #include "fe/TestDecks.h"
-#include "simflex/cli/results/ResultFile.h"
+#include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
 namespace testing {

@@ -7,7 +7,7 @@ Models that are run by the built program, and what it leaves. **/
 #include <cmath>
 
 #include "cli/CliTest.h"
-#include "simflex/cli/results/ResultFile.h"
+#include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
 

@@ -10,7 +10,7 @@ Runs that are stopped, by whatever, and gone on with. **/
 #include <thread>
 
 #include "cli/run/RunTest.h"
-#include "simflex/cli/run/RunCheckpoint.h"
+#include "simflex/model/analyses/RunCheckpoint.h"
 
 namespace simflex {
 namespace {

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string>
 
-#include "simflex/cli/results/ResultFile.h"
+#include "simflex/model/results/ResultFile.h"
 
 using namespace simflex::cli;
 

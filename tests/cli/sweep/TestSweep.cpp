@@ -13,9 +13,9 @@ Sweeps: cases run in processes of their own, once each, whoever shares them. **/
 
 #include "cli/CliTest.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/sweep/SweepResults.h"
-#include "simflex/cli/sweep/SweepRunner.h"
-#include "simflex/cli/sweep/SweepTable.h"
+#include "simflex/model/sweep/SweepResults.h"
+#include "simflex/model/sweep/SweepRunner.h"
+#include "simflex/model/sweep/SweepTable.h"
 #include "simflex/part/Hdf5.h"
 
 namespace simflex {

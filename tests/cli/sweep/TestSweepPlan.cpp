@@ -7,8 +7,8 @@ The cases of sweeps, and which of them a process has. **/
 #include <map>
 
 #include "fe/TestDecks.h"
-#include "simflex/cli/sweep/SweepPlan.h"
-#include "simflex/cli/sweep/SweepShare.h"
+#include "simflex/model/sweep/SweepPlan.h"
+#include "simflex/model/sweep/SweepShare.h"
 
 namespace simflex {
 namespace {

@@ -1,0 +1,166 @@
+/** @file
+simflex compare: the difference of two results. **/
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/NumberCheck.h"
+#include "simflex/model/results/Comparison.h"
+#include "simflex/model/results/Figure.h"
+#include "simflex/model/results/ProbeChoice.h"
+#include "simflex/model/results/UnitScale.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+constexpr size_t kMostPlotted = 3;  // columns in a figure, those that differ most
+
+struct CompareArguments {
+    std::string first, second, plot, analysis;
+    std::vector<std::string> probes;
+    double tolerance = 1e-6;
+};
+
+void print(const ResultComparison& comparison) {
+    for (const std::string& note : comparison.notes) std::printf("%s\n", note.c_str());
+    size_t width = 5, numIdentical = 0;
+    for (const auto& column : comparison.columns) {
+        width = std::max(width, column.name.size() + 2);
+        numIdentical += column.largest == 0;
+    }
+    const size_t count = comparison.columns.size();
+    std::string analysis;
+    if (numIdentical < count)
+        std::printf("%-*s  %12s %-6s %10s %12s %10s\n", int(width), "probe", "largest", "", "at",
+                    "RMS", "relative");
+    for (const auto& column : comparison.columns) {
+        if (column.largest == 0) continue;
+        if (column.analysis != analysis) std::printf("%s:\n", column.analysis.c_str());
+        analysis = column.analysis;
+        char place[32] = "";
+        if (!column.x.empty()) std::snprintf(place, sizeof place, "%.5g", column.time);
+        std::printf("  %-*s  %12.4g %-6s %10s %12.4g %10.3g\n", int(width) - 2, column.name.c_str(),
+                    column.largest, column.unit.c_str(), place, column.rms, column.getRelative());
+    }
+    for (const std::string& missing : comparison.missing) std::printf("%s\n", missing.c_str());
+    if (numIdentical > 0)
+        std::printf("%s%zu of %zu columns are identical\n",
+                    numIdentical == count && comparison.missing.empty() ? "no difference: " : "",
+                    numIdentical, count);
+}
+
+FigureCurve makeCurve(const std::string& name, const ColumnDifference& column,
+                      const std::vector<double>& values, double unitSize, int color) {
+    FigureCurve curve;
+    curve.name = name;
+    curve.x = column.x;
+    for (const double value : values) curve.y.push_back(value / unitSize);
+    curve.color = color;
+    curve.dash = color;
+    return curve;
+}
+
+/** Both over time, and below them their difference, for those that differ most. **/
+void drawDifference(const std::string& path, const ResultComparison& comparison,
+                    const std::vector<std::string>& labels) {
+    std::vector<const ColumnDifference*> worst;
+    for (const ColumnDifference& column : comparison.columns)
+        if (column.x.size() > 1) worst.push_back(&column);
+    if (worst.empty())
+        throw std::runtime_error("cannot draw '" + path + "': nothing was compared over time");
+    std::stable_sort(worst.begin(), worst.end(), [](const auto* a, const auto* b) {
+        return a->getRelative() > b->getRelative();
+    });
+    // One figure has one horizontal axis: that of the worst.
+    const ColumnDifference& first = *worst[0];
+    worst.erase(
+        std::remove_if(worst.begin(), worst.end(),
+                       [&](const auto* column) { return column->analysis != first.analysis; }),
+        worst.end());
+    worst.resize(std::min(worst.size(), kMostPlotted));
+    Figure figure;
+    figure.title = "Difference of " + labels[0] + " and " + labels[1];
+    figure.xLabel = first.name.find("frequency ") == 0 || first.name.find("damping ") == 0
+                        ? "speed"
+                        : "time [s]";
+    for (const ColumnDifference* column : worst) {
+        const UnitScale unit = chooseUnitScale(column->unit, column->range);
+        const UnitScale small = chooseUnitScale(column->unit, column->largest);
+        FigurePanel both{makeAxisLabel(column->name, unit.unit), {}, false};
+        both.curves.push_back(makeCurve(labels[0], *column, column->first, unit.size, 0));
+        both.curves.push_back(makeCurve(labels[1], *column, column->second, unit.size, 1));
+        std::vector<double> difference;
+        for (size_t k = 0; k < column->first.size(); ++k)
+            difference.push_back(column->second[k] - column->first[k]);
+        FigurePanel below{makeAxisLabel("difference", small.unit), {}, false};
+        below.curves.push_back(makeCurve("", *column, difference, small.size, 0));
+        below.curves[0].color = 2;
+        figure.panels.push_back(both);
+        figure.panels.push_back(below);
+    }
+    drawFigure(path, figure);
+}
+
+void keepAnalysis(ResultData& data, const std::string& path, const std::string& name) {
+    if (!name.empty()) data.analyses = {ResultData::Analysis(chooseAnalysis(data, path, name))};
+}
+
+void runCompare(const CompareArguments& arguments) {
+    const std::vector<std::string> labels = makeFileLabels({arguments.first, arguments.second});
+    ResultData first = readResults(arguments.first, ReadStates::No),
+               second = readResults(arguments.second, ReadStates::No);
+    keepAnalysis(first, arguments.first, arguments.analysis);
+    keepAnalysis(second, arguments.second, arguments.analysis);
+    const ResultComparison comparison =
+        compareResults(first, second, arguments.probes, labels[0], labels[1]);
+    print(comparison);
+    std::fflush(stdout);
+    if (!arguments.plot.empty()) drawDifference(arguments.plot, comparison, labels);
+    if (!comparison.missing.empty())
+        throw std::runtime_error("the results do not have the same contents: " +
+                                 comparison.missing[0]);
+    if (comparison.columns.empty())
+        throw std::runtime_error(
+            "nothing was compared: no probe fits" +
+            (arguments.probes.empty() ? "" : " '" + arguments.probes[0] + "'"));
+    const auto worst = std::max_element(
+        comparison.columns.begin(), comparison.columns.end(),
+        [](const auto& a, const auto& b) { return a.getRelative() < b.getRelative(); });
+    if (worst->getRelative() <= arguments.tolerance) return;
+    char text[400];
+    std::snprintf(text, sizeof text,
+                  "the results differ: '%s' of analysis '%s' by %.3g of its range, tolerance %g",
+                  worst->name.c_str(), worst->analysis.c_str(), worst->getRelative(),
+                  arguments.tolerance);
+    throw std::runtime_error(text);
+}
+
+}  // namespace
+
+void addCompareCommand(CLI::App& app) {
+    const auto arguments = std::make_shared<CompareArguments>();
+    CLI::App* compare = app.add_subcommand("compare", "Compare two results");
+    compare->footer(
+        "Exit status 0 if both have the same analyses and probes and no probe differs by more "
+        "than\n"
+        "--tolerance of its range (over all components and the whole run), else 1.\n\n"
+        "  simflex compare before.h5 after.h5 --tolerance 1e-4 --plot difference.png");
+    compare->add_option("A.h5", arguments->first, "One result")->required();
+    compare->add_option("B.h5", arguments->second, "The other")->required();
+    compare->add_option("PROBE", arguments->probes, "Probes or patterns (default: all)");
+    compare->add_option("--analysis", arguments->analysis, "Only this analysis");
+    compare
+        ->add_option("--tolerance", arguments->tolerance,
+                     "Difference allowed, relative to the range")
+        ->capture_default_str()
+        ->check(makeNonNegativeCheck());
+    compare->add_option("--plot", arguments->plot, "Draws what differs most, .png, .svg or .pdf");
+    compare->callback([arguments] { runCompare(*arguments); });
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,133 @@
+/** @file
+simflex plot: probes of results over time, natural frequencies, Campbell diagrams. **/
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+#include "simflex/cli/Commands.h"
+#include "simflex/model/results/ProbeChoice.h"
+#include "simflex/model/results/ResultFigure.h"
+#include "simflex/model/sweep/SweepResults.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PlotArguments {
+    std::vector<std::string> names;  ///< result files, then probes
+    std::string output, analysis, title, size;
+    FigureWishes wishes;
+    bool together = false, stacked = false, hasTitle = false;
+};
+
+/** Result files are the arguments that end like one or exist; the others are probes. **/
+bool isResultFile(const std::string& name) {
+    const std::string extension = fs::path(name).extension().string();
+    return extension == ".h5" || extension == ".hdf5" || fs::is_regular_file(name);
+}
+
+void parseSize(const std::string& text, Figure& figure) {
+    int end = 0;
+    if (std::sscanf(text.c_str(), "%5dx%5d%n", &figure.width, &figure.height, &end) != 2 ||
+        size_t(end) != text.size() || figure.width < 200 || figure.height < 150 ||
+        figure.width > 10000 || figure.height > 10000)
+        throw std::runtime_error("--size '" + text +
+                                 "' is not WIDTHxHEIGHT in pixels, 200x150 to 10000x10000");
+}
+
+/** The curves of a sweep's table in place of results. **/
+void takeSweep(const std::vector<std::string>& paths, PlotArguments& arguments,
+               std::vector<std::string>& labels, std::vector<ResultData>& results) {
+    if (paths.size() > 1)
+        throw std::runtime_error("'" + paths[0] + "' is the table of a sweep: it is drawn alone");
+    SweepResults sweep = readSweepTable(paths[0], arguments.wishes.xProbe);
+    arguments.wishes.xProbe = sweep.key;
+    arguments.wishes.hasPoints = true;
+    labels = std::move(sweep.labels);
+    results = std::move(sweep.results);
+}
+
+void runPlot(PlotArguments& arguments) {
+    std::vector<std::string> paths;
+    for (const std::string& name : arguments.names) {
+        const fs::path table = fs::path(name) / "sweep.h5";
+        if (isResultFile(name)) {
+            paths.push_back(name);
+        } else if (fs::is_regular_file(table)) {  // the folder of a sweep
+            paths.push_back(table.string());
+        } else {
+            arguments.wishes.probes.push_back(name);
+        }
+    }
+    if (paths.empty())
+        throw std::runtime_error("no result file is named (RESULT.h5, as 'simflex run' makes it)");
+    if (arguments.together && arguments.stacked)
+        throw std::runtime_error("--together and --stacked exclude each other");
+    if (arguments.together) arguments.wishes.panels = FigureWishes::Panels::Together;
+    if (arguments.stacked) arguments.wishes.panels = FigureWishes::Panels::Stacked;
+
+    std::vector<std::string> labels = makeFileLabels(paths);
+    std::vector<ResultData> results;
+    if (isSweepTable(paths[0])) {
+        takeSweep(paths, arguments, labels, results);
+    } else {
+        for (const std::string& path : paths) results.push_back(readResults(path, ReadStates::No));
+    }
+    std::vector<FigureSource> sources;
+    for (size_t k = 0; k < results.size(); ++k)
+        sources.push_back(
+            {labels[k],
+             &chooseAnalysis(results[k], paths.at(paths.size() > 1 ? k : 0), arguments.analysis)});
+    Figure figure = makeResultFigure(sources, arguments.wishes);
+    figure.title = arguments.hasTitle ? arguments.title : results[0].header.title;
+    if (!arguments.size.empty()) parseSize(arguments.size, figure);
+    const std::string output =
+        arguments.output.empty() ? fs::path(paths[0]).stem().string() + ".png" : arguments.output;
+    drawFigure(output, figure);
+    std::printf("%s\n", output.c_str());
+}
+
+}  // namespace
+
+void addPlotCommand(CLI::App& app) {
+    const auto arguments = std::make_shared<PlotArguments>();
+    CLI::App* plot = app.add_subcommand("plot", "Draw probes of results, frequencies of modes");
+    plot->footer(
+        "Probes share a panel with those of the same unit and size. A result that is still being "
+        "written "
+        "can be\n"
+        "drawn. Times may not be evenly spaced; long runs are thinned to their extremes.\n\n"
+        "  simflex plot run.h5 'slider*' tip.x -o slider.pdf\n"
+        "  simflex plot flexible.h5 rigid.h5 slider.x --from 0.05 --title 'Slider'\n"
+        "  simflex plot run.h5 --analysis campbell --orders 1,2\n"
+        "  simflex plot crank.sweep/sweep.h5 tip.x.maximum --x speed   (columns of a sweep over "
+        "a parameter)");
+    plot->add_option("RESULT.h5", arguments->names,
+                     "Result files, several are overlaid; then probes: names, or patterns like\n"
+                     "'slider*' (default: all)")
+        ->required();
+    plot->add_option("-o,--output", arguments->output,
+                     "Picture, .png, .svg or .pdf (default: RESULT.png here)");
+    plot->add_option("--analysis", arguments->analysis,
+                     "Which analysis (default: the first transient one)");
+    plot->add_option("--from", arguments->wishes.from, "First time [s]");
+    plot->add_option("--to", arguments->wishes.to, "Last time [s]");
+    plot->add_option("--x", arguments->wishes.xProbe,
+                     "A probe along the horizontal axis, not time; of a sweep a parameter");
+    plot->add_option("--orders", arguments->wishes.orders,
+                     "Campbell diagram over a speed in rad/s: lines of 1, 2 … times the speed")
+        ->delimiter(',');
+    plot->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels, 96 an inch");
+    plot->add_option("--title", arguments->title, "Title (default: the model's; '' for none)")
+        ->each([arguments](const std::string&) { arguments->hasTitle = true; });
+    plot->add_flag("--together", arguments->together, "All curves in one panel");
+    plot->add_flag("--stacked", arguments->stacked, "A panel for each probe");
+    plot->callback([arguments] { runPlot(*arguments); });
+}
+
+}  // namespace cli
+}  // namespace simflex

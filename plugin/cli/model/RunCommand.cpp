@@ -1,0 +1,114 @@
+/** @file
+simflex run: does the analyses of a model file. **/
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/Messages.h"
+#include "simflex/cli/part/SourceArguments.h"
+#include "simflex/model/analyses/ModelRun.h"
+#include "simflex/model/analyses/RunSummary.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+/** As a shell takes it for one word. **/
+std::string quote(const std::string& text) {
+    const std::string plain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./%@";
+    if (!text.empty() && text.find_first_not_of(plain) == std::string::npos) return text;
+    std::string quoted = "'";
+    for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+void perform(const RunOptions& options) {
+    const auto started = std::chrono::steady_clock::now();
+    const Messages messages = Messages::makeQuietIf(options.isQuiet);
+    const ModelText text = loadModelText(options.model, options.settings);
+    ModelRun run(text, ModelOptions::Bodies::AsGiven, options);
+    if (options.onlyChecks) {
+        run.check();
+        return;
+    }
+    const bool isRigidToo = options.isRigidToo && run.canBend();
+    if (options.isRigidToo && !isRigidToo)
+        messages.warn(
+            "no body of the model can bend: it is rigid as it is, so --rigid changes nothing and "
+            "it is run once");
+    run.perform();
+    run.printSummary();
+    if (isRigidToo) {
+        ModelRun rigid(text, ModelOptions::Bodies::Rigid, options);
+        rigid.perform();
+        printDifference(readResults(run.getResultPath(), ReadStates::No),
+                        readResults(rigid.getResultPath(), ReadStates::No));
+        std::printf("results of the rigid model: %s\n", rigid.getResultPath().c_str());
+        rigid.refuseFailures();
+    }
+    run.refuseFailures();
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started;
+    std::fflush(stdout);
+    char seconds[40];
+    std::snprintf(seconds, sizeof seconds, "%.1f s", elapsed.count());
+    messages.note(seconds);
+}
+
+}  // namespace
+
+std::string RunOptions::makeResumeCommand() const {
+    std::string command = "simflex run " + quote(model);
+    if (!output.empty()) command += " -o " + quote(output);
+    for (const std::string& setting : settings) command += " --set " + quote(setting);
+    for (const std::string& name : only) command += " --only " + quote(name);
+    if (isRigidToo) command += " --rigid";
+    if (writesCsv) command += " --csv";
+    if (!drawsPictures) command += " --no-pictures";
+    if (allowsScripts) command += " --allow-scripts";
+    return command + " --resume";
+}
+
+void addRunCommand(CLI::App& app) {
+    CLI::App* command = app.add_subcommand("run", "Run the analyses of a model file");
+    auto options = std::make_shared<RunOptions>();
+    command->add_option("model", options->model, "The model (YAML)")
+        ->required()
+        ->check(CLI::ExistingFile)
+        ->type_name("MODEL.yaml");
+    command
+        ->add_option("-o,--output", options->output,
+                     "Result file (default: MODEL.results.h5 here); one that is there is replaced")
+        ->type_name("FILE");
+    command
+        ->add_option("--set", options->settings,
+                     "Another value for a key of the model, as solver.accuracy=1e-5")
+        ->type_name("PATH=VALUE")
+        ->allow_extra_args(false);
+    command->add_option("--only", options->only, "Only this analysis, or these: NAME,NAME")
+        ->delimiter(',')
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+    command->add_flag("--rigid", options->isRigidToo,
+                      "The model with all bodies rigid as well, and the differences");
+    command->add_flag("--resume", options->resumes,
+                      "Go on where the last run of this model was stopped");
+    command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");
+    command->add_flag_callback(
+        "--no-pictures", [options] { options->drawsPictures = false; },
+        "Leave the model's pictures out");
+    command->add_flag("--check", options->onlyChecks,
+                      "Build and assemble the model, list what it has, run nothing");
+    command->add_option("--threads", options->threads, "Threads; results do not depend on it")
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    addScriptsFlag(*command, options->allowsScripts);
+    command->add_flag("-q,--quiet", options->isQuiet,
+                      "No progress and notes: only warnings and what came out");
+    command->callback([options] { perform(*options); });
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,170 @@
+/** @file
+The analyses without time: static, eigen, campbell. **/
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/model/analyses/ModelRun.h"
+#include "simflex/model/analyses/MotionWarnings.h"
+#include "simflex/model/pictures/Pictures.h"
+#include "simflex/model/analyses/Session.h"
+#include "simflex/part/NumberText.h"
+#include "simflex/solver/CampbellDiagram.h"
+#include "simflex/solver/StaticEquilibrium.h"
+
+namespace simflex {
+namespace cli {
+
+using SimTK::Real;
+using SimTK::State;
+using SimTK::Vector;
+
+namespace {
+
+std::vector<double> listValues(const Vector& vector) {
+    std::vector<double> numbers;
+    for (int k = 0; k < vector.size(); ++k) numbers.push_back(vector[k]);
+    return numbers;
+}
+
+/** With joints met and speeds consistent. **/
+State assembleState(const Model& model, const State& state) {
+    const auto integrator = makeIntegrator(model);
+    integrator->initialize(state);
+    return integrator->getState();
+}
+
+/** Each text once, with its number, in the order of the first. **/
+std::vector<std::pair<std::string, int>> countEqual(const std::vector<std::string>& texts) {
+    std::vector<std::pair<std::string, int>> counts;
+    for (const std::string& text : texts) {
+        const auto found = std::find_if(counts.begin(), counts.end(),
+                                        [&](const auto& entry) { return entry.first == text; });
+        if (found == counts.end())
+            counts.emplace_back(text, 1);
+        else
+            ++found->second;
+    }
+    return counts;
+}
+
+constexpr int kUsualModes = 10, kUsualBranches = 6;
+
+/** The model again, with another value of a parameter, in steady motion. **/
+Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
+                          const std::string& parameter, Real value,
+                          const std::function<void()>& observer) {
+    ModelText changed = text;
+    changed.settings.push_back("parameters." + parameter + "=" + writeGeneral(value));
+    const Model model(readModel(changed), options);
+    if (model.getFile().get("initial").get("start").getText() != "as_placed")
+        return calcLinearization(model.getSystem(), findStart(model, observer), observer);
+    StaticEquilibrium equilibrium(model.getSystem());
+    equilibrium.setObserver(observer);
+    equilibrium.solveSteadyMotion(assembleState(model, model.makeInitialState()));
+    return calcLinearization(model.getSystem(), equilibrium.getState(), observer);
+}
+
+}  // namespace
+
+void ModelRun::runStatic(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    ProgressBar(_options.isQuiet, {}).show(name, 0);
+    const Equilibrium& equilibrium = obtainEquilibrium(analysis);
+    const Vector atRest;
+    const Moment moment{equilibrium.state, atRest, equilibrium.multipliers, 0};
+    const std::vector<double> values = _probes.calc(moment);
+    MotionWarnings(*_model, _probes, [&](const std::string& message) {
+        warn(name, message);
+    }).checkFinite(equilibrium.state.getTime(), values);
+    _writer->addStatic(name, makeColumns(), values, listValues(equilibrium.state.getQ()));
+    _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
+    for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
+        _remarks[name].push_back(nameBodies(*_model, motion) +
+                                 (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
+                                 ": nothing holds it");
+    _writer->setComplete(name);
+}
+
+void ModelRun::runEigen(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    const ModelValue wanted = analysis.get("count");
+    const int count = wanted.isGiven() ? wanted.getInteger() : kUsualModes;
+    ProgressBar(_options.isQuiet, {}).show(name, 0);
+    const State about = assembleState(*_model, findNamedState(analysis.get("about"), name));
+    const Linearization linear =
+        calcLinearization(_model->getSystem(), about, [this] { stopIfAsked(); });
+    std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    stopIfAsked();
+    const auto firstElastic = std::find_if(
+        modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
+    const auto numRigid = firstElastic - modes.begin();
+    const double highest = modes.empty() ? 0 : double(modes.back().frequency);
+    modes.erase(modes.begin(), firstElastic);
+    if (int(modes.size()) > count) modes.resize(size_t(count));
+    if (modes.empty())
+        throw std::runtime_error("analysis '" + name + "': the model has no natural frequencies");
+    std::vector<double> frequency, damping;
+    for (const Eigenmode& mode : modes) {
+        frequency.push_back(mode.frequency);
+        damping.push_back(mode.dampingRatio);
+    }
+    if (analysis.get("pictures").getBool() && _options.drawsPictures)
+        drawModes(*_model, linear, modes, name, getUsualFolder(), _options.isQuiet);
+    _writer->addEigen(name, frequency, damping);
+    _writer->setStatistics(name,
+                           {{"rigid_motions", double(numRigid)}, {"highest_frequency", highest}});
+    _writer->setComplete(name);
+}
+
+void ModelRun::runCampbell(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    const ModelValue wanted = analysis.get("count");
+    const int count = wanted.isGiven() ? wanted.getInteger() : kUsualBranches;
+    const std::vector<double> speeds = analysis.get("speeds").getNumbers();
+    const std::string parameter = analysis.get("parameter").getText();
+    const std::vector<std::string> known = _model->getFile().get("parameters").getKeys();
+    if (std::find(known.begin(), known.end(), parameter) == known.end())
+        analysis.get("parameter").failUnknown("parameter", parameter, known);
+    ProgressBar bar(_options.isQuiet, {{name, 1}});
+    int done = 0;
+    CampbellDiagram diagram;
+    try {
+        diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
+            bar.show(name, double(done++) / double(speeds.size()));
+            stopIfAsked();
+            return linearizeAt(_text, _modelOptions, parameter, speed, [this] { stopIfAsked(); });
+        });
+    } catch (const std::exception&) {
+        stopIfAsked();
+        throw;
+    }
+    stopIfAsked();
+    bar.clear();
+    int numFailures = 0;
+    for (size_t k = 0; k < speeds.size(); ++k) {
+        if (diagram.failures[k].empty()) continue;
+        ++numFailures;
+        std::ostringstream text;
+        text << "no modes at " << parameter << " = " << speeds[k] << ": "
+             << nameBodies(*_model, diagram.failures[k]);
+        warn(name, text.str());
+    }
+    if (numFailures > 0)
+        _failures.push_back("analysis '" + name + "' has no modes at " +
+                            std::to_string(numFailures) + " of its " +
+                            std::to_string(speeds.size()) + " speeds");
+    std::vector<std::vector<double>> frequency(speeds.size()), damping(speeds.size());
+    for (size_t k = 0; k < speeds.size(); ++k)
+        for (const CampbellDiagram::Branch& branch : diagram.branches) {
+            frequency[k].push_back(branch.frequency[k]);
+            damping[k].push_back(branch.dampingRatio[k]);
+        }
+    _writer->addCampbell(name, speeds, frequency, damping);
+    _writer->setComplete(name);
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,475 @@
+#include "simflex/model/analyses/ModelRun.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+
+#include "simflex/body/JointEquations.h"
+#include "simflex/body/LinearRangeReporter.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
+#include "simflex/model/file/ModelTexts.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/analyses/RunSummary.h"
+#include "simflex/model/analyses/Session.h"
+#include "simflex/model/analyses/TransientRun.h"
+#include "simflex/solver/StaticEquilibrium.h"
+
+namespace simflex {
+namespace cli {
+
+namespace fs = std::filesystem;
+using SimTK::State;
+using SimTK::Vector;
+
+namespace {
+
+/** The model file's own choice, or one from its name, in the current folder. **/
+std::string chooseResultPath(const ModelText& text, const ModelValue& model,
+                             const RunOptions& options, bool isRigid) {
+    const ModelValue file = model.get("output").get("file");
+    fs::path path = !options.output.empty() ? fs::path(options.output)
+                    : file.isGiven()
+                        ? fs::path(file.getText())
+                        : fs::path(fs::path(text.path).stem().string() + ".results.h5");
+    if (isRigid) path.replace_extension(".rigid" + path.extension().string());
+    return path.string();
+}
+
+/** Number of the first line in which two texts differ. **/
+int findDifference(const std::string& a, const std::string& b) {
+    int line = 1;
+    for (size_t i = 0; i < std::min(a.size(), b.size()) && a[i] == b[i]; ++i) line += a[i] == '\n';
+    return line;
+}
+
+std::string join(const std::vector<std::string>& items, const char* separator = " ") {
+    std::string text;
+    for (const std::string& item : items) text += (text.empty() ? "" : separator) + item;
+    return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+namespace {
+
+/** @throws ModelError if the State that a key such as `from` names is not that of an analysis above
+the one that asks. **/
+void checkNamedState(const ModelValue& name, const ModelValue& analyses,
+                     const std::string& forAnalysis) {
+    const std::string wanted = name.getText();
+    if (wanted == "start" || wanted == "placed" || wanted == "static") return;
+    std::vector<std::string> earlier{"start", "static"};
+    bool isBelow = false;
+    for (const std::string& other : analyses.getKeys()) {
+        isBelow |= other == forAnalysis;
+        const std::string type = analyses.get(other).get("type").getText();
+        if (type != "static" && type != "transient") continue;
+        if (other == wanted && !isBelow) return;
+        if (other == wanted)
+            name.fail("analysis '" + wanted + "' is not above '" + forAnalysis +
+                      "': analyses are done in the order of the file, so move it up");
+        if (!isBelow) earlier.push_back(other);
+    }
+    name.fail("'" + wanted + "' is no static or transient analysis above '" + forAnalysis + "'; " +
+              proposeName(wanted, earlier));
+}
+
+}  // namespace
+
+ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options)
+    : _text(text), _options(options), _messages(Messages::makeQuietIf(options.isQuiet)) {
+    _modelOptions.bodies = bodies;
+    _modelOptions.allowsScripts = options.allowsScripts;
+    _resumeCommand = options.makeResumeCommand();
+    // Pictures of the same names would replace those of the model as given.
+    if (bodies == ModelOptions::Bodies::Rigid) _options.drawsPictures = false;
+    ProgressBar bar(options.isQuiet, {});
+    _modelOptions.progress = [&](const std::string& phase, double fraction) {
+        return bar.show(phase, fraction);
+    };
+    _modelOptions.note = _messages.getNote();
+    _modelOptions.warn = [this](const std::string& warning) {
+        _messages.warn(warning);
+        _modelWarnings.push_back(warning);
+    };
+    const ModelValue file = readModel(text);
+    const ModelValue analyses = file.get("analyses");
+    if (!analyses.isGiven() || analyses.getKeys().empty())
+        throw ModelError(text.path +
+                         ": there is nothing to do: add what to simulate, for example\n"
+                         "analyses:\n"
+                         "  run: {type: transient, duration: 1}");
+    _resultPath = chooseResultPath(text, file, options, bodies == ModelOptions::Bodies::Rigid);
+    // Parts may take minutes.
+    checkWishes(file);
+    if (!options.onlyChecks) readEarlier();
+    _model = std::make_shared<const Model>(file, _modelOptions);
+    _modelOptions.progress = {};
+    _modelOptions.note = _modelOptions.warn = {};
+    _probes = Probes::make(_model);
+    // What cannot be drawn is refused before hours of simulation.
+    if (_options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*_model);
+}
+
+ModelRun::~ModelRun() = default;
+
+void ModelRun::warn(const std::string& analysis, const std::string& message) {
+    _messages.warn(analysis + ": " + message);
+    if (_writer) _writer->addWarning(analysis, message);
+}
+
+void ModelRun::checkLinearRange(const std::string& analysis, const State& state) {
+    LinearRangeReporter(_model->getFlexibleBodies(), 1, [&](const std::string& message) {
+        warn(analysis, message);
+    }).handleEvent(state);
+}
+
+bool ModelRun::canBend() const {
+    const State state = _model->makeInitialState();
+    const auto& bodies = _model->getBodies();
+    return std::any_of(bodies.begin(), bodies.end(), [&](const Model::BodyEntry& body) {
+        return body.flexible && !body.flexible->isRigid(state);
+    });
+}
+
+bool ModelRun::isWanted(const std::string& analysis) const {
+    return _options.only.empty() ||
+           std::find(_options.only.begin(), _options.only.end(), analysis) != _options.only.end();
+}
+
+std::string ModelRun::getUsualFolder() const {
+    return fs::path(_text.path).stem().string() + ".frames";
+}
+
+bool ModelRun::isComplete(const std::string& analysis) const {
+    if (!_earlier) return false;
+    for (const ResultData::Analysis& done : _earlier->analyses)
+        if (done.name == analysis) return done.isComplete;
+    return false;
+}
+
+//-------------------------------------------------------------------------------------------------
+// files
+
+std::string ModelRun::findChange(const ResultHeader& earlier) const {
+    if (earlier.modelText != _text.text)
+        return "the model file '" + _text.path + "' has changed since, first in line " +
+               std::to_string(findDifference(earlier.modelText, _text.text));
+    if (earlier.settings != _text.settings)
+        return "it was run with other settings (then: " + join(earlier.settings) +
+               "; now: " + join(_text.settings) + ")";
+    if (earlier.isRigid != (_modelOptions.bodies == ModelOptions::Bodies::Rigid))
+        return earlier.isRigid ? "its bodies are all rigid" : "its bodies are flexible";
+    return "";
+}
+
+void ModelRun::checkWishes(const ModelValue& file) const {
+    const ModelValue analyses = file.get("analyses");
+    const std::vector<std::string> known = analyses.getKeys();
+    for (const std::string& name : _options.only)
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            analyses.failUnknown("analysis", name, known);
+    for (const std::string& name : known)
+        for (const char* key : {"from", "about"})
+            if (analyses.get(name).has(key))
+                checkNamedState(analyses.get(name).get(key), analyses, name);
+    // An empty result would replace a good one.
+    const auto isSweep = [&](const std::string& name) {
+        return analyses.get(name).get("type").getText() == "sweep";
+    };
+    const std::vector<std::string>& wanted = _options.only.empty() ? known : _options.only;
+    if (std::all_of(wanted.begin(), wanted.end(), isSweep))
+        analyses.get(wanted.front())
+            .fail("this is a sweep: do it with 'simflex sweep " + _text.path + "'");
+    const fs::path path(_resultPath), folder = path.parent_path();
+    const std::string advice = "; choose another name with -o";
+    if (!folder.empty() && !fs::is_directory(folder))
+        throw std::runtime_error("there is no folder '" + folder.string() +
+                                 "' for the result file '" + _resultPath + "'; make it first" +
+                                 ", or" + advice.substr(1));
+    if (fs::is_directory(path))
+        throw std::runtime_error("the result file '" + _resultPath + "' is a folder" + advice);
+    if (::access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
+        throw std::runtime_error("the result file '" + _resultPath +
+                                 "' cannot be written into its folder" + advice);
+}
+
+void ModelRun::readEarlier() {
+    if (!fs::exists(_resultPath) && !fs::exists(_resultPath + ".rows")) return;
+    ResultData data;
+    try {
+        data = readResults(_resultPath, _options.resumes ? ReadStates::No : ReadStates::Yes);
+    } catch (const std::exception& error) {
+        throw std::runtime_error("'" + _resultPath +
+                                 "' is there and cannot be read as a result file of simflex, "
+                                 "so it is not replaced: " +
+                                 error.what() + "; choose another name with -o or remove it");
+    }
+    const std::string change = findChange(data.header);
+    if (_options.resumes) {
+        if (!change.empty())
+            throw std::runtime_error("cannot go on with '" + _resultPath + "': " + change +
+                                     "; run without --resume to begin anew");
+        _earlier = std::move(data);
+        return;
+    }
+    if (_options.only.empty()) return;
+    std::vector<std::string> others;
+    for (ResultData::Analysis& analysis : data.analyses) {
+        if (isWanted(analysis.name)) continue;
+        others.push_back(analysis.name);
+        _kept.push_back(std::move(analysis));
+    }
+    if (!others.empty() && !change.empty())
+        throw std::runtime_error("'" + _resultPath + "' has the results of " + join(others, ", ") +
+                                 ", which --only would lose: " + change +
+                                 "; choose another name with -o, or remove it");
+}
+
+void ModelRun::openResults() {
+    if (_earlier) {
+        _writer = std::make_unique<ResultWriter>(_resultPath);
+        return;
+    }
+    if (_options.resumes)
+        _messages.note("there is no '" + _resultPath + "' to go on with: begins anew");
+    removeRunCheckpoint(getCheckpointPath());
+    ResultHeader header;
+    header.title = getModelTitle(_model->getFile());
+    header.modelPath = _text.path;
+    header.modelText = _text.text;
+    header.settings = _text.settings;
+    header.isRigid = _modelOptions.bodies == ModelOptions::Bodies::Rigid;
+    _writer = std::make_unique<ResultWriter>(_resultPath, header, _kept);
+    _kept.clear();
+}
+
+std::vector<ResultColumn> ModelRun::makeColumns() const {
+    std::vector<ResultColumn> columns;
+    for (const Probe& probe : _probes.getProbes())
+        columns.push_back({probe.name, probe.unit, probe.columns});
+    return columns;
+}
+
+//-------------------------------------------------------------------------------------------------
+// what is done
+
+void ModelRun::stopIfAsked() const {
+    if (!wasInterrupted()) return;
+    throw Stopped("what was complete is in '" + _resultPath + "'; go on with: " + _resumeCommand);
+}
+
+void ModelRun::perform() {
+    openResults();
+    for (const std::string& warning : _modelWarnings) _writer->addWarning(warning);
+    const ModelValue analyses = _model->getFile().get("analyses");
+    for (const std::string& name : analyses.getKeys()) {
+        const ModelValue analysis = analyses.get(name);
+        if (!isWanted(name) || isComplete(name)) continue;
+        const std::string type = analysis.get("type").getText();
+        stopIfAsked();
+        if (type == "transient")
+            runTransient(analysis);
+        else if (type == "static")
+            runStatic(analysis);
+        else if (type == "eigen")
+            runEigen(analysis);
+        else if (type == "campbell")
+            runCampbell(analysis);
+        else {
+            _messages.note("analysis '" + name + "' is left to 'simflex sweep'");
+            continue;
+        }
+        for (const ModelValue& value : analysis.findUnread())
+            warn(name, value.getPath() + " has had no effect");
+    }
+    _writer.reset();
+    if (_options.writesCsv || _model->getFile().get("output").get("csv").getBool())
+        for (const ResultData::Analysis& analysis :
+             readResults(_resultPath, ReadStates::No).analyses) {
+            if (!isWanted(analysis.name)) continue;
+            writeResultCsv(
+                fs::path(_resultPath).replace_extension("." + analysis.name + ".csv").string(),
+                analysis);
+        }
+}
+
+void ModelRun::runTransient(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    const State start = findNamedState(analysis.get("from"), name);
+    if (beginsAtRest(analysis)) {
+        const std::string lost = describeLostSpeeds(*_model);
+        if (!lost.empty()) warn(name, lost);
+    }
+    TransientRun run(*this, analysis);
+    const ResultData::Analysis* begun = nullptr;
+    if (_earlier)
+        for (const ResultData::Analysis& earlier : _earlier->analyses)
+            if (earlier.name == name) begun = &earlier;
+    if (begun && fs::exists(getCheckpointPath())) {
+        const RunCheckpoint checkpoint = readRunCheckpoint(getCheckpointPath());
+        const std::map<std::string, std::string> inputs = calcInputChecksums(*_model);
+        for (const auto& [what, sum] : inputs) {
+            const auto then = checkpoint.inputs.find(what);
+            if (then == checkpoint.inputs.end() || then->second != sum)
+                throw std::runtime_error("cannot go on with '" + _resultPath + "': " + what +
+                                         " has changed since; run without --resume to begin anew");
+        }
+        if (checkpoint.analysis == name) {
+            run.resume(start, checkpoint);
+            _writer->resumeTransient(name, checkpoint.numRows);
+            run.perform();
+            return;
+        }
+    }
+    run.start(start);
+    if (begun)
+        _writer->resumeTransient(name, 0);
+    else {
+        const bool keepsStates = _model->getFile().get("output").get("states").getText() != "none";
+        _writer->beginTransient(name, makeColumns(), keepsStates ? start.getNQ() : 0,
+                                keepsStates ? start.getNU() : 0);
+    }
+    run.perform();
+}
+
+const State& ModelRun::getStart() {
+    if (!_start) _start = findStart(*_model, [this] { stopIfAsked(); });
+    return *_start;
+}
+
+const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analysis) {
+    const auto found = _equilibria.find(analysis.getName());
+    if (found != _equilibria.end()) return found->second;
+    StaticEquilibrium solver(_model->getSystem());
+    solver.setObserver([this] { stopIfAsked(); });
+    try {
+        solver.solve(findNamedState(analysis.get("from"), analysis.getName()));
+    } catch (const Stopped&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error("analysis '" + analysis.getName() +
+                                 "': " + nameBodies(*_model, error.what()));
+    }
+    Equilibrium& equilibrium = _equilibria[analysis.getName()];
+    equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
+                   solver.getFreeMotions()};
+    // A copy of a State is not realized.
+    _model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
+    checkLinearRange(analysis.getName(), equilibrium.state);
+    return equilibrium;
+}
+
+State ModelRun::findEnd(const std::string& name) const {
+    const auto found = _ends.find(name);
+    if (found != _ends.end()) return found->second;
+    // Of a run that is gone on with.
+    for (const ResultData::Analysis& analysis : readResults(_resultPath).analyses) {
+        if (analysis.name != name || !analysis.isComplete || analysis.q.empty()) continue;
+        State state = _model->makeInitialState();
+        state.setTime(analysis.time.back());
+        for (int k = 0; k < state.getNQ(); ++k) state.updQ()[k] = analysis.q.back().at(size_t(k));
+        for (int k = 0; k < state.getNU(); ++k) state.updU()[k] = analysis.u.back().at(size_t(k));
+        return state;
+    }
+    throw std::runtime_error("the end of analysis '" + name +
+                             "' is not known: it was left out, or its states were not kept");
+}
+
+bool ModelRun::beginsAtRest(const ModelValue& analysis) const {
+    const std::string from = analysis.get("from").getText();
+    const ModelValue file = _model->getFile(), analyses = file.get("analyses");
+    if (analyses.has(from)) return analyses.get(from).get("type").getText() == "static";
+    return from == "static" || file.get("initial").get("start").getText() == "static";
+}
+
+State ModelRun::findNamedState(const ModelValue& name, const std::string& forAnalysis) {
+    const std::string wanted = name.getText();
+    if (wanted == "start" || wanted == "placed") return getStart();
+    const ModelValue analyses = _model->getFile().get("analyses");
+    checkNamedState(name, analyses, forAnalysis);
+    const std::string type =
+        analyses.has(wanted) ? analyses.get(wanted).get("type").getText() : std::string();
+    if (type == "static") return obtainEquilibrium(analyses.get(wanted)).state;
+    if (type == "transient") return findEnd(wanted);
+    if (wanted == "static") {
+        StaticEquilibrium solver(_model->getSystem());
+        solver.setObserver([this] { stopIfAsked(); });
+        solver.solve(getStart());
+        return solver.getState();
+    }
+    throw std::logic_error("a state was not checked");
+}
+
+//-------------------------------------------------------------------------------------------------
+// what is said
+
+void ModelRun::printSummary() const {
+    const ResultData results = readResults(_resultPath, ReadStates::No);
+    for (const std::string& warning : results.warnings)
+        std::printf("warning: %s\n", warning.c_str());
+    for (const ResultData::Analysis& analysis : results.analyses) {
+        if (!isWanted(analysis.name)) continue;
+        const auto remarks = _remarks.find(analysis.name);
+        printAnalysis(analysis,
+                      remarks != _remarks.end() ? remarks->second : std::vector<std::string>());
+    }
+    std::printf("results: %s\n", _resultPath.c_str());
+}
+
+void ModelRun::refuseFailures() const {
+    if (!_failures.empty()) throw std::runtime_error(join(_failures, "; "));
+}
+
+void ModelRun::check() {
+    const Model& model = *_model;
+    const auto integrator = makeIntegrator(model);
+    integrator->initialize(getStart());
+    const State& state = integrator->getState();
+    const auto count = [](size_t n, const char* one, const char* many) {
+        return std::to_string(n) + " " + (n == 1 ? one : many);
+    };
+    std::printf("%s: %s, %s, %s\n", _text.path.c_str(),
+                count(model.getBodies().size(), "body", "bodies").c_str(),
+                count(model.getJoints().size(), "joint", "joints").c_str(),
+                count(model.getMotions().size(), "motion", "motions").c_str());
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        if (body.flexible)
+            std::printf("  body %s: flexible, %s%s\n", body.name.c_str(),
+                        count(size_t(body.flexible->getNumModes()), "mode", "modes").c_str(),
+                        body.flexible->isRigid(state) ? ", held rigid" : "");
+        else
+            std::printf("  body %s: rigid, %.6g kg\n", body.name.c_str(),
+                        double(body.mobod.getBodyMass(state)));
+    }
+    for (const Model::JointEntry& entry : model.getJoints())
+        std::printf("  joint %s: %s of %s and %s, %s\n", entry.name.c_str(),
+                    entry.joint.getEquations().getKind(),
+                    nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
+                    nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
+                    count(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
+    for (const std::string& line : integrator->getRedundantConstraints())
+        std::printf("  redundant: %s\n", nameBodies(model, line).c_str());
+    for (const Probe& probe : _probes.getProbes())
+        std::printf("  probe %s: %s%s%s\n", probe.name.c_str(),
+                    count(probe.columns.size(), "column", "columns").c_str(),
+                    probe.unit.empty() ? "" : ", ", probe.unit.c_str());
+    const ModelValue analyses = model.getFile().get("analyses");
+    for (const std::string& name : analyses.getKeys())
+        std::printf("  analysis %s: %s%s\n", name.c_str(),
+                    analyses.get(name).get("type").getText().c_str(),
+                    isWanted(name) ? "" : ", left out");
+    LinearRangeReporter(model.getFlexibleBodies(), 1, [](const std::string& message) {
+        std::printf("  warning: %s %s\n", message.c_str(), MotionWarnings::getAdviceAtStart());
+    }).handleEvent(state);
+    std::printf("assembled: largest error of a joint %.2g; results would go to %s\n",
+                double(integrator->getLargestConstraintError()), _resultPath.c_str());
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,118 @@
+#pragma once
+/** @file
+All analyses of a model, one after the other, into one result file.
+
+    ModelRun run(loadModelText("crank.yaml"), ModelOptions::Bodies::AsGiven, options);
+    run.perform();
+    run.printSummary();  **/
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "simflex/cli/Messages.h"
+#include "simflex/model/file/ModelReader.h"
+#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/probes/Probe.h"
+#include "simflex/model/analyses/RunOptions.h"
+
+namespace simflex {
+namespace cli {
+
+class ModelRun {
+public:
+    /** Reads and builds the model, and finds out which analyses there are to do.
+    @throws ModelError. **/
+    ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options);
+    ~ModelRun();
+
+    /** Says on standard output what the model is made of and what would be done; assembles it. **/
+    void check();
+
+    /** Begins the result file, or goes on with it.
+    @throws Stopped when Ctrl-C was pressed, after everything was kept; std::runtime_error if
+        something fails. **/
+    void perform();
+
+    /** What has been found, on standard output. The same run prints the same. **/
+    void printSummary() const;
+
+    /** What could be done in part only, in words. @throws std::runtime_error if there is any. **/
+    void refuseFailures() const;
+
+    /** Whether a body is flexible and not held rigid. **/
+    bool canBend() const;
+
+    const std::string& getResultPath() const { return _resultPath; }
+
+private:
+    friend class TransientRun;
+
+    /** Says on standard error, and keeps with the analysis' results, what changes their meaning.
+     * **/
+    void warn(const std::string& analysis, const std::string& message);
+    /** Warns of flexible bodies that are bent beyond what modes describe. **/
+    void checkLinearRange(const std::string& analysis, const SimTK::State& state);
+
+    /** An equilibrium that later analyses may begin at. **/
+    struct Equilibrium {
+        SimTK::State state;
+        SimTK::Vector multipliers;
+        int numIterations = 0;
+        std::vector<std::string> freeMotions;
+    };
+
+    /** @throws Stopped once Ctrl-C was pressed; between analyses and where they take long. **/
+    void stopIfAsked() const;
+    void checkWishes(const ModelValue& file) const;
+    void readEarlier();
+    void openResults();
+    /** What is not as in an earlier run; empty if it was the same. **/
+    std::string findChange(const ResultHeader& earlier) const;
+    /** For pictures, where the model names no folder: MODEL.frames in the current one. **/
+    std::string getUsualFolder() const;
+    std::string getCheckpointPath() const { return _resultPath + ".checkpoint"; }
+    bool isComplete(const std::string& analysis) const;
+    bool isWanted(const std::string& analysis) const;
+
+    const SimTK::State& getStart();
+    const Equilibrium& obtainEquilibrium(const ModelValue& analysis);
+    /** Last State of a transient analysis. **/
+    SimTK::State findEnd(const std::string& name) const;
+    /** The State that a key such as `from` names: start (or placed), static, or an analysis above
+    the one that asks. **/
+    SimTK::State findNamedState(const ModelValue& name, const std::string& forAnalysis);
+
+    /** Whether it goes on from static equilibrium. **/
+    bool beginsAtRest(const ModelValue& analysis) const;
+
+    void runTransient(const ModelValue& analysis);
+    void runStatic(const ModelValue& analysis);
+    void runEigen(const ModelValue& analysis);
+    void runCampbell(const ModelValue& analysis);
+
+    std::vector<ResultColumn> makeColumns() const;
+
+    ModelText _text;
+    ModelOptions _modelOptions;
+    RunOptions _options;
+    Messages _messages;
+    std::vector<std::string> _modelWarnings;  ///< told before there was a result file
+    std::shared_ptr<const Model> _model;
+    Probes _probes;
+    std::string _resultPath, _resumeCommand;
+    std::unique_ptr<ResultWriter> _writer;
+    std::optional<ResultData> _earlier;       ///< of the run that is gone on with
+    std::vector<ResultData::Analysis> _kept;  ///< earlier results that stay: others are wanted
+    std::optional<SimTK::State> _start;
+    std::map<std::string, Equilibrium> _equilibria;
+    std::map<std::string, SimTK::State> _ends;                 ///< of transient analyses
+    std::vector<std::string> _failures;                        ///< of parts of analyses
+    std::map<std::string, std::vector<std::string>> _remarks;  ///< by analysis, for the summary
+};
+
+}  // namespace cli
+}  // namespace simflex

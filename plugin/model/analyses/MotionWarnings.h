@@ -1,0 +1,53 @@
+#pragma once
+/** @file
+Warnings of a motion, each told once: flexible bodies that are bent beyond what modes describe,
+probes without a finite value, torsion springs that have been turned too far. What `simflex run` and
+the prompt tell alike. **/
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "simflex/body/LinearRangeReporter.h"
+#include "simflex/model/probes/Probe.h"
+#include "simflex/model/probes/TurnCounter.h"
+
+namespace simflex {
+namespace cli {
+
+class MotionWarnings {
+public:
+    using Warn = std::function<void(const std::string&)>;
+    /** Refers to the model. **/
+    MotionWarnings(const Model& model, const Probes& probes, Warn warn);
+    MotionWarnings(const MotionWarnings&) = delete;
+    MotionWarnings& operator=(const MotionWarnings&) = delete;
+
+    /** Looks at a row of results. Costs O(nodes·n_f) for each flexible body. @pre Stage::Velocity.
+     **/
+    void check(const SimTK::State& state, const std::vector<double>& values,
+               const TurnCounter& turns);
+    /** @param values  of all probes **/
+    void checkFinite(double time, const std::vector<double>& values);
+
+    /** For bodies that are bent too far before anything has moved. **/
+    static const char* getAdviceAtStart();
+
+    /** @name What has been told, as numbers **/
+    /**@{**/
+    std::vector<double> save() const;
+    void restore(const std::vector<double>& saved);
+    /**@}**/
+
+private:
+    Warn _warn;
+    std::vector<std::string> _columns;  ///< of all probes: "tip.x"
+    std::vector<int> _probeOfColumn;
+    LinearRangeReporter _linearRange;
+    std::vector<bool> _isNotFinite;  ///< by probe
+    size_t _numOverturned = 0;
+    bool _isAtStart = true;
+};
+
+}  // namespace cli
+}  // namespace simflex

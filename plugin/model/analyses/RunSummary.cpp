@@ -1,0 +1,191 @@
+#include "simflex/model/analyses/RunSummary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "simflex/model/file/ModelReader.h"
+#include "simflex/model/results/Comparison.h"
+#include "simflex/model/results/CriticalSpeeds.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+double getStatistic(const ResultData::Analysis& analysis, const std::string& name) {
+    const auto found = analysis.statistics.find(name);
+    return found == analysis.statistics.end() ? 0 : found->second;
+}
+
+/** "slider.x [m]" **/
+std::string makeLabel(const ResultColumn& column, size_t k) {
+    std::string label = column.name;
+    if (!column.columns[k].empty()) label += "." + column.columns[k];
+    return column.unit.empty() ? label : label + " [" + column.unit + "]";
+}
+
+int findLongestLabel(const ResultData::Analysis& analysis) {
+    size_t longest = 5;
+    for (const ResultData::Series& series : analysis.probes)
+        for (size_t k = 0; k < series.column.columns.size(); ++k)
+            longest = std::max(longest, makeLabel(series.column, k).size());
+    return int(longest);
+}
+
+void printTransient(const ResultData::Analysis& analysis) {
+    std::printf("%s: transient", analysis.name.c_str());
+    if (!analysis.time.empty())
+        std::printf(", t = %.6g to %.6g s in %zu rows", analysis.time.front(), analysis.time.back(),
+                    analysis.time.size());
+    std::printf("%s\n", analysis.isComplete ? "" : "; NOT COMPLETE");
+    if (analysis.statistics.count("steps"))
+        std::printf(
+            "  %.0f steps, %.0f Newton iterations; %.0f tries rejected for their error, "
+            "%.0f not converged\n"
+            "  energy balance: off by at most %.3g J, largest kinetic energy %.3g J\n",
+            getStatistic(analysis, "steps"), getStatistic(analysis, "newton_iterations"),
+            getStatistic(analysis, "error_test_failures"),
+            getStatistic(analysis, "convergence_failures"),
+            getStatistic(analysis, "largest_energy_error"),
+            getStatistic(analysis, "largest_kinetic_energy"));
+    if (analysis.time.empty() || analysis.probes.empty()) return;
+    const int width = findLongestLabel(analysis);
+    std::printf("  %-*s %13s %11s %13s %11s %13s\n", width, "probe", "least", "at [s]", "largest",
+                "at [s]", "at the end");
+    for (const ResultData::Series& series : analysis.probes)
+        for (size_t k = 0; k < series.column.columns.size(); ++k) {
+            size_t least = 0, largest = 0;
+            for (size_t i = 1; i < series.rows.size(); ++i) {
+                // What is not a number is less and more than nothing.
+                if (!(series.rows[i][k] >= series.rows[least][k]) && !std::isnan(series.rows[i][k]))
+                    least = i;
+                if (!(series.rows[i][k] <= series.rows[largest][k]) &&
+                    !std::isnan(series.rows[i][k]))
+                    largest = i;
+            }
+            std::printf("  %-*s %13.6g %11.5g %13.6g %11.5g %13.6g\n", width,
+                        makeLabel(series.column, k).c_str(), series.rows[least][k],
+                        analysis.time[least], series.rows[largest][k], analysis.time[largest],
+                        series.rows.back()[k]);
+        }
+}
+
+void printStatic(const ResultData::Analysis& analysis) {
+    std::printf("%s: static equilibrium, %.0f iterations\n", analysis.name.c_str(),
+                getStatistic(analysis, "iterations"));
+    const int width = findLongestLabel(analysis);
+    for (const ResultData::Series& series : analysis.probes)
+        for (size_t k = 0; k < series.column.columns.size() && !series.rows.empty(); ++k)
+            std::printf("  %-*s %13.6g\n", width, makeLabel(series.column, k).c_str(),
+                        series.rows[0][k]);
+}
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kAperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate
+// Of eigenvalues λ², whose errors are those of the largest: of frequencies its root.
+constexpr double kEigenvalueError = 1e-7;
+
+void printEigen(const ResultData::Analysis& analysis) {
+    const double numRigid = getStatistic(analysis, "rigid_motions");
+    std::printf("%s: natural modes", analysis.name.c_str());
+    if (numRigid > 0)
+        std::printf(", besides %.0f motion%s that nothing restores", numRigid,
+                    numRigid == 1 ? "" : "s");
+    std::printf("\n  mode  frequency [Hz]  damping ratio\n");
+    const double free = kEigenvalueError * getStatistic(analysis, "highest_frequency");
+    const size_t count = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
+    for (size_t k = 0; k < count; ++k) {
+        const double frequency = analysis.frequency[0][k], damping = analysis.dampingRatio[0][k];
+        const size_t first = k;
+        if (frequency <= free) {
+            // A motion that does not oscillate has two modes, one dying away and one growing.
+            const bool isPair = std::abs(damping) >= kAperiodic && k + 1 < count &&
+                                analysis.dampingRatio[0][k + 1] * damping < 0 &&
+                                analysis.frequency[0][k + 1] <= free;
+            k += isPair;
+        }
+        std::string number = std::to_string(first + 1);
+        if (k > first) number += "-" + std::to_string(k + 1);
+        if (frequency <= free)
+            std::printf("  %4s  %14.7g  free motion: nothing restores it but round-off\n",
+                        number.c_str(), frequency);
+        else if (std::abs(damping) < kAperiodic)
+            std::printf("  %4s  %14.7g  %13.3g\n", number.c_str(), frequency, damping);
+        else
+            std::printf("  %4s  %14s  no oscillation: %s by a factor of e in %.4g s\n",
+                        number.c_str(), "-", damping > 0 ? "dies away" : "UNSTABLE, grows",
+                        1 / (2 * kPi * frequency));
+    }
+}
+
+void printCampbell(const ResultData::Analysis& analysis) {
+    std::printf("%s: natural frequencies [Hz] over speed\n", analysis.name.c_str());
+    for (size_t i = 0; i < analysis.speeds.size(); ++i) {
+        std::printf("  %12.6g:", analysis.speeds[i]);
+        for (const double frequency : analysis.frequency[i])
+            if (std::isnan(frequency))
+                std::printf(" %11s", "-");
+            else
+                std::printf(" %11.6g", frequency);
+        std::printf("\n");
+    }
+    const std::vector<double> critical = findCriticalSpeeds(analysis);
+    if (std::all_of(critical.begin(), critical.end(), [](double c) { return std::isnan(c); }))
+        return;
+    std::printf("  critical [rad/s], once a revolution:\n  %12s:", "");
+    for (const double speed : critical)
+        if (std::isnan(speed))
+            std::printf(" %11s", "-");
+        else
+            std::printf(" %11.6g", speed);
+    std::printf("\n");
+}
+
+}  // namespace
+
+void printAnalysis(const ResultData::Analysis& analysis, const std::vector<std::string>& remarks) {
+    if (analysis.type == "transient") printTransient(analysis);
+    if (analysis.type == "static") printStatic(analysis);
+    if (analysis.type == "eigen") printEigen(analysis);
+    if (analysis.type == "campbell") printCampbell(analysis);
+    for (const std::string& warning : analysis.warnings)
+        std::printf("  warning: %s\n", warning.c_str());
+    for (const std::string& remark : remarks) std::printf("  %s\n", remark.c_str());
+}
+
+void printDifference(const ResultData& flexible, const ResultData& rigid) {
+    const ResultHeader& header = flexible.header;
+    const double accuracy = readModel({header.modelPath, header.modelText, header.settings})
+                                .get("solver")
+                                .get("accuracy")
+                                .getNumber();
+    const ResultComparison comparison = compareResults(flexible, rigid, {}, "flexible", "rigid");
+    const auto isSmall = [&](const ColumnDifference& column) {
+        return column.unit == "m" && column.largest <= accuracy;
+    };
+    bool hasSmall = false;
+    for (const ResultData::Analysis& a : flexible.analyses) {
+        if (a.probes.empty()) continue;
+        const int width = findLongestLabel(a);
+        std::printf("%s: flexible against rigid\n  %-*s %13s %13s %13s\n", a.name.c_str(), width,
+                    "probe", "largest", "rms", "of range");
+        for (const ColumnDifference& column : comparison.columns) {
+            if (column.analysis != a.name) continue;
+            const std::string label =
+                column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
+            std::printf("  %-*s %13.6g %13.6g", width, label.c_str(), column.largest, column.rms);
+            if (isSmall(column))
+                std::printf(" %13s\n", column.largest > 0 ? "*" : "-");
+            else
+                std::printf(" %11.3g %%\n", 100 * column.getRelative());
+            hasSmall |= isSmall(column) && column.largest > 0;
+        }
+    }
+    if (hasSmall)
+        std::printf("  * less than the accuracy of the simulation, %g m (solver.accuracy)\n",
+                    accuracy);
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,138 @@
+#include "simflex/model/analyses/Session.h"
+
+#include <regex>
+
+#include "simflex/body/JointEquations.h"
+#include "simflex/model/file/KnownTimes.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/StaticEquilibrium.h"
+
+namespace simflex {
+namespace cli {
+
+using SimTK::State;
+
+namespace {
+
+using Integrator = ImplicitIntegrator;
+
+void setSteps(const ModelValue& solver, Integrator& integrator) {
+    const auto set = [&](const char* key, void (Integrator::*method)(SimTK::Real)) {
+        const ModelValue value = solver.get(key);
+        if (!value.isGiven()) return;
+        try {
+            (integrator.*method)(value.getNumber());
+        } catch (const std::invalid_argument&) {
+            value.fail("must be positive, not " + std::to_string(value.getNumber()));
+        }
+    };
+    // Model files give it in metres, whatever they are made of.
+    integrator.setAccuracyNorm(Integrator::AccuracyNorm::Displacement);
+    set("accuracy", &Integrator::setAccuracy);
+    set("constraint_tolerance", &Integrator::setConstraintTolerance);
+    set("initial_step", &Integrator::setInitialStepSize);
+    set("maximum_step", &Integrator::setMaximumStepSize);
+    set("minimum_step", &Integrator::setMinimumStepSize);
+    set("fixed_step", &Integrator::setFixedStep);
+}
+
+/** Motions are joints to the library. **/
+std::string nameMotions(const Model& model, std::string message) {
+    const auto replace = [&](const std::string& what, const std::string& by) {
+        const size_t place = message.find(what);
+        if (place != std::string::npos) message.replace(place, what.size(), by);
+        return place != std::string::npos;
+    };
+    for (const Model::MotionEntry& entry : model.getMotions()) {
+        const ModelValue joint = model.getFile().get("motions").get(entry.name).get("joint");
+        const std::string of = joint.isGiven() ? " of joint '" + joint.getText() + "'" : "";
+        if (!replace("motion of joint '" + entry.name + "'", "motion '" + entry.name + "'" + of))
+            continue;
+        if (entry.joint.getNumCoordinates() != 1) break;
+        const bool isAngle = entry.joint.getEquations().getCoordinate(0).isAngle();
+        replace(" m or rad", isAngle ? " rad" : " m");
+        replace(" m/s or rad/s", isAngle ? " rad/s" : " m/s");
+        break;
+    }
+    return message;
+}
+
+}  // namespace
+
+std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
+    const ModelValue solver = model.getFile().get("solver");
+    std::unique_ptr<Integrator> integrator;
+    if (solver.get("method").getText() == "generalized_alpha") {
+        auto alpha = std::make_unique<GeneralizedAlphaIntegrator>(model.getSystem());
+        if (solver.get("spectral_radius").isGiven())
+            alpha->setSpectralRadius(solver.get("spectral_radius").getNumber());
+        if (solver.get("maximum_order").isGiven())
+            solver.get("maximum_order")
+                .fail("belongs to method bdf; generalized_alpha has order 2");
+        integrator = std::move(alpha);
+    } else {
+        auto bdf = std::make_unique<BdfIntegrator>(model.getSystem());
+        if (solver.get("maximum_order").isGiven())
+            bdf->setMaximumOrder(solver.get("maximum_order").getInteger());
+        if (solver.get("spectral_radius").isGiven())
+            solver.get("spectral_radius").fail("belongs to method generalized_alpha, not bdf");
+        integrator = std::move(bdf);
+    }
+    setSteps(solver, *integrator);
+    integrator->addBreakTimes(KnownTimes(model.getFile()));
+    if (solver.get("formulation").getText() == "index3")
+        integrator->setFormulation(Integrator::Formulation::Index3);
+    const std::string form = solver.get("block_form").getText();
+    if (form == "arrow") integrator->setBlockForm(Integrator::BlockForm::Arrow);
+    if (form == "dense") integrator->setBlockForm(Integrator::BlockForm::Dense);
+    if (solver.get("threads").isGiven())
+        integrator->setNumThreads(solver.get("threads").getInteger());
+    if (solver.get("maximum_iterations").isGiven()) {
+        Integrator::NewtonTolerances tolerances;
+        tolerances.maxIterations = solver.get("maximum_iterations").getInteger();
+        integrator->setNewtonTolerances(tolerances);
+    }
+    solver.checkRead();
+    return integrator;
+}
+
+State findStart(const Model& model, const std::function<void()>& observer) {
+    const State state = model.makeInitialState();
+    const std::string start = model.getFile().get("initial").get("start").getText();
+    if (start == "as_placed") return state;
+    StaticEquilibrium equilibrium(model.getSystem());
+    equilibrium.setObserver(observer);
+    if (start == "static")
+        equilibrium.solve(state);
+    else
+        equilibrium.solveSteadyMotion(state);
+    return equilibrium.getState();
+}
+
+std::string describeLostSpeeds(const Model& model) {
+    if (model.makeInitialState().getU().normInf() == 0) return "";
+    return "begins at static equilibrium, where everything is at rest: the model's initial "
+           "velocities have no effect";
+}
+
+std::string nameBodies(const Model& model, const std::string& text) {
+    const std::string message = nameMotions(model, text);
+    static const std::regex body("(rigid tree at )?\\bbody ([0-9]+)\\b");
+    std::string named;
+    auto last = message.cbegin();
+    for (std::sregex_iterator match(message.begin(), message.end(), body), end; match != end;
+         ++match) {
+        named.append(last, (*match)[0].first);
+        last = (*match)[0].second;
+        std::string name = match->str();
+        for (const Model::BodyEntry& entry : model.getBodies())
+            if (std::to_string(int(entry.mobod.getMobilizedBodyIndex())) == (*match)[2])
+                name = entry.name;
+        named += name;
+    }
+    return named.append(last, message.cend());
+}
+
+}  // namespace cli
+}  // namespace simflex

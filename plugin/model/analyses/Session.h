@@ -1,0 +1,40 @@
+#pragma once
+/** @file
+A model that is being run: what `simflex run` and `simflex shell` share. **/
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "simflex/model/file/ModelReader.h"
+#include "simflex/model/probes/Probe.h"
+#include "simflex/render/OffscreenVisualizer.h"
+#include "simflex/solver/ImplicitIntegrator.h"
+
+namespace simflex {
+namespace cli {
+
+/** BdfIntegrator or GeneralizedAlphaIntegrator with the settings of the model's `solver`; not
+initialized. **/
+std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
+
+/** Where analyses begin: the initial State, brought to static equilibrium or steady motion first if
+`initial.start` says so.
+@param observer  see StaticEquilibrium::setObserver() **/
+SimTK::State findStart(const Model& model, const std::function<void()>& observer = {});
+
+/** A warning where the model has initial speeds although analyses begin at static equilibrium;
+otherwise empty: "begins at …". **/
+std::string describeLostSpeeds(const Model& model);
+
+/** A message of the library in the words of the model: "rigid tree at body 3" becomes "slider", and
+"the motion of joint 'swing' jumps by 1 m or rad" becomes "the motion 'swing' of joint 'pin' jumps
+by 1 rad". **/
+std::string nameBodies(const Model& model, const std::string& message);
+
+/** A visualizer that draws the model as its `pictures` say: flexible bodies with contours, rigid
+ones with their shapes, cameras, joints, reactions. Not fitted to anything yet. **/
+std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model);
+
+}  // namespace cli
+}  // namespace simflex

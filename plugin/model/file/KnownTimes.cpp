@@ -1,0 +1,117 @@
+#include "simflex/model/file/KnownTimes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "simflex/model/file/ModelNode.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+const double kInfinity = std::numeric_limits<double>::infinity();
+/** Length of the first stretch [s]; beyond the largest nothing is looked for. **/
+const double kFirstLength = 1e-3, kLargestLength = 1e12;
+/** Stretches grow as long as they hold fewer times. **/
+const std::size_t kFewTimes = 1000;
+/** Where a function ends to have a value is found so far, of the time. **/
+const double kShortest = 1e-9;
+
+struct Function {
+    ModelValue value;
+    Expression expression;
+};
+
+/** Functions of time in a value and all below it. **/
+void collect(const ModelValue& value, std::vector<Function>& functions) {
+    if (value.isMap())
+        for (const std::string& key : value.getKeys()) collect(value.get(key), functions);
+    if (value.isList())
+        for (int i = 0; i < value.getSize(); ++i) collect(value.at(i), functions);
+    if (!value.isScalar() || value.getNode().form->kind != SchemaForm::Kind::Function) return;
+    const Expression expression = value.getExpression();
+    if (!expression.isConstant()) functions.push_back({value, expression});
+}
+
+std::string writeNumber(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return text;
+}
+
+}  // namespace
+
+struct KnownTimes::Stretch {
+    std::vector<Function> functions;
+    double from = kInfinity, to = -kInfinity, length = kFirstLength;
+    std::vector<double> times;  ///< in (from, to], increasing
+
+    void look(double begin) {
+        from = begin;
+        to = begin + length;
+        while (!lookWithin()) {
+            if (to - from < kShortest * std::max(1.0, std::abs(from))) {
+                times = {to};
+                return;
+            }
+            to = from + (to - from) / 2;
+        }
+        std::sort(times.begin(), times.end());
+        if (times.size() < kFewTimes) length *= 2;
+    }
+
+    /** @returns false if a function has no value somewhere in (from, to]: who comes that far will
+    be told. **/
+    bool lookWithin() {
+        times.clear();
+        try {
+            for (const Function& function : functions) {
+                const std::vector<double> found = function.expression.findSwitches(from, to);
+                times.insert(times.end(), found.begin(), found.end());
+            }
+        } catch (const std::exception&) {
+            return false;
+        }
+        return true;
+    }
+};
+
+KnownTimes::KnownTimes(const ModelValue& file) : _stretch(std::make_shared<Stretch>()) {
+    for (const char* key : {"loads", "motions"}) collect(file.get(key), _stretch->functions);
+}
+
+double KnownTimes::operator()(double time) const {
+    Stretch& stretch = *_stretch;
+    if (stretch.functions.empty()) return kInfinity;
+    if (!(time >= stretch.from && time < stretch.to)) stretch.look(time);
+    for (;;) {
+        const auto next = std::upper_bound(stretch.times.begin(), stretch.times.end(), time);
+        if (next != stretch.times.end()) return *next;
+        if (stretch.length > kLargestLength) return kInfinity;
+        stretch.look(stretch.to);
+    }
+}
+
+void checkMotions(const ModelValue& file, double from, double to) {
+    std::vector<Function> motions;
+    collect(file.get("motions"), motions);
+    for (const Function& motion : motions) {
+        const std::optional<Expression::Kink> kink = motion.expression.findKink(from, to);
+        if (!kink) continue;
+        const std::string time = " at t = " + writeNumber(kink->time);
+        const std::string change =
+            " from " + writeNumber(kink->before) + " to " + writeNumber(kink->after);
+        motion.value.fail(kink->order == 0
+                              ? "the motion jumps" + time + change +
+                                    ", which no finite force can do; step(t, t0, y0, t1, y1) goes "
+                                    "from one value to another"
+                              : "the motion's speed jumps" + time + change +
+                                    ", which asks for infinite force; let it change over a while: "
+                                    "step(t, t0, y0, t1, y1), a spline through a table's points");
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

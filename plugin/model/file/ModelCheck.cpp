@@ -1,0 +1,374 @@
+/** @file
+Checks what was read against the schema. **/
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+
+#include "simflex/base/AsciiText.h"
+#include "simflex/model/file/ModelNode.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/file/ScalarCheck.h"
+#include "simflex/model/schema/SchemaText.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+using Kind = ModelValue::Kind;
+using Form = SchemaForm::Kind;
+using Node = ModelValue::Node;
+using NodePointer = std::shared_ptr<const Node>;
+
+const std::size_t kMaxMistakes = 10;  // that are told at once
+
+class Checker {
+public:
+    explicit Checker(std::shared_ptr<const ModelFile> file) : _file(std::move(file)) {}
+    explicit Checker(const std::shared_ptr<ModelFile>& file) : _file(file), _newFile(file.get()) {}
+
+    NodePointer check(const YamlTree& tree, const std::vector<SchemaForm>& forms,
+                      const SchemaKey* key, const std::string& path, const std::string& name) {
+        auto node = std::make_shared<Node>();
+        node->file = _file;
+        node->place = tree.place;
+        node->path = path;
+        node->name = name;
+        node->forms = &forms;
+        node->key = key;
+        node->isPlainText = tree.isPlainText;
+        switch (tree.kind) {
+            case YamlTree::Kind::Scalar:
+                node->kind = Kind::Scalar;
+                node->scalar = tree.scalar;
+                checkScalar(tree, *node);
+                break;
+            case YamlTree::Kind::List:
+                node->kind = Kind::List;
+                node->form = findForm(tree, *node, {Form::List});
+                checkList(tree, *node);
+                break;
+            default:
+                node->kind = Kind::Map;
+                node->form = findForm(tree, *node, {Form::Map, Form::Entries});
+                if (node->form->kind == Form::Map)
+                    checkMap(tree, *node);
+                else
+                    checkEntries(tree, *node);
+        }
+        return node;
+    }
+
+    /** The same; tells all mistakes at once. **/
+    NodePointer checkAll(const YamlTree& tree, const std::vector<SchemaForm>& forms,
+                         const SchemaKey* key, const std::string& path, const std::string& name) {
+        NodePointer node;
+        attempt([&] { node = check(tree, forms, key, path, name); });
+        throwMistakes();
+        return node;
+    }
+
+private:
+    std::shared_ptr<const ModelFile> _file;
+    ModelFile* _newFile = nullptr;  ///< while parameters and tables are read
+    std::vector<PlacedError> _mistakes;
+
+    /** Goes on after a mistake. **/
+    template <class Check>
+    void attempt(const Check& checkPart) {
+        try {
+            checkPart();
+        } catch (const PlacedError& mistake) {
+            _mistakes.push_back(mistake);
+        }
+        if (_mistakes.size() >= kMaxMistakes) throwMistakes();
+    }
+
+    void throwMistakes() {
+        if (_mistakes.empty()) return;
+        std::stable_sort(_mistakes.begin(), _mistakes.end(),
+                         [](const PlacedError& a, const PlacedError& b) {
+                             return std::make_pair(a.place.line, a.place.column) <
+                                    std::make_pair(b.place.line, b.place.column);
+                         });
+        std::string text;
+        for (const PlacedError& mistake : _mistakes)
+            text += (text.empty() ? "" : "\n") + std::string(mistake.what());
+        if (_mistakes.size() >= kMaxMistakes) text += "\nThere may be more mistakes than these.";
+        throw ModelError(text);
+    }
+
+    static const SchemaForm* findForm(const YamlTree& tree, const Node& node,
+                                      const std::vector<Form>& kinds) {
+        for (const SchemaForm& form : *node.forms)
+            if (std::find(kinds.begin(), kinds.end(), form.kind) != kinds.end()) return &form;
+        failForm(tree, node);
+    }
+
+    // --- Lists ---
+
+    void checkList(const YamlTree& tree, Node& node) {
+        const SchemaForm& form = *node.form;
+        const int size = static_cast<int>(tree.items.size());
+        if (!form.sizes.empty() &&
+            std::find(form.sizes.begin(), form.sizes.end(), size) == form.sizes.end()) {
+            std::string sizes;
+            for (int allowed : form.sizes)
+                sizes += (sizes.empty() ? "" : " or ") + std::to_string(allowed);
+            node.fail("the list has " + std::to_string(size) + " values; it must have " + sizes +
+                      (node.key && !node.key->example.empty() ? ", for example " + node.key->example
+                                                              : ""));
+        }
+        if (size == 0) node.fail("the list is empty");
+        for (int i = 0; i < size; ++i) {
+            const std::string index = std::to_string(i);
+            const YamlTree& item = tree.items[static_cast<std::size_t>(i)];
+            if (item.kind == YamlTree::Kind::Empty)
+                node.fail("value " + index + " of the list (from 0) is empty");
+            attempt([&] {
+                node.items.push_back(
+                    check(item, form.items, nullptr, node.path + "." + index, index));
+            });
+        }
+    }
+
+    // --- Maps ---
+
+    void checkMap(const YamlTree& tree, Node& node) {
+        const SchemaForm& form = *node.form;
+        // parameters and tables come first, since formulas name them
+        if (node.path.empty() && _newFile) {
+            for (const char* name : {"parameters", "tables"})
+                if (const YamlTree* child = tree.find(name); child && isGiven(*child))
+                    check(*child, findSchemaKey(form, name)->forms, findSchemaKey(form, name), name,
+                          name);
+            _newFile = nullptr;
+            throwMistakes();  // or formulas would miss what is wrong here
+        }
+        bool isKnown = true;
+        for (const YamlTree::Entry& entry : tree.entries) {
+            isKnown = isKnown && findSchemaKey(form, entry.key);
+            attempt([&] { checkKey(entry, node); });
+        }
+        if (isKnown) attempt([&] { checkTogether(tree, node); });
+    }
+
+    void checkKey(const YamlTree::Entry& entry, Node& node) {
+        const SchemaKey* key = findSchemaKey(*node.form, entry.key);
+        if (!key) failUnknownKey(node, entry);
+        const std::string path = (node.path.empty() ? "" : node.path + ".") + entry.key;
+        if (isGiven(entry.value)) {
+            node.entries.emplace_back(entry.key,
+                                      check(entry.value, key->forms, key, path, entry.key));
+            return;
+        }
+        const bool canBeEmpty = std::any_of(
+            key->forms.begin(), key->forms.end(),
+            [](const SchemaForm& f) { return f.kind == Form::Map || f.kind == Form::Entries; });
+        if (!canBeEmpty)
+            throw PlacedError(entry.place,
+                              path + ": the value is missing" +
+                                  (key->example.empty() ? "" : ", for example " + key->example));
+    }
+
+    static bool isGiven(const YamlTree& tree) { return tree.kind != YamlTree::Kind::Empty; }
+
+    /** Which keys go together. **/
+    static void checkTogether(const YamlTree& tree, const Node& node) {
+        const SchemaForm& form = *node.form;
+        const auto has = [&](const std::string& name) {
+            const YamlTree* value = tree.find(name);
+            return value && isGiven(*value);
+        };
+        std::string type;
+        if (const SchemaKey* typeKey = findSchemaKey(form, "type")) {
+            const NodePointer given = node.find("type");
+            if (!given && has("type")) return;  // which is wrong
+            if (!given && typeKey->isRequired)
+                node.fail("'type' is missing; it is one of " +
+                          joinNames(typeKey->forms[0].choices));
+            type = given ? given->scalar : typeKey->defaultText;
+        }
+        std::vector<std::string> chosen;
+        for (const std::string& name : form.oneOf)
+            if (has(name)) chosen.push_back(name);
+        if (!form.oneOf.empty() && chosen.size() != 1)
+            node.fail(chosen.empty() ? "one of these keys is needed: " + joinNames(form.oneOf)
+                                     : "'" + chosen[0] + "' and '" + chosen[1] +
+                                           "' exclude each other: give one of them");
+        for (const SchemaKey& key : form.keys) {
+            const bool applies =
+                key.onlyFor.empty() ||
+                std::find(key.onlyFor.begin(), key.onlyFor.end(), type) != key.onlyFor.end();
+            if (!has(key.name)) {
+                if (key.isRequired && applies)
+                    node.fail(
+                        "'" + key.name + "' is missing" +
+                        (type.empty() ? "" : ", which '" + type + "' needs") + ": " + key.meaning +
+                        (key.example.empty() ? ""
+                                             : " For example " + key.name + ": " + key.example));
+                continue;
+            }
+            const auto fail = [&](const std::string& message) {
+                for (const YamlTree::Entry& entry : tree.entries)
+                    if (entry.key == key.name)
+                        throw PlacedError(entry.place, (node.path.empty() ? "" : node.path + ".") +
+                                                           key.name + ": " + message);
+                throw std::logic_error("a key has no place");
+            };
+            if (!applies)
+                fail("'" + key.name + "' is for type " + joinNames(key.onlyFor) + ", not for " +
+                     type);
+            if (!key.onlyWith.empty() &&
+                std::none_of(key.onlyWith.begin(), key.onlyWith.end(), has))
+                fail("'" + key.name + "' has a meaning only together with " +
+                     joinNames(key.onlyWith, " or "));
+            for (const std::string& other : key.notWith)
+                if (has(other))
+                    fail("'" + key.name + "' and '" + other +
+                         "' exclude each other: give one of them");
+        }
+    }
+
+    [[noreturn]] static void failUnknownKey(const Node& node, const YamlTree::Entry& entry) {
+        std::vector<std::string> known;
+        for (const SchemaKey& key : node.form->keys) known.push_back(key.name);
+        std::string proposal = proposeName(entry.key, known);
+        const std::vector<std::string> elsewhere = findSchemaPaths(entry.key);
+        if (!elsewhere.empty() && elsewhere.size() <= 4) {
+            const std::string hint =
+                "'" + entry.key + "' belongs to " + joinNames(elsewhere, " or ");
+            proposal =
+                findNearestName(entry.key, known).empty() ? hint : proposal + " (" + hint + ")";
+        }
+        throw PlacedError(entry.place, (node.path.empty() ? "" : node.path + ": ") +
+                                           "unknown key '" + shorten(entry.key) + "'" +
+                                           (proposal.empty() ? "" : "; " + proposal));
+    }
+
+    // --- Entries ---
+
+    void checkEntries(const YamlTree& tree, Node& node) {
+        for (const YamlTree::Entry& entry : tree.entries) attempt([&] { checkEntry(entry, node); });
+    }
+
+    void checkEntry(const YamlTree::Entry& entry, Node& node) {
+        const SchemaForm& form = *node.form;
+        const std::string path = node.path + "." + entry.key;
+        checkEntryName(form, entry, path);
+        YamlTree nothing;
+        nothing.kind = YamlTree::Kind::Map;
+        nothing.place = entry.place;
+        const bool canBeEmpty =
+            std::any_of(form.items.begin(), form.items.end(),
+                        [](const SchemaForm& f) { return f.kind == Form::Map; });
+        if (!isGiven(entry.value) && !canBeEmpty)
+            throw PlacedError(entry.place, path + ": the value is missing");
+        const std::size_t numMistakes = _mistakes.size();
+        const NodePointer child = check(isGiven(entry.value) ? entry.value : nothing, form.items,
+                                        nullptr, path, entry.key);
+        node.entries.emplace_back(entry.key, child);
+        if (!_newFile || _mistakes.size() > numMistakes) return;
+        if (node.path == "parameters")
+            _newFile->scope.constants[entry.key] = child->expression.calcValue(0);
+        if (node.path == "tables") _newFile->scope.tables[entry.key] = makeTable(child);
+    }
+
+    static void checkEntryName(const SchemaForm& form, const YamlTree::Entry& entry,
+                               const std::string& path) {
+        const auto fail = [&](const std::string& message) {
+            throw PlacedError(entry.place, path + ": " + message);
+        };
+        const std::string name = "'" + shorten(entry.key) + "'";
+        if (form.hasNumbers) {
+            const bool isNumber = !entry.key.empty() && entry.key.size() < 8 &&
+                                  entry.key[0] != '0' &&
+                                  std::all_of(entry.key.begin(), entry.key.end(), isDigit);
+            if (!isNumber) fail(name + " is no number of a mode: they count from 1");
+            return;
+        }
+        if (entry.key.empty() || !isName(entry.key, form.hasPaths))
+            fail(name +
+                 " cannot be a name: letters, digits, _ and - are allowed, and it begins with a "
+                 "letter or _");
+        if (entry.key == "ground")
+            fail("'ground' is the name of the inertial frame; choose another");
+        if (!form.hasWords) return;
+        if (isFormulaWord(entry.key))
+            fail(name + " has a meaning in formulas already; choose another name");
+        if (entry.key.find('-') != std::string::npos)
+            fail(name + " cannot be a name in formulas: write _ instead of -");
+    }
+
+    std::shared_ptr<const formula::Table> makeTable(const NodePointer& node) const {
+        using formula::Table;
+        const ModelValue table(node);
+        if (_newFile->scope.constants.count(node->name) > 0)
+            node->fail("a parameter has the name '" + node->name + "' already");
+        const std::string interpolation = table.get("interpolation").getText();
+        const std::string extrapolation = table.get("extrapolation").getText();
+        std::vector<double> x, y;
+        ModelValue culprit = table;
+        try {
+            if (table.has("file")) {
+                culprit = table.get("file");
+                const std::vector<double> columns = table.get("columns").getNumbers();
+                formula::readTableFile(culprit.getFilePath(), static_cast<int>(columns[0]),
+                                       static_cast<int>(columns[1]), x, y);
+            } else {
+                culprit = table.get("x");
+                x = culprit.getNumbers();
+                y = table.get("y").getNumbers();
+            }
+            return std::make_shared<Table>(node->name, x, y,
+                                           interpolation == "linear" ? Table::Interpolation::Linear
+                                           : interpolation == "step" ? Table::Interpolation::Step
+                                                                     : Table::Interpolation::Spline,
+                                           extrapolation == "linear" ? Table::Extrapolation::Linear
+                                           : extrapolation == "refuse"
+                                               ? Table::Extrapolation::Refuse
+                                               : Table::Extrapolation::Constant);
+        } catch (const ModelError&) {
+            throw;
+        } catch (const std::exception& error) {
+            culprit.fail(error.what());
+        }
+    }
+};
+
+}  // namespace
+
+NodePointer ModelValue::Node::find(const std::string& wanted) const {
+    for (const auto& entry : entries)
+        if (entry.first == wanted) return entry.second;
+    return nullptr;
+}
+
+void ModelValue::Node::fail(const std::string& message) const {
+    throw PlacedError(place, (path.empty() ? "" : path + ": ") + message);
+}
+
+void ModelValue::Node::failAt(int position, const std::string& message) const {
+    YamlPlace there = place;
+    const bool isOneLine = scalar.find('\n') == std::string::npos;
+    if (isPlainText && isOneLine && there.line > 0) there.column += position;
+    throw PlacedError(there, path + ": " + message);
+}
+
+NodePointer checkModelValue(const std::shared_ptr<const ModelFile>& file, const YamlTree& tree,
+                            const std::vector<SchemaForm>& forms, const SchemaKey* key,
+                            const std::string& path, const std::string& name) {
+    return Checker(file).checkAll(tree, forms, key, path, name);
+}
+
+NodePointer checkModel(const std::shared_ptr<ModelFile>& file, const YamlTree& tree) {
+    static const std::vector<SchemaForm> forms{getModelSchema()};
+    return Checker(file).checkAll(tree, forms, nullptr, "", "");
+}
+
+}  // namespace cli
+}  // namespace simflex

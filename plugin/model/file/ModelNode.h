@@ -1,0 +1,63 @@
+#pragma once
+/** @file
+What a ModelValue refers to. Only for the files of this folder. **/
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "simflex/model/file/Formula.h"
+#include "simflex/model/file/ModelValue.h"
+#include "simflex/model/schema/Schema.h"
+#include "simflex/model/file/YamlTree.h"
+
+namespace simflex {
+namespace cli {
+
+/** The file that values stand in. **/
+struct ModelFile {
+    std::string path;
+    formula::Scope scope;
+};
+
+/** A mistake at a place of a file. **/
+class PlacedError : public ModelError {
+public:
+    PlacedError(const YamlPlace& where, const std::string& message)
+        : ModelError(where.getText() + ": " + message), place(where) {}
+    YamlPlace place;
+};
+
+struct ModelValue::Node {
+    std::shared_ptr<const ModelFile> file;
+    Kind kind = Kind::Missing;
+    YamlPlace place;
+    std::string path, name;
+    bool isPlainText = false;
+    const std::vector<SchemaForm>* forms = nullptr;  ///< that it may have
+    const SchemaForm* form = nullptr;                ///< that it has
+    const SchemaKey* key = nullptr;                  ///< null for items and entries
+    std::string scalar;
+    Expression expression;        ///< of Number, Integer, Function
+    mutable bool isRead = false;  ///< somebody has asked for the scalar
+    std::vector<std::shared_ptr<const Node>> items;
+    std::vector<std::pair<std::string, std::shared_ptr<const Node>>> entries;
+
+    std::shared_ptr<const Node> find(const std::string& name) const;
+    [[noreturn]] void fail(const std::string& message) const;
+    [[noreturn]] void failAt(int position, const std::string& message) const;
+};
+
+/** Checks `tree` against `forms`. @throws ModelError with up to ten mistakes, one a line. **/
+std::shared_ptr<const ModelValue::Node> checkModelValue(
+    const std::shared_ptr<const ModelFile>& file, const YamlTree& tree,
+    const std::vector<SchemaForm>& forms, const SchemaKey* key, const std::string& path,
+    const std::string& name);
+
+/** Checks a whole model; parameters and tables become part of `file`. **/
+std::shared_ptr<const ModelValue::Node> checkModel(const std::shared_ptr<ModelFile>& file,
+                                                   const YamlTree& tree);
+
+}  // namespace cli
+}  // namespace simflex

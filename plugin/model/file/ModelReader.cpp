@@ -1,0 +1,153 @@
+#include "simflex/model/file/ModelReader.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "simflex/base/AsciiText.h"
+#include "simflex/model/file/Formula.h"
+#include "simflex/model/file/ModelNode.h"
+#include "simflex/model/file/NearestName.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+const double kPi = 3.14159265358979323846;
+const double kGravity = 9.80665;
+const int kFormat = 1;
+const std::string kHdf5 = "\x89HDF\r\n";
+const std::uintmax_t kMaxBytes = 16000000;
+
+/** Refuses files of newer formats before anything else of them is judged. **/
+void checkFormat(const YamlTree& tree, const std::string& path) {
+    if (tree.kind == YamlTree::Kind::Empty)
+        throw ModelError(path + ": the file is empty; a model begins with 'simflex: 1'");
+    if (tree.kind != YamlTree::Kind::Map)
+        throw ModelError(
+            tree.place.getText() +
+            ": this is no model: it begins with 'simflex: 1', then other keys and values");
+    const YamlTree* version = tree.find("simflex");
+    if (!version)
+        throw ModelError(tree.place.getText() +
+                         ": 'simflex: 1' is missing, which tells the format of the file");
+    double number = 0;
+    if (version->kind != YamlTree::Kind::Scalar ||
+        !formula::readPlainNumber(version->scalar, number))
+        return;
+    if (number > kFormat)
+        throw ModelError(version->place.getText() + ": the file has format " + version->scalar +
+                         " and needs a newer simflex; this one reads format " +
+                         std::to_string(kFormat));
+}
+
+/** A setting changes parameters that are there: others would change nothing. **/
+void checkSetting(const YamlTree& tree, const std::string& setting) {
+    const std::string group = "parameters.";
+    if (setting.compare(0, group.size(), group) != 0) return;
+    const std::string name =
+        setting.substr(group.size(), setting.find_first_of(".=", group.size()) - group.size());
+    std::vector<std::string> known;
+    if (const YamlTree* parameters = tree.find("parameters"))
+        for (const YamlTree::Entry& entry : parameters->entries) known.push_back(entry.key);
+    if (std::find(known.begin(), known.end(), name) != known.end()) return;
+    const std::string proposal = proposeName(name, known);
+    throw ModelError("setting '" + setting + "': the model has no parameter '" + name + "'" +
+                     (proposal.empty() ? "" : "; " + proposal));
+}
+
+struct Word {
+    std::string text;
+    std::size_t position;
+};
+
+/** The names in a formula, but those of functions. **/
+std::vector<Word> findWords(const std::string& formula) {
+    std::vector<Word> words;
+    const auto isWordCharacter = [](char c) {
+        return isLetter(c) || isDigit(c) || c == '_' || c == '.';
+    };
+    for (std::size_t i = 0; i < formula.size();) {
+        const std::size_t begin = i;
+        while (i < formula.size() && isWordCharacter(formula[i])) ++i;
+        if (i == begin) {
+            ++i;
+            continue;
+        }
+        const bool isName = isLetter(formula[begin]) || formula[begin] == '_';
+        const std::size_t next = formula.find_first_not_of(" \t\r\n", i);
+        const bool isFunction = next != std::string::npos && formula[next] == '(';
+        if (isName && !isFunction) words.push_back({formula.substr(begin, i - begin), begin});
+    }
+    return words;
+}
+
+/** A name in the formula of a probe that is a probe and something else could mean either. **/
+void checkProbeNames(const ModelValue& model) {
+    const ModelValue probes = model.get("probes"), parameters = model.get("parameters");
+    for (const std::string& name : probes.getKeys()) {
+        const ModelValue probe = probes.get(name);
+        if (!probe.has("expression")) continue;
+        const ModelValue formula = probe.get("expression");
+        for (const Word& word : findWords(formula.getText())) {
+            const std::string& found = word.text;
+            if (found == name || !probes.has(found)) continue;
+            const bool isTable = model.get("tables").has(found);
+            if (!parameters.has(found) && !isTable && !isFormulaWord(found)) continue;
+            const std::string what = parameters.has(found) ? "a parameter"
+                                     : isTable             ? "a table"
+                                                           : "a word of formulas";
+            formula.getNode().failAt(static_cast<int>(word.position),
+                                     "'" + found + "' is " + what +
+                                         " and a probe: rename one of them, for example the probe "
+                                         "to 'probe_" +
+                                         found + "'");
+        }
+    }
+}
+
+}  // namespace
+
+ModelText loadModelText(const std::string& path, const std::vector<std::string>& settings) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error))
+        throw std::runtime_error(path + " is a folder; the name of a model file is expected");
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw std::runtime_error("cannot read the model file " + path);
+    std::string text;
+    char block[65536];
+    while (file.read(block, sizeof block) || file.gcount() > 0) {
+        text.append(block, static_cast<std::size_t>(file.gcount()));
+        if (text.size() > kMaxBytes)
+            throw std::runtime_error("the model file " + path + " has more than " +
+                                     std::to_string(kMaxBytes) +
+                                     " bytes (large tables belong in CSV files)");
+    }
+    return {path, text, settings};
+}
+
+ModelValue readModel(const ModelText& text) {
+    if (text.text.compare(0, kHdf5.size(), kHdf5) == 0)
+        throw ModelError(text.path +
+                         ": this is an HDF5 file, such as results and parts are, and no model: a "
+                         "model is a text that begins with 'simflex: 1'");
+    YamlTree tree = parseYaml(text.text, text.path);
+    checkFormat(tree, text.path);
+    for (const std::string& setting : text.settings) {
+        checkSetting(tree, setting);
+        applySetting(tree, setting);
+    }
+    checkFormat(tree, text.path);
+    auto file = std::make_shared<ModelFile>();
+    file->path = text.path;
+    file->scope.constants = {{"pi", kPi}, {"deg", kPi / 180}, {"g", kGravity}};
+    const ModelValue model(checkModel(file, tree));
+    checkProbeNames(model);
+    return model;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,286 @@
+#include "simflex/model/file/ModelValue.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include "simflex/model/file/ModelNode.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/file/VariableFormula.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+using Node = ModelValue::Node;
+using NodePointer = std::shared_ptr<const Node>;
+
+/** What a missing value stands for: the schema's default, or nothing. **/
+NodePointer makeDefault(const Node& node) {
+    if (!node.key || node.key->defaultText.empty()) return nullptr;
+    YamlTree tree = parseYaml(node.key->defaultText, "default of " + node.path);
+    return checkModelValue(node.file, tree, node.key->forms, node.key, node.path, node.name);
+}
+
+NodePointer getContents(const NodePointer& node) {
+    return node->kind == ModelValue::Kind::Missing ? makeDefault(*node) : node;
+}
+
+NodePointer needContents(const NodePointer& node) {
+    NodePointer contents = getContents(node);
+    if (!contents) node->fail("a value is missing here");
+    return contents;
+}
+
+bool isNumeric(const Node& node) {
+    if (!node.form) return false;
+    const SchemaForm::Kind kind = node.form->kind;
+    return kind == SchemaForm::Kind::Number || kind == SchemaForm::Kind::Integer ||
+           kind == SchemaForm::Kind::Function;
+}
+
+NodePointer makeMissing(const NodePointer& parent, const std::string& name,
+                        const std::vector<SchemaForm>& forms, const SchemaKey* key) {
+    auto node = std::make_shared<Node>();
+    node->file = parent->file;
+    node->place = parent->place;
+    node->name = name;
+    node->path = (parent->path.empty() ? "" : parent->path + ".") + name;
+    node->forms = &forms;
+    node->key = key;
+    return node;
+}
+
+}  // namespace
+
+ModelValue::ModelValue(std::shared_ptr<const Node> node) : _node(std::move(node)) {}
+
+ModelValue::Kind ModelValue::getKind() const {
+    return _node->kind;
+}
+
+bool ModelValue::has(const std::string& key) const {
+    return _node->find(key) != nullptr;
+}
+
+ModelValue ModelValue::get(const std::string& key) const {
+    const NodePointer contents = getContents(_node);
+    if (contents)
+        if (const NodePointer child = contents->find(key)) return ModelValue(child);
+    for (const SchemaForm& form : *_node->forms) {
+        if (form.kind == SchemaForm::Kind::Entries)
+            return ModelValue(makeMissing(_node, key, form.items, nullptr));
+        if (const SchemaKey* known = findSchemaKey(form, key))
+            return ModelValue(makeMissing(_node, key, known->forms, known));
+    }
+    throw std::logic_error("the schema has no key '" + key + "' in '" + _node->path + "'");
+}
+
+std::vector<std::string> ModelValue::getKeys() const {
+    std::vector<std::string> keys;
+    if (const NodePointer contents = getContents(_node))
+        for (const auto& entry : contents->entries) keys.push_back(entry.first);
+    return keys;
+}
+
+int ModelValue::getSize() const {
+    const NodePointer contents = getContents(_node);
+    if (!contents) return 0;
+    return contents->kind == Kind::List ? static_cast<int>(contents->items.size()) : 1;
+}
+
+ModelValue ModelValue::at(int index) const {
+    const NodePointer contents = needContents(_node);
+    if (index < 0 || index >= getSize())
+        throw std::logic_error("'" + _node->path + "' has no item " + std::to_string(index));
+    return contents->kind == Kind::List
+               ? ModelValue(contents->items[static_cast<std::size_t>(index)])
+               : ModelValue(contents);
+}
+
+double ModelValue::getNumber() const {
+    const NodePointer contents = needContents(_node);
+    if (!isNumeric(*contents)) _node->fail("a number is expected here");
+    contents->isRead = true;
+    if (!contents->expression.isConstant()) _node->fail("this number must not depend on time");
+    return contents->expression.calcValue(0);
+}
+
+int ModelValue::getInteger() const {
+    const double value = std::round(getNumber());
+    if (!(std::fabs(value) <= 2147483647.0)) _node->fail("the number is too large");
+    return static_cast<int>(value);
+}
+
+bool ModelValue::getBool() const {
+    const std::string text = getText();
+    if (text != "true" && text != "false") _node->fail("write true or false");
+    return text == "true";
+}
+
+std::string ModelValue::getText() const {
+    const NodePointer contents = needContents(_node);
+    if (contents->kind != Kind::Scalar) _node->fail("a single value is expected here");
+    contents->isRead = true;
+    return contents->scalar;
+}
+
+std::vector<double> ModelValue::getNumbers() const {
+    const NodePointer contents = needContents(_node);
+    std::vector<double> numbers;
+    if (contents->kind == Kind::Map && contents->find("from") && contents->find("to") &&
+        contents->find("count")) {
+        const double from = get("from").getNumber(), to = get("to").getNumber();
+        const int count = get("count").getInteger();
+        for (int i = 0; i < count; ++i)
+            numbers.push_back(count == 1       ? from
+                              : i == count - 1 ? to
+                                               : from + (to - from) * i / (count - 1));
+        return numbers;
+    }
+    if (contents->kind == Kind::Map) _node->fail("a list of numbers is expected here");
+    for (int i = 0; i < getSize(); ++i) numbers.push_back(at(i).getNumber());
+    return numbers;
+}
+
+std::vector<std::string> ModelValue::getTexts() const {
+    const NodePointer contents = needContents(_node);
+    if (contents->kind == Kind::Map) _node->fail("a list is expected here");
+    std::vector<std::string> texts;
+    for (int i = 0; i < getSize(); ++i) texts.push_back(at(i).getText());
+    return texts;
+}
+
+SimTK::Vec3 ModelValue::getVec3() const {
+    const std::vector<double> numbers = getNumbers();
+    if (numbers.size() != 3) _node->fail("a vector [x, y, z] is expected here");
+    return SimTK::Vec3(numbers[0], numbers[1], numbers[2]);
+}
+
+Expression ModelValue::getExpression() const {
+    const NodePointer contents = needContents(_node);
+    if (!isNumeric(*contents)) _node->fail("a function of time is expected here");
+    contents->isRead = true;
+    return contents->expression;
+}
+
+std::vector<Expression> ModelValue::getExpressions() const {
+    const NodePointer contents = needContents(_node);
+    if (contents->kind == Kind::Map) _node->fail("a list of functions of time is expected here");
+    std::vector<Expression> expressions;
+    for (int i = 0; i < getSize(); ++i) expressions.push_back(at(i).getExpression());
+    return expressions;
+}
+
+std::string ModelValue::getFilePath() const {
+    const std::filesystem::path path(getText());
+    if (path.is_absolute()) return path.string();
+    return (std::filesystem::path(_node->file->path).parent_path() / path).string();
+}
+
+std::string ModelValue::getPath() const {
+    return _node->path;
+}
+std::string ModelValue::getName() const {
+    return _node->name;
+}
+std::string ModelValue::getPlace() const {
+    return _node->place.getText();
+}
+
+std::vector<ModelValue> ModelValue::findUnread() const {
+    std::vector<ModelValue> unread;
+    const auto add = [&](const NodePointer& child) {
+        const std::vector<ModelValue> more = ModelValue(child).findUnread();
+        unread.insert(unread.end(), more.begin(), more.end());
+    };
+    if (_node->kind == Kind::Scalar && !_node->isRead) unread.push_back(*this);
+    for (const NodePointer& item : _node->items) add(item);
+    for (const auto& entry : _node->entries) add(entry.second);
+    return unread;
+}
+
+void ModelValue::checkRead() const {
+    std::string text;
+    for (const ModelValue& value : findUnread())
+        text += (text.empty() ? "" : "\n") + value.getPlace() + ": " + value.getPath() +
+                ": nothing reads this here, it has no effect: remove it";
+    if (!text.empty()) throw ModelError(text);
+}
+
+void ModelValue::fail(const std::string& message) const {
+    _node->fail(message);
+}
+
+void ModelValue::failUnknown(const std::string& what, const std::string& name,
+                             const std::vector<std::string>& known) const {
+    const std::string proposal = proposeName(name, known);
+    _node->fail("there is no " + what + " '" + name + "'" +
+                (!proposal.empty() ? "; " + proposal
+                 : known.empty()   ? "; there are none"
+                                   : ""));
+}
+
+double calcConstant(const ModelValue& model, const std::string& text) {
+    try {
+        return calcConstant(text, model.getNode().file->scope);
+    } catch (const formula::SyntaxError& error) {
+        throw std::invalid_argument(error.what());
+    }
+}
+
+struct VariableFormula::Shared {
+    std::unique_ptr<const formula::Formula> formula;
+    std::vector<int> used, numbers;  ///< of the formula's variables but t, in `variables`
+    std::size_t numVariables = 0;
+};
+
+VariableFormula::VariableFormula(const ModelValue& text,
+                                 const std::vector<std::string>& variables) {
+    auto shared = std::make_shared<Shared>();
+    std::vector<std::string> names{"t"};
+    const formula::Scope& scope = text.getNode().file->scope;
+    for (std::size_t i = 0; i < variables.size(); ++i) {
+        const std::string& name = variables[i];
+        const bool isWord =
+            name.find_first_not_of(
+                "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") ==
+            std::string::npos;
+        if (!isWord || name.empty() || isFormulaWord(name) || scope.constants.count(name) > 0 ||
+            scope.tables.count(name) > 0)
+            continue;
+        if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+        names.push_back(name);
+        shared->numbers.push_back(static_cast<int>(i));
+    }
+    shared->numVariables = names.size();
+    try {
+        shared->formula =
+            std::make_unique<const formula::Formula>(readFormula(text.getText(), scope, names));
+    } catch (const formula::SyntaxError& error) {
+        text.getNode().failAt(error.position, error.what());
+    }
+    for (const std::string& used : shared->formula->getUsedVariables()) {
+        const auto found = std::find(variables.begin(), variables.end(), used);
+        if (found != variables.end())
+            shared->used.push_back(static_cast<int>(found - variables.begin()));
+    }
+    std::sort(shared->used.begin(), shared->used.end());
+    _shared = shared;
+}
+
+double VariableFormula::calcValue(double time, const double* values) const {
+    std::vector<double> all(_shared->numVariables);
+    all[0] = time;
+    for (std::size_t i = 1; i < all.size(); ++i) all[i] = values[_shared->numbers[i - 1]];
+    return _shared->formula->calc(all.data());
+}
+
+const std::vector<int>& VariableFormula::getUsed() const {
+    return _shared->used;
+}
+
+}  // namespace cli
+}  // namespace simflex

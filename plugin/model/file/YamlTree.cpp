@@ -1,0 +1,461 @@
+#include "simflex/model/file/YamlTree.h"
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "simflex/base/AsciiText.h"
+#include "simflex/model/file/ModelError.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+const std::size_t kMaxBytes = 16000000;
+const int kMaxValues = 200000;
+const int kMaxDepth = 64;
+
+[[noreturn]] void fail(const YamlPlace& place, const std::string& message) {
+    throw ModelError(place.getText() + ": " + message);
+}
+
+/** A formula without quotes in {…} or […] falls apart at its commas. **/
+std::string explainKey(const std::string& key) {
+    return key.find_first_not_of("0123456789.+-") == std::string::npos
+               ? ": a formula with commas stands in quotes, decimals have a point"
+               : "";
+}
+
+/** Makes a YamlTree of what yaml-cpp's parser tells. **/
+class TreeMaker : public YAML::EventHandler {
+public:
+    TreeMaker(const std::string& text, const std::string& name) : _text(text), _name(name) {
+        _lines.push_back(0);
+        for (std::size_t i = 0; i < text.size(); ++i)
+            if (text[i] == '\n') _lines.push_back(i + 1);
+    }
+
+    YamlTree takeRoot() { return std::move(_root); }
+
+    YamlPlace makePlace(const YAML::Mark& mark) const {
+        if (mark.is_null()) return {_name, 0, 0};
+        return {_name, mark.line + 1, mark.column + 1};
+    }
+
+    void OnDocumentStart(const YAML::Mark& mark) override {
+        if (++_numDocuments == 1) return;
+        if (_text.compare(findByte(mark), 3, "---") == 0)
+            fail(makePlace(mark), "a second document begins here; a model file has one");
+        fail(makePlace(mark), "what begins here has no meaning");
+    }
+    void OnDocumentEnd() override {}
+    void OnAnchor(const YAML::Mark&, const std::string&) override {}
+
+    void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+        add(makeTree(YamlTree::Kind::Empty, mark, "?"), anchor);
+    }
+    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  const std::string& value) override {
+        YamlTree tree = makeTree(YamlTree::Kind::Scalar, mark, tag);
+        tree.scalar = value;
+        tree.isQuoted = tag == "!";
+        if (tree.isQuoted) checkQuote(mark);
+        if (!tree.isQuoted && (value == "~" || value == "null")) tree.kind = YamlTree::Kind::Empty;
+        findText(mark, tree);
+        add(std::move(tree), anchor);
+    }
+    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                         YAML::EmitterStyle::value) override {
+        begin(makeTree(YamlTree::Kind::List, mark, tag), anchor);
+    }
+    void OnSequenceEnd() override { end(); }
+    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                    YAML::EmitterStyle::value) override {
+        begin(makeTree(YamlTree::Kind::Map, mark, tag), anchor);
+    }
+    void OnMapEnd() override {
+        mergeBases(_open.back());
+        end();
+    }
+
+    void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+        const auto found = _anchors.find(anchor);
+        if (found == _anchors.end())
+            fail(makePlace(mark), "this alias stands within what it means");
+        checkDepth(found->second, static_cast<int>(_open.size()));
+        add(copy(found->second), 0);
+    }
+
+private:
+    /** A list or map that is not complete yet. **/
+    struct Open {
+        YamlTree tree;
+        YAML::anchor_t anchor = 0;
+        bool hasKey = false;
+        YamlTree key;
+        std::set<std::string> keys;
+        std::vector<YamlTree> bases;  ///< of `<<`
+    };
+
+    const std::string& _text;
+    std::string _name;
+    std::vector<std::size_t> _lines;
+    YamlTree _root;
+    std::vector<Open> _open;
+    std::map<YAML::anchor_t, YamlTree> _anchors;
+    int _numDocuments = 0, _numValues = 0;
+
+    void countValue(const YamlPlace& place) {
+        if (++_numValues > kMaxValues)
+            fail(place, "the file has more than " + std::to_string(kMaxValues) +
+                            " values once its aliases are expanded (large tables belong in CSV "
+                            "files)");
+    }
+
+    YamlTree makeTree(YamlTree::Kind kind, const YAML::Mark& mark, const std::string& tag) {
+        YamlTree tree;
+        tree.kind = kind;
+        tree.place = makePlace(mark);
+        countValue(tree.place);
+        if (!tag.empty() && tag != "?" && tag != "!")
+            fail(tree.place, "tags such as '" + tag + "' have no meaning here: leave it out");
+        return tree;
+    }
+
+    YamlTree copy(const YamlTree& tree) {
+        countAll(tree);
+        return tree;
+    }
+    void countAll(const YamlTree& tree) {
+        countValue(tree.place);
+        for (const YamlTree& item : tree.items) countAll(item);
+        for (const YamlTree::Entry& entry : tree.entries) countAll(entry.value);
+    }
+
+    static void checkDepth(const YamlTree& tree, int depth) {
+        if (depth > kMaxDepth)
+            fail(tree.place, "values are nested more than " + std::to_string(kMaxDepth) + " deep");
+        for (const YamlTree& item : tree.items) checkDepth(item, depth + 1);
+        for (const YamlTree::Entry& entry : tree.entries) checkDepth(entry.value, depth + 1);
+    }
+
+    void begin(YamlTree tree, YAML::anchor_t anchor) {
+        if (static_cast<int>(_open.size()) >= kMaxDepth)
+            fail(tree.place, "values are nested more than " + std::to_string(kMaxDepth) + " deep");
+        Open open;
+        open.tree = std::move(tree);
+        open.anchor = anchor;
+        _open.push_back(std::move(open));
+    }
+    void end() {
+        Open open = std::move(_open.back());
+        _open.pop_back();
+        add(std::move(open.tree), open.anchor);
+    }
+
+    void add(YamlTree tree, YAML::anchor_t anchor) {
+        if (anchor != 0) _anchors[anchor] = copy(tree);
+        if (_open.empty()) {
+            _root = std::move(tree);
+            return;
+        }
+        Open& open = _open.back();
+        if (open.tree.kind == YamlTree::Kind::List) {
+            open.tree.items.push_back(std::move(tree));
+            return;
+        }
+        if (!open.hasKey) {
+            if (tree.kind != YamlTree::Kind::Scalar)
+                fail(tree.place, "a key must be a single name");
+            if (!open.keys.insert(tree.scalar).second)
+                fail(tree.place,
+                     "the key '" + tree.scalar + "' stands here twice" + explainKey(tree.scalar));
+            open.key = std::move(tree);
+            open.hasKey = true;
+            return;
+        }
+        open.hasKey = false;
+        if (open.key.scalar == "<<" && !open.key.isQuoted) {
+            if (tree.kind == YamlTree::Kind::List)
+                open.bases = std::move(tree.items);
+            else
+                open.bases.push_back(std::move(tree));
+            return;
+        }
+        if (tree.place.line == 0) tree.place = open.key.place;
+        open.tree.entries.push_back({open.key.scalar, open.key.place, std::move(tree)});
+    }
+
+    /** `<<: *name` adds what is not there yet. **/
+    static void mergeBases(Open& open) {
+        for (const YamlTree& base : open.bases) {
+            if (base.kind != YamlTree::Kind::Map) fail(base.place, "'<<' wants a map");
+            for (const YamlTree::Entry& entry : base.entries)
+                if (open.keys.insert(entry.key).second) open.tree.entries.push_back(entry);
+        }
+    }
+
+    /** Where a mark stands in the text; its end for what stands nowhere. **/
+    std::size_t findByte(const YAML::Mark& mark) const {
+        if (mark.is_null() || mark.line < 0 || mark.column < 0) return _text.size();
+        if (static_cast<std::size_t>(mark.line) >= _lines.size()) return _text.size();
+        return std::min(_text.size(), _lines[static_cast<std::size_t>(mark.line)] +
+                                          static_cast<std::size_t>(mark.column));
+    }
+
+    /** A text in quotes must end, which yaml-cpp does not ask for. **/
+    void checkQuote(const YAML::Mark& mark) const {
+        std::size_t at = findByte(mark);
+        if (at >= _text.size() || (_text[at] != '"' && _text[at] != '\'')) return;
+        const char quote = _text[at];
+        for (++at; at < _text.size(); ++at) {
+            if (_text[at] == quote) return;
+            if (quote == '"' && _text[at] == '\\') ++at;
+        }
+        fail(makePlace(mark), std::string("the text that begins here has no closing ") + quote);
+    }
+
+    /** Sees whether the scalar stands in the file as it is. **/
+    void findText(const YAML::Mark& mark, YamlTree& tree) const {
+        std::size_t at = findByte(mark);
+        if (at >= _text.size()) return;
+        const bool hasQuote = _text[at] == '"' || _text[at] == '\'';
+        if (hasQuote) ++at;
+        if (_text.compare(at, tree.scalar.size(), tree.scalar) != 0) return;
+        tree.isPlainText = true;
+        if (hasQuote) ++tree.place.column;
+    }
+};
+
+/** Where a line begins, counted from 1; the text's end behind its last. **/
+std::size_t findLine(const std::string& text, int line) {
+    std::size_t at = 0;
+    while (--line > 0 && at < text.size()) at = std::min(text.find('\n', at), text.size() - 1) + 1;
+    return at;
+}
+
+/** The last '[' or '{' before a line's end that is not closed; column 0: none. **/
+YamlPlace findOpenBracket(const std::string& text, const std::string& name, int lastLine) {
+    std::vector<YamlPlace> open;
+    std::string ends;  // of those open
+    YamlPlace place{name, 1, 0};
+    char quote = 0, before = '\n';  // last that is no space
+    bool afterSpace = true, isComment = false;
+    for (const char c : text) {
+        if (c == '\n' && ++place.line > lastLine) break;
+        place.column = c == '\n' ? 0 : place.column + 1;
+        if (quote) {
+            if (c == quote) quote = 0;
+        } else if (isComment) {
+            isComment = c != '\n';
+            if (isComment) continue;
+        } else if (c == '#' && afterSpace) {
+            isComment = true;
+            continue;
+        } else if ((c == '"' || c == '\'') && std::strchr("\n:,-[{", before)) {
+            quote = c;
+        } else if ((c == '[' || c == '{') && std::strchr("\n:,-[{", before)) {
+            open.push_back(place);
+            ends += c == '[' ? ']' : '}';
+        } else if ((c == ']' || c == '}') && !open.empty()) {
+            if (ends.back() != c) break;
+            open.pop_back();
+            ends.pop_back();
+        }
+        afterSpace = c == ' ' || c == '\n';
+        if (c != ' ') before = c;
+    }
+    return open.empty() ? YamlPlace{name, 0, 0} : open.back();
+}
+
+/** What the parser's words mean for who wrote the file. **/
+[[noreturn]] void explain(const std::string& text, const std::string& name, const YamlPlace& place,
+                          const std::string& words) {
+    const auto says = [&](const char* part) { return words.find(part) != std::string::npos; };
+    if (says("flow")) {
+        const YamlPlace open = findOpenBracket(text, name, place.line);
+        const bool isList =
+            open.line > 0 ? text[findLine(text, open.line) + std::size_t(open.column - 1)] == '['
+                          : says("sequence");
+        const std::string bracket = isList ? "'['" : "'{'", end = isList ? "']'" : "'}'";
+        if (open.line > 0)
+            fail(open, "the " + bracket + " here has no " + end + " (sought up to line " +
+                           std::to_string(place.line) + "), or a comma is missing in between");
+        fail(place, "a " + bracket + " has no " + end + ", or a comma is missing in between");
+    }
+    if (says("illegal map value"))
+        fail(place,
+             "this ':' makes no key here: put a text that has one in quotes (title: \"A: b\"), a "
+             "map in braces or on lines of its own");
+    if (says("end of map not found") || says("end of sequence not found"))
+        fail(place,
+             "this line does not fit those above it: lines of one map or list begin in the same "
+             "column, and every key has a ':' and a space");
+    if (says("illegal block entry"))
+        fail(place, "this '-' begins no item here: items of a list stand on lines of their own");
+    if (says("unknown escape"))
+        fail(place, "'\\' has a meaning in double quotes: use single quotes for plain text");
+    fail(place, "this is no YAML: " + words);
+}
+
+YamlTree parse(const std::string& text, const std::string& name) {
+    TreeMaker maker(text, name);
+    try {
+        std::istringstream stream(text);
+        YAML::Parser parser(stream);
+        while (parser.HandleNextDocument(maker)) {  // a second one is refused
+        }
+        return maker.takeRoot();
+    } catch (const YAML::Exception& error) {
+        explain(text, name, maker.makePlace(error.mark), error.msg);
+    }
+}
+
+void forgetLines(YamlTree& tree) {
+    tree.place.line = 0;
+    tree.isPlainText = false;
+    for (YamlTree& item : tree.items) forgetLines(item);
+    for (YamlTree::Entry& entry : tree.entries) {
+        entry.place.line = 0;
+        forgetLines(entry.value);
+    }
+}
+
+/** Length of the character of UTF-8 that begins at `at`; 0 for what is none. **/
+std::size_t measureCharacter(const std::string& text, std::size_t at) {
+    const auto byte = [&](std::size_t i) {
+        return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u;
+    };
+    const unsigned first = byte(0);
+    if (first < 0x80) return 1;
+    const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+    if (first < 0xC2 || first > 0xF4) return 0;
+    for (std::size_t i = 1; i < length; ++i)
+        if ((byte(i) & 0xC0) != 0x80) return 0;
+    const unsigned second = byte(1);  // not longer than needed, no surrogates, up to U+10FFFF
+    const bool isWrong = (first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) ||
+                         (first == 0xF0 && second < 0x90) || (first == 0xF4 && second > 0x8F);
+    return isWrong ? 0 : length;
+}
+
+void checkEncoding(const std::string& text, const std::string& name) {
+    YamlPlace place{name, 1, 1};
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t length = measureCharacter(text, at);
+        if (length == 0 || text[at] == '\0')
+            fail(place, "this is no text in UTF-8: save the file in that encoding");
+        if (text[at] == '\n') {
+            ++place.line;
+            place.column = 0;
+        }
+        ++place.column;
+        at += length;
+    }
+}
+
+/** The line of the first tab that indents, from 1; 0: none. **/
+int findTab(const std::string& text) {
+    int line = 1;
+    bool isIndent = true;
+    for (char c : text) {
+        if (c == '\n') {
+            ++line;
+            isIndent = true;
+        } else if (isIndent && c == '\t') {
+            return line;
+        } else if (c != ' ') {
+            isIndent = false;
+        }
+    }
+    return 0;
+}
+
+}  // namespace
+
+std::string YamlPlace::getText() const {
+    if (line == 0) return file;
+    return file + ":" + std::to_string(line) + ":" + std::to_string(column);
+}
+
+const YamlTree* YamlTree::find(const std::string& key) const {
+    for (const Entry& entry : entries)
+        if (entry.key == key) return &entry.value;
+    return nullptr;
+}
+YamlTree* YamlTree::find(const std::string& key) {
+    return const_cast<YamlTree*>(static_cast<const YamlTree*>(this)->find(key));
+}
+
+YamlTree parseYaml(const std::string& text, const std::string& name) {
+    if (text.size() > kMaxBytes)
+        fail({name, 0, 0}, "the file has " + std::to_string(text.size()) + " bytes; at most " +
+                               std::to_string(kMaxBytes) +
+                               " are read (large tables belong in CSV files)");
+    checkEncoding(text, name);
+    try {
+        return parse(text, name);
+    } catch (const ModelError&) {
+        const int line = findTab(text);
+        if (line == 0) throw;
+        const auto canRead = [&](int numLines) {
+            try {
+                parse(text.substr(0, findLine(text, numLines + 1)), name);
+                return true;
+            } catch (const ModelError&) {
+                return false;
+            }
+        };
+        if (!canRead(line - 1) || canRead(line)) throw;  // it is not for the tab
+        fail({name, line, 1}, "this line is indented by a tab: YAML wants spaces");
+    }
+}
+
+void applySetting(YamlTree& tree, const std::string& setting) {
+    const std::string name = "setting '" + setting + "'";
+    const std::size_t equals = setting.find('=');
+    if (equals == std::string::npos || equals == 0)
+        fail({name, 0, 0}, "a setting is written PATH=VALUE, as in solver.accuracy=1e-5");
+    YamlTree value = parseYaml(setting.substr(equals + 1), name);
+    forgetLines(value);
+    value.place.file = name;
+    YamlTree* target = &tree;
+    std::string path;
+    for (std::size_t begin = 0; begin <= equals;) {
+        const std::size_t end = std::min(setting.find('.', begin), equals);
+        const std::string key = setting.substr(begin, end - begin);
+        begin = end + 1;
+        if (key.empty()) fail({name, 0, 0}, "there is an empty name in the path");
+        if (target->kind == YamlTree::Kind::List) {
+            const bool isNumber = key.size() < 7 && std::all_of(key.begin(), key.end(), isDigit);
+            const std::size_t count = target->items.size();
+            if (!isNumber || std::stoul(key) >= count)
+                fail({name, 0, 0}, path + " is a list: give the number of an item, 0 to " +
+                                       std::to_string(count == 0 ? 0 : count - 1) + ", not '" +
+                                       key + "'");
+            target = &target->items[std::stoul(key)];
+        } else {
+            if (target->kind == YamlTree::Kind::Scalar)
+                fail({name, 0, 0}, path + " is a single value and has no '" + key + "'");
+            target->kind = YamlTree::Kind::Map;
+            YamlTree* child = target->find(key);
+            if (!child) {
+                target->entries.push_back({key, {name, 0, 0}, {}});
+                child = &target->entries.back().value;
+                child->place = {name, 0, 0};
+            }
+            target = child;
+        }
+        path += (path.empty() ? "" : ".") + key;
+    }
+    *target = std::move(value);
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,51 @@
+#include "simflex/model/parts/FileLock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+/** Whether the open file is still the one of that name: its holder may have removed it. **/
+bool isStillThere(int file, const std::string& path) {
+    struct stat opened, named;
+    return fstat(file, &opened) == 0 && stat(path.c_str(), &named) == 0 &&
+           opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+FileLock::FileLock(const std::string& path) : _path(path) {}
+
+FileLock::~FileLock() {
+    if (_file < 0) return;
+    unlink(_path.c_str());  // before the lock goes
+    close(_file);
+}
+
+FileLock::State FileLock::tryToHold() {
+    if (_file >= 0) return State::Held;
+    for (;;) {
+        const int file = open(_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        if (file < 0) return State::Impossible;
+        if (flock(file, LOCK_EX | LOCK_NB) != 0) {
+            const bool isBusy = errno == EWOULDBLOCK || errno == EINTR;
+            close(file);
+            return isBusy ? State::Busy : State::Impossible;
+        }
+        if (isStillThere(file, _path)) {
+            _file = file;
+            return State::Held;
+        }
+        close(file);
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

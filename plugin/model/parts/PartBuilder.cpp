@@ -1,0 +1,73 @@
+#include "simflex/model/parts/PartBuilder.h"
+
+#include <cmath>
+#include <filesystem>
+
+#include "simflex/model/parts/PartSource.h"
+#include "simflex/part/ModeSelection.h"
+#include "simflex/part/PartWarnings.h"
+#include "simflex/part/ReducedBodyFile.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+ReducedBody readPart(const ModelValue& value, const ModelOptions& options) {
+    int sources = 0;
+    for (const char* key : {"file", "deck", "geometry", "matrices"}) sources += value.has(key);
+    if (sources != 1)
+        value.fail(sources == 0 ? "say where the part is from: file, deck, geometry or matrices"
+                                : "it has several sources; give one of file, deck, geometry and "
+                                  "matrices");
+    if (!value.has("file")) return reducePart(value, options);
+    for (const std::string& key : value.getKeys())
+        if (key != "file" && key != "keep")
+            value.get(key).fail(
+                "a part file is reduced already: give its deck to reduce it with "
+                "other options");
+    const ModelValue file = value.get("file");
+    const std::string path = file.getFilePath();
+    if (!std::filesystem::exists(path))
+        file.fail("there is no part file '" + path + "'; `simflex reduce` makes one");
+    try {
+        if (options.warn)
+            for (const std::string& warning : readPartWarnings(path))
+                options.warn("part '" + value.getName() + "': " + warning);
+        return readReducedBody(path);
+    } catch (const std::exception& error) {
+        file.fail(error.what());
+    }
+}
+
+ReducedBody keepModes(ReducedBody part, const ModelValue& keep) {
+    if (!keep.isGiven() || (keep.isScalar() && keep.getText() == "all")) return part;
+    return withPlace(keep, [&]() -> ReducedBody {
+        if (keep.has("lowest"))
+            return selectLowestModes(std::move(part), keep.get("lowest").getInteger());
+        if (keep.has("below"))
+            return selectModesInBand(std::move(part), 0, keep.get("below").getNumber());
+        std::vector<int> modes;
+        for (const double number : keep.getNumbers()) {
+            if (number != std::floor(number) || number < 1 || number > part.numModes)
+                keep.fail("its modes are numbered from 1 to " + std::to_string(part.numModes));
+            modes.push_back(int(number) - 1);
+        }
+        return selectModes(std::move(part), modes);
+    });
+}
+
+}  // namespace
+
+Parts makeParts(const ModelValue& file, const ModelOptions& options) {
+    Parts parts;
+    const ModelValue values = file.get("parts");
+    for (const std::string& name : values.getKeys()) {
+        const ModelValue value = values.get(name);
+        parts[name] = std::make_shared<const ReducedBody>(
+            keepModes(readPart(value, options), value.get("keep")));
+    }
+    return parts;
+}
+
+}  // namespace cli
+}  // namespace simflex

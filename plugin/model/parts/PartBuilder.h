@@ -1,0 +1,15 @@
+#pragma once
+/** @file
+The parts of a model file: read from part files, or reduced and kept in the cache. **/
+
+#include "simflex/model/build/ModelSystem.h"
+
+namespace simflex {
+namespace cli {
+
+/** All parts by name, with the modes that the file keeps of them.
+@throws ModelError; Cancelled if options.progress asks to stop. **/
+Parts makeParts(const ModelValue& file, const ModelOptions& options);
+
+}  // namespace cli
+}  // namespace simflex

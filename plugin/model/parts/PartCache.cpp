@@ -1,0 +1,145 @@
+#include "simflex/model/parts/PartCache.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+#include <stdexcept>
+
+#include "simflex/model/parts/FileLock.h"
+#include "simflex/part/Hdf5.h"
+#include "simflex/part/PartWarnings.h"
+#include "simflex/part/ReducedBodyFile.h"
+
+namespace simflex {
+namespace cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr size_t kKeySize = 32;
+const char* const kEnding = ".h5";
+const char* const kLockEnding = ".lock";
+
+/** The key that a file's name begins with, or "". **/
+std::string findKey(const fs::path& path) {
+    const std::string name = path.filename().string();
+    const size_t end = name.find_first_not_of("0123456789abcdef");
+    return end == kKeySize && name[end] == '.' ? name.substr(0, kKeySize) : "";
+}
+
+std::string readName(const fs::path& path) {
+    try {
+        const hdf5::Quiet quiet;
+        return hdf5::readText(hdf5::openFile(path.string()), "name");
+    } catch (const std::runtime_error&) {
+        return "";
+    }
+}
+
+/** The files of a folder; none if it cannot be read. **/
+std::vector<fs::path> listFiles(const std::string& folder) {
+    std::vector<fs::path> files;
+    std::error_code error;
+    fs::directory_iterator file(folder, error);
+    for (; !error && file != fs::directory_iterator(); file.increment(error))
+        files.push_back(file->path());
+    return files;
+}
+
+}  // namespace
+
+PartCache::PartCache(const std::string& folder, Note note) : _folder(folder), _note(note) {
+    if (!_folder.empty()) return;
+    const auto get = [](const char* name) {
+        const char* value = std::getenv(name);
+        return std::string(value ? value : "");
+    };
+    if (!get("SIMFLEX_CACHE").empty())
+        _folder = get("SIMFLEX_CACHE");
+    else if (!get("XDG_CACHE_HOME").empty())
+        _folder = get("XDG_CACHE_HOME") + "/simflex";
+    else if (!get("HOME").empty())
+        _folder = get("HOME") + "/.cache/simflex";
+}
+
+std::optional<PartCache::Kept> PartCache::find(const PartKey& key) const {
+    if (_folder.empty()) return {};
+    const fs::path path = fs::path(_folder) / (key.getText() + kEnding);
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) return {};
+    try {
+        Kept kept{readReducedBody(path.string()), readPartWarnings(path.string())};
+        fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
+        return kept;
+    } catch (const std::exception& error) {
+        if (_note) _note(std::string("a part in the cache is made anew: ") + error.what());
+        return {};
+    }
+}
+
+void PartCache::keep(const PartKey& key, const Kept& kept) const {
+    try {
+        if (_folder.empty())
+            throw std::runtime_error("there is no folder for it: set SIMFLEX_CACHE");
+        fs::create_directories(_folder);
+        writeReducedBody((fs::path(_folder) / (key.getText() + kEnding)).string(), kept.part,
+                         kept.warnings);
+    } catch (const std::exception& error) {
+        if (_note)
+            _note("part '" + kept.part.name +
+                  "' is not kept in the cache and will be reduced again: " + error.what());
+    }
+}
+
+std::string PartCache::prepareLock(const PartKey& key) const {
+    if (_folder.empty()) return "";
+    std::error_code ignored;
+    fs::create_directories(_folder, ignored);
+    return (fs::path(_folder) / (key.getText() + kLockEnding)).string();
+}
+
+std::vector<PartCache::Entry> PartCache::list() const {
+    std::vector<Entry> entries;
+    for (const fs::path& path : listFiles(_folder)) {
+        const std::string key = findKey(path);
+        if (key.empty() || path.filename() != key + kEnding) continue;
+        std::error_code error;
+        Entry entry;
+        entry.key = key;
+        entry.size = fs::file_size(path, error);
+        if (!error) entry.used = fs::last_write_time(path, error);
+        if (error) continue;  // gone meanwhile
+        entry.part = readName(path);
+        entries.push_back(entry);
+    }
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+        return a.used != b.used ? a.used > b.used : a.key < b.key;
+    });
+    return entries;
+}
+
+bool PartCache::remove(const std::string& key) const {
+    FileLock lock((fs::path(_folder) / (key + kLockEnding)).string());
+    if (lock.tryToHold() == FileLock::State::Busy) return false;
+    for (const fs::path& path : listFiles(_folder))
+        if (findKey(path) == key && path.extension() != kLockEnding) {
+            std::error_code error;
+            fs::remove(path, error);
+            if (error)
+                throw std::runtime_error("cannot remove '" + path.string() +
+                                         "' from the cache: " + error.message());
+        }
+    return true;
+}
+
+void PartCache::removeLeftovers() const {
+    std::set<std::string> keys;
+    for (const fs::path& path : listFiles(_folder)) keys.insert(findKey(path));
+    keys.erase("");
+    for (const Entry& entry : list()) keys.erase(entry.key);
+    for (const std::string& key : keys) remove(key);
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,110 @@
+#include "simflex/model/parts/PartKey.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include "simflex/base/AsciiText.h"
+#include "simflex/fe/GmshPart.h"
+#include "simflex/part/ReducedBodyFile.h"
+
+namespace simflex {
+namespace cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kDeepestInclude = 20;  ///< as decks have it
+
+std::string readBytes(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+std::string endingOf(const std::string& path) {
+    return lowerCase(fs::path(path).extension().string());
+}
+
+/** File names after INPUT= of *INCLUDE cards. **/
+std::vector<std::string> findDeckIncludes(const std::string& text) {
+    std::vector<std::string> names;
+    std::istringstream in(text);
+    bool open = false;
+    for (std::string line; std::getline(in, line);) {
+        std::string blankless;
+        for (const char c : line)
+            if (!isBlank(c) && c != '"') blankless += c;
+        const std::string upper = upperCase(blankless);
+        if (upper.compare(0, 2, "**") == 0) continue;
+        if (upper.compare(0, 1, "*") == 0) open = upper.compare(0, 8, "*INCLUDE") == 0;
+        if (!open) continue;
+        const size_t input = upper.find("INPUT=");
+        if (input == std::string::npos) continue;
+        std::string name = line.substr(line.find('=', upper.find("INPUT=")) + 1);
+        name.erase(0, name.find_first_not_of(" \t\""));
+        const size_t end = name.find_last_not_of(" \t\r\"");
+        names.push_back(end == std::string::npos ? "" : name.substr(0, end + 1));
+        open = false;
+    }
+    return names;
+}
+
+}  // namespace
+
+PartKey::PartKey() {
+    _second.add(std::string("second"));
+    add(std::string(SIMFLEX_VERSION));
+    add(double(kReducedBodyFileVersion));
+}
+
+void PartKey::add(const std::string& text) {
+    add(double(text.size()));
+    _first.add(text);
+    _second.add(text);
+}
+
+void PartKey::add(double number) {
+    _first.add(number);
+    _second.add(number);
+}
+
+void PartKey::addFile(const std::string& path) {
+    if (!isGmshScript(path)) return addFile(path, 0);
+    for (const std::string& file : listScriptFiles(path)) addBytes(file);
+}
+
+std::string PartKey::addBytes(const std::string& path) {
+    add(endingOf(path));
+    if (!fs::is_regular_file(path)) {
+        add(std::string("missing"));
+        return "";
+    }
+    std::string bytes = readBytes(path);
+    add(bytes);
+    return bytes;
+}
+
+void PartKey::addFile(const std::string& path, int depth) {
+    const std::string bytes = addBytes(path), ending = endingOf(path);
+    if (depth > kDeepestInclude || (ending != ".inp" && ending != ".inc" && depth == 0)) return;
+    for (const std::string& name : findDeckIncludes(bytes)) {
+        const fs::path beside = fs::path(path).parent_path() / name;
+        addFile((fs::exists(beside) || !fs::exists(name) ? beside : fs::path(name)).string(),
+                depth + 1);
+    }
+}
+
+std::string PartKey::getText() const {
+    char text[40];
+    std::snprintf(text, sizeof text, "%016llx%016llx", (unsigned long long)(_first.get()),
+                  (unsigned long long)(_second.get()));
+    return text;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,300 @@
+#include "simflex/model/parts/PartSource.h"
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <thread>
+
+#include "simflex/base/TemporaryFolder.h"
+#include "simflex/model/parts/FileLock.h"
+#include "simflex/model/build/ModelGeometry.h"
+#include "simflex/model/build/ModelSystem.h"
+#include "simflex/model/file/ModelTexts.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/parts/PartCache.h"
+#include "simflex/fe/ModelSource.h"
+#include "simflex/fe/NodeSelection.h"
+#include "simflex/part/NumberText.h"
+#include "simflex/reduction/Reduction.h"
+
+namespace simflex {
+namespace cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Request {
+    SourceOptions source;
+    ReductionOptions reduction;
+    PartKey key;
+};
+
+std::string readMaterial(const ModelValue& value) {
+    if (!value.isMap()) return value.getText();
+    return "E=" + writeGeneral(value.get("youngs_modulus").getNumber()) +
+           ",nu=" + writeGeneral(value.get("poissons_ratio").getNumber()) +
+           ",rho=" + writeGeneral(value.get("density").getNumber());
+}
+
+std::string readFile(const ModelValue& value) {
+    const std::string path = value.getFilePath();
+    if (!fs::is_regular_file(path)) failMissingFile(value);
+    return path;
+}
+
+void readMatrices(const ModelValue& value, SourceOptions& source) {
+    source.path = readFile(value.get("stiffness"));
+    source.massMatrix = readFile(value.get("mass"));
+    source.nodes = readFile(value.get("nodes"));
+    if (value.has("dofs")) source.dofs = readFile(value.get("dofs"));
+    if (value.has("stiffness_name")) source.stiffnessName = value.get("stiffness_name").getText();
+    if (value.has("mass_name")) source.massName = value.get("mass_name").getText();
+}
+
+void readGeometry(const ModelValue& part, SourceOptions& source) {
+    source.path = readFile(part.get("geometry"));
+    if (part.has("material"))
+        source.material = readMaterial(part.get("material"));
+    else
+        part.fail("a geometry needs its material: material: steel");
+    withPlace(part.get("material"), [&] { parseMaterial(source.material); });
+    if (part.has("mesh_size")) source.gmsh.meshSize = part.get("mesh_size").getNumber();
+    if (part.has("order")) source.gmsh.order = part.get("order").getInteger();
+    if (part.has("length_unit")) source.gmsh.lengthUnit = part.get("length_unit").getNumber();
+    const ModelValue settings = part.get("settings");
+    for (const std::string& name : settings.getKeys())
+        source.gmsh.settings.emplace_back(name, settings.get(name).getText());
+}
+
+InterfaceOptions readInterface(const ModelValue& value) {
+    InterfaceOptions interface;
+    interface.name = value.getName();
+    if (!value.isMap()) {
+        interface.nodes = value.getText();
+        return interface;
+    }
+    interface.nodes = value.get("nodes").getText();
+    if (value.has("tie") && value.get("tie").getText() == "distributing")
+        interface.tie = TieType::Distributing;
+    if (value.has("master")) {
+        const SimTK::Vec3 p = value.get("master").getVec3();
+        interface.master = {p[0], p[1], p[2]};
+    }
+    return interface;
+}
+
+void readLoadPoints(const ModelValue& value, std::vector<LoadPoint>& points) {
+    if (!value.isGiven()) return;
+    for (int i = 0; i < value.getSize(); ++i) {
+        const ModelValue item = value.isMap() ? value : value.at(i);
+        LoadPoint point;
+        point.nodes = item.isMap() ? item.get("nodes").getText() : item.getText();
+        if (item.has("axes")) point.axes = item.get("axes").getText();
+        points.push_back(point);
+        if (value.isMap()) return;
+    }
+}
+
+std::optional<StressOptions> readStress(const ModelValue& value) {
+    if (!value.isGiven()) return {};
+    StressOptions stress;
+    const std::vector<std::string> texts = value.getTexts();
+    if (texts.size() == 1) {
+        if (texts[0] == "none") return {};
+        if (texts[0] == "skin") return stress;
+    }
+    stress.nodes = StressOptions::Nodes::All;
+    if (texts.size() == 1 && texts[0] == "all") return stress;
+    stress.nodes = StressOptions::Nodes::Sets;
+    stress.sets = texts;
+    return stress;
+}
+
+ReductionOptions readReduction(const ModelValue& part) {
+    ReductionOptions reduction;
+    reduction.name = part.getName();
+    const ModelValue interfaces = part.get("interfaces");
+    for (const std::string& name : interfaces.getKeys())
+        reduction.interfaces.push_back(readInterface(interfaces.get(name)));
+    readLoadPoints(part.get("load_points"), reduction.loadPoints);
+    if (part.has("modes")) reduction.numModes = part.get("modes").getInteger();
+    if (part.has("up_to")) reduction.highestFrequency = part.get("up_to").getNumber();
+    if (part.has("stiffening") && part.get("stiffening").getBool()) reduction.stiffening.emplace();
+    reduction.stress = readStress(part.get("stress"));
+    return reduction;
+}
+
+void addToKey(const Request& request, PartKey& key) {
+    const SourceOptions& source = request.source;
+    for (const std::string& file : {source.path, source.massMatrix, source.nodes, source.dofs})
+        if (file.empty())
+            key.add(std::string());
+        else
+            key.addFile(file);
+    for (const std::string& text :
+         {source.stiffnessName, source.massName, source.material, source.units})
+        key.add(text);
+    for (const double number :
+         {source.gmsh.meshSize, double(source.gmsh.order), source.gmsh.lengthUnit})
+        key.add(number);
+    key.add(double(source.gmsh.settings.size()));
+    for (const auto& [name, value] : source.gmsh.settings) key.add(name), key.add(value);
+
+    const ReductionOptions& reduction = request.reduction;
+    key.add(double(reduction.interfaces.size()));
+    for (const InterfaceOptions& interface : reduction.interfaces) {
+        key.add(interface.name);
+        key.add(interface.nodes);
+        key.add(double(interface.tie == TieType::Distributing));
+        key.add(double(bool(interface.master)));
+        if (interface.master)
+            for (const double x : *interface.master) key.add(x);
+    }
+    key.add(double(reduction.loadPoints.size()));
+    for (const LoadPoint& point : reduction.loadPoints) key.add(point.nodes), key.add(point.axes);
+    key.add(double(reduction.numModes));
+    key.add(reduction.highestFrequency.value_or(0));
+    key.add(double(bool(reduction.stiffening)));
+    key.add(reduction.stress ? double(1 + int(reduction.stress->nodes)) : 0.0);
+    if (reduction.stress) {
+        key.add(double(reduction.stress->sets.size()));
+        for (const std::string& set : reduction.stress->sets) key.add(set);
+    }
+}
+
+Request readRequest(const ModelValue& part) {
+    Request request;
+    SourceOptions& source = request.source;
+    if (part.has("deck"))
+        source.path = readFile(part.get("deck"));
+    else if (part.has("geometry"))
+        readGeometry(part, source);
+    else
+        readMatrices(part.get("matrices"), source);
+    if (part.has("units")) {
+        source.units = part.get("units").getText();
+        withPlace(part.get("units"), [&] { findUnitSystem(source.units); });
+    }
+    request.reduction = readReduction(part);
+    const bool needsDeck = request.reduction.stiffening || request.reduction.stress;
+    if (needsDeck && !part.has("geometry") && !isCalculixDeck(source))
+        part.get(request.reduction.stiffening ? "stiffening" : "stress")
+            .fail("it needs a CalculiX deck (.inp) in SI units");
+    withPlace(part, [&] { addToKey(request, request.key); });
+    return request;
+}
+
+/** Nodes are looked for before minutes of assembling and factoring. **/
+void checkNodes(const ModelValue& value, const Mesh& mesh) {
+    const ModelValue nodes = value.isMap() ? value.get("nodes") : value;
+    try {
+        selectNodes(mesh, nodes.getText());
+    } catch (const std::invalid_argument& error) {
+        std::vector<std::string> sets;
+        for (const auto& set : mesh.nodeSets) sets.push_back(set.first);
+        const std::string nearest = findNearestName(nodes.getText(), sets);
+        nodes.fail(error.what() + (nearest.empty() ? "" : " Did you mean '" + nearest + "'?"));
+    }
+}
+
+void checkAllNodes(const ModelValue& part, const Mesh& mesh) {
+    const ModelValue interfaces = part.get("interfaces"), points = part.get("load_points");
+    for (const std::string& name : interfaces.getKeys()) checkNodes(interfaces.get(name), mesh);
+    if (!points.isGiven()) return;
+    if (points.isMap()) return checkNodes(points, mesh);
+    for (int i = 0; i < points.getSize(); ++i) checkNodes(points.at(i), mesh);
+}
+
+PartCache::Kept reduceModel(const FeModel& model, const ReductionOptions& options,
+                            const ProgressCallback& progress) {
+    std::vector<std::string> warnings = model.warnings;
+    for (const std::string& warning : listInterfaceWarnings(model, options))
+        warnings.push_back(warning);
+    return {reduce(model, options, progress), warnings};
+}
+
+PartCache::Kept runReduction(const ModelValue& part, Request& request,
+                             const ModelOptions& options) {
+    const std::string name = request.reduction.name;
+    const auto note = [&](const std::string& text) {
+        if (options.note) options.note("part '" + name + "': " + text);
+    };
+    const ProgressCallback progress = [&](const std::string& phase, double fraction) {
+        return !options.progress || options.progress(name + ": " + phase, fraction);
+    };
+    SourceOptions& source = request.source;
+    source.calculix.note = note;
+    source.calculix.progress = progress;
+    source.gmsh.allowsScripts = options.allowsScripts;
+    std::optional<TemporaryFolder> folder;
+    const bool isGeometry = !source.material.empty();
+    if (isGeometry && (request.reduction.stiffening || request.reduction.stress)) {
+        // These come from the deck that Gmsh made, which must be there while it is reduced.
+        folder.emplace();
+        source.gmsh.keepDeck = (folder->path() / "part.inp").string();
+        checkAllNodes(part, readModelSource(source).mesh);
+        SourceOptions deck;
+        deck.path = source.gmsh.keepDeck;
+        deck.calculix = source.calculix;
+        return reduceModel(readModelSource(deck), request.reduction, progress);
+    }
+    if (isCalculixDeck(source)) checkAllNodes(part, readCalculixMesh(source.path));
+    const FeModel model = readModelSource(source);
+    checkAllNodes(part, model.mesh);
+    return reduceModel(model, request.reduction, progress);
+}
+
+constexpr auto kWait = std::chrono::milliseconds(50);
+
+/** Until no other process makes the same part. **/
+void waitFor(FileLock& lock, const std::string& part, const ModelOptions& options) {
+    const std::string what = "waiting for another run that reduces part '" + part + "'";
+    bool isTold = false;
+    while (lock.tryToHold() == FileLock::State::Busy) {
+        if (options.progress && !options.progress(what, 0)) throw Cancelled();
+        if (!options.progress && !isTold && options.note) options.note(what);
+        isTold = true;
+        std::this_thread::sleep_for(kWait);
+    }
+}
+
+}  // namespace
+
+ReducedBody reducePart(const ModelValue& value, const ModelOptions& options) {
+    Request request = readRequest(value);
+    const PartCache cache(options.cacheFolder, options.note);
+    const auto warn = [&](const PartCache::Kept& kept) {
+        for (const std::string& warning : kept.warnings)
+            if (options.warn) options.warn("part '" + value.getName() + "': " + warning);
+    };
+    const auto take = [&](PartCache::Kept kept) {
+        if (options.note) options.note("part '" + value.getName() + "' is taken from the cache");
+        warn(kept);
+        kept.part.name = value.getName();
+        return std::move(kept.part);
+    };
+    // Of a damaged entry the second look tells.
+    if (auto kept = PartCache(options.cacheFolder, {}).find(request.key))
+        return take(std::move(*kept));
+    FileLock lock(cache.prepareLock(request.key));
+    waitFor(lock, value.getName(), options);
+    if (auto kept = cache.find(request.key)) return take(std::move(*kept));
+    try {
+        PartCache::Kept made = runReduction(value, request, options);
+        warn(made);
+        cache.keep(request.key, made);
+        return std::move(made.part);
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const ModelError&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        value.fail(error.what());
+    } catch (const std::logic_error& error) {
+        value.fail(error.what());
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,108 @@
+#include "simflex/model/pictures/ForcePictures.h"
+
+#include <array>
+
+#include "simflex/forces/LoadShape.h"
+
+namespace simflex {
+namespace cli {
+
+using SimTK::Real;
+using SimTK::SpatialVec;
+using SimTK::Vec3;
+
+namespace {
+
+using Formulas = std::array<Expression, 3>;
+
+Formulas readFormulas(const ModelValue& value) {
+    if (!value.isGiven()) return {};
+    const std::vector<Expression> list = value.getExpressions();
+    return {list.at(0), list.at(1), list.at(2)};
+}
+
+Vec3 calc(const Formulas& formulas, Real time) {
+    return Vec3(formulas[0].calcValue(time), formulas[1].calcValue(time),
+                formulas[2].calcValue(time));
+}
+
+ConnectorKind chooseKind(const ModelValue& connector) {
+    const std::string type = connector.get("type").getText();
+    if (type == "bushing") return ConnectorKind::Bushing;
+    if (type == "stop") return ConnectorKind::Stop;
+    if (type == "torsion_spring") return ConnectorKind::TorsionSpring;
+    const auto isPositive = [&](const char* key) {
+        return connector.get(key).isGiven() && connector.get(key).getNumber() > 0;
+    };
+    if (!isPositive("damping")) return ConnectorKind::Spring;
+    return isPositive("stiffness") ? ConnectorKind::SpringDamper : ConnectorKind::Damper;
+}
+
+void addConnectors(const Model& model, OffscreenVisualizer& viz) {
+    const ModelValue connectors = model.getFile().get("connectors");
+    if (connectors.getKeys().empty()) return;
+    const SimTK::State start = model.makeInitialState();
+    for (const std::string& name : connectors.getKeys()) {
+        const ModelValue value = connectors.get(name), between = value.get("between");
+        DrawnConnector connector{chooseKind(value), model.findFrame(between.at(0)),
+                                 model.findFrame(between.at(1))};
+        if (value.has("free_length")) connector.freeLength = value.get("free_length").getNumber();
+        if (!(connector.freeLength > 0))
+            connector.freeLength =
+                (connector.F.calcMotion(start).X.p() - connector.M.calcMotion(start).X.p()).norm();
+        viz.addConnector(connector);
+    }
+}
+
+void addForce(const Model& model, const ModelValue& load, OffscreenVisualizer& viz) {
+    const Formulas force = readFormulas(load.get("force")),
+                   torque = readFormulas(load.get("torque"));
+    const bool turns = load.has("axes") && load.get("axes").getText() == "frame";
+    viz.addLoad(
+        DrawnLoad{model.findFrame(load.get("on")),
+                  [force, torque](Real t) { return SpatialVec(calc(torque, t), calc(force, t)); },
+                  turns ? DrawnLoad::Axes::Attachment : DrawnLoad::Axes::Ground});
+}
+
+/** What acts on modes alone has no place. **/
+void addSpreadLoad(const Model& model, const ModelValue& load, OffscreenVisualizer& viz) {
+    if (!load.has("nodes")) return;
+    const FlexibleBody& body = *model.findBody(load.get("body")).flexible;
+    const ReducedBody& part = body.getPart();
+    const std::string set = load.get("nodes").getText();
+    LoadShape shape;
+    Expression scale(1);
+    if (load.has("pressure")) {
+        shape = LoadShape::pressure(part, set);
+        scale = load.get("pressure").getExpression();
+    } else if (load.has("traction")) {
+        shape = LoadShape::traction(part, set, load.get("traction").getVec3());
+    } else {
+        shape = LoadShape::nodeSetForce(part, set, load.get("total_force").getVec3());
+    }
+    if (load.has("scale")) scale = load.get("scale").getExpression();
+    const std::vector<int>& nodes = part.mesh.nodeSets.at(set);
+    Vec3 center(0);
+    for (const int node : nodes) {
+        const auto p = part.mesh.position(node);
+        center += Vec3(p[0], p[1], p[2]) / Real(nodes.size());
+    }
+    viz.addLoad(DrawnSpreadLoad{body, center, shape.force, shape.modal,
+                                [scale](Real t) { return scale.calcValue(t); }});
+}
+
+}  // namespace
+
+void addForces(const Model& model, OffscreenVisualizer& viz) {
+    addConnectors(model, viz);
+    const ModelValue loads = model.getFile().get("loads");
+    for (const std::string& name : loads.getKeys()) {
+        if (loads.get(name).has("on"))
+            addForce(model, loads.get(name), viz);
+        else
+            addSpreadLoad(model, loads.get(name), viz);
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,15 @@
+#pragma once
+/** @file
+Connectors and loads of a model in its pictures (private to this room). **/
+
+#include "simflex/model/build/Model.h"
+#include "simflex/render/OffscreenVisualizer.h"
+
+namespace simflex {
+namespace cli {
+
+/** Adds those of the model file. @throws ModelError. **/
+void addForces(const Model& model, OffscreenVisualizer& viz);
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,361 @@
+#include "simflex/model/pictures/Pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/Stopped.h"
+#include "simflex/model/file/ModelTexts.h"
+#include "simflex/model/results/UnitScale.h"
+#include "simflex/model/pictures/ForcePictures.h"
+#include "simflex/model/analyses/Session.h"
+#include "simflex/part/NumberText.h"
+
+namespace simflex {
+namespace cli {
+
+namespace fs = std::filesystem;
+using SimTK::Pi;
+using SimTK::State;
+using SimTK::Transform;
+using SimTK::UnitVec3;
+using SimTK::Vec3;
+
+namespace {
+
+constexpr int kPicturesPerPeriod = 24;  // of a mode
+constexpr double kModeRate = 20;        // pictures a second
+// What is smaller is not worth a picture in which bodies stick out of their joints.
+constexpr double kLargestFactor = 1000;  // of an automatic exaggeration
+constexpr double kModeAmplitude = 0.04;  // largest displacement, to the scene's size
+
+template <class Value>
+Value choose(const ModelValue& value, const std::map<std::string, Value>& known) {
+    const auto found = known.find(value.getText());
+    if (found != known.end()) return found->second;
+    std::vector<std::string> names;
+    for (const auto& entry : known) names.push_back(entry.first);
+    value.failUnknown("choice", value.getText(), names);
+}
+
+Vec3 getDirection(const ModelValue& value) {
+    if (!value.isList())
+        return choose<Vec3>(value,
+                            {{"x", Vec3(1, 0, 0)}, {"y", Vec3(0, 1, 0)}, {"z", Vec3(0, 0, 1)}});
+    if (value.getVec3().norm() == 0) value.fail("has no direction");
+    return value.getVec3();
+}
+
+/** Azimuth and elevation [rad] of named views. **/
+const std::map<std::string, SimTK::Vec2>& getViews() {
+    static const std::map<std::string, SimTK::Vec2> views{
+        {"front", {0, 0}},        {"back", {Pi, 0}},
+        {"right", {Pi / 2, 0}},   {"side", {Pi / 2, 0}},
+        {"left", {-Pi / 2, 0}},   {"top", {0, Pi / 2}},
+        {"bottom", {0, -Pi / 2}}, {"isometric", {Pi / 4, std::atan(std::sqrt(0.5))}}};
+    return views;
+}
+
+CameraView makeCamera(const Model& model, const ModelValue& camera, const Vec3& up) {
+    CameraView view(camera.get("name").isGiven() ? camera.get("name").getText() : "");
+    if (camera.get("view").isGiven()) {
+        const SimTK::Vec2 direction = choose(camera.get("view"), getViews());
+        view.setDirection(direction[0], direction[1]);
+    }
+    if (camera.get("position").isGiven()) {
+        const Vec3 place = camera.get("position").getVec3(),
+                   back = place - camera.get("look_at").getVec3();
+        const Vec3 upwards = camera.get("up").isGiven() ? getDirection(camera.get("up")) : up;
+        if ((upwards % back).norm() <= 1e-9 * upwards.norm() * back.norm())
+            camera.get("position").fail("must not be at, or straight above or below, 'look_at'");
+        SimTK::Rotation R_GC;
+        R_GC.setRotationFromTwoAxes(UnitVec3(back), SimTK::ZAxis, upwards, SimTK::YAxis);
+        view.setTransform(Transform(R_GC, place));
+    }
+    if (camera.get("follow").isGiven())
+        view.setFollowedFrame(
+            model.findFrame(camera.get("follow")),
+            camera.get("height").isGiven() ? camera.get("height").getNumber() : 0);
+    if (camera.get("orbit").getNumber() != 0) view.setOrbit(camera.get("orbit").getNumber());
+    if (camera.get("perspective").isGiven())
+        view.setFieldOfView(camera.get("perspective").getNumber());
+    if (camera.get("orthographic").getBool()) view.setOrthographic();
+    if (camera.get("inset").isGiven()) {
+        const std::vector<double> place = camera.get("inset").getNumbers();
+        try {
+            view.setRectangle(place.at(0), place.at(1), place.at(2), place.at(3));
+        } catch (const std::invalid_argument& error) {
+            camera.get("inset").fail(error.what());
+        }
+    }
+    return view;
+}
+
+void setContour(const ModelValue& pictures, OffscreenVisualizer& viz) {
+    const ModelValue contour = pictures.get("contour"), range = pictures.get("range");
+    try {
+        viz.setContour(
+            choose<Contour>(contour, {{"none", Contour::None},
+                                      {"displacement", Contour::Displacement},
+                                      {"displacement_x", Contour::DisplacementX},
+                                      {"displacement_y", Contour::DisplacementY},
+                                      {"displacement_z", Contour::DisplacementZ},
+                                      {"speed", Contour::Speed},
+                                      {"strain_energy", Contour::StrainEnergyDensity},
+                                      {"von_mises", Contour::VonMises},
+                                      {"signed_von_mises", Contour::SignedVonMises},
+                                      {"principal_1", Contour::LargestPrincipalStress},
+                                      {"principal_3", Contour::SmallestPrincipalStress}}));
+        if (range.isList())
+            viz.setContourRange(range.at(0).getNumber(), range.at(1).getNumber());
+        else if (range.getText() == "frame")
+            viz.setContourRange(ContourRange::PerFrame);
+    } catch (const std::invalid_argument& error) {
+        (range.isList() ? range : contour).fail(error.what());
+    }
+}
+
+bool isText(const ModelValue& value, const std::string& text) {
+    return !value.isList() && !value.isMap() && value.getText() == text;
+}
+
+/** Names of files by analysis, where a model has several that are drawn. **/
+std::string makeName(const Model& model, const std::string& file, const std::string& analysis) {
+    const ModelValue analyses = model.getFile().get("analyses");
+    int numDrawn = 0;
+    for (const std::string& name : analyses.getKeys())
+        numDrawn += analyses.get(name).get("type").getText() == "transient";
+    if (numDrawn < 2) return file;
+    const fs::path path(file);
+    return (path.parent_path() /
+            (path.stem().string() + "_" + analysis + path.extension().string()))
+        .string();
+}
+
+State makeState(const State& pattern, const RunCheckpoint::Frame& frame) {
+    State state = pattern;
+    state.setTime(frame.time);
+    for (int k = 0; k < state.getNQ(); ++k) state.updQ()[k] = frame.q.at(size_t(k));
+    for (int k = 0; k < state.getNU(); ++k) state.updU()[k] = frame.u.at(size_t(k));
+    return state;
+}
+
+[[noreturn]] void stopDrawing(const std::string& resumeCommand) {
+    throw Stopped("all results are kept; draw the other pictures with: " + resumeCommand);
+}
+
+void checkVideos(const ModelValue& video) {
+    for (int k = 0; video.isGiven() && k < video.getSize(); ++k) {
+        const std::string suffix = fs::path(video.at(k).getText()).extension().string();
+        if (suffix != ".mp4" && suffix != ".gif" && suffix != ".webp")
+            video.at(k).fail("'" + video.at(k).getText() +
+                             "' is no video that can be written: call it .mp4, .gif or .webp");
+    }
+}
+
+/** Curves of one unit, in the unit that suits their size. **/
+struct PlotPanel {
+    std::string heading, lastName, unit;  ///< the heading names all that are in it
+    std::vector<std::string> labels;
+    std::vector<std::vector<double>> values;
+
+    void addTo(ProbePlot& figure, const std::vector<double>& time) const {
+        double largest = 0;
+        for (const std::vector<double>& curve : values)
+            for (const double value : curve)
+                if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
+        const UnitScale scale = chooseUnitScale(unit, largest);
+        figure.addPanel(heading, scale.unit, scale.size);
+        for (size_t k = 0; k < labels.size(); ++k) figure.addCurve(labels[k], time, values[k]);
+    }
+};
+
+/** Plots beside the pictures, of the analysis' rows up to now. **/
+void addPlots(const Model& model, const ResultData::Analysis& rows, OffscreenVisualizer& viz) {
+    const ModelValue plots = model.getFile().get("pictures").get("plots");
+    for (int i = 0; i < plots.getSize(); ++i) {
+        const ModelValue plot = plots.at(i), names = plot.get("probes");
+        std::vector<PlotPanel> panels;
+        for (int k = 0; k < names.getSize(); ++k) {
+            const std::string name = names.at(k).getText();
+            std::vector<std::string> known;
+            bool isFound = false;
+            for (const ResultData::Series& series : rows.probes)
+                for (size_t c = 0; c < series.column.columns.size(); ++c) {
+                    const std::string column = series.column.columns[c];
+                    const std::string label =
+                        series.column.name + (column.empty() ? "" : "." + column);
+                    known.push_back(label);
+                    if (name != label && name != series.column.name) continue;
+                    if (panels.empty() || panels.back().unit != series.column.unit)
+                        panels.push_back({"", "", series.column.unit, {}, {}});
+                    std::string& heading = panels.back().heading;
+                    if (panels.back().lastName != name)
+                        heading += (heading.empty() ? "" : ", ") + name;
+                    panels.back().lastName = name;
+                    panels.back().labels.push_back(label);
+                    panels.back().values.emplace_back();
+                    for (const std::vector<double>& row : series.rows)
+                        panels.back().values.back().push_back(row[c]);
+                    isFound = true;
+                }
+            if (!isFound) names.at(k).failUnknown("probe", name, known);
+        }
+        ProbePlot figure(plot.get("title").getText());
+        for (const PlotPanel& panel : panels) panel.addTo(figure, rows.time);
+        viz.addPlot(figure);
+    }
+}
+
+}  // namespace
+
+std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
+    const ModelValue pictures = model.getFile().get("pictures");
+    checkVideos(pictures.get("video"));
+    const std::vector<double> size = pictures.get("size").getNumbers();
+    auto viz =
+        std::make_unique<OffscreenVisualizer>(model.getSystem(), int(size.at(0)), int(size.at(1)));
+    viz->setOutputFolder("");
+    viz->setWindowTitle(getModelTitle(model.getFile()));
+    for (const Model::BodyEntry& body : model.getBodies())
+        if (body.flexible) viz->addFlexibleBody(*body.flexible);
+    addForces(model, *viz);
+    if (pictures.get("contour").getText() != "displacement" || pictures.get("range").isGiven())
+        setContour(pictures, *viz);
+    if (!isText(pictures.get("exaggeration"), "auto"))
+        viz->setDeformationFactor(pictures.get("exaggeration").getNumber());
+    viz->setShowUndeformed(pictures.get("ghost").getBool())
+        .setShowJoints(pictures.get("joints").getBool())
+        .setShowReactions(pictures.get("reactions").getBool())
+        .setShowConnectors(pictures.get("connectors").getBool())
+        .setShowLoads(pictures.get("loads").getBool())
+        .setShowElementEdges(pictures.get("wireframe").getBool())
+        .setShowAxes(pictures.get("axes").getBool())
+        .setShowShadows(pictures.get("shadows").getBool())
+        .setShowAmbientOcclusion(pictures.get("ambient_occlusion").getBool())
+        .setTransparentBackground(pictures.get("transparent").getBool());
+    const Vec3 up = getDirection(pictures.get("up"));
+    for (int axis = 0; axis < 3; ++axis)
+        if (std::abs(up[axis]) == up.norm())
+            viz->setSystemUpDirection(
+                SimTK::CoordinateDirection(SimTK::CoordinateAxis(axis), up[axis] > 0 ? 1 : -1));
+    const ModelValue ground = pictures.get("ground");
+    if (isText(ground, "none"))
+        viz->setBackgroundType(SimTK::Visualizer::SolidColor);
+    else if (!isText(ground, "auto"))
+        viz->setGroundHeight(ground.getNumber());
+    if (isText(pictures.get("theme"), "dark")) viz->setTheme(OffscreenVisualizer::Theme::Dark);
+    const ModelValue cameras = pictures.get("cameras");
+    // Insets lie over the others, so they are drawn after them.
+    bool isFirst = true;
+    for (const bool isInset : {false, true})
+        for (int k = 0; cameras.isGiven() && k < cameras.getSize(); ++k) {
+            if (cameras.at(k).get("inset").isGiven() != isInset) continue;
+            const CameraView view = makeCamera(model, cameras.at(k), up);
+            if (isFirst)
+                viz->setCamera(view);
+            else
+                viz->addView(view);
+            isFirst = false;
+        }
+    return viz;
+}
+
+void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
+                const ResultData::Analysis& rows, const std::string& usualFolder, bool isQuiet,
+                const std::string& resumeCommand) {
+    const ModelValue pictures = model.getFile().get("pictures"), video = pictures.get("video");
+    const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
+    if (pictures.get("folder").isGiven() || !video.isGiven())
+        viz->setOutputFolder(makeName(
+            model,
+            pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder,
+            rows.name));
+    viz->setOldFrames(OldFrames::Resume);
+    for (int k = 0; video.isGiven() && k < video.getSize(); ++k) {
+        try {
+            addVideo(model, makeName(model, video.at(k).getText(), rows.name), *viz);
+        } catch (const std::exception& error) {
+            video.at(k).fail(error.what());
+        }
+    }
+
+    const State pattern = model.makeInitialState();
+    MotionRecorder motion(model.getSystem());
+    for (const RunCheckpoint::Frame& frame : frames) {
+        const State state = makeState(pattern, frame);
+        model.getSystem().realize(state, SimTK::Stage::Velocity);
+        motion.record(state);
+    }
+    if (!drawMotion(model, motion, rows, *viz, isQuiet)) stopDrawing(resumeCommand);
+}
+
+void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz) {
+    VideoOptions options;
+    options.framesPerSecond = model.getFile().get("pictures").get("rate").getNumber();
+    if (fs::path(file).has_parent_path()) fs::create_directories(fs::path(file).parent_path());
+    viz.addVideo(file, options);
+}
+
+bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
+                OffscreenVisualizer& viz, bool isQuiet) {
+    addPlots(model, rows, viz);
+    viz.fitToMotion(motion);
+    if (isText(model.getFile().get("pictures").get("exaggeration"), "auto") &&
+        viz.getDeformationFactor() > kLargestFactor)
+        viz.setDeformationFactor(kLargestFactor).fitToMotion(motion);
+    ProgressBar bar(isQuiet, {{"pictures", 1}});
+    bar.show("pictures", 0);
+    const int numDrawn = viz.reportAll(motion, [&](int numComplete, int numFrames) {
+        return bar.show("pictures", double(numComplete) / numFrames);
+    });
+    bar.clear();
+    if (numDrawn < motion.getNumStates()) return false;
+    viz.finish();
+    return true;
+}
+
+void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
+               const std::string& analysis, const std::string& usualFolder, bool isQuiet) {
+    const ModelValue pictures = model.getFile().get("pictures");
+    const fs::path folder =
+        pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder;
+    fs::create_directories(folder);
+    // The largest of the bodies' sizes, and of their distances from Ground's origin.
+    double size = 0;
+    model.getSystem().realize(linear.state, SimTK::Stage::Velocity);
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        if (body.flexible) size = std::max(size, 2 * double(body.flexible->getPart().calcRadius()));
+        size = std::max(size, double(body.mobod.getBodyTransform(linear.state).p().norm()));
+    }
+    if (size == 0) size = 1;
+    ProgressBar bar(isQuiet, {{"pictures of modes", 1}});
+    for (size_t k = 0; k < modes.size(); ++k) {
+        const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
+        const std::string title = "mode " + std::to_string(k + 1) + ": " +
+                                  writeGeneral(double(modes[k].frequency), 5) + " Hz";
+        viz->setWindowTitle(title).setShowSimTime(false).setShowLoads(false);
+        // A mode has no size of its own.
+        viz->setDeformationFactor(1).setShowDeformationFactor(false).setShowColorBar(false);
+        VideoOptions options;
+        options.framesPerSecond = kModeRate;
+        viz->addVideo((folder / (analysis + "_mode_" + std::to_string(k + 1) + ".gif")).string(),
+                      options);
+        const std::vector<State> period = calcModeStates(model.getSystem(), linear, modes[k],
+                                                         kModeAmplitude * size, kPicturesPerPeriod);
+        viz->fitToMotion(period);
+        const int numDrawn = viz->reportAll(period, [&](int numComplete, int numFrames) {
+            return bar.show("pictures of modes",
+                            (double(k) + double(numComplete) / numFrames) / double(modes.size()));
+        });
+        bar.clear();
+        if (numDrawn < int(period.size()))
+            throw Stopped("modes were drawn up to the " + std::to_string(k) + ". one");
+        viz->finish();
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

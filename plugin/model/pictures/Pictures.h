@@ -1,0 +1,40 @@
+#pragma once
+/** @file
+Pictures of a run and of mode shapes. **/
+
+#include <string>
+#include <vector>
+
+#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/analyses/RunCheckpoint.h"
+#include "simflex/render/OffscreenVisualizer.h"
+#include "simflex/solver/Eigenmodes.h"
+
+namespace simflex {
+namespace cli {
+
+/** Draws the frames of an analysis as the model's `pictures` say, all seen by one camera and in one
+range of colours. Frames that are there already and show the same are kept.
+@param usualFolder  for single pictures, where the model names none; model after model must not
+    remove each other's
+@param rows  of the analysis, for plots; its name is in that of files where a model has several
+@param resumeCommand  told to the user when Ctrl-C stops it
+@throws Stopped, std::runtime_error. **/
+void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
+                const ResultData::Analysis& rows, const std::string& usualFolder, bool isQuiet,
+                const std::string& resumeCommand);
+
+/** Adds a video at the model's rate. @throws as OffscreenVisualizer::addVideo(). **/
+void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz);
+
+/** Draws a motion with its plots, camera and colours fitted to all of it.
+@return false if Ctrl-C stopped it **/
+bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
+                OffscreenVisualizer& viz, bool isQuiet);
+
+/** A film of each mode: FOLDER/ANALYSIS_mode_1.gif … @throws Stopped, std::runtime_error. **/
+void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
+               const std::string& analysis, const std::string& usualFolder, bool isQuiet);
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,90 @@
+/** @file
+Probes of functions of time and of formulas of other probes. **/
+
+#include <algorithm>
+#include <cmath>
+
+#include "simflex/model/file/VariableFormula.h"
+#include "simflex/model/probes/ProbeKinds.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+/** A column of another probe. **/
+struct Column {
+    Probe probe;
+    size_t number;
+};
+
+/** Where NAME or NAME.COLUMN stands. **/
+Column findColumn(const ModelValue& formula, const std::string& variable,
+                  const std::vector<std::string>& others,
+                  const std::function<Probe(const std::string&)>& findProbe) {
+    const size_t dot = variable.find('.');
+    const std::string name = variable.substr(0, dot);
+    if (std::find(others.begin(), others.end(), name) == others.end())
+        formula.failUnknown("probe", name, others);
+    const Probe probe = findProbe(name);
+    if (dot == std::string::npos) {
+        if (probe.columns.size() == 1) return {probe, 0};
+        formula.fail("probe '" + name + "' has " + std::to_string(probe.columns.size()) +
+                     " columns; say which, as " + name + "." + probe.columns[0]);
+    }
+    const auto column =
+        std::find(probe.columns.begin(), probe.columns.end(), variable.substr(dot + 1));
+    if (column == probe.columns.end())
+        formula.failUnknown("column of probe '" + name + "'", variable.substr(dot + 1),
+                            probe.columns);
+    return {probe, size_t(column - probe.columns.begin())};
+}
+
+Probe makeNumber(const ModelValue& entry) {
+    Probe probe;
+    probe.unit = entry.get("unit").getText();
+    probe.columns = {""};
+    return probe;
+}
+
+}  // namespace
+
+Probe makeFunctionProbe(const ProbeSource& source) {
+    Probe probe = makeNumber(source.entry);
+    probe.calc = [function = source.entry.get("function").getExpression()](const Moment& moment,
+                                                                           double* values) {
+        *values = function.calcValue(moment.state.getTime());
+    };
+    return probe;
+}
+
+Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::string>& others,
+                          const std::function<Probe(const std::string& name)>& findProbe) {
+    const ModelValue text = source.entry.get("expression");
+    std::vector<std::string> variables;
+    for (const std::string& name : others) {
+        variables.push_back(name);
+        for (const char* column : {".x", ".y", ".z"}) variables.push_back(name + column);
+    }
+    const VariableFormula formula(text, variables);
+    // Only what is used is calculated.
+    std::vector<std::pair<size_t, Column>> columns;
+    for (const int k : formula.getUsed())
+        columns.push_back({size_t(k), findColumn(text, variables[size_t(k)], others, findProbe)});
+    Probe probe = makeNumber(source.entry);
+    probe.calc = [formula, columns, size = variables.size()](const Moment& moment, double* values) {
+        std::vector<double> arguments(size, 0), numbers;
+        for (const auto& [k, column] : columns) {
+            numbers.resize(column.probe.columns.size());
+            column.probe.calc(moment, numbers.data());
+            arguments[k] = numbers[column.number];
+        }
+        *values = formula.calcValue(moment.state.getTime(), arguments.data());
+        // One kind of nothing, on every machine.
+        if (std::isnan(*values)) *values = SimTK::NaN;
+    };
+    return probe;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,83 @@
+/** @file
+Probes of how frames move. **/
+
+#include <map>
+
+#include "simflex/body/FrameAcceleration.h"
+#include "simflex/model/probes/ProbeKinds.h"
+
+namespace simflex {
+namespace cli {
+
+using SimTK::Rotation;
+using SimTK::SpatialVec;
+using SimTK::Transform;
+using SimTK::Vec3;
+
+namespace {
+
+/** Of M in F, in F's axes, rates as seen from F. **/
+FrameMotion calcRelativeMotion(const FrameMotion& F, const FrameMotion& M) {
+    const Vec3 &omega = F.V[0], &alpha = F.A[0];
+    const Vec3 p = M.X.p() - F.X.p(), v = M.V[1] - F.V[1], a = M.A[1] - F.A[1];
+    const Vec3 rate = v - omega % p, turning = M.V[0] - omega;
+    FrameMotion motion;
+    motion.X = ~F.X * M.X;
+    motion.V = SpatialVec(~F.X.R() * turning, ~F.X.R() * rate);
+    motion.A = SpatialVec(~F.X.R() * (M.A[0] - alpha - omega % turning),
+                          ~F.X.R() * (a - alpha % p - omega % (omega % p) - 2 * (omega % rate)));
+    return motion;
+}
+
+struct Quantity {
+    const char* unit;
+    Vec3 (*take)(const FrameMotion& motion);
+};
+
+const std::map<std::string, Quantity>& getQuantities() {
+    using Motion = FrameMotion;
+    static const std::map<std::string, Quantity> quantities{
+        {"position", {"m", [](const Motion& m) { return m.X.p(); }}},
+        {"velocity", {"m/s", [](const Motion& m) { return m.V[1]; }}},
+        {"acceleration", {"m/s^2", [](const Motion& m) { return m.A[1]; }}},
+        {"orientation",
+         {"rad", [](const Motion& m) { return m.X.R().convertRotationToBodyFixedXYZ(); }}},
+        {"angular_velocity", {"rad/s", [](const Motion& m) { return m.V[0]; }}},
+        {"angular_acceleration", {"rad/s^2", [](const Motion& m) { return m.A[0]; }}}};
+    return quantities;
+}
+
+/** The quantity that an entry asks for, or null. **/
+const std::pair<const std::string, Quantity>* findQuantity(const ModelValue& entry) {
+    for (const auto& quantity : getQuantities())
+        if (entry.has(quantity.first)) return &quantity;
+    return nullptr;
+}
+
+}  // namespace
+
+bool isFrameProbe(const ModelValue& entry) {
+    return findQuantity(entry) != nullptr;
+}
+
+Probe makeFrameProbe(const ProbeSource& source) {
+    const auto& [key, quantity] = *findQuantity(source.entry);
+    std::vector<Attachment> frames{source.model->findFrame(source.entry.get(key))};
+    if (source.entry.get("relative_to").isGiven())
+        frames.push_back(source.model->findFrame(source.entry.get("relative_to")));
+    Probe probe;
+    probe.unit = quantity.unit;
+    probe.columns = {"x", "y", "z"};
+    probe.calc = [model = source.model, frames, take = quantity.take](const Moment& moment,
+                                                                      double* values) {
+        const std::vector<FrameMotion> motions =
+            calcFrameMotions(model->getFlexibleBodies(), moment.state, moment.uDot, frames);
+        const Vec3 value =
+            take(frames.size() > 1 ? calcRelativeMotion(motions[1], motions[0]) : motions[0]);
+        for (int k = 0; k < 3; ++k) values[k] = value[k];
+    };
+    return selectComponent(source.entry, std::move(probe));
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,190 @@
+/** @file
+Probes of joints and prescribed motions. **/
+
+#include "simflex/body/JointEquations.h"
+#include "simflex/model/probes/ProbeKinds.h"
+#include "simflex/model/probes/TurnCounter.h"
+
+namespace simflex {
+namespace cli {
+
+using SimTK::SpatialVec;
+using SimTK::Vector;
+
+namespace {
+
+enum class Order { Value, Rate };
+
+Probe makeCoordinates(const std::shared_ptr<const Model>& model, const Joint& joint, int number,
+                      Order order) {
+    Probe probe;
+    const JointEquations& equations = joint.getEquations();
+    const int first = number >= 0 ? number : 0;
+    const int count = number >= 0 ? 1 : joint.getNumCoordinates();
+    bool isAngle = false, isDisplacement = false;
+    for (int k = first; k < first + count; ++k) {
+        (equations.getCoordinate(k).isAngle() ? isAngle : isDisplacement) = true;
+        probe.columns.push_back(count == 1 ? "" : std::to_string(k));
+    }
+    probe.unit = isAngle && isDisplacement ? "rad, m" : isAngle ? "rad" : "m";
+    if (order == Order::Rate)
+        probe.unit = isAngle && isDisplacement ? "rad/s, m/s" : probe.unit + "/s";
+    probe.calc = [model, joint, first, count, order](const Moment& moment, double* values) {
+        const Vector all = order == Order::Value ? joint.calcCoordinates(moment.state)
+                                                 : joint.calcCoordinateDots(moment.state);
+        for (int k = 0; k < count; ++k) {
+            values[k] = all[first + k];
+            if (order == Order::Value && moment.turns)
+                values[k] += moment.turns->getTurned(joint.getIndex(), first + k);
+        }
+    };
+    return probe;
+}
+
+/** Coordinates of a mobilizer, of all or (number ≥ 0) of one. **/
+Probe makeMobilizerCoordinates(const std::shared_ptr<const Model>& model,
+                               const Model::BodyEntry& body, int number, Order order) {
+    const SimTK::State state = model->getSystem().getDefaultState();
+    const int all = order == Order::Value ? body.mobod.getNumQ(state) : body.mobod.getNumU(state);
+    const int first = number >= 0 ? number : 0, count = number >= 0 ? 1 : all;
+    Probe probe;
+    for (int k = first; k < first + count; ++k)
+        probe.columns.push_back(count == 1 ? "" : std::to_string(k));
+    // Others have coordinates of several kinds.
+    const ModelValue mobilizer = model->getFile().get("bodies").get(body.name).get("mobilizer");
+    const std::string type = mobilizer.isGiven() ? mobilizer.get("type").getText() : "free";
+    if (type == "pin" || type == "universal") probe.unit = "rad";
+    if (type == "slider") probe.unit = "m";
+    if (order == Order::Rate && !probe.unit.empty()) probe.unit += "/s";
+    probe.calc = [model, mobod = body.mobod, first, count, order](const Moment& moment,
+                                                                  double* values) {
+        for (int k = 0; k < count; ++k)
+            values[k] = order == Order::Value ? mobod.getOneQ(moment.state, first + k)
+                                              : mobod.getOneU(moment.state, first + k);
+    };
+    return probe;
+}
+
+/** {body: NAME, coordinate: q}, or all without `coordinate`. **/
+Probe makeMobilizerProbe(const ProbeSource& source, const ModelValue& map, Order order) {
+    const Model::BodyEntry& body = source.model->findBody(map.get("body"));
+    const SimTK::State state = source.model->getSystem().getDefaultState();
+    const int count = order == Order::Value ? body.mobod.getNumQ(state) : body.mobod.getNumU(state);
+    if (count == 0) map.get("body").fail("'" + body.name + "' has no coordinates");
+    int number = -1;
+    if (map.has("coordinate")) {
+        number = map.get("coordinate").getInteger();
+        if (number < 0 || number >= count)
+            map.get("coordinate")
+                .fail("there is no coordinate " + std::to_string(number) + "; '" + body.name +
+                      "' has " + std::to_string(count) + ", numbered from 0");
+    }
+    return makeMobilizerCoordinates(source.model, body, number, order);
+}
+
+/** Of `key: JOINT`, or {joint: JOINT, coordinate: n}, or {body: BODY, coordinate: n}. **/
+Probe makeAnyCoordinate(const ProbeSource& source, const char* key, Order order) {
+    const ModelValue what = source.entry.get(key);
+    if (what.isMap() && what.has("body")) return makeMobilizerProbe(source, what, order);
+    const ModelValue name = what.isMap() ? what.get("joint") : what;
+    const Joint& joint = source.model->findJoint(name).joint;
+    const int count = joint.getNumCoordinates();
+    if (count == 0)
+        name.fail("joint '" + joint.getName() +
+                  "' has no coordinates; probe 'orientation' or "
+                  "'position' of a frame instead");
+    int number = -1;
+    if (what.isMap() && what.has("coordinate")) {
+        const ModelValue wanted = what.get("coordinate");
+        number = wanted.getInteger();
+        if (number < 0 || number >= count)
+            wanted.fail("there is no coordinate " + std::to_string(number) + "; joint '" +
+                        joint.getName() + "' has " + std::to_string(count) + ", numbered from 0");
+    }
+    return makeCoordinates(source.model, joint, number, order);
+}
+
+}  // namespace
+
+Vector getMultipliers(const Model& model, const Joint& joint, const Moment& moment) {
+    const FlexibleBodySubsystem& subsystem = model.getFlexibleBodies();
+    int first = 0;
+    for (JointIndex other(0); other < joint.getIndex(); ++other)
+        first += subsystem.getJoint(other).getNumEquations();
+    Vector multipliers(joint.getNumEquations());
+    for (int k = 0; k < multipliers.size(); ++k) multipliers[k] = moment.multipliers[first + k];
+    return multipliers;
+}
+
+Probe makeJointCoordinates(const std::shared_ptr<const Model>& model, const Joint& joint,
+                           int number) {
+    return makeCoordinates(model, joint, number, Order::Value);
+}
+
+Probe makeBodyCoordinates(const std::shared_ptr<const Model>& model, const Model::BodyEntry& body) {
+    return makeMobilizerCoordinates(model, body, -1, Order::Value);
+}
+
+Probe makeJointRates(const std::shared_ptr<const Model>& model, const Joint& joint, int number) {
+    return makeCoordinates(model, joint, number, Order::Rate);
+}
+
+Probe makeCoordinateProbe(const ProbeSource& source) {
+    return makeAnyCoordinate(source, "coordinate", Order::Value);
+}
+
+Probe makeRateProbe(const ProbeSource& source) {
+    return makeAnyCoordinate(source, "rate", Order::Rate);
+}
+
+Probe makeJointErrorProbe(const ProbeSource& source) {
+    const Joint joint = source.model->findJoint(source.entry.get("joint_error")).joint;
+    Probe probe;
+    for (int k = 0; k < joint.getNumEquations(); ++k)
+        probe.columns.push_back(joint.getNumEquations() == 1 ? "" : std::to_string(k));
+    probe.calc = [model = source.model, joint](const Moment& moment, double* values) {
+        const Vector errors = joint.calcPositionErrors(moment.state);
+        for (int k = 0; k < errors.size(); ++k) values[k] = errors[k];
+    };
+    return probe;
+}
+
+Probe makeReactionProbe(const ProbeSource& source) {
+    const ModelValue& entry = source.entry;
+    const Joint joint = source.model->findJoint(entry.get("reaction")).joint;
+    const std::string on = entry.get("on").getText(), axes = entry.get("axes").getText(),
+                      part = entry.get("part").getText();
+    const Joint::Side side = on == "F" ? Joint::Side::F : Joint::Side::M;
+    const Joint::Axes inAxes = axes == "F"   ? Joint::Axes::F
+                               : axes == "M" ? Joint::Axes::M
+                                             : Joint::Axes::Ground;
+    const int row = part == "torque" ? 0 : 1;
+    Probe probe;
+    probe.unit = part == "torque" ? "N m" : "N";
+    probe.columns = {"x", "y", "z"};
+    probe.calc = [model = source.model, joint, side, inAxes, row](const Moment& moment,
+                                                                  double* values) {
+        const SpatialVec reaction = joint.calcReaction(
+            moment.state, getMultipliers(*model, joint, moment), side, side, inAxes);
+        for (int k = 0; k < 3; ++k) values[k] = reaction[row][k];
+    };
+    return selectComponent(entry, std::move(probe));
+}
+
+Probe makeDrivingProbe(const ProbeSource& source) {
+    const Joint joint = source.model->findMotion(source.entry.get("driving")).joint;
+    Probe probe;
+    const int count = joint.getNumEquations();
+    for (int k = 0; k < count; ++k) probe.columns.push_back(count == 1 ? "" : std::to_string(k));
+    const bool isAngle =
+        joint.getNumCoordinates() == 1 && joint.getEquations().getCoordinate(0).isAngle();
+    probe.unit = isAngle ? "N m" : "N";
+    probe.calc = [model = source.model, joint](const Moment& moment, double* values) {
+        const Vector forces = joint.calcDrivingForces(getMultipliers(*model, joint, moment));
+        for (int k = 0; k < forces.size(); ++k) values[k] = forces[k];
+    };
+    return probe;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,173 @@
+#include "simflex/model/probes/Probe.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "simflex/model/probes/ProbeKinds.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+using Maker = Probe (*)(const ProbeSource& source);
+
+/** By the key that says what is probed. **/
+const std::pair<const char*, Maker> kMakers[] = {
+    {"displacement", makeDisplacementProbe},
+    {"largest_displacement", makeLargestDisplacementProbe},
+    {"modes", makeModesProbe},
+    {"center_of_mass", makeMassCenterProbe},
+    {"stress", makeStressProbe},
+    {"strain", makeStrainProbe},
+    {"coordinate", makeCoordinateProbe},
+    {"rate", makeRateProbe},
+    {"joint_error", makeJointErrorProbe},
+    {"reaction", makeReactionProbe},
+    {"driving", makeDrivingProbe},
+    {"energy", makeEnergyProbe},
+    {"momentum", makeMomentumProbe},
+    {"function", makeFunctionProbe},
+};
+
+/** Makes probes of a file; those of formulas make what they are made of first. **/
+class ProbeMaker {
+public:
+    ProbeMaker(std::shared_ptr<const Model> model, const ModelValue& entries)
+        : _model(std::move(model)), _entries(entries), _names(entries.getKeys()) {}
+
+    Probe make(const std::string& name) {
+        const auto made = _made.find(name);
+        if (made != _made.end()) return made->second;
+        const ModelValue entry = _entries.get(name);
+        if (!_beingMade.insert(name).second)
+            entry.fail("the expression depends on itself, through other probes");
+        Probe probe = makeNew({_model, entry});
+        probe.name = name;
+        _beingMade.erase(name);
+        _made[name] = probe;
+        return probe;
+    }
+
+private:
+    Probe makeNew(const ProbeSource& source) {
+        if (isFrameProbe(source.entry)) return makeFrameProbe(source);
+        if (source.entry.has("expression")) {
+            std::vector<std::string> others = _names;
+            others.erase(std::remove(others.begin(), others.end(), source.entry.getName()),
+                         others.end());
+            return makeExpressionProbe(source, others,
+                                       [this](const std::string& name) { return make(name); });
+        }
+        for (const auto& [key, maker] : kMakers)
+            if (source.entry.has(key)) return maker(source);
+        source.entry.fail("says nothing to probe, such as 'position: FRAME' or 'energy: kinetic'");
+    }
+
+    std::shared_ptr<const Model> _model;
+    ModelValue _entries;
+    std::vector<std::string> _names;
+    std::map<std::string, Probe> _made;
+    std::set<std::string> _beingMade;
+};
+
+/** What is recorded of a model that names no probes. **/
+std::vector<Probe> makeUsualProbes(const std::shared_ptr<const Model>& model) {
+    std::vector<Probe> probes;
+    const auto add = [&](const std::string& name, Probe probe) {
+        probe.name = name;
+        probes.push_back(std::move(probe));
+    };
+    for (const Model::JointEntry& entry : model->getJoints())
+        if (entry.joint.getNumCoordinates() > 0)
+            add(entry.name, makeJointCoordinates(model, entry.joint, -1));
+    // Bodies that are free on Ground have joints, or nothing that their six coordinates would tell.
+    for (const Model::BodyEntry& entry : model->getBodies()) {
+        const ModelValue mobilizer =
+            model->getFile().get("bodies").get(entry.name).get("mobilizer");
+        if (entry.flexible || !mobilizer.isGiven()) continue;
+        if (entry.mobod.getNumU(model->getSystem().getDefaultState()) > 0)
+            add(entry.name + "_coordinate", makeBodyCoordinates(model, entry));
+    }
+    for (const Model::BodyEntry& entry : model->getBodies()) {
+        if (!entry.flexible) continue;
+        Probe probe;
+        probe.unit = "m";
+        probe.columns = {""};
+        probe.calc = [model, body = *entry.flexible](const Moment& moment, double* values) {
+            *values = body.calcLargestDisplacement(moment.state);
+        };
+        add(entry.name + "_displacement", probe);
+    }
+    // The balance is no energy, and no error: total energy less work, as it was at the start.
+    for (const auto& [name, kind] :
+         {std::pair<const char*, const char*>{"kinetic_energy", "kinetic"},
+          {"potential_energy", "potential"},
+          {"energy_balance", "balance"}}) {
+        Probe probe;
+        probe.unit = "J";
+        probe.columns = {""};
+        probe.calc = [model, kind = std::string(kind)](const Moment& moment, double* values) {
+            *values = calcEnergy(*model, moment, kind);
+        };
+        add(name, probe);
+    }
+    return probes;
+}
+
+}  // namespace
+
+Probe selectComponent(const ModelValue& entry, Probe probe) {
+    const std::string component = entry.get("component").getText();
+    if (component == "all") return probe;
+    const auto calcAll = probe.calc;
+    probe.columns = {""};
+    if (component == "norm") {
+        probe.calc = [calcAll](const Moment& moment, double* values) {
+            double all[3];
+            calcAll(moment, all);
+            *values = SimTK::Vec3(all[0], all[1], all[2]).norm();
+        };
+        return probe;
+    }
+    const int axis = component == "x" ? 0 : component == "y" ? 1 : 2;
+    probe.calc = [calcAll, axis](const Moment& moment, double* values) {
+        double all[3];
+        calcAll(moment, all);
+        *values = all[axis];
+    };
+    return probe;
+}
+
+Probes Probes::make(const std::shared_ptr<const Model>& model) {
+    Probes probes;
+    const ModelValue entries = model->getFile().get("probes");
+    if (!entries.isGiven()) {
+        probes._probes = makeUsualProbes(model);
+        return probes;
+    }
+    ProbeMaker maker(model, entries);
+    for (const std::string& name : entries.getKeys()) probes._probes.push_back(maker.make(name));
+    entries.checkRead();
+    return probes;
+}
+
+int Probes::getNumColumns() const {
+    size_t count = 0;
+    for (const Probe& probe : _probes) count += probe.columns.size();
+    return int(count);
+}
+
+std::vector<double> Probes::calc(const Moment& moment) const {
+    std::vector<double> values(size_t(getNumColumns()), SimTK::NaN);
+    double* next = values.data();
+    for (const Probe& probe : _probes) {
+        probe.calc(moment, next);
+        next += probe.columns.size();
+    }
+    return values;
+}
+
+}  // namespace cli
+}  // namespace simflex

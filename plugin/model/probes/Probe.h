@@ -1,0 +1,53 @@
+#pragma once
+/** @file
+Quantities of a model that are recorded: positions, speeds, deformations, stress, reactions,
+energies, and formulas of other probes. **/
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "simflex/model/build/Model.h"
+
+namespace simflex {
+namespace cli {
+
+class TurnCounter;
+
+/** What is known at one moment of a run, or of an equilibrium. **/
+struct Moment {
+    const SimTK::State& state;           ///< realized to Stage::Velocity
+    const SimTK::Vector& uDot;           ///< in Simbody's numbering; empty: at rest
+    const SimTK::Vector& multipliers;    ///< of all joints, then of Simbody's constraints
+    double work = 0;                     ///< of loads and dampers since the start [J]
+    const TurnCounter* turns = nullptr;  ///< in a motion; null: angles are within half a turn
+};
+
+/** One probe: `columns.size()` numbers. **/
+struct Probe {
+    std::string name;
+    std::string unit;                  ///< "m", "N m", "" for none
+    std::vector<std::string> columns;  ///< "x", "y", "z"; "" for a single number
+    std::function<void(const Moment&, double* values)> calc;
+};
+
+class Probes {
+public:
+    /** Those of the model's `probes`, in the file's order; with no such key, a sensible set: of
+    each joint its coordinates, of each flexible body its largest displacement, the energies.
+    @throws ModelError. **/
+    static Probes make(const std::shared_ptr<const Model>& model);
+
+    const std::vector<Probe>& getProbes() const { return _probes; }
+    /** Number of all columns together. **/
+    int getNumColumns() const;
+    /** All values, probe after probe. **/
+    std::vector<double> calc(const Moment& moment) const;
+
+private:
+    std::vector<Probe> _probes;
+};
+
+}  // namespace cli
+}  // namespace simflex

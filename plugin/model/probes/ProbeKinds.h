@@ -1,0 +1,73 @@
+#pragma once
+/** @file
+Makers of the kinds of probes (private to this room). Each takes the probe's entry in the model file
+and fills in unit, columns and calculation. **/
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "simflex/model/probes/Probe.h"
+
+namespace simflex {
+namespace cli {
+
+/** What a probe is made from. **/
+struct ProbeSource {
+    std::shared_ptr<const Model> model;
+    ModelValue entry;  ///< the map under `probes`
+};
+
+/** position velocity acceleration angular_velocity angular_acceleration orientation **/
+bool isFrameProbe(const ModelValue& entry);
+Probe makeFrameProbe(const ProbeSource& source);
+
+/** displacement largest_displacement modes center_of_mass **/
+Probe makeDisplacementProbe(const ProbeSource& source);
+Probe makeLargestDisplacementProbe(const ProbeSource& source);
+Probe makeModesProbe(const ProbeSource& source);
+Probe makeMassCenterProbe(const ProbeSource& source);
+
+/** stress strain **/
+Probe makeStressProbe(const ProbeSource& source);
+Probe makeStrainProbe(const ProbeSource& source);
+
+/** coordinate rate joint_error reaction driving **/
+Probe makeCoordinateProbe(const ProbeSource& source);
+Probe makeRateProbe(const ProbeSource& source);
+Probe makeJointErrorProbe(const ProbeSource& source);
+Probe makeReactionProbe(const ProbeSource& source);
+Probe makeDrivingProbe(const ProbeSource& source);
+
+/** energy momentum **/
+Probe makeEnergyProbe(const ProbeSource& source);
+Probe makeMomentumProbe(const ProbeSource& source);
+
+/** function (of time), expression (of time and of other probes)
+@param others    names of all other probes of the model
+@param findProbe  makes one of them, or has made it already **/
+Probe makeFunctionProbe(const ProbeSource& source);
+Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::string>& others,
+                          const std::function<Probe(const std::string& name)>& findProbe);
+
+/** @name Parts of the above **/
+/**@{**/
+/** Energies of a system: kinetic, potential, strain, total, work, balance. **/
+double calcEnergy(const Model& model, const Moment& moment, const std::string& kind);
+/** λ of one joint among those of all. **/
+SimTK::Vector getMultipliers(const Model& model, const Joint& joint, const Moment& moment);
+/** Coordinates of a joint as columns, of all or (number ≥ 0) of one. **/
+Probe makeJointCoordinates(const std::shared_ptr<const Model>& model, const Joint& joint,
+                           int number);
+/** Coordinates of a rigid body's mobilizer as columns. **/
+Probe makeBodyCoordinates(const std::shared_ptr<const Model>& model, const Model::BodyEntry& body);
+Probe makeJointRates(const std::shared_ptr<const Model>& model, const Joint& joint, int number);
+/** Makes of a probe with columns x, y, z what the key `component` of the entry asks for: one of
+them, the norm, or all. **/
+Probe selectComponent(const ModelValue& entry, Probe probe);
+/** The flexible body that a value names. @throws ModelError if it is rigid. **/
+const FlexibleBody& findFlexible(const Model& model, const ModelValue& name);
+/**@}**/
+
+}  // namespace cli
+}  // namespace simflex

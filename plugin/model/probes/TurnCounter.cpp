@@ -1,0 +1,112 @@
+#include "simflex/model/probes/TurnCounter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "simflex/body/JointEquations.h"
+
+namespace simflex {
+namespace cli {
+
+using SimTK::Pi;
+using SimTK::State;
+using SimTK::Vec2;
+
+namespace {
+
+constexpr size_t kNumbersPerAngle = 3;
+
+}  // namespace
+
+TurnCounter::TurnCounter(const Model& model) : _model(model) {
+    for (const Model::JointEntry& entry : model.getJoints())
+        for (int k = 0; k < entry.joint.getNumCoordinates(); ++k) {
+            if (!entry.joint.getEquations().getCoordinate(k).isPeriodic()) continue;
+            Angle angle;
+            angle.joint = entry.joint.getIndex();
+            angle.coordinate = k;
+            _angles.push_back(angle);
+        }
+    const ModelValue connectors = model.getFile().get("connectors");
+    for (const std::string& name : connectors.getKeys()) {
+        const ModelValue connector = connectors.get(name);
+        if (connector.get("type").getText() != "torsion_spring") continue;
+        Angle angle;
+        angle.spring = name;
+        const ModelValue between = connector.get("between");
+        for (int k : {0, 1}) angle.frames.push_back(model.findFrame(between.at(k)));
+        if (connector.has("free_angle")) angle.center = connector.get("free_angle").getNumber();
+        _angles.push_back(angle);
+    }
+}
+
+void TurnCounter::reset() {
+    _time = SimTK::NaN;
+    _overturned.clear();
+}
+
+/** Value within half a turn, and rate. **/
+Vec2 TurnCounter::calcAngle(const Angle& angle, const State& state) const {
+    if (angle.spring.empty()) {
+        const Joint& joint = _model.getFlexibleBodies().getJoint(angle.joint);
+        return {joint.calcCoordinates(state)[angle.coordinate],
+                joint.calcCoordinateDots(state)[angle.coordinate]};
+    }
+    const SimTK::Vec3 motion = JointCoordinate::makeAngleAboutZ().calcMotion(
+        angle.frames[0].calcMotion(state), angle.frames[1].calcMotion(state));
+    return {std::remainder(motion[0] - angle.center, 2 * Pi), motion[1]};
+}
+
+void TurnCounter::update(const State& state) {
+    const double step = state.getTime() - _time;
+    for (Angle& angle : _angles) {
+        const Vec2 now = calcAngle(angle, state);
+        if (std::isnan(step)) {
+            angle.turned = 0;
+        } else {
+            const double expected = angle.value + angle.turned + 0.5 * step * (angle.rate + now[1]);
+            const double turns = std::round((expected - now[0]) / (2 * Pi));
+            if (std::isfinite(turns)) angle.turned = turns * 2 * Pi;
+        }
+        angle.value = now[0];
+        angle.rate = now[1];
+        if (!angle.spring.empty() && angle.turned != 0 &&
+            std::find(_overturned.begin(), _overturned.end(), angle.spring) == _overturned.end())
+            _overturned.push_back(angle.spring);
+    }
+    _time = state.getTime();
+}
+
+double TurnCounter::getTurned(JointIndex joint, int coordinate) const {
+    for (const Angle& angle : _angles)
+        if (angle.spring.empty() && angle.joint == joint && angle.coordinate == coordinate)
+            return angle.turned;
+    return 0;
+}
+
+std::vector<double> TurnCounter::save() const {
+    std::vector<double> saved{_time};
+    for (const Angle& angle : _angles)
+        saved.insert(saved.end(), {angle.value, angle.rate, angle.turned});
+    return saved;
+}
+
+void TurnCounter::restore(const std::vector<double>& saved) {
+    if (saved.size() != 1 + kNumbersPerAngle * _angles.size())
+        throw std::invalid_argument("TurnCounter::restore(): " + std::to_string(saved.size()) +
+                                    " numbers for " + std::to_string(_angles.size()) + " angles");
+    reset();
+    _time = saved[0];
+    const double* next = saved.data() + 1;
+    for (Angle& angle : _angles) {
+        angle.value = next[0];
+        angle.rate = next[1];
+        angle.turned = next[2];
+        next += kNumbersPerAngle;
+        if (!angle.spring.empty() && angle.turned != 0) _overturned.push_back(angle.spring);
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

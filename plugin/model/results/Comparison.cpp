@@ -1,0 +1,252 @@
+#include "simflex/model/results/Comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <stdexcept>
+
+#include "simflex/model/results/ProbeChoice.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+constexpr double kConstant = 1e-9;  // what varies by less of its size is constant
+
+/** Value at time t of the polynomial through the four nearest rows (fewer if there are fewer). **/
+double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t) {
+    const size_t count = time.size();
+    const size_t after = size_t(std::lower_bound(time.begin(), time.end(), t) - time.begin());
+    if (after < count && time[after] == t) return values[after];
+    const size_t points = std::min<size_t>(4, count);
+    const size_t begin = std::min(after > 2 ? after - 2 : 0, count - points);
+    double sum = 0;
+    for (size_t i = begin; i < begin + points; ++i) {
+        double weight = 1;
+        for (size_t j = begin; j < begin + points; ++j)
+            if (j != i) weight *= (t - time[j]) / (time[i] - time[j]);
+        sum += weight * values[i];
+    }
+    return sum;
+}
+
+double findRange(const std::vector<double>& values) {
+    if (values.empty()) return 0;
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    return *high - *low;
+}
+
+double findSize(const std::vector<double>& values) {
+    double size = 0;
+    for (const double value : values) size = std::max(size, std::abs(value));
+    return size;
+}
+
+/** Largest and RMS of first - second. What is no number on one side only differs without bound. **/
+void measure(ColumnDifference& column) {
+    double sum = 0;
+    for (size_t k = 0; k < column.first.size(); ++k) {
+        double difference = std::abs(column.first[k] - column.second[k]);
+        if (std::isnan(column.first[k]) && std::isnan(column.second[k])) difference = 0;
+        if (std::isnan(difference)) difference = INFINITY;
+        if (column.first[k] == column.second[k]) difference = 0;  // also where both are infinite
+        sum += difference * difference;
+        if (difference <= column.largest) continue;
+        column.largest = difference;
+        column.time = column.x.empty() ? 0 : column.x[k];
+    }
+    column.rms = column.first.empty() ? 0 : std::sqrt(sum / double(column.first.size()));
+}
+
+class Comparer {
+public:
+    Comparer(const std::vector<std::string>& patterns, const std::string& nameA,
+             const std::string& nameB)
+        : _patterns(patterns), _nameA(nameA), _nameB(nameB) {}
+
+    void compare(const ResultData::Analysis& a, const ResultData::Analysis& b) {
+        if (a.type != b.type) {
+            result.missing.push_back("analysis '" + a.name + "' is " + a.type + " in " + _nameA +
+                                     ", " + b.type + " in " + _nameB);
+        } else if (a.type == "transient" || a.type == "static") {
+            compareProbes(a, b);
+        } else if (_patterns.empty()) {
+            compareModes(a, b);
+        }
+    }
+
+    ResultComparison result;
+
+private:
+    std::vector<ChosenColumn> choose(const ResultData::Analysis& analysis) {
+        std::vector<ChosenColumn> columns;
+        std::set<std::string> names;
+        if (_patterns.empty()) return chooseColumns(analysis, {});
+        for (const std::string& pattern : _patterns) {
+            try {
+                for (ChosenColumn& column : chooseColumns(analysis, {pattern}))
+                    if (names.insert(column.name).second) columns.push_back(std::move(column));
+            } catch (const std::runtime_error&) {
+                continue;  // a probe that the other may have
+            }
+        }
+        return columns;
+    }
+
+    void compareProbes(const ResultData::Analysis& a, const ResultData::Analysis& b) {
+        const std::vector<ChosenColumn> first = choose(a), second = choose(b);
+        const std::vector<double> time = findCommonTimes(a, b);
+        const auto find = [](const std::vector<ChosenColumn>& columns, const std::string& name) {
+            return std::find_if(columns.begin(), columns.end(),
+                                [&](const ChosenColumn& column) { return column.name == name; });
+        };
+        for (const ChosenColumn& column : second)
+            if (find(first, column.name) == first.end()) noteMissing(column.name, a.name, _nameB);
+        const size_t begin = result.columns.size();
+        for (const ChosenColumn& column : first) {
+            const auto other = find(second, column.name);
+            if (other == second.end()) {
+                noteMissing(column.name, a.name, _nameA);
+                continue;
+            }
+            ColumnDifference difference;
+            difference.analysis = a.name;
+            difference.name = column.name;
+            difference.unit = column.unit;
+            if (a.type == "static") {
+                difference.first = column.values;
+                difference.second = other->values;
+            } else {
+                difference.x = time;
+                for (const double t : time) {
+                    difference.first.push_back(interpolate(a.time, column.values, t));
+                    difference.second.push_back(interpolate(b.time, other->values, t));
+                }
+            }
+            measure(difference);
+            result.columns.push_back(std::move(difference));
+        }
+        shareRanges(begin);
+    }
+
+    /** Columns of one probe have one range: that of a component that stays at zero says nothing.
+     * **/
+    void shareRanges(size_t begin) {
+        const auto getProbe = [](const ColumnDifference& column) {
+            return column.name.substr(0, column.name.rfind('.'));
+        };
+        for (size_t k = begin; k < result.columns.size(); ++k) {
+            double range = 0, size = 0;
+            for (size_t other = begin; other < result.columns.size(); ++other) {
+                const ColumnDifference& column = result.columns[other];
+                if (other != k && getProbe(column) != getProbe(result.columns[k])) continue;
+                range = std::max({range, findRange(column.first), findRange(column.second)});
+                size = std::max({size, findSize(column.first), findSize(column.second)});
+            }
+            result.columns[k].range = range > kConstant * size ? range : size;
+        }
+    }
+
+    /** Times of the first that the second covers. **/
+    std::vector<double> findCommonTimes(const ResultData::Analysis& a,
+                                        const ResultData::Analysis& b) {
+        if (a.time == b.time) return a.time;
+        std::vector<double> common;
+        for (const double t : a.time)
+            if (!b.time.empty() && t >= b.time.front() && t <= b.time.back()) common.push_back(t);
+        char text[300];
+        if (common.empty()) {
+            result.missing.push_back("analysis '" + a.name + "' has no time that both files cover");
+        } else {
+            std::snprintf(
+                text, sizeof text,
+                "times of analysis '%s' differ: compared at %zu times of %s from %g to %g s, "
+                "between rows of %s by cubic interpolation",
+                a.name.c_str(), common.size(), _nameA.c_str(), common.front(), common.back(),
+                _nameB.c_str());
+            result.notes.push_back(text);
+        }
+        return common;
+    }
+
+    void compareModes(const ResultData::Analysis& a, const ResultData::Analysis& b) {
+        if (a.type == "campbell" && a.speeds != b.speeds) {
+            result.missing.push_back("the speeds of analysis '" + a.name + "' differ");
+            return;
+        }
+        const size_t modesA = a.frequency.empty() ? 0 : a.frequency[0].size(),
+                     modesB = b.frequency.empty() ? 0 : b.frequency[0].size();
+        if (modesA != modesB)
+            result.missing.push_back("analysis '" + a.name + "' has " + std::to_string(modesA) +
+                                     " modes in " + _nameA + ", " + std::to_string(modesB) +
+                                     " in " + _nameB);
+        for (size_t mode = 0; mode < std::min(modesA, modesB); ++mode) {
+            const std::string number = std::to_string(mode + 1);
+            addModes(a, "frequency " + number, "Hz", mode, a.frequency, b.frequency, 0);
+            addModes(a, "damping ratio " + number, "", mode, a.dampingRatio, b.dampingRatio, 1);
+        }
+    }
+
+    void addModes(const ResultData::Analysis& a, const std::string& name, const std::string& unit,
+                  size_t mode, const std::vector<std::vector<double>>& first,
+                  const std::vector<std::vector<double>>& second, double range) {
+        ColumnDifference difference;
+        difference.analysis = a.name;
+        difference.name = name;
+        difference.unit = unit;
+        difference.x = a.speeds;
+        for (size_t k = 0; k < std::min(first.size(), second.size()); ++k) {
+            difference.first.push_back(first[k].at(mode));
+            difference.second.push_back(second[k].at(mode));
+        }
+        measure(difference);
+        // A damping ratio is relative already.
+        difference.range =
+            range > 0 ? range : std::max(findSize(difference.first), findSize(difference.second));
+        result.columns.push_back(std::move(difference));
+    }
+
+    void noteMissing(const std::string& probe, const std::string& analysis,
+                     const std::string& file) {
+        result.missing.push_back("probe '" + probe + "' of analysis '" + analysis +
+                                 "' is only in " + file);
+    }
+
+    const std::vector<std::string>& _patterns;
+    const std::string &_nameA, &_nameB;
+};
+
+}  // namespace
+
+double ColumnDifference::getRelative() const {
+    if (largest == 0) return 0;
+    return range > 0 ? largest / range : INFINITY;
+}
+
+ResultComparison compareResults(const ResultData& a, const ResultData& b,
+                                const std::vector<std::string>& patterns, const std::string& nameA,
+                                const std::string& nameB) {
+    Comparer comparer(patterns, nameA, nameB);
+    const auto find = [](const ResultData& data, const std::string& name) {
+        return std::find_if(data.analyses.begin(), data.analyses.end(),
+                            [&](const auto& analysis) { return analysis.name == name; });
+    };
+    for (const auto& analysis : a.analyses) {
+        const auto other = find(b, analysis.name);
+        if (other == b.analyses.end()) {
+            comparer.result.missing.push_back("analysis '" + analysis.name + "' is only in " +
+                                              nameA);
+        } else {
+            comparer.compare(analysis, *other);
+        }
+    }
+    for (const auto& analysis : b.analyses)
+        if (find(a, analysis.name) == a.analyses.end())
+            comparer.result.missing.push_back("analysis '" + analysis.name + "' is only in " +
+                                              nameB);
+    return comparer.result;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,35 @@
+#include "simflex/model/results/CriticalSpeeds.h"
+
+#include <cmath>
+#include <utility>
+
+namespace simflex {
+namespace cli {
+
+std::vector<double> findCriticalSpeeds(const ResultData::Analysis& campbell) {
+    constexpr double kTwoPi = 6.28318530717958647692;
+    const std::vector<double>& speeds = campbell.speeds;
+    std::vector<double> critical(campbell.frequency.empty() ? 0 : campbell.frequency[0].size(),
+                                 NAN);
+    for (size_t branch = 0; branch < critical.size(); ++branch) {
+        const auto calcGap = [&](size_t k) {
+            return kTwoPi * campbell.frequency[k][branch] - std::abs(speeds[k]);
+        };
+        size_t last = speeds.size();  // speed that has modes
+        for (size_t k = 0; k < speeds.size() && std::isnan(critical[branch]); ++k) {
+            const double after = calcGap(k);
+            if (std::isnan(after)) continue;
+            const size_t first = std::exchange(last, k);
+            if (first == speeds.size()) continue;
+            const double before = calcGap(first);
+            const bool isAtRest = before == 0 && speeds[first] == 0;
+            if ((before > 0) == (after > 0) || isAtRest) continue;
+            critical[branch] =
+                speeds[first] + before / (before - after) * (speeds[k] - speeds[first]);
+        }
+    }
+    return critical;
+}
+
+}  // namespace cli
+}  // namespace simflex

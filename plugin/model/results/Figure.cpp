@@ -1,0 +1,289 @@
+#include "simflex/model/results/Figure.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+
+#include "simflex/base/ChildProcess.h"
+#include "simflex/part/NumberText.h"
+#include "simflex/render/ProbePlot.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+using File = std::unique_ptr<FILE, int (*)(FILE*)>;
+constexpr size_t kMostPoints = 20000;  // of a curve; more are thinned to their extremes
+constexpr int kFigureWidth = 1000, kPanelHeight = 340, kLonePanelHeight = 560, kTitleHeight = 60;
+
+std::string hex(const Image::Pixel& color) {
+    char text[16];
+    std::snprintf(text, sizeof text, "#%02x%02x%02x", color[0], color[1], color[2]);
+    return text;
+}
+
+/** A text in gnuplot's single quotes, where only a quoteForGnuplot means something: it is doubled.
+Control characters and backquotes, which elsewhere run commands, are left out altogether. **/
+std::string quoteForGnuplot(const std::string& text) {
+    std::string quoted = "'";
+    for (const char c : text) {
+        if (c == '`' || c == 127 || (c >= 0 && c < ' ')) {
+            quoted += ' ';
+        } else {
+            quoted += c == '\'' ? std::string("''") : std::string(1, c);
+        }
+    }
+    return quoted + "'";
+}
+
+std::string number(double value) {
+    return writeGeneral(value, 9);
+}
+
+/** Smallest and largest, of finite numbers. **/
+struct Range {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    void add(const std::vector<double>& values) {
+        for (const double value : values)
+            if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+    }
+    bool isEmpty() const { return low > high; }
+    double getSpan() const { return high - low; }
+};
+
+/** The points that are drawn: all of them, or the extremes of equal pieces of a long curve. **/
+std::vector<size_t> choosePoints(const FigureCurve& curve) {
+    std::vector<size_t> chosen;
+    const size_t count = curve.x.size();
+    if (count <= kMostPoints || !std::is_sorted(curve.x.begin(), curve.x.end())) {
+        for (size_t k = 0; k < count; ++k) chosen.push_back(k);
+        return chosen;
+    }
+    const size_t piece = (2 * count + kMostPoints - 1) / kMostPoints;
+    for (size_t begin = 0; begin < count; begin += piece) {
+        const auto first = curve.y.begin() + std::ptrdiff_t(begin),
+                   last = curve.y.begin() + std::ptrdiff_t(std::min(count, begin + piece));
+        const auto [low, high] = std::minmax_element(first, last);
+        const size_t a = size_t(low - curve.y.begin()), b = size_t(high - curve.y.begin());
+        chosen.push_back(std::min(a, b));
+        if (a != b) chosen.push_back(std::max(a, b));
+    }
+    return chosen;
+}
+
+void addData(std::string& script, const std::string& name, const FigureCurve& curve) {
+    script += "$" + name + " << END_OF_CURVE\n";
+    for (const size_t k : choosePoints(curve)) {
+        const bool isKnown = std::isfinite(curve.x[k]) && std::isfinite(curve.y[k]);
+        script += isKnown ? number(curve.x[k]) + " " + number(curve.y[k]) + "\n" : "\n";
+    }
+    script += "END_OF_CURVE\n";
+}
+
+std::string makeCurveCommand(const std::string& data, const FigureCurve& curve, bool hasLegend) {
+    const PlotTheme& theme = PlotTheme::light();
+    const auto& color =
+        curve.isFaint ? theme.faintText : theme.curves[size_t(curve.color) % theme.curves.size()];
+    std::string command = "$" + data + " using 1:2 ";
+    const std::string rgb = " linecolor rgb '" + hex(color) + "'";
+    const std::string width = curve.isFaint ? "0.8" : "1.8";
+    const int dash = curve.isFaint ? 3 : 1 + curve.dash % 5;
+    switch (curve.marks) {
+        case FigureCurve::Marks::None:
+            command += "with lines linewidth " + width + " dashtype " + std::to_string(dash) + rgb;
+            break;
+        case FigureCurve::Marks::Points:
+            command += "with linespoints pointtype 7 pointsize 0.6 linewidth " + width +
+                       " dashtype " + std::to_string(dash) + rgb;
+            break;
+        case FigureCurve::Marks::Stems:
+            command += "with impulses linewidth 3" + rgb + " notitle, $" + data +
+                       " using 1:2 with points pointtype 7 pointsize 0.9" + rgb;
+            break;
+    }
+    return command + (hasLegend && !curve.name.empty() ? " title " + quoteForGnuplot(curve.name)
+                                                       : " notitle");
+}
+
+std::string makeRange(const Range& range, double margin, bool startsAtZero) {
+    if (range.isEmpty()) return "[0:1]";
+    double low = range.low, high = range.high;
+    if (startsAtZero && low > 0) low = 0;
+    double span = high - low;
+    // What varies by its last digits only is drawn as the constant that it is.
+    const double least = 1e-9 * std::max(std::abs(low), std::abs(high));
+    if (!(span > least)) span = std::max(2 * std::abs(high), 1.0), margin = 0.5;
+    if (!(startsAtZero && low == 0)) low -= margin * span;
+    high += margin * span;
+    return "[" + number(low) + ":" + number(high) + "]";
+}
+
+/** Columns of a legend above a panel, so that it fits. **/
+int countLegendColumns(const FigurePanel& panel, int width) {
+    size_t longest = 1;
+    for (const FigureCurve& curve : panel.curves) longest = std::max(longest, curve.name.size());
+    return std::clamp(int((width - 140) / (8.0 * double(longest) + 60)), 1, 5);
+}
+
+bool hasLegend(const FigurePanel& panel) {
+    return panel.curves.size() > 1;
+}
+
+int countLegendLines(const FigurePanel& panel, int width) {
+    if (!hasLegend(panel)) return 0;
+    int names = 0;
+    for (const FigureCurve& curve : panel.curves) names += !curve.name.empty();
+    const int columns = countLegendColumns(panel, width);
+    return (names + columns - 1) / columns;
+}
+
+std::string makeTerminal(const std::string& kind, int width, int height) {
+    const std::string size = std::to_string(width) + "," + std::to_string(height);
+    if (kind == "png")  // twice the pixels: sharp on paper and on fine screens
+        return "set terminal pngcairo noenhanced size " + std::to_string(2 * width) + "," +
+               std::to_string(2 * height) + " font 'DejaVu Sans,11' fontscale 2 linewidth 2\n";
+    if (kind == "svg")
+        return "set terminal svg noenhanced size " + size +
+               " font 'DejaVu Sans,14' background '#ffffff'\n";
+    return "set terminal pdfcairo noenhanced size " + number(width / 96.0) + "in," +
+           number(height / 96.0) + "in font 'DejaVu Sans,10' linewidth 1.2\n";
+}
+
+/** Where panels stand, in pixels from the picture's top. **/
+struct Layout {
+    int width = 0, height = 0;
+    double panelHeight = 0;
+
+    std::string screenX(double x) const { return number(x / width); }
+    std::string screenY(double y) const { return number(std::clamp(1 - y / height, 0.0, 1.0)); }
+};
+
+constexpr double kLegendLine = 24, kPanelGap = 30, kBelowPanels = 64;
+constexpr double kLeftOfPanels = 100, kRightOfPanels = 28;
+
+/** One panel whose upper edge is `upper` below the picture's. **/
+std::string makePanelScript(const Figure& figure, int p, const Layout& layout, double upper) {
+    const FigurePanel& panel = figure.panels[size_t(p)];
+    const bool isLast = p + 1 == int(figure.panels.size());
+    const std::string text = " textcolor rgb '" + hex(PlotTheme::light().text) + "'\n";
+    std::string script = "set tmargin at screen " + layout.screenY(upper) + "\n";
+    script += "set bmargin at screen " + layout.screenY(upper + layout.panelHeight) + "\n";
+    script += "set lmargin at screen " + layout.screenX(kLeftOfPanels) + "\n";
+    script += "set rmargin at screen " + layout.screenX(layout.width - kRightOfPanels) + "\n";
+    if (p == 0 && !figure.title.empty())
+        script += "set label 1 " + quoteForGnuplot(figure.title) + " at screen 0.5, screen " +
+                  layout.screenY(24) + " center font ',13'" + text;
+    if (p == 1) script += "unset label 1\n";
+    script += isLast ? "set xlabel " + quoteForGnuplot(figure.xLabel) + text + "set format x '%g'\n"
+                     : std::string("unset xlabel\nset format x ''\n");
+    script += "set label 2 " + quoteForGnuplot(panel.label) + " at screen " + layout.screenX(20) +
+              ", screen " + layout.screenY(upper + 0.5 * layout.panelHeight) +
+              " center rotate by 90" + text;
+    Range y;
+    for (const FigureCurve& curve : panel.curves) y.add(curve.y);
+    script += "set yrange " + makeRange(y, 0.05, panel.startsAtZero) + "\n";
+    if (hasLegend(panel)) {
+        script += "set key at screen " + layout.screenX(kLeftOfPanels) + ", screen " +
+                  layout.screenY(upper - 2) + " left bottom horizontal Left reverse maxcols " +
+                  std::to_string(countLegendColumns(panel, layout.width)) + " samplen 2" + text;
+    } else {
+        script += "unset key\n";
+    }
+    script += "plot ";
+    for (size_t c = 0; c < panel.curves.size(); ++c)
+        script += (c ? ", " : "") +
+                  makeCurveCommand("curve_" + std::to_string(p) + "_" + std::to_string(c),
+                                   panel.curves[c], hasLegend(panel));
+    return script + "\n";
+}
+
+}  // namespace
+
+std::string makeGnuplotScript(const std::string& kind, const Figure& figure) {
+    const PlotTheme& theme = PlotTheme::light();
+    const int numPanels = int(figure.panels.size());
+    Layout layout;
+    layout.width = figure.width > 0 ? figure.width : kFigureWidth;
+    layout.height =
+        figure.height > 0
+            ? figure.height
+            : (numPanels == 1 ? kLonePanelHeight : numPanels * kPanelHeight) + kTitleHeight;
+    std::string script = makeTerminal(kind, layout.width, layout.height);
+    Range x;
+    for (int p = 0; p < numPanels; ++p)
+        for (size_t c = 0; c < figure.panels[size_t(p)].curves.size(); ++c) {
+            const FigureCurve& curve = figure.panels[size_t(p)].curves[c];
+            addData(script, "curve_" + std::to_string(p) + "_" + std::to_string(c), curve);
+            x.add(curve.x);
+        }
+    script += "set border 3 linewidth 0.9 linecolor rgb '" + hex(theme.text) + "'\n";
+    script += "set tics nomirror out scale 0.6 textcolor rgb '" + hex(theme.text) + "'\n";
+    script += "set grid linetype 1 linewidth 0.7 linecolor rgb '" + hex(theme.grid) + "'\n";
+    script += "set format '%g'\n";
+    if (figure.hasWholeNumbers && x.getSpan() < 25) script += "set xtics 1\n";
+    script += "set xrange " + makeRange(x, figure.hasWholeNumbers ? 0.1 : 0, false) + "\n";
+    script += "set multiplot\n";
+
+    // Panels of one height, and above each the lines of its legend.
+    const double top = figure.title.empty() ? 16 : 48;
+    double rest = layout.height - top - kBelowPanels - kPanelGap * (numPanels - 1);
+    for (const FigurePanel& panel : figure.panels)
+        rest -= kLegendLine * countLegendLines(panel, layout.width);
+    layout.panelHeight = std::max(40.0, rest / numPanels);
+    double upper = top;
+    for (int p = 0; p < numPanels; ++p) {
+        upper += kLegendLine * countLegendLines(figure.panels[size_t(p)], layout.width);
+        script += makePanelScript(figure, p, layout, upper);
+        upper += layout.panelHeight + kPanelGap;
+    }
+    return script + "unset multiplot\n";
+}
+
+void drawFigure(const std::string& path, const Figure& figure) {
+    const std::string kind =
+        fs::path(path).extension() == "" ? "" : fs::path(path).extension().string().substr(1);
+    if (kind != "png" && kind != "svg" && kind != "pdf")
+        throw std::runtime_error("cannot draw '" + path +
+                                 "': its name must end in .png, .svg or .pdf");
+    if (figure.panels.empty())
+        throw std::runtime_error("cannot draw '" + path + "': there is nothing to draw");
+    const std::string aside = path + ".new";
+    const File script(std::tmpfile(), std::fclose), errors(std::tmpfile(), std::fclose);
+    const File picture(std::fopen(aside.c_str(), "wb"), std::fclose);
+    if (!script || !errors || !picture)
+        throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
+    const std::string text = makeGnuplotScript(kind, figure);
+    std::fwrite(text.data(), 1, text.size(), script.get());
+    std::rewind(script.get());
+    ChildSetup setup;
+    setup.arguments = {"gnuplot", "--default-settings", "-"};
+    setup.input = fileno(script.get());
+    setup.output = fileno(picture.get());
+    setup.error = fileno(errors.get());
+    ChildEnd end;
+    try {
+        end = ChildProcess(setup).wait();
+    } catch (const std::runtime_error& error) {
+        fs::remove(aside);
+        throw std::runtime_error(std::string(error.what()) +
+                                 " (plots are drawn by gnuplot: package gnuplot-nox)");
+    }
+    if (!end.isSuccess() || fs::file_size(aside) == 0) {
+        std::string said(2000, '\0');
+        std::rewind(errors.get());
+        said.resize(std::fread(said.data(), 1, said.size(), errors.get()));
+        fs::remove(aside);
+        throw std::runtime_error("gnuplot failed to draw '" + path + "': " + said);
+    }
+    fs::rename(aside, path);
+}
+
+}  // namespace cli
+}  // namespace simflex

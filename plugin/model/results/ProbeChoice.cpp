@@ -1,0 +1,96 @@
+#include "simflex/model/results/ProbeChoice.h"
+
+#include <fnmatch.h>
+
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+
+namespace simflex {
+namespace cli {
+namespace {
+
+bool fits(const std::string& pattern, const std::string& name) {
+    return pattern == name || fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
+}
+
+}  // namespace
+
+std::string listNames(const std::vector<std::string>& names, size_t most) {
+    std::string list;
+    for (size_t k = 0; k < names.size() && k < most; ++k) list += (k ? ", " : "") + names[k];
+    return names.size() > most ? list + " …" : list;
+}
+
+std::vector<ChosenColumn> chooseColumns(const ResultData::Analysis& analysis,
+                                        const std::vector<std::string>& patterns) {
+    std::vector<ChosenColumn> chosen;
+    std::vector<std::string> probes;
+    std::set<std::string> used;
+    for (const auto& series : analysis.probes) {
+        const ResultColumn& probe = series.column;
+        probes.push_back(probe.name);
+        for (size_t c = 0; c < probe.columns.size(); ++c) {
+            const std::string name =
+                probe.columns[c].empty() ? probe.name : probe.name + "." + probe.columns[c];
+            bool isChosen = patterns.empty();
+            for (const std::string& pattern : patterns)
+                if (fits(pattern, name) || fits(pattern, probe.name)) {
+                    isChosen = true;
+                    used.insert(pattern);
+                }
+            if (!isChosen) continue;
+            chosen.push_back({name, probe.name, probe.columns[c], probe.unit, {}});
+            for (const auto& row : series.rows) chosen.back().values.push_back(row.at(c));
+        }
+    }
+    for (const std::string& pattern : patterns)
+        if (!used.count(pattern))
+            throw std::runtime_error(
+                "analysis '" + analysis.name + "' has no probe '" + pattern + "'; " +
+                (probes.empty() ? "it has none" : "there are: " + listNames(probes)));
+    return chosen;
+}
+
+const ResultData::Analysis& chooseAnalysis(const ResultData& results, const std::string& path,
+                                           const std::string& name) {
+    std::vector<std::string> names;
+    for (const auto& analysis : results.analyses) {
+        if (analysis.name == name) return analysis;
+        names.push_back(analysis.name);
+    }
+    if (results.analyses.empty())
+        throw std::runtime_error("result file '" + path + "' has no analysis yet");
+    if (!name.empty())
+        throw std::runtime_error("result file '" + path + "' has no analysis '" + name +
+                                 "'; there are: " + listNames(names));
+    for (const auto& analysis : results.analyses)
+        if (analysis.type == "transient") return analysis;
+    return results.analyses.front();
+}
+
+std::vector<std::string> makeFileLabels(const std::vector<std::string>& paths) {
+    std::vector<std::string> labels;
+    std::set<std::string> stems;
+    for (const std::string& path : paths) stems.insert(std::filesystem::path(path).stem().string());
+    const bool isFolderEnough = paths.size() > 1 && stems.size() == 1;
+    for (int folders = 0; folders < 5; ++folders) {
+        labels.clear();
+        for (const std::string& path : paths) {
+            std::filesystem::path rest = std::filesystem::path(path).lexically_normal();
+            std::string label = rest.stem().string();
+            for (int k = 0; k < folders && rest.has_parent_path(); ++k) {
+                rest = rest.parent_path();
+                const bool isAlone = isFolderEnough && k == 0;
+                label = rest.filename().string() + (isAlone ? "" : "/" + label);
+            }
+            labels.push_back(label);
+        }
+        if (std::set<std::string>(labels.begin(), labels.end()).size() == labels.size())
+            return labels;
+    }
+    return paths;
+}
+
+}  // namespace cli
+}  // namespace simflex

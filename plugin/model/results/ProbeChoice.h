@@ -1,0 +1,41 @@
+#pragma once
+/** @file
+Analyses and probes of result files by the names that a user gives. **/
+
+#include <string>
+#include <vector>
+
+#include "simflex/model/results/ResultFile.h"
+
+namespace simflex {
+namespace cli {
+
+/** A column of a probe. **/
+struct ChosenColumn {
+    std::string name;   ///< "tip.x", or "energy" of a single number
+    std::string probe;  ///< "tip"
+    std::string column;
+    std::string unit;
+    std::vector<double> values;  ///< one for each row
+};
+
+/** Columns whose name, or whose probe's name, is one of `patterns`, in the file's order; a pattern
+may have `*`, `?` and `[…]`. No patterns: all. @throws std::runtime_error listing the probes if a
+pattern fits none. **/
+std::vector<ChosenColumn> chooseColumns(const ResultData::Analysis& analysis,
+                                        const std::vector<std::string>& patterns);
+
+/** The analysis of that name; with no name the first transient one, else the first.
+@throws std::runtime_error naming the file and the analyses that it has. **/
+const ResultData::Analysis& chooseAnalysis(const ResultData& results, const std::string& path,
+                                           const std::string& name);
+
+/** "a, b, c" — at most so many, then "…". **/
+std::string listNames(const std::vector<std::string>& names, size_t most = 20);
+
+/** Short names that tell files apart: their names without folders and extension, or as much of
+their paths as it takes. **/
+std::vector<std::string> makeFileLabels(const std::vector<std::string>& paths);
+
+}  // namespace cli
+}  // namespace simflex

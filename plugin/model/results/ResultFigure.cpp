@@ -1,0 +1,300 @@
+#include "simflex/model/results/ResultFigure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "simflex/model/results/ProbeChoice.h"
+#include "simflex/model/results/UnitScale.h"
+#include "simflex/part/NumberText.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+constexpr size_t kMostPanels = 12, kMostCurves = 40;
+constexpr double kMostRatio = 30;  // of the probes that share a panel
+
+/** A curve before its panel is known. **/
+struct Candidate {
+    ChosenColumn column;
+    size_t source;
+    std::vector<double> x;
+};
+
+double findLargest(const std::vector<double>& values, double largest = 0) {
+    for (const double value : values)
+        if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
+    return largest;
+}
+
+void scale(std::vector<double>& values, double size) {
+    for (double& value : values) value /= size;
+}
+
+/** Keeps the rows of the wanted times. **/
+void cutToTimes(const std::vector<double>& time, const FigureWishes& wishes,
+                std::vector<double>& values) {
+    std::vector<double> kept;
+    for (size_t k = 0; k < values.size(); ++k)
+        if (time[k] >= wishes.from && time[k] <= wishes.to) kept.push_back(values[k]);
+    values = kept;
+}
+
+ChosenColumn chooseX(const FigureSource& source, const std::string& name) {
+    auto columns = chooseColumns(*source.analysis, {name});
+    if (columns.size() != 1) {
+        std::vector<std::string> names;
+        for (const ChosenColumn& column : columns) names.push_back(column.name);
+        throw std::runtime_error("--x wants one number, and '" + name + "' has " +
+                                 std::to_string(columns.size()) + ": name one of " +
+                                 listNames(names));
+    }
+    return columns[0];
+}
+
+std::vector<Candidate> collect(const std::vector<FigureSource>& sources, const FigureWishes& wishes,
+                               std::string& xName, std::string& xUnit) {
+    std::vector<Candidate> candidates;
+    for (size_t s = 0; s < sources.size(); ++s) {
+        const std::vector<double>& time = sources[s].analysis->time;
+        std::vector<double> x = time;
+        xName = "time";
+        xUnit = "s";
+        if (!wishes.xProbe.empty()) {
+            const ChosenColumn chosen = chooseX(sources[s], wishes.xProbe);
+            x = chosen.values;
+            xName = chosen.name;
+            xUnit = chosen.unit;
+        }
+        cutToTimes(time, wishes, x);
+        for (ChosenColumn& column : chooseColumns(*sources[s].analysis, wishes.probes)) {
+            if (wishes.probes.empty() && column.name == xName) continue;
+            cutToTimes(time, wishes, column.values);
+            candidates.push_back({std::move(column), s, x});
+        }
+    }
+    if (candidates.empty()) throw std::runtime_error("there is no probe to draw");
+    if (std::all_of(candidates.begin(), candidates.end(),
+                    [](const Candidate& c) { return c.x.empty(); }))
+        throw std::runtime_error("there is no output time to draw; is --from beyond the end?");
+    return candidates;
+}
+
+/** Candidates that share a panel. **/
+struct Group {
+    std::string key;
+    double largest = 0;  ///< of the values in it
+    std::vector<Candidate> candidates;
+};
+
+/** Whether a probe would not be lost in a panel, nor make others lost. **/
+bool isOfSize(double largest, double other) {
+    return largest == 0 || other == 0 ||
+           std::max(largest, other) < kMostRatio * std::min(largest, other);
+}
+
+/** In the order of the first candidate. **/
+std::vector<Group> group(std::vector<Candidate> candidates, FigureWishes::Panels panels) {
+    std::map<std::string, double> largest;  // of each probe
+    for (const Candidate& candidate : candidates) {
+        double& value = largest[candidate.column.probe];
+        value = findLargest(candidate.column.values, value);
+    }
+    std::vector<Group> groups;
+    for (Candidate& candidate : candidates) {
+        const std::string key = panels == FigureWishes::Panels::Together  ? ""
+                                : panels == FigureWishes::Panels::Stacked ? candidate.column.probe
+                                                                          : candidate.column.unit;
+        const double size = largest[candidate.column.probe];
+        auto found = std::find_if(groups.begin(), groups.end(), [&](const Group& entry) {
+            return entry.key == key &&
+                   (panels != FigureWishes::Panels::ByUnit || isOfSize(size, entry.largest));
+        });
+        if (found == groups.end()) found = groups.insert(groups.end(), Group{key, 0, {}});
+        found->largest = std::max(found->largest, size);
+        found->candidates.push_back(std::move(candidate));
+    }
+    return groups;
+}
+
+FigurePanel makePanel(std::vector<Candidate>& candidates, const std::vector<FigureSource>& sources,
+                      double xSize) {
+    std::set<std::string> probes, columns, units;
+    std::set<size_t> files;
+    double largest = 0;
+    for (const Candidate& candidate : candidates) {
+        probes.insert(candidate.column.probe);
+        columns.insert(candidate.column.name);
+        units.insert(candidate.column.unit);
+        files.insert(candidate.source);
+        largest = findLargest(candidate.column.values, largest);
+    }
+    if (units.size() > 1)
+        throw std::runtime_error("--together wants probes of one unit, not of " +
+                                 listNames({units.begin(), units.end()}));
+    if (candidates.size() > kMostCurves)
+        throw std::runtime_error(std::to_string(candidates.size()) +
+                                 " curves in one panel are too many (at most " +
+                                 std::to_string(kMostCurves) + "): name probes, as in 'tip.x'");
+    const UnitScale unit = chooseUnitScale(*units.begin(), largest);
+    FigurePanel panel;
+    const bool hasOneColumn = columns.size() == 1;
+    panel.label = makeAxisLabel(hasOneColumn         ? *columns.begin()
+                                : probes.size() == 1 ? *probes.begin()
+                                                     : "",
+                                unit.unit);
+    std::vector<std::string> order;
+    for (Candidate& candidate : candidates) {
+        const ChosenColumn& column = candidate.column;
+        if (std::find(order.begin(), order.end(), column.name) == order.end())
+            order.push_back(column.name);
+        const size_t place =
+            size_t(std::find(order.begin(), order.end(), column.name) - order.begin());
+        FigureCurve curve;
+        curve.name = hasOneColumn ? "" : probes.size() == 1 ? column.column : column.name;
+        if (files.size() > 1) {
+            const std::string& label = sources[candidate.source].label;
+            curve.name = curve.name.empty() ? label : curve.name + " (" + label + ")";
+        }
+        curve.color = int(hasOneColumn ? candidate.source : place);
+        curve.dash = int(hasOneColumn ? candidate.source / 7 : candidate.source + place / 7);
+        curve.x = std::move(candidate.x);
+        curve.y = std::move(candidate.column.values);
+        scale(curve.x, xSize);
+        scale(curve.y, unit.size);
+        panel.curves.push_back(std::move(curve));
+    }
+    return panel;
+}
+
+Figure makeTransientFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
+    std::string xName, xUnit;
+    std::vector<Candidate> candidates = collect(sources, wishes, xName, xUnit);
+    double largest = 0;
+    for (const Candidate& candidate : candidates) largest = findLargest(candidate.x, largest);
+    const UnitScale xScale = chooseUnitScale(xUnit, largest);
+    Figure figure;
+    figure.xLabel = makeAxisLabel(xName, xScale.unit);
+    auto groups = group(std::move(candidates), wishes.panels);
+    if (groups.size() > kMostPanels)
+        throw std::runtime_error(std::to_string(groups.size()) + " panels are too many (at most " +
+                                 std::to_string(kMostPanels) + "): name some of the probes");
+    for (Group& entry : groups)
+        figure.panels.push_back(makePanel(entry.candidates, sources, xScale.size));
+    if (wishes.hasPoints)
+        for (FigurePanel& panel : figure.panels)
+            for (FigureCurve& curve : panel.curves) curve.marks = FigureCurve::Marks::Points;
+    return figure;
+}
+
+bool hasDamping(const std::vector<FigureSource>& sources) {
+    for (const FigureSource& source : sources)
+        for (const auto& row : source.analysis->dampingRatio)
+            for (const double ratio : row)
+                if (std::abs(ratio) > 1e-9) return true;
+    return false;
+}
+
+Figure makeEigenFigure(const std::vector<FigureSource>& sources) {
+    Figure figure;
+    figure.xLabel = "mode";
+    figure.hasWholeNumbers = true;
+    FigurePanel frequencies{"natural frequency [Hz]", {}, true},
+        damping{"damping ratio [%]", {}, true};
+    for (size_t s = 0; s < sources.size(); ++s) {
+        FigureCurve curve;
+        curve.name = sources.size() > 1 ? sources[s].label : "";
+        curve.color = int(s);
+        curve.marks = FigureCurve::Marks::Stems;
+        const size_t count = sources[s].analysis->frequency.at(0).size();
+        for (size_t k = 0; k < count; ++k)  // beside each other, so that none hides another
+            curve.x.push_back(double(k + 1) + 0.5 *
+                                                  (double(s) + 0.5 - 0.5 * double(sources.size())) /
+                                                  double(sources.size()));
+        curve.y = sources[s].analysis->frequency[0];
+        frequencies.curves.push_back(curve);
+        curve.y = sources[s].analysis->dampingRatio.at(0);
+        scale(curve.y, 0.01);
+        damping.curves.push_back(curve);
+    }
+    figure.panels.push_back(frequencies);
+    if (hasDamping(sources)) figure.panels.push_back(damping);
+    return figure;
+}
+
+/** Values of one mode over the speeds. **/
+FigureCurve makeModeCurve(const FigureSource& source, size_t file, size_t mode, bool isSeveral,
+                          const std::vector<std::vector<double>>& table, double unitSize) {
+    FigureCurve curve;
+    if (isSeveral) {
+        curve.name = mode == 0 ? source.label : "";
+    } else {
+        curve.name = "mode " + std::to_string(mode + 1);
+    }
+    curve.color = int(isSeveral ? file : mode);
+    curve.dash = int(isSeveral ? file : mode / 7);
+    curve.marks = FigureCurve::Marks::Points;
+    curve.x = source.analysis->speeds;
+    for (const auto& row : table) curve.y.push_back(row.at(mode) / unitSize);
+    return curve;
+}
+
+Figure makeCampbellFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
+    constexpr double pi = 3.14159265358979323846;
+    Figure figure;
+    figure.xLabel = wishes.orders.empty() ? "speed" : "speed [rad/s]";
+    FigurePanel frequencies{"natural frequency [Hz]", {}, true},
+        damping{"damping ratio [%]", {}, false};
+    double highest = 0;
+    for (size_t s = 0; s < sources.size(); ++s) {
+        const ResultData::Analysis& analysis = *sources[s].analysis;
+        const size_t numModes = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
+        for (size_t mode = 0; mode < numModes; ++mode) {
+            const bool isSeveral = sources.size() > 1;
+            frequencies.curves.push_back(
+                makeModeCurve(sources[s], s, mode, isSeveral, analysis.frequency, 1));
+            damping.curves.push_back(
+                makeModeCurve(sources[s], s, mode, isSeveral, analysis.dampingRatio, 0.01));
+            highest = findLargest(frequencies.curves.back().y, highest);
+        }
+    }
+    for (const double order : wishes.orders) {
+        FigureCurve line;
+        line.name = writeGeneral(order, 6) + "×";
+        line.isFaint = true;
+        for (const double speed : sources.at(0).analysis->speeds) {
+            const double hertz = order * std::abs(speed) / (2 * pi);
+            if (hertz > 1.2 * highest) continue;  // what is beyond the modes would flatten them
+            line.x.push_back(speed);
+            line.y.push_back(hertz);
+        }
+        frequencies.curves.push_back(line);
+    }
+    if (frequencies.curves.empty()) throw std::runtime_error("the Campbell diagram has no modes");
+    figure.panels.push_back(frequencies);
+    if (hasDamping(sources)) figure.panels.push_back(damping);
+    return figure;
+}
+
+}  // namespace
+
+Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
+    const std::string& type = sources.at(0).analysis->type;
+    for (const FigureSource& source : sources)
+        if (source.analysis->type != type)
+            throw std::runtime_error("analysis '" + source.analysis->name + "' of " + source.label +
+                                     " is " + source.analysis->type + ", the first is " + type +
+                                     ": they cannot share a figure; choose by --analysis");
+    if (type == "static")
+        throw std::runtime_error("analysis '" + sources[0].analysis->name +
+                                 "' is static: one number for each probe, which is no curve");
+    if (type == "eigen") return makeEigenFigure(sources);
+    if (type == "campbell") return makeCampbellFigure(sources, wishes);
+    return makeTransientFigure(sources, wishes);
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,35 @@
+#pragma once
+/** @file
+Figures of results. **/
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "simflex/model/results/Figure.h"
+#include "simflex/model/results/ResultFile.h"
+
+namespace simflex {
+namespace cli {
+
+/** An analysis of one result file. **/
+struct FigureSource {
+    std::string label;  ///< of the file, where there are several
+    const ResultData::Analysis* analysis;
+};
+
+struct FigureWishes {
+    std::vector<std::string> probes;  ///< patterns; none: all
+    std::string xProbe;               ///< empty: time
+    enum class Panels { ByUnit, Together, Stacked } panels = Panels::ByUnit;
+    double from = -std::numeric_limits<double>::infinity(), to = -from;  ///< [s]
+    bool hasPoints = false;                                              ///< rows are marked
+    std::vector<double> orders;  ///< campbell: lines of this many times the speed [rad/s]
+};
+
+/** Probes over time (or over another probe), frequencies of eigenmodes, or a Campbell diagram: the
+analyses must be of one type. @throws std::runtime_error. **/
+Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes);
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,89 @@
+#pragma once
+/** @file
+The journal of a result file: everything that a run records, appended record by record. Each record
+carries a checksum; a torn one at the end, left by a kill or a full disk, counts as not written.
+Internal to results. **/
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "simflex/model/results/ResultFile.h"
+
+namespace simflex {
+namespace cli {
+
+class ResultJournal {
+public:
+    /** An analysis; the rows of a transient one stay in the file. **/
+    struct Analysis {
+        ResultData::Analysis contents;
+        int numColumns = 0, numQ = 0, numU = 0;
+        struct Segment {
+            std::uint64_t offset;  ///< of its first row's record
+            int first, count;
+        };
+        std::vector<Segment> segments;
+        std::uint64_t start = 0;  ///< end of its first record
+        int numRows = 0;
+
+        /** Numbers in a row: time, columns, q, u. **/
+        int getRowSize() const { return 1 + numColumns + numQ + numU; }
+    };
+
+    enum class Access { Create, Append, Read };
+    /** Opens; Append and Read take what the file holds.
+    @throws std::runtime_error if it cannot be opened, is no journal, or is being written by another
+        process. **/
+    ResultJournal(const std::string& path, Access access);
+    ~ResultJournal();
+    ResultJournal(const ResultJournal&) = delete;
+    ResultJournal& operator=(const ResultJournal&) = delete;
+
+    const ResultHeader& getHeader() const { return _header; }
+    const std::vector<Analysis>& getAnalyses() const { return _analyses; }
+    /** The analysis of that name; null if there is none. **/
+    const Analysis* find(const std::string& name) const;
+    /** Of an analysis, which need not have begun; empty name: of all. **/
+    const std::vector<std::string>& getWarnings(const std::string& analysis) const;
+
+    /** @name Appending. Names are not checked. **/
+    /**@{**/
+    void addHeader(const ResultHeader& header);
+    void addAnalysis(const Analysis& analysis);
+    /** A row of the last analysis. **/
+    void addRow(const std::vector<double>& row);
+    void addStatistics(const std::string& analysis, const std::map<std::string, double>& values);
+    void addComplete(const std::string& analysis);
+    /** @param analysis  empty: of all **/
+    void addWarning(const std::string& analysis, const std::string& text);
+    /** Drops whatever came after the first `numRows` rows of an analysis. **/
+    void cut(const std::string& analysis, int numRows);
+    /** Waits until the disk has it all. **/
+    void sync();
+    /**@}**/
+
+    /** Rows `first` … of an analysis, one behind the other. **/
+    std::vector<double> readRows(const Analysis& analysis, int first, int count) const;
+
+private:
+    void scan();
+    void append(std::uint64_t kind, const std::string& payload);
+    /** Keeps a record's contents. @throws std::runtime_error if it makes no sense. **/
+    void take(std::uint64_t kind, const std::string& payload, std::uint64_t offset);
+    Analysis& update(const std::string& name);
+    void countRow(std::uint64_t offset);
+
+    std::string _path;
+    int _file = -1;
+    std::uint64_t _end = 0;  ///< of the last whole record
+    bool _hasHeader = false;
+    ResultHeader _header;
+    std::vector<Analysis> _analyses;
+    std::map<std::string, std::vector<std::string>> _warnings;  ///< by analysis
+    std::string _record;                                        ///< room for one
+};
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,387 @@
+#include "simflex/model/results/ResultLayout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "simflex/part/Hdf5.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+constexpr size_t kBlockNumbers = size_t(1) << 20;  // of rows read from the journal at once
+constexpr size_t kMostText = size_t(1) << 28;      // of a model file
+using Rows = std::vector<std::vector<double>>;
+
+void check(herr_t status, const std::string& what) {
+    if (status < 0) throw std::runtime_error(hdf5::describeFailure(what));
+}
+
+std::string join(const std::vector<std::string>& texts, char separator) {
+    std::string joined;
+    for (const std::string& text : texts)
+        joined += (&text == &texts[0] ? "" : std::string(1, separator)) + text;
+    return joined;
+}
+
+std::vector<std::string> split(const std::string& text, char separator) {
+    std::vector<std::string> parts{""};
+    for (const char c : text) {
+        if (c == separator) {
+            parts.emplace_back();
+        } else {
+            parts.back() += c;
+        }
+    }
+    return parts;
+}
+
+/** A text of any length as a data set of its own. **/
+hdf5::Handle writeLongText(hid_t parent, const std::string& name, const std::string& text) {
+    const hdf5::Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "describe '" + name + "'");
+    check(H5Tset_size(type, text.size() + 1), "describe '" + name + "'");
+    check(H5Tset_cset(type, H5T_CSET_UTF8), "describe '" + name + "'");
+    const hdf5::Handle space(H5Screate(H5S_SCALAR), H5Sclose, "shape '" + name + "'");
+    const hdf5::Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "create properties");
+    check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
+    hdf5::Handle data(
+        H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT),
+        H5Dclose, "create '" + name + "'");
+    check(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str()),
+          "write '" + name + "'");
+    return data;
+}
+
+hdf5::Handle openData(hid_t parent, const std::string& name) {
+    return hdf5::Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose,
+                        "open '" + name + "'");
+}
+
+std::string readLongText(hid_t data, const std::string& name) {
+    const hdf5::Handle type(H5Dget_type(data), H5Tclose, "read the type of '" + name + "'");
+    const hdf5::Handle space(H5Dget_space(data), H5Sclose, "read the shape of '" + name + "'");
+    const size_t size = H5Tget_size(type);
+    if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0 ||
+        H5Sget_simple_extent_npoints(space) != 1 || size > kMostText ||
+        H5Dget_storage_size(data) < size)
+        throw std::runtime_error("'" + name + "' is no text");
+    std::string text(size + 1, '\0');
+    check(H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()), "read '" + name + "'");
+    text.resize(text.find('\0'));
+    return text;
+}
+
+void writeNumber(hid_t object, const std::string& name, double value) {
+    const hdf5::Handle space(H5Screate(H5S_SCALAR), H5Sclose, "shape '" + name + "'");
+    const hdf5::Handle attribute(
+        H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+        "create '" + name + "'");
+    check(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value), "write '" + name + "'");
+}
+
+std::map<std::string, double> readStatistics(hid_t group) {
+    std::map<std::string, double> statistics;
+    H5O_info_t info;
+    check(H5Oget_info2(group, &info, H5O_INFO_NUM_ATTRS), "count the attributes of 'statistics'");
+    for (hsize_t k = 0; k < info.num_attrs; ++k) {
+        const hdf5::Handle attribute(
+            H5Aopen_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, k, H5P_DEFAULT, H5P_DEFAULT),
+            H5Aclose, "open an attribute of 'statistics'");
+        const hdf5::Handle space(H5Aget_space(attribute), H5Sclose, "read 'statistics'");
+        const hdf5::Handle type(H5Aget_type(attribute), H5Tclose, "read 'statistics'");
+        std::string name(size_t(std::max<ssize_t>(0, H5Aget_name(attribute, 0, nullptr))) + 1,
+                         '\0');
+        H5Aget_name(attribute, name.size(), name.data());
+        name.resize(name.find('\0'));
+        double value = 0;
+        if (H5Sget_simple_extent_npoints(space) != 1 || H5Tget_class(type) != H5T_FLOAT ||
+            H5Aread(attribute, H5T_NATIVE_DOUBLE, &value) < 0)
+            throw std::runtime_error("'statistics." + name + "' is not one number");
+        statistics[name] = value;
+    }
+    return statistics;
+}
+
+/** An empty matrix of doubles that is filled row by row. **/
+hdf5::Handle createMatrix(hid_t parent, const std::string& name,
+                          const std::vector<hsize_t>& shape) {
+    const hdf5::Handle space(H5Screate_simple(int(shape.size()), shape.data(), nullptr), H5Sclose,
+                             "shape '" + name + "'");
+    const hdf5::Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "create properties");
+    check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
+    check(H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER), "leave '" + name + "' unfilled");
+    return hdf5::Handle(H5Dcreate2(parent, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT,
+                                   properties, H5P_DEFAULT),
+                        H5Dclose, "create '" + name + "'");
+}
+
+/** Where a data set stands in a row of the journal. **/
+struct Strip {
+    hdf5::Handle data;
+    int begin, width;
+    bool isVector;
+};
+
+void writeStrip(const Strip& strip, const std::vector<double>& rows, int rowSize, int first,
+                int count, std::vector<double>& room) {
+    const size_t width = size_t(strip.width);
+    room.resize(size_t(count) * width);
+    for (size_t k = 0; k < size_t(count); ++k)
+        std::copy_n(&rows[k * size_t(rowSize) + size_t(strip.begin)], width, &room[k * width]);
+    const hsize_t start[2] = {hsize_t(first), 0}, extent[2] = {hsize_t(count), hsize_t(width)};
+    const hdf5::Handle stored(H5Dget_space(strip.data), H5Sclose, "read a shape");
+    const hdf5::Handle given(H5Screate_simple(strip.isVector ? 1 : 2, extent, nullptr), H5Sclose,
+                             "shape rows");
+    check(H5Sselect_hyperslab(stored, H5S_SELECT_SET, start, nullptr, extent, nullptr),
+          "select rows");
+    check(H5Dwrite(strip.data, H5T_NATIVE_DOUBLE, given, stored, H5P_DEFAULT, room.data()),
+          "write rows");
+}
+
+void writeTransient(hid_t group, hid_t probes, const ResultJournal::Analysis& analysis,
+                    const ResultJournal& journal) {
+    const hsize_t n = hsize_t(analysis.numRows);
+    std::vector<Strip> strips;
+    strips.push_back({createMatrix(group, "time", {n}), 0, 1, true});
+    int begin = 1;
+    for (const auto& series : analysis.contents.probes) {
+        const int width = int(series.column.columns.size());
+        strips.push_back(
+            {createMatrix(probes, series.column.name, {n, hsize_t(width)}), begin, width, false});
+        begin += width;
+    }
+    if (analysis.numQ + analysis.numU > 0) {
+        const auto states = hdf5::createGroup(group, "states");
+        strips.push_back(
+            {createMatrix(states, "q", {n, hsize_t(analysis.numQ)}), begin, analysis.numQ, false});
+        begin += analysis.numQ;
+        strips.push_back(
+            {createMatrix(states, "u", {n, hsize_t(analysis.numU)}), begin, analysis.numU, false});
+    }
+    const int rowSize = analysis.getRowSize();
+    const int perBlock = int(std::max<size_t>(1, kBlockNumbers / size_t(rowSize)));
+    std::vector<double> room;
+    for (int first = 0; first < analysis.numRows; first += perBlock) {
+        const int count = std::min(perBlock, analysis.numRows - first);
+        const std::vector<double> rows = journal.readRows(analysis, first, count);
+        for (const Strip& strip : strips)
+            if (strip.width > 0) writeStrip(strip, rows, rowSize, first, count, room);
+    }
+}
+
+void writeMatrix(hid_t parent, const std::string& name, const Rows& rows) {
+    const size_t width = rows.empty() ? 0 : rows[0].size();
+    std::vector<double> joined;
+    for (const auto& row : rows) joined.insert(joined.end(), row.begin(), row.end());
+    hdf5::write(parent, name, {rows.size(), width}, joined.data());
+}
+
+void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& analysis,
+                   const ResultJournal& journal) {
+    const ResultData::Analysis& contents = analysis.contents;
+    const auto group = hdf5::createGroup(analyses, contents.name);
+    hdf5::writeText(group, "type", contents.type);
+    hdf5::writeInteger(group, "index", index);
+    hdf5::writeInteger(group, "complete", contents.isComplete ? 1 : 0);
+    const bool isTransient = contents.type == "transient";
+    if (isTransient || contents.type == "static") {
+        const auto probes = hdf5::createGroup(group, "probes");
+        if (isTransient) {
+            writeTransient(group, probes, analysis, journal);
+        } else {
+            for (const auto& series : contents.probes)
+                writeMatrix(probes, series.column.name, series.rows);
+            if (!contents.q.empty() && !contents.q[0].empty())
+                writeMatrix(hdf5::createGroup(group, "states"), "q", contents.q);
+        }
+        int place = 0;
+        for (const auto& series : contents.probes) {
+            const auto data = openData(probes, series.column.name);
+            hdf5::writeText(data, "unit", series.column.unit);
+            hdf5::writeText(data, "columns", join(series.column.columns, ','));
+            hdf5::writeInteger(data, "index", place++);
+        }
+    } else if (contents.type == "eigen") {
+        hdf5::write(group, "frequency", {contents.frequency.at(0).size()},
+                    contents.frequency[0].data());
+        hdf5::write(group, "damping_ratio", {contents.dampingRatio.at(0).size()},
+                    contents.dampingRatio[0].data());
+    } else {
+        hdf5::write(group, "speeds", {contents.speeds.size()}, contents.speeds.data());
+        writeMatrix(group, "frequency", contents.frequency);
+        writeMatrix(group, "damping_ratio", contents.dampingRatio);
+    }
+    if (!contents.statistics.empty()) {
+        const auto statistics = hdf5::createGroup(group, "statistics");
+        for (const auto& [name, value] : contents.statistics) writeNumber(statistics, name, value);
+    }
+    const std::vector<std::string>& warnings = journal.getWarnings(contents.name);
+    if (!warnings.empty()) hdf5::writeTexts(group, "warnings", warnings);
+}
+
+/** Names of a group's members. **/
+std::vector<std::string> listMembers(hid_t group) {
+    std::vector<std::string> names;
+    const size_t count = hdf5::countLinks(group);
+    for (size_t k = 0; k < count; ++k) {
+        const ssize_t size = H5Lget_name_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, hsize_t(k),
+                                                nullptr, 0, H5P_DEFAULT);
+        if (size < 0) throw std::runtime_error("cannot list the members of a group");
+        std::string name(size_t(size) + 1, '\0');
+        H5Lget_name_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, hsize_t(k), name.data(),
+                           name.size(), H5P_DEFAULT);
+        name.resize(size_t(size));
+        names.push_back(name);
+    }
+    return names;
+}
+
+/** The members of a group in the order of their attribute `index`. **/
+std::vector<std::string> listInOrder(hid_t group) {
+    std::vector<std::pair<int, std::string>> members;
+    for (const std::string& name : listMembers(group)) {
+        const hdf5::Handle member(H5Oopen(group, name.c_str(), H5P_DEFAULT), H5Oclose,
+                                  "open '" + name + "'");
+        members.emplace_back(hdf5::readInteger(member, "index"), name);
+    }
+    std::sort(members.begin(), members.end());
+    std::vector<std::string> names;
+    for (const auto& member : members) names.push_back(member.second);
+    return names;
+}
+
+/** @param numRows  at least 1
+@param width  0: whatever it is **/
+Rows readMatrix(hid_t parent, const std::string& name, hsize_t numRows, hsize_t width) {
+    const std::vector<double> numbers = hdf5::readNumbers(parent, name, {numRows, width});
+    const std::ptrdiff_t columns = std::ptrdiff_t(numbers.size() / numRows);
+    Rows rows;
+    for (auto row = numbers.begin(); rows.size() < numRows; row += columns)
+        rows.emplace_back(row, row + columns);
+    return rows;
+}
+
+void readProbes(hid_t group, hsize_t numRows, ResultData::Analysis& analysis) {
+    const auto probes = hdf5::openGroup(group, "probes");
+    for (const std::string& name : listInOrder(probes)) {
+        ResultData::Series series;
+        const auto data = openData(probes, name);
+        series.column.name = name;
+        series.column.unit = hdf5::readText(data, "unit");
+        series.column.columns = split(hdf5::readText(data, "columns"), ',');
+        if (numRows > 0)
+            series.rows = readMatrix(probes, name, numRows, series.column.columns.size());
+        analysis.probes.push_back(std::move(series));
+    }
+}
+
+void readStates(hid_t group, hsize_t numRows, ResultData::Analysis& analysis) {
+    if (numRows == 0 || !hdf5::hasLink(group, "states")) return;
+    const auto states = hdf5::openGroup(group, "states");
+    analysis.q = readMatrix(states, "q", numRows, 0);
+    if (hdf5::hasLink(states, "u")) analysis.u = readMatrix(states, "u", numRows, 0);
+}
+
+ResultData::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStates states) {
+    const auto group = hdf5::openGroup(analyses, name);
+    ResultData::Analysis analysis;
+    analysis.name = name;
+    analysis.type = hdf5::readText(group, "type");
+    analysis.isComplete = hdf5::readInteger(group, "complete") != 0;
+    if (analysis.type == "transient") {
+        analysis.time = hdf5::readNumbers(group, "time", {0});
+        for (size_t k = 0; k < analysis.time.size(); ++k)
+            if (!std::isfinite(analysis.time[k]) ||
+                (k > 0 && analysis.time[k] < analysis.time[k - 1]))
+                throw std::runtime_error("'time' decreases at row " + std::to_string(k));
+        readProbes(group, analysis.time.size(), analysis);
+        if (states == ReadStates::Yes) readStates(group, analysis.time.size(), analysis);
+    } else if (analysis.type == "static") {
+        readProbes(group, 1, analysis);
+        if (states == ReadStates::Yes) readStates(group, 1, analysis);
+    } else if (analysis.type == "eigen") {
+        analysis.frequency = {hdf5::readNumbers(group, "frequency", {0})};
+        analysis.dampingRatio = {
+            hdf5::readNumbers(group, "damping_ratio", {analysis.frequency[0].size()})};
+    } else if (analysis.type == "campbell") {
+        analysis.speeds = hdf5::readNumbers(group, "speeds", {0});
+        const hsize_t n = analysis.speeds.size();
+        if (n > 0) {
+            analysis.frequency = readMatrix(group, "frequency", n, 0);
+            analysis.dampingRatio =
+                readMatrix(group, "damping_ratio", n, analysis.frequency[0].size());
+        }
+    } else {
+        throw std::runtime_error("its type is '" + analysis.type +
+                                 "', not transient, static, eigen or campbell");
+    }
+    if (hdf5::hasLink(group, "statistics"))
+        analysis.statistics = readStatistics(hdf5::openGroup(group, "statistics"));
+    if (hdf5::hasLink(group, "warnings")) analysis.warnings = hdf5::readTexts(group, "warnings");
+    return analysis;
+}
+
+}  // namespace
+
+std::string getJournalPath(const std::string& path) {
+    return path + ".rows";
+}
+
+void writeResultLayout(const std::string& path, const ResultJournal& journal) {
+    const hdf5::Quiet quiet;
+    const ResultHeader& header = journal.getHeader();
+    const auto file = hdf5::createFile(path);
+    hdf5::writeInteger(file, "simflex_results", kResultFormat);
+    hdf5::writeText(file, "version", SIMFLEX_VERSION);
+    hdf5::writeText(file, "title", header.title);
+    {
+        const auto model = writeLongText(file, "model", header.modelText);
+        hdf5::writeText(model, "path", header.modelPath);
+        hdf5::writeText(model, "settings", join(header.settings, '\n'));
+        hdf5::writeText(model, "bodies", header.isRigid ? "rigid" : "as_given");
+    }
+    if (!journal.getWarnings("").empty())
+        hdf5::writeTexts(file, "warnings", journal.getWarnings(""));
+    const auto analyses = hdf5::createGroup(file, "analyses");
+    int index = 0;
+    for (const auto& analysis : journal.getAnalyses())
+        writeAnalysis(analyses, index++, analysis, journal);
+    if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)
+        throw std::runtime_error("cannot write all of it; is the disk full?");
+}
+
+ResultData readResultLayout(const std::string& path, ReadStates states) {
+    const hdf5::Quiet quiet;
+    const auto file = hdf5::openFile(path);
+    if (H5Aexists(file, "simflex_results") <= 0)
+        throw std::runtime_error("it is no result file of simflex: it has no 'simflex_results'");
+    const int format = hdf5::readInteger(file, "simflex_results");
+    if (format > kResultFormat)
+        throw std::runtime_error("its format is " + std::to_string(format) +
+                                 ", this simflex reads up to " + std::to_string(kResultFormat) +
+                                 ": it needs a newer simflex");
+    if (format < 1)
+        throw std::runtime_error("'simflex_results' is " + std::to_string(format) + ", not 1");
+    ResultData data;
+    data.header.title = hdf5::readText(file, "title");
+    const auto model = openData(file, "model");
+    data.header.modelText = readLongText(model, "model");
+    data.header.modelPath = hdf5::readText(model, "path");
+    const std::string settings = hdf5::readText(model, "settings");
+    if (!settings.empty()) data.header.settings = split(settings, '\n');
+    data.header.isRigid = hdf5::readText(model, "bodies") == "rigid";
+    if (hdf5::hasLink(file, "warnings")) data.warnings = hdf5::readTexts(file, "warnings");
+    const auto analyses = hdf5::openGroup(file, "analyses");
+    for (const std::string& name : listInOrder(analyses)) {
+        try {
+            data.analyses.push_back(readAnalysis(analyses, name, states));
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error("analysis '" + name + "': " + error.what());
+        }
+    }
+    return data;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,25 @@
+#pragma once
+/** @file
+The HDF5 file of ResultFile.h, made of a journal. Internal to results. **/
+
+#include <string>
+
+#include "simflex/model/results/ResultJournal.h"
+
+namespace simflex {
+namespace cli {
+
+constexpr int kResultFormat = 1;
+
+/** Path of the journal of a result file. **/
+std::string getJournalPath(const std::string& path);
+
+/** Writes the whole HDF5 file: the same bytes for the same contents.
+@throws std::runtime_error. **/
+void writeResultLayout(const std::string& path, const ResultJournal& journal);
+
+/** Reads it. @throws std::runtime_error that names the object, not the file. **/
+ResultData readResultLayout(const std::string& path, ReadStates states);
+
+}  // namespace cli
+}  // namespace simflex

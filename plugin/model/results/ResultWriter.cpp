@@ -1,0 +1,411 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+
+#include "simflex/base/SecondsSince.h"
+#include "simflex/model/results/ResultJournal.h"
+#include "simflex/model/results/ResultLayout.h"
+#include "simflex/part/FileChecksum.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+constexpr double kMostOfTheTime = 0.1;  // spent on replacing the file at flush()
+
+void syncPath(const std::string& path) {
+    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) return;
+    const int status = fsync(file), code = errno;
+    close(file);
+    if (status != 0 && code != EINVAL && code != EROFS)
+        throw std::runtime_error(std::string("cannot write all of it: ") + std::strerror(code));
+}
+
+std::string joinLines(const std::vector<std::string>& texts) {
+    std::string joined;
+    for (const std::string& text : texts) joined += text + '\n';
+    return joined;
+}
+
+bool isSameRun(const ResultHeader& a, const ResultHeader& b) {
+    return a.title == b.title && a.modelPath == b.modelPath && a.modelText == b.modelText &&
+           joinLines(a.settings) == joinLines(b.settings) && a.isRigid == b.isRigid;
+}
+
+/** Whether the journal has everything that the file has, and is of the same run. **/
+bool continues(const ResultJournal& journal, const ResultData& file) {
+    if (!isSameRun(journal.getHeader(), file.header)) return false;
+    for (const auto& analysis : file.analyses) {
+        const auto* found = journal.find(analysis.name);
+        if (!found || found->contents.type != analysis.type ||
+            (analysis.isComplete && !found->contents.isComplete) ||
+            found->numRows < int(analysis.time.size()))
+            return false;
+    }
+    return true;
+}
+
+/** The rows of a journal over time, as the file would have them. **/
+void fillRows(const ResultJournal& journal, const ResultJournal::Analysis& analysis,
+              ReadStates states, ResultData::Analysis& result) {
+    constexpr int kBlock = 256;
+    const size_t rowSize = size_t(analysis.getRowSize());
+    for (int first = 0; first < analysis.numRows; first += kBlock) {
+        const int count = std::min(kBlock, analysis.numRows - first);
+        const std::vector<double> rows = journal.readRows(analysis, first, count);
+        for (size_t k = 0; k < size_t(count); ++k) {
+            auto at = rows.begin() + std::ptrdiff_t(k * rowSize);
+            const auto take = [&](size_t width) {
+                at += std::ptrdiff_t(width);
+                return std::vector<double>(at - std::ptrdiff_t(width), at);
+            };
+            result.time.push_back(take(1)[0]);
+            for (auto& series : result.probes)
+                series.rows.push_back(take(series.column.columns.size()));
+            if (states == ReadStates::No || analysis.numQ + analysis.numU == 0) continue;
+            result.q.push_back(take(size_t(analysis.numQ)));
+            result.u.push_back(take(size_t(analysis.numU)));
+        }
+    }
+}
+
+ResultData readJournal(const ResultJournal& journal, ReadStates states) {
+    ResultData data;
+    data.header = journal.getHeader();
+    data.warnings = journal.getWarnings("");
+    for (const auto& analysis : journal.getAnalyses()) {
+        data.analyses.push_back(analysis.contents);
+        data.analyses.back().warnings = journal.getWarnings(analysis.contents.name);
+        if (states == ReadStates::No) data.analyses.back().q.clear();
+        fillRows(journal, analysis, states, data.analyses.back());
+    }
+    return data;
+}
+
+void checkName(const std::string& what, const std::string& name) {
+    if (name.empty() || name == "." || name.find('/') != std::string::npos)
+        throw std::runtime_error(
+            what + " cannot be called '" + name +
+            "' in a result file: a name is not empty, not '.', and has no '/'");
+}
+
+int countColumns(const std::vector<ResultColumn>& probes) {
+    size_t count = 0;
+    for (const ResultColumn& probe : probes) {
+        checkName("a probe", probe.name);
+        for (const std::string& column : probe.columns)
+            if (column.find(',') != std::string::npos)
+                throw std::runtime_error("column '" + column + "' of probe '" + probe.name +
+                                         "' has a comma in its name");
+        count += probe.columns.size();
+    }
+    return int(count);
+}
+
+void checkCount(const char* what, size_t found, size_t expected) {
+    if (found != expected)
+        throw std::runtime_error(std::to_string(found) + " " + what + ", expected " +
+                                 std::to_string(expected));
+}
+
+}  // namespace
+
+class ResultWriter::Implementation {
+public:
+    Implementation(const std::string& path, const ResultHeader* header,
+                   const std::vector<ResultData::Analysis>& kept)
+        : _path(path) {
+        guard([&] {
+            if (header) {
+                _journal.emplace(getJournalPath(path), ResultJournal::Access::Create);
+                _journal->addHeader(*header);
+                for (const ResultData::Analysis& analysis : kept) copy(analysis);
+            } else {
+                reopen();
+            }
+            replaceFile();
+        });
+    }
+
+    ~Implementation() {
+        try {
+            if (_isChanged) replaceFile();
+            fs::remove(getJournalPath(_path));
+        } catch (const std::exception&) {  // the journal stays, and has it all
+        }
+    }
+
+    /** Runs `work`; its errors name the file. **/
+    template <class Work>
+    void guard(Work work) {
+        try {
+            work();
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error("result file '" + _path + "': " + error.what());
+        }
+    }
+
+    void begin(const std::string& name, const char* type, ResultJournal::Analysis analysis) {
+        checkName("an analysis", name);
+        if (_journal->find(name))
+            throw std::runtime_error("it has an analysis '" + name + "' already");
+        analysis.contents.name = name;
+        analysis.contents.type = type;
+        _journal->addAnalysis(analysis);
+        _isChanged = true;
+    }
+
+    const ResultJournal::Analysis& getTransient() const {
+        const auto& analyses = _journal->getAnalyses();
+        if (analyses.empty() || analyses.back().contents.type != "transient")
+            throw std::runtime_error("no transient analysis has begun");
+        return analyses.back();
+    }
+
+    ResultJournal& updJournal() {
+        _isChanged = true;
+        return *_journal;
+    }
+
+    void addRow(double time, const std::vector<double>& values, const std::vector<double>& q,
+                const std::vector<double>& u) {
+        const auto& analysis = getTransient();
+        checkCount("values in a row", values.size(), size_t(analysis.numColumns));
+        checkCount("generalized coordinates in a row", q.size(), size_t(analysis.numQ));
+        checkCount("generalized speeds in a row", u.size(), size_t(analysis.numU));
+        _row.assign(1, time);
+        _row.insert(_row.end(), values.begin(), values.end());
+        _row.insert(_row.end(), q.begin(), q.end());
+        _row.insert(_row.end(), u.begin(), u.end());
+        updJournal().addRow(_row);
+    }
+
+    void addWarning(const std::string& analysis, const std::string& text) {
+        const std::vector<std::string>& known = _journal->getWarnings(analysis);
+        if (std::find(known.begin(), known.end(), text) == known.end())
+            updJournal().addWarning(analysis, text);
+    }
+
+    void flush() {
+        if (!_isChanged) return;
+        _journal->sync();
+        if (secondsSince(_replaced) * kMostOfTheTime > _cost) replaceFile();
+    }
+
+    /** Makes the HDF5 file anew beside the old one and gives it its name. **/
+    void replaceFile() {
+        const Clock::time_point start = Clock::now();
+        const std::string aside = _path + ".new";
+        try {
+            writeResultLayout(aside, *_journal);
+            appendChecksum(aside);
+            syncPath(aside);
+            fs::rename(aside, _path);
+        } catch (...) {
+            std::error_code ignored;
+            fs::remove(aside, ignored);
+            throw;
+        }
+        const fs::path folder = fs::path(_path).parent_path();
+        syncPath(folder.empty() ? "." : folder.string());
+        _replaced = Clock::now();
+        _cost = secondsSince(start);
+        _isChanged = false;
+    }
+
+private:
+    /** Takes the journal that a killed run left; else makes one of the file. **/
+    void reopen() {
+        const ResultData file = readResultLayout(_path, ReadStates::Yes);
+        const std::string path = getJournalPath(_path);
+        if (fs::exists(path)) {
+            _journal.emplace(path, ResultJournal::Access::Append);
+            if (continues(*_journal, file)) return;
+            _journal.reset();
+        }
+        _journal.emplace(path, ResultJournal::Access::Create);
+        _journal->addHeader(file.header);
+        for (const std::string& warning : file.warnings) _journal->addWarning("", warning);
+        for (const ResultData::Analysis& analysis : file.analyses) copy(analysis);
+    }
+
+    void copy(const ResultData::Analysis& source) {
+        ResultJournal::Analysis analysis;
+        const bool isTransient = source.type == "transient";
+        for (const auto& series : source.probes) {
+            analysis.contents.probes.push_back(
+                {series.column, isTransient ? std::vector<std::vector<double>>() : series.rows});
+            analysis.numColumns += int(series.column.columns.size());
+        }
+        if (isTransient) {
+            analysis.numQ = source.q.empty() ? 0 : int(source.q[0].size());
+            analysis.numU = source.u.empty() ? 0 : int(source.u[0].size());
+        } else {
+            analysis.contents.q = source.q;
+            analysis.contents.speeds = source.speeds;
+            analysis.contents.frequency = source.frequency;
+            analysis.contents.dampingRatio = source.dampingRatio;
+        }
+        begin(source.name, source.type.c_str(), analysis);
+        for (const std::string& warning : source.warnings)  // before rows, which may be cut
+            _journal->addWarning(source.name, warning);
+        for (size_t k = 0; k < source.time.size(); ++k) {
+            std::vector<double> values;
+            for (const auto& series : source.probes)
+                values.insert(values.end(), series.rows[k].begin(), series.rows[k].end());
+            addRow(source.time[k], values, source.q.empty() ? std::vector<double>() : source.q[k],
+                   source.u.empty() ? std::vector<double>() : source.u[k]);
+        }
+        if (!source.statistics.empty()) _journal->addStatistics(source.name, source.statistics);
+        if (source.isComplete) _journal->addComplete(source.name);
+    }
+
+    std::string _path;
+    std::optional<ResultJournal> _journal;
+    std::vector<double> _row;
+    bool _isChanged = true;
+    Clock::time_point _replaced = Clock::now();
+    double _cost = 0;  ///< of the last replacement [s]
+};
+
+ResultWriter::ResultWriter(const std::string& path, const ResultHeader& header,
+                           const std::vector<ResultData::Analysis>& kept)
+    : _impl(std::make_unique<Implementation>(path, &header, kept)) {}
+
+ResultWriter::ResultWriter(const std::string& path)
+    : _impl(std::make_unique<Implementation>(path, nullptr, std::vector<ResultData::Analysis>())) {}
+
+ResultWriter::~ResultWriter() = default;
+
+void ResultWriter::beginTransient(const std::string& name, const std::vector<ResultColumn>& probes,
+                                  int numQ, int numU) {
+    _impl->guard([&] {
+        ResultJournal::Analysis analysis;
+        analysis.numColumns = countColumns(probes);
+        analysis.numQ = numQ;
+        analysis.numU = numU;
+        for (const ResultColumn& probe : probes) analysis.contents.probes.push_back({probe, {}});
+        _impl->begin(name, "transient", analysis);
+    });
+}
+
+void ResultWriter::resumeTransient(const std::string& name, int numRows) {
+    _impl->guard([&] {
+        const auto* analysis = _impl->updJournal().find(name);
+        if (!analysis || analysis->contents.type != "transient")
+            throw std::runtime_error("it has no transient analysis '" + name + "' to go on with");
+        _impl->updJournal().cut(name, numRows);
+    });
+}
+
+void ResultWriter::addRow(double time, const std::vector<double>& values,
+                          const std::vector<double>& q, const std::vector<double>& u) {
+    _impl->guard([&] { _impl->addRow(time, values, q, u); });
+}
+
+int ResultWriter::getNumRows() const {
+    int count = 0;
+    _impl->guard([&] { count = _impl->getTransient().numRows; });
+    return count;
+}
+
+void ResultWriter::flush() {
+    _impl->guard([&] { _impl->flush(); });
+}
+
+void ResultWriter::addStatic(const std::string& name, const std::vector<ResultColumn>& probes,
+                             const std::vector<double>& values, const std::vector<double>& q) {
+    _impl->guard([&] {
+        checkCount("values", values.size(), size_t(countColumns(probes)));
+        ResultJournal::Analysis analysis;
+        auto at = values.begin();
+        for (const ResultColumn& probe : probes) {
+            const auto end = at + std::ptrdiff_t(probe.columns.size());
+            analysis.contents.probes.push_back({probe, {std::vector<double>(at, end)}});
+            at = end;
+        }
+        if (!q.empty()) analysis.contents.q = {q};
+        _impl->begin(name, "static", analysis);
+    });
+}
+
+void ResultWriter::addEigen(const std::string& name, const std::vector<double>& frequency,
+                            const std::vector<double>& dampingRatio) {
+    _impl->guard([&] {
+        checkCount("damping ratios", dampingRatio.size(), frequency.size());
+        ResultJournal::Analysis analysis;
+        analysis.contents.frequency = {frequency};
+        analysis.contents.dampingRatio = {dampingRatio};
+        _impl->begin(name, "eigen", analysis);
+    });
+}
+
+void ResultWriter::addCampbell(const std::string& name, const std::vector<double>& speeds,
+                               const std::vector<std::vector<double>>& frequency,
+                               const std::vector<std::vector<double>>& dampingRatio) {
+    _impl->guard([&] {
+        checkCount("rows of frequencies", frequency.size(), speeds.size());
+        checkCount("rows of damping ratios", dampingRatio.size(), speeds.size());
+        for (size_t k = 0; k < speeds.size(); ++k) {
+            checkCount("frequencies at a speed", frequency[k].size(), frequency[0].size());
+            checkCount("damping ratios at a speed", dampingRatio[k].size(), frequency[0].size());
+        }
+        ResultJournal::Analysis analysis;
+        analysis.contents.speeds = speeds;
+        analysis.contents.frequency = frequency;
+        analysis.contents.dampingRatio = dampingRatio;
+        _impl->begin(name, "campbell", analysis);
+    });
+}
+
+void ResultWriter::setStatistics(const std::string& name,
+                                 const std::map<std::string, double>& values) {
+    _impl->guard([&] { _impl->updJournal().addStatistics(name, values); });
+}
+
+void ResultWriter::addWarning(const std::string& text) {
+    _impl->guard([&] { _impl->addWarning("", text); });
+}
+
+void ResultWriter::addWarning(const std::string& analysis, const std::string& text) {
+    _impl->guard([&] { _impl->addWarning(analysis, text); });
+}
+
+void ResultWriter::setComplete(const std::string& name) {
+    _impl->guard([&] {
+        _impl->updJournal().addComplete(name);
+        _impl->replaceFile();
+    });
+}
+
+ResultData readResults(const std::string& path, ReadStates states) {
+    if (!fs::is_regular_file(path))
+        throw std::runtime_error("result file '" + path + "' does not exist");
+    try {
+        checkChecksum(path);
+        ResultData file = readResultLayout(path, states);
+        const std::string journalPath = getJournalPath(path);
+        if (!fs::exists(journalPath)) return file;
+        try {
+            const ResultJournal journal(journalPath, ResultJournal::Access::Read);
+            if (continues(journal, file)) return readJournal(journal, states);
+        } catch (const std::runtime_error&) {  // one that is no use changes nothing
+        }
+        return file;
+    } catch (const std::exception& error) {
+        throw std::runtime_error("result file '" + path + "' cannot be used: " + error.what());
+    }
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,60 @@
+#pragma once
+/** @file
+Forms that occur at many places of the schema, and the parts that the schema is put together of. **/
+
+#include "simflex/model/schema/Schema.h"
+
+namespace simflex {
+namespace cli {
+namespace forms {
+
+using Forms = std::vector<SchemaForm>;
+
+const double kInfinity = std::numeric_limits<double>::infinity();
+
+SchemaForm number(double minimum = -kInfinity, double maximum = kInfinity);
+SchemaForm positive();
+SchemaForm integer(double minimum = -kInfinity, double maximum = kInfinity);
+SchemaForm function();
+SchemaForm boolean();
+SchemaForm text();
+SchemaForm name(const std::string& title);
+SchemaForm formula();
+SchemaForm choice(const std::vector<std::string>& choices);
+SchemaForm file(const std::string& title);
+SchemaForm output(const std::string& title);
+SchemaForm list(const Forms& items, const std::vector<int>& sizes = {});
+SchemaForm map(const std::string& title, const std::vector<SchemaKey>& keys,
+               const std::vector<std::string>& oneOf = {});
+/** Names of the user → values. **/
+SchemaForm entries(const std::string& title, const Forms& values);
+/** Numbers from 1 → values. **/
+SchemaForm numbered(const std::string& title, const Forms& values);
+
+SchemaForm vec3();
+SchemaForm functions3();
+/** A list of numbers, or {from:, to:, count:}. **/
+Forms numbersOrRange();
+Forms rotation();
+/** x, y, z, or a vector. **/
+Forms axis();
+/** A name, or a map. **/
+Forms frame();
+/** Keys of {on, node, position, rotation}. **/
+std::vector<SchemaKey> frameKeys();
+Forms place();
+SchemaForm color();
+
+/** @name Keys of the whole, by chapter. **/
+/**@{**/
+std::vector<SchemaKey> makePartKeys();
+std::vector<SchemaKey> makeBodyKeys();
+std::vector<SchemaKey> makeJointKeys();
+std::vector<SchemaKey> makeRunKeys();
+std::vector<SchemaKey> makeProbeKeys();
+std::vector<SchemaKey> makePictureKeys();
+/**@}**/
+
+}  // namespace forms
+}  // namespace cli
+}  // namespace simflex

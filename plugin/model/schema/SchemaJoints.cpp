@@ -1,0 +1,294 @@
+/** @file
+Chapters of the schema: joints, motions, loads, connectors, initial values. **/
+
+#include "simflex/model/schema/SchemaForms.h"
+
+namespace simflex {
+namespace cli {
+namespace forms {
+
+namespace {
+
+SchemaKey between(const std::string& meaning) {
+    return SchemaKey("between", {list(frame(), {2})}, meaning).such("[ground, crank.shaft]");
+}
+
+/** A joint by name, or {joint:, coordinate:}. **/
+Forms jointCoordinate() {
+    return {name("a joint"),
+            map("a joint's coordinate",
+                {
+                    SchemaKey("joint", {name("a joint")}, "Joint.").required().such("bearing"),
+                    SchemaKey("coordinate", {integer(0, 5)}, "Number of the coordinate, from 0.")
+                        .orElse("0")
+                        .such("1"),
+                })};
+}
+
+SchemaForm joint() {
+    const std::vector<std::string> paired{
+        "ball",   "pin",   "slider",        "weld",           "cylinder", "universal",
+        "planar", "screw", "point_on_line", "point_in_plane", "rod"};
+    const std::vector<std::string> laid(paired.begin(), paired.end() - 1);  // but rods
+    std::vector<std::string> types = paired;
+    types.insert(types.end(), {"gear", "coupler"});
+    return map(
+        "a joint",
+        {
+            SchemaKey("type", {choice(types)}, "Kind of the joint.").required().such("pin"),
+            between("The two frames it joins: F, then M.").only(paired).required(),
+            SchemaKey(
+                "axis", axis(),
+                "Direction of the joint's axis in Ground at the placement (of a pin, cylinder, "
+                "screw, and the normal of a plane z, of a slider x).")
+                .only({"pin", "slider", "cylinder", "universal", "planar", "screw", "point_on_line",
+                       "point_in_plane"})
+                .orElseNote("the frames' own")
+                .such("z"),
+            SchemaKey("as_placed", {boolean()},
+                      "Lays M upon F as the bodies are placed, so that all coordinates begin at "
+                      "zero and nothing is moved together: a weld holds what it finds.")
+                .only(laid)
+                .orElse("false")
+                .such("true"),
+            SchemaKey("pitch", {number()}, "Advance for one radian.")
+                .in("m/rad")
+                .only({"screw"})
+                .required()
+                .such("0.002/(2*pi)"),
+            SchemaKey("length", {positive()}, "Distance that the rod keeps.")
+                .in("m")
+                .only({"rod"})
+                .orElseNote("the distance at the placement")
+                .such("0.25"),
+            SchemaKey("wheels", {list(jointCoordinate(), {2})},
+                      "The two joints whose angles are coupled.")
+                .only({"gear"})
+                .required()
+                .such("[input, output]"),
+            SchemaKey("teeth", {list({number()}, {2})},
+                      "Teeth of the wheels; both turn alike if one is negative.")
+                .only({"gear"})
+                .required()
+                .such("[17, 43]"),
+            SchemaKey("phase", {number()}, "Angle of the mesh at zero coordinates.")
+                .in("rad")
+                .only({"gear"})
+                .orElse("0")
+                .such("0.1"),
+            SchemaKey(
+                "terms",
+                {list({map(
+                    "a term",
+                    {
+                        SchemaKey("joint", {name("a joint")}, "Joint.").required().such("bearing"),
+                        SchemaKey("coordinate", {integer(0, 5)},
+                                  "Number of the coordinate, from 0.")
+                            .orElse("0")
+                            .such("1"),
+                        SchemaKey("coefficient", {number()}, "Factor.").required().such("-2"),
+                    })})},
+                "Terms of the sum of coordinates that is kept at zero.")
+                .only({"coupler"})
+                .required()
+                .such("[{joint: a, coefficient: 1}, {joint: b, coefficient: -2}]"),
+            SchemaKey("constant", {number()}, "Constant of the sum.")
+                .only({"coupler"})
+                .orElse("0")
+                .such("0.1"),
+        });
+}
+
+SchemaForm motion() {
+    return map("a motion",
+               {
+                   SchemaKey("joint", {name("a joint")}, "Joint whose coordinate is driven.")
+                       .with({"position"})
+                       .such("main_bearing"),
+                   SchemaKey("coordinate", {integer(0, 5)}, "Number of the coordinate, from 0.")
+                       .with({"joint"})
+                       .orElse("0")
+                       .such("1"),
+                   between("The two frames that are moved against each other: F, then M.")
+                       .without({"joint"}),
+                   SchemaKey("axis", axis(), "Axis of F along which M is displaced.")
+                       .with({"position"})
+                       .without({"joint"})
+                       .orElse("x")
+                       .such("y"),
+                   SchemaKey("position", {function()}, "Coordinate of the joint, or displacement.")
+                       .in("rad or m")
+                       .such("150*t"),
+                   SchemaKey("angle", {function()}, "Rotation of M about z of F.")
+                       .in("rad")
+                       .with({"between"})
+                       .such("2*pi*t"),
+               },
+               {"position", "angle"});
+}
+
+SchemaForm load() {
+    const std::vector<std::string> point{"force", "torque"},
+        nodes{"pressure", "traction", "total_force"};
+    return map(
+        "a load",
+        {
+            SchemaKey("on", frame(), "Frame that the force or torque acts on.")
+                .with(point)
+                .such("tip"),
+            SchemaKey("force", {functions3()}, "Force.")
+                .in("N")
+                .with({"on"})
+                .such("[0, -100*sin(20*t), 0]"),
+            SchemaKey("torque", {functions3()}, "Torque.")
+                .in("N m")
+                .with({"on"})
+                .such("[0, 0, engine(t)]"),
+            SchemaKey("axes", {choice({"ground", "frame"})}, "Axes of force and torque.")
+                .with({"on"})
+                .orElse("ground")
+                .such("frame"),
+            SchemaKey("body", {name("a flexible body")}, "Flexible body that the load acts on.")
+                .with({"pressure", "traction", "total_force", "modes"})
+                .such("casing"),
+            SchemaKey("nodes", {text(), list({integer(0)})}, "Node set, or node numbers.")
+                .with(nodes)
+                .such("SEAT"),
+            SchemaKey("pressure", {function()}, "Pressure, inwards.")
+                .in("Pa")
+                .with({"body"})
+                .such("1e5*engine(t)"),
+            SchemaKey("traction", {vec3()}, "Force a surface, in the body's axes.")
+                .in("Pa")
+                .with({"body"})
+                .such("[0, 0, 1000]"),
+            SchemaKey("total_force", {vec3()}, "Force that the nodes share, in the body's axes.")
+                .in("N")
+                .with({"body"})
+                .such("[0, 0, 500]"),
+            SchemaKey("modes", {numbered("modes", {number()})},
+                      "Force on each mode, numbered from 1.")
+                .with({"body"})
+                .such("{3: 1.0}"),
+            SchemaKey("scale", {function()}, "Factor over time.")
+                .with({"traction", "total_force", "modes"})
+                .orElse("1")
+                .such("sin(100*t)"),
+        },
+        {"on", "body"});
+}
+
+SchemaForm connector() {
+    const std::vector<std::string> axial{"spring", "torsion_spring"};
+    return map("a connector",
+               {
+                   SchemaKey("type", {choice({"spring", "bushing", "torsion_spring", "stop"})},
+                             "Kind of the connector; a stop keeps M's origin at z > 0 of F.")
+                       .required()
+                       .such("spring"),
+                   between("The two frames it connects: F, then M.").required(),
+                   SchemaKey("stiffness", {number(0), list({number(0)}, {6})},
+                             "Stiffness (spring, stop: N/m; torsion_spring: "
+                             "N m/rad; bushing: [rx, ry, rz, x, y, z]).")
+                       .in("N/m, N m/rad")
+                       .required()
+                       .such("1e5"),
+                   SchemaKey("damping", {number(0), list({number(0)}, {6})},
+                             "Damping (spring: N s/m; torsion_spring: N m s/rad; "
+                             "bushing: six).")
+                       .in("N s/m, N m s/rad")
+                       .only({"spring", "torsion_spring", "bushing"})
+                       .orElse("0")
+                       .such("20"),
+                   SchemaKey("free_length", {number(0)}, "Length without force.")
+                       .in("m")
+                       .only({"spring"})
+                       .orElseNote("the distance at the placement")
+                       .such("0.2"),
+                   SchemaKey("free_angle", {number()},
+                             "Angle without torque. Turns count up to one half to each side of it.")
+                       .in("rad")
+                       .only({"torsion_spring"})
+                       .orElse("0")
+                       .such("0.1"),
+                   SchemaKey("dissipation", {number(0)}, "Dissipation of Hunt and Crossley.")
+                       .in("s/m")
+                       .only({"stop"})
+                       .orElse("0")
+                       .such("0.5"),
+               });
+}
+
+SchemaForm initial() {
+    const Forms values{number(), list({number()})};
+    return map(
+        "initial values",
+        {
+            SchemaKey(
+                "bodies",
+                {entries(
+                    "bodies",
+                    {map("initial values of a body",
+                         {
+                             SchemaKey("velocity", {vec3()},
+                                       "Velocity of the body's frame, in Ground.")
+                                 .in("m/s")
+                                 .orElse("[0, 0, 0]")
+                                 .such("[1, 0, 0]"),
+                             SchemaKey("angular_velocity", {vec3()}, "Angular velocity, in Ground.")
+                                 .in("rad/s")
+                                 .orElse("[0, 0, 0]")
+                                 .such("[0, 0, 10]"),
+                             SchemaKey("modes", {numbered("modes", {number()})},
+                                       "Modal coordinates, numbered from 1.")
+                                 .in("m kg^0.5")
+                                 .such("{1: 1e-4}"),
+                             SchemaKey("modal_speeds", {numbered("modes", {number()})},
+                                       "Rates of the modal coordinates.")
+                                 .in("m kg^0.5/s")
+                                 .such("{1: 0.1}"),
+                             SchemaKey("coordinates", values,
+                                       "Coordinates of a rigid body's mobilizer.")
+                                 .in("rad or m")
+                                 .such("[0.3]"),
+                             SchemaKey("rates", values, "Speeds of a rigid body's mobilizer.")
+                                 .in("rad/s or m/s")
+                                 .such("[10]"),
+                         })})},
+                "Initial values of bodies.")
+                .such("{rod: {velocity: [1, 0, 0]}}"),
+            SchemaKey("joints", {entries("joints", values)},
+                      "Coordinates of joints; assembly keeps them as near as "
+                      "it can.")
+                .in("rad or m")
+                .such("{main_bearing: [0.3]}"),
+            SchemaKey("rates", {entries("rates", values)}, "Rates of the coordinates of joints.")
+                .in("rad/s or m/s")
+                .such("{main_bearing: 150}"),
+            SchemaKey("start", {choice({"as_placed", "static", "steady"})},
+                      "Where analyses begin: as placed and assembled, at "
+                      "static equilibrium, or in steady motion.")
+                .orElse("as_placed")
+                .such("static"),
+        });
+}
+
+}  // namespace
+
+std::vector<SchemaKey> makeJointKeys() {
+    return {
+        SchemaKey("joints", {entries("joints", {joint()})}, "Joints between frames.")
+            .such("{main_bearing: {type: pin, between: [ground, crank.shaft]}}"),
+        SchemaKey("motions", {entries("motions", {motion()})}, "Prescribed motions.")
+            .such("{drive: {joint: main_bearing, position: 150*t}}"),
+        SchemaKey("loads", {entries("loads", {load()})}, "Forces, torques, pressures.")
+            .such("{push: {on: tip, force: [0, 0, 100]}}"),
+        SchemaKey("connectors", {entries("connectors", {connector()})}, "Springs, bushings, stops.")
+            .such("{strut: {type: spring, between: [ground, rod.tip], stiffness: 1e5}}"),
+        SchemaKey("initial", {initial()}, "Values at the start.").such("{start: static}"),
+    };
+}
+
+}  // namespace forms
+}  // namespace cli
+}  // namespace simflex

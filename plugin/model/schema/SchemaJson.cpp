@@ -1,0 +1,276 @@
+#include "simflex/model/schema/SchemaJson.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "simflex/model/file/Formula.h"
+#include "simflex/model/schema/Schema.h"
+#include "simflex/model/schema/SchemaText.h"
+#include "simflex/model/file/YamlTree.h"
+
+namespace simflex {
+namespace cli {
+
+namespace {
+
+using Kind = SchemaForm::Kind;
+
+/** A value of a JSON text. **/
+class Json {
+public:
+    static Json number(double value) { return Json(writeNumber(value)); }
+    static Json boolean(bool value) { return Json(value ? "true" : "false"); }
+    static Json text(const std::string& value) {
+        std::string quoted = "\"";
+        for (char c : value) {
+            if (c == '"' || c == '\\') quoted += '\\';
+            if (c == '\n')
+                quoted += "\\n";
+            else
+                quoted += c;
+        }
+        return Json(quoted + "\"");
+    }
+    static Json texts(const std::vector<std::string>& values) {
+        Json array = list();
+        for (const std::string& value : values) array.add(text(value));
+        return array;
+    }
+    static Json list() { return Json('['); }
+    static Json object() { return Json('{'); }
+
+    Json& add(Json item) {
+        _items.emplace_back("", std::move(item));
+        return *this;
+    }
+    Json& add(const std::string& key, Json value) {
+        _items.emplace_back(key, std::move(value));
+        return *this;
+    }
+    bool isEmpty() const { return _items.empty(); }
+    std::size_t getSize() const { return _items.size(); }
+    const Json& first() const { return _items[0].second; }
+
+    /** Adds what an object has to another. **/
+    void merge(const Json& other) {
+        _items.insert(_items.end(), other._items.begin(), other._items.end());
+    }
+
+    void write(std::string& out, int depth) const {
+        if (_bracket == 0) {
+            out += _text;
+            return;
+        }
+        out += _bracket;
+        const bool isFlat = _bracket == '[' &&
+                            std::all_of(_items.begin(), _items.end(),
+                                        [](const auto& item) { return item.second._bracket == 0; });
+        bool isFirst = true;
+        for (const auto& item : _items) {
+            if (!isFirst) out += isFlat ? ", " : ",";
+            if (!isFlat) out += "\n" + std::string(static_cast<std::size_t>(depth + 1), ' ');
+            isFirst = false;
+            if (_bracket == '{') out += text(item.first)._text + ": ";
+            item.second.write(out, depth + 1);
+        }
+        if (!isFlat && !_items.empty())
+            out += "\n" + std::string(static_cast<std::size_t>(depth), ' ');
+        out += _bracket == '{' ? '}' : ']';
+    }
+
+private:
+    explicit Json(std::string text) : _text(std::move(text)) {}
+    explicit Json(char bracket) : _bracket(bracket) {}
+    std::string _text;
+    char _bracket = 0;
+    std::vector<std::pair<std::string, Json>> _items;
+};
+
+/** The default of a key, which is written in YAML. **/
+Json convert(const YamlTree& tree) {
+    if (tree.kind == YamlTree::Kind::List) {
+        Json list = Json::list();
+        for (const YamlTree& item : tree.items) list.add(convert(item));
+        return list;
+    }
+    if (tree.kind == YamlTree::Kind::Map) {
+        Json object = Json::object();
+        for (const YamlTree::Entry& entry : tree.entries)
+            object.add(entry.key, convert(entry.value));
+        return object;
+    }
+    double value = 0;
+    if (!tree.isQuoted && formula::readPlainNumber(tree.scalar, value)) return Json::number(value);
+    if (!tree.isQuoted && (tree.scalar == "true" || tree.scalar == "false"))
+        return Json::boolean(tree.scalar == "true");
+    return Json::text(tree.scalar);
+}
+
+Json makeType(const std::string& type) {
+    return Json::object().add("type", Json::text(type));
+}
+
+Json require(const std::vector<std::string>& keys) {
+    return Json::object().add("required", Json::texts(keys));
+}
+
+Json anyOf(const std::vector<Json>& alternatives) {
+    if (alternatives.size() == 1) return alternatives[0];
+    Json list = Json::list();
+    for (const Json& alternative : alternatives) list.add(alternative);
+    return Json::object().add("anyOf", list);
+}
+
+Json makeFormula() {
+    return makeType("string").add("pattern", Json::text("^[-+*/^()<>=!&|?:,._ A-Za-z0-9]+$"));
+}
+
+const char* const kName = "^(?!ground$)[A-Za-z_][A-Za-z0-9_-]*$";
+const char* const kReference = "^[A-Za-z_][A-Za-z0-9_-]*(\\.[A-Za-z_][A-Za-z0-9_-]*)*$";
+
+Json makeForms(const std::vector<SchemaForm>& forms);
+
+/** `properties` of `type` among `types`; which counts as given if the default is among them. **/
+Json makeTypeCondition(const std::vector<std::string>& types, const std::string& defaultType) {
+    Json condition = Json::object().add(
+        "properties", Json::object().add("type", Json::object().add("enum", Json::texts(types))));
+    if (std::find(types.begin(), types.end(), defaultType) == types.end())
+        condition.add("required", Json::texts({"type"}));
+    return condition;
+}
+
+Json makeKey(const SchemaKey& key) {
+    std::string description = key.meaning;
+    if (!key.unit.empty()) description += " [" + key.unit + "]";
+    if (!key.onlyFor.empty()) {
+        description += " For type";
+        for (const std::string& type : key.onlyFor) description += " " + type;
+        description += ".";
+    }
+    if (!key.defaultNote.empty()) description += " Default: " + key.defaultNote + ".";
+    Json json = Json::object().add("description", Json::text(description));
+    if (!key.defaultText.empty())
+        json.add("default", convert(parseYaml(key.defaultText, key.name)));
+    if (!key.example.empty())
+        json.add("examples", Json::list().add(convert(parseYaml(key.example, key.name))));
+    json.merge(makeForms(key.forms));
+    return json;
+}
+
+Json makeMap(const SchemaForm& form) {
+    Json properties = Json::object();
+    std::vector<std::string> required;
+    Json conditions = Json::list();
+    const SchemaKey* type = findSchemaKey(form, "type");
+    const std::string defaultType = type ? type->defaultText : "";
+    for (const SchemaKey& key : form.keys) {
+        properties.add(key.name, makeKey(key));
+        if (key.isRequired && key.onlyFor.empty()) required.push_back(key.name);
+        if (key.isRequired && !key.onlyFor.empty())
+            conditions.add(Json::object()
+                               .add("if", makeTypeCondition(key.onlyFor, defaultType))
+                               .add("then", require({key.name})));
+        if (!key.onlyFor.empty())
+            conditions.add(Json::object()
+                               .add("if", require({key.name}))
+                               .add("then", makeTypeCondition(key.onlyFor, defaultType)));
+        if (!key.onlyWith.empty()) {
+            std::vector<Json> others;
+            for (const std::string& other : key.onlyWith) others.push_back(require({other}));
+            conditions.add(
+                Json::object().add("if", require({key.name})).add("then", anyOf(others)));
+        }
+        for (const std::string& other : key.notWith)
+            conditions.add(Json::object().add("not", require({key.name, other})));
+    }
+    Json json = makeType("object");
+    json.add("properties", properties).add("additionalProperties", Json::boolean(false));
+    if (!required.empty()) json.add("required", Json::texts(required));
+    if (!form.oneOf.empty()) {
+        Json choices = Json::list();
+        for (const std::string& key : form.oneOf) choices.add(require({key}));
+        json.add("oneOf", choices);
+    }
+    if (!conditions.isEmpty()) json.add("allOf", conditions);
+    return json;
+}
+
+std::vector<Json> makeForm(const SchemaForm& form) {
+    switch (form.kind) {
+        case Kind::Number:
+        case Kind::Integer: {
+            Json number = makeType(form.kind == Kind::Integer ? "integer" : "number");
+            if (std::isfinite(form.minimum))
+                number.add(form.isOpen ? "exclusiveMinimum" : "minimum",
+                           Json::number(form.minimum));
+            if (std::isfinite(form.maximum)) number.add("maximum", Json::number(form.maximum));
+            return {number, makeFormula()};
+        }
+        case Kind::Function:
+            return {makeType("number"), makeFormula()};
+        case Kind::Bool:
+            return {makeType("boolean")};
+        case Kind::Name:
+            return {makeType("string").add("pattern", Json::text(kReference))};
+        case Kind::Choice:
+            return {Json::object().add("enum", Json::texts(form.choices))};
+        case Kind::File:
+            return {makeType("string").add("minLength", Json::number(1))};
+        case Kind::Output:
+            return {
+                makeType("string").add("pattern", Json::text("^(?![/~])(?!(.*/)?\\.\\.(/|$)).+$"))};
+        case Kind::List: {
+            std::vector<Json> lists;
+            const std::vector<int> sizes = form.sizes.empty() ? std::vector<int>{0} : form.sizes;
+            for (int size : sizes) {
+                Json list = makeType("array").add("items", makeForms(form.items));
+                list.add("minItems", Json::number(size == 0 ? 1 : size));
+                if (size > 0) list.add("maxItems", Json::number(size));
+                lists.push_back(list);
+            }
+            return lists;
+        }
+        case Kind::Map:
+            return {makeMap(form)};
+        case Kind::Entries: {
+            const char* const pattern = form.hasNumbers ? "^[1-9][0-9]*$"
+                                        : form.hasPaths ? kReference
+                                        : form.hasWords
+                                            ? "^(?!(t|pi|deg|g)$)[A-Za-z_][A-Za-z0-9_]*$"
+                                            : kName;
+            return {
+                makeType("object")
+                    .add("patternProperties", Json::object().add(pattern, makeForms(form.items)))
+                    .add("additionalProperties", Json::boolean(false))};
+        }
+        default:
+            return {Json::object().add("type", Json::texts({"string", "number", "boolean"}))};
+    }
+}
+
+Json makeForms(const std::vector<SchemaForm>& forms) {
+    std::vector<Json> alternatives;
+    for (const SchemaForm& form : forms)
+        for (Json& json : makeForm(form)) alternatives.push_back(std::move(json));
+    return anyOf(alternatives);
+}
+
+}  // namespace
+
+std::string writeJsonSchema() {
+    Json json = Json::object();
+    json.add("$schema", Json::text("http://json-schema.org/draft-07/schema#"));
+    json.add("title", Json::text("simflex model"));
+    json.add("description",
+             Json::text("A mechanism of rigid and flexible bodies, for simflex run."));
+    json.merge(makeMap(getModelSchema()));
+    std::string text;
+    json.write(text, 0);
+    return text + "\n";
+}
+
+}  // namespace cli
+}  // namespace simflex

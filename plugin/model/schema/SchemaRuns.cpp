@@ -1,0 +1,531 @@
+/** @file
+Chapters of the schema: solver, analyses, output, probes, pictures. **/
+
+#include "simflex/model/schema/SchemaForms.h"
+
+namespace simflex {
+namespace cli {
+namespace forms {
+
+namespace {
+
+SchemaForm solver() {
+    return map(
+        "the solver's settings",
+        {
+            SchemaKey("method", {choice({"bdf", "generalized_alpha"})}, "Integration method.")
+                .orElse("bdf")
+                .such("generalized_alpha"),
+            SchemaKey("accuracy", {positive()},
+                      "Local error allowed in a step, as a displacement anywhere "
+                      "on a body.")
+                .in("m")
+                .orElse("1e-6")
+                .such("1e-5"),
+            SchemaKey("constraint_tolerance", {positive()}, "Error allowed in the joints.")
+                .in("m, rad")
+                .orElse("1e-10")
+                .such("1e-9"),
+            SchemaKey("formulation", {choice({"stabilized_index2", "index3"})},
+                      "Form of the equations of motion.")
+                .orElse("stabilized_index2")
+                .such("index3"),
+            SchemaKey("block_form", {choice({"automatic", "arrow", "dense"})},
+                      "How linear equations are solved.")
+                .orElse("automatic")
+                .such("dense"),
+            SchemaKey("maximum_order", {integer(1, 5)},
+                      "Highest order of bdf. Default: 2, or 5 where no part can bend.")
+                .such("2"),
+            SchemaKey("spectral_radius", {number(0, 1)},
+                      "Damping of the highest frequencies by generalized_alpha: 1 none, "
+                      "0 all.")
+                .such("0.8"),
+            SchemaKey("initial_step", {positive()}, "First step.")
+                .in("s")
+                .orElseNote("estimated")
+                .such("1e-5"),
+            SchemaKey("maximum_step", {positive()}, "Longest step.")
+                .in("s")
+                .orElseNote("the analysis' interval")
+                .such("1e-3"),
+            SchemaKey("minimum_step", {positive()}, "Shortest step; the run fails below it.")
+                .in("s")
+                .orElseNote("set by rounding")
+                .such("1e-12"),
+            SchemaKey("fixed_step", {positive()}, "The same step always, without error control.")
+                .in("s")
+                .without({"initial_step", "maximum_step", "minimum_step"})
+                .such("1e-4"),
+            SchemaKey("threads", {integer(1, 1024)},
+                      "Threads that evaluate bodies; results do not depend on it.")
+                .orElseNote("one for each core, where it pays")
+                .such("4"),
+            SchemaKey("maximum_iterations", {integer(1, 1000)},
+                      "Newton iterations in a step before it is shortened.")
+                .such("8"),
+        });
+}
+
+SchemaForm analysis() {
+    SchemaForm swept = entries("parameters", numbersOrRange());
+    swept.hasPaths = true;
+    return map(
+        "an analysis",
+        {
+            SchemaKey("type", {choice({"transient", "static", "eigen", "campbell", "sweep"})},
+                      "What is done.")
+                .required()
+                .such("transient"),
+            SchemaKey("duration", {positive()}, "Time that is simulated.")
+                .in("s")
+                .only({"transient"})
+                .required()
+                .such("0.2"),
+            SchemaKey("interval", {positive()}, "Time between rows of results.")
+                .in("s")
+                .only({"transient"})
+                .orElseNote("a 200th of the duration")
+                .such("1e-3"),
+            SchemaKey("from", {choice({"start"}), name("an analysis")},
+                      "Where it begins: start, or the end of an earlier "
+                      "static or transient analysis.")
+                .only({"transient", "static"})
+                .orElse("start")
+                .such("rest"),
+            SchemaKey("about", {choice({"placed", "static"}), name("an analysis")},
+                      "State whose small vibrations are found: placed, "
+                      "static (equilibrium), or the end of an earlier analysis.")
+                .only({"eigen"})
+                .orElse("placed")
+                .such("static"),
+            SchemaKey("count", {integer(1, 100000)}, "Number of frequencies.")
+                .only({"eigen", "campbell"})
+                .orElseNote("10 (eigen), 6 (campbell)")
+                .such("10"),
+            SchemaKey("pictures", {boolean()}, "Draws the modes.")
+                .only({"eigen"})
+                .orElse("false")
+                .such("true"),
+            SchemaKey("speeds", numbersOrRange(), "Values of the parameter, one after the other.")
+                .in("rad/s")
+                .only({"campbell"})
+                .required()
+                .such("{from: 0, to: 200, count: 5}"),
+            SchemaKey("parameter", {name("a parameter")},
+                      "Parameter of the model that is the speed.")
+                .only({"campbell"})
+                .orElse("speed")
+                .such("speed"),
+            SchemaKey("analysis", {name("an analysis")},
+                      "Analysis that is done for each choice of parameters.")
+                .only({"sweep"})
+                .required()
+                .such("run"),
+            SchemaKey("parameters", {swept},
+                      "Values that each parameter, or other "
+                      "number by its path, takes.")
+                .only({"sweep"})
+                .required()
+                .such("{speed: [50, 100], length: {from: 0.1, to: 0.2, count: 5}}"),
+            SchemaKey("combine", {choice({"grid", "list"})},
+                      "All combinations of the values, or first with first, "
+                      "second with second.")
+                .only({"sweep"})
+                .orElse("grid")
+                .such("list"),
+            SchemaKey("of", {list({text()})},
+                      "Columns of the table: PROBE.maximum, .minimum, .mean, .rms, .final, .range.")
+                .only({"sweep"})
+                .orElseNote("maximum, minimum and final value of all")
+                .such("[tip.maximum]"),
+        });
+}
+
+SchemaForm resultOutput() {
+    return map("outputs",
+               {
+                   SchemaKey("file", {output("a file for results")}, "File of results (HDF5).")
+                       .orElseNote("MODEL.results.h5 in the current folder")
+                       .such("crank.results.h5"),
+                   SchemaKey("csv", {boolean()},
+                             "Writes the probes of each analysis to a CSV file as well.")
+                       .orElse("false")
+                       .such("true"),
+                   SchemaKey("states", {choice({"every", "none"})},
+                             "Keeps all coordinates and speeds at the times of output.")
+                       .orElse("every")
+                       .such("none"),
+                   SchemaKey("checkpoint", {number(0)},
+                             "Wall time between checkpoints, from which --resume goes on; 0: none.")
+                       .in("s")
+                       .orElse("30")
+                       .such("10"),
+               });
+}
+
+/** What a probe measures: exactly one of these. **/
+const std::vector<std::string>& getQuantities() {
+    static const std::vector<std::string> names{"position",
+                                                "velocity",
+                                                "acceleration",
+                                                "orientation",
+                                                "angular_velocity",
+                                                "angular_acceleration",
+                                                "displacement",
+                                                "largest_displacement",
+                                                "modes",
+                                                "coordinate",
+                                                "rate",
+                                                "joint_error",
+                                                "reaction",
+                                                "driving",
+                                                "stress",
+                                                "strain",
+                                                "energy",
+                                                "momentum",
+                                                "center_of_mass",
+                                                "function",
+                                                "expression"};
+    return names;
+}
+
+SchemaForm probe() {
+    const std::vector<std::string> kinematic{"position",         "velocity",
+                                             "acceleration",     "orientation",
+                                             "angular_velocity", "angular_acceleration"};
+    std::vector<std::string> measured = kinematic;
+    measured.push_back("displacement");
+    std::vector<std::string> vectors = kinematic;
+    vectors.insert(vectors.end(), {"displacement", "reaction", "momentum", "center_of_mass"});
+    const Forms coordinate{
+        name("a joint"),
+        map("a coordinate",
+            {
+                SchemaKey("joint", {name("a joint")}, "Joint.").such("bearing"),
+                SchemaKey("body", {name("a rigid body")},
+                          "Rigid body, for a coordinate of its "
+                          "mobilizer.")
+                    .such("arm"),
+                SchemaKey("coordinate", {integer(0, 6)}, "Number of the coordinate, from 0.")
+                    .orElseNote("all")
+                    .such("1"),
+            },
+            {"joint", "body"})};
+    const auto recovered = [](const std::string& first, const std::string& other) {
+        return map(
+            "a place of " + first,
+            {
+                SchemaKey("body", {name("a flexible body")}, "Flexible body, reduced with stress.")
+                    .required()
+                    .such("rod"),
+                SchemaKey("node", {integer(0)}, "Node of its part.").such("4711"),
+                SchemaKey("worst", {boolean()}, "The largest value of all nodes.")
+                    .orElse("false")
+                    .such("true"),
+                SchemaKey("what",
+                          {choice({"von_mises", "signed_von_mises", "principal_1", "principal_2",
+                                   "principal_3", "xx", "yy", "zz", "xy", "yz", "zx"})},
+                          "Component or " + other + ".")
+                    .orElse("von_mises")
+                    .such("principal_1"),
+            });
+    };
+    return map(
+        "a probe",
+        {
+            SchemaKey("position", frame(), "Position of a frame.").in("m").such("tip"),
+            SchemaKey("velocity", frame(), "Velocity of a frame.").in("m/s").such("tip"),
+            SchemaKey("acceleration", frame(), "Acceleration of a frame.").in("m/s^2").such("tip"),
+            SchemaKey("orientation", frame(), "Body-fixed x-y-z angles of a frame.")
+                .in("rad")
+                .such("tip"),
+            SchemaKey("angular_velocity", frame(), "Angular velocity of a frame.")
+                .in("rad/s")
+                .such("tip"),
+            SchemaKey("angular_acceleration", frame(), "Angular acceleration of a frame.")
+                .in("rad/s^2")
+                .such("tip"),
+            SchemaKey(
+                "displacement",
+                {name("a frame"),
+                 map("a frame or node",
+                     {
+                         SchemaKey("on", {name("a frame")}, "Frame that this one stands on.")
+                             .such("rod.big_end"),
+                         SchemaKey("body", {name("a flexible body")}, "Flexible body.")
+                             .with({"node"})
+                             .such("rod"),
+                         SchemaKey("node", {integer(0)}, "Node of its part.").such("4711"),
+                         SchemaKey("position", {vec3()},
+                                   "Place of the origin in the frame it stands on.")
+                             .in("m")
+                             .with({"on"})
+                             .orElse("[0, 0, 0]")
+                             .such("[0, 0, 0.1]"),
+                         SchemaKey("rotation", rotation(), "Turn against the frame it stands on.")
+                             .in("rad")
+                             .with({"on"})
+                             .orElse("[0, 0, 0]")
+                             .such("[0, 0, 30*deg]"),
+                     },
+                     {"on", "body"})},
+                "Elastic displacement of a frame or node: against the body's mean frame, which "
+                "its support moves in, too, or with relative_to against that.")
+                .in("m")
+                .such("{body: rod, node: 4711}"),
+            SchemaKey("largest_displacement", {name("a flexible body")},
+                      "Largest elastic displacement of a body's nodes, from its mean position.")
+                .in("m")
+                .such("rod"),
+            SchemaKey("modes", {name("a flexible body")}, "Modal coordinates of a body.")
+                .such("rod"),
+            SchemaKey("coordinate", coordinate,
+                      "Coordinates of a joint or of a rigid body's mobilizer. In a motion, angles "
+                      "count turns.")
+                .in("rad or m")
+                .such("main_bearing"),
+            SchemaKey("rate", coordinate, "Rates of those coordinates.")
+                .in("rad/s or m/s")
+                .such("main_bearing"),
+            SchemaKey("joint_error", {name("a joint")}, "How far the joint is violated.")
+                .in("m, rad")
+                .such("main_bearing"),
+            SchemaKey("reaction", {name("a joint")}, "Force or torque of a joint.")
+                .in("N, N m")
+                .such("main_bearing"),
+            SchemaKey("driving", {name("a motion")},
+                      "Force that a motion takes, or torque where it leads an angle.")
+                .in("N, N m")
+                .such("drive"),
+            SchemaKey("stress", {recovered("stress", "invariant of the stress")},
+                      "Stress at a node, or the worst.")
+                .in("Pa")
+                .such("{body: rod, worst: true}"),
+            SchemaKey("strain", {recovered("strain", "invariant of the strain")},
+                      "Strain at a node, or the worst.")
+                .such("{body: rod, node: 4711, what: xx}"),
+            SchemaKey("energy",
+                      {choice({"kinetic", "potential", "strain", "total", "work", "balance"})},
+                      "Energy of the model or of a body; work of loads and dampers since the "
+                      "start; balance: total less work, which stays what it was at the start.")
+                .in("J")
+                .such("total"),
+            SchemaKey("momentum", {choice({"linear", "angular"})},
+                      "Momentum, the angular one about Ground's origin.")
+                .in("kg m/s, kg m^2/s")
+                .such("linear"),
+            SchemaKey("center_of_mass", {boolean()}, "Centre of mass of all bodies.")
+                .in("m")
+                .such("true"),
+            SchemaKey("function", {function()}, "A function of time.").such("engine(t)"),
+            SchemaKey("expression", {formula()}, "A formula of other probes, parameters and t.")
+                .such("slider.x - 2*crank.x"),
+            SchemaKey("component", {choice({"x", "y", "z", "norm", "all"})},
+                      "Which part of a vector is kept.")
+                .with(vectors)
+                .orElse("all")
+                .such("norm"),
+            SchemaKey("relative_to", frame(),
+                      "Frame against which it is measured, and in whose axes; of a displacement "
+                      "another one of the same body, such as its support.")
+                .with(measured)
+                .orElseNote("ground; of a displacement the body's mean frame")
+                .such("crank"),
+            SchemaKey("select", {list({integer(1)})}, "Which modes, numbered from 1.")
+                .with({"modes"})
+                .orElseNote("all")
+                .such("[1, 2]"),
+            SchemaKey("part", {choice({"force", "torque"})}, "Force or torque.")
+                .with({"reaction"})
+                .orElse("force")
+                .such("torque"),
+            SchemaKey("on", {choice({"M", "F"})}, "Frame of the joint that the reaction acts on.")
+                .with({"reaction"})
+                .orElse("M")
+                .such("F"),
+            SchemaKey("axes", {choice({"ground", "F", "M"})}, "Axes of the reaction.")
+                .with({"reaction"})
+                .orElse("ground")
+                .such("F"),
+            SchemaKey("body", {name("a body")}, "Body whose energy or momentum it is.")
+                .with({"energy", "momentum"})
+                .orElseNote("all bodies")
+                .such("rod"),
+            SchemaKey("unit", {text()}, "Unit of a formula, for plots and tables.")
+                .with({"function", "expression"})
+                .orElse("''")
+                .such("mm"),
+        },
+        getQuantities());
+}
+
+SchemaForm pictures() {
+    const Forms direction{choice({"x", "y", "z"}), vec3()};
+    SchemaForm camera = map(
+        "a camera",
+        {
+            SchemaKey("name", {text()}, "Name of the camera.").such("side"),
+            SchemaKey(
+                "view",
+                {choice({"front", "back", "left", "right", "side", "top", "bottom", "isometric"})},
+                "Direction of view; the model fills the picture.")
+                .without({"position"})
+                .such("isometric"),
+            SchemaKey("position", {vec3()}, "Where the camera stands.")
+                .in("m")
+                .with({"look_at"})
+                .such("[1, 1, 1]"),
+            SchemaKey("look_at", {vec3()}, "Point that it looks at.")
+                .with({"position"})
+                .in("m")
+                .such("[0, 0, 0]"),
+            SchemaKey("up", direction, "Direction that is up in the picture.")
+                .with({"position"})
+                .orElseNote("up of the pictures")
+                .such("z"),
+            SchemaKey("follow", frame(),
+                      "Frame that the camera goes along with: its origin stays at one place of the "
+                      "picture.")
+                .such("slider"),
+            SchemaKey("height", {positive()},
+                      "Height of what is seen at the frame that it follows, in the middle.")
+                .in("m")
+                .with({"follow"})
+                .without({"position"})
+                .orElseNote("the whole model fits")
+                .such("0.1"),
+            SchemaKey("orbit", {number()}, "Speed of the camera's turn about what it looks at.")
+                .in("rad/s of simulated time")
+                .orElse("0")
+                .such("0.5"),
+            SchemaKey("perspective", {number(1e-3, 3.1)},
+                      "Perspective, with this vertical field of view.")
+                .in("rad")
+                .without({"orthographic"})
+                .orElseNote("30*deg, with a position 45*deg")
+                .such("50*deg"),
+            SchemaKey("orthographic", {boolean()}, "Parallel view.").orElse("false").such("true"),
+            SchemaKey("inset", {list({number(0, 1)}, {4})},
+                      "Place in the picture, over the other cameras, in a frame: "
+                      "[left, top, width, height] as fractions.")
+                .orElseNote("the whole picture, shared evenly by the cameras without inset")
+                .such("[0.7, 0, 0.3, 0.3]"),
+        });
+    SchemaForm plot = map(
+        "a plot", {
+                      SchemaKey("probes", {list({text()})}, "Probes, or their columns as probe.x.")
+                          .required()
+                          .such("[tip.x]"),
+                      SchemaKey("title", {text()}, "Title.").orElse("''").such("Tip"),
+                  });
+    return map(
+        "settings of pictures",
+        {
+            SchemaKey("size", {list({integer(16, 16384)}, {2})}, "Width and height, without plots.")
+                .in("pixels")
+                .orElse("[1280, 720]")
+                .such("[1920, 1080]"),
+            SchemaKey("rate", {positive()}, "Pictures a second of the video.")
+                .in("1/s")
+                .orElse("30")
+                .such("25"),
+            SchemaKey("slow_motion", {positive()}, "Seconds of video for one simulated second.")
+                .orElse("1")
+                .such("100"),
+            SchemaKey("folder", {output("a folder for pictures")}, "Folder for single pictures.")
+                .orElseNote("MODEL.frames in the current folder; none if there is a video")
+                .such("frames"),
+            SchemaKey("video", {output("a video file"), list({output("a video file")})},
+                      "Videos: .mp4, .gif or .webp.")
+                .such("run.mp4"),
+            SchemaKey("contour",
+                      {choice({"none", "displacement", "displacement_x", "displacement_y",
+                               "displacement_z", "speed", "strain_energy", "von_mises",
+                               "signed_von_mises", "principal_1", "principal_3"})},
+                      "What colors flexible bodies.")
+                .orElse("displacement")
+                .such("von_mises"),
+            SchemaKey("range", {choice({"run", "frame"}), list({number()}, {2})},
+                      "Range of the colors: of all pictures of the run, of "
+                      "each picture, or [lowest, highest].")
+                .orElse("run")
+                .such("[0, 1e8]"),
+            SchemaKey(
+                "exaggeration", {choice({"auto"}), positive()},
+                "Factor of the elastic displacement from a body's mean position that is drawn, "
+                "but in pictures of modes; auto: what shows it well, "
+                "1000 at most.")
+                .orElse("auto")
+                .such("50"),
+            SchemaKey("ghost", {boolean()}, "Draws the undeformed shape as well.")
+                .orElse("true")
+                .such("false"),
+            SchemaKey("joints", {boolean()}, "Draws joints.").orElse("false").such("true"),
+            SchemaKey("connectors", {boolean()}, "Draws springs, dampers, bushings and stops.")
+                .orElse("true")
+                .such("false"),
+            SchemaKey("loads", {boolean()},
+                      "Draws forces and torques as arrows, the longest for the largest of the run.")
+                .orElse("true")
+                .such("false"),
+            SchemaKey("reactions", {boolean()}, "Draws reactions as arrows.")
+                .orElse("false")
+                .such("true"),
+            SchemaKey("wireframe", {boolean()}, "Draws the edges of elements.")
+                .orElse("false")
+                .such("true"),
+            SchemaKey("axes", {boolean()}, "Draws Ground's axes.").orElse("true").such("false"),
+            SchemaKey("ground", {choice({"auto", "none"}), number()},
+                      "A ground plane: below the model, none, or at a height "
+                      "in metres.")
+                .in("m")
+                .orElse("auto")
+                .such("none"),
+            SchemaKey("shadows", {boolean()}, "Draws shadows.").orElse("true").such("false"),
+            SchemaKey("ambient_occlusion", {boolean()},
+                      "Darkens corners and gaps, where other surfaces keep light away.")
+                .orElse("false")
+                .such("true"),
+            SchemaKey("theme", {choice({"light", "dark"})}, "Colors of the background and text.")
+                .orElse("light")
+                .such("dark"),
+            SchemaKey("transparent", {boolean()}, "No background.").orElse("false").such("true"),
+            SchemaKey("up", direction, "Direction that is up.").orElse("y").such("z"),
+            SchemaKey(
+                "cameras", {list({camera})},
+                "Views: one fills the picture, several share it, those with an inset lie over it.")
+                .orElseNote("one isometric view")
+                .such("[{view: isometric}]"),
+            SchemaKey("plots", {list({plot})},
+                      "Plots of probes below the picture, which each makes higher by 42 %.")
+                .such("[{probes: [tip.x]}]"),
+        });
+}
+
+}  // namespace
+
+std::vector<SchemaKey> makeRunKeys() {
+    return {
+        SchemaKey("solver", {solver()}, "Settings of the integrator.").such("{accuracy: 1e-6}"),
+        SchemaKey("analyses", {entries("analyses", {analysis()})},
+                  "What simflex run does, in this order.")
+            .such("{run: {type: transient, duration: 0.2}}"),
+        SchemaKey("output", {resultOutput()}, "What a run leaves.").such("{csv: true}"),
+    };
+}
+
+std::vector<SchemaKey> makeProbeKeys() {
+    return {SchemaKey("probes", {entries("probes", {probe()})},
+                      "Quantities that are recorded; each is of one kind.")
+                .orElseNote("coordinates of joints, largest displacements, energies")
+                .such("{tip: {position: rod.tip, component: y}}")};
+}
+
+std::vector<SchemaKey> makePictureKeys() {
+    return {SchemaKey("pictures", {pictures()}, "Pictures and videos.").such("{video: run.mp4}")};
+}
+
+}  // namespace forms
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,29 @@
+#pragma once
+/** @file
+The table of a sweep as results that can be drawn. **/
+
+#include <string>
+#include <vector>
+
+#include "simflex/model/results/ResultFile.h"
+
+namespace simflex {
+namespace cli {
+
+/** Columns over one of the swept keys: a transient analysis for each choice of the others, whose
+times are the key's values; the key is its first probe. **/
+struct SweepResults {
+    std::string key;
+    std::vector<std::string> labels;  ///< "load=2"
+    std::vector<ResultData> results;
+};
+
+/** Whether the file is sweep.h5 of a sweep. **/
+bool isSweepTable(const std::string& path);
+
+/** Complete cases. @param key  the first numerical one with most values if empty
+@throws std::runtime_error. **/
+SweepResults readSweepTable(const std::string& path, const std::string& key);
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,362 @@
+#include "simflex/model/sweep/SweepRunner.h"
+
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <list>
+#include <set>
+#include <stdexcept>
+
+#include "simflex/base/ChildProcess.h"
+#include "simflex/cli/Messages.h"
+#include "simflex/cli/ProgressBar.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Status = SweepOutcome::Status;
+constexpr int kStopped = 130;                  // exit status of what Ctrl-C stopped
+constexpr useconds_t kPause = 20 * 1000;       // between looks at what runs [µs]
+constexpr useconds_t kLongPause = 200 * 1000;  // while others run the rest
+constexpr char kCaseFile[] = "case.txt";
+
+int countCores() {
+    cpu_set_t cores;
+    CPU_ZERO(&cores);
+    if (sched_getaffinity(0, sizeof cores, &cores) != 0) return 1;
+    return std::max(1, CPU_COUNT(&cores));
+}
+
+std::string readFile(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+void replaceFile(const std::string& path, const std::string& text) {
+    const std::string aside = path + ".new";
+    std::ofstream out(aside, std::ios::binary | std::ios::trunc);
+    out << text;
+    out.close();
+    if (!out) throw std::runtime_error("cannot write '" + aside + "'; is the disk full?");
+    fs::rename(aside, path);
+}
+
+/** The last line that a program said, of which the beginning "simflex: " is left out. **/
+std::string findLastLine(const std::string& log) {
+    const size_t end = log.find_last_not_of(" \r\n");
+    if (end == std::string::npos) return "it said nothing";
+    const size_t start = log.find_last_of("\r\n", end);
+    std::string line = log.substr(start == std::string::npos ? 0 : start + 1);
+    line.resize(line.find_last_not_of(" \r\n") + 1);
+    const std::string program = "simflex: ";
+    return line.compare(0, program.size(), program) == 0 ? line.substr(program.size()) : line;
+}
+
+/** How a case stands: status and error behind what it is made of. **/
+SweepOutcome readOutcome(const std::string& folder, const std::string& key) {
+    SweepOutcome outcome;
+    const std::string text = readFile(folder + "/" + kCaseFile);
+    if (text.compare(0, key.size(), key) != 0) return outcome;
+    const std::string ending = text.substr(key.size());
+    if (ending == "complete\n" && fs::exists(folder + "/results.h5")) {
+        outcome.status = Status::Complete;
+    } else if (ending.compare(0, 8, "failed: ") == 0) {
+        outcome.status = Status::Failed;
+        outcome.error = ending.substr(8, ending.find('\n') - 8);
+    } else if (ending == "interrupted\n" || ending == "begun\n") {
+        outcome.status = Status::Interrupted;
+    }
+    return outcome;
+}
+
+/** A log that is open and locked; -1: another process has it. **/
+int claim(const std::string& folder) {
+    const std::string path = folder + "/log.txt";
+    const int file = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    if (file < 0) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
+    if (flock(file, LOCK_EX | LOCK_NB) == 0) return file;
+    close(file);
+    return -1;
+}
+
+class Runner {
+public:
+    Runner(const SweepPlan& plan, const SweepOptions& options)
+        : _plan(plan),
+          _options(options),
+          _outcomes(plan.cases.size()),
+          _isOver(plan.cases.size(), false),
+          _bar(options.isQuiet, {{"", 1}}) {
+        const int numCores = countCores(), numCases = int(plan.cases.size());
+        _numJobs = options.numJobs > 0 ? options.numJobs
+                                       : std::max(1, numCores / std::max(1, options.numThreads));
+        _numJobs = std::min(_numJobs, numCases);
+        _numThreads =
+            options.numThreads > 0 ? options.numThreads : std::max(1, numCores / _numJobs);
+        const std::string mark = options.folder + "/started-" + std::to_string(getpid());
+        std::ofstream(mark) << '\n';
+        _started = fs::last_write_time(mark);
+        fs::remove(mark);
+        // Ranks begin at different places, so that they seldom want the same case.
+        const SweepShare& share = options.share;
+        for (int k = 0; k < numCases; ++k) {
+            const size_t place =
+                size_t(k) + size_t(share.index) * size_t(numCases) / size_t(share.count);
+            if (share.kind == SweepShare::Kind::Rank) {
+                _order.push_back(place % size_t(numCases));
+            } else if (share.kind == SweepShare::Kind::Alone || k % share.count == share.index) {
+                _order.push_back(size_t(k));
+            }
+        }
+    }
+
+    /** What still runs, since something failed, is stopped. **/
+    ~Runner() {
+        askToStop();
+        for (Job& job : _running) job.child.wait();
+    }
+
+    std::vector<SweepOutcome> run() {
+        for (;;) {
+            if (_isStopped || wasInterrupted()) askToStop();
+            while (!_isStopped && int(_running.size()) < _numJobs && startNext()) {
+            }
+            showProgress();
+            const bool hasEnded = waitForSome();
+            if (_running.empty() && (_isStopped || !hasWork())) break;
+            if (!hasEnded) usleep(_running.empty() ? kLongPause : kPause);
+        }
+        _bar.clear();
+        return _outcomes;
+    }
+
+private:
+    struct Job {
+        size_t index;
+        ChildProcess child;
+        int log;
+        bool isFresh;  ///< begun anew, not gone on with
+    };
+
+    std::string getFolder(size_t index) const {
+        return _options.folder + "/" + _plan.cases[index].folder;
+    }
+    void keep(size_t index, const std::string& ending) const {
+        replaceFile(getFolder(index) + "/" + kCaseFile,
+                    _plan.makeCaseKey(_plan.cases[index]) + ending + "\n");
+    }
+
+    /** Whether cases are left that this process should do, or wait for. A rank that is not the
+    first waits for nobody. **/
+    bool hasWork() const {
+        if (_options.share.kind == SweepShare::Kind::Rank && _options.share.index > 0)
+            return std::any_of(_order.begin(), _order.end(),
+                               [&](size_t k) { return !_isOver[k] && !_isElsewhere.count(k); });
+        return std::any_of(_order.begin(), _order.end(), [&](size_t k) { return !_isOver[k]; });
+    }
+
+    bool isRunning(size_t index) const {
+        return std::any_of(_running.begin(), _running.end(),
+                           [&](const Job& job) { return job.index == index; });
+    }
+
+    /** Whether a case ended before this sweep began, by the clock of the folder's disk. **/
+    bool isOlderThanThis(size_t index) const {
+        std::error_code error;
+        const auto written = fs::last_write_time(getFolder(index) + "/" + kCaseFile, error);
+        return !error && written <= _started;  // a file system's clock ticks slowly
+    }
+
+    /** Starts a case, if there is one to start. **/
+    bool startNext() {
+        _isElsewhere.clear();
+        for (const size_t index : _order) {
+            if (_isOver[index] || isRunning(index)) continue;
+            fs::create_directories(getFolder(index));
+            const int log = claim(getFolder(index));
+            if (log < 0) {
+                _isElsewhere.insert(index);
+                continue;
+            }
+            const SweepOutcome before =
+                readOutcome(getFolder(index), _plan.makeCaseKey(_plan.cases[index]));
+            // What another process of this sweep has done meanwhile is not done again.
+            const bool isOld = isOlderThanThis(index);
+            if (before.status == Status::Complete || (before.status == Status::Failed && !isOld)) {
+                _outcomes[index] = before;
+                _outcomes[index].wasDone = isOld;
+                _isOver[index] = true;
+                close(log);
+                continue;
+            }
+            if (!_plan.cases[index].error.empty()) {
+                refuse(index, log);
+                continue;
+            }
+            start(index, log, before.status != Status::Interrupted);
+            return true;
+        }
+        return false;
+    }
+
+    /** A case whose model is wrong. **/
+    void refuse(size_t index, int log) {
+        const std::string line = "simflex: " + _plan.cases[index].error + "\n";
+        const bool isWritten =
+            ftruncate(log, 0) == 0 && write(log, line.data(), line.size()) == ssize_t(line.size());
+        if (!isWritten) throw std::runtime_error("cannot write a log");
+        keep(index, "failed: " + _plan.cases[index].error);
+        _outcomes[index].status = Status::Failed;
+        _outcomes[index].error = _plan.cases[index].error;
+        _isOver[index] = true;
+        close(log);
+    }
+
+    void start(size_t index, int log, bool isFresh) {
+        const SweepCase& one = _plan.cases[index];
+        if (ftruncate(log, 0) != 0) throw std::runtime_error("cannot write a log");
+        keep(index, "begun");
+        if (isFresh)  // what is there may be of another model, or other settings
+            for (const char* ending : {"", ".rows", ".checkpoint"})
+                fs::remove(getFolder(index) + "/results.h5" + ending);
+        ChildSetup setup;
+        setup.arguments = {
+            _options.program, "run",     _plan.model.path, "-o",
+            "results.h5",     "--quiet", "--threads",      std::to_string(_numThreads)};
+        if (!_options.hasPictures) setup.arguments.push_back("--no-pictures");
+        for (const std::string& setting : _plan.getSettings(one)) {
+            setup.arguments.push_back("--set");
+            setup.arguments.push_back(setting);
+        }
+        for (const std::string& analysis : _plan.only) {
+            setup.arguments.push_back("--only");
+            setup.arguments.push_back(analysis);
+        }
+        if (!isFresh) setup.arguments.push_back("--resume");
+        if (_options.allowsScripts) setup.arguments.push_back("--allow-scripts");
+        setup.environment["OMP_NUM_THREADS"] = std::to_string(_numThreads);
+        setup.output = setup.error = log;
+        setup.folder = fs::absolute(getFolder(index)).string();
+        setup.isOwnGroup = true;
+        _running.push_back({index, ChildProcess(setup), log, isFresh});
+    }
+
+    /** Takes note of cases that have ended. @returns whether there were any. **/
+    bool waitForSome() {
+        bool hasEnded = false;
+        for (auto job = _running.begin(); job != _running.end();) {
+            if (!job->child.hasEnded()) {
+                ++job;
+                continue;
+            }
+            finish(*job, job->child.getEnd());
+            job = _running.erase(job);
+            hasEnded = true;
+        }
+        return hasEnded;
+    }
+
+    void finish(const Job& job, const ChildEnd& end) {
+        SweepOutcome& outcome = _outcomes[job.index];
+        const std::string log = readFile(getFolder(job.index) + "/log.txt");
+        if (end.isSuccess()) {
+            outcome.status = Status::Complete;
+            keep(job.index, "complete");
+        } else if (end.exitCode == kStopped || _isStopped) {
+            outcome.status = Status::Interrupted;
+            keep(job.index, "interrupted");
+            _isStopped = true;  // Ctrl-C reached the case alone: the sweep ends as well
+        } else if (!job.isFresh && log.find("cannot go on with") != std::string::npos) {
+            fs::remove(getFolder(job.index) + "/" + kCaseFile);
+            close(job.log);  // what was left does not fit any more: from the beginning
+            return;
+        } else {
+            outcome.status = Status::Failed;
+            outcome.error = end.signal ? "it " + end.describe() : findLastLine(log);
+            keep(job.index, "failed: " + outcome.error);
+            Messages::makeQuietIf(_options.isQuiet)
+                .warn(_plan.cases[job.index].folder + " failed: " + outcome.error);
+        }
+        _isOver[job.index] = true;
+        close(job.log);
+    }
+
+    /** Asks all cases that run to stop, once. **/
+    void askToStop() {
+        _isStopped = true;
+        if (_isAsked) return;
+        for (Job& job : _running) job.child.sendSignal(SIGINT);
+        _isAsked = true;
+    }
+
+    void showProgress() {
+        int numOver = 0, numFailed = 0;
+        for (const size_t k : _order) {
+            numOver += _isOver[k];
+            numFailed += _outcomes[k].status == Status::Failed;
+        }
+        std::string text =
+            std::to_string(numOver) + " of " + std::to_string(_order.size()) + " cases done";
+        if (numFailed > 0) text += ", " + std::to_string(numFailed) + " failed";
+        const std::string share = _options.share.describe();
+        if (!share.empty()) text += " (" + share + ")";
+        _bar.show(text, double(numOver) / double(std::max<size_t>(1, _order.size())));
+    }
+
+    const SweepPlan& _plan;
+    const SweepOptions& _options;
+    std::vector<SweepOutcome> _outcomes;
+    std::vector<bool> _isOver;
+    std::vector<size_t> _order;  ///< of the cases that this process may do
+    std::set<size_t> _isElsewhere;
+    std::list<Job> _running;
+    fs::file_time_type _started;
+    ProgressBar _bar;
+    int _numJobs = 1, _numThreads = 1;
+    bool _isStopped = false, _isAsked = false;
+};
+
+}  // namespace
+
+std::string nameOf(SweepOutcome::Status status) {
+    switch (status) {
+        case Status::Complete:
+            return "complete";
+        case Status::Failed:
+            return "failed";
+        case Status::Interrupted:
+            return "interrupted";
+        default:
+            return "waiting";
+    }
+}
+
+std::vector<SweepOutcome> runSweep(const SweepPlan& plan, const SweepOptions& options) {
+    std::error_code error;
+    fs::create_directories(options.folder, error);
+    if (error)
+        throw std::runtime_error("cannot make the folder '" + options.folder +
+                                 "': " + error.message());
+    return Runner(plan, options).run();
+}
+
+std::vector<SweepOutcome> readSweepOutcomes(const SweepPlan& plan, const std::string& folder) {
+    std::vector<SweepOutcome> outcomes;
+    for (const SweepCase& one : plan.cases)
+        outcomes.push_back(readOutcome(folder + "/" + one.folder, plan.makeCaseKey(one)));
+    return outcomes;
+}
+
+}  // namespace cli
+}  // namespace simflex

@@ -1,0 +1,320 @@
+#include "simflex/model/sweep/SweepTable.h"
+
+#include <fcntl.h>
+#include <fnmatch.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+
+#include "simflex/cli/Messages.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/results/CriticalSpeeds.h"
+#include "simflex/model/results/ProbeChoice.h"
+#include "simflex/part/FileChecksum.h"
+#include "simflex/part/Hdf5.h"
+#include "simflex/part/NumberText.h"
+#include "simflex/part/TextLines.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+const std::vector<std::string> kUsual = {"maximum", "minimum", "final"};
+
+/** Mean over time, by the trapezoidal rule. **/
+double calcMean(const std::vector<double>& time, const std::vector<double>& values) {
+    double sum = 0;
+    for (size_t k = 1; k < values.size(); ++k)
+        sum += 0.5 * (values[k] + values[k - 1]) * (time[k] - time[k - 1]);
+    const double span = time.back() - time.front();
+    return span > 0 ? sum / span : values.back();
+}
+
+double calcStatistic(const std::string& statistic, const std::vector<double>& time,
+                     const std::vector<double>& values) {
+    if (values.empty()) return NAN;
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    if (statistic == "maximum") return *high;
+    if (statistic == "minimum") return *low;
+    if (statistic == "range") return *high - *low;
+    if (statistic == "final") return values.back();
+    if (statistic == "mean") return calcMean(time, values);
+    std::vector<double> squares;
+    for (const double value : values) squares.push_back(value * value);
+    return std::sqrt(calcMean(time, squares));
+}
+
+/** One number of one case. **/
+struct TableEntry {
+    std::string analysis, name, unit;
+    double value;
+};
+
+/** What `of` wants: a pattern of probes and a statistic. **/
+struct Wish {
+    std::string text, probe, statistic;
+    bool isUsed = false;
+};
+
+std::vector<Wish> parseWishes(const std::vector<std::string>& of) {
+    std::vector<Wish> wishes;
+    for (const std::string& text : of) {
+        const size_t dot = text.rfind('.');
+        const std::string last = dot == std::string::npos ? "" : text.substr(dot + 1);
+        const auto& statistics = getSweepStatistics();
+        if (std::find(statistics.begin(), statistics.end(), last) != statistics.end()) {
+            wishes.push_back({text, text.substr(0, dot), last});
+        } else {
+            for (const std::string& statistic : kUsual) wishes.push_back({text, text, statistic});
+        }
+    }
+    return wishes;
+}
+
+void addStatistics(const ResultData::Analysis& analysis, std::vector<Wish>& wishes,
+                   std::vector<TableEntry>& entries) {
+    const std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
+    const auto add = [&](const ChosenColumn& column, const std::string& statistic) {
+        entries.push_back({analysis.name, column.name + "." + statistic, column.unit,
+                           calcStatistic(statistic, analysis.time, column.values)});
+    };
+    if (wishes.empty())
+        for (const ChosenColumn& column : columns)
+            for (const std::string& statistic : kUsual) add(column, statistic);
+    for (Wish& wish : wishes)
+        for (const ChosenColumn& column : columns) {
+            if (fnmatch(wish.probe.c_str(), column.name.c_str(), 0) != 0 &&
+                fnmatch(wish.probe.c_str(), column.probe.c_str(), 0) != 0)
+                continue;
+            wish.isUsed = true;
+            add(column, wish.statistic);
+        }
+}
+
+/** @param where  behind the names of the columns **/
+void addModes(const ResultData::Analysis& analysis, size_t row, const std::string& where,
+              std::vector<TableEntry>& entries) {
+    for (size_t k = 0; k < analysis.frequency.at(row).size(); ++k) {
+        const std::string name = std::to_string(k + 1) + where;
+        entries.push_back({analysis.name, "frequency " + name, "Hz", analysis.frequency[row][k]});
+        entries.push_back(
+            {analysis.name, "damping ratio " + name, "", analysis.dampingRatio.at(row).at(k)});
+    }
+}
+
+void addCampbell(const ResultData::Analysis& analysis, std::vector<TableEntry>& entries) {
+    if (analysis.frequency.empty()) return;
+    addModes(analysis, 0, " at first speed", entries);
+    addModes(analysis, analysis.frequency.size() - 1, " at last speed", entries);
+    const std::vector<double> critical = findCriticalSpeeds(analysis);
+    for (size_t k = 0; k < critical.size(); ++k)
+        entries.push_back(
+            {analysis.name, "critical speed " + std::to_string(k + 1), "rad/s", critical[k]});
+}
+
+std::vector<TableEntry> collectEntries(const ResultData& results, std::vector<Wish>& wishes) {
+    std::vector<TableEntry> entries;
+    for (const auto& analysis : results.analyses) {
+        if (analysis.type == "transient") addStatistics(analysis, wishes, entries);
+        if (analysis.type == "static")
+            for (const ChosenColumn& column : chooseColumns(analysis, {}))
+                entries.push_back({analysis.name, column.name, column.unit, column.values.at(0)});
+        if (analysis.type == "eigen") addModes(analysis, 0, "", entries);
+        if (analysis.type == "campbell") addCampbell(analysis, entries);
+    }
+    return entries;
+}
+
+/** All in one line. **/
+std::string joinWarnings(const ResultData& results) {
+    std::string text;
+    const auto add = [&](const std::string& warning) {
+        text += (text.empty() ? "" : "; ") + warning;
+    };
+    for (const std::string& warning : results.warnings) add(warning);
+    for (const auto& analysis : results.analyses)
+        for (const std::string& warning : analysis.warnings) add(analysis.name + ": " + warning);
+    return text;
+}
+
+std::string quoteForCsv(const std::string& field) {
+    if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
+    std::string quoted = "\"";
+    for (const char c : field) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + "\"";
+}
+
+std::string makeCsv(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
+                    const SweepTable& table) {
+    std::string text = "case";
+    for (const SweptKey& key : plan.keys) text += "," + quoteForCsv(key.name);
+    text += ",status";
+    for (const auto& column : table.columns)
+        text +=
+            "," + quoteForCsv(column.name + (column.unit.empty() ? "" : " [" + column.unit + "]"));
+    text += table.hasWarnings() ? ",error,warnings\n" : ",error\n";
+    for (size_t k = 0; k < plan.cases.size(); ++k) {
+        text += quoteForCsv(plan.cases[k].folder);
+        for (const std::string& value : plan.cases[k].values) text += "," + quoteForCsv(value);
+        text += "," + nameOf(outcomes[k].status);
+        for (const auto& column : table.columns) {
+            text += ",";
+            if (!std::isnan(column.values[k])) text += writeGeneral(column.values[k]);
+        }
+        text += "," + quoteForCsv(outcomes[k].error);
+        if (table.hasWarnings()) text += "," + quoteForCsv(table.warnings[k]);
+        text += "\n";
+    }
+    return text;
+}
+
+/** A name that HDF5 takes as one. **/
+std::string makeLinkName(std::string name) {
+    std::replace(name.begin(), name.end(), '/', '|');
+    return name == "." ? "_" : name;
+}
+
+void writeHdf5(const std::string& path, const SweepPlan& plan,
+               const std::vector<SweepOutcome>& outcomes, const SweepTable& table) {
+    const hdf5::Quiet quiet;
+    const hsize_t n = plan.cases.size();
+    const auto file = hdf5::createFile(path);
+    hdf5::writeInteger(file, "simflex_sweep", 2);
+    std::vector<std::string> folders;
+    for (const SweepCase& one : plan.cases) folders.push_back(one.folder);
+    hdf5::writeTexts(file, "folders", folders);
+    std::vector<int> status;
+    for (const SweepOutcome& outcome : outcomes)
+        status.push_back(outcome.status == SweepOutcome::Status::Complete ? 0
+                         : outcome.status == SweepOutcome::Status::Failed ? 1
+                                                                          : 2);
+    hdf5::write(file, "status", {n}, status.data());
+    const auto values = hdf5::createGroup(file, "values"), texts = hdf5::createGroup(file, "texts");
+    for (size_t k = 0; k < plan.keys.size(); ++k) {
+        std::vector<double> numbers;
+        std::vector<std::string> asGiven;
+        for (const SweepCase& one : plan.cases) {
+            asGiven.push_back(one.values[k]);
+            double number = NAN;
+            numbers.push_back(readNumber(one.values[k], number) ? number : NAN);
+        }
+        const std::string name = makeLinkName(plan.keys[k].name);
+        hdf5::write(values, name, {n}, numbers.data());
+        hdf5::writeTexts(texts, name, asGiven);
+    }
+    if (table.hasWarnings()) hdf5::writeTexts(file, "warnings", table.warnings);
+    const auto columns = hdf5::createGroup(file, "columns");
+    for (const auto& column : table.columns) {
+        hdf5::write(columns, makeLinkName(column.name), {n}, column.values.data());
+        const hdf5::Handle data(H5Dopen2(columns, makeLinkName(column.name).c_str(), H5P_DEFAULT),
+                                H5Dclose, "open '" + column.name + "'");
+        hdf5::writeText(data, "unit", column.unit);
+    }
+    if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)
+        throw std::runtime_error("cannot write all of '" + path + "'; is the disk full?");
+}
+
+/** Only one process at a time writes the table of a folder. **/
+class TableLock {
+public:
+    explicit TableLock(const std::string& folder)
+        : _file(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+        if (_file >= 0) (void)!flock(_file, LOCK_EX);
+    }
+    ~TableLock() {
+        if (_file >= 0) close(_file);
+    }
+    TableLock(const TableLock&) = delete;
+    TableLock& operator=(const TableLock&) = delete;
+
+private:
+    int _file;
+};
+
+[[noreturn]] void failUnused(const Wish& wish, const std::vector<std::string>& names) {
+    const std::string proposal = proposeName(wish.probe, names);
+    throw std::runtime_error(
+        "--of " + wish.text + ": no probe fits it" + (proposal.empty() ? "" : "; " + proposal) +
+        "; a column is PROBE.maximum, .minimum, .mean, .rms, .final or .range. The cases are "
+        "kept: the same command with another --of only makes the table");
+}
+
+}  // namespace
+
+SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
+                          const std::string& folder) {
+    SweepTable table;
+    std::vector<Wish> wishes = parseWishes(plan.of);
+    std::vector<std::vector<TableEntry>> all;
+    std::set<std::string> analyses;
+    bool hasProbes = false;
+    std::vector<std::string> names;
+    for (size_t k = 0; k < plan.cases.size(); ++k) {
+        all.emplace_back();
+        table.warnings.emplace_back();
+        if (outcomes[k].status != SweepOutcome::Status::Complete) continue;
+        const ResultData results =
+            readResults(folder + "/" + plan.cases[k].folder + "/results.h5", ReadStates::No);
+        all.back() = collectEntries(results, wishes);
+        table.warnings.back() = joinWarnings(results);
+        for (const TableEntry& entry : all.back()) analyses.insert(entry.analysis);
+        for (const auto& analysis : results.analyses) {
+            if (analysis.type != "transient") continue;
+            hasProbes = true;
+            if (!names.empty()) continue;
+            for (const ChosenColumn& column : chooseColumns(analysis, {}))
+                names.push_back(column.name);
+        }
+    }
+    if (hasProbes)
+        for (const Wish& wish : wishes)
+            if (!wish.isUsed) failUnused(wish, names);
+    std::map<std::string, size_t> places;
+    for (size_t k = 0; k < all.size(); ++k)
+        for (const TableEntry& entry : all[k]) {
+            const std::string name =
+                analyses.size() > 1 ? entry.analysis + "." + entry.name : entry.name;
+            const auto [place, isNew] = places.emplace(name, table.columns.size());
+            if (isNew)
+                table.columns.push_back({name, entry.unit, std::vector<double>(all.size(), NAN)});
+            table.columns[place->second].values[k] = entry.value;
+        }
+    return table;
+}
+
+bool SweepTable::hasWarnings() const {
+    return std::any_of(warnings.begin(), warnings.end(),
+                       [](const std::string& text) { return !text.empty(); });
+}
+
+std::string writeSweepTable(const SweepPlan& plan, const std::string& folder) {
+    const TableLock lock(folder);
+    const std::vector<SweepOutcome> outcomes = readSweepOutcomes(plan, folder);
+    const SweepTable table = makeSweepTable(plan, outcomes, folder);
+    const std::string csv = folder + "/sweep.csv", hdf = folder + "/sweep.h5";
+    std::ofstream out(csv + ".new", std::ios::binary);
+    out << makeCsv(plan, outcomes, table);
+    out.close();
+    if (!out) throw std::runtime_error("cannot write '" + csv + ".new'; is the disk full?");
+    fs::rename(csv + ".new", csv);
+    writeHdf5(hdf + ".new", plan, outcomes, table);
+    appendChecksum(hdf + ".new");
+    fs::rename(hdf + ".new", hdf);
+    const Messages messages(Messages::Notes::Hidden);
+    for (size_t k = 0; k < plan.cases.size(); ++k)
+        if (!table.warnings[k].empty())
+            messages.warn(plan.cases[k].folder + ": " + table.warnings[k]);
+    return csv;
+}
+
+}  // namespace cli
+}  // namespace simflex
