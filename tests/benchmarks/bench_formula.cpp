@@ -8,7 +8,7 @@
 #include "simflex/model/file/ModelReader.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 constexpr int kCalls = 200000;
@@ -46,9 +46,9 @@ int run() {
 }
 
 }  // namespace
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex
 
 int main() {
-    return simflex::cli::run();
+    return simflex::model::run();
 }

@@ -5,8 +5,8 @@ written. **/
 #include <cmath>
 
 #include "Fuzz.h"
-#include "simflex/model/file/ModelReader.h"
 #include "simflex/cli/shell/KeptState.h"
+#include "simflex/model/file/ModelReader.h"
 
 using namespace simflex;
 
@@ -21,16 +21,16 @@ constexpr const char* kModel =
     "  pin: {type: pin, between: [ground, a]}\n"
     "  ball: {type: ball, between: [a, b]}\n";
 
-const cli::Model& getModel() {
-    static const cli::Model model(
-        cli::readModel(cli::ModelText{fuzz::getFolder() / "model.yaml", kModel, {}}));
+const model::Model& getModel() {
+    static const model::Model model(
+        model::readModel(model::ModelText{fuzz::getFolder() / "model.yaml", kModel, {}}));
     return model;
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    const cli::Model& model = getModel();
+    const model::Model& model = getModel();
     const std::string path = fuzz::getFolder().write(
         "kept.state", std::string(reinterpret_cast<const char*>(data), size));
     SimTK::State state;

@@ -4,15 +4,15 @@ its functions of time have finite values and derivatives or say where they have 
 
 #include <cmath>
 
-#include "../../plugin/cli/model/ModelNode.h"
-#include "../../plugin/cli/model/ModelReader.h"
+#include "../../plugin/model/file/ModelNode.h"
+#include "../../plugin/model/file/ModelReader.h"
 #include "Fuzz.h"
 
 using namespace simflex;
 
 namespace {
 
-void checkFunction(const cli::Expression& function) {
+void checkFunction(const model::Expression& function) {
     for (const double t : {0.0, 0.5, 1.0, 1e6})
         fuzz::accepts([&] {
             if (!std::isfinite(function.calcValue(t))) fuzz::fail("a value is not finite");
@@ -29,8 +29,8 @@ void checkFunction(const cli::Expression& function) {
     }
 }
 
-void visit(const cli::ModelValue& value) {
-    const cli::ModelValue::Node& node = value.getNode();
+void visit(const model::ModelValue& value) {
+    const model::ModelValue::Node& node = value.getNode();
     if (value.getPlace().empty()) fuzz::fail("a value without a place");
     if (value.isMap())
         for (const std::string& key : value.getKeys()) visit(value.get(key));
@@ -38,10 +38,10 @@ void visit(const cli::ModelValue& value) {
         for (int i = 0; i < value.getSize(); ++i) visit(value.at(i));
     if (!value.isScalar()) return;
     value.getText();
-    if (node.form->kind == cli::SchemaForm::Kind::Bool) value.getBool();
-    if (node.form->kind == cli::SchemaForm::Kind::Integer) value.getInteger();
-    if (node.form->kind == cli::SchemaForm::Kind::Function) checkFunction(value.getExpression());
-    if (node.form->kind == cli::SchemaForm::Kind::Number && !std::isfinite(value.getNumber()))
+    if (node.form->kind == model::SchemaForm::Kind::Bool) value.getBool();
+    if (node.form->kind == model::SchemaForm::Kind::Integer) value.getInteger();
+    if (node.form->kind == model::SchemaForm::Kind::Function) checkFunction(value.getExpression());
+    if (node.form->kind == model::SchemaForm::Kind::Number && !std::isfinite(value.getNumber()))
         fuzz::fail("a number is not finite");
 }
 
@@ -58,12 +58,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
     const std::string path = fuzz::getFolder() / "model.yaml";
     try {
-        std::unique_ptr<cli::ModelValue> model;
+        std::unique_ptr<model::ModelValue> model;
         const bool isAccepted = fuzz::accepts([&] {
             try {
-                model =
-                    std::make_unique<cli::ModelValue>(cli::readModel({path, files[0], settings}));
-            } catch (const cli::ModelError& error) {
+                model = std::make_unique<model::ModelValue>(
+                    model::readModel({path, files[0], settings}));
+            } catch (const model::ModelError& error) {
                 const std::string message = error.what();
                 if (message.compare(0, 9, "setting '") != 0) throw;  // these name no file
             }

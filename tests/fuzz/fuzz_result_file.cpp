@@ -20,10 +20,11 @@ const Files& getFiles() {
     static const Files files = [] {
         const std::string path = fuzz::getFolder() / "base.h5";
         Files made;
-        const std::vector<cli::ResultColumn> probes = {{"tip", "m", {"x", "y"}},
-                                                       {"angle", "rad", {""}}};
+        const std::vector<model::ResultColumn> probes = {{"tip", "m", {"x", "y"}},
+                                                         {"angle", "rad", {""}}};
         {
-            cli::ResultWriter writer(path, {"Title", "m.yaml", "simflex: 1\n", {"speed=1"}, false});
+            model::ResultWriter writer(path,
+                                       {"Title", "m.yaml", "simflex: 1\n", {"speed=1"}, false});
             writer.addStatic("rest", probes, {1, 2, 3}, {4});
             writer.addEigen("modes", {1, 2}, {0.1, 0.2});
             writer.addCampbell("map", {0, 1}, {{1, 2}, {3, 4}}, {{0, 0}, {0, 0}});
@@ -74,7 +75,7 @@ const char* const kAttributes[] = {"simflex_results", "version", "title",   "pat
                                    "complete",        "steps"};
 
 /** Rows that can be read must be those that were written. **/
-void checkRows(const cli::ResultData& data) {
+void checkRows(const model::ResultData& data) {
     for (const auto& analysis : data.analyses) {
         if (analysis.name != "run") continue;
         for (size_t k = 0; k < analysis.time.size(); ++k)
@@ -103,10 +104,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
     if (kind > 1) fuzz::changeHdf5(path, kObjects, kAttributes, input);
     const bool accepted = fuzz::accepts([&] {
-        const cli::ResultData results = cli::readResults(path);
+        const model::ResultData results = model::readResults(path);
         if (kind == 1) checkRows(results);
         for (const auto& analysis : results.analyses)
-            cli::writeResultCsv(fuzz::getFolder() / "run.csv", analysis);
+            model::writeResultCsv(fuzz::getFolder() / "run.csv", analysis);
     });
     if (accepted && kind == 0) fuzz::fail("a damaged file was accepted");
     if (!accepted && kind == 1) fuzz::fail("a damaged journal spoiled its file");

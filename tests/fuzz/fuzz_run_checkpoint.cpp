@@ -17,13 +17,13 @@ std::string readBytes(const std::string& path) {
 }
 
 std::string makeBytes() {
-    cli::RunCheckpoint checkpoint;
+    model::RunCheckpoint checkpoint;
     checkpoint.inputs = {{"the file of table 'a'", "0123456789abcdef"}, {"mesh 1 of body 'b'", ""}};
     checkpoint.analysis = "run";
     checkpoint.numRows = 12;
     checkpoint.turns = {1, 2, 3};
     checkpoint.integrator = "state of the integrator";
-    cli::writeRunCheckpoint(fuzz::getFolder() / "seed", checkpoint);
+    model::writeRunCheckpoint(fuzz::getFolder() / "seed", checkpoint);
     return readBytes(fuzz::getFolder() / "seed");
 }
 
@@ -47,13 +47,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     bytes.append(reinterpret_cast<const char*>(&sum), sizeof sum);
 
     const std::string path = fuzz::getFolder().write("run.checkpoint", bytes);
-    cli::RunCheckpoint checkpoint;
-    if (!fuzz::accepts([&] { checkpoint = cli::readRunCheckpoint(path); })) return 0;
+    model::RunCheckpoint checkpoint;
+    if (!fuzz::accepts([&] { checkpoint = model::readRunCheckpoint(path); })) return 0;
     if (checkpoint.numRows < 0) fuzz::fail("a negative number of rows");
-    cli::writeRunCheckpoint(path, checkpoint);
+    model::writeRunCheckpoint(path, checkpoint);
     const std::string written = readBytes(path);
-    cli::RunCheckpoint again = cli::readRunCheckpoint(path);
-    cli::writeRunCheckpoint(path, again);
+    model::RunCheckpoint again = model::readRunCheckpoint(path);
+    model::writeRunCheckpoint(path, again);
     if (readBytes(path) != written)
         fuzz::fail("a checkpoint that was written reads back as another");
     return 0;

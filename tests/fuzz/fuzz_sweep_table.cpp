@@ -13,7 +13,7 @@ using namespace simflex;
 namespace {
 
 struct Sweep {
-    cli::SweepPlan plan;
+    model::SweepPlan plan;
     std::string folder, table;
 };
 
@@ -25,19 +25,19 @@ const Sweep& getSweep() {
         made.plan.content = "0123456789abcdef";
         made.plan.keys = {{"speed", {"1", "2"}, "parameters.speed"},
                           {"kind", {"a", "b"}, "parameters.kind"}};
-        cli::makeSweepCases(made.plan, cli::SweepOrder::Grid);
+        model::makeSweepCases(made.plan, model::SweepOrder::Grid);
         double value = 0;
-        for (const cli::SweepCase& one : made.plan.cases) {
+        for (const model::SweepCase& one : made.plan.cases) {
             const std::string folder = made.folder + "/" + one.folder;
             std::filesystem::create_directories(folder);
             {
-                cli::ResultWriter writer(folder + "/results.h5",
-                                         {"Title", "m.yaml", "", {}, false});
+                model::ResultWriter writer(folder + "/results.h5",
+                                           {"Title", "m.yaml", "", {}, false});
                 writer.addStatic("rest", {{"tip", "m", {"x", "y"}}}, {value += 1, 2}, {});
             }
             std::ofstream(folder + "/case.txt") << made.plan.makeCaseKey(one) << "complete\n";
         }
-        cli::writeSweepTable(made.plan, made.folder);
+        model::writeSweepTable(made.plan, made.folder);
         std::ifstream in(made.folder + "/sweep.h5", std::ios::binary);
         made.table = std::string(std::istreambuf_iterator<char>(in), {});
         return made;
@@ -51,10 +51,10 @@ const char* const kObjects[] = {
     "."};
 const char* const kAttributes[] = {"simflex_sweep", "unit", "texts"};
 
-void checkCurves(const cli::SweepResults& sweep) {
+void checkCurves(const model::SweepResults& sweep) {
     if (sweep.labels.size() != sweep.results.size() || sweep.results.empty())
         fuzz::fail("curves without labels");
-    for (const cli::ResultData& results : sweep.results) {
+    for (const model::ResultData& results : sweep.results) {
         const auto& analysis = results.analyses.at(0);
         for (size_t k = 0; k < analysis.time.size(); ++k)
             if (std::isnan(analysis.time[k]) || (k > 0 && analysis.time[k] < analysis.time[k - 1]))
@@ -67,21 +67,21 @@ void checkCurves(const cli::SweepResults& sweep) {
 /** One case's file: what it becomes has a name, and the table can be made of it. **/
 void checkCase(fuzz::Input& input) {
     const Sweep& sweep = getSweep();
-    const cli::SweepCase& one = sweep.plan.cases[0];
+    const model::SweepCase& one = sweep.plan.cases[0];
     std::string text = sweep.plan.makeCaseKey(one) + "failed: it fell\n";
     if (input.take() % 2) text.resize(input.take2() % text.size());
     while (!input.empty() && !text.empty()) text[input.take2() % text.size()] = char(input.take());
     const std::string path = sweep.folder + "/" + one.folder + "/case.txt";
     std::ofstream(path, std::ios::binary) << text;
-    const std::vector<cli::SweepOutcome> outcomes =
-        cli::readSweepOutcomes(sweep.plan, sweep.folder);
+    const std::vector<model::SweepOutcome> outcomes =
+        model::readSweepOutcomes(sweep.plan, sweep.folder);
     if (outcomes.size() != sweep.plan.cases.size()) fuzz::fail("another number of outcomes");
-    for (const cli::SweepOutcome& outcome : outcomes) {
-        cli::nameOf(outcome.status);
+    for (const model::SweepOutcome& outcome : outcomes) {
+        model::nameOf(outcome.status);
         if (outcome.error.find('\n') != std::string::npos) fuzz::fail("an error of two lines");
     }
-    cli::writeSweepTable(sweep.plan, sweep.folder);
-    checkCurves(cli::readSweepTable(sweep.folder + "/sweep.h5", "speed"));
+    model::writeSweepTable(sweep.plan, sweep.folder);
+    checkCurves(model::readSweepTable(sweep.folder + "/sweep.h5", "speed"));
 }
 
 }  // namespace
@@ -97,11 +97,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (kind == 1 && !fuzz::changeBytes(bytes, input)) return 0;
     const std::string path = fuzz::getFolder().write("table.h5", bytes);
     if (kind > 1) fuzz::changeHdf5(path, kObjects, kAttributes, input);
-    const bool isTable = cli::isSweepTable(path);
+    const bool isTable = model::isSweepTable(path);
     if (isTable && kind == 1) fuzz::fail("a damaged table counts as one");
     for (const char* key : {"", "speed", "kind"}) {
-        cli::SweepResults sweep;
-        if (!fuzz::accepts([&] { sweep = cli::readSweepTable(path, key); })) continue;
+        model::SweepResults sweep;
+        if (!fuzz::accepts([&] { sweep = model::readSweepTable(path, key); })) continue;
         if (kind == 1) fuzz::fail("a damaged table was accepted");
         checkCurves(sweep);
     }

@@ -37,7 +37,7 @@ ROOMS = {
     "reduction": (["plugin/reduction"], ["test_reduction", "test_fe", "test_validation"]),
     "forces": (["forces"], ["test_forces", "test_solver", "test_validation"]),
     "fe": (["plugin/fe"], ["test_fe", "test_reduction"]),
-    "model": (["plugin/cli/model", "plugin/model/formula"],
+    "model": (["plugin/model"],
               ["test_formula", "test_model_file", "test_model", "test_shell", "test_run"]),
     "render": (["render"], ["test_render"]),
 }

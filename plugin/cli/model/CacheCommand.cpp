@@ -14,6 +14,8 @@ simflex cache: the parts that model files have had reduced. **/
 namespace simflex {
 namespace cli {
 
+using namespace model;
+
 namespace {
 
 using FileTime = std::filesystem::file_time_type;

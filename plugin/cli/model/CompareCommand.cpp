@@ -15,6 +15,8 @@ simflex compare: the difference of two results. **/
 
 namespace simflex {
 namespace cli {
+
+using namespace model;
 namespace {
 
 constexpr size_t kMostPlotted = 3;  // columns in a figure, those that differ most

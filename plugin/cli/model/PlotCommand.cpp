@@ -13,6 +13,8 @@ simflex plot: probes of results over time, natural frequencies, Campbell diagram
 
 namespace simflex {
 namespace cli {
+
+using namespace model;
 namespace {
 
 namespace fs = std::filesystem;

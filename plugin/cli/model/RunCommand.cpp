@@ -13,6 +13,8 @@ simflex run: does the analyses of a model file. **/
 
 namespace simflex {
 namespace cli {
+
+using namespace model;
 namespace {
 
 /** As a shell takes it for one word. **/
@@ -25,7 +27,21 @@ std::string quote(const std::string& text) {
     return quoted + "'";
 }
 
-void perform(const RunOptions& options) {
+/** The command that goes on with such a run. **/
+std::string makeResumeCommand(const RunOptions& options) {
+    std::string command = "simflex run " + quote(options.model);
+    if (!options.output.empty()) command += " -o " + quote(options.output);
+    for (const std::string& setting : options.settings) command += " --set " + quote(setting);
+    for (const std::string& name : options.only) command += " --only " + quote(name);
+    if (options.isRigidToo) command += " --rigid";
+    if (options.writesCsv) command += " --csv";
+    if (!options.drawsPictures) command += " --no-pictures";
+    if (options.allowsScripts) command += " --allow-scripts";
+    return command + " --resume";
+}
+
+void perform(RunOptions options) {
+    options.resumeCommand = makeResumeCommand(options);
     const auto started = std::chrono::steady_clock::now();
     const Messages messages = Messages::makeQuietIf(options.isQuiet);
     const ModelText text = loadModelText(options.model, options.settings);
@@ -58,18 +74,6 @@ void perform(const RunOptions& options) {
 }
 
 }  // namespace
-
-std::string RunOptions::makeResumeCommand() const {
-    std::string command = "simflex run " + quote(model);
-    if (!output.empty()) command += " -o " + quote(output);
-    for (const std::string& setting : settings) command += " --set " + quote(setting);
-    for (const std::string& name : only) command += " --only " + quote(name);
-    if (isRigidToo) command += " --rigid";
-    if (writesCsv) command += " --csv";
-    if (!drawsPictures) command += " --no-pictures";
-    if (allowsScripts) command += " --allow-scripts";
-    return command + " --resume";
-}
 
 void addRunCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand("run", "Run the analyses of a model file");

@@ -12,6 +12,8 @@ simflex schema and simflex keys: what a model file may hold, for editors and for
 namespace simflex {
 namespace cli {
 
+using namespace model;
+
 void addSchemaCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "schema", "Print the JSON schema of model files, for completion and checks in editors");

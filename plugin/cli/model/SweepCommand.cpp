@@ -18,6 +18,8 @@ simflex sweep: many runs of one model, each with other values. **/
 
 namespace simflex {
 namespace cli {
+
+using namespace model;
 namespace {
 
 namespace fs = std::filesystem;

@@ -9,6 +9,8 @@
 namespace simflex {
 namespace cli {
 
+using namespace model;
+
 namespace fs = std::filesystem;
 
 namespace {

@@ -11,10 +11,12 @@ the joints cannot be closed with these they deform, and as little as needed: the
 modal coordinates since the start counts, a thousandfold. The coordinate is led to its value in
 steps of 0.1 rad or a tenth of the way. Redundant equations are allowed. O(m²n) each. **/
 
-#include "simflex/model/build/Model.h"
+#include "simflex/model/builders/Model.h"
 
 namespace simflex {
 namespace cli {
+
+using namespace model;
 
 /** Leads the coordinate to `value`; its rate stays, other speeds are made consistent. An angle goes
 the shorter way round.

@@ -4,10 +4,12 @@ States of a model in files: text, with all digits. **/
 
 #include <string>
 
-#include "simflex/model/build/Model.h"
+#include "simflex/model/builders/Model.h"
 
 namespace simflex {
 namespace cli {
+
+using namespace model;
 
 /** Replaces the file as a whole. @throws std::runtime_error. **/
 void writeKeptState(const std::string& path, const Model& model, const SimTK::State& state);

@@ -8,12 +8,12 @@ Commands of the prompt that draw: pictures and plots, in the terminal and to fil
 
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
-#include "simflex/model/results/ResultFigure.h"
-#include "simflex/model/pictures/Pictures.h"
 #include "simflex/cli/shell/Format.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/cli/shell/TerminalPicture.h"
 #include "simflex/cli/shell/TerminalPlot.h"
+#include "simflex/model/pictures/Pictures.h"
+#include "simflex/model/results/ResultFigure.h"
 
 namespace simflex {
 namespace cli {

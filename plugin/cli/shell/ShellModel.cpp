@@ -4,8 +4,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "simflex/model/file/KnownTimes.h"
 #include "simflex/cli/shell/KeptState.h"
+#include "simflex/model/file/KnownTimes.h"
 
 namespace simflex {
 namespace cli {

@@ -7,14 +7,16 @@ The model at the prompt: where it is in its motion, and what its probes have see
 #include <string>
 #include <vector>
 
-#include "simflex/model/file/ModelReader.h"
 #include "simflex/model/analyses/MotionWarnings.h"
-#include "simflex/model/probes/Probe.h"
 #include "simflex/model/analyses/Session.h"
+#include "simflex/model/file/ModelReader.h"
+#include "simflex/model/probes/Probe.h"
 #include "simflex/model/probes/TurnCounter.h"
 
 namespace simflex {
 namespace cli {
+
+using namespace model;
 
 /** Values of all probes, row by row; every second row goes when there are more than 100 000. **/
 struct ProbeRecord {

@@ -6,10 +6,10 @@
 #include <stdexcept>
 
 #include "simflex/body/JointEquations.h"
-#include "simflex/model/file/ModelNode.h"
-#include "simflex/model/schema/Schema.h"
 #include "simflex/cli/shell/CommandTable.h"
 #include "simflex/cli/shell/JointDrag.h"
+#include "simflex/model/file/ModelNode.h"
+#include "simflex/model/schema/Schema.h"
 
 namespace simflex {
 namespace cli {

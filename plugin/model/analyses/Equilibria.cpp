@@ -8,14 +8,14 @@ The analyses without time: static, eigen, campbell. **/
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/analyses/MotionWarnings.h"
-#include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/analyses/Session.h"
+#include "simflex/model/pictures/Pictures.h"
 #include "simflex/part/NumberText.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::Real;
 using SimTK::State;
@@ -166,5 +166,5 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
     _writer->setComplete(name);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

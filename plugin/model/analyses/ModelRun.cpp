@@ -12,15 +12,15 @@
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
-#include "simflex/model/file/ModelTexts.h"
-#include "simflex/model/file/NearestName.h"
 #include "simflex/model/analyses/RunSummary.h"
 #include "simflex/model/analyses/Session.h"
 #include "simflex/model/analyses/TransientRun.h"
+#include "simflex/model/file/ModelTexts.h"
+#include "simflex/model/file/NearestName.h"
 #include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace fs = std::filesystem;
 using SimTK::State;
@@ -85,7 +85,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     : _text(text), _options(options), _messages(Messages::makeQuietIf(options.isQuiet)) {
     _modelOptions.bodies = bodies;
     _modelOptions.allowsScripts = options.allowsScripts;
-    _resumeCommand = options.makeResumeCommand();
+    _resumeCommand = options.resumeCommand;
     // Pictures of the same names would replace those of the model as given.
     if (bodies == ModelOptions::Bodies::Rigid) _options.drawsPictures = false;
     ProgressBar bar(options.isQuiet, {});
@@ -471,5 +471,5 @@ void ModelRun::check() {
                 double(integrator->getLargestConstraintError()), _resultPath.c_str());
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -14,13 +14,15 @@ All analyses of a model, one after the other, into one result file.
 #include <vector>
 
 #include "simflex/cli/Messages.h"
-#include "simflex/model/file/ModelReader.h"
-#include "simflex/model/results/ResultFile.h"
-#include "simflex/model/probes/Probe.h"
 #include "simflex/model/analyses/RunOptions.h"
+#include "simflex/model/file/ModelReader.h"
+#include "simflex/model/probes/Probe.h"
+#include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
+
+using namespace cli;
 
 class ModelRun {
 public:
@@ -114,5 +116,5 @@ private:
     std::map<std::string, std::vector<std::string>> _remarks;  ///< by analysis, for the summary
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

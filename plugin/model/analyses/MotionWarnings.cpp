@@ -4,7 +4,7 @@
 #include <sstream>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 MotionWarnings::MotionWarnings(const Model& model, const Probes& probes, Warn warn)
     : _warn(std::move(warn)),
@@ -77,5 +77,5 @@ void MotionWarnings::restore(const std::vector<double>& saved) {
     _linearRange.setWarned(warned);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -13,7 +13,7 @@ the prompt tell alike. **/
 #include "simflex/model/probes/TurnCounter.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 class MotionWarnings {
 public:
@@ -49,5 +49,5 @@ private:
     bool _isAtStart = true;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -11,7 +11,7 @@
 #include <limits>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -324,5 +324,5 @@ std::map<std::string, std::string> calcInputChecksums(const Model& model) {
     return sums;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,10 +7,10 @@ Where a transient analysis was when it was last kept: all that the rest of it de
 #include <string>
 #include <vector>
 
-#include "simflex/model/build/Model.h"
+#include "simflex/model/builders/Model.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 struct RunCheckpoint {
     /** Checksums of what a run reads besides the model's text: parts, tables, meshes; by name. **/
@@ -60,5 +60,5 @@ RunCheckpoint readRunCheckpoint(const std::string& path);
 /** RunCheckpoint::inputs of a model. **/
 std::map<std::string, std::string> calcInputChecksums(const Model& model);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -6,7 +6,7 @@ What the user asks of `simflex run`. **/
 #include <vector>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 struct RunOptions {
     std::string model;                  ///< path of the model file
@@ -21,10 +21,8 @@ struct RunOptions {
     bool isQuiet = false;
     bool allowsScripts = false;  ///< of Gmsh, outside the sandbox
     bool onlyChecks = false;
-
-    /** The command that goes on with such a run. **/
-    std::string makeResumeCommand() const;
+    std::string resumeCommand;  ///< that goes on with such a run: told where it was stopped
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -9,7 +9,7 @@
 #include "simflex/model/results/CriticalSpeeds.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -187,5 +187,5 @@ void printDifference(const ResultData& flexible, const ResultData& rigid) {
                     accuracy);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -8,7 +8,7 @@ What a run has found, for people. **/
 #include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Extremes and last values of probes, frequencies, what it cost; on standard output.
 @param remarks  more lines **/
@@ -18,5 +18,5 @@ void printAnalysis(const ResultData::Analysis& analysis, const std::vector<std::
  * **/
 void printDifference(const ResultData& flexible, const ResultData& rigid);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -9,7 +9,7 @@
 #include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::State;
 
@@ -134,5 +134,5 @@ std::string nameBodies(const Model& model, const std::string& text) {
     return named.append(last, message.cend());
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -12,7 +12,7 @@ A model that is being run: what `simflex run` and `simflex shell` share. **/
 #include "simflex/solver/ImplicitIntegrator.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** BdfIntegrator or GeneralizedAlphaIntegrator with the settings of the model's `solver`; not
 initialized. **/
@@ -36,5 +36,5 @@ std::string nameBodies(const Model& model, const std::string& message);
 ones with their shapes, cameras, joints, reactions. Not fitted to anything yet. **/
 std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

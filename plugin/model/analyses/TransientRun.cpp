@@ -5,13 +5,13 @@
 #include <sstream>
 
 #include "simflex/cli/Stopped.h"
+#include "simflex/model/analyses/Session.h"
 #include "simflex/model/file/KnownTimes.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/probes/ProbeKinds.h"
-#include "simflex/model/analyses/Session.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::State;
 using SimTK::Vector;
@@ -285,5 +285,5 @@ void TransientRun::finish() {
     removeRunCheckpoint(_run.getCheckpointPath());
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

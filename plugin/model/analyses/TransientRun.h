@@ -13,7 +13,7 @@ One transient analysis: rows of probes at regular times, States for pictures, ch
 #include "simflex/solver/ImplicitIntegrator.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 class TransientRun {
 public:
@@ -63,5 +63,5 @@ private:
     Clock::time_point _kept;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -9,7 +9,7 @@
 #include "simflex/part/NumberText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -133,5 +133,5 @@ void Expression::fail(const std::string& message) const {
     throw ModelError(_contents->place + (_contents->place.empty() ? "" : ": ") + message);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -17,7 +17,7 @@ namespace simflex {
 namespace formula {
 struct Scope;
 }
-namespace cli {
+namespace model {
 
 class Expression {
 public:
@@ -55,5 +55,5 @@ private:
     std::shared_ptr<const Contents> _contents;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,7 +7,7 @@
 #include "simflex/model/file/ScalarCheck.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using formula::SyntaxError;
 
@@ -44,5 +44,5 @@ bool isFormulaWord(const std::string& name) {
     return std::find(functions.begin(), functions.end(), name) != functions.end();
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

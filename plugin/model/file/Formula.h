@@ -5,7 +5,7 @@ Formulas as they stand in model files: what nobody knows is answered with what w
 #include "simflex/model/formula/Formula.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** @throws formula::SyntaxError that proposes the nearest of the names there are. **/
 formula::Formula readFormula(const std::string& text, const formula::Scope& scope,
@@ -17,5 +17,5 @@ double calcConstant(const std::string& text, const formula::Scope& scope);
 /** Names that parameters and tables must not have: functions, `t`, `pi` … **/
 bool isFormulaWord(const std::string& name);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

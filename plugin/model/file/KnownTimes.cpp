@@ -7,7 +7,7 @@
 #include "simflex/model/file/ModelNode.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -113,5 +113,5 @@ void checkMotions(const ModelValue& file, double from, double to) {
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -10,7 +10,7 @@ Times that follow from the functions of time that drive a model, its loads and m
 #include "simflex/model/file/ModelValue.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Where any of these functions changes its course: looked for a stretch at a time, as far as is
 asked for. Copies share what was found; for one thread. **/
@@ -29,5 +29,5 @@ private:
 /** @throws ModelError if a motion jumps, or its speed does, between these times. **/
 void checkMotions(const ModelValue& file, double from, double to);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

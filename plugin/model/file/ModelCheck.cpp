@@ -15,7 +15,7 @@ Checks what was read against the schema. **/
 #include "simflex/model/schema/SchemaText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -370,5 +370,5 @@ NodePointer checkModel(const std::shared_ptr<ModelFile>& file, const YamlTree& t
     return Checker(file).checkAll(tree, forms, nullptr, "", "");
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -6,7 +6,7 @@ What is wrong with a model file, and where. **/
 #include <string>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Its text begins with file, line and column: "crank.yaml:12:9: joints.bearing: …". **/
 class ModelError : public std::runtime_error {
@@ -14,5 +14,5 @@ public:
     explicit ModelError(const std::string& message) : std::runtime_error(message) {}
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

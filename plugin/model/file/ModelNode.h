@@ -9,11 +9,11 @@ What a ModelValue refers to. Only for the files of this folder. **/
 
 #include "simflex/model/file/Formula.h"
 #include "simflex/model/file/ModelValue.h"
-#include "simflex/model/schema/Schema.h"
 #include "simflex/model/file/YamlTree.h"
+#include "simflex/model/schema/Schema.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** The file that values stand in. **/
 struct ModelFile {
@@ -59,5 +59,5 @@ std::shared_ptr<const ModelValue::Node> checkModelValue(
 std::shared_ptr<const ModelValue::Node> checkModel(const std::shared_ptr<ModelFile>& file,
                                                    const YamlTree& tree);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

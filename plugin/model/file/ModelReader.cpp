@@ -12,7 +12,7 @@
 #include "simflex/model/file/NearestName.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -149,5 +149,5 @@ ModelValue readModel(const ModelText& text) {
     return model;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -9,7 +9,7 @@ anything is built. Nothing in a file is executed. **/
 #include "simflex/model/file/ModelValue.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** A model as read. **/
 struct ModelText {
@@ -27,5 +27,5 @@ ModelValue readModel(const ModelText& text);
 /** Reads the file's bytes. @throws std::runtime_error. **/
 ModelText loadModelText(const std::string& path, const std::vector<std::string>& settings = {});
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

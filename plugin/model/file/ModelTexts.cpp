@@ -5,7 +5,7 @@
 #include "simflex/model/file/ModelNode.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 std::string getModelTitle(const ModelValue& model) {
     const ModelValue title = model.get("title");
@@ -23,5 +23,5 @@ void failMissingFile(const ModelValue& value) {
                     : "; paths begin in the model file's folder"));
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,7 +7,7 @@ Texts about a model: its title, and of files that it misses. **/
 #include "simflex/model/file/ModelValue.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Its title, or the file's name without its ending. **/
 std::string getModelTitle(const ModelValue& model);
@@ -15,5 +15,5 @@ std::string getModelTitle(const ModelValue& model);
 /** Fails for a path at which there is no file. **/
 [[noreturn]] void failMissingFile(const ModelValue& value);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -10,7 +10,7 @@
 #include "simflex/model/file/VariableFormula.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -282,5 +282,5 @@ const std::vector<int>& VariableFormula::getUsed() const {
     return _shared->used;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -19,7 +19,7 @@ A key that the file leaves out gives a value that is not isGiven() and has the s
 #include "simflex/model/file/ModelError.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 class ModelValue {
 public:
@@ -96,5 +96,5 @@ private:
 @throws std::invalid_argument. **/
 double calcConstant(const ModelValue& model, const std::string& text);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

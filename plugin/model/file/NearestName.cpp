@@ -6,7 +6,7 @@
 #include "simflex/base/AsciiText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -75,5 +75,5 @@ std::string joinNames(const std::vector<std::string>& names, const std::string& 
     return text;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

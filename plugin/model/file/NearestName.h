@@ -6,7 +6,7 @@ The known name that was probably meant. **/
 #include <vector>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** The nearest of `known` by edits (case aside), or "" if none is near. **/
 std::string findNearestName(const std::string& name, const std::vector<std::string>& known);
@@ -17,5 +17,5 @@ std::string proposeName(const std::string& name, const std::vector<std::string>&
 /** "a, b, c". **/
 std::string joinNames(const std::vector<std::string>& names, const std::string& separator = ", ");
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -11,7 +11,7 @@
 #include "simflex/model/schema/SchemaText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -169,5 +169,5 @@ void checkScalar(const YamlTree& tree, Node& node) {
     failForm(tree, node);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

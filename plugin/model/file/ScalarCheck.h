@@ -7,7 +7,7 @@ Checks of single values: numbers, formulas, names, choices. Only for the files o
 #include "simflex/model/file/ModelNode.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Checks a scalar against the forms of `node` and sets which it has. **/
 void checkScalar(const YamlTree& tree, ModelValue::Node& node);
@@ -22,5 +22,5 @@ bool isName(const std::string& text, bool canHaveDots);
 /** At most 60 characters of a text, for messages. **/
 std::string shorten(const std::string& text);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -9,7 +9,7 @@ A formula of named variables and time: `slider.x - 2*crank.x + 0.1*t`. **/
 #include "simflex/model/file/ModelValue.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Copies share what was parsed; may be evaluated by several threads at once. **/
 class VariableFormula {
@@ -30,5 +30,5 @@ private:
     std::shared_ptr<const Shared> _shared;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -14,7 +14,7 @@
 #include "simflex/model/file/ModelError.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -457,5 +457,5 @@ void applySetting(YamlTree& tree, const std::string& setting) {
     *target = std::move(value);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -8,7 +8,7 @@ place. **/
 #include <vector>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Where something stands: line and column from 1 in the model file, or in a setting. **/
 struct YamlPlace {
@@ -50,5 +50,5 @@ YamlTree parseYaml(const std::string& text, const std::string& name);
 /** Replaces or adds what a setting "PATH=VALUE" names. @throws ModelError. **/
 void applySetting(YamlTree& tree, const std::string& setting);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

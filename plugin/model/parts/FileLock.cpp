@@ -8,7 +8,7 @@
 #include <cerrno>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -47,5 +47,5 @@ FileLock::State FileLock::tryToHold() {
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -8,7 +8,7 @@ A lock that processes of one machine (or of a disk with file locks) take one aft
 #include <string>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** flock(2) on a file that exists while somebody holds it. The lock goes with the process, however
 that ends; the file of a killed one is taken over. **/
@@ -33,5 +33,5 @@ private:
     int _file = -1;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -9,7 +9,7 @@
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 ReducedBody readPart(const ModelValue& value, const ModelOptions& options) {
@@ -69,5 +69,5 @@ Parts makeParts(const ModelValue& file, const ModelOptions& options) {
     return parts;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

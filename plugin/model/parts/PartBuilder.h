@@ -2,14 +2,14 @@
 /** @file
 The parts of a model file: read from part files, or reduced and kept in the cache. **/
 
-#include "simflex/model/build/ModelSystem.h"
+#include "simflex/model/builders/ModelSystem.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** All parts by name, with the modes that the file keeps of them.
 @throws ModelError; Cancelled if options.progress asks to stop. **/
 Parts makeParts(const ModelValue& file, const ModelOptions& options);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

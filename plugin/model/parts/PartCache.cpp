@@ -11,7 +11,7 @@
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace fs = std::filesystem;
 
@@ -141,5 +141,5 @@ void PartCache::removeLeftovers() const {
     for (const std::string& key : keys) remove(key);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -20,7 +20,7 @@ without. Time of change of an entry: when it was last used.
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 class PartCache {
 public:
@@ -66,5 +66,5 @@ private:
     Note _note;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -11,7 +11,7 @@
 #include "simflex/part/ReducedBodyFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace fs = std::filesystem;
 
@@ -106,5 +106,5 @@ std::string PartKey::getText() const {
     return text;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

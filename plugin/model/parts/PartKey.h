@@ -7,7 +7,7 @@ Name of a reduced part by its content: of what it is made from, byte by byte. **
 #include "simflex/fe/Checkpoint.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** 128 bits over everything that a reduction depends on. **/
 class PartKey {
@@ -28,5 +28,5 @@ private:
     DataHash _first, _second;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

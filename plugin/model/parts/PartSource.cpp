@@ -6,19 +6,19 @@
 #include <thread>
 
 #include "simflex/base/TemporaryFolder.h"
-#include "simflex/model/parts/FileLock.h"
-#include "simflex/model/build/ModelGeometry.h"
-#include "simflex/model/build/ModelSystem.h"
-#include "simflex/model/file/ModelTexts.h"
-#include "simflex/model/file/NearestName.h"
-#include "simflex/model/parts/PartCache.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/fe/NodeSelection.h"
+#include "simflex/model/builders/ModelGeometry.h"
+#include "simflex/model/builders/ModelSystem.h"
+#include "simflex/model/file/ModelTexts.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/parts/FileLock.h"
+#include "simflex/model/parts/PartCache.h"
 #include "simflex/part/NumberText.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace fs = std::filesystem;
 
@@ -296,5 +296,5 @@ ReducedBody reducePart(const ModelValue& value, const ModelOptions& options) {
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -2,16 +2,16 @@
 /** @file
 Reduction of a part that a model file gives by its deck, geometry or matrices. **/
 
-#include "simflex/model/build/Model.h"
+#include "simflex/model/builders/Model.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** From the cache if it has been reduced before, see PartCache.h.
 @param value  of `parts`
 @throws ModelError; Cancelled if options.progress asks to stop. **/
 ReducedBody reducePart(const ModelValue& value, const ModelOptions& options);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

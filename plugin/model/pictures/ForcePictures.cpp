@@ -5,7 +5,7 @@
 #include "simflex/forces/LoadShape.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::Real;
 using SimTK::SpatialVec;
@@ -104,5 +104,5 @@ void addForces(const Model& model, OffscreenVisualizer& viz) {
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -2,14 +2,14 @@
 /** @file
 Connectors and loads of a model in its pictures (private to this room). **/
 
-#include "simflex/model/build/Model.h"
+#include "simflex/model/builders/Model.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Adds those of the model file. @throws ModelError. **/
 void addForces(const Model& model, OffscreenVisualizer& viz);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,14 +7,16 @@
 
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Stopped.h"
-#include "simflex/model/file/ModelTexts.h"
-#include "simflex/model/results/UnitScale.h"
-#include "simflex/model/pictures/ForcePictures.h"
 #include "simflex/model/analyses/Session.h"
+#include "simflex/model/file/ModelTexts.h"
+#include "simflex/model/pictures/ForcePictures.h"
+#include "simflex/model/results/UnitScale.h"
 #include "simflex/part/NumberText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
+
+using namespace cli;
 
 namespace fs = std::filesystem;
 using SimTK::Pi;
@@ -357,5 +359,5 @@ void drawModes(const Model& model, const Linearization& linear, const std::vecto
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -5,13 +5,13 @@ Pictures of a run and of mode shapes. **/
 #include <string>
 #include <vector>
 
-#include "simflex/model/results/ResultFile.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
+#include "simflex/model/results/ResultFile.h"
 #include "simflex/render/OffscreenVisualizer.h"
 #include "simflex/solver/Eigenmodes.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Draws the frames of an analysis as the model's `pictures` say, all seen by one camera and in one
 range of colours. Frames that are there already and show the same are kept.
@@ -36,5 +36,5 @@ bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultDa
 void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
                const std::string& analysis, const std::string& usualFolder, bool isQuiet);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

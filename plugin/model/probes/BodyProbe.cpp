@@ -8,7 +8,7 @@ Probes of deformation and stress. **/
 #include "simflex/model/probes/ProbeKinds.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::Array_;
 using SimTK::State;
@@ -242,5 +242,5 @@ Probe makeStrainProbe(const ProbeSource& source) {
     return makeTensorProbe(source, source.entry.get("strain"), Tensor::Strain);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

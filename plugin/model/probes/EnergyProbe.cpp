@@ -4,7 +4,7 @@ Probes of energy and momentum. **/
 #include "simflex/model/probes/ProbeKinds.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::SpatialVec;
 using SimTK::Stage;
@@ -94,5 +94,5 @@ Probe makeMomentumProbe(const ProbeSource& source) {
     return selectComponent(source.entry, std::move(probe));
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

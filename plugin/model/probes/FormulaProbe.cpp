@@ -8,7 +8,7 @@ Probes of functions of time and of formulas of other probes. **/
 #include "simflex/model/probes/ProbeKinds.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -86,5 +86,5 @@ Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::stri
     return probe;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,7 +7,7 @@ Probes of how frames move. **/
 #include "simflex/model/probes/ProbeKinds.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::Rotation;
 using SimTK::SpatialVec;
@@ -79,5 +79,5 @@ Probe makeFrameProbe(const ProbeSource& source) {
     return selectComponent(source.entry, std::move(probe));
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -6,7 +6,7 @@ Probes of joints and prescribed motions. **/
 #include "simflex/model/probes/TurnCounter.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::SpatialVec;
 using SimTK::Vector;
@@ -186,5 +186,5 @@ Probe makeDrivingProbe(const ProbeSource& source) {
     return probe;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,7 +7,7 @@
 #include "simflex/model/probes/ProbeKinds.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -169,5 +169,5 @@ std::vector<double> Probes::calc(const Moment& moment) const {
     return values;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

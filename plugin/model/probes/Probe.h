@@ -8,10 +8,10 @@ energies, and formulas of other probes. **/
 #include <string>
 #include <vector>
 
-#include "simflex/model/build/Model.h"
+#include "simflex/model/builders/Model.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 class TurnCounter;
 
@@ -49,5 +49,5 @@ private:
     std::vector<Probe> _probes;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

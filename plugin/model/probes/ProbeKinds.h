@@ -10,7 +10,7 @@ and fills in unit, columns and calculation. **/
 #include "simflex/model/probes/Probe.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** What a probe is made from. **/
 struct ProbeSource {
@@ -69,5 +69,5 @@ Probe selectComponent(const ModelValue& entry, Probe probe);
 const FlexibleBody& findFlexible(const Model& model, const ModelValue& name);
 /**@}**/
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

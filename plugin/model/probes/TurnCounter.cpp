@@ -7,7 +7,7 @@
 #include "simflex/body/JointEquations.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::Pi;
 using SimTK::State;
@@ -108,5 +108,5 @@ void TurnCounter::restore(const std::vector<double>& saved) {
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -6,10 +6,10 @@ turn only. **/
 #include <string>
 #include <vector>
 
-#include "simflex/model/build/Model.h"
+#include "simflex/model/builders/Model.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 class TurnCounter {
 public:
@@ -54,5 +54,5 @@ private:
     double _time = SimTK::NaN;  ///< NaN: at no State yet
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -9,7 +9,7 @@
 #include "simflex/model/results/ProbeChoice.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 constexpr double kConstant = 1e-9;  // what varies by less of its size is constant
@@ -248,5 +248,5 @@ ResultComparison compareResults(const ResultData& a, const ResultData& b,
     return comparer.result;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -8,7 +8,7 @@ By how much the probes of two results differ. **/
 #include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Of one column of a probe, or of one frequency. **/
 struct ColumnDifference {
@@ -36,5 +36,5 @@ ResultComparison compareResults(const ResultData& a, const ResultData& b,
                                 const std::vector<std::string>& patterns, const std::string& nameA,
                                 const std::string& nameB);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

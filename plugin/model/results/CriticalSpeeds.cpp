@@ -4,7 +4,7 @@
 #include <utility>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 std::vector<double> findCriticalSpeeds(const ResultData::Analysis& campbell) {
     constexpr double kTwoPi = 6.28318530717958647692;
@@ -31,5 +31,5 @@ std::vector<double> findCriticalSpeeds(const ResultData::Analysis& campbell) {
     return critical;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -15,7 +15,7 @@
 #include "simflex/render/ProbePlot.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 namespace fs = std::filesystem;
@@ -285,5 +285,5 @@ void drawFigure(const std::string& path, const Figure& figure) {
     fs::rename(aside, path);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

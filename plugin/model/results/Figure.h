@@ -6,7 +6,7 @@ A figure of curves, drawn by gnuplot to PNG, SVG or PDF. **/
 #include <vector>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 struct FigureCurve {
     std::string name;  ///< in the legend
@@ -38,5 +38,5 @@ void drawFigure(const std::string& path, const Figure& figure);
 /** The script that gnuplot is given. Texts are quoted so that nothing in them is a command. **/
 std::string makeGnuplotScript(const std::string& kind, const Figure& figure);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 bool fits(const std::string& pattern, const std::string& name) {
@@ -92,5 +92,5 @@ std::vector<std::string> makeFileLabels(const std::vector<std::string>& paths) {
     return paths;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -8,7 +8,7 @@ Analyses and probes of result files by the names that a user gives. **/
 #include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** A column of a probe. **/
 struct ChosenColumn {
@@ -37,5 +37,5 @@ std::string listNames(const std::vector<std::string>& names, size_t most = 20);
 their paths as it takes. **/
 std::vector<std::string> makeFileLabels(const std::vector<std::string>& paths);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

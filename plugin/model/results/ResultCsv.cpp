@@ -8,7 +8,7 @@
 #include "simflex/part/NumberText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 /** A field, in quotation marks where it needs them. **/
@@ -89,5 +89,5 @@ void writeResultCsv(const std::string& path, const ResultData::Analysis& analysi
         throw std::runtime_error("cannot write all of '" + path + "'; is the disk full?");
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -11,7 +11,7 @@
 #include "simflex/part/NumberText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 constexpr size_t kMostPanels = 12, kMostCurves = 40;
@@ -296,5 +296,5 @@ Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWi
     return makeTransientFigure(sources, wishes);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

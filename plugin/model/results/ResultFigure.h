@@ -10,7 +10,7 @@ Figures of results. **/
 #include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** An analysis of one result file. **/
 struct FigureSource {
@@ -31,5 +31,5 @@ struct FigureWishes {
 analyses must be of one type. @throws std::runtime_error. **/
 Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -29,7 +29,7 @@ the same run gives the same bytes, flushed and resumed or not. **/
 #include <vector>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Name, unit and columns of a probe. **/
 struct ResultColumn {
@@ -125,5 +125,5 @@ ResultData readResults(const std::string& path, ReadStates states = ReadStates::
 Numbers with 17 digits. @throws std::runtime_error. **/
 void writeResultCsv(const std::string& path, const ResultData::Analysis& analysis);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 constexpr char kMark[] = "simflex journal\n";  // 16 bytes
@@ -407,5 +407,5 @@ std::vector<double> ResultJournal::readRows(const Analysis& analysis, int first,
     return rows;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -12,7 +12,7 @@ Internal to results. **/
 #include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 class ResultJournal {
 public:
@@ -85,5 +85,5 @@ private:
     std::string _record;                                        ///< room for one
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,7 +7,7 @@
 #include "simflex/part/Hdf5.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 constexpr size_t kBlockNumbers = size_t(1) << 20;  // of rows read from the journal at once
@@ -383,5 +383,5 @@ ResultData readResultLayout(const std::string& path, ReadStates states) {
     return data;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,7 +7,7 @@ The HDF5 file of ResultFile.h, made of a journal. Internal to results. **/
 #include "simflex/model/results/ResultJournal.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 constexpr int kResultFormat = 1;
 
@@ -21,5 +21,5 @@ void writeResultLayout(const std::string& path, const ResultJournal& journal);
 /** Reads it. @throws std::runtime_error that names the object, not the file. **/
 ResultData readResultLayout(const std::string& path, ReadStates states);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

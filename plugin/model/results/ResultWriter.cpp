@@ -15,7 +15,7 @@
 #include "simflex/part/FileChecksum.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 namespace fs = std::filesystem;
@@ -407,5 +407,5 @@ ResultData readResults(const std::string& path, ReadStates states) {
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

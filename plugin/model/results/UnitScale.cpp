@@ -5,7 +5,7 @@
 #include <utility>
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 /** Exponents of ten between which prefixes of a unit are usual. **/
@@ -63,5 +63,5 @@ std::string makeAxisLabel(const std::string& name, const std::string& unit) {
     return name + (name.empty() ? "[" : " [") + unit + "]";
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -5,7 +5,7 @@ Units as people write them: millimetres for what is measured in millimetres. **/
 #include <string>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 struct UnitScale {
     std::string unit;  ///< "mm", "kN m", "m/s²"; "" for none
@@ -19,5 +19,5 @@ UnitScale chooseUnitScale(const std::string& unit, double largest);
 /** "name [unit]", or the name alone. **/
 std::string makeAxisLabel(const std::string& name, const std::string& unit);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -5,7 +5,7 @@
 #include "simflex/model/schema/SchemaForms.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 SchemaKey::SchemaKey(std::string keyName, std::vector<SchemaForm> keyForms, std::string keyMeaning)
     : name(std::move(keyName)), forms(std::move(keyForms)), meaning(std::move(keyMeaning)) {}
@@ -251,5 +251,5 @@ SchemaForm color() {
 }
 
 }  // namespace forms
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -8,7 +8,7 @@ one source for checking, for the JSON schema, the key reference and completion. 
 #include <vector>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 struct SchemaKey;
 
@@ -83,5 +83,5 @@ const SchemaForm& getModelSchema();
 /** The key `name` of a map, or null. **/
 const SchemaKey* findSchemaKey(const SchemaForm& map, const std::string& name);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -4,7 +4,7 @@ Chapters of the schema: parameters, tables, parts, bodies, frames. **/
 #include "simflex/model/schema/SchemaForms.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace forms {
 
 namespace {
@@ -387,5 +387,5 @@ std::vector<SchemaKey> makeBodyKeys() {
 }
 
 }  // namespace forms
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

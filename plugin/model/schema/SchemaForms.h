@@ -5,7 +5,7 @@ Forms that occur at many places of the schema, and the parts that the schema is 
 #include "simflex/model/schema/Schema.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace forms {
 
 using Forms = std::vector<SchemaForm>;
@@ -56,5 +56,5 @@ std::vector<SchemaKey> makePictureKeys();
 /**@}**/
 
 }  // namespace forms
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

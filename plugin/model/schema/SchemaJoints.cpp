@@ -4,7 +4,7 @@ Chapters of the schema: joints, motions, loads, connectors, initial values. **/
 #include "simflex/model/schema/SchemaForms.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace forms {
 
 namespace {
@@ -290,5 +290,5 @@ std::vector<SchemaKey> makeJointKeys() {
 }
 
 }  // namespace forms
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

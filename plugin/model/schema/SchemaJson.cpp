@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "simflex/model/file/Formula.h"
+#include "simflex/model/file/YamlTree.h"
 #include "simflex/model/schema/Schema.h"
 #include "simflex/model/schema/SchemaText.h"
-#include "simflex/model/file/YamlTree.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -272,5 +272,5 @@ std::string writeJsonSchema() {
     return text + "\n";
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

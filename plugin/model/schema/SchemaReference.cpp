@@ -10,7 +10,7 @@
 #include "simflex/model/schema/SchemaText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -294,5 +294,5 @@ std::string writeKeyReference(const std::string& shortPath, ReferenceFormat form
            reference.write();
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -8,7 +8,7 @@ The schema for people: the key reference, and what may stand at a path. **/
 #include "simflex/model/schema/Schema.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Forms that a value may have at a path such as "bodies.crank.place" (any name for a name, any
 number for a list's item); empty if the schema has no such path. "": the whole. **/
@@ -26,5 +26,5 @@ enum class ReferenceFormat { Text, Markdown };
 @throws std::runtime_error for a path that the schema does not have. **/
 std::string writeKeyReference(const std::string& path, ReferenceFormat format);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

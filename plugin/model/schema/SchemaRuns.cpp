@@ -4,7 +4,7 @@ Chapters of the schema: solver, analyses, output, probes, pictures. **/
 #include "simflex/model/schema/SchemaForms.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace forms {
 
 namespace {
@@ -527,5 +527,5 @@ std::vector<SchemaKey> makePictureKeys() {
 }
 
 }  // namespace forms
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,7 +7,7 @@
 #include "simflex/part/NumberText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 namespace {
 
@@ -82,5 +82,5 @@ std::vector<std::string> findSchemaPaths(const std::string& key) {
     return found;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

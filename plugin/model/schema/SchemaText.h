@@ -8,7 +8,7 @@ The schema in words. **/
 #include "simflex/model/schema/Schema.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** "a number greater than 0", "one of x, y, z, or a vector [x, y, z]". **/
 std::string describeForms(const std::vector<SchemaForm>& forms);
@@ -23,5 +23,5 @@ std::vector<std::string> findSchemaPaths(const std::string& key);
 /** At most 9 digits. **/
 std::string writeNumber(double value);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -20,7 +20,7 @@
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 namespace fs = std::filesystem;
@@ -442,5 +442,5 @@ void checkSweepCases(SweepPlan& plan) {
     plan.content = sum.getText();
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -8,7 +8,7 @@ The cases of a sweep: one run of a model for each choice of values. **/
 #include "simflex/model/file/ModelReader.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** What a key of the model takes, as YAML texts. **/
 struct SweptKey {
@@ -74,5 +74,5 @@ void checkSweepColumns(const SweepPlan& plan);
 names the first case, if all of them have errors. **/
 void checkSweepCases(SweepPlan& plan);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -14,7 +14,7 @@
 #include "simflex/part/NumberText.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 std::vector<std::string> listLinks(hid_t group) {
@@ -173,5 +173,5 @@ SweepResults readSweepTable(const std::string& path, const std::string& key) {
     return sweep;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

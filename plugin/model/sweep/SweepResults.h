@@ -8,7 +8,7 @@ The table of a sweep as results that can be drawn. **/
 #include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Columns over one of the swept keys: a transient analysis for each choice of the others, whose
 times are the key's values; the key is its first probe. **/
@@ -25,5 +25,5 @@ bool isSweepTable(const std::string& path);
 @throws std::runtime_error. **/
 SweepResults readSweepTable(const std::string& path, const std::string& key);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -21,7 +21,9 @@
 #include "simflex/cli/ProgressBar.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
+
+using namespace cli;
 namespace {
 
 namespace fs = std::filesystem;
@@ -358,5 +360,5 @@ std::vector<SweepOutcome> readSweepOutcomes(const SweepPlan& plan, const std::st
     return outcomes;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -18,14 +18,14 @@ lock goes with the process, however that ends. **/
 #include "simflex/model/sweep/SweepShare.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 struct SweepOptions {
     std::string folder;
-    std::string program;       ///< `simflex`
-    int numJobs = 0;           ///< processes at once; 0: one for each core
-    int numThreads = 0;        ///< of each; 0: the cores shared out
-    bool hasPictures = false;  ///< cases draw the pictures of the model
+    std::string program;         ///< `simflex`
+    int numJobs = 0;             ///< processes at once; 0: one for each core
+    int numThreads = 0;          ///< of each; 0: the cores shared out
+    bool hasPictures = false;    ///< cases draw the pictures of the model
     bool allowsScripts = false;  ///< cases may run Gmsh's scripts outside the sandbox
     bool isQuiet = false;
     SweepShare share;
@@ -49,5 +49,5 @@ std::vector<SweepOutcome> runSweep(const SweepPlan& plan, const SweepOptions& op
 /** How each case stands, from its folder. **/
 std::vector<SweepOutcome> readSweepOutcomes(const SweepPlan& plan, const std::string& folder);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

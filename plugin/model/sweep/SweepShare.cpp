@@ -6,7 +6,7 @@
 #include <utility>
 
 namespace simflex {
-namespace cli {
+namespace model {
 namespace {
 
 std::optional<int> readVariable(const char* name) {
@@ -46,5 +46,5 @@ std::string SweepShare::describe() const {
            std::to_string(count);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

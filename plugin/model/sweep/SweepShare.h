@@ -5,7 +5,7 @@ Which part of a sweep this process has, when several share it. **/
 #include <string>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Known from the environment that mpirun (Open MPI, MPICH), srun or a Slurm job array set; no MPI
 library is needed, since processes claim cases by locks in the sweep's folder. **/
@@ -23,5 +23,5 @@ struct SweepShare {
     std::string describe() const;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -24,7 +24,9 @@
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
+
+using namespace cli;
 namespace {
 
 namespace fs = std::filesystem;
@@ -316,5 +318,5 @@ std::string writeSweepTable(const SweepPlan& plan, const std::string& folder) {
     return csv;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

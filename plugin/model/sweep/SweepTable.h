@@ -9,7 +9,7 @@ The result table of a sweep: a line for each case. **/
 #include "simflex/model/sweep/SweepRunner.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 struct SweepTable {
     struct Column {
@@ -38,5 +38,5 @@ simflex_sweep = 2.
 @returns the table's path. **/
 std::string writeSweepTable(const SweepPlan& plan, const std::string& folder);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

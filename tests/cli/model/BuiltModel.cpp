@@ -37,20 +37,20 @@ void BuiltModelTest::SetUp() {
     options.warn = [this](const std::string& warning) { warnings.push_back(warning); };
 }
 
-std::unique_ptr<cli::Model> BuiltModelTest::build(const std::string& text) {
-    cli::ModelText model;
+std::unique_ptr<model::Model> BuiltModelTest::build(const std::string& text) {
+    model::ModelText model;
     model.path = folder / "model.yaml";
     model.text = "simflex: 1\n";
     if (text.find("parts:") == std::string::npos)
         model.text += "parts: {bar: {file: bar.h5}, stiffened: {file: stiffened.h5}}\n";
     model.text += text;
-    return std::make_unique<cli::Model>(cli::readModel(model), options);
+    return std::make_unique<model::Model>(model::readModel(model), options);
 }
 
 std::string BuiltModelTest::messageOf(const std::string& text) {
     try {
         build(text);
-    } catch (const cli::ModelError& error) {
+    } catch (const model::ModelError& error) {
         return error.what();
     }
     return "";

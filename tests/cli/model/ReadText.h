@@ -12,14 +12,14 @@ Reads models from texts. **/
 namespace simflex {
 namespace testing {
 
-inline cli::ModelValue readModelText(const std::string& text,
-                                     const std::vector<std::string>& settings = {}) {
-    return cli::readModel({"m.yaml", text, settings});
+inline model::ModelValue readModelText(const std::string& text,
+                                       const std::vector<std::string>& settings = {}) {
+    return model::readModel({"m.yaml", text, settings});
 }
 
 /** The same for what follows `simflex: 1` in the first line. **/
-inline cli::ModelValue readRest(const std::string& text,
-                                const std::vector<std::string>& settings = {}) {
+inline model::ModelValue readRest(const std::string& text,
+                                  const std::vector<std::string>& settings = {}) {
     return readModelText("simflex: 1\n" + text, settings);
 }
 
@@ -27,7 +27,7 @@ inline cli::ModelValue readRest(const std::string& text,
 inline std::string refuse(const std::string& text, const std::vector<std::string>& settings = {}) {
     try {
         readModelText(text, settings);
-    } catch (const cli::ModelError& error) {
+    } catch (const model::ModelError& error) {
         return error.what();
     }
     ADD_FAILURE() << "accepted:\n" << text;

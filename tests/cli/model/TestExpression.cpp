@@ -13,7 +13,7 @@ of. **/
 #include "support/TestFolder.h"
 
 using namespace simflex;
-using namespace simflex::cli;
+using namespace simflex::model;
 using simflex::formula::readTableFile;
 using simflex::formula::Table;
 using simflex::testing::readRest;

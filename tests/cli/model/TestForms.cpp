@@ -6,14 +6,14 @@ reads is refused. **/
 #include <set>
 
 #include "BuiltModel.h"
+#include "simflex/model/analyses/Session.h"
 #include "simflex/model/file/ModelNode.h"
 #include "simflex/model/probes/Probe.h"
-#include "simflex/model/analyses/Session.h"
 
 namespace simflex::test {
 namespace {
 
-using namespace simflex::cli;
+using namespace simflex::model;
 using ::testing::HasSubstr;
 
 /** Only what is built at once: analyses, output and pictures are read while they are done. **/

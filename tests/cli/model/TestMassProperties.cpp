@@ -2,13 +2,13 @@
 Mass properties of shapes and meshes against closed forms. **/
 
 #include "BuiltModel.h"
-#include "simflex/model/build/MassProperties.h"
+#include "simflex/model/builders/MassProperties.h"
 
 namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-using namespace cli;
+using namespace model;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 

@@ -9,7 +9,7 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-using cli::Model;
+using model::Model;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 

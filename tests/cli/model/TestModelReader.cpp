@@ -12,7 +12,7 @@ What the reader of model files takes, and what it says of the rest. **/
 #include "simflex/model/file/VariableFormula.h"
 
 using namespace simflex;
-using namespace simflex::cli;
+using namespace simflex::model;
 using simflex::testing::readModelText;
 using simflex::testing::readRest;
 using simflex::testing::refuse;

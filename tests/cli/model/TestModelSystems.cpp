@@ -2,7 +2,6 @@
 Models built from text against the same systems built by hand. **/
 
 #include "BuiltModel.h"
-#include "simflex/model/build/MotionBuilder.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/ContactStop.h"
@@ -10,12 +9,13 @@ Models built from text against the same systems built by hand. **/
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
+#include "simflex/model/builders/MotionBuilder.h"
 
 namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-using cli::Model;
+using model::Model;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -249,7 +249,7 @@ initial: {bodies: {boom: {modes: {1: 1e-3}, modal_speeds: {2: 1}}}}
     EXPECT_FALSE(blade.isStiffeningEnabled(state));
     EXPECT_EQ(boom.getModalCoordinates(state)[0], 1e-3);
     EXPECT_EQ(boom.getModalSpeeds(state)[1], 1);
-    options.bodies = cli::ModelOptions::Bodies::Rigid;
+    options.bodies = model::ModelOptions::Bodies::Rigid;
     const auto rigid = build(text);
     const State held = rigid->makeInitialState();
     EXPECT_TRUE(rigid->getBodies()[0].flexible->isRigid(held));

@@ -13,10 +13,10 @@ Parts that a model gives by their decks: reduced as `simflex reduce` does, kept 
 
 #include "BuiltModel.h"
 #include "simflex/base/Sandbox.h"
-#include "simflex/model/parts/FileLock.h"
-#include "simflex/model/parts/PartCache.h"
 #include "simflex/fe/MatrixMarket.h"
 #include "simflex/fe/ModelSource.h"
+#include "simflex/model/parts/FileLock.h"
+#include "simflex/model/parts/PartCache.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
 
@@ -24,7 +24,7 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-using namespace cli;
+using namespace model;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;

@@ -19,7 +19,7 @@ The schema: what it says of itself, and that the JSON schema agrees with the rea
 #include "support/TestFolder.h"
 
 using namespace simflex;
-using namespace simflex::cli;
+using namespace simflex::model;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;

@@ -16,7 +16,7 @@ simflex compare, and the figures of simflex plot, on results whose values are kn
 namespace simflex {
 namespace {
 
-using namespace cli;
+using namespace model;
 using namespace testing;
 using ::testing::AllOf;
 using ::testing::ElementsAre;

@@ -10,7 +10,7 @@ Critical speeds of Campbell diagrams. **/
 namespace simflex {
 namespace {
 
-using namespace cli;
+using namespace model;
 
 constexpr double kTwoPi = 2 * M_PI;
 

@@ -19,7 +19,7 @@ Result files: what is written is read back, whatever happens to the writer. **/
 namespace simflex {
 namespace {
 
-using namespace cli;
+using namespace model;
 using namespace testing;
 using ::testing::AllOf;
 using ::testing::ElementsAre;

@@ -14,27 +14,27 @@ namespace testing {
 
 constexpr double kStep = 0.01;  // [s]
 
-inline cli::ResultHeader makeHeader() {
+inline model::ResultHeader makeHeader() {
     return {
         "Swing", "swing.yaml", "simflex: 1\n# a swing\n", {"speed=3", "solver.threads=1"}, false};
 }
 
-inline std::vector<cli::ResultColumn> makeProbes() {
+inline std::vector<model::ResultColumn> makeProbes() {
     return {{"swing", "m", {"x", "y"}}, {"angle", "rad", {""}}};
 }
 
 /** Row k of a point on a circle of radius 2 m, at 1 rad/s. **/
-inline void addCircleRow(cli::ResultWriter& writer, int k) {
+inline void addCircleRow(model::ResultWriter& writer, int k) {
     const double t = k * kStep;
     writer.addRow(t, {2 * std::cos(t), 2 * std::sin(t), t}, {t}, {1, -t});
 }
 
-inline void addCircle(cli::ResultWriter& writer, int first, int end) {
+inline void addCircle(model::ResultWriter& writer, int first, int end) {
     for (int k = first; k < end; ++k) addCircleRow(writer, k);
 }
 
 /** Whether the first rows are those of addCircle(). **/
-inline bool isCircle(const cli::ResultData::Analysis& analysis) {
+inline bool isCircle(const model::ResultData::Analysis& analysis) {
     if (analysis.probes.size() != 2) return false;
     for (size_t k = 0; k < analysis.time.size(); ++k) {
         const double t = int(k) * kStep;
@@ -49,7 +49,7 @@ inline bool isCircle(const cli::ResultData::Analysis& analysis) {
 
 /** A whole run: rest (static), run (numRows of a circle), modes (eigen), map (campbell). **/
 inline void writeRun(const std::string& path, int numRows = 100) {
-    cli::ResultWriter writer(path, makeHeader());
+    model::ResultWriter writer(path, makeHeader());
     writer.addStatic("rest", makeProbes(), {2, 0, 0}, {0.5});
     writer.setComplete("rest");
     writer.beginTransient("run", makeProbes(), 1, 2);

@@ -21,25 +21,25 @@ protected:
                           "run model.yaml --quiet " + arguments);
     }
 
-    cli::ResultData::Analysis read(const std::string& analysis,
-                                   const std::string& file = "model.results.h5") {
-        for (const cli::ResultData::Analysis& found : cli::readResults(folder / file).analyses)
+    model::ResultData::Analysis read(const std::string& analysis,
+                                     const std::string& file = "model.results.h5") {
+        for (const model::ResultData::Analysis& found : model::readResults(folder / file).analyses)
             if (found.name == analysis) return found;
         ADD_FAILURE() << "there is no analysis " << analysis << " in " << file;
         return {};
     }
 
-    static const cli::ResultData::Series& find(const cli::ResultData::Analysis& analysis,
-                                               const std::string& probe) {
-        static const cli::ResultData::Series none;
-        for (const cli::ResultData::Series& series : analysis.probes)
+    static const model::ResultData::Series& find(const model::ResultData::Analysis& analysis,
+                                                 const std::string& probe) {
+        static const model::ResultData::Series none;
+        for (const model::ResultData::Series& series : analysis.probes)
             if (series.column.name == probe) return series;
         ADD_FAILURE() << "there is no probe " << probe;
         return none;
     }
 
     /** Derivative of a column at row i, of fourth order. **/
-    static double differentiate(const cli::ResultData::Series& series, size_t i, size_t column,
+    static double differentiate(const model::ResultData::Series& series, size_t i, size_t column,
                                 double interval) {
         const auto at = [&](int shift) { return series.rows[size_t(int(i) + shift)][column]; };
         return (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * interval);

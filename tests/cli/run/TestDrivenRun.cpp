@@ -6,7 +6,7 @@ Runs that are driven by functions of time which rest, switch, have kinks, or no 
 namespace simflex {
 namespace {
 
-using cli::ResultData;
+using model::ResultData;
 
 /** A body of 1 kg that slides along x, without gravity. **/
 std::string makeCart(const std::string& more) {

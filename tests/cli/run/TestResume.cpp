@@ -15,7 +15,7 @@ Runs that are stopped, by whatever, and gone on with. **/
 namespace simflex {
 namespace {
 
-using cli::ResultData;
+using model::ResultData;
 using ::testing::HasSubstr;
 
 /** Two pendulums, the second on the first: no two runs that differ by a bit stay together. A wheel
@@ -104,7 +104,7 @@ TEST_F(ResumeTest, KilledRunsGoOnToTheSameBytes) {
         arguments = {"--resume"};
         if (kill_ == 0) {
             // What has been recorded can be read at once.
-            EXPECT_FALSE(cli::readResults(folder / "model.results.h5").analyses.empty());
+            EXPECT_FALSE(model::readResults(folder / "model.results.h5").analyses.empty());
         }
     }
     EXPECT_GT(numKilled, 0);
@@ -127,7 +127,7 @@ TEST_F(ResumeTest, CtrlCFinishesTheStepAndSaysHowToGoOn) {
     const std::string log = testing::readText(folder / "child.log");
     EXPECT_THAT(log, HasSubstr("stopped"));
     EXPECT_THAT(log, HasSubstr("simflex run model.yaml --resume"));
-    const ResultData kept = cli::readResults(folder / "model.results.h5");
+    const ResultData kept = model::readResults(folder / "model.results.h5");
     // It may have been stopped between the two.
     EXPECT_TRUE(kept.analyses.size() == 1 || !kept.analyses.back().isComplete);
     ASSERT_EQ(runModel("--resume --threads 2"), 0) << err;
@@ -160,7 +160,7 @@ TEST_F(ResumeTest, CtrlCStopsAnalysesWithoutTimeAndKeepsWhatIsComplete) {
         const pid_t child = start({});
         const auto isFirstKept = [&] {
             if (access((folder / "model.results.h5").c_str(), F_OK) != 0) return false;
-            const auto kept = cli::readResults(folder / "model.results.h5").analyses;
+            const auto kept = model::readResults(folder / "model.results.h5").analyses;
             return !kept.empty() && kept[0].isComplete;
         };
         testing::await("the first analysis",
@@ -173,7 +173,7 @@ TEST_F(ResumeTest, CtrlCStopsAnalysesWithoutTimeAndKeepsWhatIsComplete) {
         EXPECT_THAT(log, HasSubstr("stopped; what was complete is in 'model.results.h5'; go on "
                                    "with: simflex run model.yaml --resume"));
         EXPECT_TRUE(read("first").isComplete);
-        EXPECT_EQ(cli::readResults(folder / "model.results.h5").analyses.size(), 1u);
+        EXPECT_EQ(model::readResults(folder / "model.results.h5").analyses.size(), 1u);
     }
 }
 
@@ -196,15 +196,15 @@ TEST_F(ResumeTest, ChangedModelsAreNotGoneOnWith) {
 
 TEST(RunCheckpoint, FramesAreAppended) {
     const testing::TestFolder folder;
-    const std::string path = folder / "run.checkpoint", frames = cli::getFramesPath(path);
-    cli::RunCheckpoint checkpoint;
+    const std::string path = folder / "run.checkpoint", frames = model::getFramesPath(path);
+    model::RunCheckpoint checkpoint;
     checkpoint.analysis = "run";
     const auto add = [&](int count) {
         for (int k = 0; k < count; ++k) {
             const double t = double(checkpoint.frames.size());
             checkpoint.frames.push_back({t, {t, 2 * t, 3}, {-t}});
         }
-        cli::writeRunCheckpoint(path, checkpoint);
+        model::writeRunCheckpoint(path, checkpoint);
     };
     add(100);
     const std::string first = testing::readText(frames), small = testing::readText(path);
@@ -215,7 +215,7 @@ TEST(RunCheckpoint, FramesAreAppended) {
     EXPECT_EQ(testing::readText(path).size(), small.size()) << "the checkpoint has no frames";
 
     const auto check = [&](size_t count) {
-        const cli::RunCheckpoint found = cli::readRunCheckpoint(path);
+        const model::RunCheckpoint found = model::readRunCheckpoint(path);
         ASSERT_EQ(found.frames.size(), count);
         for (size_t k = 0; k < count; ++k) {
             EXPECT_EQ(found.frames[k].time, double(k));
@@ -227,7 +227,7 @@ TEST(RunCheckpoint, FramesAreAppended) {
     // A kill between frames and checkpoint: what the checkpoint does not know is written over.
     testing::writeText(path, small);
     check(100);
-    checkpoint = cli::readRunCheckpoint(path);
+    checkpoint = model::readRunCheckpoint(path);
     add(50);
     check(150);
     EXPECT_EQ(testing::readText(frames), both.substr(0, both.size() / 2));
@@ -235,12 +235,12 @@ TEST(RunCheckpoint, FramesAreAppended) {
     // Cut off, and damaged.
     const std::string good = testing::readText(frames);
     testing::writeText(frames, good.substr(0, good.size() - 1));
-    EXPECT_THROW(cli::readRunCheckpoint(path), std::runtime_error);
+    EXPECT_THROW(model::readRunCheckpoint(path), std::runtime_error);
     std::string bad = good;
     bad[good.size() / 2] ^= 1;
     testing::writeText(frames, bad);
-    EXPECT_THROW(cli::readRunCheckpoint(path), std::runtime_error);
-    cli::removeRunCheckpoint(path);
+    EXPECT_THROW(model::readRunCheckpoint(path), std::runtime_error);
+    model::removeRunCheckpoint(path);
     EXPECT_FALSE(std::filesystem::exists(path) || std::filesystem::exists(frames));
 }
 
@@ -278,7 +278,7 @@ TEST_F(ResumeTest, ARunWithoutRoomKeepsWhatItHas) {
                    "run model.yaml --quiet");
     EXPECT_EQ(status, 1) << err;
     EXPECT_THAT(err, HasSubstr("model.results.h5"));
-    const ResultData kept = cli::readResults(folder / "model.results.h5");
+    const ResultData kept = model::readResults(folder / "model.results.h5");
     EXPECT_FALSE(kept.analyses.back().isComplete);
     EXPECT_GT(kept.analyses.back().time.size(), 10u);
     ASSERT_EQ(runModel("--resume"), 0) << err;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846, kGravity = 9.81;
 
-using cli::ResultData;
+using model::ResultData;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -111,7 +111,7 @@ TEST_F(RunTest, SettingsChangeTheModelAndAreKept) {
     ASSERT_EQ(run.time.size(), 201u);
     for (int k = 0; k < 200; ++k) EXPECT_EQ(run.time[size_t(k)], k * (0.05 / 200));
     EXPECT_EQ(run.time.back(), 0.05);
-    EXPECT_EQ(cli::readResults(folder / "other.h5").header.settings,
+    EXPECT_EQ(model::readResults(folder / "other.h5").header.settings,
               (std::vector<std::string>{"parameters.angle=0.2", "analyses.run.duration=0.05"}));
     EXPECT_NE(access((folder / "model.results.h5").c_str(), F_OK), 0);
     EXPECT_EQ(runModel("--set solver.acuracy=1"), 1);
@@ -395,7 +395,7 @@ TEST_F(RunTest, OnlyChoosesAnalyses) {
                             "  first: {type: transient, duration: 0.1}\n"
                             "  second: {type: transient, duration: 0.1}\n"));
     ASSERT_EQ(runModel("--only second"), 0) << err;
-    ASSERT_EQ(cli::readResults(folder / "model.results.h5").analyses.size(), 1u);
+    ASSERT_EQ(model::readResults(folder / "model.results.h5").analyses.size(), 1u);
     EXPECT_EQ(runModel("--only secund"), 1);
     EXPECT_THAT(err, HasSubstr("there is no analysis 'secund'; did you mean 'second'?\n"));
 }
@@ -531,11 +531,11 @@ TEST_F(RunTest, OnlyKeepsTheResultsOfOtherAnalyses) {
 )";
     writeModel(makePendulum("0.5", analyses));
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData before = cli::readResults(folder / "model.results.h5");
+    const ResultData before = model::readResults(folder / "model.results.h5");
     ASSERT_EQ(runModel("--only modes"), 0) << err;
     EXPECT_THAT(out, AllOf(HasSubstr("modes: natural modes"), Not(HasSubstr("transient"))));
     const auto check = [&] {
-        const ResultData after = cli::readResults(folder / "model.results.h5");
+        const ResultData after = model::readResults(folder / "model.results.h5");
         ASSERT_EQ(after.analyses.size(), 4u);
         for (const ResultData::Analysis& analysis : before.analyses) {
             const ResultData::Analysis kept = read(analysis.name);
@@ -614,7 +614,7 @@ joints: {base: {type: weld, between: [ground, post])") +
     write("");
     ASSERT_EQ(runModel(), 0) << err;
     const std::vector<std::string> warnings =
-        cli::readResults(folder / "model.results.h5").warnings;
+        model::readResults(folder / "model.results.h5").warnings;
     ASSERT_EQ(warnings.size(), 1u);
     EXPECT_EQ(
         warnings[0],

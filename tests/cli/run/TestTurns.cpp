@@ -6,7 +6,7 @@ Angles of more than half a turn. **/
 namespace simflex {
 namespace {
 
-using cli::ResultData;
+using model::ResultData;
 using ::testing::HasSubstr;
 
 /** A wheel of 0.01 kg m² on a pin. **/

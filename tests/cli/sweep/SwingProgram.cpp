@@ -12,7 +12,7 @@
 
 #include "simflex/model/results/ResultFile.h"
 
-using namespace simflex::cli;
+using namespace simflex::model;
 
 int main(int argc, char** argv) {
     double speed = 0;

@@ -21,7 +21,7 @@ Sweeps: cases run in processes of their own, once each, whoever shares them. **/
 namespace simflex {
 namespace {
 
-using namespace cli;
+using namespace model;
 namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -83,7 +83,7 @@ TEST_F(SweepRunnerTest, WhatIsCompleteIsNotDoneAgainAndWhatFailedStopsNobody) {
 TEST_F(SweepRunnerTest, CtrlCStopsTheCasesAndTheSameSweepGoesOn) {
     const SweepPlan plan = makePlan("1,2,7");
     const pid_t child = testing::startChild([&] {
-        catchInterrupts();
+        cli::catchInterrupts();
         const auto outcomes = runSweep(plan, makeOptions());
         return outcomes[2].status == Status::Interrupted ? 0 : 1;
     });

@@ -13,7 +13,7 @@ The cases of sweeps, and which of them a process has. **/
 namespace simflex {
 namespace {
 
-using namespace cli;
+using namespace model;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;

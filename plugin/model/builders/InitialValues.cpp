@@ -1,12 +1,12 @@
-#include "simflex/cli/model/InitialValues.h"
+#include "simflex/model/builders/InitialValues.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "simflex/cli/model/ModelGeometry.h"
+#include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -198,5 +198,5 @@ void JointLeader::lead(const ModelSystem& system, State& state) const {
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

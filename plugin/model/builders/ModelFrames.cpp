@@ -1,11 +1,11 @@
-#include "simflex/cli/model/ModelFrames.h"
+#include "simflex/model/builders/ModelFrames.h"
 
 #include <algorithm>
 
-#include "simflex/cli/model/ModelGeometry.h"
+#include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -173,5 +173,5 @@ std::string ModelFrames::describe(const FrameOnBody& frame) const {
     return frame.node ? name + " node " + std::to_string(*frame.node) : name;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -1,4 +1,4 @@
-#include "simflex/cli/model/MassProperties.h"
+#include "simflex/model/builders/MassProperties.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <utility>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -161,5 +161,5 @@ void checkInertia(double mass, const Mat33& inertia) {
                                     ", and the largest is more than the other two together");
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

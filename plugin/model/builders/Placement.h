@@ -3,10 +3,10 @@
 Where a model file places its bodies: by position, or by mating a frame of theirs with one that is
 already placed. Bodies may be in any order. **/
 
-#include "simflex/cli/model/Mobilizer.h"
+#include "simflex/model/builders/Mobilizer.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 class Placement {
 public:
@@ -40,5 +40,5 @@ private:
     std::vector<int> _order;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

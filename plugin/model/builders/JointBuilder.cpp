@@ -1,13 +1,13 @@
-#include "simflex/cli/model/JointBuilder.h"
+#include "simflex/model/builders/JointBuilder.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "simflex/cli/model/ModelGeometry.h"
-#include "simflex/cli/model/Seat.h"
+#include "simflex/model/builders/ModelGeometry.h"
+#include "simflex/model/builders/Seat.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -174,5 +174,5 @@ void JointBuilder::addTo(ModelSystem& system) {
                      [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

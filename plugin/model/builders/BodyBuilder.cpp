@@ -1,10 +1,10 @@
-#include "simflex/cli/model/BodyBuilder.h"
+#include "simflex/model/builders/BodyBuilder.h"
 
-#include "simflex/cli/model/RigidBodies.h"
 #include "simflex/forces/ModalDamping.h"
+#include "simflex/model/builders/RigidBodies.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -87,5 +87,5 @@ void addBodies(const ModelValue& file, const ModelFrames& frames, const Placemen
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

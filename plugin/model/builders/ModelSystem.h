@@ -7,11 +7,11 @@ What a model file becomes (private header): a Simbody system with the file's nam
 #include <string>
 #include <vector>
 
-#include "simflex/cli/model/Model.h"
+#include "simflex/model/builders/Model.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using Parts = std::map<std::string, std::shared_ptr<const ReducedBody>>;
 
@@ -53,5 +53,5 @@ auto withPlace(const ModelValue& value, const Action& action) -> decltype(action
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

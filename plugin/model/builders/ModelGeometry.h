@@ -2,10 +2,10 @@
 /** @file
 Directions, rotations and poses of a model file. **/
 
-#include "simflex/cli/model/ModelValue.h"
+#include "simflex/model/file/ModelValue.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** `x`, `y`, `z` or [x, y, z]. @throws ModelError if it has no length. **/
 SimTK::UnitVec3 readDirection(const ModelValue& value);
@@ -22,5 +22,5 @@ SimTK::Transform readPose(const ModelValue& map);
 /** A vector; zero if it is not given. **/
 SimTK::Vec3 readVec3(const ModelValue& value);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -1,17 +1,17 @@
-#include "simflex/cli/model/ModelBuilder.h"
+#include "simflex/model/builders/ModelBuilder.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <set>
 
-#include "simflex/cli/model/BodyBuilder.h"
-#include "simflex/cli/model/LoadBuilder.h"
-#include "simflex/cli/model/ModelGeometry.h"
-#include "simflex/cli/model/PartBuilder.h"
+#include "simflex/model/builders/BodyBuilder.h"
+#include "simflex/model/builders/LoadBuilder.h"
+#include "simflex/model/builders/ModelGeometry.h"
+#include "simflex/model/parts/PartBuilder.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -133,5 +133,5 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -2,10 +2,10 @@
 /** @file
 Rigid bodies of a model file: mass properties given or from a shape, and how they are drawn. **/
 
-#include "simflex/cli/model/ModelValue.h"
+#include "simflex/model/file/ModelValue.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** With decorations. @param value  of `bodies` **/
 SimTK::Body::Rigid makeRigidBody(const ModelValue& value);
@@ -16,5 +16,5 @@ SimTK::Vec3 readColor(const ModelValue& value);
 /** Names of colours. **/
 std::vector<std::string> listColors();
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -1,17 +1,17 @@
-#include "simflex/cli/model/LoadBuilder.h"
+#include "simflex/model/builders/LoadBuilder.h"
 
 #include <algorithm>
 #include <array>
 #include <type_traits>
 
-#include "simflex/cli/model/ModelGeometry.h"
-#include "simflex/cli/model/Seat.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/forces/LoadShape.h"
+#include "simflex/model/builders/ModelGeometry.h"
+#include "simflex/model/builders/Seat.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -135,5 +135,5 @@ void addLoads(const ModelValue& file, const ModelFrames& frames, ModelSystem& sy
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -1,4 +1,4 @@
-#include "simflex/cli/model/RigidBodies.h"
+#include "simflex/model/builders/RigidBodies.h"
 
 #include <cmath>
 #include <filesystem>
@@ -6,13 +6,13 @@
 #include <optional>
 
 #include "simflex/base/AsciiText.h"
-#include "simflex/cli/model/MassProperties.h"
-#include "simflex/cli/model/ModelGeometry.h"
-#include "simflex/cli/model/ModelSystem.h"
-#include "simflex/cli/model/ModelTexts.h"
+#include "simflex/model/builders/MassProperties.h"
+#include "simflex/model/builders/ModelGeometry.h"
+#include "simflex/model/builders/ModelSystem.h"
+#include "simflex/model/file/ModelTexts.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -160,5 +160,5 @@ Body::Rigid makeRigidBody(const ModelValue& value) {
     return body;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

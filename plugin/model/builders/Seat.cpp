@@ -1,9 +1,9 @@
-#include "simflex/cli/model/Seat.h"
+#include "simflex/model/builders/Seat.h"
 
-#include "simflex/cli/model/NearestName.h"
+#include "simflex/model/file/NearestName.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 FrameOnBody findSeat(const ModelValue& value, const ModelFrames& frames) {
     const FrameOnBody frame = frames.find(value);
@@ -18,5 +18,5 @@ FrameOnBody findSeat(const ModelValue& value, const ModelFrames& frames) {
                ", node: NUMBER}");
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

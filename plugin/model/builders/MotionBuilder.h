@@ -2,10 +2,10 @@
 /** @file
 Prescribed motions of a model file: of a coordinate of a joint, or of a frame in another. **/
 
-#include "simflex/cli/model/JointBuilder.h"
+#include "simflex/model/builders/JointBuilder.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Value, rate and acceleration as a motion has them. **/
 Joint::MotionFunction makeMotionFunction(const Expression& expression);
@@ -25,5 +25,5 @@ const FramePair& findJointFrames(const ModelValue& name, const JointBuilder& joi
 void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBuilder& joints,
                 ModelSystem& system);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

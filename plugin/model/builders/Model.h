@@ -18,10 +18,10 @@ that the file gives them.
 #include "Simbody.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
-#include "simflex/cli/model/ModelValue.h"
+#include "simflex/model/file/ModelValue.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 struct ModelOptions {
     enum class Bodies { AsGiven, Rigid };
@@ -96,5 +96,5 @@ private:
     std::unique_ptr<Contents> _contents;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

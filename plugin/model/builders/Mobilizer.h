@@ -2,10 +2,10 @@
 /** @file
 Mobilizers of rigid bodies, as a model file has them. **/
 
-#include "simflex/cli/model/ModelFrames.h"
+#include "simflex/model/builders/ModelFrames.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 struct Mobilizer {
     std::string type = "free";
@@ -23,5 +23,5 @@ Mobilizer readMobilizer(const ModelValue& value, const ModelFrames& frames);
 SimTK::MobilizedBody addMobilizedBody(const Mobilizer& mobilizer, SimTK::MobilizedBody& parent,
                                       const SimTK::Transform& X_PF, const SimTK::Body& body);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

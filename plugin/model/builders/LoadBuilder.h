@@ -2,10 +2,10 @@
 /** @file
 Adds the loads and connectors of a model file to its system. **/
 
-#include "simflex/cli/model/Placement.h"
+#include "simflex/model/builders/Placement.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Forces on frames, and pressures, tractions, forces on node sets and on modes. **/
 void addLoads(const ModelValue& file, const ModelFrames& frames, ModelSystem& system);
@@ -14,5 +14,5 @@ void addLoads(const ModelValue& file, const ModelFrames& frames, ModelSystem& sy
 void addConnectors(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
                    ModelSystem& system);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

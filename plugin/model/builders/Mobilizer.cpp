@@ -1,9 +1,9 @@
-#include "simflex/cli/model/Mobilizer.h"
+#include "simflex/model/builders/Mobilizer.h"
 
-#include "simflex/cli/model/ModelGeometry.h"
+#include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -49,5 +49,5 @@ MobilizedBody addMobilizedBody(const Mobilizer& mobilizer, MobilizedBody& parent
     return MobilizedBody::Free(parent, X_PF, body, X_BM);
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -1,7 +1,7 @@
-#include "simflex/cli/model/ModelGeometry.h"
+#include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -53,5 +53,5 @@ Transform readPose(const ModelValue& map) {
     return Transform(readRotation(map.get("rotation")), readVec3(map.get("position")));
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

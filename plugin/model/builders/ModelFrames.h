@@ -11,10 +11,10 @@ a rigid one. **/
 #include <string>
 #include <vector>
 
-#include "simflex/cli/model/ModelSystem.h"
+#include "simflex/model/builders/ModelSystem.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** A frame by what it is on. **/
 struct FrameOnBody {
@@ -67,5 +67,5 @@ private:
     mutable std::vector<std::string> _open;  ///< under `frames`, being resolved
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

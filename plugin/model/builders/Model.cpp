@@ -1,10 +1,10 @@
-#include "simflex/cli/model/Model.h"
+#include "simflex/model/builders/Model.h"
 
-#include "simflex/cli/model/ModelBuilder.h"
-#include "simflex/cli/model/NearestName.h"
+#include "simflex/model/builders/ModelBuilder.h"
+#include "simflex/model/file/NearestName.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -21,8 +21,8 @@ struct Model::Contents {
     /** Refuses keys that have had no effect, of all but what runs and pictures read later. **/
     static void checkRead(const ModelValue& file) {
         file.get("initial").get("start").getText();
-        for (const char* section : {"gravity", "parts", "bodies", "frames", "joints",
-                                    "motions", "loads", "connectors", "initial"})
+        for (const char* section : {"gravity", "parts", "bodies", "frames", "joints", "motions",
+                                    "loads", "connectors", "initial"})
             file.get(section).checkRead();
     }
 
@@ -99,5 +99,5 @@ State Model::makeInitialState() const {
     return state;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -7,7 +7,7 @@ Mass properties of solid shapes of even density. **/
 #include "Simbody.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Volume [m³], its centre [m] and its second moments about the origin, ∫r rᵀ dV [m⁵]. **/
 struct SolidMoments {
@@ -38,5 +38,5 @@ SolidMoments calcMeshMoments(const SimTK::PolygonalMesh& mesh, const std::string
 @throws std::invalid_argument naming the value found. **/
 void checkInertia(double mass, const SimTK::Mat33& inertia);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

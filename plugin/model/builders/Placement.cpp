@@ -1,11 +1,11 @@
-#include "simflex/cli/model/Placement.h"
+#include "simflex/model/builders/Placement.h"
 
 #include <algorithm>
 
-#include "simflex/cli/model/ModelGeometry.h"
+#include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -97,5 +97,5 @@ double Placement::calcSize() const {
     return _poses.empty() ? 1e-3 : std::max(1e-3, (high - low).norm());
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -1,11 +1,11 @@
-#include "simflex/cli/model/MotionBuilder.h"
+#include "simflex/model/builders/MotionBuilder.h"
 
 #include <map>
 
-#include "simflex/cli/model/ModelGeometry.h"
+#include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -126,5 +126,5 @@ void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBu
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -1,14 +1,14 @@
 #include <cmath>
 
-#include "simflex/cli/model/JointBuilder.h"
-#include "simflex/cli/model/LoadBuilder.h"
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/ContactStop.h"
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
+#include "simflex/model/builders/JointBuilder.h"
+#include "simflex/model/builders/LoadBuilder.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -89,5 +89,5 @@ void addConnectors(const ModelValue& file, const ModelFrames& frames, const Plac
     }
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

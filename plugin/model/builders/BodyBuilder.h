@@ -2,14 +2,14 @@
 /** @file
 Adds the bodies of a model file to its system. **/
 
-#include "simflex/cli/model/Placement.h"
+#include "simflex/model/builders/Placement.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** All bodies, in such an order that parents come first; `system.bodies` is in the file's. **/
 void addBodies(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
                const Parts& parts, const ModelOptions& options, ModelSystem& system);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -2,10 +2,10 @@
 /** @file
 Adds the joints of a model file to its system. **/
 
-#include "simflex/cli/model/Placement.h"
+#include "simflex/model/builders/Placement.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** F and M of a pair, as the file has them under `between`. **/
 struct FramePair {
@@ -37,5 +37,5 @@ private:
     std::map<std::string, FramePair> _pairs;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -2,10 +2,10 @@
 /** @file
 The State in which a model starts: bodies as placed, then what the file has under `initial`. **/
 
-#include "simflex/cli/model/MotionBuilder.h"
+#include "simflex/model/builders/MotionBuilder.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Coordinates and rates of joints that the file gives. **/
 struct JointStart {
@@ -43,5 +43,5 @@ private:
     std::vector<Entry> _entries;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

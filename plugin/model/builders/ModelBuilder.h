@@ -2,10 +2,10 @@
 /** @file
 Puts the system of a model together (private header). **/
 
-#include "simflex/cli/model/InitialValues.h"
+#include "simflex/model/builders/InitialValues.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 /** Keeps what the parts of a model are found by; systems are made of it, as many as are needed. **/
 class ModelBuilder {
@@ -35,5 +35,5 @@ private:
     Placement _placement;
 };
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex
