@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "simflex/body/Chunk.h"
+#include "simflex/base/Chunk.h"
 #include "simflex/body/FlexibleBodyEquations.h"
 
 namespace simflex {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "simflex/body/Chunk.h"
-#include "simflex/body/Dot.h"
+#include "simflex/base/Chunk.h"
+#include "simflex/base/Dot.h"
 
 namespace simflex {
 
@@ -175,12 +175,11 @@ void addInInertiaTerms(const FlexibleBodyData& data, const Vector3d& omegaDot,
     modes += xiDotDot;
 }
 
-void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data,
-                      const NewtonFactors& factors, const Vector3d& omega, const Vector3d& omegaDot,
+void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data, double mass,
+                      double stiffness, const Vector3d& omega, const Vector3d& omegaDot,
                       const Ref<const VectorXd>& xiDot, const Ref<const VectorXd>& xiDotDot,
                       const Ref<const VectorXd>& damping, Ref<MatrixXd> J) {
     const int n = model.n;
-    const double mass = factors.mass, stiffness = factors.stiffness;
     J.setZero();
     const Vector3d h = data.I * omega + data.CXiDot;
     J.topLeftCorner<3, 3>() =

@@ -12,9 +12,8 @@ workspace. **/
 #include <Eigen/Dense>
 #include <memory>
 
+#include "simflex/base/TiledMatrix.h"
 #include "simflex/body/InterfaceKinematics.h"
-#include "simflex/body/NewtonFactors.h"
-#include "simflex/body/TiledMatrix.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
@@ -110,13 +109,14 @@ void addInInertiaTerms(const FlexibleBodyData& data, const Eigen::Vector3d& omeg
                        Eigen::Ref<Eigen::VectorXd> modes);
 
 /** The body's Newton matrix with every term of the equations above, `∂r/∂u̇ /γ + ∂r/∂u + γ ∂r/∂q`,
-for unknowns [ω_B (3), v_G (3), ξ̇ (n_f)]. Elastic and damping terms are the diagonal 1/γ + d + γΩ².
+for unknowns [ω_B (3), v_G (3), ξ̇ (n_f)]; `mass` and `stiffness` are the γ of u̇ and that of q [s].
+Elastic and damping terms are the diagonal 1/γ + d + γΩ².
 O(n_f²).
 @param[in] damping  n_f modal damping coefficients d [1/s]
 @param[out] J       (6+n_f)×(6+n_f)
 @pre calcInertia(). **/
-void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data,
-                      const NewtonFactors& factors, const Eigen::Vector3d& omega,
+void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& data, double mass,
+                      double stiffness, const Eigen::Vector3d& omega,
                       const Eigen::Vector3d& omegaDot,
                       const Eigen::Ref<const Eigen::VectorXd>& xiDot,
                       const Eigen::Ref<const Eigen::VectorXd>& xiDotDot,

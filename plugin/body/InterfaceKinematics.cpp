@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "simflex/body/Dot.h"
+#include "simflex/base/Dot.h"
 
 namespace simflex {
 

@@ -16,7 +16,7 @@
 #include "simflex/fe/CalculixDeck.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
-#include "simflex/solver/ImplicitStep.h"
+#include "simflex/solver/integration/ImplicitStep.h"
 #include "support/ChainCost.h"
 
 namespace simflex {

@@ -83,8 +83,8 @@ TEST_P(FlexibleBodyEquationsTest, InertiaPartOfNewtonMatrixIsSecondDerivativeOfK
     const double gamma = 1e-4;
     calcInertia(model, motion.xi, VectorXd::Zero(n), data);
     MatrixXd J(6 + n, 6 + n);
-    calcNewtonMatrix(model, data, gamma, Vector3d::Zero(), Vector3d::Zero(), VectorXd::Zero(n),
-                     VectorXd::Zero(n), VectorXd::Zero(n), J);
+    calcNewtonMatrix(model, data, gamma, gamma, Vector3d::Zero(), Vector3d::Zero(),
+                     VectorXd::Zero(n), VectorXd::Zero(n), VectorXd::Zero(n), J);
     J.diagonal().tail(n) -= gamma * model.omegaSquared;
     EXPECT_LT((gamma * J - differentiateKineticEnergyTwice()).cwiseAbs().maxCoeff(),
               1e-14 * part.body->mass);
@@ -176,7 +176,7 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixIsDerivativeOfFullResidual) {
                                (residualAt(2 * step) - residualAt(-2 * step))) /
                               1.2;
         }
-        calcNewtonMatrix(model, data, gamma, motion.omega_B, motion.omegaDot_B, motion.xiDot,
+        calcNewtonMatrix(model, data, gamma, gamma, motion.omega_B, motion.omegaDot_B, motion.xiDot,
                          motion.xiDotDot, damping, actual);
         // Each row against its own largest entry, so that small terms are not hidden by stiff ones.
         for (int i = 0; i < 6 + n; ++i) {
@@ -204,8 +204,8 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixHasEveryGyroscopicTermAtHighSpeed)
         return terms;
     };
     MatrixXd J(6 + n, 6 + n);
-    calcNewtonMatrix(model, data, gamma, omega, Vector3d::Zero(), motion.xiDot, VectorXd::Zero(n),
-                     VectorXd::Zero(n), J);
+    calcNewtonMatrix(model, data, gamma, gamma, omega, Vector3d::Zero(), motion.xiDot,
+                     VectorXd::Zero(n), VectorXd::Zero(n), J);
     J.diagonal().tail(n) -= gamma * model.omegaSquared;
     for (int j = 0; j < 6 + n; ++j) {
         const VectorXd step = VectorXd::Unit(6 + n, j);

@@ -9,7 +9,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/ImplicitStep.h"
+#include "simflex/solver/integration/ImplicitStep.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {

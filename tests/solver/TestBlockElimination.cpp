@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "simflex/solver/BlockEliminationSolver.h"
-#include "simflex/solver/FrontTree.h"
+#include "simflex/solver/elimination/FrontTree.h"
 #include "solver/RandomNewtonSystem.h"
 #include "solver/SliderCrankModel.h"
 #include "support/NewtonReference.h"

@@ -10,8 +10,8 @@
 #include "simflex/body/Joint.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/ForceDifferences.h"
-#include "simflex/solver/MultibodyEquations.h"
+#include "simflex/solver/equations/ForceDifferences.h"
+#include "simflex/solver/equations/MultibodyEquations.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {

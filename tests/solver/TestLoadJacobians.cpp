@@ -9,7 +9,7 @@
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/MultibodyEquations.h"
+#include "simflex/solver/equations/MultibodyEquations.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {

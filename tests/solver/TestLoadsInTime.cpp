@@ -13,8 +13,8 @@
 #include "simflex/forces/ContactStop.h"
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/FunctionsOfTime.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/equations/FunctionsOfTime.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {

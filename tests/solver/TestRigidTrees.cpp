@@ -4,7 +4,7 @@
 
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/MultibodyEquations.h"
+#include "simflex/solver/equations/MultibodyEquations.h"
 
 namespace simflex {
 namespace {

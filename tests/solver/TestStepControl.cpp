@@ -8,9 +8,9 @@
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
-#include "simflex/solver/MultibodyEquations.h"
-#include "simflex/solver/SolutionHistory.h"
-#include "simflex/solver/StepController.h"
+#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/integration/SolutionHistory.h"
+#include "simflex/solver/integration/StepController.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {

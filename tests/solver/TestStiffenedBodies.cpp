@@ -9,7 +9,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/MultibodyEquations.h"
+#include "simflex/solver/equations/MultibodyEquations.h"
 #include "support/NewtonReference.h"
 #include "support/PointMassPart.h"
 

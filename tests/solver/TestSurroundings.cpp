@@ -16,9 +16,9 @@
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/Eigenmodes.h"
-#include "simflex/solver/MultibodyEquations.h"
 #include "simflex/solver/StaticEquilibrium.h"
-#include "simflex/solver/ThreadChoice.h"
+#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/integration/ThreadChoice.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {

@@ -1,0 +1,342 @@
+#include "simflex/solver/BlockEliminationSolver.h"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <string>
+
+#include "simflex/base/ParallelFor.h"
+#include "simflex/base/SecondsSince.h"
+#include "simflex/solver/elimination/BlockFactors.h"
+#include "simflex/solver/elimination/FrontSolver.h"
+
+namespace simflex {
+namespace {
+
+using Eigen::Map;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Clock = std::chrono::steady_clock;
+
+/** A block with so many columns that its speeds stay unknowns of step 3. **/
+bool isHub(const NewtonSystem::Block& block) {
+    return block.numColumns() > 4 * block.size + 64;
+}
+
+}  // namespace
+
+class BlockEliminationSolver::Implementation {
+public:
+    explicit Implementation(const NewtonSystem& system)
+        : m_numMultipliers(system.numMultipliers()) {
+        system.checkSizes();
+        m_parts.reserve(system.parts.size());
+        for (const NewtonSystem::Part& part : system.parts) m_parts.emplace_back(part);
+        m_blocks.reserve(system.blocks.size());
+        for (const NewtonSystem::Block& block : system.blocks) {
+            m_blocks.emplace_back(block, m_parts);
+            m_firstColumn.push_back(int(m_Gz.size()));
+            m_firstSpeed.push_back(int(m_deltaU.size()));
+            m_deltaU.resize(m_deltaU.size() + size_t(block.size));
+            m_Gz.resize(m_Gz.size() + block.rows.size());
+            m_rows.insert(m_rows.end(), block.rows.begin(), block.rows.end());
+        }
+        m_firstColumn.push_back(int(m_Gz.size()));
+        m_columnLambda.resize(m_Gz.size());
+        analyse(system, true);
+    }
+
+    void factor(const NewtonSystem& system) {
+        m_isFactored = false;
+        const auto start = Clock::now();
+        factorBlocks(system);
+        const auto schurStart = Clock::now();
+        m_timing.factor += std::chrono::duration<double>(schurStart - start).count();
+        factorSchurComplement(system);
+        if (!m_hubs.empty() && !m_fronts->getRedundantUnknowns().empty()) {
+            // Beside a hub a pivot may vanish that the hub itself would fill: look again without.
+            analyse(system, false);
+            factorBlocks(system);
+            factorSchurComplement(system);
+        }
+        m_timing.schur += secondsSince(schurStart);
+        m_isFactored = true;
+    }
+
+    /** @param hasResidual  false: r counts as zero **/
+    void solve(const NewtonSystem& system, bool hasResidual) {
+        if (!m_isFactored)
+            throw std::logic_error("BlockEliminationSolver::solve() before factor()");
+        const auto start = Clock::now();
+        const int count = int(m_blocks.size());
+        parallelFor(hasResidual ? count : 0, m_threads, [&](int b) {
+            if (m_isHub[size_t(b)]) return;
+            m_blocks[size_t(b)].eliminate(system.r.data() + m_firstSpeed[size_t(b)],
+                                          m_Gz.data() + m_firstColumn[size_t(b)]);
+        });
+        const auto schurStart = Clock::now();
+
+        std::copy(system.c.begin(), system.c.end(), m_x.begin());
+        for (int b = 0; b < count && hasResidual; ++b) {
+            if (m_isHub[size_t(b)]) continue;
+            for (int k = m_firstColumn[size_t(b)]; k < m_firstColumn[size_t(b) + 1]; ++k)
+                m_x[size_t(m_rows[size_t(k)])] -= m_Gz[size_t(k)];
+        }
+        for (const Hub& hub : m_hubs) {
+            const int size = system.blocks[size_t(hub.block)].size;
+            double* rows = m_x.data() + hub.firstUnknown;
+            if (hasResidual)
+                std::copy_n(system.r.data() + m_firstSpeed[size_t(hub.block)], size, rows);
+            else
+                std::fill_n(rows, size, 0.0);
+        }
+        if (!m_x.empty()) m_fronts->solve(m_x.data(), m_threads);
+        const auto substitutionStart = Clock::now();
+
+        parallelFor(count, m_threads, [&](int b) {
+            if (m_isHub[size_t(b)]) return;
+            const int first = m_firstSpeed[size_t(b)];
+            const int begin = m_firstColumn[size_t(b)], end = m_firstColumn[size_t(b) + 1];
+            double* lambda = m_columnLambda.data();
+            for (int k = begin; k < end; ++k) lambda[k] = m_x[size_t(m_rows[size_t(k)])];
+            m_blocks[size_t(b)].substitute(hasResidual ? system.r.data() + first : nullptr,
+                                           lambda + begin, m_deltaU.data() + first);
+        });
+        for (const Hub& hub : m_hubs)
+            std::copy_n(m_x.data() + hub.firstUnknown, system.blocks[size_t(hub.block)].size,
+                        m_deltaU.data() + m_firstSpeed[size_t(hub.block)]);
+        const auto end = Clock::now();
+        m_timing.schur += std::chrono::duration<double>(substitutionStart - schurStart).count();
+        m_timing.backSubstitution +=
+            std::chrono::duration<double>((schurStart - start) + (end - substitutionStart)).count();
+    }
+
+    const std::vector<double>& getDeltaU() const { return m_deltaU; }
+
+    const double* getDeltaLambda() const { return m_x.data(); }
+    const FrontSolver& getFronts() const { return *m_fronts; }
+
+    void setNumThreads(int most) {
+        constexpr double WorkPerThread = 1e5;  // multiplications in one factor()
+        m_threads = chooseNumThreads(most, m_work, WorkPerThread);
+    }
+    const Timing& getTiming() const { return m_timing; }
+    bool isFactored() const { return m_isFactored; }
+    bool hasHubs() const { return !m_hubs.empty(); }
+    void dissolveHubs(const NewtonSystem& system) {
+        m_isFactored = false;
+        analyse(system, false);
+    }
+
+private:
+    /** A block whose speeds are unknowns of step 3: rows −J Δu − Gᵀ Δλ = r. **/
+    struct Hub {
+        int block;
+        int firstUnknown;
+        int selfClique;  ///< −J
+        struct Coupling {
+            int clique;  ///< [0, −Gᵀ; −G, 0] for some columns of Gᵀ
+            int firstColumn, numColumns;
+        };
+        std::vector<Coupling> couplings;
+        MatrixXd minusJ, Gt;
+    };
+
+    /** Lays out the unknowns and cliques of step 3. **/
+    void analyse(const NewtonSystem& system, bool keepHubs) {
+        m_work = 0;
+        CliquePattern pattern;
+        pattern.numUnknowns = m_numMultipliers;
+        m_hubs.clear();
+        m_isHub.assign(m_blocks.size(), 0);
+        m_isRegular.assign(m_blocks.size(), 1);
+        m_hubMatrices.clear();
+        std::vector<std::vector<int>> blocksOfRow(static_cast<size_t>(m_numMultipliers));
+        for (size_t b = 0; b < m_blocks.size(); ++b) {
+            const NewtonSystem::Block& block = system.blocks[b];
+            m_work += double(block.size) * block.size + 20.0 * block.size * block.numColumns();
+            m_isHub[b] = keepHubs && isHub(block);
+            pattern.cliques.push_back(m_isHub[b] ? std::vector<int>() : block.rows);
+            for (int row : block.rows) blocksOfRow[size_t(row)].push_back(int(b));
+        }
+        for (size_t b = 0; b < m_blocks.size(); ++b) {
+            if (!m_isHub[b]) continue;
+            const NewtonSystem::Block& block = system.blocks[b];
+            Hub hub;
+            hub.block = int(b);
+            hub.firstUnknown = pattern.numUnknowns;
+            pattern.numUnknowns += block.size;
+            std::vector<int> speeds;
+            for (int i = 0; i < block.size; ++i) speeds.push_back(hub.firstUnknown + i);
+            pattern.lastUnknowns.insert(pattern.lastUnknowns.end(), speeds.begin(), speeds.end());
+            hub.selfClique = int(pattern.cliques.size());
+            pattern.cliques.push_back(speeds);
+            // Columns of one joint together: those that act on the same blocks.
+            for (int first = 0; first < block.numColumns();) {
+                const auto blocksOf = [&](int column) -> const std::vector<int>& {
+                    return blocksOfRow[size_t(block.rows[size_t(column)])];
+                };
+                int columns = 1;
+                while (first + columns < block.numColumns() &&
+                       blocksOf(first + columns) == blocksOf(first))
+                    ++columns;
+                hub.couplings.push_back({int(pattern.cliques.size()), first, columns});
+                std::vector<int> clique = speeds;
+                clique.insert(clique.end(), block.rows.begin() + first,
+                              block.rows.begin() + first + columns);
+                pattern.cliques.push_back(clique);
+                first += columns;
+            }
+            hub.minusJ.setZero(block.size, block.size);
+            hub.Gt.setZero(block.size, block.numColumns());
+            m_hubs.push_back(std::move(hub));
+        }
+        m_firstComplianceClique = int(pattern.cliques.size());
+        for (size_t row = 0; row < system.compliance.size(); ++row)
+            if (system.compliance[row] != 0) pattern.cliques.push_back({int(row)});
+        // Rows that act on hubs alone have no diagonal until the hubs are eliminated.
+        for (int row = 0; row < m_numMultipliers && !m_hubs.empty(); ++row)
+            if (std::all_of(blocksOfRow[size_t(row)].begin(), blocksOfRow[size_t(row)].end(),
+                            [&](int b) { return m_isHub[size_t(b)]; }))
+                pattern.lastUnknowns.push_back(row);
+        m_cliqueValues.assign(pattern.cliques.size(), nullptr);
+        m_hubMatrices.resize(pattern.cliques.size());
+        m_x.assign(size_t(pattern.numUnknowns), 0);
+        m_fronts = std::make_unique<FrontSolver>(pattern);
+        m_work += m_fronts->getTree().work();
+    }
+
+    void factorBlocks(const NewtonSystem& system) {
+        m_isPartUsed.assign(m_parts.size(), 0);
+        for (const NewtonSystem::Block& block : system.blocks)
+            if (block.form == NewtonSystem::Block::Form::Arrow)
+                m_isPartUsed[size_t(block.part)] = 1;
+        for (size_t p = 0; p < m_parts.size(); ++p)
+            if (m_isPartUsed[p] && !m_parts[p].factor(system.parts[p]))
+                throw std::runtime_error("BlockEliminationSolver: the diagonal of part " +
+                                         std::to_string(p) + " is singular or not finite");
+        const int count = int(m_blocks.size());
+        parallelFor(count, m_threads, [&](int b) {
+            m_isRegular[size_t(b)] =
+                m_isHub[size_t(b)] || m_blocks[size_t(b)].factor(system, system.blocks[size_t(b)]);
+        });
+        const int culprit =
+            int(std::find(m_isRegular.begin(), m_isRegular.end(), 0) - m_isRegular.begin());
+        if (culprit < count)
+            throw SingularBlock(culprit, "BlockEliminationSolver: the matrix of block " +
+                                             std::to_string(culprit) +
+                                             " is singular or not finite");
+    }
+
+    void factorSchurComplement(const NewtonSystem& system) {
+        bool isSymmetric = true;
+        for (size_t b = 0; b < m_blocks.size(); ++b) {
+            m_cliqueValues[b] = m_isHub[b] ? nullptr : m_blocks[b].getSchur();
+            isSymmetric =
+                isSymmetric && system.blocks[b].form != NewtonSystem::Block::Form::General;
+        }
+        for (Hub& hub : m_hubs) fillHub(system, hub);
+        size_t clique = size_t(m_firstComplianceClique);
+        for (const double& compliance : system.compliance)
+            if (compliance != 0) m_cliqueValues.at(clique++) = &compliance;
+        if (m_x.empty()) return;
+        m_fronts->setSymmetric(isSymmetric);
+        m_fronts->factor(m_cliqueValues, m_threads);
+    }
+
+    void fillHub(const NewtonSystem& system, Hub& hub) {
+        const NewtonSystem::Block& block = system.blocks[size_t(hub.block)];
+        const int n = block.size;
+        if (block.form == NewtonSystem::Block::Form::Arrow) {
+            const NewtonSystem::Part& part = system.parts[size_t(block.part)];
+            hub.minusJ.topLeftCorner<6, 6>() = -Map<const MatrixXd>(block.head.data(), 6, 6);
+            hub.minusJ.bottomLeftCorner(n - 6, 3) =
+                -Map<const MatrixXd>(block.coupling.data(), n - 6, 3);
+            hub.minusJ.topRightCorner(3, n - 6) = hub.minusJ.bottomLeftCorner(n - 6, 3).transpose();
+            hub.minusJ.diagonal().tail(n - 6) = -Map<const VectorXd>(part.diagonal.data(), n - 6);
+        } else {
+            hub.minusJ = -Map<const MatrixXd>(block.matrix.data(), n, n);
+        }
+        system.expandGt(block, hub.Gt.data());
+        m_cliqueValues[size_t(hub.selfClique)] = hub.minusJ.data();
+        for (const Hub::Coupling& coupling : hub.couplings) {
+            MatrixXd& values = m_hubMatrices[size_t(coupling.clique)];
+            const int k = coupling.numColumns;
+            values.setZero(n + k, n + k);
+            values.topRightCorner(n, k) = -hub.Gt.middleCols(coupling.firstColumn, k);
+            values.bottomLeftCorner(k, n) = values.topRightCorner(n, k).transpose();
+            m_cliqueValues[size_t(coupling.clique)] = values.data();
+        }
+    }
+
+    int m_numMultipliers;
+    std::vector<PartFactors> m_parts;
+    std::vector<BlockFactors> m_blocks;
+    std::vector<char> m_isHub, m_isRegular, m_isPartUsed;
+    std::vector<Hub> m_hubs;
+    std::vector<MatrixXd> m_hubMatrices;  ///< by clique
+    std::vector<const double*> m_cliqueValues;
+    int m_firstComplianceClique = 0;
+    std::unique_ptr<FrontSolver> m_fronts;
+
+    std::vector<int> m_firstColumn, m_firstSpeed;  ///< by block; all columns' end last
+    std::vector<int> m_rows;                       ///< all blocks' columns, one after another
+    std::vector<double> m_deltaU;
+    std::vector<double> m_Gz, m_columnLambda;  ///< by column
+    std::vector<double> m_x;                   ///< Δλ, then hubs' Δu
+    double m_work = 0;                         ///< of one factor() with arrows
+    int m_threads = 1;
+    bool m_isFactored = false;
+    Timing m_timing;
+};
+
+BlockEliminationSolver::BlockEliminationSolver(const NewtonSystem& system)
+    : m_impl(std::make_unique<Implementation>(system)) {}
+BlockEliminationSolver::~BlockEliminationSolver() = default;
+BlockEliminationSolver::BlockEliminationSolver(BlockEliminationSolver&&) noexcept = default;
+BlockEliminationSolver& BlockEliminationSolver::operator=(BlockEliminationSolver&&) noexcept =
+    default;
+
+void BlockEliminationSolver::setNumThreads(int threads) {
+    if (threads < 1)
+        throw std::invalid_argument("BlockEliminationSolver::setNumThreads: at least 1");
+    m_impl->setNumThreads(threads);
+}
+void BlockEliminationSolver::factor(const NewtonSystem& system) {
+    m_impl->factor(system);
+}
+void BlockEliminationSolver::solve(const NewtonSystem& system) {
+    m_impl->solve(system, true);
+}
+void BlockEliminationSolver::solveForConstraints(const NewtonSystem& system) {
+    m_impl->solve(system, false);
+}
+const std::vector<double>& BlockEliminationSolver::getDeltaU() const {
+    return m_impl->getDeltaU();
+}
+const double* BlockEliminationSolver::getDeltaLambda() const {
+    return m_impl->getDeltaLambda();
+}
+bool BlockEliminationSolver::isFactored() const {
+    return m_impl->isFactored();
+}
+bool BlockEliminationSolver::hasHubs() const {
+    return m_impl->hasHubs();
+}
+void BlockEliminationSolver::dissolveHubs(const NewtonSystem& system) {
+    m_impl->dissolveHubs(system);
+}
+int BlockEliminationSolver::getNumRedundant() const {
+    return int(getRedundantRows().size());
+}
+const std::vector<int>& BlockEliminationSolver::getRedundantRows() const {
+    return m_impl->getFronts().getRedundantUnknowns();
+}
+std::vector<int> BlockEliminationSolver::findInvolvedRows(int k) const {
+    return m_impl->getFronts().findInvolvedUnknowns(k);
+}
+const BlockEliminationSolver::Timing& BlockEliminationSolver::getTiming() const {
+    return m_impl->getTiming();
+}
+
+}  // namespace simflex

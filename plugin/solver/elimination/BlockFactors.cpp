@@ -1,0 +1,80 @@
+#include "simflex/solver/elimination/BlockFactors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace simflex {
+
+using Eigen::Map;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+BlockFactors::BlockFactors(const NewtonSystem::Block& block, std::vector<PartFactors>& parts)
+    : m_schur(MatrixXd::Zero(block.numColumns(), block.numColumns())) {
+    if (block.part >= 0) m_arrow.emplace(block, parts[size_t(block.part)]);
+}
+
+bool BlockFactors::factor(const NewtonSystem& system, const NewtonSystem::Block& block) {
+    m_form = block.form;
+    const int n = block.size, m = block.numColumns();
+    if (n == 0) return true;
+    if (m_form == Form::Arrow) return m_arrow->factor(block, m_schur.data());
+
+    const Map<const MatrixXd> J(block.matrix.data(), n, n);
+    m_Gt.resize(n, m);
+    m_W.resize(n, m);
+    m_r.resize(n);
+    m_z.resize(n);
+    m_Gz.resize(m);
+    m_lambda.resize(m);
+    system.expandGt(block, m_Gt.data());
+    if (m_form == Form::Symmetric) {
+        m_symmetric.compute(J);
+        if (m_symmetric.info() != Eigen::Success ||
+            !std::isfinite(m_symmetric.matrixLLT().diagonal().sum()))
+            return false;
+        if (m == 0) return true;
+        m_W = m_Gt;
+        m_symmetric.matrixL().solveInPlace(m_W);
+        m_schur.noalias() = m_W.transpose() * m_W;
+    } else {
+        m_needsPivoting = !m_general.factor(block.matrix.data(), n, m_Gt, m_W);
+        if (m_needsPivoting) {
+            m_pivoting.compute(J);
+            if (!(m_pivoting.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
+            m_W = m_pivoting.solve(m_Gt);
+        }
+        if (m == 0) return true;
+        m_schur.noalias() = m_Gt.transpose() * m_W;
+    }
+    return m_schur.allFinite();
+}
+
+void BlockFactors::eliminate(const double* r, double* Gz) {
+    if (m_form == Form::Arrow) return m_arrow->eliminate(r, Gz);
+    std::copy_n(r, m_z.size(), m_z.data());
+    if (m_form == Form::Symmetric) {
+        m_symmetric.matrixL().solveInPlace(m_z);
+        m_Gz.noalias() = m_W.transpose() * m_z;
+    } else {
+        if (m_needsPivoting) {
+            m_r = m_z;
+            m_z = m_pivoting.solve(m_r);
+        } else {
+            m_general.solveInPlace(m_z.data());
+        }
+        m_Gz.noalias() = m_Gt.transpose() * m_z;
+    }
+    std::copy_n(m_Gz.data(), m_Gz.size(), Gz);
+}
+
+void BlockFactors::substitute(const double* r, const double* lambda, double* deltaU) {
+    if (m_form == Form::Arrow) return m_arrow->substitute(r, lambda, deltaU);
+    std::copy_n(lambda, m_lambda.size(), m_lambda.data());
+    if (!r) m_z.setZero();
+    m_z.noalias() += m_W * m_lambda;
+    if (m_form == Form::Symmetric) m_symmetric.matrixU().solveInPlace(m_z);
+    for (Eigen::Index i = 0; i < m_z.size(); ++i) deltaU[i] = -m_z[i];
+}
+
+}  // namespace simflex

@@ -1,0 +1,91 @@
+#pragma once
+/** @file
+Multifrontal LDLᵀ or LU of a sparse matrix that is a sum of small dense ones, one per clique
+(private header). The matrix has a symmetric pattern; its symmetric part is definite or
+quasi-definite, so that diagonal pivots exist in any order. Inside a front the largest pivot comes
+first.
+
+A pivot that has shrunk below RankThreshold of its diagonal's first value belongs to a redundant
+unknown: it is set aside, its null vector is found, and solve() returns the least-squares solution
+of least norm.
+
+    FrontSolver solver(pattern);
+    solver.setSymmetric(true);
+    solver.factor(values, threads);    // values[c]: k×k column-major, k = size of clique c
+    solver.solve(x, threads);          // in place **/
+
+#include <Eigen/Dense>
+#include <Eigen/SparseCholesky>
+#include <vector>
+
+#include "simflex/solver/elimination/FrontTree.h"
+
+namespace simflex {
+
+class FrontSolver {
+public:
+    static constexpr double RankThreshold = 1e-12;
+
+    explicit FrontSolver(const CliquePattern& pattern);
+
+    /** Symmetric: LDLᵀ, of the values only one triangle is read; otherwise LU. **/
+    void setSymmetric(bool symmetric) { m_isSymmetric = symmetric; }
+
+    /** @param values  one pointer per clique; null: zero **/
+    void factor(const std::vector<const double*>& values, int threads);
+
+    /** Replaces the right-hand side by the solution. **/
+    void solve(double* x, int threads);
+
+    /** Unknowns set aside, ascending. **/
+    const std::vector<int>& getRedundantUnknowns() const { return m_redundant; }
+
+    /** Unknowns with a part in the k-th redundancy, itself included, ascending. **/
+    std::vector<int> findInvolvedUnknowns(int k) const;
+
+    const FrontTree& getTree() const { return m_tree; }
+
+private:
+    struct NullVector {
+        int first = 0;                ///< elimination position of the first entry
+        std::vector<double> entries;  ///< consecutive positions
+    };
+
+    double* matrixOf(int front) { return m_storage.data() + m_offsets[size_t(front)]; }
+    double* vectorOf(int front) { return m_vectors.data() + m_vectorOffsets[size_t(front)]; }
+    double* originalOf(int front) { return m_originals.data() + m_vectorOffsets[size_t(front)]; }
+
+    void factorFront(int f, const std::vector<const double*>& values);
+    void assembleFront(int f, const std::vector<const double*>& values);
+    void eliminate(int f, int from, int to);
+    void swapPivots(int f, int p, int q);
+    void updateTrailing(int f, int from, int to);
+    void forwardFront(int f);
+    void backwardFront(int f, double* x);
+    void findNullVectors();
+    void projectOffNullSpace(double* x) const;
+    template <class Visit>
+    void visitUpwards(int threads, Visit visit);
+    template <class Visit>
+    void visitDownwards(int threads, Visit visit);
+
+    FrontTree m_tree;
+    bool m_isSymmetric = true;
+    std::vector<size_t> m_offsets, m_vectorOffsets;
+    Eigen::VectorXd
+        m_storage;  ///< the fronts' matrices; aligned, so that sums never depend on addresses
+    std::vector<double> m_vectors;    ///< right-hand side of each front
+    std::vector<double> m_originals;  ///< diagonal before elimination, by row of each front
+    std::vector<int> m_pivotOrder;    ///< position in the front of each pivot, by elimination place
+    std::vector<double> m_inversePivots;
+    std::vector<char> m_isRedundant;  ///< by elimination place after pivoting
+    std::vector<double> m_x;
+    std::vector<int> m_unknownAt;  ///< by elimination place
+
+    std::vector<int> m_redundant;
+    std::vector<NullVector> m_nullVectors;
+    Eigen::SparseMatrix<double> m_nullSpace;  ///< columns by elimination place
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> m_gram;
+};
+
+}  // namespace simflex

@@ -1,0 +1,43 @@
+#include "simflex/solver/equations/CoordinateScales.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "simflex/solver/equations/MultibodyEquations.h"
+
+namespace simflex {
+
+CoordinateScales::CoordinateScales(const MultibodyEquations& equations)
+    : metres(size_t(equations.numU())),
+      step(size_t(equations.numU())),
+      rate(size_t(equations.numU())) {
+    const int numFlexible = equations.numFlexibleBlocks();
+    double largestPart = 0;
+    for (int b = 0; b < equations.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        std::vector<double> unit(size_t(block.numU), 0);
+        double largest = 0;
+        for (int i = 0; i < block.numU; ++i) {
+            unit[size_t(i)] = 1;
+            const double displacement = block.calcDisplacement(unit.data());
+            const double duration = block.calcUDisplacement(unit.data(), 1) / displacement;
+            unit[size_t(i)] = 0;
+            metres[size_t(block.firstU + i)] = displacement;
+            rate[size_t(block.firstU + i)] = std::isfinite(duration) ? 1 / duration : 1;
+            if (b >= numFlexible || i < 3) largest = std::max(largest, displacement);
+        }
+        lengths.push_back(largest);
+        if (b < numFlexible) largestPart = std::max(largestPart, largest);
+    }
+    for (int b = 0; b < equations.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        const bool isRigid = b >= numFlexible;
+        const double length = isRigid ? (largestPart > 0 ? largestPart : 1.0) : lengths[size_t(b)];
+        for (int i = block.firstU; i < block.firstU + block.numU; ++i) {
+            const double h = StepFraction * length / std::max(metres[size_t(i)], 1e-12);
+            step[size_t(i)] = isRigid ? std::min(StepFraction, h) : h;
+        }
+    }
+}
+
+}  // namespace simflex

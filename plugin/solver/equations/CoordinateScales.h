@@ -1,0 +1,23 @@
+#pragma once
+/** @file
+Sizes that make the coordinates of a system comparable, by speed in the solver's numbering (private
+header). **/
+
+#include <vector>
+
+namespace simflex {
+
+class MultibodyEquations;
+
+struct CoordinateScales {
+    static constexpr double StepFraction = 3e-4;  ///< of a body's size, for differences
+
+    explicit CoordinateScales(const MultibodyEquations& equations);
+
+    std::vector<double> metres;   ///< displacement per unit of the quasi-coordinate
+    std::vector<double> step;     ///< quasi-displacement for differences
+    std::vector<double> rate;     ///< [1/s]: 1, or a mode's natural frequency
+    std::vector<double> lengths;  ///< size of each block [m]
+};
+
+}  // namespace simflex

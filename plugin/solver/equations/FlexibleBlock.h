@@ -1,0 +1,141 @@
+#pragma once
+/** @file
+A flexible body as a block of the Newton system (private header).
+
+q = [quaternion of B in Ground (4), p_GB (3), ξ (n_f)],  u = [ω_B (3, in B), v (3, in Ground), ξ̇
+(n_f)]. **/
+
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/solver/equations/Block.h"
+
+namespace simflex {
+
+class FlexibleBlock : public Block {
+public:
+    enum class Modes {
+        All,
+        None  ///< all of them are held at zero: n_f = 0 here
+    };
+
+    FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index,
+                  const SimTK::State& state, Modes modes = Modes::All);
+
+    const FlexibleBodyModel& getModel() const { return m_model; }
+    /** True if modes that the body has are no speeds of the block. **/
+    bool hasHeldModes() const { return !m_held.empty(); }
+    const Eigen::VectorXd& getDamping() const { return m_damping; }
+    /** True if some frame's shapes change with ξ (geometric stiffening): no part can share them.
+     * **/
+    bool hasCurvedFrames() const { return !m_curves.empty(); }
+    const FrameShapes* getShapes(int frame) const { return m_frames[size_t(frame)].shapes.get(); }
+
+    /** The mode–mode diagonal of the arrow, the same for all bodies of one part and damping. **/
+    void calcDiagonal(const NewtonFactors& factors, double* diagonal) const;
+
+    /** Adds a frame of this body; returns its index in `frames`. **/
+    int addFrame(const FlexibleFrame& frame);
+
+    /** Where the scales of the body's loads stand among TimeValues. **/
+    void setFirstScale(int first) { m_firstScale = size_t(first); }
+
+    /** Most blocks in one call of the products below. **/
+    static constexpr int LargestBatch = 8;
+
+    /** Products of the part's matrices with q and u of several blocks of one part: of its interface
+    shapes, before realize(); of its invariants, before calcResidual().
+    @param q, u  of the whole system **/
+    static void calcShapeProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
+                                  const double* u);
+    /** Of the interface shapes with accelerations, before calcFrameAcceleration(). **/
+    static void calcAccelerationProducts(const std::vector<FlexibleBlock*>& blocks,
+                                         const double* uDot);
+    static void calcInertiaProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
+                                    const double* u);
+
+    std::string describeSpeed(int speed) const override;
+    std::string describeCoordinate(int coordinate) const override;
+    void realize(const EvaluationContext& context, const double* q, const double* u) override;
+    void calcResidual(const EvaluationContext& context, const double* q, const double* u,
+                      const double* uDot, double* r) override;
+    bool hasLoads() const override { return !m_record.loads.empty(); }
+    void subtractLoads(const EvaluationContext& context, const double* q, double* r) override;
+    void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const override;
+    void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                               const SimTK::Vector& mobilityForces, double* r) const override;
+    void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
+    /** The same row through the frame's shapes: 6 rigid entries and 6 coefficients, written. **/
+    void calcColumn(int frame, const SimTK::SpatialVec& d, double* rigid,
+                    double* coefficients) const;
+    SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
+                                            const double* uDot) const override;
+    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
+                         const double* uDot, NewtonSystem::Block& block) const override;
+    void formMassBlock(NewtonSystem::Block& block) const override;
+    /** Adds −ΔM u̇ = −[(I − I₀) ω̇ + C ξ̈; Cᵀ ω̇] to forces on the frame and on the mobilities.
+    @pre calcResidual(). **/
+    void addInCouplingForces(const double* uDot, SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                             SimTK::Vector& mobilityForces) const;
+    void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
+                    const double* u, double* q) const override;
+    void calcQDot(const EvaluationContext& context, const double* q, const double* u,
+                  double* qDot) const override;
+    void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    void normalizeQ(double* q) const override;
+    void alignQ(const double* reference, double* q) const override;
+    double calcDisplacement(const double* delta) const override;
+    double calcQDisplacement(const double* deltaQ) const override;
+    double calcUDisplacement(const double* deltaU, double h) const override;
+    double calcDampingPower(const double* u) const override;
+    double calcLoadPower(const EvaluationContext& context, const double* q,
+                         const double* u) const override;
+    void getFromState(const SimTK::State& state, double* q, double* u) const override;
+    void putIntoState(const double* q, const double* u, SimTK::State& state) const override;
+    void putUDot(const double* q, const double* uDot, SimTK::Vector& simbodyUDot) const override;
+
+private:
+    using ConstModes = Eigen::Map<const Eigen::VectorXd>;
+
+    /** Head and coupling of the arrow, mass entries divided by the mass factor. **/
+    void formArrow(double mass, NewtonSystem::Block& block) const;
+    /** The arrow as a full matrix but for its diagonal tail, for a block without part. **/
+    void formFullArrow(double mass, NewtonSystem::Block& block) const;
+    /** Sums of a frame: from the products with the interfaces' shapes, or its own for a node. **/
+    FrameSums calcFrameSums(int frame, const Eigen::VectorXd& products,
+                            const double* coordinates) const;
+    double calcModalDisplacement(const double* modes) const;
+    /** ξ of all the body's modes. **/
+    const double* findXi(const double* q) const { return m_held.empty() ? q + 7 : m_held.data(); }
+
+    const FlexibleBodySubsystem::Guts& m_guts;
+    const FlexibleBodyRecord& m_record;
+    const FlexibleBodyModel& m_model;
+    int m_n;
+    Eigen::VectorXd m_damping;
+    bool m_hasDampingCoupling = false;
+    Eigen::VectorXd m_inverseOmega;
+    std::vector<int> m_stateQ, m_stateU;  ///< indices of ξ and ξ̇ in Simbody's vectors
+    std::vector<double> m_held;           ///< zeros, one for each mode that is held
+    int m_stateFrameU = 0;
+    size_t m_firstScale = 0;
+
+    /** An interface that moves to second order: its shapes, and the tangent ones at ξ, which its
+    frames have. **/
+    struct Curve {
+        std::shared_ptr<const FrameShapes> shapes;
+        std::shared_ptr<FrameShapes> tangent;
+        FrameSums atXi;
+    };
+
+    std::vector<FlexibleFrame> m_frames;
+    std::vector<int> m_interfaces;  ///< of the part, for each frame; −1: a node, or curved
+    std::vector<int> m_curveOf;     ///< for each frame; −1: none
+    std::vector<Curve> m_curves;
+    /** Φξ, Ψξ of all interfaces, their rates and accelerations. **/
+    Eigen::VectorXd m_shapesXi, m_shapesXiDot, m_shapesXiDotDot;
+    std::vector<FlexibleFramePose> m_poses;
+    BodyFrame m_body;
+    FlexibleBodyData m_data;
+    mutable Eigen::VectorXd m_loads;  ///< modal forces of the body's loads; empty if it has none
+};
+
+}  // namespace simflex

@@ -1,0 +1,202 @@
+#pragma once
+/** @file
+A tree of ordinary Simbody bodies rooted at Ground, or several of them between which forces may
+act, as one block of the Newton system (private header).
+
+q and u are Simbody's own. Weld, Pin, Slider, Cylinder, Screw, Universal, Planar, BendStretch,
+Gimbal, Bushing, Translation, Ball and Free mobilizers are evaluated by our own recursion, which is
+compared with Simbody's once; a tree with any other mobilizer (reversed, custom, …) takes poses and
+Jacobians from Simbody. q̇ = N(q)u is our own for all of
+Simbody's mobilizers; a custom one with an N of its own asks Simbody.
+
+    A_B = shift(A_P) + H_B u̇_B + bias,   r = Σ_B J_Bᵀ F_inertial(A_B),   M = Σ_B J_Bᵀ M_B J_B
+
+J_B, the columns H of B and its ancestors shifted to B's origin, is never formed: accelerations
+pass outwards and forces inwards in O(n), M by composite bodies in O(n·depth). **/
+
+#include "Simbody.h"
+#include "simflex/solver/equations/Block.h"
+
+namespace simflex {
+
+class RigidTree : public Block {
+public:
+    /** Takes over base bodies (children of Ground) and everything outboard of them.
+    @param state  realized to Stage::Velocity
+    @throws std::invalid_argument if a mobilizer's velocities are not the rates of its positions **/
+    RigidTree(const SimTK::SimbodyMatterSubsystem& matter,
+              const std::vector<SimTK::MobilizedBodyIndex>& roots, const SimTK::State& state);
+
+    /** Adds a frame X_BF on one of the tree's bodies; returns its index in `frames`. **/
+    int addFrame(SimTK::MobilizedBodyIndex body, const SimTK::Transform& X_BF);
+
+    bool contains(SimTK::MobilizedBodyIndex body) const;
+
+    /** Where a body's coordinates and speeds stand in the block. **/
+    struct Slots {
+        int q0, nq, u0, nu;
+    };
+    Slots findSlots(SimTK::MobilizedBodyIndex body) const;
+
+    /** True if poses and Jacobians come from Simbody, so that realize() needs
+     * EvaluationContext::state. **/
+    bool needsSimbody() const { return m_needsSimbody; }
+
+    /** Writes q and u of this block into Simbody's vectors. **/
+    void putCoordinates(const double* q, const double* u, SimTK::Vector& stateQ,
+                        SimTK::Vector& stateU) const;
+
+    std::string describeSpeed(int speed) const override;
+    std::string describeCoordinate(int coordinate) const override;
+    void realize(const EvaluationContext& context, const double* q, const double* u) override;
+    void calcResidual(const EvaluationContext& context, const double* q, const double* u,
+                      const double* uDot, double* r) override;
+    void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const override;
+    void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                               const SimTK::Vector& mobilityForces, double* r) const override;
+    void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
+    SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
+                                            const double* uDot) const override;
+    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
+                         const double* uDot, NewtonSystem::Block& block) const override;
+    void formMassBlock(NewtonSystem::Block& block) const override;
+    void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
+                    const double* u, double* q) const override;
+    void calcQDot(const EvaluationContext& context, const double* q, const double* u,
+                  double* qDot) const override;
+    void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    void moveQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    /** True if Simbody is asked for N(q). **/
+    bool asksForN() const { return m_hasUnknownTurning; }
+    void followPose() override;
+    void visit(Checkpoint& checkpoint) override;
+    /** Writes N W N⁺ δq, what a difference of coordinates is by Simbody's weights W of the speeds.
+    Where only Simbody knows N, the largest weight of a mobilizer stands for all of its own. **/
+    void weighQ(const double* q, const double* uWeights, const double* deltaQ,
+                double* weighed) const;
+    /** Takes this block's part of a vector by Simbody's speeds. **/
+    void takeSpeeds(const SimTK::Vector& simbody, double* u) const;
+    void normalizeQ(double* q) const override;
+    void alignQ(const double* reference, double* q) const override;
+    double calcDisplacement(const double* delta) const override;
+    double calcQDisplacement(const double* deltaQ) const override;
+    double calcUDisplacement(const double* deltaU, double h) const override;
+    double calcDampingPower(const double*) const override { return 0; }
+    void getFromState(const SimTK::State& state, double* q, double* u) const override;
+    void putIntoState(const double* q, const double* u, SimTK::State& state) const override;
+    void putUDot(const double* q, const double* uDot, SimTK::Vector& simbodyUDot) const override;
+
+private:
+    static constexpr int LargestNumQ = 7;  ///< of one mobilizer
+
+    enum class Mobilizer {
+        Weld,
+        Pin,
+        Slider,
+        Cylinder,
+        Screw,
+        Universal,
+        Planar,
+        BendStretch,
+        Gimbal,
+        Bushing,
+        Translation,
+        Ball,
+        Free,
+        Other
+    };
+    /** What the first coordinates of a mobilizer are; the others have q̇ = u. **/
+    enum class Turning {
+        None,               ///< q̇ = u throughout
+        Quaternion,         ///< 4 q; 3 u: ω of M in F, expressed in F
+        LineQuaternion,     ///< 4 q; 2 u: ω_x, ω_y expressed in M
+        BodyXYZ,            ///< 3 q, body-fixed angles; u as for Quaternion
+        LineBodyXYZ,        ///< 3 q; u as for LineQuaternion
+        KnownToSimbodyOnly  ///< N(q) is asked of Simbody
+    };
+
+    struct RigidBody {
+        SimTK::MobilizedBodyIndex index;
+        int parent = -1;  ///< position in m_bodies; −1: Ground
+        Mobilizer mobilizer = Mobilizer::Other;
+        Turning turning = Turning::None;
+        SimTK::Transform X_PF, X_MB;
+        SimTK::Real pitch = 0;  ///< of a Screw [m/rad]
+        SimTK::MassProperties mass;
+        int q0 = 0, nq = 0, u0 = 0, nu = 0;  ///< in the block
+        int stateQ0 = 0, stateU0 = 0;        ///< in Simbody's vectors
+
+        SimTK::Transform X_GB;
+        SimTK::SpatialVec V, biasA;
+        SimTK::SpatialVec H[6];  ///< (ω, v) of B's origin in Ground per speed of its mobilizer
+    };
+
+    /** A body with everything outboard of it frozen to it, about its origin in Ground. **/
+    struct Composite {
+        SimTK::Real mass = 0;
+        SimTK::Vec3 moment{0};  ///< mass times centre of mass
+        SimTK::Mat33 inertia{0};
+    };
+
+    struct Frame {
+        int body;
+        SimTK::Transform X_BF;
+    };
+
+    static Mobilizer classify(const SimTK::MobilizedBody& mobod);
+    static bool hasQuaternion(const RigidBody& body) {
+        return body.turning == Turning::Quaternion || body.turning == Turning::LineQuaternion;
+    }
+    static int numTurningQ(const RigidBody& body) {
+        return hasQuaternion(body) ? 4 : body.turning == Turning::None ? 0 : 3;
+    }
+    static int numTurningU(const RigidBody& body) {
+        return numTurningQ(body) - (body.nq - body.nu);
+    }
+    /** N(q) of a body from what its turning is supposed to be. **/
+    static void multiplyByN(const RigidBody& body, const double* q, const double* u, double* qDot);
+    /** @throws std::invalid_argument if a mobilizer's velocities are not the rates of its
+     * positions.
+     * **/
+    void checkVelocities(const SimTK::SimbodyMatterSubsystem& matter,
+                         const SimTK::State& state) const;
+    /** Finds out what each body's q and u are, against Simbody's N at an arbitrary state. **/
+    void classifyTurning(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
+    void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index,
+                 int parent, const SimTK::State& state);
+    bool agreesWithSimbody(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
+    /** A speed's weight: the worst displacement it causes at a body's centre of mass or radius of
+     * gyration. **/
+    void calcWeights();
+    void realizeBody(RigidBody& body, const double* q, const double* u) const;
+    void realizeBodyFromSimbody(RigidBody& body, const SimTK::State& state) const;
+    /** (ω̇, v̇) of one body's origin, without those of the others. **/
+    SimTK::SpatialVec calcAcceleration(int body, const double* uDot) const;
+    /** Writes factor·M. **/
+    void formMassMatrix(double factor, NewtonSystem::Block& block) const;
+    /** r += Jᵀ F for a force at one body's origin. **/
+    void addInTransposed(int body, const SimTK::SpatialVec& F_G, double* r) const;
+    /** The same for forces at all bodies' origins, m_forces; uses them up. **/
+    void addInForces(double* r) const;
+
+    /** What belongs to one base body. **/
+    struct Root {
+        int firstQ, numQ, firstU, numU;
+    };
+
+    const SimTK::SimbodyMatterSubsystem& m_matter;
+    std::vector<RigidBody> m_bodies;
+    std::vector<Root> m_roots;
+    std::vector<Frame> m_frameData;
+    mutable std::vector<Composite> m_composites;
+    mutable std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass
+    bool m_needsSimbody = false;
+    bool m_hasUnknownTurning = false;
+    mutable std::vector<double> m_moved;  ///< numQ, used within moveQ()
+    Eigen::VectorXd
+        m_uWeights;  ///< metres of displacement per unit of each speed's quasi-coordinate
+    Eigen::VectorXd m_qWeights;
+    int m_stepsBetweenWeights = 1, m_stepsSinceWeights = 0;
+};
+
+}  // namespace simflex

@@ -1,0 +1,287 @@
+#include "simflex/solver/Eigenmodes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "simflex/base/DenseAlgebra.h"
+#include "simflex/base/FlushDenormals.h"
+#include "simflex/solver/equilibrium/SimbodyNumbering.h"
+
+namespace simflex {
+
+using namespace SimTK;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double RoundOff = 1e-11;  // of scaled matrices, whose entries are of order 1
+constexpr double ZeroRate = 1e-12;  // the same, of ν
+/** Of a sum's parts: what differences of forces leave of a motion that nothing holds. **/
+constexpr double RoundOffOfSum = 1e-10;
+/** Of the fastest speed: what is slower in a steady motion, a matter of differences too, is free.
+ * **/
+constexpr double SlowestMotion = 1e-5;
+/** |ν| of its eigenvalues, which are defective: roots of round-off, and of noise in differences.
+ * **/
+constexpr double NearestZero = 1e-6, NearZero = 1e-4;
+/** Singular values of what may be free. **/
+constexpr double SoftDirection = 1e-6;
+
+/** λ²M + λD + K in coordinates y with λ = s·ν, where all matrices have entries of order 1 or less.
+ * **/
+struct ReducedPencil {
+    MatrixXd M, D, K;
+    MatrixXd basis;  ///< δ = basis·y, all speeds
+    MatrixXd fullK;  ///< all speeds; nothing for held ones
+    double rate;     ///< s [1/s]
+    double zero;     ///< ν² that is as good as none
+};
+
+struct PencilMode {
+    Complex nu;
+    VectorXcd y;
+};
+
+MatrixXd select(const Matrix& from, const std::vector<int>& rows, const std::vector<int>& columns) {
+    MatrixXd to(rows.size(), columns.size());
+    for (size_t j = 0; j < columns.size(); ++j)
+        for (size_t i = 0; i < rows.size(); ++i) to(i, j) = from(rows[i], columns[j]);
+    return to;
+}
+
+/** The square of a rate that modes of interest compare with: of the softest mode of a flexible
+ * part, or of a rigid system's stiffest or fastest coordinate. **/
+double chooseReference(const MatrixXd& M, const MatrixXd& D, const MatrixXd& K,
+                       const std::vector<char>& isModal) {
+    double lowest = 0, largest = 0;
+    for (Eigen::Index i = 0; i < M.rows(); ++i) {
+        const double ratio = std::abs(K(i, i)) / M(i, i);
+        largest = std::max(largest, ratio);
+        for (Eigen::Index j = 0; j < M.rows(); ++j)
+            largest = std::max(largest, D(i, j) * D(i, j) / (M(i, i) * M(j, j)));
+        if (isModal[size_t(i)] && ratio > 0 && (lowest == 0 || ratio < lowest)) lowest = ratio;
+    }
+    return lowest > 0 ? lowest : largest > 0 ? largest : 1;
+}
+
+ReducedPencil reducePencil(const Linearization& linear) {
+    std::vector<int> free, rows;
+    const int n = linear.M.nrow();
+    std::vector<char> isModal;
+    for (int i = 0; i < n; ++i) {
+        if (linear.isHeld[unsigned(i)]) continue;
+        free.push_back(i);
+        isModal.push_back(linear.isModal[unsigned(i)] != 0);
+    }
+    for (int k = 0; k < linear.G.nrow(); ++k) rows.push_back(k);
+    const MatrixXd M = select(linear.M, free, free), D = select(linear.D, free, free),
+                   K = select(linear.K, free, free), G = select(linear.G, rows, free);
+
+    ReducedPencil pencil;
+    // Not the very rate of an eigenvalue: a shift by it would be singular.
+    const double reference = 0.37 * chooseReference(M, D, K, isModal);
+    pencil.rate = std::sqrt(reference);
+    pencil.zero = std::max(square(ZeroRate),
+                           square(SlowestMotion * linear.state.getU().normInf()) / reference);
+    const VectorXd scale =
+        (K.diagonal().cwiseAbs() + reference * M.diagonal()).cwiseSqrt().cwiseInverse();
+    const MatrixXd Z = scale.asDiagonal() * TangentSpace(G * scale.asDiagonal()).getBasis();
+    pencil.M = reference * (Z.transpose() * M * Z);
+    pencil.D = pencil.rate * (Z.transpose() * D * Z);
+    pencil.K = Z.transpose() * K * Z;
+    pencil.basis = MatrixXd::Zero(n, Z.cols());
+    pencil.fullK = MatrixXd::Zero(n, n);
+    for (size_t i = 0; i < free.size(); ++i) {
+        pencil.basis.row(free[i]) = Z.row(Eigen::Index(i));
+        for (size_t j = 0; j < free.size(); ++j)
+            pencil.fullK(free[i], free[j]) = K(Eigen::Index(i), Eigen::Index(j));
+    }
+    return pencil;
+}
+
+/** ν² = −ω² from (K + M)⁻¹M, whose largest eigenvalues 1/(1 + ω²) belong to the slowest modes:
+these come out sharpest. @returns false if a mode grows too fast for K + M to be positive. **/
+bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
+    const MatrixXd K = 0.5 * (pencil.K + pencil.K.transpose());
+    const MatrixXd M = 0.5 * (pencil.M + pencil.M.transpose());
+    const Eigen::LLT<MatrixXd> factor(K + M);
+    if (factor.info() != Eigen::Success) return false;
+    const SymmetricEigen eigen = calcSymmetricEigen(M, K + M);
+    if (!eigen.hasConverged) return false;
+    for (Eigen::Index k = K.rows(); k-- > 0;) {
+        const double mu = eigen.values[k];
+        if (!(mu > 0)) continue;  // no mass, no motion
+        const VectorXd y = eigen.vectors.col(k);
+        // Rayleigh's quotient in graded coordinates: a pendulum's 10 1/s² is not lost beside 1e12.
+        const VectorXd x = pencil.basis * y;
+        const double modalMass = y.dot(M * y), work = x.dot(pencil.fullK * x);
+        const double parts = x.cwiseAbs().dot(pencil.fullK.cwiseAbs() * x.cwiseAbs());
+        const double omegaSquared = work / modalMass;
+        if (std::abs(work) <= RoundOffOfSum * parts || std::abs(omegaSquared) < pencil.zero)
+            pairs.push_back({0, y.cast<Complex>()});
+        else if (omegaSquared > 0)
+            pairs.push_back({Complex(0, std::sqrt(omegaSquared)), y.cast<Complex>()});
+        else
+            for (const double sign : {-1.0, 1.0})
+                pairs.push_back({sign * std::sqrt(-omegaSquared), y.cast<Complex>()});
+    }
+    return true;
+}
+
+/** Whether nothing but round-off restores a motion. **/
+bool isFree(const ReducedPencil& pencil, const VectorXcd& y) {
+    const VectorXcd x = pencil.basis * y;
+    const VectorXd sizes = x.cwiseAbs();
+    const double work = std::abs(Complex(x.dot(pencil.fullK * x)));
+    const double parts = sizes.dot(pencil.fullK.cwiseAbs() * sizes);
+    const double modalMass = std::real(Complex(y.dot(pencil.M * y)));
+    return work <= RoundOffOfSum * parts + pencil.zero * modalMass;
+}
+
+/** Motions that nothing restores: of the softest directions those of least stiffness over mass. **/
+std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
+    const Eigen::BDCSVD<MatrixXd> softness(pencil.K, Eigen::ComputeFullV);
+    Eigen::Index count = 0;
+    while (count < pencil.K.rows() &&
+           softness.singularValues()[pencil.K.rows() - 1 - count] < SoftDirection)
+        ++count;
+    std::vector<VectorXcd> motions;
+    if (count == 0) return motions;
+    const MatrixXd V = softness.matrixV().rightCols(count), K = V.transpose() * pencil.K * V;
+    const SymmetricEigen eigen =
+        calcSymmetricEigen(0.5 * (K + K.transpose()), V.transpose() * pencil.M * V);
+    for (Eigen::Index k = 0; k < count; ++k) {
+        const VectorXcd y = (V * eigen.vectors.col(k)).cast<Complex>();
+        if (isFree(pencil, y)) motions.push_back(y);
+    }
+    return motions;
+}
+
+/** ν = 1 + 1/μ with μ²(M + D + K) + μ(D + 2M) + M = 0: again the slowest come out sharpest. **/
+void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
+    const Eigen::Index n = pencil.M.rows();
+    if (n == 0) return;
+    const Eigen::PartialPivLU<MatrixXd> shifted(pencil.M + pencil.D + pencil.K);
+    MatrixXd companion = MatrixXd::Zero(2 * n, 2 * n);
+    companion.topLeftCorner(n, n) = -shifted.solve(pencil.D + 2 * pencil.M);
+    companion.topRightCorner(n, n) = -shifted.solve(pencil.M);
+    companion.bottomLeftCorner(n, n).setIdentity();
+    const Eigen::EigenSolver<MatrixXd> solver(companion);
+    if (solver.info() != Eigen::Success)
+        throw std::runtime_error("calcEigenmodes(): the QR iteration for " + std::to_string(2 * n) +
+                                 " eigenvalues does not converge");
+
+    const std::vector<VectorXcd> free = findFreeMotions(pencil);
+    for (const VectorXcd& y : free) pairs.push_back({0, y});
+    std::vector<PencilMode> others;
+    for (Eigen::Index k = 0; k < 2 * n; ++k) {
+        const Complex mu = solver.eigenvalues()[k];
+        if (std::abs(mu) < 1e-14) continue;  // no mass, no motion
+        others.push_back({1.0 + 1.0 / mu, solver.eigenvectors().col(k).tail(n)});
+    }
+    std::stable_sort(others.begin(), others.end(), [](const PencilMode& a, const PencilMode& b) {
+        return std::abs(a.nu) < std::abs(b.nu);
+    });
+    for (size_t k = 0; k < others.size(); ++k) {
+        const PencilMode& pair = others[k];
+        const double size = std::abs(pair.nu);
+        if (k < 2 * free.size() &&
+            (size < NearestZero || (size < NearZero && isFree(pencil, pair.y))))
+            continue;
+        if (pair.nu.imag() >= 0) pairs.push_back(pair);
+    }
+}
+
+Eigenmode makeMode(const Linearization& linear, const ReducedPencil& pencil,
+                   const PencilMode& pair) {
+    const int n = linear.M.nrow();
+    Eigenmode mode;
+    mode.eigenvalue = pencil.rate * pair.nu;
+    const double size = std::abs(mode.eigenvalue);
+    mode.frequency = size / (2 * Pi);
+    mode.dampingRatio = size > 0 ? 0 - mode.eigenvalue.real() / size : 0;  // not −0
+    if (pair.nu.imag() == 0 && size > 0) mode.dampingRatio = pair.nu.real() < 0 ? 1 : -1;
+    const double modalMass =
+        std::real(Complex(pair.y.adjoint() * (pencil.M * pair.y))) / (pencil.rate * pencil.rate);
+    VectorXcd shape = pencil.basis * pair.y;
+    double largest = 0;
+    Complex phase = 1;
+    for (int i = 0; i < n; ++i) {
+        // A hair's breadth, so that equal ones do not swap by round-off.
+        const double displacement = std::abs(shape[i]) * linear.metres[i];
+        if (displacement <= 1.0001 * largest) continue;
+        largest = displacement;
+        phase = std::conj(shape[i]) / std::abs(shape[i]);
+    }
+    shape *= phase / (modalMass > 0 ? std::sqrt(modalMass) : 1.0);
+    mode.shape.resize(n);
+    for (int i = 0; i < n; ++i) mode.shape[i] = shape[i];
+    return mode;
+}
+
+}  // namespace
+
+std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
+    const StandardArithmetic standard;
+    if (!linearization.unsteady.empty())
+        throw std::invalid_argument("there are no natural modes about this motion: " +
+                                    linearization.unsteady);
+    const ReducedPencil pencil = reducePencil(linearization);
+    std::vector<PencilMode> pairs;
+    if (pencil.K.rows() == 0) return {};
+    const double asymmetry = (pencil.K - pencil.K.transpose()).cwiseAbs().maxCoeff();
+    const bool isSymmetric = pencil.D.cwiseAbs().maxCoeff() < RoundOff && asymmetry < RoundOff;
+    if (!isSymmetric || !solveSymmetric(pencil, pairs)) {
+        pairs.clear();
+        solveGeneral(pencil, pairs);
+    }
+    std::stable_sort(pairs.begin(), pairs.end(), [](const PencilMode& a, const PencilMode& b) {
+        return std::abs(a.nu) < std::abs(b.nu);
+    });
+    std::vector<Eigenmode> modes;
+    for (const PencilMode& pair : pairs) modes.push_back(makeMode(linearization, pencil, pair));
+    return modes;
+}
+
+std::vector<State> calcModeStates(const MultibodySystem& system, const Linearization& linearization,
+                                  const Eigenmode& mode, Real amplitude, int numFrames) {
+    const StandardArithmetic standard;
+    const MultibodyEquations equations(system, linearization.state,
+                                       MultibodyEquations::Setting::Linearize);
+    const int n = equations.numU();
+    if (mode.shape.size() != n)
+        throw std::invalid_argument("calcModeStates(): the mode has " +
+                                    std::to_string(mode.shape.size()) + " speeds, the system has " +
+                                    std::to_string(n));
+    if (!(amplitude > 0) || numFrames < 1)
+        throw std::invalid_argument("calcModeStates(): amplitude " + std::to_string(amplitude) +
+                                    " m and number of frames " + std::to_string(numFrames) +
+                                    " must be positive");
+    std::vector<double> q(size_t(equations.numQ())), u(size_t(n), 0), moved;
+    equations.getFromState(linearization.state, q.data(), u.data());
+    const MatrixXd T = calcSimbodyNumbering(equations, q.data());
+    std::vector<VectorXd> displacements;
+    double largest = 0;
+    for (int frame = 0; frame < numFrames; ++frame) {
+        const Complex turn = std::polar(1.0, 2 * Pi * frame / numFrames);
+        VectorXd delta(n);
+        for (int i = 0; i < n; ++i) delta[i] = std::real(mode.shape[i] * turn);
+        displacements.push_back(T.transpose() * delta);
+        largest = std::max(largest, equations.calcDisplacement(displacements.back().data()));
+    }
+    std::vector<State> states;
+    for (VectorXd& delta : displacements) {
+        if (largest > 0) delta *= amplitude / largest;
+        moved = q;
+        equations.moveQ(delta.data(), moved.data());
+        State state = linearization.state;
+        equations.putIntoState(state.getTime(), moved.data(), u.data(), state);
+        system.realize(state, Stage::Velocity);
+        states.push_back(state);
+    }
+    return states;
+}
+
+}  // namespace simflex

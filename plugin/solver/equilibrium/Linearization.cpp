@@ -1,0 +1,290 @@
+#include "simflex/solver/Linearization.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "simflex/base/DenseAlgebra.h"
+#include "simflex/base/FlushDenormals.h"
+#include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/equilibrium/SimbodyNumbering.h"
+#include "simflex/solver/equilibrium/SteadyMotion.h"
+#include "simflex/solver/integration/ImplicitStep.h"
+
+namespace simflex {
+
+using namespace SimTK;
+using Eigen::Map;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+Matrix toMatrix(const MatrixXd& from) {
+    Matrix to(int(from.rows()), int(from.cols()));
+    for (int j = 0; j < to.ncol(); ++j)
+        for (int i = 0; i < to.nrow(); ++i) to(i, j) = from(i, j);
+    return to;
+}
+
+/** A motion that turns by less than this in a radian of the slowest mode is as good as at rest. **/
+constexpr double SmallTurn = 5e-3;
+/** How much frequencies may change, of themselves, with the mean of matrices a radian apart. **/
+constexpr double SmallChange = 1e-3;
+/** How far constraints may come apart meanwhile, of a body's size, and per displacement. **/
+constexpr double SmallGap = 1e-3;
+/** How far forces that do not turn along may lead, of a body's size: an unbalance does. **/
+constexpr double LaterGap = 5e-3;
+
+/** The equations at one moment of the motion, in the solver's numbering. **/
+struct Instant : SteadyMotion::Balance {
+    SolutionPoint point;
+    SteadyMotion motion;
+    MatrixXd D;
+};
+
+/** Accelerations and matrices at a point's t, q, u and z. **/
+void linearize(MultibodyEquations& equations, const CoordinateScales& scales, const State& state,
+               const std::function<void()>& observer, Instant& instant) {
+    SolutionPoint& point = instant.point;
+    const size_t n = point.u.size();
+    IntegratorStatistics statistics;
+    ImplicitStep step(equations, statistics);
+    step.calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
+    instant.motion = SteadyMotion(equations, state, point.t, point.q, point.u, point.q);
+
+    // What the State has besides the steady motion stays as it is in Simbody's axes.
+    std::vector<double> u(n), uDot(n);
+    instant.motion.calcSpeeds(point.q, u, uDot);
+    std::vector<double> moreU(n), moreUDot(n);
+    for (size_t i = 0; i < n; ++i) {
+        moreU[i] = point.u[i] - u[i];
+        moreUDot[i] = point.uDot[i] - uDot[i];
+    }
+    instant.moreUDot = Map<const VectorXd>(moreUDot.data(), Eigen::Index(n));
+    const auto calcSpeeds = [&](const std::vector<double>& q) {
+        instant.motion.calcSpeeds(q, u, uDot);
+        for (size_t i = 0; i < n; ++i) {
+            u[i] += moreU[i];
+            uDot[i] += moreUDot[i];
+        }
+        for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+            const size_t q0 = size_t(equations.getBlock(b).firstQ),
+                         u0 = size_t(equations.getBlock(b).firstU);
+            const Rotation turn = ~rotationOf(&q[q0]) * rotationOf(&point.q[q0]);
+            for (const auto& [total, more] : {std::pair(&u, &moreU), std::pair(&uDot, &moreUDot)}) {
+                const Vec3 fixed = Vec3::getAs(more->data() + u0);
+                Vec3::updAs(total->data() + u0) += turn * fixed - fixed;
+            }
+        }
+    };
+
+    equations.realize(point.t, point.q.data(), point.u.data());
+    equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
+                           VectorXd(equations.numU()).data());
+    calcMassAndJacobian(equations, instant.M, instant.G);
+    instant.K = differentiateByQ(equations, scales, point.t, point.q, point.u,
+                                 [&](const std::vector<double>& q, VectorXd& r) {
+                                     if (observer) observer();
+                                     calcSpeeds(q);
+                                     equations.realize(point.t, q.data(), u.data());
+                                     equations.calcResidual(q.data(), u.data(), uDot.data(),
+                                                            point.lambda.data(), r.data());
+                                 });
+    instant.D = calcDampingMatrix(equations, scales, point);
+    if (instant.motion.isAtRest()) return;
+    const MatrixXd dX = differentiateByQ(equations, scales, point.t, point.q, point.u,
+                                         [&](const std::vector<double>& q, VectorXd& f) {
+                                             if (observer) observer();
+                                             calcSpeeds(q);
+                                             f = Map<const VectorXd>(u.data(), Eigen::Index(n));
+                                         });
+    instant.D += instant.M * (2 * dX - calcRateMatrix(equations, scales, point));
+}
+
+/** Writes M, D, K and G into a result, with zeroes for what is held. **/
+void putMatrices(const Instant& instant, const MatrixXd& T, Linearization& result) {
+    MatrixXd D = T * instant.D * T.transpose(), K = T * instant.K * T.transpose();
+    for (Eigen::Index i = 0; i < D.rows(); ++i) {
+        if (!result.isHeld[unsigned(i)]) continue;
+        for (MatrixXd* matrix : {&D, &K}) {
+            matrix->row(i).setZero();
+            matrix->col(i).setZero();
+        }
+    }
+    result.M = toMatrix(T * instant.M * T.transpose());
+    result.D = toMatrix(D);
+    result.K = toMatrix(K);
+    result.G = toMatrix(instant.G * T.transpose());
+}
+
+/** Small displacements of the motion, as the motion carries them to where it is later. **/
+MatrixXd calcCarried(MultibodyEquations& equations, const CoordinateScales& scales,
+                     const Instant& now, const Instant& later, double duration) {
+    const int n = equations.numU();
+    const std::vector<double>&q = now.point.q, &laterQ = later.point.q;
+    const double t = now.point.t;
+    const auto carry = [&](int column, double h) {
+        std::vector<double> delta(size_t(n), 0), moved = q;
+        delta[size_t(column)] = h;
+        if (equations.needsSimbody()) equations.realize(t, q.data(), now.point.u.data());
+        equations.moveQ(delta.data(), moved.data());
+        moved = now.motion.flow(moved, duration);
+        for (int b = 0; b < equations.numBlocks(); ++b) {
+            const Block& block = equations.getBlock(b);
+            block.alignQ(&laterQ[size_t(block.firstQ)], &moved[size_t(block.firstQ)]);
+        }
+        return VectorXd(Map<const VectorXd>(moved.data(), equations.numQ()));
+    };
+    MatrixXd changes = MatrixXd::Zero(equations.numQ(), n), N(equations.numQ(), n);
+    for (const int column : listFreeSpeeds(equations)) {
+        const double h = scales.step[size_t(column)];
+        changes.col(column) = (carry(column, h) - carry(column, -h)) / (2 * h);
+    }
+    std::vector<double> unit(size_t(n), 0);
+    equations.realize(t, laterQ.data(), unit.data());
+    for (int i = 0; i < n; ++i) {
+        unit[size_t(i)] = 1;
+        equations.calcQDot(laterQ.data(), unit.data(), N.col(i).data());
+        unit[size_t(i)] = 0;
+    }
+    MatrixXd carried = solveLeastSquares(N, changes);
+    later.motion.close(carried);
+    return carried;
+}
+
+/** Frequencies of what moves back and forth, the highest first. **/
+std::vector<Real> listFrequencies(const Linearization& linear, Real lowest) {
+    std::vector<Real> frequencies;
+    for (const Eigenmode& mode : calcEigenmodes(linear))
+        if (mode.frequency > lowest) frequencies.insert(frequencies.begin(), mode.frequency);
+    return frequencies;
+}
+
+/** Whether time itself turns the system. **/
+bool isDriven(MultibodyEquations& equations, const SolutionPoint& point) {
+    for (int i = 0; i < equations.numU(); ++i)
+        if (equations.isPrescribed(i) && point.u[size_t(i)] != 0) return true;
+    const std::vector<double> none(point.u.size(), 0);
+    std::vector<double> errors(point.lambda.size(), 0);
+    equations.realize(point.t, point.q.data(), none.data());
+    equations.calcVelocityErrors(errors.data());
+    return std::any_of(errors.begin(), errors.end(), [](double error) { return error != 0; });
+}
+
+/** Compares with the matrices a radian later. **/
+std::string findUnsteadiness(MultibodyEquations& equations, const CoordinateScales& scales,
+                             const Instant& now, const MatrixXd& T, const Linearization& result,
+                             const std::function<void()>& observer) {
+    const double rate = now.motion.getRate();
+    if (now.motion.isAtRest()) return "";
+    const double lowest = 1e-3 * rate / (2 * Pi);
+    const std::vector<Real> frequencies = listFrequencies(result, lowest);
+    if (frequencies.empty() || rate < SmallTurn * 2 * Pi * frequencies.back()) return "";
+
+    std::string departure = now.motion.findDeparture(scales, now, SmallGap);
+    if (!departure.empty()) return departure;
+    const double duration = 1 / rate;
+    Instant later;
+    SolutionPoint& point = later.point = now.point;
+    if (isDriven(equations, now.point)) point.t += duration;
+    point.q = now.motion.flow(now.point.q, duration);
+    now.motion.calcSpeeds(point.q, point.u, point.uDot);
+    equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
+    equations.realize(point.t, point.q.data(), point.u.data());
+    std::vector<double> errors(point.lambda.size(), 0);
+    equations.calcPositionErrors(errors.data());
+    for (size_t k = 0; k < errors.size(); ++k)
+        if (!(std::abs(errors[k]) <= SmallGap))
+            return equations.describeConstraint(int(k)) +
+                   " does not let its bodies go on as they move now";
+    linearize(equations, scales, result.state, observer, later);
+    departure = later.motion.findDeparture(scales, later, LaterGap);
+    if (!departure.empty()) return departure;
+    const MatrixXd carried = calcCarried(equations, scales, now, later, duration);
+
+    VectorXd sizes = VectorXd::Zero(equations.numU());
+    for (const int i : listFreeSpeeds(equations)) sizes[i] = 1 / scales.metres[size_t(i)];
+    const MatrixXd gaps = later.G * carried * sizes.asDiagonal() *
+                          TangentSpace(now.G * sizes.asDiagonal()).getBasis();
+    for (Eigen::Index k = 0; k < gaps.rows(); ++k)
+        if (!(gaps.row(k).norm() <= SmallGap * (later.G.row(k) * sizes.asDiagonal()).norm()))
+            return equations.describeConstraint(int(k)) +
+                   " does not let displaced bodies go on as they move now";
+
+    Instant mean = now;
+    mean.M = 0.5 * (now.M + carried.transpose() * later.M * carried);
+    mean.D = 0.5 * (now.D + carried.transpose() * later.D * carried);
+    mean.K = 0.5 * (now.K + carried.transpose() * later.K * carried);
+    Linearization between = result;
+    putMatrices(mean, T, between);
+    const std::vector<Real> others = listFrequencies(between, lowest);
+    for (size_t k = 0; k < std::min(frequencies.size(), others.size()); ++k) {
+        const double change = std::abs(square(others[k]) - square(frequencies[k]));
+        if (change <= 2 * SmallChange * square(frequencies[k]) + square(lowest)) continue;
+        std::ostringstream text;
+        text << "the equations of small motions change as the motion goes on: a natural frequency "
+                "of "
+             << frequencies[k] << " Hz is " << others[k]
+             << " Hz with the mean of their coefficients over a radian";
+        return text.str();
+    }
+    return "";
+}
+
+}  // namespace
+
+Linearization calcLinearization(const MultibodySystem& system, const State& state,
+                                const std::function<void()>& observer) {
+    const StandardArithmetic standard;
+    requireTopology(system, state, "calcLinearization()");
+    Linearization result;
+    result.state = state;
+    system.realize(result.state, Stage::Velocity);
+    MultibodyEquations equations(system, result.state, MultibodyEquations::Setting::Linearize);
+    for (int row = 0; row < equations.numMultipliers(); ++row)
+        if (equations.getRowLevel(row) != MotionLevel::Position)
+            throw std::invalid_argument(
+                "calcLinearization(): " + equations.describeConstraint(row) +
+                " holds speeds or accelerations; only constraints of "
+                "positions can be linearised: disable it");
+
+    Instant now;
+    SolutionPoint& point = now.point;
+    const int n = equations.numU();
+    point.resize(equations.numQ(), n, equations.numMultipliers(), equations.numZ());
+    point.t = result.state.getTime();
+    equations.getFromState(result.state, point.q.data(), point.u.data());
+    for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = result.state.getZ()[int(i)];
+    equations.setZ(point.z.data());
+    equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
+    const CoordinateScales scales(equations);
+    linearize(equations, scales, result.state, observer, now);
+
+    result.isHeld.resize(unsigned(n), 0);
+    result.isModal.resize(unsigned(n), 0);
+    std::vector<char> isModal(size_t(n), 0);
+    for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        std::fill_n(isModal.begin() + block.firstU + 6, block.numU - 6, char(1));
+    }
+    result.metres.resize(n);
+    result.uDot.resize(n);
+    const MatrixXd T = calcSimbodyNumbering(equations, point.q.data());
+    const VectorXd uDot = T * Map<const VectorXd>(point.uDot.data(), n);
+    for (int i = 0; i < n; ++i) {
+        Eigen::Index own;
+        T.row(i).cwiseAbs().maxCoeff(&own);  // one of its own mobilizer, held as a whole
+        result.metres[i] = scales.metres[size_t(own)];
+        result.uDot[i] = uDot[i];
+        result.isModal[unsigned(i)] = isModal[size_t(own)];
+        result.isHeld[unsigned(i)] = equations.isPrescribed(int(own));
+    }
+    result.multipliers.resize(equations.numMultipliers());
+    for (int k = 0; k < equations.numMultipliers(); ++k)
+        result.multipliers[k] = point.lambda[size_t(k)];
+    putMatrices(now, T, result);
+    result.unsteady = findUnsteadiness(equations, scales, now, T, result, observer);
+    return result;
+}
+
+}  // namespace simflex

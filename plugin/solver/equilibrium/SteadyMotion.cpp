@@ -1,0 +1,394 @@
+#include "simflex/solver/equilibrium/SteadyMotion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "simflex/base/DenseAlgebra.h"
+
+namespace simflex {
+
+using namespace SimTK;
+using Eigen::Map;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+/** What turns more slowly is at rest [rad/s]. **/
+constexpr double SlowestRate = 1e-8;
+/** Of differences along the motion [rad]. **/
+constexpr double TurnStep = 5e-3;
+/** What a turn by a body's size costs where loops are closed, in moves of places by as much. **/
+constexpr double TurnCost = 1e4;
+constexpr double ClosureRank = 1e-10, ClosedLoop = 1e-15;
+constexpr int NumClosings = 12, NumFlowPieces = 16;
+/** Displacements at which it is tried whether loops need closing [m], and what may come of them.
+ * **/
+constexpr double TrialStep = 1e-4, TrialError = 1e-5;
+constexpr int NumTrials = 3;
+
+/** (ω, v) of the point at Ground's origin from that of the point at p, and back. **/
+SpatialVec toOrigin(const SpatialVec& V, const Vec3& p) {
+    return {V[0], V[1] - V[0] % p};
+}
+SpatialVec fromOrigin(const SpatialVec& twist, const Vec3& p) {
+    return {twist[0], twist[1] + twist[0] % p};
+}
+
+/** Displacement after a duration of a constant twist, about the origin. **/
+Transform calcExponential(const SpatialVec& twist, Real duration) {
+    const Vec3 w = duration * twist[0], v = duration * twist[1], wv = w % v;
+    const Real angle = w.norm();
+    if (angle < 1e-6) return {angle > 0 ? Rotation(angle, UnitVec3(w)) : Rotation(), v + 0.5 * wv};
+    return {Rotation(angle, UnitVec3(w)), v + (1 - std::cos(angle)) / square(angle) * wv +
+                                              (angle - std::sin(angle)) / cube(angle) * (w % wv)};
+}
+
+/** The rotation vector of R. **/
+Vec3 calcTurn(const Rotation& R) {
+    const Vec4 turn = R.convertRotationToAngleAxis();
+    return turn[0] * turn.getSubVec<3>(1);
+}
+
+}  // namespace
+
+SteadyMotion::SteadyMotion(MultibodyEquations& equations, const State& state, double t,
+                           const std::vector<double>& given, const std::vector<double>& u,
+                           const std::vector<double>& q)
+    : m_equations(&equations), m_t(t), m_u(u), m_errors(size_t(equations.numMultipliers()), 0) {
+    for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        std::fill_n(m_u.begin() + block.firstU + 6, block.numU - 6, 0.0);
+    }
+    if (std::all_of(m_u.begin(), m_u.end(), [](double speed) { return speed == 0; })) return;
+    findRoots(state);
+    putTwists(calcTwists(given, m_u), q, m_u);
+    equations.realize(t, q.data(), m_u.data());
+    equations.calcVelocityErrors(m_errors.data());
+    if (!m_errors.empty()) {
+        prepareClosing(q);
+        closeLoops(q, m_u);
+        equations.realize(t, q.data(), m_u.data());
+    }
+    m_twists = calcTwists(q, m_u);
+    m_links = equations.listLinks();
+    findReaches();
+
+    Real fastest = 0;
+    for (size_t r = 0; r < m_roots.size(); ++r) {
+        m_rate = std::max(m_rate, m_twists[r][0].norm());
+        fastest = std::max(fastest, m_twists[r][1].norm());
+        std::fill_n(m_u.begin() + m_roots[r].u0, 6, 0.0);
+    }
+    for (const double speed : m_u) m_rate = std::max(m_rate, std::abs(speed));
+    if (m_rate == 0) m_rate = fastest;
+    if (m_rate < SlowestRate) m_rate = 0;
+    if (!isAtRest() && m_closing.size() > 0 && keepsConstraints(q)) m_closing.resize(0, 0);
+}
+
+bool SteadyMotion::keepsConstraints(const std::vector<double>& q) const {
+    SteadyMotion open = *this;
+    open.m_closing.resize(0, 0);
+    const CoordinateScales scales(*m_equations);
+    const Eigen::Index n = m_G.cols();
+    VectorXd sizes = VectorXd::Zero(n);
+    for (const int i : listFreeSpeeds(*m_equations)) sizes[i] = 1 / scales.metres[size_t(i)];
+    const TangentSpace space(m_G * sizes.asDiagonal());
+    std::vector<double> u;
+    for (int trial = 0; trial < NumTrials; ++trial) {
+        VectorXd y(space.getBasis().cols());
+        for (Eigen::Index i = 0; i < y.size(); ++i)
+            y[i] = std::cos((1.3 + 0.2 * trial) * double(i) + trial);
+        const VectorXd delta =
+            TrialStep / std::max(1.0, y.norm()) * sizes.cwiseProduct(space.getBasis() * y);
+        VectorXd errors[2];
+        for (const int side : {0, 1}) {
+            if (m_equations->needsSimbody()) m_equations->realize(m_t, q.data(), m_u.data());
+            const VectorXd own = side == 0 ? VectorXd(-delta) : delta;
+            std::vector<double> moved = q;
+            m_equations->moveQ(own.data(), moved.data());
+            open.calcX(moved, u);
+            m_equations->realize(m_t, moved.data(), u.data());
+            errors[side].resize(m_G.rows());
+            m_equations->calcVelocityErrors(errors[side].data());
+        }
+        if ((errors[1] - errors[0]).lpNorm<Eigen::Infinity>() > TrialError * TrialStep * m_rate)
+            return false;
+    }
+    return true;
+}
+
+void SteadyMotion::findRoots(const State& state) {
+    const MultibodyEquations& equations = *m_equations;
+    for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        m_roots.push_back({b, true, block.firstQ, block.firstQ + 4, block.firstU, {}});
+    }
+    const SimbodyMatterSubsystem& matter = equations.getMatter();
+    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
+        const MobilizedBody& mobod = matter.getMobilizedBody(i);
+        Root root{0, false, 0, 0, 0, {}};
+        int nq;
+        if (!equations.findRigidSlots(i, root.q0, nq, root.u0) ||
+            !MobilizedBody::Free::isInstanceOf(mobod) ||
+            mobod.getParentMobilizedBody().getMobilizedBodyIndex() != GroundIndex)
+            continue;
+        root.p0 = root.q0 + nq - 3;
+        root.X_GF = mobod.getInboardFrame(state);
+        for (int b = 0; b < equations.numBlocks(); ++b)
+            if (equations.getBlock(b).firstU <= root.u0) root.block = b;
+        m_roots.push_back(root);
+    }
+}
+
+Rotation SteadyMotion::calcAxes(const Root& root, const std::vector<double>& q) const {
+    return root.isFlexible ? rotationOf(q.data() + root.q0) : root.X_GF.R();
+}
+
+Vec3 SteadyMotion::calcPlace(const Root& root, const std::vector<double>& q) const {
+    return root.X_GF * Vec3::getAs(q.data() + root.p0);
+}
+
+SteadyMotion::Twists SteadyMotion::calcTwists(const std::vector<double>& q,
+                                              const std::vector<double>& u) const {
+    Twists twists;
+    for (const Root& root : m_roots) {
+        const Vec3 omega = calcAxes(root, q) * Vec3::getAs(u.data() + root.u0);
+        const Vec3 v = root.X_GF.R() * Vec3::getAs(u.data() + root.u0 + 3);
+        twists.push_back(toOrigin({omega, v}, calcPlace(root, q)));
+    }
+    return twists;
+}
+
+void SteadyMotion::putTwists(const Twists& twists, const std::vector<double>& q,
+                             std::vector<double>& u) const {
+    for (size_t r = 0; r < m_roots.size(); ++r) {
+        const Root& root = m_roots[r];
+        const SpatialVec V = fromOrigin(twists[r], calcPlace(root, q));
+        Vec3::updAs(u.data() + root.u0) = ~calcAxes(root, q) * V[0];
+        Vec3::updAs(u.data() + root.u0 + 3) = ~root.X_GF.R() * V[1];
+    }
+}
+
+int SteadyMotion::findRoot(int block) const {
+    for (size_t r = 0; r < m_roots.size(); ++r)
+        if (m_roots[r].block == block) return int(r);
+    return -1;
+}
+
+SpatialVec SteadyMotion::calcTwist(const MultibodyEquations::Link& link, int side,
+                                   const Twists& twists) const {
+    const FrameMotion& frame = *link.motions[side];
+    const SpatialVec own = toOrigin(frame.V, frame.X.p());
+    const int root = findRoot(link.blocks[side]);
+    return root < 0 ? own : own + twists[size_t(root)];
+}
+
+void SteadyMotion::findReaches() {
+    std::stable_sort(m_links.begin(), m_links.end(),
+                     [](const auto& a, const auto& b) { return a.numEquations > b.numEquations; });
+    const Twists none(m_roots.size(), SpatialVec(Vec3(0), Vec3(0)));
+    std::vector<char> isReached(m_roots.size(), 0);
+    const auto isKnown = [&](int block) {
+        const int root = findRoot(block);
+        return root < 0 || isReached[size_t(root)];
+    };
+    for (size_t count = 0; count < m_roots.size(); ++count) {
+        const auto found = std::find_if(m_links.begin(), m_links.end(), [&](const auto& link) {
+            return isKnown(link.blocks[0]) != isKnown(link.blocks[1]);
+        });
+        if (found == m_links.end()) {
+            *std::find(isReached.begin(), isReached.end(), char(0)) = 1;
+            continue;
+        }
+        Reach reach;
+        reach.link = int(found - m_links.begin());
+        reach.inboard = isKnown(found->blocks[0]) ? 0 : 1;
+        reach.root = findRoot(found->blocks[1 - reach.inboard]);
+        const Transform& X_GF = found->motions[reach.inboard]->X;
+        const SpatialVec S = fromOrigin(
+            calcTwist(*found, 1 - reach.inboard, none) - calcTwist(*found, reach.inboard, none),
+            X_GF.p());
+        reach.S = {~X_GF.R() * S[0], ~X_GF.R() * S[1]};
+        isReached[size_t(reach.root)] = 1;
+        m_reaches.push_back(reach);
+    }
+}
+
+void SteadyMotion::prepareClosing(const std::vector<double>& q) {
+    MultibodyEquations& equations = *m_equations;
+    const int n = equations.numU(), m = equations.numMultipliers();
+    const CoordinateScales scales(equations);
+    VectorXd unit = VectorXd::Zero(n), r(n);
+    std::vector<double> lambda(size_t(m), 0), uDot(size_t(n), 0);
+    equations.realize(m_t, q.data(), m_u.data());
+    equations.calcResidual(q.data(), m_u.data(), uDot.data(), lambda.data(), r.data());
+    MatrixXd M;
+    calcMassAndJacobian(equations, M, m_G);
+    for (int b = 0; b < equations.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        if (block.calcDisplacement(m_u.data() + block.firstU) < SlowestRate) continue;
+        const bool isFlexible = b < equations.numFlexibleBlocks();
+        for (int i = block.firstU; i < block.firstU + (isFlexible ? 6 : block.numU); ++i)
+            if (!equations.isPrescribed(i)) unit[i] = 1 / scales.metres[size_t(i)];
+    }
+    for (const Root& root : m_roots) unit.segment<3>(root.u0 + 3) *= TurnCost;
+    MatrixXd scaled = m_G * unit.asDiagonal();
+    VectorXd rows = scaled.rowwise().norm();
+    for (double& norm : rows) norm = norm > 0 ? 1 / norm : 0;
+    scaled = rows.asDiagonal() * scaled;
+    m_closing = -(unit.asDiagonal() * calcColumnSpace(scaled, ClosureRank).pseudoInverse *
+                  rows.asDiagonal());
+}
+
+void SteadyMotion::closeLoops(const std::vector<double>& q, std::vector<double>& u) const {
+    VectorXd errors(m_closing.cols());
+    for (int k = 0; k < NumClosings; ++k) {
+        m_equations->realize(m_t, q.data(), u.data());
+        m_equations->calcVelocityErrors(errors.data());
+        const double speed = Map<const VectorXd>(u.data(), Eigen::Index(u.size())).lpNorm<1>();
+        if (errors.lpNorm<Eigen::Infinity>() <= ClosedLoop * speed) return;
+        Map<VectorXd>(u.data(), Eigen::Index(u.size())) += m_closing * errors;
+    }
+}
+
+void SteadyMotion::close(MatrixXd& delta) const {
+    if (m_closing.size() > 0) delta += m_closing * (m_G * delta);
+}
+
+std::string SteadyMotion::findDeparture(const CoordinateScales& scales, const Balance& balance,
+                                        double allowed) const {
+    const MatrixXd &M = balance.M, &K = balance.K;
+    const double inertia = square(m_factor * m_rate);
+    const std::vector<int> free = listFreeSpeeds(*m_equations);
+    MatrixXd directions = MatrixXd::Zero(M.rows(), Eigen::Index(free.size()));
+    for (size_t k = 0; k < free.size(); ++k)
+        directions(free[k], Eigen::Index(k)) =
+            1 / std::sqrt(std::abs(K(free[k], free[k])) + inertia * M(free[k], free[k]));
+    const MatrixXd Z = directions * TangentSpace(balance.G * directions).getBasis();
+    if (Z.cols() == 0) return "";
+    // Springs resist and inertia, however the motion softens the springs.
+    const MatrixXd reduced = Z.transpose() * K * Z;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(
+        0.5 * (reduced + reduced.transpose()), Z.transpose() * M * Z);
+    VectorXd y = modes.eigenvectors().transpose() * (Z.transpose() * (M * balance.moreUDot));
+    for (Eigen::Index k = 0; k < y.size(); ++k) y[k] /= std::abs(modes.eigenvalues()[k]) + inertia;
+    const VectorXd delta = Z * (modes.eigenvectors() * y);
+    for (int b = 0; b < m_equations->numBlocks(); ++b) {
+        const Block& block = m_equations->getBlock(b);
+        const double departure = block.calcDisplacement(delta.data() + block.firstU);
+        if (departure <= allowed * scales.lengths[size_t(b)]) continue;
+        std::ostringstream text;
+        text << "forces that do not turn with it lead '" << block.name << "' " << departure
+             << " m away";
+        return text.str();
+    }
+    return "";
+}
+
+SteadyMotion::Twists SteadyMotion::calcX(const std::vector<double>& q,
+                                         std::vector<double>& u) const {
+    u = m_u;
+    Twists twists = m_twists;
+    if (!m_reaches.empty()) m_equations->realize(m_t, q.data(), u.data());
+    for (const Reach& reach : m_reaches) {
+        const MultibodyEquations::Link& link = m_links[size_t(reach.link)];
+        const Transform& X_GF = link.motions[reach.inboard]->X;
+        const SpatialVec S(X_GF.R() * reach.S[0], X_GF.R() * reach.S[1]);
+        SpatialVec& twist = twists[size_t(reach.root)];
+        twist = SpatialVec(Vec3(0), Vec3(0));
+        twist = calcTwist(link, reach.inboard, twists) + toOrigin(S, X_GF.p()) -
+                calcTwist(link, 1 - reach.inboard, twists);
+    }
+    putTwists(twists, q, u);
+    if (m_closing.size() > 0) {
+        closeLoops(q, u);
+        twists = calcTwists(q, u);
+    }
+    return twists;
+}
+
+void SteadyMotion::calcSpeeds(const std::vector<double>& q, std::vector<double>& u,
+                              std::vector<double>& uDot) const {
+    std::fill(u.begin(), u.end(), 0.0);
+    std::fill(uDot.begin(), uDot.end(), 0.0);
+    if (isAtRest()) return;
+    const Twists twists = calcX(q, u);
+    // Along a straight path with X: what that leaves out is of even order in time.
+    const double duration = TurnStep / m_rate;
+    Twists rates(m_roots.size(), SpatialVec(Vec3(0), Vec3(0)));
+    const auto addDifference = [&](int place, double weight) {
+        std::vector<double> speeds[2];
+        Twists ends[2];
+        for (const int side : {0, 1}) {
+            if (m_equations->needsSimbody()) m_equations->realize(m_t, q.data(), u.data());
+            std::vector<double> delta = u, moved = q;
+            for (double& part : delta) part *= (side == 0 ? -place : place) * duration;
+            m_equations->moveQ(delta.data(), moved.data());
+            ends[side] = calcX(moved, speeds[side]);
+        }
+        for (size_t i = 0; i < u.size(); ++i)
+            uDot[i] += weight / duration * (speeds[1][i] - speeds[0][i]);
+        for (size_t r = 0; r < rates.size(); ++r)
+            rates[r] += weight / duration * (ends[1][r] - ends[0][r]);
+    };
+    addDifference(1, 8.0 / 12);
+    addDifference(2, -1.0 / 12);
+    // Of roots from the twists, which are often constant.
+    for (size_t r = 0; r < m_roots.size(); ++r) {
+        const Root& root = m_roots[r];
+        const Vec3 p = calcPlace(root, q), alpha = rates[r][0];
+        const Vec3 a = rates[r][1] + alpha % p + twists[r][0] % fromOrigin(twists[r], p)[1];
+        Vec3::updAs(uDot.data() + root.u0) = ~calcAxes(root, q) * alpha;
+        Vec3::updAs(uDot.data() + root.u0 + 3) = ~root.X_GF.R() * a;
+    }
+    for (double& rate : uDot) rate *= square(m_factor);
+    for (double& speed : u) speed *= m_factor;
+}
+
+std::vector<double> SteadyMotion::flow(const std::vector<double>& q, double duration) const {
+    std::vector<double> delta(m_u.size(), 0), piece(m_u.size());
+    const auto move = [&] {
+        std::vector<double> moved = q;
+        for (size_t i = 0; i < delta.size(); ++i) piece[i] = delta[i] / NumFlowPieces;
+        for (int k = 0; k < NumFlowPieces; ++k) {
+            if (m_equations->needsSimbody()) m_equations->realize(m_t, moved.data(), m_u.data());
+            m_equations->moveQ(piece.data(), moved.data());
+        }
+        m_equations->normalizeQ(moved.data());
+        return moved;
+    };
+    // What stands on roots moves relative to them, then the roots with it.
+    for (size_t i = 0; i < delta.size(); ++i) delta[i] = duration * m_u[i];
+    const std::vector<double> inner = move();
+    std::vector<Transform> before(2 * m_reaches.size());
+    const auto pose = [&](const Reach& reach, int side) -> const Transform& {
+        return m_links[size_t(reach.link)]
+            .motions[side == 0 ? reach.inboard : 1 - reach.inboard]
+            ->X;
+    };
+    m_equations->realize(m_t, q.data(), m_u.data());
+    for (size_t k = 0; k < before.size(); ++k) before[k] = pose(m_reaches[k / 2], int(k % 2));
+    m_equations->realize(m_t, inner.data(), m_u.data());
+    std::vector<Transform> moves;
+    for (const SpatialVec& twist : m_twists) moves.push_back(calcExponential(twist, duration));
+    for (size_t k = 0; k < m_reaches.size(); ++k) {
+        const Reach& reach = m_reaches[k];
+        const int inboard = findRoot(m_links[size_t(reach.link)].blocks[reach.inboard]);
+        const Transform X_GF =
+            (inboard < 0 ? Transform() : moves[size_t(inboard)]) * pose(reach, 0);
+        const Transform X_FM =
+            calcExponential(reach.S, duration) * ~before[2 * k] * before[2 * k + 1];
+        moves[size_t(reach.root)] = X_GF * X_FM * ~pose(reach, 1);
+    }
+    for (size_t r = 0; r < m_roots.size(); ++r) {
+        const Root& root = m_roots[r];
+        const Vec3 p = calcPlace(root, q);
+        Vec3::updAs(delta.data() + root.u0) = ~calcAxes(root, q) * calcTurn(moves[r].R());
+        Vec3::updAs(delta.data() + root.u0 + 3) = ~root.X_GF.R() * (moves[r] * p - p);
+    }
+    return move();
+}
+
+}  // namespace simflex

@@ -1,0 +1,238 @@
+#include "simflex/solver/equilibrium/TangentMatrices.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "simflex/base/DenseAlgebra.h"
+
+namespace simflex {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double RankTolerance = 1e-10;
+
+/** Weights of f(−2h), f(−h), f(h), f(2h) in h·f′. **/
+constexpr int Places[] = {-2, -1, 1, 2};
+constexpr double Weights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+
+/** A force that bends by more than this part of its change, or of this part of the largest change,
+may have a kink: a stop that closes. **/
+constexpr double KinkBend = 0.1, SmallForceChange = 1e-3;
+/** Steps are refined until two derivatives agree so far; a kink is found down to 1e-9 of a size.
+ * **/
+constexpr double KinkAgreement = 0.02, StepRefinement = 1.0 / 16;
+constexpr int MaxRefinements = 4;
+
+/** Whether two columns are the same but for what SmallForceChange hides. **/
+bool areAlike(const VectorXd& a, const VectorXd& b, double allowed) {
+    const double largest = SmallForceChange * b.cwiseAbs().maxCoeff();
+    for (Eigen::Index i = 0; i < a.size(); ++i)
+        if (!(std::abs(a[i] - b[i]) <= allowed * (std::abs(b[i]) + largest))) return false;
+    return true;
+}
+
+}  // namespace
+
+std::vector<int> listFreeSpeeds(const MultibodyEquations& equations) {
+    std::vector<int> speeds;
+    for (int i = 0; i < equations.numU(); ++i)
+        if (!equations.isPrescribed(i)) speeds.push_back(i);
+    return speeds;
+}
+
+void calcMassAndJacobian(const MultibodyEquations& equations, MatrixXd& M, MatrixXd& G) {
+    NewtonSystem system = equations.makeNewtonSystem();
+    equations.formMassSystem(system);
+    M.setZero(equations.numU(), equations.numU());
+    G.setZero(equations.numMultipliers(), equations.numU());
+    for (int b = 0; b < equations.numBlocks(); ++b) {
+        const NewtonSystem::Block& block = system.blocks[size_t(b)];
+        const int first = equations.getBlock(b).firstU, n = block.size;
+        if (block.form == NewtonSystem::Block::Form::Arrow) {
+            const NewtonSystem::Part& part = system.parts[size_t(block.part)];
+            const Eigen::Map<const MatrixXd> coupling(block.coupling.data(), n - 6, 3);
+            M.block(first, first, 6, 6) = Eigen::Map<const MatrixXd>(block.head.data(), 6, 6);
+            M.block(first + 6, first, n - 6, 3) = coupling;
+            M.block(first, first + 6, 3, n - 6) = coupling.transpose();
+            for (int i = 0; i < n - 6; ++i)
+                M(first + 6 + i, first + 6 + i) = part.diagonal[size_t(i)];
+        } else {
+            M.block(first, first, n, n) = Eigen::Map<const MatrixXd>(block.matrix.data(), n, n);
+        }
+        MatrixXd Gt(n, block.numColumns());
+        system.expandGt(block, Gt.data());
+        // Rows beyond those of constraints stand for force elements.
+        for (int column = 0; column < block.numColumns(); ++column)
+            if (block.rows[size_t(column)] < equations.numMultipliers())
+                G.row(block.rows[size_t(column)]).segment(first, n) += Gt.col(column).transpose();
+    }
+}
+
+MatrixXd differentiateByQ(
+    MultibodyEquations& equations, const CoordinateScales& scales, double t,
+    const std::vector<double>& q, const std::vector<double>& u,
+    const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate) {
+    const int n = equations.numU();
+    std::vector<double> delta(size_t(n), 0), moved;
+    VectorXd f(n), middle(n), rise, bend;
+    evaluate(q, middle);
+    MatrixXd derivative = MatrixXd::Zero(middle.size(), n);
+    VectorXd weights = VectorXd::Ones(middle.size());  // that make rows comparable
+    if (middle.size() == n)
+        for (int i = 0; i < n; ++i) weights[i] = 1 / std::max(scales.metres[size_t(i)], 1e-12);
+    const auto differentiate = [&](int column, double h) {
+        VectorXd slope = VectorXd::Zero(middle.size());
+        rise = VectorXd::Zero(middle.size());
+        bend = -2 * middle;
+        for (int k = 0; k < 4; ++k) {
+            if (equations.needsSimbody()) equations.realize(t, q.data(), u.data());  // for its N(q)
+            delta[size_t(column)] = Places[k] * h;
+            moved = q;
+            equations.moveQ(delta.data(), moved.data());
+            evaluate(moved, f);
+            slope += Weights[k] / h * f;
+            if (std::abs(Places[k]) < 2) continue;  // the outer ones see most
+            rise += Places[k] / 2 * f;
+            bend += f;
+        }
+        delta[size_t(column)] = 0;
+        return slope;
+    };
+    for (int column : listFreeSpeeds(equations)) {
+        double h = scales.step[size_t(column)];
+        const auto isStraight = [&] {
+            const VectorXd change = weights.cwiseProduct(rise);
+            return areAlike(change + weights.cwiseProduct(bend), change, KinkBend);
+        };
+        VectorXd slope = differentiate(column, h);
+        bool isKinkFree = isStraight();
+        for (int k = 0; !isKinkFree && k < MaxRefinements; ++k) {
+            h *= StepRefinement;
+            const VectorXd finer = differentiate(column, h);
+            isKinkFree = isStraight();
+            // Of two that agree the longer step's is the sharper one.
+            if (isKinkFree &&
+                !areAlike(weights.cwiseProduct(slope), weights.cwiseProduct(finer), KinkAgreement))
+                slope = finer;
+        }
+        derivative.col(column) = slope;
+    }
+    equations.realize(t, q.data(), u.data());
+    return derivative;
+}
+
+MatrixXd calcDampingMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+                           const SolutionPoint& point) {
+    const int n = equations.numU();
+    double fastest = 0;  // how fast the system turns
+    for (int b = 0; b < equations.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        if (scales.lengths[size_t(b)] > 0)
+            fastest = std::max(fastest, block.calcDisplacement(point.u.data() + block.firstU) /
+                                            scales.lengths[size_t(b)]);
+    }
+    MatrixXd D = MatrixXd::Zero(n, n);
+    std::vector<double> u = point.u;
+    VectorXd r(n);
+    for (int column : listFreeSpeeds(equations)) {
+        const size_t i = size_t(column);
+        const double h = scales.step[i] * std::max(scales.rate[i], fastest);
+        for (int k = 0; k < 4; ++k) {
+            u[i] = point.u[i] + Places[k] * h;
+            equations.realize(point.t, point.q.data(), u.data());
+            equations.calcResidual(point.q.data(), u.data(), point.uDot.data(), point.lambda.data(),
+                                   r.data());
+            D.col(column) += Weights[k] / h * r;
+        }
+        u[i] = point.u[i];
+    }
+    equations.realize(point.t, point.q.data(), point.u.data());
+    return D;
+}
+
+MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+                        const SolutionPoint& point) {
+    const int numU = equations.numU(), numQ = equations.numQ();
+    MatrixXd A = MatrixXd::Zero(numU, numU);
+    const auto calcQDot = [&](const std::vector<double>& q, const std::vector<double>& u) {
+        equations.realize(point.t, q.data(), point.u.data());
+        VectorXd qDot(numQ);
+        equations.calcQDot(q.data(), u.data(), qDot.data());
+        return qDot;
+    };
+    /** Derivative of N(q)u along N(q)v. **/
+    const auto differentiate = [&](const std::vector<double>& u, const std::vector<double>& v,
+                                   double h) {
+        const VectorXd along = calcQDot(point.q, v);
+        VectorXd derivative = VectorXd::Zero(numQ);
+        for (int k = 0; k < 4; ++k) {
+            std::vector<double> q = point.q;
+            for (int i = 0; i < numQ; ++i) q[size_t(i)] += Places[k] * h * along[i];
+            derivative += Weights[k] / h * calcQDot(q, u);
+        }
+        return derivative;
+    };
+    for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+        // ω is that in the body.
+        const size_t first = size_t(equations.getBlock(b).firstU);
+        A.block<3, 3>(Eigen::Index(first), Eigen::Index(first)) << 0, -point.u[first + 2],
+            point.u[first + 1], point.u[first + 2], 0, -point.u[first], -point.u[first + 1],
+            point.u[first], 0;
+    }
+    for (int b = equations.numFlexibleBlocks(); b < equations.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        std::vector<double> own(size_t(numU), 0), unit(size_t(numU), 0);
+        std::copy_n(point.u.begin() + block.firstU, block.numU, own.begin() + block.firstU);
+        const double speed = block.calcDisplacement(point.u.data() + block.firstU);
+        if (!(speed > 0)) continue;
+        // A flow at the block's own speed for a ten-thousandth of the time it takes to move by
+        // itself.
+        const double duration = CoordinateScales::StepFraction * scales.lengths[size_t(b)] / speed;
+        MatrixXd N(block.numQ, block.numU), bracket(block.numQ, block.numU);
+        for (int i = 0; i < block.numU; ++i) {
+            const size_t column = size_t(block.firstU + i);
+            unit[column] = 1;
+            N.col(i) = calcQDot(point.q, unit).segment(block.firstQ, block.numQ);
+            bracket.col(i) =
+                (differentiate(unit, own, duration) - differentiate(own, unit, scales.step[column]))
+                    .segment(block.firstQ, block.numQ);
+            unit[column] = 0;
+        }
+        A.block(block.firstU, block.firstU, block.numU, block.numU) = solveLeastSquares(N, bracket);
+    }
+    equations.realize(point.t, point.q.data(), point.u.data());
+    return A;
+}
+
+TangentSpace::TangentSpace(const MatrixXd& G) {
+    const Eigen::Index n = G.cols(), m = G.rows();
+    m_rowScale = VectorXd::Ones(m);
+    if (m == 0) {
+        m_Z = MatrixXd::Identity(n, n);
+        m_inverse.setZero(0, n);
+        return;
+    }
+    MatrixXd Gt = G.transpose();
+    for (Eigen::Index k = 0; k < m; ++k) {
+        const double norm = Gt.col(k).norm();
+        if (norm > 0) m_rowScale[k] = 1 / norm;
+        Gt.col(k) *= m_rowScale[k];
+    }
+    ColumnSpace space = calcColumnSpace(Gt, RankTolerance);
+    m_rank = space.rank;
+    m_Z = std::move(space.complement);
+    m_inverse = std::move(space.pseudoInverse);
+}
+
+VectorXd TangentSpace::solveForMotion(const VectorXd& g) const {
+    return m_inverse.transpose() * m_rowScale.cwiseProduct(g);
+}
+
+VectorXd TangentSpace::solveForMultipliers(const VectorXd& f) const {
+    return m_rowScale.cwiseProduct(m_inverse * f);
+}
+
+}  // namespace simflex

@@ -1,0 +1,71 @@
+#pragma once
+/** @file
+Derivatives of the equations of motion about a point, and motions tangent to the constraints
+(private header):
+
+    D = ∂r/∂u,   K = ∂r/∂q·N,   G,   δ = Z y + …  with G Z = 0
+
+D and K are fourth-order differences of the residual, column by column along moveQ(): with
+displacements of 3e-4 of the body's size their relative error is below 1e-8 where forces are smooth
+(truncation h⁴/30 and round-off 1e-16/h alone would give 1e-12). O(n²) for n speeds. **/
+
+#include <Eigen/Dense>
+#include <functional>
+#include <vector>
+
+#include "simflex/solver/equations/CoordinateScales.h"
+#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/integration/SolutionHistory.h"
+
+namespace simflex {
+
+// SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
+// meant.
+namespace Eigen = ::Eigen;
+
+/** Mass matrix and constraint Jacobian at the last realize(). **/
+void calcMassAndJacobian(const MultibodyEquations& equations, Eigen::MatrixXd& M,
+                         Eigen::MatrixXd& G);
+
+/** ∂f/∂δ for the free speeds, zero in columns of prescribed ones. Steps are shortened where a kink
+of f is near, so that a stop that is closed by a hair counts in full.
+@param evaluate  writes f for a displaced q
+@param q  where to differentiate; the equations are left realized at `q` and `u` **/
+Eigen::MatrixXd differentiateByQ(
+    MultibodyEquations& equations, const CoordinateScales& scales, double t,
+    const std::vector<double>& q, const std::vector<double>& u,
+    const std::function<void(const std::vector<double>& q, Eigen::VectorXd& f)>& evaluate);
+
+/** ∂r/∂u at a point, zero in columns of prescribed speeds. **/
+Eigen::MatrixXd calcDampingMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+                                  const SolutionPoint& point);
+
+/** A(u) with δ̇ = δu − A δ: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where q̇ = u. **/
+Eigen::MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+                               const SolutionPoint& point);
+
+/** Speeds that no lock or Motion prescribes. **/
+std::vector<int> listFreeSpeeds(const MultibodyEquations& equations);
+
+/** The directions that constraints leave free, in scaled coordinates δ = s·x. Redundant rows are
+ * allowed. **/
+class TangentSpace {
+public:
+    /** @param G  m×n, scaled columns: G·diag(s) **/
+    explicit TangentSpace(const Eigen::MatrixXd& G);
+
+    const Eigen::MatrixXd& getBasis() const { return m_Z; }  ///< n×(n − rank), orthonormal
+    int getRank() const { return m_rank; }
+
+    /** x of least norm with G x = g, in the least-squares sense. **/
+    Eigen::VectorXd solveForMotion(const Eigen::VectorXd& g) const;
+    /** λ with Gᵀλ = f, in the least-squares sense. **/
+    Eigen::VectorXd solveForMultipliers(const Eigen::VectorXd& f) const;
+
+private:
+    int m_rank = 0;
+    Eigen::VectorXd m_rowScale;
+    Eigen::MatrixXd m_Z, m_inverse;  // m_inverse: pseudo-inverse of the row-scaled Gᵀ, m×n
+};
+
+}  // namespace simflex

@@ -1,0 +1,352 @@
+// Time goes on: steps, event triggers, reporters and handlers in their order.
+#include <tuple>
+
+#include "simflex/base/FlushDenormals.h"
+#include "simflex/solver/integration/ImplicitIntegratorImpl.h"
+#include "simflex/solver/integration/TriggerSearch.h"
+
+namespace simflex {
+
+using SimTK::Real;
+using SimTK::Stage;
+using SimTK::State;
+using SimTK::Vector;
+using Clock = std::chrono::steady_clock;
+
+void ImplicitIntegrator::Implementation::calcTriggersAt(double t, Vector& values) {
+    calcPoint(t, m_trial);
+    if (m_events.hasAutoUpdates()) m_scratch = m_state;
+    writeState(m_trial, m_scratch);
+    m_events.calcTriggers(m_scratch, values);
+}
+
+bool ImplicitIntegrator::Implementation::locateTrigger() {
+    calcTriggersAt(m_history[0].t, m_triggerTrial);
+    if (!m_events.isTriggered(m_triggersBefore, m_triggerTrial)) {
+        m_triggersBefore = m_triggerTrial;
+        return false;
+    }
+    // The root is sought on the step's own polynomial; no step is repeated.
+    TriggerSearch search(m_events, m_history[1].t, m_triggersBefore, m_history[0].t, m_triggerTrial,
+                         accuracy * m_system.getDefaultTimeScale());
+    while (!search.isDone()) {
+        const double t = search.calcTrialTime();
+        calcTriggersAt(t, m_triggerTrial);
+        search.take(t, m_triggerTrial);
+    }
+    m_triggersBefore = search.getValuesAtLow();
+    m_triggersAfter = search.getValuesAtHigh();
+    m_triggered.window = SimTK::Vec2(search.getLow(), search.getHigh());
+    calcPoint(search.getHigh(), m_trial);
+    m_history.newest() = m_trial;
+    return true;
+}
+
+void ImplicitIntegrator::Implementation::keepState() {
+    const State& state = getState();
+    if (m_isKept && !m_events.hasAutoUpdates()) {
+        // A whole copy costs more than a step.
+        m_kept.setTime(state.getTime());
+        m_kept.updY() = state.getY();
+        return;
+    }
+    m_kept = state;
+    m_isKept = true;
+}
+
+void ImplicitIntegrator::Implementation::handleAsAWhole(const std::function<void()>& handler) {
+    keepState();
+    const Real lastEventTime = m_events.getLastEventTime();
+    try {
+        handler();
+    } catch (...) {
+        m_events.setLastEventTime(lastEventTime);
+        m_state = makeFreshState(m_system, m_kept);
+        m_isKept = false;
+        m_system.realize(m_state, Stage::Velocity);
+        m_stateIsCurrent = true;
+        throw;
+    }
+}
+
+void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& outcome) {
+    m_system.realize(m_state, Stage::Velocity);
+    // What Motions prescribe may have jumped.
+    const bool keepsEquations = outcome.lowestChange > Stage::Instance &&
+                                m_state.getTime() == m_kept.getTime() &&
+                                !m_equations->hasPrescribed() && !m_remembers;
+    if (outcome.hasChangedState && keepsEquations) {
+        continueFromHandlersState();
+        m_isIntervalStart = true;
+    } else if (outcome.hasChangedState) {
+        m_isKept = false;
+        startFromHandlersState();
+        m_isIntervalStart = true;
+    } else {
+        passTrigger();
+    }
+    m_isTerminated = outcome.shouldTerminate;
+    m_hasTriggered = m_isTimeAdvancePending = false;
+    m_pending = Pending::Nothing;
+}
+
+void ImplicitIntegrator::Implementation::passTrigger() {
+    if (!m_hasTriggered) return;
+    restartAtNewest();
+    showPoint(m_visible.t);
+    m_events.calcTriggers(getState(), m_triggersBefore);
+    m_hasTriggered = false;
+}
+
+void ImplicitIntegrator::Implementation::takeLaterVariables(const State& from) {
+    m_equations->takeVariables(m_laterVariables, from);
+    for (State* state : {&m_scratch, &m_builtFrom}) copyVariables(m_laterVariables, from, *state);
+}
+
+void ImplicitIntegrator::Implementation::continueFromHandlersState() {
+    const Vector &now = m_state.getY(), &before = m_kept.getY();
+    bool isSame = !isLater(m_visible.t, m_history[0].t);
+    for (int i = 0; i < now.size(); ++i) isSame = isSame && now[i] == before[i];
+    const SolutionPoint newest = m_history[0];
+    try {
+        takeLaterVariables(m_state);
+        const ImplicitStep::Imbalance imbalance =
+            isSame ? m_step->calcImbalance(newest) : ImplicitStep::Imbalance();
+        if (imbalance.positionError > constraintTolerance || imbalance.speedError > 1e-8) {
+            // Motions have changed, not forces alone.
+            startFromHandlersState();
+            return;
+        }
+        // What is below the accuracy in a step makes no start worth its while.
+        constexpr double Small = 0.1;
+        const double nextStep = m_nextStep;
+        if (m_hasTriggered || !(imbalance.displacement <= Small * accuracy)) {
+            restartAtNewest();
+            m_nextStep = nextStep;
+        }
+        showPoint(m_visible.t);
+        if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
+        copyVariables(m_laterVariables, m_state, m_kept);
+    } catch (...) {
+        m_history.newest() = newest;
+        takeLaterVariables(m_kept);
+        throw;
+    }
+}
+
+void ImplicitIntegrator::Implementation::startFromHandlersState() {
+    const auto progress = [this] {
+        return std::tie(m_history, m_visible, m_trial, m_new, m_formula, m_errorQ, m_errorU,
+                        m_errorZ, m_builtFrom, breaks, m_controller, m_nextStep, m_order,
+                        m_stepsAtOrder, m_numRedundantAtStart, m_triggersBefore);
+    };
+    auto kept =
+        std::apply([](const auto&... part) { return std::make_tuple(part...); }, progress());
+    bookPhases();
+    auto equations = std::move(m_equations);
+    auto step = std::move(m_step);
+    try {
+        const double work = m_visible.work;
+        buildEquations();  // discrete variables may have changed at any stage
+        m_visible.work = work;
+        takeState(true);
+        start();
+    } catch (...) {
+        m_equations = std::move(equations);
+        m_step = std::move(step);
+        progress() = std::move(kept);
+        m_scratch = m_builtFrom;
+        throw;
+    }
+}
+
+void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
+    if (m_events.hasAutoUpdates() && statistics.stepsTaken > 0)
+        updateDiscreteVariables(m_history[0]);
+    if (breaks.isAtEnd(m_history[0].t)) passBreak();
+    try {
+        takeStep(std::min(limit, breaks.getEnd()));
+    } catch (...) {
+        showPoint(m_history[0].t);
+        throw;
+    }
+    m_isTimeAdvancePending = m_events.hasTimeAdvancedEvents();
+    if (m_events.hasTriggers()) m_hasTriggered = locateTrigger();
+    m_pending = m_hasTriggered ? Pending::Trigger : Pending::Step;
+    if (stepObserver && !stepObserver(m_history[0].t)) m_isInterrupted = true;
+}
+
+double ImplicitIntegrator::Implementation::calcStepLimit(double eventTime,
+                                                         double reportTime) const {
+    return std::min(
+        {eventTime, double(finalTime), allowInterpolation ? double(SimTK::Infinity) : reportTime});
+}
+
+ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real goal,
+                                                                           Caller caller) {
+    const bool isStepper = caller != Caller::User;
+    const bool atEveryState = caller == Caller::TimeStepperAtEveryState;
+    const auto reach = [](SuccessfulStepStatus status) {
+        return StepStatus(StepStatus::ReachedTime, status);
+    };
+    if (std::exchange(m_isIntervalStart, false) && atEveryState)
+        return reach(StartOfContinuousInterval);
+    const bool returnsSteps = returnEveryInternalStep && caller != Caller::TimeStepper;
+    const int mostSteps = caller == Caller::TimeStepper ? 0 : internalStepLimit;
+    int steps = 0;
+    const auto isStepDue = [&] {
+        return m_pending == Pending::Step &&
+               (returnsSteps || (mostSteps > 0 && steps >= mostSteps));
+    };
+    while (!m_isTerminated && !(isStepper && m_isFinalTimeReturned)) {
+        const auto eventStart = Clock::now();
+        const State& state = getState();
+        Real reportTime = m_events.calcNextReportTime(state);
+        const Real eventTime = m_events.calcNextEventTime(state);
+        // Both at once, whatever round-off says: the report first, at the handlers' time.
+        if (!isLater(reportTime, eventTime) && !isLater(eventTime, reportTime))
+            reportTime = eventTime;
+        statistics.simbodySeconds += secondsSince(eventStart);
+        const Real target = std::min({goal, finalTime, reportTime, eventTime});
+        while (isLater(m_history[0].t, target) && !m_hasTriggered && !m_isTimeAdvancePending &&
+               !m_isInterrupted && !isStepDue()) {
+            advanceInternally(calcStepLimit(eventTime, target));
+            ++steps;
+        }
+        // What is shown stays, so that reports and events before the step's end are not missed.
+        if (std::exchange(m_isInterrupted, false))
+            return StepStatus(StepStatus::Interrupted, TimeHasAdvanced);
+        const double newestTime = m_history[0].t;
+        const bool isReached = target <= newestTime || !isLater(newestTime, target);
+        const double visible = isReached ? target : newestTime;
+        const bool isAtNewest = !isLater(visible, newestTime);
+        showPoint(visible);
+
+        if (reportTime <= visible) {
+            const auto reportStart = Clock::now();
+            m_events.report(getState());
+            ++statistics.reports;
+            statistics.outputSeconds += secondsSince(reportStart);
+        }
+        // SimTK::TimeStepper leaves what happens at this time to its next call, and ends with the
+        // report at the final time.
+        const bool isGoal = isReached && target >= goal;
+        if (isStepper && (isGoal || reportTime <= visible)) {
+            if (isAtNewest && m_pending == Pending::Step) m_pending = Pending::Nothing;
+            m_isFinalTimeReturned = !(visible < finalTime);
+            if (isGoal || atEveryState) return reach(ReachedReportTime);
+            if (m_isFinalTimeReturned) break;
+        }
+        const bool isTriggered = m_hasTriggered && isAtNewest;
+        const bool isScheduled = !isTriggered && eventTime <= visible;
+        const bool isTimeAdvanced =
+            !isTriggered && !isScheduled && m_isTimeAdvancePending && isAtNewest;
+        if (isTriggered || isScheduled || isTimeAdvanced) {
+            const auto handlerStart = Clock::now();
+            handleAsAWhole([&] {
+                const EventDriver::Outcome outcome =
+                    isTriggered   ? m_events.handleTriggered(m_state, m_triggersBefore,
+                                                             m_triggersAfter, constraintTolerance)
+                    : isScheduled ? m_events.handleScheduled(m_state, constraintTolerance)
+                                  : m_events.handleTimeAdvanced(m_state, constraintTolerance);
+                ++(isTriggered   ? statistics.triggeredEvents
+                   : isScheduled ? statistics.scheduledEvents
+                                 : statistics.timeAdvancedEvents);
+                statistics.simbodySeconds += secondsSince(handlerStart);
+                takeOver(outcome);
+            });
+            if (atEveryState)
+                return reach(isTriggered   ? ReachedEventTrigger
+                             : isScheduled ? ReachedScheduledEvent
+                                           : TimeHasAdvanced);
+            continue;
+        }
+        const bool isStepReturned = isAtNewest && isStepDue();
+        if (isAtNewest) m_pending = Pending::Nothing;
+        if (isReached && target >= std::min(goal, finalTime)) break;
+        if (isStepReturned)
+            return StepStatus(StepStatus::Interrupted,
+                              returnsSteps ? TimeHasAdvanced : ReachedStepLimit);
+    }
+    if (m_isTerminated) return StepStatus(StepStatus::Terminated, EndOfSimulation);
+    if (getTime() < finalTime) return reach(ReachedReportTime);
+    if (!m_isFinished) {
+        handleAsAWhole([&] { m_events.handleTermination(m_state, constraintTolerance); });
+        m_isFinished = true;
+    }
+    const bool wasReturned = std::exchange(m_isFinalTimeReturned, true);
+    return StepStatus(StepStatus::ReachedFinalTime,
+                      wasReturned || isStepper ? EndOfSimulation : ReachedReportTime);
+}
+
+void ImplicitIntegrator::Implementation::bookPhases() {
+    m_step->addInTiming();
+    // Asking Simbody happens within evaluations.
+    const double simbody = m_equations->takeSimbodySeconds();
+    statistics.simbodySeconds += simbody;
+    statistics.evaluationSeconds -= simbody;
+}
+
+void ImplicitIntegrator::Implementation::runTimed(const std::function<void()>& work) {
+    const StandardArithmetic standard;
+    const auto start_ = Clock::now();
+    m_isRunning = true;
+    const auto book = [&] {
+        m_isRunning = false;
+        bookPhases();
+        refreshAdvancedState();
+        statistics.totalSeconds += secondsSince(start_);
+    };
+    try {
+        acceptAdvancedState();
+        work();
+        book();
+    } catch (...) {
+        book();
+        throw;
+    }
+}
+
+ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepTo(Real time) {
+    if (!(time >= m_visible.t))
+        throw std::invalid_argument(name + "::stepTo(): time " + std::to_string(time) +
+                                    " s is before " + std::to_string(m_visible.t) +
+                                    " s, which is reached already");
+    StepStatus status;
+    runTimed([&] { status = advance(time); });
+    return status;
+}
+
+ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepOnce() {
+    StepStatus status;
+    runTimed([&] {
+        // What is due at this time comes first.
+        status = advance(m_visible.t);
+        if (status != StepStatus::ReachedTime) return;
+        if (!isLater(m_visible.t, m_history[0].t)) {
+            const State& state = getState();
+            advanceInternally(calcStepLimit(m_events.calcNextEventTime(state),
+                                            m_events.calcNextReportTime(state)));
+        }
+        m_isInterrupted = false;
+        status = advance(m_history[0].t);
+    });
+    return status;
+}
+
+ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::Implementation::stepAsTimeStepper(
+    Real time, bool atEverySignificantState) {
+    if (isSimulationOver()) return EndOfSimulation;
+    if (!(time >= m_visible.t))
+        throw std::invalid_argument("TimeStepper::stepTo(): time " + std::to_string(time) +
+                                    " s is before " + std::to_string(m_visible.t) +
+                                    " s, which is reached already");
+    StepStatus status;
+    runTimed([&] {
+        status = advance(
+            time, atEverySignificantState ? Caller::TimeStepperAtEveryState : Caller::TimeStepper);
+    });
+    return status;
+}
+
+}  // namespace simflex

@@ -1,0 +1,631 @@
+#include "simflex/solver/integration/ImplicitStep.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "simflex/base/Checkpoint.h"
+#include "simflex/base/Chunk.h"
+#include "simflex/base/FlushDenormals.h"
+#include "simflex/base/SecondsSince.h"
+#include "simflex/solver/integration/FailureDiagnosis.h"
+
+namespace simflex {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/** Largest |value|, or NaN if there is one; `where` receives its index. **/
+double largestAbs(const std::vector<double>& values, int* where = nullptr) {
+    const int size = int(values.size());
+    Chunk largest{}, nanOrZero{};
+    for (int i = 0; i < size; i += ChunkSize) {
+        const Chunk chunk = loadChunk(values.data() + i, std::min(size - i, ChunkSize));
+        const Chunk magnitude = chunk < 0 ? -chunk : chunk;
+        largest = magnitude > largest ? magnitude : largest;
+        nanOrZero += magnitude - magnitude;  // infinities count as NaN here, and are sought below
+    }
+    double result = 0;
+    for (int k = 0; k < ChunkSize; ++k) result = std::max(result, largest[k]);
+    if (sumChunk(nanOrZero) != 0)
+        for (const double value : values)
+            if (std::isnan(value)) result = value;
+    if (where)
+        for (int i = 0; i < size; ++i) {
+            if (std::abs(values[size_t(i)]) < result) continue;
+            *where = i;
+            break;
+        }
+    return result;
+}
+
+}  // namespace
+
+ImplicitStep::ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& statistics)
+    : m_equations(equations),
+      m_statistics(statistics),
+      m_system(equations.makeNewtonSystem()),
+      m_solver(m_system),
+      m_delta(equations.numU()),
+      m_lastUDot(equations.numU()),
+      m_deltaZ(equations.numZ()) {}
+
+void ImplicitStep::setNumThreads(int threads) {
+    m_threadChoice = ThreadChoice(1);
+    useThreads(threads);
+}
+
+void ImplicitStep::chooseNumThreads(int most) {
+    m_threadChoice = ThreadChoice(most);
+    useThreads(most);
+}
+
+void ImplicitStep::useThreads(int threads) {
+    if (threads == m_numThreads) return;
+    m_equations.setNumThreads(threads);
+    m_solver.setNumThreads(threads);
+    m_numThreads = threads;
+}
+
+bool ImplicitStep::useDense() const {
+    return blockForm == BlockForm::Dense ||
+           (blockForm == BlockForm::Automatic && m_denseStepsLeft > 0);
+}
+
+void ImplicitStep::formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
+                                 const std::vector<double>& u, const std::vector<double>& uDot,
+                                 MotionLevel level) {
+    const auto start = Clock::now();
+    m_equations.formNewtonSystem(factors, useDense(), q.data(), u.data(), uDot.data(), m_system,
+                                 level);
+    m_statistics.evaluationSeconds += secondsSince(start);
+    factor();
+    if (useDense()) ++m_statistics.denseFactorizations;
+    m_factored = factors;
+    m_stepsSinceFactor = 0;
+    m_canProject = true;
+}
+
+void ImplicitStep::factor() {
+    m_canProject = false;
+    try {
+        m_solver.factor(m_system);
+    } catch (const SingularBlock& error) {
+        invalidateMatrix();
+        throw std::runtime_error(
+            FailureDiagnosis(m_equations).explainSingularBlock(error.block, m_system));
+    } catch (const std::runtime_error&) {
+        invalidateMatrix();
+        throw;
+    }
+    ++m_statistics.factorizations;
+    m_statistics.redundantConstraints = m_solver.getNumRedundant();
+}
+
+std::vector<std::string> ImplicitStep::describeRedundancies() const {
+    std::vector<std::string> lines;
+    const std::vector<int>& rows = m_solver.getRedundantRows();
+    for (int k = 0; k < int(rows.size()); ++k) {
+        std::string line = m_equations.describeRow(rows[size_t(k)]) + " follows from";
+        const char* separator = " ";
+        std::vector<std::string> named;
+        for (int row : m_solver.findInvolvedRows(k)) {
+            if (row >= m_equations.numMultipliers()) continue;  // a force element's
+            const std::string& name = m_equations.getJointName(row);
+            if (row == rows[size_t(k)] || std::count(named.begin(), named.end(), name)) continue;
+            named.push_back(name);
+            line += separator + ("'" + name + "'");
+            separator = ", ";
+        }
+        if (named.empty())
+            line = m_equations.describeRow(rows[size_t(k)]) +
+                   " has nothing to hold: bodies on both sides are held so already";
+        lines.push_back(line);
+    }
+    return lines;
+}
+
+bool ImplicitStep::mayDifferentiate() const {
+    return m_equations.canDifferentiateTrees() && blockForm != BlockForm::Arrow;
+}
+
+bool ImplicitStep::differentiate(const std::vector<double>& q, const std::vector<double>& u,
+                                 const std::vector<double>& uDot) {
+    m_renewsDerivatives = false;
+    if (!mayDifferentiate()) return false;
+    const auto start = Clock::now();
+    m_equations.differentiateTrees(q.data(), u.data(), uDot.data());
+    m_statistics.evaluationSeconds += secondsSince(start);
+    return true;
+}
+
+void ImplicitStep::startDense() {
+    if (blockForm != BlockForm::Automatic || m_denseStepsLeft > 0) return;
+    m_denseStepsLeft = m_densePeriod;
+    m_densePeriod = std::min(2 * m_densePeriod, 10000);
+}
+
+int ImplicitStep::findNonFiniteBlock() const {
+    for (int b = 0; b < m_equations.numBlocks(); ++b)
+        for (int i = 0; i < m_equations.getBlock(b).numU; ++i)
+            if (!std::isfinite(m_system.r[m_equations.getBlock(b).firstU + i])) return b;
+    return 0;
+}
+
+void ImplicitStep::solveLinear() {
+    if (observer) observer(m_system);
+    m_solver.solve(m_system);
+    ++m_statistics.linearSolves;
+}
+
+void ImplicitStep::calcQ(const StepFormula& formula, const std::vector<double>& u,
+                         std::vector<double>& q) {
+    const double stiffness = formula.factors.stiffness;
+    if (formula.rule == StepFormula::QRule::Linear) {
+        m_equations.integrateQ(formula.qHist.data(), stiffness, u.data(), q.data());
+        return;
+    }
+    if (m_equations.needsSimbody()) {
+        // Simbody's N(q) is that of the last realize(): take it half-way, or order 2 is lost.
+        for (size_t i = 0; i < q.size(); ++i) q[i] = 0.5 * (q[i] + formula.qHist[i]);
+        m_equations.normalizeQ(q.data());
+        m_equations.realize(formula.t, q.data(), u.data());
+    }
+    for (size_t i = 0; i < u.size(); ++i) m_delta[i] = formula.deltaHist[i] + stiffness * u[i];
+    std::copy(formula.qHist.begin(), formula.qHist.end(), q.begin());
+    m_equations.moveQ(m_delta.data(), q.data());
+}
+
+double ImplicitStep::updateZ(const StepFormula& formula, SolutionPoint& point) {
+    std::vector<double>& z = point.z;
+    m_equations.calcZDot(point.q.data(), point.u.data(), point.uDot.data(), z.data(),
+                         point.zDot.data());
+    for (size_t i = 0; i < z.size(); ++i) {
+        const double value = formula.zHist[i] + formula.quadrature * point.zDot[i];
+        m_deltaZ[i] = value - z[i];
+        z[i] = value;
+    }
+    return m_equations.calcZError(m_deltaZ.data());
+}
+
+ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
+                                          SolutionPoint& point) {
+    return solve(formula, formulation, Purpose::Final, point);
+}
+
+ImplicitStep::Outcome ImplicitStep::solveNearSingularity(const StepFormula& formula,
+                                                         SolutionPoint& point) {
+    return solve(formula, Formulation::Index3, Purpose::Projected, point);
+}
+
+bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& point,
+                                     int* worstRow) {
+    const double error = projectSpeeds(formula.t, point.q, point.u, worstRow, &point.lambda);
+    m_equations.calcStepUDot(point.q.data(), point.u.data(), formula.uHist.data(),
+                             formula.factors.mass, point.uDot.data());
+    std::copy(point.uDot.begin(), point.uDot.end(), m_lastUDot.begin());
+    return error <= 1e-8 * (1 + largestAbs(point.u));
+}
+
+ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
+                                          Purpose purpose, SolutionPoint& point) {
+    const FlushDenormals flush;
+    constexpr double LargestFactorChange = 0.1, SlowRate = 0.5;
+    constexpr int LongestReuse = 50;
+    // What round-off leaves across the constraints is projected out.
+    constexpr double LargestNoise = 0.1;
+    const double t = formula.t, mass = formula.factors.mass, stiffness = formula.factors.stiffness;
+    const double* uHist = formula.uHist.data();
+    std::vector<double>&q = point.q, &u = point.u, &lambda = point.lambda, &uDot = point.uDot;
+    Outcome outcome;
+    bool refresh = m_factored.mass == 0 ||
+                   std::abs(stiffness / m_factored.stiffness - 1) > LargestFactorChange ||
+                   m_stepsSinceFactor >= LongestReuse || blockForm == BlockForm::Dense ||
+                   forceFullNewton;
+    ++m_stepsSinceFactor;
+    double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
+    bool hasNewDerivatives = false;
+
+    // Not where a point was looked at last.
+    if (m_equations.asksForN()) m_equations.realize(t, q.data(), u.data());
+    int allowed = tolerances.maxIterations;
+    for (int iteration = 0; iteration < allowed; ++iteration) {
+        const auto start = Clock::now();
+        calcQ(formula, u, q);
+        m_equations.prescribe(t, mass, uHist, q.data(), u.data());
+        m_equations.setZ(point.z.data());
+        m_equations.realize(t, q.data(), u.data());
+        m_equations.calcStepUDot(q.data(), u.data(), uHist, mass, uDot.data());
+        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
+        m_equations.calcStepErrors(formulation == Formulation::StabilizedIndex2
+                                       ? MotionLevel::Velocity
+                                       : MotionLevel::Position,
+                                   formula.factors, uDot.data(), q.data(), m_system.c.data());
+        const double zChange = point.z.empty() ? 0 : updateZ(formula, point);
+        const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
+        m_statistics.evaluationSeconds += secondsSince(start);
+
+        const double bodyResidual = largestAbs(m_system.r);
+        outcome.constraintResidual = largestAbs(m_system.c, &outcome.worstRow);
+        forceScale = std::max({forceScale, bodyResidual, largestAbs(lambda)});
+        if (!std::isfinite(bodyResidual) || !std::isfinite(outcome.constraintResidual)) {
+            outcome.isFinite = false;
+            outcome.worstBlock = findNonFiniteBlock();
+            break;
+        }
+        if (iteration == 0 && formulation == Formulation::Index3 &&
+            m_equations.mayLoseCount(m_system.c.data(), stiffness))
+            break;
+        if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
+            outcome.constraintResidual <= tolerances.constraintResidual && hasZConverged) {
+            outcome.converged = true;
+            break;
+        }
+
+        const bool isRefreshed = refresh;
+        if (refresh) {
+            if (m_renewsDerivatives || (useDense() && !m_equations.hasTreeDerivatives()))
+                hasNewDerivatives = differentiate(q, u, uDot);
+            formAndFactor(formula.factors, q, u, uDot);
+            m_rate = 0.5;
+            refresh = false;
+            allowed = iteration + tolerances.maxIterations;
+        }
+        solveLinear();
+        if (m_threadChoice.getMost() > 1 && !isRefreshed) {
+            m_threadChoice.add(secondsSince(start));
+            useThreads(m_threadChoice.get());
+        }
+        ++m_statistics.newtonIterations;
+        const std::vector<double>& delta = m_solver.getDeltaU();
+        const double* deltaLambda = m_solver.getDeltaLambda();
+        double multiplierChange = 0;
+        for (size_t i = 0; i < u.size(); ++i) u[i] += delta[i];
+        for (size_t i = 0; i < lambda.size(); ++i) {
+            lambda[i] += deltaLambda[i];
+            multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
+        }
+        const double change =
+            m_equations.calcChangeSize(delta.data(), stiffness, &outcome.worstBlock);
+        outcome.displacementChange = change;
+        if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
+        if (iteration > 0) {
+            const double byDisplacement = previousChange > 0 ? change / previousChange : 0;
+            const double byMultiplier =
+                previousMultiplierChange > 0 ? multiplierChange / previousMultiplierChange : 0;
+            m_rate = std::max(0.1, byDisplacement);
+            const double allowedNoise = tolerances.displacement * accuracy * 1e-3;
+            if (iteration > 1 && byDisplacement > 0.95 && byMultiplier > 0.95 &&
+                change > allowedNoise) {
+                outcome.converged = purpose == Purpose::Projected && hasZConverged &&
+                                    change <= LargestNoise * accuracy;
+                break;
+            }
+        }
+        previousChange = change;
+        previousMultiplierChange = multiplierChange;
+
+        // Remaining error after this iteration: rate/(1 − rate) of the last change.
+        const double remaining = m_rate < 0.9 ? m_rate / (1 - m_rate) : 10;
+        const double multiplierScale = std::max(largestAbs(lambda), m_multiplierFloor);
+        if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
+            (purpose == Purpose::Projected ||
+             remaining * multiplierChange <= tolerances.multiplier * multiplierScale)) {
+            outcome.converged = true;
+            break;
+        }
+        refresh = forceFullNewton;
+        if (m_rate > SlowRate && iteration > 0) {
+            if (m_stepsSinceFactor > 1) {
+                refresh = true;
+            } else if (!hasNewDerivatives && mayDifferentiate()) {
+                startDense();
+                refresh = m_renewsDerivatives = true;
+            }
+        }
+    }
+
+    if (outcome.converged) {
+        const auto start = Clock::now();
+        calcQ(formula, u, q);
+        m_equations.prescribe(t, mass, uHist, q.data(), u.data());
+        m_equations.calcStepUDot(q.data(), u.data(), uHist, mass, uDot.data());
+        m_statistics.evaluationSeconds += secondsSince(start);
+        std::copy(uDot.begin(), uDot.end(), m_lastUDot.begin());
+        m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * largestAbs(lambda));
+        if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) {
+            m_equations.forgetTreeDerivatives();
+            invalidateMatrix();
+        }
+        if (m_rate > SlowRate) m_stepsSinceFactor += 5;
+        return outcome;
+    }
+    const bool wasFresh = m_stepsSinceFactor == 0;
+    outcome.retryWorthwhile = !wasFresh;
+    if (wasFresh && blockForm == BlockForm::Automatic && m_denseStepsLeft == 0) {
+        startDense();
+        outcome.retryWorthwhile = true;
+    } else if (wasFresh && !hasNewDerivatives && mayDifferentiate()) {
+        m_renewsDerivatives = outcome.retryWorthwhile = true;
+    }
+    invalidateMatrix();
+    return outcome;
+}
+
+double ImplicitStep::projectPositions(double t, double tolerance, std::vector<double>& q,
+                                      const std::vector<double>& u, int* worstRow) {
+    const FlushDenormals flush;
+    constexpr int MaxIterations = 10;
+    constexpr double SlowRate = 0.1;
+    double error = 0, previous = 0;
+    bool isFresh = m_factored.mass == 0;
+    for (int iteration = 0;; ++iteration) {
+        const auto start = Clock::now();
+        m_equations.realize(t, q.data(), u.data());
+        m_equations.calcPositionErrors(m_system.c.data());
+        m_statistics.evaluationSeconds += secondsSince(start);
+        if (iteration == 0) m_mayLoseCount = m_equations.mayLoseCount(m_system.c.data());
+        error = largestAbs(m_system.c, worstRow);
+        if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
+        if (iteration > 0 && !isFresh && error > SlowRate * previous) {
+            // G has turned away since the matrix was factored.
+            formAndFactor(m_factored, q, u, m_lastUDot);
+            isFresh = true;
+        }
+        previous = error;
+        m_solver.solveForConstraints(m_system);
+        ++m_statistics.linearSolves;
+        if (iteration == 0) ++m_statistics.projections;
+        m_equations.displaceQ(m_solver.getDeltaU().data(), q.data());
+    }
+}
+
+double ImplicitStep::projectBetweenSteps(double t, double tolerance, std::vector<double>& q,
+                                         const std::vector<double>& u) {
+    const FlushDenormals flush;
+    // The matrix of the step's end stays: a poor one takes more passes.
+    constexpr int MaxIterations = 40;
+    constexpr double SlowestRate = 0.9;
+    double previous = SimTK::Infinity;
+    for (int iteration = 0;; ++iteration) {
+        const double error = calcPositionError(t, q, u);
+        if (error <= tolerance || iteration == MaxIterations || !(error < SlowestRate * previous))
+            return error;
+        previous = error;
+        m_solver.solveForConstraints(m_system);
+        ++m_statistics.linearSolves;
+        m_equations.displaceQ(m_solver.getDeltaU().data(), q.data());
+    }
+}
+
+double ImplicitStep::calcPositionError(double t, const std::vector<double>& q,
+                                       const std::vector<double>& u) {
+    m_equations.realize(t, q.data(), u.data());
+    m_equations.calcPositionErrors(m_system.c.data());
+    return largestAbs(m_system.c);
+}
+
+double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
+                                   int* worstRow, std::vector<double>* lambda) {
+    const FlushDenormals flush;
+    // The factored G may belong to a neighbouring q: further passes take the difference up.
+    constexpr int MaxIterations = 3;
+    for (int iteration = 0;; ++iteration) {
+        m_equations.realize(t, q.data(), u.data());
+        m_equations.calcVelocityErrors(m_system.c.data());
+        const double error = largestAbs(m_system.c, worstRow);
+        if (error <= tolerances.constraintResidual || iteration == MaxIterations) return error;
+        m_solver.solveForConstraints(m_system);
+        ++m_statistics.linearSolves;
+        const std::vector<double>& delta = m_solver.getDeltaU();
+        for (size_t i = 0; i < u.size(); ++i) u[i] += delta[i];
+        for (size_t i = 0; lambda && i < lambda->size(); ++i)
+            (*lambda)[i] += m_solver.getDeltaLambda()[i];
+    }
+}
+
+double ImplicitStep::closeJoints(double t, double tolerance, int maxIterations,
+                                 std::vector<double>& q, const std::vector<double>& u) {
+    // At γ = 1 s the matrix is M + K: any deformation costs far more than any rigid motion.
+    std::vector<double> trial(q.size()), uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
+    for (int iteration = 0;; ++iteration) {
+        m_equations.realize(t, q.data(), u.data());
+        m_equations.calcPositionErrors(m_system.c.data());
+        const double error = largestAbs(m_system.c);
+        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
+        if (error <= tolerance || iteration == maxIterations || !std::isfinite(error)) return error;
+        const BlockForm form = blockForm;
+        blockForm = BlockForm::Arrow;
+        formAndFactor(1, q, u, uDot, MotionLevel::Position);
+        blockForm = form;
+        m_solver.solveForConstraints(m_system);
+
+        // Shorten the Gauss–Newton step until the errors fall.
+        double fraction = 1;
+        for (int cut = 0; cut < 12; ++cut, fraction *= 0.5) {
+            std::vector<double> delta = m_solver.getDeltaU();
+            for (double& value : delta) value *= fraction;
+            trial = q;
+            if (cut > 0)
+                m_equations.realize(t, q.data(),
+                                    u.data());  // N(q) of the start, not of the last trial
+            m_equations.displaceQ(delta.data(), trial.data());
+            m_equations.realize(t, trial.data(), u.data());
+            m_equations.calcPositionErrors(m_system.c.data());
+            if (largestAbs(m_system.c) < error) break;
+        }
+        q = trial;
+    }
+}
+
+void ImplicitStep::alignJoints(double t, std::vector<double>& q, const std::vector<double>& u) {
+    constexpr int MaxIterations = 30;
+    constexpr double Misaligned = 1, Aligned = 1e-3;  // [rad]
+    m_equations.realize(t, q.data(), u.data());
+    const double misalignment = m_equations.calcMisalignment();
+    if (misalignment < Misaligned) return;
+    std::vector<double> aligned = q;
+    m_equations.setAligning(true);
+    closeJoints(t, Aligned, MaxIterations, aligned, u);
+    m_equations.setAligning(false);
+    m_equations.realize(t, aligned.data(), u.data());
+    if (m_equations.calcMisalignment() < misalignment) q = aligned;
+}
+
+void ImplicitStep::relaxShapes(double t, double tolerance, int maxIterations,
+                               const std::vector<double>& start, std::vector<double>& q,
+                               const std::vector<double>& u) {
+    constexpr int MaxPasses = 8, FirstModal = 7;  // behind quaternion and position
+    double gap = SimTK::Infinity;
+    for (int pass = 0; pass < MaxPasses && gap > tolerance; ++pass) {
+        std::vector<double> relaxed = q;
+        for (int b = 0; b < m_equations.numFlexibleBlocks(); ++b) {
+            const Block& block = m_equations.getBlock(b);
+            std::copy(start.begin() + block.firstQ + FirstModal,
+                      start.begin() + block.firstQ + block.numQ,
+                      relaxed.begin() + block.firstQ + FirstModal);
+        }
+        const double rest = calcPositionError(t, relaxed, u);
+        if (!(rest < 0.5 * gap)) return;  // they must deform as much to meet
+        gap = rest;
+        if (!(closeJoints(t, tolerance, maxIterations, relaxed, u) <= tolerance)) return;
+        q = relaxed;
+    }
+}
+
+bool ImplicitStep::isAssembled(double t, double tolerance, const std::vector<double>& q,
+                               const std::vector<double>& u) {
+    return calcPositionError(t, q, u) <= tolerance && !m_equations.findFlippedJoint();
+}
+
+void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
+                            std::vector<double>& u) {
+    const FlushDenormals flush;
+    constexpr int MaxIterations = 60;
+    constexpr double Far = 1e-3;  // [m, rad]
+    std::vector<double> uDot(u.size(), 0), lambda(m_system.numMultipliers(), 0);
+    m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
+    const std::vector<double> start = q;
+    alignJoints(t, q, u);
+    const bool isFar = calcPositionError(t, start, u) > Far;
+    double error = closeJoints(t, tolerance, MaxIterations, q, u);
+    if (isFar && error <= tolerance) {
+        relaxShapes(t, tolerance, MaxIterations, start, q, u);
+        error = calcPositionError(t, q, u);
+    }
+    if (!(error <= tolerance)) {
+        throw std::runtime_error(
+            FailureDiagnosis(m_equations)
+                .explainAssembly(t, m_system.c, tolerance, describeRedundancies()));
+    }
+    if (const std::string* flipped = m_equations.findFlippedJoint())
+        throw std::runtime_error("the joints were assembled with the axes of joint '" + *flipped +
+                                 "' opposed; start closer to the wanted position");
+    if (m_system.numMultipliers() > 0) {
+        m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
+        m_equations.realize(t, q.data(), u.data());
+        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
+        const BlockForm form = blockForm;
+        blockForm = BlockForm::Arrow;
+        formAndFactor(1, q, u, uDot, MotionLevel::Velocity);
+        blockForm = form;
+        const double speedError = projectSpeeds(t, q, u);
+        if (!(speedError <= 1e-8 * (1 + largestAbs(u)))) {
+            throw std::runtime_error(
+                FailureDiagnosis(m_equations).explainSpeeds(t, m_system.c, describeRedundancies()));
+        }
+    }
+    invalidateMatrix();
+}
+
+void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
+                                     const std::vector<double>& u, std::vector<double>& uDot,
+                                     std::vector<double>& lambda) {
+    const FlushDenormals flush;
+    std::fill(lambda.begin(), lambda.end(), 0.0);
+    m_equations.realize(t, q.data(), u.data());
+    m_equations.calcPrescribedUDot(q.data(), uDot.data());
+    m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
+    m_equations.calcAccelerationErrors(q.data(), u.data(), uDot.data(), m_system.c.data());
+    if (!std::isfinite(largestAbs(m_system.r)))
+        throw std::runtime_error(
+            FailureDiagnosis(m_equations).explainNonFiniteForces(findNonFiniteBlock(), t, q, u));
+    m_equations.formMassSystem(m_system);
+    factor();
+    m_canProject = false;
+    m_solver.solve(m_system);
+    ++m_statistics.linearSolves;
+    const std::vector<double>& delta = m_solver.getDeltaU();
+    for (size_t i = 0; i < uDot.size(); ++i) uDot[i] += delta[i];
+    std::copy_n(m_solver.getDeltaLambda(), lambda.size(), lambda.begin());
+    invalidateMatrix();
+}
+
+double ImplicitStep::calcResponse(double stiffness, const std::vector<double>& loads) {
+    const FlushDenormals flush;
+    const size_t nu = m_delta.size(), m = size_t(m_equations.numMultipliers());
+    std::copy_n(loads.begin(), nu, m_system.r.begin());
+    for (size_t k = 0; k < m; ++k) m_system.c[k] = loads[nu + k] / stiffness;
+    m_solver.solve(m_system);
+    ++m_statistics.linearSolves;
+    return m_equations.calcChangeSize(m_solver.getDeltaU().data(), stiffness);
+}
+
+ImplicitStep::Imbalance ImplicitStep::calcImbalance(const SolutionPoint& point) {
+    const FlushDenormals flush;
+    Imbalance imbalance;
+    m_equations.setZ(point.z.data());
+    m_equations.realize(point.t, point.q.data(), point.u.data());
+    m_equations.calcPositionErrors(m_system.c.data());
+    imbalance.positionError = largestAbs(m_system.c);
+    m_equations.calcVelocityErrors(m_system.c.data());
+    imbalance.speedError = largestAbs(m_system.c) / (1 + largestAbs(point.u));
+    if (m_factored.mass == 0) return imbalance;
+    m_equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
+                             m_system.r.data());
+    std::fill(m_system.c.begin(), m_system.c.end(), 0.0);
+    m_solver.solve(m_system);
+    ++m_statistics.linearSolves;
+    imbalance.displacement =
+        m_equations.calcChangeSize(m_solver.getDeltaU().data(), m_factored.stiffness);
+    return imbalance;
+}
+
+std::vector<double> ImplicitStep::calcLoads(double t, const std::vector<double>& q,
+                                            const std::vector<double>& u) {
+    const FlushDenormals flush;
+    const size_t nu = u.size(), m = size_t(m_equations.numMultipliers());
+    std::vector<double> loads(2 * nu + m), lambda(m, 0);
+    double *uDot = loads.data(), *r = uDot + nu, *gDotDot = r + nu;
+    m_equations.realize(t, q.data(), u.data());
+    m_equations.calcPrescribedUDot(q.data(), uDot);
+    m_equations.calcResidual(q.data(), u.data(), uDot, lambda.data(), r);
+    m_equations.calcAccelerationErrors(q.data(), u.data(), uDot, gDotDot);
+    return loads;
+}
+
+void ImplicitStep::addInTiming() {
+    const BlockEliminationSolver::Timing& now = m_solver.getTiming();
+    m_statistics.factorSeconds += now.factor - m_timed.factor;
+    m_statistics.schurSeconds += now.schur - m_timed.schur;
+    m_statistics.backSubstitutionSeconds += now.backSubstitution - m_timed.backSubstitution;
+    m_timed = now;
+}
+
+void ImplicitStep::visit(Checkpoint& checkpoint) {
+    checkpoint.visit(m_factored.mass, m_factored.stiffness);
+    checkpoint.visit(m_lastUDot, m_rate, m_multiplierFloor, m_canProject, m_mayLoseCount);
+    checkpoint.visit(m_renewsDerivatives);
+    checkpoint.visit(m_denseStepsLeft, m_densePeriod, m_stepsSinceFactor);
+    bool isFactored = m_solver.isFactored(), hasHubs = m_solver.hasHubs();
+    checkpoint.visit(isFactored, hasHubs);
+    if (!isFactored && (m_canProject || m_factored.mass != 0))
+        Checkpoint::refuse("it has no matrix to go on with");
+    if (isFactored) m_system.visit(checkpoint);
+    if (!checkpoint.isReading() || !isFactored) return;
+    if (!hasHubs && m_solver.hasHubs()) m_solver.dissolveHubs(m_system);
+    m_solver.factor(m_system);
+    m_timed = m_solver.getTiming();
+}
+
+}  // namespace simflex

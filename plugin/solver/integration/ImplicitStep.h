@@ -1,0 +1,179 @@
+#pragma once
+/** @file
+The nonlinear systems of an integration, all solved by the same block elimination (private header):
+implicit steps, projection of positions and speeds onto the joints, consistent accelerations. **/
+
+#include <functional>
+
+#include "simflex/solver/BlockEliminationSolver.h"
+#include "simflex/solver/ImplicitIntegrator.h"
+#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/integration/SolutionHistory.h"
+#include "simflex/solver/integration/StepFormula.h"
+#include "simflex/solver/integration/ThreadChoice.h"
+
+namespace simflex {
+
+class ImplicitStep {
+public:
+    using Formulation = ImplicitIntegrator::Formulation;
+    using BlockForm = ImplicitIntegrator::BlockForm;
+
+    /** What one Newton iteration came to. **/
+    struct Outcome {
+        bool converged = false;
+        bool retryWorthwhile =
+            false;  ///< not converged, but the next try of the same step has a better matrix
+        int worstBlock = 0,
+            worstRow =
+                -1;  ///< block of the largest correction, row of the largest constraint residual
+        double displacementChange = 0;  ///< last γΔu [m]
+        double constraintResidual = 0;
+        bool isFinite = true;  ///< false: worstBlock has forces or positions that are not numbers
+    };
+
+    ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& statistics);
+
+    ImplicitIntegrator::NewtonTolerances tolerances;
+    BlockForm blockForm = BlockForm::Automatic;
+    double accuracy = 1e-6;
+    bool forceFullNewton = false;  ///< the matrix is formed in every iteration
+    std::function<void(const NewtonSystem&)> observer;
+
+    void setNumThreads(int threads);
+    /** As many as these or one, whatever is faster. **/
+    void chooseNumThreads(int most);
+
+    /** Solves the equations of a step for u, λ and z (in `point`: predictions), and with them q, u̇
+    and ż. **/
+    Outcome solve(const StepFormula& formula, Formulation formulation, SolutionPoint& point);
+
+    /** The same for StabilizedIndex2 near a singular position, where G changes faster than the
+    iteration follows: solves the position equations, whose exact derivative G is, and leaves λ and
+    what is across the constraints to projectStepSpeeds(). **/
+    Outcome solveNearSingularity(const StepFormula& formula, SolutionPoint& point);
+
+    /** Moves u onto the velocity constraints at the end of such a step, and u̇ and λ with it.
+    @returns false if it cannot. **/
+    bool projectStepSpeeds(const StepFormula& formula, SolutionPoint& point, int* worstRow);
+
+    /** Next solve() forms and factors its matrix anew. **/
+    void invalidateMatrix() { m_factored = {}; }
+
+    /** True once a matrix of the form M + mass·stiffness·K was factored, on which projections can
+     * rest. **/
+    bool canProject() const { return m_canProject; }
+
+    /** Moves q onto the joints in the norm of the factored matrix, M + mass·stiffness·K, until
+    errors are below the tolerance. Leaves the equations realized at the projected q. @returns
+    largest error left; its row goes to `worstRow`. **/
+    double projectPositions(double t, double tolerance, std::vector<double>& q,
+                            const std::vector<double>& u, int* worstRow = nullptr);
+
+    /** The same for points between steps, which leaves no trace: whatever is looked at, the steps
+    to come are the same. **/
+    double projectBetweenSteps(double t, double tolerance, std::vector<double>& q,
+                               const std::vector<double>& u);
+
+    /** True if the last projectPositions() began so far off that couplers may lose their count. **/
+    bool mayLoseCount() const { return m_mayLoseCount; }
+
+    /** Moves u onto the velocity constraints in the same norm, and adds to λ what moves it.
+    @returns largest error left; row as above. **/
+    double projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
+                         int* worstRow = nullptr, std::vector<double>* lambda = nullptr);
+
+    /** Largest position error of the joints at q. **/
+    double calcPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
+
+    /** True if no position error is larger than the tolerance, and no joint is assembled with its
+    axes opposed. **/
+    bool isAssembled(double t, double tolerance, const std::vector<double>& q,
+                     const std::vector<double>& u);
+
+    /** Assembles the joints by least deformation (norm M + τ²K, τ = 1 s) and makes u consistent in
+    that norm. Joints whose axes are more than 1 rad from their place are turned there first.
+    @throws std::runtime_error that names the worst joint and its error, in positions or speeds. **/
+    void assemble(double t, double tolerance, std::vector<double>& q, std::vector<double>& u);
+
+    /** M u̇ + Gᵀλ = f − b, G u̇ = −Ġu − …: exact accelerations and multipliers. **/
+    void calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
+                           std::vector<double>& uDot, std::vector<double>& lambda);
+
+    /** How far a point is from satisfying the equations as they are now. **/
+    struct Imbalance {
+        /** What the last step would add to make up for it [m]; infinite if there is no matrix. **/
+        double displacement = SimTK::Infinity;
+        double positionError = SimTK::Infinity, speedError = SimTK::Infinity;  ///< constraints'
+    };
+    Imbalance calcImbalance(const SolutionPoint& point);
+
+    /** How far the end of the last step solved would move, were loads and position errors other by
+    these [m]. **/
+    double calcResponse(double stiffness, const std::vector<double>& loads);
+
+    /** What acts at this time, forces and prescribed accelerations, for comparison. **/
+    std::vector<double> calcLoads(double t, const std::vector<double>& q,
+                                  const std::vector<double>& u);
+
+    /** One line for each redundancy that the last factorization found. **/
+    std::vector<std::string> describeRedundancies() const;
+
+    /** Adds the solver's phase times to the statistics. **/
+    void addInTiming();
+
+    /** What the next step takes over from the last ones; the factors are made anew from the
+    matrices they were made of. **/
+    void visit(Checkpoint& checkpoint);
+
+private:
+    /** Gauss–Newton in q until no position error is larger; returns the error. **/
+    double closeJoints(double t, double tolerance, int maxIterations, std::vector<double>& q,
+                       const std::vector<double>& u);
+    void alignJoints(double t, std::vector<double>& q, const std::vector<double>& u);
+    /** On the way from afar bodies have bent a little: gives them back the shapes of the start and
+    closes what opens by that, as long as it is less each time. **/
+    void relaxShapes(double t, double tolerance, int maxIterations,
+                     const std::vector<double>& start, std::vector<double>& q,
+                     const std::vector<double>& u);
+    enum class Purpose { Final, Projected };
+    Outcome solve(const StepFormula& formula, Formulation formulation, Purpose purpose,
+                  SolutionPoint& point);
+    void calcQ(const StepFormula& formula, const std::vector<double>& u, std::vector<double>& q);
+    /** One functional iteration on z; returns the largest weighted change. **/
+    double updateZ(const StepFormula& formula, SolutionPoint& point);
+    void factor();
+    void formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
+                       const std::vector<double>& u, const std::vector<double>& uDot,
+                       MotionLevel level = MotionLevel::Acceleration);
+    void solveLinear();
+    void useThreads(int threads);
+    bool useDense() const;
+    /** The arrow leaves gyroscopic and centrifugal terms out, that of rigid trees forces too: has
+    them for a while, longer each time. **/
+    void startDense();
+    bool mayDifferentiate() const;
+    /** Derivatives of rigid trees' forces at this point, if there are any. **/
+    bool differentiate(const std::vector<double>& q, const std::vector<double>& u,
+                       const std::vector<double>& uDot);
+    int findNonFiniteBlock() const;
+
+    MultibodyEquations& m_equations;
+    IntegratorStatistics& m_statistics;
+    NewtonSystem m_system;
+    BlockEliminationSolver m_solver;
+    BlockEliminationSolver::Timing m_timed;
+    std::vector<double> m_delta, m_lastUDot, m_deltaZ;
+    NewtonFactors m_factored;  ///< zero: none
+    int m_numThreads = 1;
+    ThreadChoice m_threadChoice;
+    double m_rate = 1;             ///< convergence rate seen in the last iterations
+    double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step
+    bool m_canProject = false;
+    bool m_mayLoseCount = false;
+    bool m_renewsDerivatives = false;  ///< when the next matrix is formed
+    int m_denseStepsLeft = 0, m_densePeriod = 20;
+    int m_stepsSinceFactor = 0;
+};
+
+}  // namespace simflex

@@ -1,0 +1,57 @@
+#pragma once
+/** @file
+What distinguishes one integration method from another (private header): the formula of a step, its
+orders and its local error. **/
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "simflex/solver/integration/SolutionHistory.h"
+#include "simflex/solver/integration/StepFormula.h"
+
+namespace simflex {
+
+class IntegrationScheme {
+public:
+    virtual ~IntegrationScheme() = default;
+
+    virtual const char* getName() const = 0;
+
+    /** What a system asks of the orders that nobody has set. **/
+    enum class Suitability {
+        AStable,   ///< lightly damped fast modes, or steps that somebody has fixed
+        HighOrder  ///< neither
+    };
+    /** @returns true if the scheme's orders are higher than 2 for it. **/
+    virtual bool suit(Suitability) { return false; }
+
+    /** Orders that may be used with this history, once it is long enough. **/
+    virtual int getLowestOrder() const = 0;
+    virtual int getHighestOrder(const SolutionHistory& history) const = 0;
+    /** The highest with a long enough one. **/
+    virtual int getMaximumOrder() const = 0;
+
+    /** Writes the formula of a step from the newest point to tNew. **/
+    virtual void calcFormula(const SolutionHistory& history, int order, double tNew,
+                             StepFormula& formula) = 0;
+
+    /** Completes an accepted point that is not in the history yet, its u and uDot given. **/
+    virtual void completePoint(const SolutionHistory& history, const StepFormula& formula,
+                               SolutionPoint& point) = 0;
+
+    /** Local error of a step = factor·(y − y_pred), y_pred through order + 1 nodes. **/
+    struct ErrorFactors {
+        double q, u;
+    };
+    virtual ErrorFactors calcErrorFactors(const SolutionHistory& history, int order,
+                                          double tNew) const = 0;
+
+    /** C of the first step's local error C h²(u̇₁ − u̇₀) in q, when nodes are too few. **/
+    virtual double getFirstErrorConstant() const = 0;
+
+    /** Names of its settings as they are called in the integrator, and values. **/
+    virtual std::vector<std::pair<std::string, double>> listSettings() const = 0;
+};
+
+}  // namespace simflex

@@ -1,0 +1,233 @@
+// Checkpoints of an integration.
+
+#include <algorithm>
+#include <sstream>
+
+#include "simflex/base/Checkpoint.h"
+#include "simflex/base/FlushDenormals.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/solver/integration/ImplicitIntegratorImpl.h"
+
+namespace simflex {
+
+using SimTK::Real;
+using SimTK::Stage;
+using SimTK::State;
+using SimTK::Vector;
+
+namespace {
+
+void visitStatistics(Checkpoint& c, IntegratorStatistics& s) {
+    c.visit(s.stepsTaken, s.stepsAttempted, s.errorTestFailures, s.convergenceFailures,
+            s.projectionFailures, s.nonFiniteFailures);
+    for (long& steps : s.stepsAtOrder) c.visit(steps);
+    c.visit(s.smallestStep, s.largestStep, s.timeCovered, s.sumOfSquaredLogRatios, s.stepRatios);
+    c.visit(s.newtonIterations, s.divergentIterations, s.linearSolves, s.factorizations,
+            s.denseFactorizations, s.projections, s.redundantConstraints);
+    c.visit(s.starts, s.reports, s.scheduledEvents, s.triggeredEvents, s.timeAdvancedEvents);
+    c.visit(s.evaluationSeconds, s.factorSeconds, s.schurSeconds, s.backSubstitutionSeconds,
+            s.simbodySeconds, s.outputSeconds, s.totalSeconds);
+}
+
+/** Values of the model's triggers, or none. **/
+void visitTriggers(Checkpoint& c, Vector& values, int numTriggers) {
+    const std::size_t size = c.visitSize(std::size_t(values.size()), sizeof(Real));
+    if (size != 0 && size != std::size_t(numTriggers))
+        Checkpoint::refuse("it holds " + std::to_string(size) + " values of event triggers, " +
+                           "this model has " + std::to_string(numTriggers));
+    values.resize(int(size));
+    if (size > 0) c.visitBytes(&values[0], size * sizeof(Real));
+}
+
+/** Compares a number of the model with that of the checkpoint. **/
+void visitCount(Checkpoint& c, int count, const std::string& what) {
+    int written = count;
+    c.visit(written);
+    if (written != count)
+        Checkpoint::refuse("it is of another model, with " + std::to_string(written) + " " + what +
+                           " instead of " + std::to_string(count));
+}
+
+void visitName(Checkpoint& c, const std::string& name, const char* what) {
+    std::string written = name;
+    c.visit(written);
+    if (written != name)
+        Checkpoint::refuse(std::string("it is of another model: ") + what + " '" + name +
+                           "' is called '" + written + "' there");
+}
+
+void visitConstants(Checkpoint& c, std::uint64_t constants, const std::string& what) {
+    std::uint64_t written = constants;
+    c.visit(written);
+    if (written != constants)
+        Checkpoint::refuse("it is of another model: " + what + " has changed since");
+}
+
+std::uint64_t calcChecksum(const SimTK::MobilizedBody& body) {
+    const SimTK::MassProperties& mass = body.getDefaultMassProperties();
+    const SimTK::Transform &F = body.getDefaultInboardFrame(), &M = body.getDefaultOutboardFrame();
+    std::vector<Real> numbers{mass.getMass()};
+    const SimTK::Vec3 center = mass.getMassCenter();
+    const SimTK::Vec3 moments = mass.getInertia().getMoments();
+    const SimTK::Vec3 products = mass.getInertia().getProducts();
+    for (const SimTK::Vec3& vector : {center, moments, products, F.p(), M.p()})
+        for (int i = 0; i < 3; ++i) numbers.push_back(vector[i]);
+    for (const SimTK::Transform* frame : {&F, &M})
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) numbers.push_back(frame->R()[i][j]);
+    return simflex::calcChecksum(numbers.data(), numbers.size() * sizeof(Real));
+}
+
+std::uint64_t calcChecksum(const FlexibleBodyRecord& body) {
+    const auto& omegaSquared = body.model->omegaSquared;
+    return simflex::calcChecksum(
+        body.damping.data(), std::size_t(body.damping.size()) * sizeof(Real),
+        simflex::calcChecksum(omegaSquared.data(),
+                              std::size_t(omegaSquared.size()) * sizeof(Real)));
+}
+
+}  // namespace
+
+void ImplicitIntegrator::Implementation::visitModel(Checkpoint& c) const {
+    const SimTK::SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
+    visitCount(c, m_system.getNumSubsystems(), "subsystems");
+    visitCount(c, matter.getNumBodies(), "mobilized bodies");
+    visitCount(c, matter.getNumConstraints(), "constraints");
+    if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system)) {
+        const FlexibleBodySubsystem::Guts& guts = flexible->getGuts();
+        visitCount(c, int(guts.bodies().size()), "flexible bodies");
+        visitCount(c, int(guts.joints().size()), "joints");
+        visitCount(c, int(guts.forceElements().size()), "force elements");
+        for (const FlexibleBodyRecord& body : guts.bodies()) {
+            visitName(c, body.name, "flexible body");
+            visitCount(c, body.numModes(), "modes of '" + body.name + "'");
+            visitConstants(c, calcChecksum(body),
+                           "stiffness or damping of flexible body '" + body.name + "'");
+        }
+        for (const JointRecord& joint : guts.joints()) {
+            visitName(c, joint.name, "joint");
+            visitCount(c, joint.equations->getNumEquations(), "equations of '" + joint.name + "'");
+        }
+    }
+    for (SimTK::MobilizedBodyIndex b(1); b < matter.getNumBodies(); ++b)
+        visitConstants(c, calcChecksum(matter.getMobilizedBody(b)),
+                       "mass or frames of mobilized body " + std::to_string(int(b)));
+}
+
+void ImplicitIntegrator::Implementation::visitSettings(Checkpoint& c) const {
+    visitName(c, name, "integrator");
+    std::vector<std::pair<std::string, double>> settings = m_scheme->listSettings();
+    const std::vector<std::pair<std::string, double>> common = {
+        {"setAccuracy", accuracy},
+        {"setAccuracyNorm", double(accuracyNorm)},
+        {"setUseInfinityNorm", useInfinityNorm},
+        {"setConstraintTolerance", hasOwnConstraintTolerance ? constraintTolerance : 0},
+        {"setFormulation", double(formulation)},
+        {"setBlockForm", double(blockForm)},
+        {"setMaximumStepSize", maximumStep},
+        {"setMinimumStepSize", minimumStep},
+        {"setFixedStep", fixedStep},
+        {"setAllowInterpolation", double(allowInterpolation)},
+        {"setForceFullNewton", double(forceFullNewton)},
+        {"setNewtonTolerances: displacement", newtonTolerances.displacement},
+        {"setNewtonTolerances: multiplier", newtonTolerances.multiplier},
+        {"setNewtonTolerances: bodyResidual", newtonTolerances.bodyResidual},
+        {"setNewtonTolerances: constraintResidual", newtonTolerances.constraintResidual},
+        {"setNewtonTolerances: maxIterations", newtonTolerances.maxIterations},
+        {"addForceJacobian, times called", double(differentiated.size())},
+        {"addBreakTimes, times called", double(breaks.numSources())}};
+    settings.insert(settings.end(), common.begin(), common.end());
+    for (const auto& [setting, value] : settings) {
+        double written = value;
+        c.visit(written);
+        if (written == value) continue;
+        std::ostringstream text;
+        text << "another setting was used when it was written: " << setting << " " << written
+             << " instead of " << value
+             << ". An integration is continued with the settings it was begun with; to change one, "
+                "initialize() from the State reached";
+        Checkpoint::refuse(text.str());
+    }
+}
+
+void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
+    m_visible.visit(c);
+    m_history.visit(c);
+    m_new.visit(c);
+    m_controller.visit(c);
+    m_events.visit(c);
+    c.visit(m_nextStep);
+    c.visitWithin(m_order, 1, 5, "the order");
+    c.visit(m_stepsAtOrder, m_numRedundantAtStart);
+    c.visit(firstStep, lastStep);
+    c.visitWithin(lastOrder, 0, 5, "the last order");
+    visitTriggers(c, m_triggersBefore, m_events.getNumTriggers());
+    visitTriggers(c, m_triggersAfter, m_events.getNumTriggers());
+    c.visit(m_hasTriggered, m_isTimeAdvancePending, m_isTerminated, m_isFinished);
+    c.visit(m_isIntervalStart, m_isFinalTimeReturned, m_isOver);
+    int pending = int(m_pending);
+    c.visitWithin(pending, 0, int(Pending::HandledTrigger), "what is to be returned");
+    m_pending = Pending(pending);
+    c.visit(m_triggered.window[0], m_triggered.window[1]);
+    // Those before are known from the start on, those after at an event alone.
+    if (m_events.getNumTriggers() > 0 &&
+        (m_triggersBefore.size() == 0 || (m_hasTriggered && m_triggersAfter.size() == 0)))
+        Checkpoint::refuse("it holds no values of this model's " +
+                           std::to_string(m_events.getNumTriggers()) + " event triggers");
+    if (m_events.getNumTriggers() == 0 && m_hasTriggered)
+        Checkpoint::refuse("it stands at a triggered event, this model has no triggers");
+    breaks.visit(c);
+    m_equations->setSmoothSpan(breaks.getFirst(), breaks.getLast());
+    m_equations->visit(c);
+    m_step->visit(c);
+    visitStatistics(c, statistics);
+}
+
+void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
+    if (m_isRunning)
+        throw std::logic_error(name +
+                               "::writeCheckpoint() by a reporter or handler: call it between "
+                               "stepTo() or stepOnce() and the next");
+    acceptAdvancedState();
+    getState();
+    m_image.requireWritable(m_state);
+    Checkpoint checkpoint;
+    visitModel(checkpoint);
+    visitSettings(checkpoint);
+    m_image.write(m_builtFrom, checkpoint);
+    m_image.write(m_state, checkpoint);
+    visitProgress(checkpoint);
+    checkpoint.write(stream);
+}
+
+void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, const State& start) {
+    const StandardArithmetic standard;
+    adoptSettings();
+    Checkpoint checkpoint(stream);
+    requireTopology(m_system, start, name + "::readCheckpoint()");
+    visitModel(checkpoint);
+    visitSettings(checkpoint);
+    State builtFrom = start;
+    m_system.realize(builtFrom, Stage::Instance);
+    m_image.startFrom(builtFrom);
+    m_image.read(checkpoint, builtFrom);
+    State now = start;
+    m_system.realize(now, Stage::Instance);
+    m_image.read(checkpoint, now);
+
+    prepare(builtFrom);
+    visitProgress(checkpoint);
+    checkpoint.requireEnd();
+    if (m_history.size() == 0) Checkpoint::refuse("it has no solution to go on from");
+    m_state = now;
+    m_system.realize(m_state, Stage::Velocity);
+    m_equations->takeVariables(m_events.getAutoUpdates(), m_state);
+    m_scratch = m_state;
+    m_stateIsCurrent = false;
+    setFinalTime(finalTime);
+    m_isInitialized = true;
+    if (m_pending == Pending::HandledTrigger) noteTriggeredEvents();
+    refreshAdvancedState();
+}
+
+}  // namespace simflex

@@ -1,0 +1,194 @@
+#include "simflex/solver/integration/SolutionHistory.h"
+
+#include <algorithm>
+
+#include "simflex/base/Checkpoint.h"
+
+namespace simflex {
+
+void SolutionPoint::resize(int numQ, int numU, int numMultipliers, int numZ) {
+    for (auto* vector : {&q, &qDot}) vector->assign(size_t(numQ), 0);
+    for (auto* vector : {&u, &uDot, &a}) vector->assign(size_t(numU), 0);
+    for (auto* vector : {&z, &zDot}) vector->assign(size_t(numZ), 0);
+    lambda.assign(size_t(numMultipliers), 0);
+}
+
+void SolutionPoint::visit(Checkpoint& checkpoint) {
+    checkpoint.visit(t, work, power, constraintError);
+    checkpoint.visit(q, u, lambda, z, qDot, uDot, zDot, a);
+}
+
+void SolutionHistory::resize(int numQ, int numU, int numMultipliers, int numZ) {
+    for (SolutionPoint& point : m_points) point.resize(numQ, numU, numMultipliers, numZ);
+    clear();
+    m_startsDouble = false;
+}
+
+SolutionPoint& SolutionHistory::push() {
+    m_newest = (m_newest + 1) % Capacity;
+    m_size = std::min(m_size + 1, Capacity);
+    m_pushed = std::min(m_pushed + 1, Capacity);
+    return m_points[m_newest];
+}
+
+void SolutionHistory::startAtNewest() {
+    m_size = 1;
+    m_pushed = 0;
+    m_startsDouble = true;
+}
+
+int SolutionHistory::collectNodes(int nodes, double* times, bool& isDouble) const {
+    isDouble = nodes > m_size;
+    const int points = isDouble ? nodes - 1 : nodes;
+    for (int j = 0; j < points; ++j) times[j] = (*this)[j].t;
+    return points;
+}
+
+SolutionHistory::Weights SolutionHistory::calcInterpolation(int nodes, double t) const {
+    double times[Capacity];
+    bool isDouble = false;
+    Weights weights;
+    weights.numPoints = collectNodes(nodes, times, isDouble);
+    const int points = weights.numPoints, oldest = points - 1;
+    for (int j = 0; j < points; ++j) {
+        double& weight = weights.value[j];
+        weight = 1;
+        for (int i = 0; i < points; ++i)
+            if (i != j) weight *= (t - times[i]) / (times[j] - times[i]);
+        if (isDouble && j != oldest) weight *= (t - times[oldest]) / (times[j] - times[oldest]);
+    }
+    if (isDouble) {
+        // Hermite: value P(t)(1 − (t − t₀)P'(t₀)), derivative (t − t₀)P(t).
+        double slope = 0;
+        for (int i = 0; i < oldest; ++i) slope += 1 / (times[oldest] - times[i]);
+        const double past = t - times[oldest];
+        weights.derivative = past * weights.value[oldest];
+        weights.value[oldest] *= 1 - past * slope;
+    }
+    return weights;
+}
+
+SolutionHistory::Weights SolutionHistory::calcDerivative(int nodes, double t) const {
+    double times[Capacity];
+    bool isDouble = false;
+    Weights weights;
+    weights.numPoints = collectNodes(nodes, times, isDouble);
+    const int points = weights.numPoints, oldest = points - 1;
+    // d/dt Π f_i = Σ_k f_k' Π_{i≠k} f_i, with no division: t may be one of the nodes.
+    const auto productRule = [&](int skip, bool withExtra, double extraValue, double extraSlope) {
+        double value = 1, slope = 0;
+        for (int i = 0; i < points; ++i) {
+            if (i == skip) continue;
+            const double scale = 1 / (times[skip] - times[i]);
+            slope = slope * (t - times[i]) * scale + value * scale;
+            value *= (t - times[i]) * scale;
+        }
+        return withExtra ? slope * extraValue + value * extraSlope : slope;
+    };
+    for (int j = 0; j < points; ++j) {
+        if (!isDouble || j == oldest) {
+            weights.value[j] = productRule(j, false, 1, 0);
+        } else {
+            const double scale = 1 / (times[j] - times[oldest]);
+            weights.value[j] = productRule(j, true, (t - times[oldest]) * scale, scale);
+        }
+    }
+    if (isDouble) {
+        double slope = 0;
+        for (int i = 0; i < oldest; ++i) slope += 1 / (times[oldest] - times[i]);
+        const double past = t - times[oldest];
+        weights.derivative = productRule(oldest, true, past, 1);
+        weights.value[oldest] = productRule(oldest, true, 1 - past * slope, -slope);
+    }
+    return weights;
+}
+
+double SolutionHistory::calcBdf(int order, double tNew, Weights& history) const {
+    double times[Capacity];
+    bool isDouble = false;
+    history = Weights();
+    history.numPoints = collectNodes(order, times, isDouble);
+    const int points = history.numPoints, oldest = points - 1;
+    double alpha0 = 0;
+    for (int i = 0; i < points; ++i) alpha0 += 1 / (tNew - times[i]);
+    if (isDouble) alpha0 += 1 / (tNew - times[oldest]);
+    const double gamma = 1 / alpha0;
+
+    // The node polynomial of tNew and all nodes, differentiated at tNew.
+    for (int j = 0; j < points; ++j) {
+        double alpha = 1 / (times[j] - tNew);
+        for (int i = 0; i < points; ++i)
+            if (i != j) alpha *= (tNew - times[i]) / (times[j] - times[i]);
+        if (isDouble && j != oldest) alpha *= (tNew - times[oldest]) / (times[j] - times[oldest]);
+        history.value[j] = -gamma * alpha;
+    }
+    if (isDouble) {
+        // With R(t) = (t − t_new)Π_{i≠0}(t − t_i)/(t_new − …): derivative weight (t_new − t₀)R'.
+        double slope = 1 / (times[oldest] - tNew);
+        for (int i = 0; i < oldest; ++i) slope += 1 / (times[oldest] - times[i]);
+        const double past = tNew - times[oldest], weight = history.value[oldest];
+        history.derivative = weight * past;
+        history.value[oldest] = weight * (1 - past * slope);
+    }
+    return gamma;
+}
+
+double SolutionHistory::calcNodeProduct(int nodes, double t) const {
+    double times[Capacity];
+    bool isDouble = false;
+    const int points = collectNodes(nodes, times, isDouble);
+    double product = isDouble ? t - times[points - 1] : 1;
+    for (int i = 0; i < points; ++i) product *= t - times[i];
+    return product;
+}
+
+void SolutionHistory::combine(const Weights& weights, Member value, Member derivative,
+                              std::vector<double>& sum) const {
+    const size_t size = sum.size();
+    const double* first = ((*this)[0].*value).data();
+    for (size_t i = 0; i < size; ++i) sum[i] = weights.value[0] * first[i];
+    for (int j = 1; j < weights.numPoints; ++j) {
+        const double* values = ((*this)[j].*value).data();
+        for (size_t i = 0; i < size; ++i) sum[i] += weights.value[j] * values[i];
+    }
+    if (weights.derivative == 0) return;
+    const double* slopes = ((*this)[weights.numPoints - 1].*derivative).data();
+    for (size_t i = 0; i < size; ++i) sum[i] += weights.derivative * slopes[i];
+}
+
+void SolutionHistory::combineQ(const Weights& weights, std::vector<double>& q) const {
+    combine(weights, &SolutionPoint::q, &SolutionPoint::qDot, q);
+}
+void SolutionHistory::combineU(const Weights& weights, std::vector<double>& u) const {
+    combine(weights, &SolutionPoint::u, &SolutionPoint::uDot, u);
+}
+void SolutionHistory::combineZ(const Weights& weights, std::vector<double>& z) const {
+    combine(weights, &SolutionPoint::z, &SolutionPoint::zDot, z);
+}
+
+double SolutionHistory::combineWork(const Weights& weights) const {
+    double work = weights.derivative * (*this)[weights.numPoints - 1].power;
+    for (int j = 0; j < weights.numPoints; ++j) work += weights.value[j] * (*this)[j].work;
+    return work;
+}
+
+void SolutionHistory::extrapolateLambda(int points, double t, std::vector<double>& lambda) const {
+    Weights weights = calcInterpolation(std::min(points, m_size), t);
+    combine(weights, &SolutionPoint::lambda, &SolutionPoint::lambda, lambda);
+}
+
+void SolutionHistory::interpolateUDot(int points, double t, std::vector<double>& uDot) const {
+    Weights weights = calcInterpolation(std::min(points, m_size), t);
+    combine(weights, &SolutionPoint::uDot, &SolutionPoint::uDot, uDot);
+}
+
+void SolutionHistory::visit(Checkpoint& checkpoint) {
+    checkpoint.visitWithin(m_size, 0, Capacity, "the number of past points");
+    checkpoint.visitWithin(m_pushed, 0, Capacity, "the number of points since the start");
+    checkpoint.visit(m_startsDouble);
+    if (checkpoint.isReading()) m_newest = m_size > 0 ? m_size - 1 : 0;
+    for (int age = 0; age < m_size; ++age)
+        m_points[(m_newest + Capacity - age) % Capacity].visit(checkpoint);
+}
+
+}  // namespace simflex
