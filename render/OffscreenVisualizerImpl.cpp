@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/render/scene/DrawnSeats.h"
 
 namespace simflex {

@@ -6,6 +6,8 @@
 #include <ostream>
 #include <stdexcept>
 
+#include "simflex/base/Hash.h"
+
 namespace simflex {
 namespace {
 
@@ -18,13 +20,13 @@ struct Header {
     std::uint64_t size, checksum;
 };
 
-}  // namespace
-
-std::uint64_t calcChecksum(const void* data, std::size_t size, std::uint64_t hash) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 1099511628211ull;
-    return hash;
+std::uint64_t calcChecksum(const std::string& bytes) {
+    Hash hash;
+    hash.addBytes(bytes.data(), bytes.size());
+    return hash.get();
 }
+
+}  // namespace
 
 void Checkpoint::refuse(const std::string& reason) {
     throw std::runtime_error("the checkpoint cannot be used: " + reason);
@@ -55,15 +57,14 @@ Checkpoint::Checkpoint(std::istream& stream) : m_isReading(true) {
             refuse("the file is cut off: " + std::to_string(header.size) + " bytes announced, " +
                    std::to_string(before + std::size_t(stream.gcount())) + " found");
     }
-    if (calcChecksum(m_bytes.data(), m_bytes.size()) != header.checksum)
+    if (calcChecksum(m_bytes) != header.checksum)
         refuse(
             "the file is damaged: its checksum does not fit; use an older checkpoint or start "
             "anew");
 }
 
 void Checkpoint::write(std::ostream& stream) const {
-    const Header header{ByteOrder, Version, m_bytes.size(),
-                        calcChecksum(m_bytes.data(), m_bytes.size())};
+    const Header header{ByteOrder, Version, m_bytes.size(), calcChecksum(m_bytes)};
     stream.write(Magic, MagicSize);
     stream.write(reinterpret_cast<const char*>(&header), sizeof header);
     stream.write(m_bytes.data(), std::streamsize(m_bytes.size()));

@@ -20,7 +20,7 @@ namespace simflex {
 class Checkpoint {
 public:
     /** Version of the format that is written; older ones are not read, there are none. **/
-    static constexpr std::uint32_t Version = 3;
+    static constexpr std::uint32_t Version = 4;
 
     /** Empty, to write into. **/
     Checkpoint() = default;
@@ -65,9 +65,5 @@ private:
     std::size_t m_at = 0;
     bool m_isReading = false;
 };
-
-/** FNV-1a, going on from `hash`. **/
-std::uint64_t calcChecksum(const void* data, std::size_t size,
-                           std::uint64_t hash = 14695981039346656037ull);
 
 }  // namespace simflex

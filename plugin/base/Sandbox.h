@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What a program that is not trusted may do. Landlock and seccomp of the Linux kernel see to it: they need no privileges,
-no other program, and work in containers and changed roots.
+What a program that is not trusted may do. Landlock and seccomp of the Linux kernel see to it: they
+need no privileges, no other program, and work in containers and changed roots.
 
 A program in the sandbox
 
@@ -9,7 +9,8 @@ A program in the sandbox
 - opens only what is readable below, and makes, changes and removes files only in one folder,
 - has no network, sends no signals, traces no process, changes no modes, owners or times of files.
 
-Names, sizes and times of files are not hidden from it, nor are its processor time, memory and disk limited. **/
+Names, sizes and times of files are not hidden from it, nor are its processor time, memory and disk
+limited. **/
 
 #include <string>
 #include <vector>

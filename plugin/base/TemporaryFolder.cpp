@@ -11,7 +11,8 @@ namespace fs = std::filesystem;
 
 TemporaryFolder::TemporaryFolder() {
     const char* place = std::getenv("TMPDIR");
-    std::string pattern = fs::absolute(place && *place ? place : "/tmp").string() + "/simflex-XXXXXX";
+    std::string pattern =
+        fs::absolute(place && *place ? place : "/tmp").string() + "/simflex-XXXXXX";
     if (!mkdtemp(pattern.data()))
         throw std::runtime_error("cannot make a temporary folder '" + pattern +
                                  "': " + std::strerror(errno));

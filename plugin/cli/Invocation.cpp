@@ -5,9 +5,8 @@
 #include <cstdio>
 #include <exception>
 
-#include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
-#include "simflex/fe/Progress.h"
+#include "simflex/base/Interruption.h"
+#include "simflex/base/Progress.h"
 
 namespace simflex {
 namespace cli {
@@ -26,19 +25,13 @@ int runCommandLine(CLI::App& app, int argc, char** argv) {
         if (error.get_exit_code() == 0) return app.exit(error);
         std::fprintf(stderr, "simflex: %s (see simflex --help)\n", error.what());
         return 2;
-    } catch (const Cancelled&) {
-        std::fprintf(stderr, "simflex: stopped; nothing was written\n");
-        return 130;
-    } catch (const Stopped& stopped) {
-        std::fprintf(stderr, "simflex: stopped; %s\n", stopped.what());
+    } catch (const Cancelled& stopped) {
+        std::fprintf(stderr, "simflex: %s\n", stopped.what());
         return 130;
     } catch (const std::exception& error) {
-        if (wasInterrupted()) {
-            std::fprintf(stderr, "simflex: stopped; nothing was written\n");
-            return 130;
-        }
-        std::fprintf(stderr, "simflex: %s\n", error.what());
-        return 1;
+        const bool isStopped = wasInterrupted();
+        std::fprintf(stderr, "simflex: %s\n", isStopped ? Cancelled().what() : error.what());
+        return isStopped ? 130 : 1;
     }
 }
 

@@ -1,5 +1,5 @@
 #include "simflex/cli/Json.h"
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,5 @@
 #include "simflex/cli/ProgressBar.h"
 
-#include <signal.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -8,13 +7,13 @@
 #include <cmath>
 #include <cstdio>
 
+#include "simflex/base/Interruption.h"
 #include "simflex/base/SecondsSince.h"
 
 namespace simflex {
 namespace cli {
 namespace {
 
-volatile sig_atomic_t interrupted = 0;
 bool isOnLine = false;  // a bar, on the terminal's last line
 constexpr auto kRedraw = std::chrono::milliseconds(100);
 constexpr auto kNextLine = std::chrono::seconds(10);  // where there is no terminal
@@ -22,24 +21,6 @@ constexpr double kFirstGuess = 0.03;  // of what is to do: done before the time 
 constexpr int kBarWidth = 28;
 
 }  // namespace
-
-void catchInterrupts() {
-    struct sigaction action {};
-    action.sa_handler = [](int) { interrupted = 1; };
-    action.sa_flags = int(SA_RESETHAND);
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
-    signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
-}
-
-bool wasInterrupted() {
-    return interrupted != 0;
-}
-
-void forgetInterrupts() {
-    interrupted = 0;
-    catchInterrupts();
-}
 
 ProgressBar::ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases)
     : _quiet(quiet),

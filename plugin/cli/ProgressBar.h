@@ -1,7 +1,6 @@
 #pragma once
 /** @file
-Progress on standard error: a bar with the time left on a terminal, plain lines elsewhere; and
-Ctrl-C as the wish to stop. **/
+Progress on standard error: a bar with the time left on a terminal, plain lines elsewhere. **/
 
 #include <chrono>
 #include <functional>
@@ -48,15 +47,6 @@ private:
     Clock::time_point _started, _drawn;
     double _doneBefore = -1;  ///< part of the whole at the first show(); negative: not shown yet
 };
-
-/** Makes Ctrl-C (and a polite kill) set a flag instead of ending the program at once. A second
-Ctrl-C ends it. **/
-void catchInterrupts();
-
-bool wasInterrupted();
-
-/** Forgets a Ctrl-C and catches the next one. **/
-void forgetInterrupts();
 
 }  // namespace cli
 }  // namespace simflex

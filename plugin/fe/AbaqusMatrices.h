@@ -18,8 +18,8 @@ that the matrices do not have are left out. Boundary conditions must be absent: 
 
 #include <string>
 
+#include "simflex/base/Progress.h"
 #include "simflex/fe/FeModel.h"
-#include "simflex/fe/Progress.h"
 
 namespace simflex {
 

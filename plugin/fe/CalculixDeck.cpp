@@ -59,8 +59,8 @@ void getMatrix(CheckpointReader& in, SymmetricMatrix& A) {
 }
 
 /** Of all in the deck that the matrices depend on. **/
-DataHash hashCards(const std::vector<DeckCard>& cards) {
-    DataHash hash;
+Hash hashCards(const std::vector<DeckCard>& cards) {
+    Hash hash;
     for (const DeckCard& card : cards) {
         hash.add(card.keyword);
         for (const auto& [parameter, value] : card.parameters) hash.add(parameter + "=" + value);
@@ -75,7 +75,7 @@ DataHash hashCards(const std::vector<DeckCard>& cards) {
 FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options) {
     reportProgress(options.progress, "reading the deck", 0);
     std::vector<DeckCard> cards = readDeckCards(path);
-    DataHash hash;
+    Hash hash;
     if (options.checkpoint) hash = hashCards(cards);
     DeckModel deck = buildDeckModel(path, std::move(cards));
     if (options.note)

@@ -44,9 +44,9 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
 #include <functional>
 #include <string>
 
-#include "simflex/fe/FeModel.h"
-#include "simflex/fe/Progress.h"
+#include "simflex/base/Progress.h"
 #include "simflex/fe/Checkpoint.h"
+#include "simflex/fe/FeModel.h"
 
 namespace simflex {
 

@@ -9,8 +9,8 @@ result. **/
 #include <filesystem>
 #include <vector>
 
+#include "simflex/base/Progress.h"
 #include "simflex/fe/FeModel.h"
-#include "simflex/fe/Progress.h"
 
 namespace simflex {
 

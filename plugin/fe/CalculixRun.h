@@ -7,9 +7,9 @@ Runs ccx on a clean deck and reads the matrices it stores. Internal to fe. **/
 #include <vector>
 
 #include "simflex/base/ChildProcess.h"
+#include "simflex/base/Progress.h"
 #include "simflex/base/TemporaryFolder.h"
 #include "simflex/fe/FeModel.h"
-#include "simflex/fe/Progress.h"
 
 namespace simflex {
 

@@ -19,30 +19,10 @@ using File = std::unique_ptr<std::FILE, FileCloser>;
 
 }  // namespace
 
-void DataHash::add(const void* bytes, size_t size) {
-    constexpr std::uint64_t kPrime = 0x9fb21c651e98df25u;
-    const char* at = static_cast<const char*>(bytes);
-    std::uint64_t state = _state ^ (size * kPrime);
-    for (; size >= 8; size -= 8, at += 8) {
-        std::uint64_t word;
-        std::memcpy(&word, at, 8);
-        state = (state ^ word) * kPrime;
-        state ^= state >> 29;
-    }
-    std::uint64_t word = 0;
-    if (size > 0) std::memcpy(&word, at, size);
-    state = (state ^ word) * kPrime;
-    _state = state ^ (state >> 32);
-}
-
-void DataHash::add(const std::string& text) {
-    add(text.data(), text.size());
-}
-
 void CheckpointWriter::put(const void* bytes, size_t size) {
     if (size > 0 && std::fwrite(bytes, 1, size, _file) != size)
         throw std::runtime_error(std::strerror(errno));
-    _hash.add(bytes, size);
+    _hash.addBytes(bytes, size);
 }
 
 void CheckpointReader::checkLeft(std::uint64_t count, size_t elementSize) const {
@@ -54,7 +34,7 @@ void CheckpointReader::get(void* bytes, size_t size) {
     if (size > 0 && std::fread(bytes, 1, size, _file) != size)
         throw std::runtime_error("it ends early");
     _left -= size;
-    _hash.add(bytes, size);
+    _hash.addBytes(bytes, size);
 }
 
 ReductionCheckpoint::ReductionCheckpoint(std::string folder, double worthSeconds,

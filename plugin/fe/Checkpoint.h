@@ -23,25 +23,9 @@ one, counts as none.
 #include <string>
 #include <vector>
 
+#include "simflex/base/Hash.h"
+
 namespace simflex {
-
-/** A hash of numbers and texts in their order, not of their addresses. **/
-class DataHash {
-public:
-    void add(const void* bytes, size_t size);
-    void add(const std::string& text);
-    void add(double value) { add(&value, sizeof value); }
-    template <class T>
-    void add(const std::vector<T>& values) {
-        const std::uint64_t count = values.size();
-        add(&count, sizeof count);
-        add(values.data(), values.size() * sizeof(T));
-    }
-    std::uint64_t get() const { return _state; }
-
-private:
-    std::uint64_t _state = 0x9e3779b97f4a7c15u;
-};
 
 class CheckpointWriter {
 public:
@@ -57,7 +41,7 @@ public:
 private:
     friend class ReductionCheckpoint;
     std::FILE* _file = nullptr;
-    DataHash _hash;
+    Hash _hash;
 };
 
 class CheckpointReader {
@@ -80,7 +64,7 @@ private:
     friend class ReductionCheckpoint;
     std::FILE* _file = nullptr;
     std::uint64_t _left = 0;
-    DataHash _hash;
+    Hash _hash;
 };
 
 class ReductionCheckpoint {

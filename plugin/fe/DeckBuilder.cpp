@@ -20,7 +20,7 @@
 #include "ElasticLaw.h"
 #include "ElementShapes.h"
 #include "ThinSections.h"
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {

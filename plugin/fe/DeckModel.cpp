@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "BeamMatrices.h"
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {

@@ -17,7 +17,7 @@
 #include "SolidElements.h"
 #include "Vec3d.h"
 #include "simflex/base/AsciiText.h"
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {

@@ -15,8 +15,8 @@
 #include "InpCards.h"
 #include "ProgramRun.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/base/Sandbox.h"
-#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "NodeTable.h"
 #include "simflex/base/AsciiText.h"
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {

@@ -16,8 +16,8 @@ matrix.
 
 #include <string>
 
+#include "simflex/base/Progress.h"
 #include "simflex/fe/FeModel.h"
-#include "simflex/fe/Progress.h"
 
 namespace simflex {
 

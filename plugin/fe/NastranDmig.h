@@ -10,8 +10,8 @@ system. Small fields have too few digits for a stiffness matrix: punch large one
 
 #include <string>
 
+#include "simflex/base/Progress.h"
 #include "simflex/fe/FeModel.h"
-#include "simflex/fe/Progress.h"
 
 namespace simflex {
 

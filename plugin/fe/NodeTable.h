@@ -7,8 +7,8 @@ Where the nodes are of a model whose matrices come from a file of their own. Int
 #include <vector>
 
 #include "MatrixEntries.h"
+#include "simflex/base/Progress.h"
 #include "simflex/fe/FeModel.h"
-#include "simflex/fe/Progress.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {

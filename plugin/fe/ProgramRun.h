@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Runs CalculiX and Gmsh: on one thread, in a folder of their own, with their output in a file. Internal to fe. **/
+Runs CalculiX and Gmsh: on one thread, in a folder of their own, with their output in a file.
+Internal to fe. **/
 
 #include <filesystem>
 #include <map>
@@ -8,7 +9,7 @@ Runs CalculiX and Gmsh: on one thread, in a folder of their own, with their outp
 #include <vector>
 
 #include "simflex/base/ChildProcess.h"
-#include "simflex/fe/Progress.h"
+#include "simflex/base/Progress.h"
 
 namespace simflex {
 

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
+
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {
@@ -19,12 +20,6 @@ constexpr double kLikelyDensity[2] = {300, 23000}, kLikelySpeed[2] = {300, 20000
 
 bool isWithin(double value, double low, double high) {
     return value >= low && value <= high;
-}
-
-std::string shortNumber(double value) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
 }
 
 /** Six times the volume of a tetrahedron. **/
@@ -119,9 +114,9 @@ bool isLikely(const PartFigures& f) {
 }
 
 std::string describe(const PartFigures& f) {
-    return shortNumber(f.size) + " m long, " + (f.isDensityExact ? "" : "at least ") +
-           shortNumber(f.density) + " kg/m³" +
-           (f.waveSpeed > 0 ? ", wave speed about " + shortNumber(f.waveSpeed) + " m/s" : "");
+    return writeGeneral(f.size, 3) + " m long, " + (f.isDensityExact ? "" : "at least ") +
+           writeGeneral(f.density, 3) + " kg/m³" +
+           (f.waveSpeed > 0 ? ", wave speed about " + writeGeneral(f.waveSpeed, 3) + " m/s" : "");
 }
 
 }  // namespace
@@ -194,7 +189,7 @@ std::vector<std::string> checkUnits(const FeModel& model) {
     if (!likely.empty()) likely += ".";
     if (figures.size > kAbsurd)
         throw std::invalid_argument(model.source + ": the part is " +
-                                    shortNumber(figures.size / 1e3) + " km long in SI units." +
+                                    writeGeneral(figures.size / 1e3, 3) + " km long in SI units." +
                                     likely);
     if (!isPlausible(figures))
         warnings.push_back("the numbers are hardly those of a solid part in SI units (" +

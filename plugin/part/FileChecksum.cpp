@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "simflex/base/Hash.h"
+
 namespace simflex {
 namespace {
 
@@ -18,23 +20,17 @@ struct Trailer {
     std::uint64_t sum = 0;
 };
 
-/** FNV-1a over 64-bit words (the last one filled up with zeros) of the first bytes of a file. **/
 std::uint64_t calcChecksum(std::ifstream& in, size_t size) {
-    std::uint64_t sum = 14695981039346656037u;
+    Hash hash;
     std::vector<char> block(std::min(size, kBlock));
     in.seekg(0);
     for (size_t start = 0; start < size; start += kBlock) {
         const size_t count = std::min(kBlock, size - start);
         if (!in.read(block.data(), std::streamsize(count)))
             throw std::runtime_error("it cannot be read");
-        for (size_t at = 0; at < count; at += 8) {
-            std::uint64_t word = 0;
-            std::memcpy(&word, block.data() + at, std::min<size_t>(8, count - at));
-            sum = (sum ^ word) * 1099511628211u;
-            sum ^= sum >> 32;
-        }
+        hash.addBytes(block.data(), count);
     }
-    return sum;
+    return hash.get();
 }
 
 }  // namespace

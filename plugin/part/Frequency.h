@@ -7,7 +7,7 @@ Frequencies of a part's modes, as numbers and as text. **/
 #include <string>
 #include <vector>
 
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {

@@ -11,8 +11,8 @@
 #include <stdexcept>
 
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
-#include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <functional>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
-#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace {

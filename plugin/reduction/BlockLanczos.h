@@ -27,7 +27,7 @@ orthogonalization procedure with constant synchronization requirements, SIAM J. 
 #include <limits>
 #include <string>
 
-#include "simflex/fe/Progress.h"
+#include "simflex/base/Progress.h"
 
 namespace simflex {
 

@@ -194,7 +194,7 @@ private:
     }
 
     const ReductionCheckpoint* _checkpoint;
-    DataHash _key;
+    Hash _key;
 };
 
 /** How many normal modes are wanted, and down to which 1/ω². **/

@@ -27,7 +27,7 @@ constexpr double kRank = 1e-10;
 constexpr double kBytesPerSecond = 4e8;
 
 std::uint64_t calcKey(const SymmetricMatrix& A) {
-    DataHash hash;
+    Hash hash;
     hash.add(A.columnStarts);
     hash.add(A.rows);
     hash.add(A.values);

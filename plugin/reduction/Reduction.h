@@ -26,9 +26,9 @@ Journal 6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 
 #include <string>
 #include <vector>
 
+#include "simflex/base/Progress.h"
 #include "simflex/fe/Checkpoint.h"
 #include "simflex/fe/FeModel.h"
-#include "simflex/fe/Progress.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {

@@ -15,9 +15,9 @@ The order is the better of METIS's nested dissection and, where it is cheap to t
 #include <memory>
 #include <stdexcept>
 
-#include "simflex/fe/FeModel.h"
-#include "simflex/fe/Progress.h"
+#include "simflex/base/Progress.h"
 #include "simflex/fe/Checkpoint.h"
+#include "simflex/fe/FeModel.h"
 
 namespace simflex {
 

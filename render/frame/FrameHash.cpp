@@ -5,7 +5,7 @@
 #include <memory>
 #include <mutex>
 
-#include "ContentHash.h"
+#include "simflex/base/Hash.h"
 
 namespace simflex {
 
@@ -15,24 +15,24 @@ constexpr int drawingVersion = 2;  // grows when the same snapshot is drawn in a
 
 // Every member is named below, so that a new one does not compile until it is added here.
 
-void add(ContentHash& hash, const SimTK::Vec3& v) {
+void add(Hash& hash, const SimTK::Vec3& v) {
     for (int k = 0; k < 3; ++k) hash.add(v[k]);
 }
-void add(ContentHash& hash, const SimTK::Rotation& R) {
+void add(Hash& hash, const SimTK::Rotation& R) {
     for (int k = 0; k < 3; ++k) add(hash, SimTK::Vec3(R.col(k)));
 }
-void add(ContentHash& hash, const SimTK::Transform& X) {
+void add(Hash& hash, const SimTK::Transform& X) {
     add(hash, X.R());
     add(hash, X.p());
 }
-void add(ContentHash& hash, const SimTK::Vector& v) {
+void add(Hash& hash, const SimTK::Vector& v) {
     hash.add(v.size());
     for (int i = 0; i < v.size(); ++i) hash.add(v[i]);
 }
-void add(ContentHash& hash, const Image::Pixel& color) {
+void add(Hash& hash, const Image::Pixel& color) {
     hash.addBytes(color.data(), color.size());
 }
-void add(ContentHash& hash, const std::vector<std::string>& texts) {
+void add(Hash& hash, const std::vector<std::string>& texts) {
     hash.add(texts.size());
     for (const std::string& text : texts) hash.add(text);
 }
@@ -40,7 +40,7 @@ void add(ContentHash& hash, const std::vector<std::string>& texts) {
 // What is constant and large is read once for as long as it lives.
 template <class T>
 std::uint64_t findConstant(const std::shared_ptr<const T>& object,
-                           void (*addContent)(ContentHash&, const T&)) {
+                           void (*addContent)(Hash&, const T&)) {
     struct Known {
         std::weak_ptr<const T> object;
         std::uint64_t value;
@@ -53,16 +53,16 @@ std::uint64_t findConstant(const std::shared_ptr<const T>& object,
         if (found != known.end() && found->second.object.lock() == object)
             return found->second.value;
     }
-    ContentHash hash;
+    Hash hash;
     addContent(hash, *object);
     const std::lock_guard<std::mutex> lock(mutex);
     for (auto entry = known.begin(); entry != known.end();)
         entry = entry->second.object.expired() ? known.erase(entry) : std::next(entry);
-    known[object.get()] = {object, hash.getValue()};
-    return hash.getValue();
+    known[object.get()] = {object, hash.get()};
+    return hash.get();
 }
 
-void addGeometry(ContentHash& hash, const SurfaceGeometry& geometry) {
+void addGeometry(Hash& hash, const SurfaceGeometry& geometry) {
     const auto& [vertices, triangles, featureEdges, elementEdges, isClosed, isFine, lower, upper,
                  version] = geometry;
     hash.add(vertices);
@@ -76,7 +76,7 @@ void addGeometry(ContentHash& hash, const SurfaceGeometry& geometry) {
     (void)version;
 }
 
-void addSkin(ContentHash& hash, const SkinModes& skin) {
+void addSkin(Hash& hash, const SkinModes& skin) {
     const auto& [part, nodes, restPositions, Phi, between, vertexPoint, around, undeformed] = skin;
     (void)part;    // only its skin is drawn
     (void)around;  // follows from the triangles
@@ -90,11 +90,11 @@ void addSkin(ContentHash& hash, const SkinModes& skin) {
     addGeometry(hash, *undeformed);
 }
 
-void addField(ContentHash& hash, const ContourField& field) {
+void addField(Hash& hash, const ContourField& field) {
     field.addTo(hash);
 }
 
-void add(ContentHash& hash, const SurfaceItem& item) {
+void add(Hash& hash, const SurfaceItem& item) {
     const auto& [geometry, X_GM, scale, color, opacity, style, representation, showFeatureEdges,
                  showElementEdges] = item;
     hash.add(findConstant<SurfaceGeometry>(geometry, addGeometry));
@@ -108,7 +108,7 @@ void add(ContentHash& hash, const SurfaceItem& item) {
     hash.add(showElementEdges);
 }
 
-void add(ContentHash& hash, const Scene& scene) {
+void add(Hash& hash, const Scene& scene) {
     const auto& [surfaces, lines, points, texts, screenTexts] = scene;
     hash.add(surfaces.size());
     for (const SurfaceItem& item : surfaces) add(hash, item);
@@ -141,7 +141,7 @@ void add(ContentHash& hash, const Scene& scene) {
     add(hash, screenTexts);
 }
 
-void add(ContentHash& hash, const PartSnapshot& part) {
+void add(Hash& hash, const PartSnapshot& part) {
     const auto& [skin, field, X_GB, xi, V_GB, xiDot] = part;
     hash.add(findConstant<SkinModes>(skin, addSkin));
     hash.add(bool(field));
@@ -153,7 +153,7 @@ void add(ContentHash& hash, const PartSnapshot& part) {
     add(hash, xiDot);
 }
 
-void add(ContentHash& hash, const PartStyle& style) {
+void add(Hash& hash, const PartStyle& style) {
     const auto& [deformationFactor, contour, showUndeformed, showElementEdges, showFeatureEdges] =
         style;
     hash.add(deformationFactor);
@@ -169,7 +169,7 @@ void add(ContentHash& hash, const PartStyle& style) {
     hash.add(showFeatureEdges);
 }
 
-void add(ContentHash& hash, const FrameStyle& style) {
+void add(Hash& hash, const FrameStyle& style) {
     const auto& [palette, ground, up, toLight, isLit, occlusionRadius, colorMap, contourLow,
                  contourHigh, hasTriad, unit, isBackgroundTransparent] = style;
     const auto& [backgroundTop, backgroundBottom, groundColor, grid, edge, ghost, text, faintText,
@@ -197,7 +197,7 @@ void add(ContentHash& hash, const FrameStyle& style) {
     hash.add(isBackgroundTransparent);
 }
 
-void add(ContentHash& hash, const ViewSnapshot& view) {
+void add(Hash& hash, const ViewSnapshot& view) {
     const auto& [left, top, width, height, camera, X_GF, fitsClippingPlanes, showAxes, unit,
                  overlay] = view;
     (void)X_GF;  // is in the camera
@@ -240,7 +240,7 @@ void add(ContentHash& hash, const ViewSnapshot& view) {
     }
 }
 
-void add(ContentHash& hash, const FrameSnapshot& snapshot) {
+void add(Hash& hash, const FrameSnapshot& snapshot) {
     const auto& [number, time, width, height, scene, parts, partStyle, style, center_G, radius,
                  views, labels] = snapshot;
     (void)labels;  // those that are seen are in the views
@@ -264,7 +264,7 @@ void add(ContentHash& hash, const FrameSnapshot& snapshot) {
 std::string hashFrame(const FrameJob& job, const std::vector<SimTK::Vec2>& ranges) {
     const auto& [pictures, compose, composition, plots] = job;
     (void)compose;
-    ContentHash hash;
+    Hash hash;
     hash.add(drawingVersion);
     hash.add(pictures.size());
     for (const FrameSnapshot& picture : pictures) add(hash, picture);
@@ -278,9 +278,7 @@ std::string hashFrame(const FrameJob& job, const std::vector<SimTK::Vec2>& range
         painter->addTo(hash);
         hash.add(side);
     }
-    char text[20];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash.getValue()));
-    return text;
+    return hash.getText();
 }
 
 }  // namespace simflex

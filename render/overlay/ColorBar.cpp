@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 

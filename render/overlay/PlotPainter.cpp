@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "Overlay.h"
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 
@@ -197,7 +197,7 @@ bool PlotPainter::hasFuture(double markTime) const {
     });
 }
 
-void PlotPainter::addTo(ContentHash& hash) const {
+void PlotPainter::addTo(Hash& hash) const {
     hash.add(plot.title);
     hash.add(plot.timeUnit);
     for (const double number : {plot.timeUnitSize, plot.timeLow, plot.timeHigh}) hash.add(number);

@@ -13,8 +13,8 @@ faint. A figure is the former up to its mark and the latter behind. Several thre
 #include <vector>
 
 #include "Font.h"
+#include "simflex/base/Hash.h"
 #include "simflex/render/ProbePlot.h"
-#include "simflex/render/frame/ContentHash.h"
 
 namespace simflex {
 
@@ -56,7 +56,7 @@ public:
     int getWidth() const { return width; }
     int getHeight() const { return height; }
     /** Adds all that its picture depends on. **/
-    void addTo(ContentHash& hash) const;
+    void addTo(Hash& hash) const;
 
 private:
     /** Values in the axis's unit; pixels grow from `begin` to `end`. **/

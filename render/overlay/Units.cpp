@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 

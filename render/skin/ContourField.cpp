@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "SkinProduct.h"
-#include "simflex/render/frame/ContentHash.h"
+#include "simflex/base/Hash.h"
 #include "simflex/render/scene/FrameSnapshot.h"
 
 namespace simflex {
@@ -226,7 +226,7 @@ Extremes ContourField::calcValues(const PartSnapshot& motion,
     return findExtremes(workspace.values);
 }
 
-void ContourField::addTo(ContentHash& hash) const {
+void ContourField::addTo(Hash& hash) const {
     hash.add(stressNodes);
     for (const Rows* rows : {&stress, &strain})
         for (int mode = 0; rows->data && mode < skin->part->numModes; ++mode)

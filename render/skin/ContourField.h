@@ -18,7 +18,7 @@ The field is constant and shared by threads; each has its own workspace. **/
 
 namespace simflex {
 
-class ContentHash;
+class Hash;
 struct PartSnapshot;
 
 class ContourField {
@@ -51,7 +51,7 @@ public:
                         Workspace& workspace) const;
 
     /** Adds the stress it has of the part, which SkinModes have not. **/
-    void addTo(ContentHash& hash) const;
+    void addTo(Hash& hash) const;
 
 private:
     // Rows of a matrix with n_f columns.

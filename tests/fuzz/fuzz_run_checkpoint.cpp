@@ -5,6 +5,7 @@ accepted can be written and reads back the same. **/
 #include <cstring>
 
 #include "Fuzz.h"
+#include "simflex/base/Hash.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
 
 using namespace simflex;
@@ -27,11 +28,11 @@ std::string makeBytes() {
     return readBytes(fuzz::getFolder() / "seed");
 }
 
-/** FNV-1a, as at the end of the file. **/
+/** As at the end of the file. **/
 std::uint64_t calcSum(const std::string& bytes) {
-    std::uint64_t sum = 14695981039346656037u;
-    for (const char byte : bytes) sum = (sum ^ std::uint8_t(byte)) * 1099511628211u;
-    return sum;
+    Hash hash;
+    hash.addBytes(bytes.data(), bytes.size());
+    return hash.get();
 }
 
 }  // namespace

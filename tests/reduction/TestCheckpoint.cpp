@@ -136,21 +136,5 @@ TEST_F(CheckpointTest, AFolderThatCannotBeWrittenIsNoted) {
     expectSame(body, run(nullptr));
 }
 
-TEST(DataHash, TellsChangedSwappedAndShiftedContentApart) {
-    const auto hashOf = [](const std::vector<double>& values) {
-        DataHash hash;
-        hash.add(values);
-        return hash.get();
-    };
-    EXPECT_EQ(hashOf({1, 2, 3}), hashOf({1, 2, 3}));
-    EXPECT_NE(hashOf({1, 2, 3}), hashOf({1, 3, 2}));
-    EXPECT_NE(hashOf({1, 2, 3}), hashOf({1, 2, std::nextafter(3, 4)}));
-    EXPECT_NE(hashOf({0, 0}), hashOf({0, 0, 0}));
-    DataHash a, b;
-    a.add(std::string("ab")), a.add(std::string("c"));
-    b.add(std::string("a")), b.add(std::string("bc"));
-    EXPECT_NE(a.get(), b.get());
-}
-
 }  // namespace
 }  // namespace simflex

@@ -8,9 +8,9 @@ simflex sweep: many runs of one model, each with other values. **/
 #include <memory>
 #include <stdexcept>
 
+#include "simflex/base/Interruption.h"
+#include "simflex/base/Progress.h"
 #include "simflex/cli/Commands.h"
-#include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/cli/part/SourceArguments.h"
 #include "simflex/model/sweep/SweepPlan.h"
 #include "simflex/model/sweep/SweepRunner.h"
@@ -78,7 +78,7 @@ void report(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
     std::printf("%s: %s\n", table.c_str(), text.c_str());
     std::fflush(stdout);
     if (counts[int(Status::Interrupted)] > 0 || wasInterrupted())
-        throw Stopped(text + "; the same command goes on with the others");
+        throw Cancelled(text + "; the same command goes on with the others");
     if (numFailed == 0) return;
     for (size_t k = 0; k < outcomes.size(); ++k)
         if (outcomes[k].status == Status::Failed)

@@ -9,10 +9,11 @@ simflex modes: animated pictures of a part's mode shapes and a sheet of all of t
 #include <filesystem>
 #include <memory>
 
+#include "simflex/base/Interruption.h"
+#include "simflex/base/Progress.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/cli/part/PartView.h"
 #include "simflex/part/Frequency.h"
 #include "simflex/part/ReducedBodyFile.h"
@@ -274,7 +275,7 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
                 std::vector<Image> period(kFramesPerPeriod);
                 for (int frame = 0; frame < kFramesPerPeriod; ++frame) {
                     if (!bar.show(painter.describe(k), double(frame) / (kFramesPerPeriod + 6)))
-                        throw Stopped("");
+                        throw Cancelled();
                     const int twin = findTwin(frame);
                     Image& image = period[size_t(frame)];
                     image = twin < frame ? period[size_t(twin)]
@@ -288,15 +289,15 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
                     videos[v]->finish();
                 }
             }
-            if (!bar.show(painter.describe(k), 1)) throw Stopped("");
+            if (!bar.show(painter.describe(k), 1)) throw Cancelled();
             pictures.push_back(painter.draw(k, kFramesPerPeriod / 4, ""));
             captions.push_back(painter.describe(k));
         }
     } catch (const std::exception&) {
         if (!wasInterrupted()) throw;
         finishSheet();
-        throw Stopped(std::to_string(pictures.size()) + " of " + std::to_string(modes.size()) +
-                      " modes are in '" + folder.string() + "'");
+        throw Cancelled(std::to_string(pictures.size()) + " of " + std::to_string(modes.size()) +
+                        " modes are in '" + folder.string() + "'");
     }
     finishSheet();
     if (arguments.quiet) return;

@@ -7,10 +7,11 @@ simflex reduce: a finite element model becomes a part file. **/
 #include <filesystem>
 #include <memory>
 
+#include "simflex/base/Interruption.h"
+#include "simflex/base/Progress.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/cli/part/ReductionArguments.h"
 #include "simflex/cli/part/SourceArguments.h"
 #include "simflex/part/PartWarnings.h"
@@ -190,8 +191,8 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
         } catch (const Cancelled&) {
             const std::string kept = findOutput(*arguments) + ".resume";
             if (!fs::exists(kept)) throw;
-            throw Stopped("what was done is kept in " + kept +
-                          ": the same command goes on from it");
+            throw Cancelled("what was done is kept in " + kept +
+                            ": the same command goes on from it");
         }
     });
 }

@@ -1,5 +1,5 @@
 #include "simflex/cli/shell/Format.h"
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/body/JointEquations.h"
 
 namespace simflex {
@@ -219,9 +219,7 @@ private:
 };
 
 std::string format(Real value, const std::string& unit) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g ", value == 0 ? 0 : value);
-    return text + unit;
+    return writeGeneral(value == 0 ? 0 : value, 6) + ' ' + unit;
 }
 
 /** What cannot be given the value, from here. **/

@@ -1,5 +1,5 @@
 #include "simflex/cli/shell/KeptState.h"
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 
 #include <cerrno>
 #include <cmath>

@@ -18,7 +18,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "simflex/cli/ProgressBar.h"
+#include "simflex/base/Interruption.h"
 #include "simflex/cli/shell/CommandText.h"
 #include "simflex/cli/shell/Terminal.h"
 

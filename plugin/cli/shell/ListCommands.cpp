@@ -5,9 +5,10 @@ Commands of the prompt that list what the model has, and what it does now. **/
 #include <cmath>
 #include <stdexcept>
 
+#include "simflex/base/Interruption.h"
+#include "simflex/base/NumberText.h"
+#include "simflex/base/Progress.h"
 #include "simflex/body/JointEquations.h"
-#include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/cli/shell/Format.h"
 #include "simflex/cli/shell/JointDrag.h"
 #include "simflex/cli/shell/Shell.h"
@@ -29,9 +30,7 @@ std::vector<double> toValues(const SimTK::Vec3& vector) {
 }
 
 std::string formatShort(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value == 0 ? 0.0 : value);
-    return text;
+    return writeGeneral(value == 0 ? 0.0 : value, 6);
 }
 
 std::string formatShort(const std::vector<double>& values) {
@@ -247,7 +246,7 @@ void printEigenmodes(Shell& shell, const Words& words) {
     const int count = words.empty() ? 10 : shell.calcCount(words[0], 10000);
     const Linearization linear =
         calcLinearization(model.getModel().getSystem(), model.copyState(), [] {
-            if (wasInterrupted()) throw Stopped("nothing has changed");
+            if (wasInterrupted()) throw Cancelled("nothing has changed");
         });
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
     double highest = 0;

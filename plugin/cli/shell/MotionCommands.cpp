@@ -5,8 +5,9 @@ Commands of the prompt that move the model: run, step, static, reset. **/
 #include <limits>
 #include <stdexcept>
 
+#include "simflex/base/Interruption.h"
+#include "simflex/base/Progress.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/cli/shell/Format.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -70,7 +71,7 @@ Span readSpan(Shell& shell, Words words) {
 void reportOutcome(Shell& shell, ShellModel::Outcome outcome) {
     const double time = shell.updModel().getTime();
     if (outcome == ShellModel::Outcome::Interrupted)
-        throw Stopped("the time is " + formatNumber(time) + " s");
+        throw Cancelled("the time is " + formatNumber(time) + " s");
     if (outcome == ShellModel::Outcome::Terminated)
         shell.print("the model ended its motion at t = %s s\n", formatNumber(time).c_str());
 }
@@ -105,7 +106,7 @@ void findStatic(Shell& shell, const Words&) {
     ShellModel& model = shell.updModel();
     StaticEquilibrium equilibrium(model.getModel().getSystem());
     equilibrium.setObserver([] {
-        if (wasInterrupted()) throw Stopped("nothing has changed");
+        if (wasInterrupted()) throw Cancelled("nothing has changed");
     });
     equilibrium.solve(model.copyState());
     SimTK::State state = equilibrium.getState();

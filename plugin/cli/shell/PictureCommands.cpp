@@ -6,8 +6,8 @@ Commands of the prompt that draw: pictures and plots, in the terminal and to fil
 #include <limits>
 #include <stdexcept>
 
+#include "simflex/base/Progress.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/cli/shell/Format.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/cli/shell/TerminalPicture.h"
@@ -378,10 +378,10 @@ void film(Shell& shell, const Words& words) {
     }
     bar.clear();
     if (outcome == ShellModel::Outcome::Interrupted)
-        throw Stopped("the time is " + formatNumber(model.getTime()) + " s; there is no video");
+        throw Cancelled("the time is " + formatNumber(model.getTime()) + " s; there is no video");
     if (!drawMotion(model.getModel(), motion, makeAnalysis(model), visualizer,
                     !shell.showsProgress()))
-        throw Stopped("the time is " + formatNumber(model.getTime()) + " s; there is no video");
+        throw Cancelled("the time is " + formatNumber(model.getTime()) + " s; there is no video");
     shell.print("%s: %d pictures, t = %s s\n", words[0].c_str(), motion.getNumStates(),
                 formatNumber(model.getTime()).c_str());
 }

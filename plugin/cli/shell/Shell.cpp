@@ -9,8 +9,9 @@
 #include <iostream>
 #include <stdexcept>
 
+#include "simflex/base/Interruption.h"
+#include "simflex/base/Progress.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/model/file/Formula.h"
 
 namespace simflex {
@@ -49,8 +50,8 @@ int Shell::runPrompt() {
         }
         try {
             run(line);
-        } catch (const Stopped& stopped) {
-            print("stopped; %s\n", stopped.what());
+        } catch (const Cancelled& stopped) {
+            print("%s\n", stopped.what());
         } catch (const std::exception& error) {
             std::fflush(stdout);
             std::fprintf(stderr, "%s\n", wasInterrupted() ? "stopped" : error.what());
@@ -68,8 +69,8 @@ int Shell::runScript(std::istream& script, const std::string& name) {
         const auto attempt = [&](const auto& work) {
             try {
                 work();
-            } catch (const Stopped& stopped) {
-                throw Stopped(place + stopped.what());
+            } catch (const Cancelled& stopped) {
+                throw Cancelled(place + stopped.getKept());
             } catch (const std::exception& error) {
                 if (wasInterrupted()) throw;
                 if (_options.onError == ShellOptions::OnError::Stop)
@@ -132,7 +133,7 @@ void Shell::runCommand(const Words& words) {
     }
     try {
         command.run(*this, arguments);
-    } catch (const Stopped&) {
+    } catch (const Cancelled&) {
         throw;
     } catch (const std::exception& error) {
         const std::string what =

@@ -40,7 +40,7 @@ public:
     int runScript(std::istream& script, const std::string& name);
     /**@}**/
     /** The commands of one line. @throws std::runtime_error beginning with the command's name;
-    Stopped. **/
+    Cancelled. **/
     void run(const std::string& line);
     /** @throws as run(), with the script's name and line before it. **/
     void runFile(const std::string& path);

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
+
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace cli {
@@ -58,12 +59,6 @@ struct Scale {
         return value == 0 ? 0 : value;
     }
 };
-
-std::string formatTick(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return text;
-}
 
 std::string padLeft(const std::string& text, int width) {
     return std::string(size_t(std::max(0, width - int(text.size()))), ' ') + text;
@@ -161,7 +156,7 @@ public:
         const Scale scale(panel.range, std::max(1, (_rows - 1) / 3));
         int labelWidth = 0;
         for (int i = 0; i <= scale.numSteps; ++i)
-            labelWidth = std::max(labelWidth, int(formatTick(scale.getValue(i)).size()));
+            labelWidth = std::max(labelWidth, int(writeGeneral(scale.getValue(i), 6).size()));
         Canvas canvas(std::max(10, _terminal.columns - labelWidth - 2), _rows,
                       _terminal.hasUnicode);
         for (size_t i = 0; i < panel.curves.size(); ++i)
@@ -171,7 +166,7 @@ public:
         std::vector<std::string> labels(static_cast<size_t>(_rows));
         for (int i = 0; i <= scale.numSteps; ++i)
             labels[size_t(_rows - 1 - std::lround(double(i) / scale.numSteps * (_rows - 1)))] =
-                formatTick(scale.getValue(i));
+                writeGeneral(scale.getValue(i), 6);
         for (int row = 0; row < _rows; ++row) {
             const std::string& label = labels[size_t(row)];
             text += padLeft(label, labelWidth) + ' ' + getAxis(!label.empty()) +
@@ -224,7 +219,8 @@ private:
         const int width = std::max(10, _terminal.columns - indent);
         std::string line;
         for (int i = 0; i < width; ++i) line += _terminal.hasUnicode ? "\u2500" : "-";
-        const std::string low = formatTick(_time.low), high = formatTick(_time.high) + " s";
+        const std::string low = writeGeneral(_time.low, 6),
+                          high = writeGeneral(_time.high, 6) + " s";
         return std::string(size_t(indent - 1), ' ') + (_terminal.hasUnicode ? "\u2514" : "+") +
                line + '\n' + std::string(size_t(indent), ' ') + low +
                padLeft(high, width - int(low.size())) + '\n';

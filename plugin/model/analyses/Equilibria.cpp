@@ -5,12 +5,12 @@ The analyses without time: static, eigen, campbell. **/
 #include <cmath>
 #include <sstream>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/analyses/Session.h"
 #include "simflex/model/pictures/Pictures.h"
-#include "simflex/part/NumberText.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/StaticEquilibrium.h"
 

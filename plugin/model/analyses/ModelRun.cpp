@@ -8,10 +8,11 @@
 #include <filesystem>
 #include <sstream>
 
+#include "simflex/base/Interruption.h"
+#include "simflex/base/Progress.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/model/analyses/RunSummary.h"
 #include "simflex/model/analyses/Session.h"
 #include "simflex/model/analyses/TransientRun.h"
@@ -261,7 +262,7 @@ std::vector<ResultColumn> ModelRun::makeColumns() const {
 
 void ModelRun::stopIfAsked() const {
     if (!wasInterrupted()) return;
-    throw Stopped("what was complete is in '" + _resultPath + "'; go on with: " + _resumeCommand);
+    throw Cancelled("what was complete is in '" + _resultPath + "'; go on with: " + _resumeCommand);
 }
 
 void ModelRun::perform() {
@@ -350,7 +351,7 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
     solver.setObserver([this] { stopIfAsked(); });
     try {
         solver.solve(findNamedState(analysis.get("from"), analysis.getName()));
-    } catch (const Stopped&) {
+    } catch (const Cancelled&) {
         throw;
     } catch (const std::runtime_error& error) {
         throw std::runtime_error("analysis '" + analysis.getName() +

@@ -35,7 +35,7 @@ public:
     void check();
 
     /** Begins the result file, or goes on with it.
-    @throws Stopped when Ctrl-C was pressed, after everything was kept; std::runtime_error if
+    @throws Cancelled when Ctrl-C was pressed, after everything was kept; std::runtime_error if
         something fails. **/
     void perform();
 
@@ -67,7 +67,7 @@ private:
         std::vector<std::string> freeMotions;
     };
 
-    /** @throws Stopped once Ctrl-C was pressed; between analyses and where they take long. **/
+    /** @throws Cancelled once Ctrl-C was pressed; between analyses and where they take long. **/
     void stopIfAsked() const;
     void checkWishes(const ModelValue& file) const;
     void readEarlier();

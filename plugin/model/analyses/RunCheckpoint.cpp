@@ -10,27 +10,21 @@
 #include <iterator>
 #include <limits>
 
+#include "simflex/base/Hash.h"
+
 namespace simflex {
 namespace model {
 
 namespace {
 
 constexpr char kMagic[] = "simflex checkpoint of a run\n";
-constexpr std::uint64_t kCheckpointVersion = 4;
+constexpr std::uint64_t kCheckpointVersion = 5;
 constexpr std::size_t kMostPacked = 1 << 24;  // bytes of frames that are written at once
 
-/** FNV-1a, 64 bits. **/
-std::uint64_t calcChecksum(const void* data, size_t size,
-                           std::uint64_t sum = 14695981039346656037u) {
-    const unsigned char* bytes = static_cast<const unsigned char*>(data);
-    for (size_t i = 0; i < size; ++i) sum = (sum ^ bytes[i]) * 1099511628211u;
-    return sum;
-}
-
-std::string toHex(std::uint64_t number) {
-    char text[20];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
-    return text;
+std::uint64_t calcChecksum(const char* bytes, size_t size) {
+    Hash hash;
+    hash.addBytes(bytes, size);
+    return hash.get();
 }
 
 class Packer {
@@ -202,10 +196,12 @@ void readFrames(const std::string& path, RunCheckpoint& checkpoint) {
 }
 
 std::string sumNumbers(const ReducedBody& part) {
-    std::uint64_t sum = calcChecksum(&part.mass, sizeof part.mass);
-    for (const std::vector<double>* numbers : {&part.omegaSquared, &part.Phi, &part.mesh.positions})
-        sum = calcChecksum(numbers->data(), numbers->size() * sizeof(double), sum);
-    return toHex(sum);
+    Hash hash;
+    hash.add(part.mass);
+    hash.add(part.omegaSquared);
+    hash.add(part.Phi);
+    hash.add(part.mesh.positions);
+    return hash.getText();
 }
 
 }  // namespace
@@ -308,8 +304,9 @@ std::map<std::string, std::string> calcInputChecksums(const Model& model) {
     }
     const auto addFile = [&](const std::string& what, const ModelValue& file) {
         if (!file.isGiven()) return;
-        const std::string bytes = readCheckpoint(file.getFilePath());
-        sums[what] = toHex(calcChecksum(bytes.data(), bytes.size()));
+        Hash hash;
+        hash.add(readCheckpoint(file.getFilePath()));
+        sums[what] = hash.getText();
     };
     const ModelValue tables = model.getFile().get("tables"), bodies = model.getFile().get("bodies");
     for (const std::string& name : tables.getKeys())

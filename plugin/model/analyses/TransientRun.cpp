@@ -4,7 +4,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "simflex/cli/Stopped.h"
+#include "simflex/base/Progress.h"
 #include "simflex/model/analyses/Session.h"
 #include "simflex/model/file/KnownTimes.h"
 #include "simflex/model/pictures/Pictures.h"
@@ -156,7 +156,7 @@ void TransientRun::advance(double time) {
     ImplicitIntegrator::StepStatus status;
     try {
         status = _integrator->stepTo(time);
-    } catch (const Stopped&) {
+    } catch (const Cancelled&) {
         throw;
     } catch (const std::exception& error) {
         failWith(error);
@@ -168,7 +168,7 @@ void TransientRun::advance(double time) {
     text << "analysis '" << _name << "' has reached t = " << _reached << " of "
          << _startTime + _duration << " s, which '" << _run._resultPath
          << "' holds; go on with: " << _run._resumeCommand;
-    throw Stopped(text.str());
+    throw Cancelled(text.str());
 }
 
 bool TransientRun::watchStep(double time) {

@@ -25,7 +25,7 @@ public:
     /** Goes on where the checkpoint was written. **/
     void resume(const SimTK::State& start, const RunCheckpoint& checkpoint);
 
-    /** @throws Stopped, std::runtime_error. What was recorded stays. **/
+    /** @throws Cancelled, std::runtime_error. What was recorded stays. **/
     void perform();
 
 private:

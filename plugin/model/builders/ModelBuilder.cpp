@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/model/builders/BodyBuilder.h"
 #include "simflex/model/builders/LoadBuilder.h"
 #include "simflex/model/builders/ModelGeometry.h"
@@ -18,12 +18,6 @@ using namespace SimTK;
 namespace {
 
 constexpr double kFarApart = 1e-3;  ///< error of a joint, as a part of the model's size
-
-std::string formatNumber(const char* text, double value) {
-    char buffer[64];
-    std::snprintf(buffer, sizeof buffer, text, value);
-    return buffer;
-}
 
 }  // namespace
 
@@ -125,9 +119,8 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
         const double angle = std::abs(X_FM.R().convertRotationToAngleAxis()[0]);
         tell(_options.warn,
              "joint '" + joint.name + "' is not closed as placed: its error is " +
-                 formatNumber("%.3g", largest) + ", its frames are " +
-                 formatNumber("%.3g", X_FM.p().norm()) + " m apart and turned by " +
-                 formatNumber("%.3g", angle * 180 / Pi) +
+                 writeGeneral(largest, 3) + ", its frames are " + writeGeneral(X_FM.p().norm(), 3) +
+                 " m apart and turned by " + writeGeneral(angle * 180 / Pi, 3) +
                  " degrees; assembly will move the bodies" +
                  (type == "rod" ? "" : ", 'as_placed: true' takes them as they are"));
     }

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/model/file/Formula.h"
 #include "simflex/model/file/ModelError.h"
-#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace model {

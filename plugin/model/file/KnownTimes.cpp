@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/model/file/ModelNode.h"
 
 namespace simflex {
@@ -33,12 +34,6 @@ void collect(const ModelValue& value, std::vector<Function>& functions) {
     if (!value.isScalar() || value.getNode().form->kind != SchemaForm::Kind::Function) return;
     const Expression expression = value.getExpression();
     if (!expression.isConstant()) functions.push_back({value, expression});
-}
-
-std::string writeNumber(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return text;
 }
 
 }  // namespace
@@ -100,9 +95,9 @@ void checkMotions(const ModelValue& file, double from, double to) {
     for (const Function& motion : motions) {
         const std::optional<Expression::Kink> kink = motion.expression.findKink(from, to);
         if (!kink) continue;
-        const std::string time = " at t = " + writeNumber(kink->time);
+        const std::string time = " at t = " + writeGeneral(kink->time, 6);
         const std::string change =
-            " from " + writeNumber(kink->before) + " to " + writeNumber(kink->after);
+            " from " + writeGeneral(kink->before, 6) + " to " + writeGeneral(kink->after, 6);
         motion.value.fail(kink->order == 0
                               ? "the motion jumps" + time + change +
                                     ", which no finite force can do; step(t, t0, y0, t1, y1) goes "

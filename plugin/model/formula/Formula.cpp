@@ -1,22 +1,13 @@
 #include "simflex/model/formula/Formula.h"
 
-#include <cstdio>
-
+#include "simflex/base/NumberText.h"
 #include "simflex/model/formula/Evaluation.h"
 #include "simflex/model/formula/Switches.h"
 
 namespace simflex {
 namespace formula {
 
-namespace {
-
-std::string writeNumber(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.9g", value);
-    return text;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 Formula::Formula(std::string text, const Scope& scope, const std::vector<std::string>& variables)
     : _text(std::move(text)), _tree(parse(_text, scope, variables)) {
@@ -54,7 +45,7 @@ std::string Formula::explain(int number, const double* values) const {
     }
     const std::string text = _text.substr(static_cast<std::size_t>(node.begin),
                                           static_cast<std::size_t>(node.end - node.begin));
-    const std::string at = writeNumber(x);
+    const std::string at = writeGeneral(x, 9);
     const std::string in = text == _text ? "" : " in '" + text + "'";
     switch (node.operation) {
         case Operation::Divide:
@@ -72,7 +63,7 @@ std::string Formula::explain(int number, const double* values) const {
                    std::string(node.operation == Operation::Asin ? "sine " : "cosine ") + at + in;
         case Operation::Power:
             if (std::isnan(evaluate(_tree, number, values)) || x == 0)
-                return at + " to the power of " + writeNumber(calcOperand(1)) + in;
+                return at + " to the power of " + writeGeneral(calcOperand(1), 9) + in;
             break;
         case Operation::Lookup:
             return node.table->describeRefusal(x);

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <stdexcept>
+
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace formula {
@@ -13,12 +14,6 @@ namespace formula {
 namespace {
 
 const std::size_t kMaxPoints = 5000000;
-
-std::string writeNumber(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return text;
-}
 
 /** Second derivatives at the points of the spline that is not a knot at its ends. **/
 std::vector<double> calcCurvature(const std::vector<double>& x, const std::vector<double>& y) {
@@ -75,8 +70,8 @@ Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
         if (!std::isfinite(_x[i]) || !std::isfinite(_y[i]))
             throw std::invalid_argument("point " + std::to_string(i) + " is not finite");
         if (i > 0 && !(_x[i] > _x[i - 1]))
-            throw std::invalid_argument("x must increase, but " + writeNumber(_x[i]) + " follows " +
-                                        writeNumber(_x[i - 1]));
+            throw std::invalid_argument("x must increase, but " + writeGeneral(_x[i], 6) +
+                                        " follows " + writeGeneral(_x[i - 1], 6));
     }
     if (_interpolation == Interpolation::Spline) {
         _curvature = calcCurvature(_x, _y);
@@ -88,9 +83,9 @@ Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
 }
 
 std::string Table::describeRefusal(double x) const {
-    return "table '" + _name + "' is asked for " + writeNumber(x) +
-           ", outside of its points from " + writeNumber(_x.front()) + " to " +
-           writeNumber(_x.back());
+    return "table '" + _name + "' is asked for " + writeGeneral(x, 6) +
+           ", outside of its points from " + writeGeneral(_x.front(), 6) + " to " +
+           writeGeneral(_x.back(), 6);
 }
 
 bool Table::covers(double x) const {

@@ -1,6 +1,5 @@
 #include "simflex/model/parts/PartKey.h"
 
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -63,7 +62,6 @@ PartKey::PartKey() {
 }
 
 void PartKey::add(const std::string& text) {
-    add(double(text.size()));
     _first.add(text);
     _second.add(text);
 }
@@ -100,10 +98,7 @@ void PartKey::addFile(const std::string& path, int depth) {
 }
 
 std::string PartKey::getText() const {
-    char text[40];
-    std::snprintf(text, sizeof text, "%016llx%016llx", (unsigned long long)(_first.get()),
-                  (unsigned long long)(_second.get()));
-    return text;
+    return _first.getText() + _second.getText();
 }
 
 }  // namespace model

@@ -4,7 +4,7 @@ Name of a reduced part by its content: of what it is made from, byte by byte. **
 
 #include <string>
 
-#include "simflex/fe/Checkpoint.h"
+#include "simflex/base/Hash.h"
 
 namespace simflex {
 namespace model {
@@ -25,7 +25,7 @@ public:
 private:
     void addFile(const std::string& path, int depth);
     std::string addBytes(const std::string& path);
-    DataHash _first, _second;
+    Hash _first, _second;
 };
 
 }  // namespace model

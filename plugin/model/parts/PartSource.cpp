@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/base/TemporaryFolder.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/fe/NodeSelection.h"
@@ -14,7 +15,6 @@
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/parts/FileLock.h"
 #include "simflex/model/parts/PartCache.h"
-#include "simflex/part/NumberText.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {

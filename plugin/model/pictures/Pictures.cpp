@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <map>
 
+#include "simflex/base/NumberText.h"
+#include "simflex/base/Progress.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/Stopped.h"
 #include "simflex/model/analyses/Session.h"
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/pictures/ForcePictures.h"
 #include "simflex/model/results/UnitScale.h"
-#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace model {
@@ -145,7 +145,7 @@ State makeState(const State& pattern, const RunCheckpoint::Frame& frame) {
 }
 
 [[noreturn]] void stopDrawing(const std::string& resumeCommand) {
-    throw Stopped("all results are kept; draw the other pictures with: " + resumeCommand);
+    throw Cancelled("all results are kept; draw the other pictures with: " + resumeCommand);
 }
 
 void checkVideos(const ModelValue& video) {
@@ -354,7 +354,7 @@ void drawModes(const Model& model, const Linearization& linear, const std::vecto
         });
         bar.clear();
         if (numDrawn < int(period.size()))
-            throw Stopped("modes were drawn up to the " + std::to_string(k) + ". one");
+            throw Cancelled("modes were drawn up to the " + std::to_string(k) + ". one");
         viz->finish();
     }
 }

@@ -19,7 +19,7 @@ range of colours. Frames that are there already and show the same are kept.
     remove each other's
 @param rows  of the analysis, for plots; its name is in that of files where a model has several
 @param resumeCommand  told to the user when Ctrl-C stops it
-@throws Stopped, std::runtime_error. **/
+@throws Cancelled, std::runtime_error. **/
 void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
                 const ResultData::Analysis& rows, const std::string& usualFolder, bool isQuiet,
                 const std::string& resumeCommand);
@@ -32,7 +32,7 @@ void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& 
 bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
                 OffscreenVisualizer& viz, bool isQuiet);
 
-/** A film of each mode: FOLDER/ANALYSIS_mode_1.gif … @throws Stopped, std::runtime_error. **/
+/** A film of each mode: FOLDER/ANALYSIS_mode_1.gif … @throws Cancelled, std::runtime_error. **/
 void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
                const std::string& analysis, const std::string& usualFolder, bool isQuiet);
 

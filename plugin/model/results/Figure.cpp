@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "simflex/base/ChildProcess.h"
-#include "simflex/part/NumberText.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/render/ProbePlot.h"
 
 namespace simflex {

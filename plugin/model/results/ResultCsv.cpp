@@ -4,8 +4,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/model/results/ResultFile.h"
-#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace model {

@@ -6,9 +6,9 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
-#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace model {

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "simflex/base/Hash.h"
+
 namespace simflex {
 namespace model {
 namespace {
@@ -20,14 +22,9 @@ constexpr std::uint64_t kFrame = 3 * sizeof(std::uint64_t);  // kind and size be
 enum Kind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete, Warning };
 
 std::uint64_t calcSum(const char* bytes, size_t size) {
-    std::uint64_t sum = 14695981039346656037u;
-    for (size_t at = 0; at < size; at += 8) {
-        std::uint64_t word = 0;
-        std::memcpy(&word, bytes + at, std::min<size_t>(8, size - at));
-        sum = (sum ^ word) * 1099511628211u;
-        sum ^= sum >> 32;
-    }
-    return sum;
+    Hash hash;
+    hash.addBytes(bytes, size);
+    return hash.get();
 }
 
 /** Puts a record's contents together. **/

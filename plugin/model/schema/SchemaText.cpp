@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/model/file/NearestName.h"
-#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace model {

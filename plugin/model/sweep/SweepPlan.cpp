@@ -15,8 +15,9 @@
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/Hash.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/model/file/NearestName.h"
-#include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
@@ -76,28 +77,13 @@ bool looksLikeRange(const std::string& text) {
            text.find_first_not_of("0123456789.+-eE: ") == std::string::npos;
 }
 
-class Checksum {
-public:
-    void add(const char* bytes, size_t size) {
-        for (size_t k = 0; k < size; ++k) _sum = (_sum ^ (unsigned char)bytes[k]) * 1099511628211u;
-    }
-    std::string getText() const {
-        char text[20];
-        std::snprintf(text, sizeof text, "%016llx", (unsigned long long)_sum);
-        return text;
-    }
-
-private:
-    std::uint64_t _sum = 14695981039346656037u;
-};
-
 std::string calcFileChecksum(const std::string& path) {
-    Checksum sum;
+    Hash hash;
     std::ifstream in(path, std::ios::binary);
     std::vector<char> block(1 << 16);
     while (in.read(block.data(), std::streamsize(block.size())) || in.gcount() > 0)
-        sum.add(block.data(), size_t(in.gcount()));
-    return sum.getText();
+        hash.addBytes(block.data(), size_t(in.gcount()));
+    return hash.getText();
 }
 
 /** Paths of the files that a model names, as they can be opened. **/
@@ -137,9 +123,9 @@ std::string makeFolderName(const std::vector<SweptKey>& keys,
             isExact = false;
         }
     if (isExact) return name;
-    Checksum sum;
-    sum.add(exact.data(), exact.size());
-    const std::string digits = sum.getText();
+    Hash hash;
+    hash.add(exact);
+    const std::string digits = hash.getText();
     return name.substr(0, kLongestFolder - 2 - digits.size()) + "-" + digits;
 }
 
@@ -433,13 +419,13 @@ void checkSweepCases(SweepPlan& plan) {
     if (std::all_of(plan.cases.begin(), plan.cases.end(),
                     [](const SweepCase& one) { return !one.error.empty(); }))
         throw std::runtime_error("case " + plan.cases.at(0).folder + ": " + plan.cases[0].error);
-    Checksum sum;
-    sum.add(plan.model.text.data(), plan.model.text.size());
+    Hash hash;
+    hash.add(plan.model.text);
     for (const std::string& file : files) {
-        const std::string entry = file + "\n" + calcFileChecksum(file) + "\n";
-        sum.add(entry.data(), entry.size());
+        hash.add(file);
+        hash.add(calcFileChecksum(file));
     }
-    plan.content = sum.getText();
+    plan.content = hash.getText();
 }
 
 }  // namespace model

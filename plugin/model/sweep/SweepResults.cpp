@@ -8,10 +8,10 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/part/FileChecksum.h"
 #include "simflex/part/Hdf5.h"
-#include "simflex/part/NumberText.h"
 
 namespace simflex {
 namespace model {

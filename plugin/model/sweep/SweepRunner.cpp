@@ -17,6 +17,7 @@
 #include <stdexcept>
 
 #include "simflex/base/ChildProcess.h"
+#include "simflex/base/Interruption.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 

@@ -14,13 +14,13 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/CriticalSpeeds.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/part/FileChecksum.h"
 #include "simflex/part/Hdf5.h"
-#include "simflex/part/NumberText.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {

@@ -5,6 +5,7 @@
 
 #include "simflex/base/Checkpoint.h"
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/base/Hash.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
 
@@ -75,15 +76,17 @@ std::uint64_t calcChecksum(const SimTK::MobilizedBody& body) {
     for (const SimTK::Transform* frame : {&F, &M})
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) numbers.push_back(frame->R()[i][j]);
-    return simflex::calcChecksum(numbers.data(), numbers.size() * sizeof(Real));
+    Hash hash;
+    hash.add(numbers);
+    return hash.get();
 }
 
 std::uint64_t calcChecksum(const FlexibleBodyRecord& body) {
-    const auto& omegaSquared = body.model->omegaSquared;
-    return simflex::calcChecksum(
-        body.damping.data(), std::size_t(body.damping.size()) * sizeof(Real),
-        simflex::calcChecksum(omegaSquared.data(),
-                              std::size_t(omegaSquared.size()) * sizeof(Real)));
+    Hash hash;
+    hash.addBytes(body.model->omegaSquared.data(),
+                  std::size_t(body.model->omegaSquared.size()) * sizeof(Real));
+    hash.addBytes(body.damping.data(), std::size_t(body.damping.size()) * sizeof(Real));
+    return hash.get();
 }
 
 }  // namespace

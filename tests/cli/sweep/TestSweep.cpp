@@ -12,6 +12,7 @@ Sweeps: cases run in processes of their own, once each, whoever shares them. **/
 #include <sstream>
 
 #include "cli/CliTest.h"
+#include "simflex/base/Interruption.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/model/sweep/SweepResults.h"
 #include "simflex/model/sweep/SweepRunner.h"

@@ -12,10 +12,16 @@ namespace simflex {
 negative number where that is not known. Return false to stop: the work then throws Cancelled. **/
 using ProgressCallback = std::function<bool(const std::string& phase, double fraction)>;
 
-/** Thrown by work whose ProgressCallback returned false. Nothing of it is left behind. **/
+/** Thrown by work that was told to stop. **/
 class Cancelled : public std::runtime_error {
 public:
-    Cancelled() : std::runtime_error("stopped on request") {}
+    /** @param kept  what there is of it: "3 of 8 modes are in 'crank_modes'" **/
+    explicit Cancelled(const std::string& kept = "nothing was written")
+        : std::runtime_error("stopped; " + kept), m_kept(kept) {}
+    const std::string& getKept() const { return m_kept; }
+
+private:
+    std::string m_kept;
 };
 
 /** Calls `progress`, if there is one. @throws Cancelled if it returns false. **/

@@ -1,0 +1,30 @@
+#include "simflex/base/Interruption.h"
+
+#include <signal.h>
+
+namespace simflex {
+namespace {
+
+volatile sig_atomic_t interrupted = 0;
+
+}  // namespace
+
+void catchInterrupts() {
+    struct sigaction action {};
+    action.sa_handler = [](int) { interrupted = 1; };
+    action.sa_flags = int(SA_RESETHAND);
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+    signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
+}
+
+bool wasInterrupted() {
+    return interrupted != 0;
+}
+
+void forgetInterrupts() {
+    interrupted = 0;
+    catchInterrupts();
+}
+
+}  // namespace simflex
