@@ -474,9 +474,9 @@ TEST(Checkpoint, ForeignAndNewerFilesAreRefused) {
                    {"no checkpoint of simflex"});
     integrator.initialize(start);
     std::string newer = write(integrator);
-    newer[newer.find('\n') + 5] = 4;
+    newer[newer.find('\n') + 5] = 99;
     expectContains(messageOf([&] { read(integrator, newer, start); }),
-                   {"version 4", "reads 3", "newer simflex is needed"});
+                   {"version 99", "newer simflex is needed"});
 }
 
 TEST(Checkpoint, AnotherModelIsRefusedByWhatDiffers) {

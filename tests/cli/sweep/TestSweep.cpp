@@ -84,7 +84,7 @@ TEST_F(SweepRunnerTest, WhatIsCompleteIsNotDoneAgainAndWhatFailedStopsNobody) {
 TEST_F(SweepRunnerTest, CtrlCStopsTheCasesAndTheSameSweepGoesOn) {
     const SweepPlan plan = makePlan("1,2,7");
     const pid_t child = testing::startChild([&] {
-        cli::catchInterrupts();
+        catchInterrupts();
         const auto outcomes = runSweep(plan, makeOptions());
         return outcomes[2].status == Status::Interrupted ? 0 : 1;
     });
