@@ -7,6 +7,8 @@
 #include "BeamMatrices.h"
 #include "CalculixRun.h"
 #include "DeckBuilder.h"
+#include "simflex/base/Archive.h"
+#include "simflex/base/Hash.h"
 
 namespace simflex {
 namespace {
@@ -45,16 +47,8 @@ void assemble(const DeckModel& deck, const std::string& program, const ProgressC
     addBeamMatrices(deck, model);
 }
 
-void putMatrix(CheckpointWriter& out, const SymmetricMatrix& A) {
-    out.put(A.columnStarts);
-    out.put(A.rows);
-    out.put(A.values);
-}
-
-void getMatrix(CheckpointReader& in, SymmetricMatrix& A) {
-    in.get(A.columnStarts);
-    in.get(A.rows);
-    in.get(A.values);
+void visitMatrix(Archive& archive, SymmetricMatrix& A) {
+    archive.visit(A.columnStarts, A.rows, A.values);
     A.size = int(A.columnStarts.size()) - 1;
 }
 
@@ -93,21 +87,17 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     model.notes = deck.notes;
     model.warnings = deck.warnings;
 
+    const auto visit = [&model](Archive& archive) {
+        visitMatrix(archive, model.K);
+        visitMatrix(archive, model.m);
+    };
     try {
-        if (!options.checkpoint ||
-            !options.checkpoint->load("matrices", hash.get(), [&](CheckpointReader& in) {
-                getMatrix(in, model.K);
-                getMatrix(in, model.m);
-            })) {
+        if (!options.checkpoint || !options.checkpoint->load("matrices", hash.get(), visit)) {
             const auto start = std::chrono::steady_clock::now();
             assemble(deck, program, options.progress, model);
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
             if (options.checkpoint)
-                options.checkpoint->save("matrices", hash.get(), spent.count(),
-                                         [&](CheckpointWriter& out) {
-                                             putMatrix(out, model.K);
-                                             putMatrix(out, model.m);
-                                         });
+                options.checkpoint->save("matrices", hash.get(), spent.count(), visit);
         }
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(path + ": " + error.what());

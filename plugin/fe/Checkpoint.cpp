@@ -1,9 +1,14 @@
 #include "simflex/fe/Checkpoint.h"
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <memory>
+#include <stdexcept>
 
+#include "simflex/base/Archive.h"
+#include "simflex/base/Hash.h"
 #include "simflex/base/UnfinishedFile.h"
 
 namespace simflex {
@@ -17,32 +22,42 @@ struct FileCloser {
 };
 using File = std::unique_ptr<std::FILE, FileCloser>;
 
+/** Bytes that go to a file, or come from it, at once: they may be most of the memory. **/
+class FileArchive : public Archive {
+public:
+    /** To write. **/
+    explicit FileArchive(std::FILE* file) : Archive(false, 0), m_file(file) {}
+    /** To read so many bytes. **/
+    FileArchive(std::FILE* file, std::uint64_t size) : Archive(true, size), m_file(file) {}
+
+    /** Of all bytes up to now, behind them. **/
+    void visitChecksum() {
+        const std::uint64_t expected = m_hash.get();
+        std::uint64_t sum = expected;
+        visit(sum);
+        if (sum != expected) fail("its checksum is wrong");
+    }
+
+private:
+    void move(void* data, size_t size) override {
+        const size_t done =
+            isReading() ? std::fread(data, 1, size, m_file) : std::fwrite(data, 1, size, m_file);
+        if (done != size) fail(isReading() ? "it ends early" : std::strerror(errno));
+        m_hash.addBytes(data, size);
+    }
+
+    std::FILE* m_file;
+    Hash m_hash;
+};
+
 }  // namespace
-
-void CheckpointWriter::put(const void* bytes, size_t size) {
-    if (size > 0 && std::fwrite(bytes, 1, size, _file) != size)
-        throw std::runtime_error(std::strerror(errno));
-    _hash.addBytes(bytes, size);
-}
-
-void CheckpointReader::checkLeft(std::uint64_t count, size_t elementSize) const {
-    if (count > _left / elementSize) throw std::runtime_error("it ends early");
-}
-
-void CheckpointReader::get(void* bytes, size_t size) {
-    checkLeft(size, 1);
-    if (size > 0 && std::fread(bytes, 1, size, _file) != size)
-        throw std::runtime_error("it ends early");
-    _left -= size;
-    _hash.addBytes(bytes, size);
-}
 
 ReductionCheckpoint::ReductionCheckpoint(std::string folder, double worthSeconds,
                                          std::function<void(const std::string&)> note)
     : _folder(std::move(folder)), _worthSeconds(worthSeconds), _note(std::move(note)) {}
 
 bool ReductionCheckpoint::load(const std::string& name, std::uint64_t key,
-                               const std::function<void(CheckpointReader&)>& read) const {
+                               const std::function<void(Archive&)>& read) const {
     const std::string path = pathOf(name);
     const File file(std::fopen(path.c_str(), "rbe"));
     if (!file) return false;
@@ -50,24 +65,20 @@ bool ReductionCheckpoint::load(const std::string& name, std::uint64_t key,
         if (_note) _note(text);
     };
     try {
-        CheckpointReader reader;
-        reader._file = file.get();
-        reader._left = fs::file_size(path);
+        FileArchive archive(file.get(), fs::file_size(path));
         char magic[sizeof kMagic];
-        std::uint64_t found = 0, checksum = 0;
-        reader.get(magic, sizeof magic);
+        std::uint64_t found = 0;
+        archive.visitBytes(magic, sizeof magic);
         if (std::memcmp(magic, kMagic, sizeof magic) != 0)
             throw std::runtime_error("it is no such file");
-        reader.get(&found, sizeof found);
+        archive.visit(found);
         if (found != key) {
             note(path + " is of another part or other options: not resumed");
             return false;
         }
-        read(reader);
-        const std::uint64_t expected = reader._hash.get();
-        reader.get(&checksum, sizeof checksum);
-        if (checksum != expected || reader._left != 0)
-            throw std::runtime_error("its checksum is wrong");
+        read(archive);
+        archive.visitChecksum();
+        archive.requireEnd();
     } catch (const std::exception& error) {
         note(path + " is damaged (" + error.what() + "): not resumed");
         return false;
@@ -77,7 +88,7 @@ bool ReductionCheckpoint::load(const std::string& name, std::uint64_t key,
 }
 
 void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, double seconds,
-                               const std::function<void(CheckpointWriter&)>& write) const {
+                               const std::function<void(Archive&)>& write) const {
     if (seconds < _worthSeconds) return;
     const std::string path = pathOf(name);
     std::error_code ignored;
@@ -87,13 +98,13 @@ void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, doubl
     try {
         File file(std::fopen(unfinished.getPath().c_str(), "wbe"));
         if (!file) throw std::runtime_error(std::strerror(errno));
-        CheckpointWriter writer;
-        writer._file = file.get();
-        writer.put(kMagic, sizeof kMagic);
-        writer.put(&key, sizeof key);
-        write(writer);
-        const std::uint64_t checksum = writer._hash.get();
-        writer.put(&checksum, sizeof checksum);
+        FileArchive archive(file.get());
+        char magic[sizeof kMagic];
+        std::memcpy(magic, kMagic, sizeof magic);
+        archive.visitBytes(magic, sizeof magic);
+        archive.visit(key);
+        write(archive);
+        archive.visitChecksum();
         if (std::fclose(file.release()) != 0) throw std::runtime_error(std::strerror(errno));
         unfinished.finish();
     } catch (const std::exception& error) {

@@ -9,8 +9,10 @@
 #include "FixedInterfaces.h"
 #include "MeanAxis.h"
 #include "OneBlasThread.h"
+#include "simflex/base/Archive.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/base/Hash.h"
 #include "simflex/fe/NodeSelection.h"
 
 namespace simflex {
@@ -158,39 +160,31 @@ public:
     void run(const char* name, const std::vector<Shapes*>& shapes,
              const std::vector<Eigen::VectorXd*>& vectors, const Make& make) const {
         if (!_checkpoint) return make();
-        const bool found = _checkpoint->load(name, _key.get(), [&](CheckpointReader& in) {
-            for (Eigen::VectorXd* x : vectors) get(in, *x);
-            for (Shapes* X : shapes) get(in, *X);
-        });
-        if (found) return;
+        const auto visitAll = [&](Archive& archive) {
+            for (Eigen::VectorXd* x : vectors) visit(archive, *x);
+            for (Shapes* X : shapes) visit(archive, *X);
+        };
+        if (_checkpoint->load(name, _key.get(), visitAll)) return;
         auto start = std::chrono::steady_clock::now();
         make();
-        _checkpoint->save(name, _key.get(), lapTime(start), [&](CheckpointWriter& out) {
-            for (const Eigen::VectorXd* x : vectors) put(out, *x);
-            for (const Shapes* X : shapes) put(out, *X);
-        });
+        _checkpoint->save(name, _key.get(), lapTime(start), visitAll);
     }
 
 private:
     template <class Matrix>
-    static void put(CheckpointWriter& out, const Matrix& X) {
-        const std::int64_t sizes[] = {X.rows(), X.cols()};
-        out.put(sizes, sizeof sizes);
-        out.put(X.data(), size_t(X.size()) * sizeof(double));
-    }
-
-    template <class Matrix>
-    static void get(CheckpointReader& in, Matrix& X) {
-        std::int64_t sizes[2];
-        in.get(sizes, sizeof sizes);
+    static void visit(Archive& archive, Matrix& X) {
+        std::int64_t sizes[] = {X.rows(), X.cols()};
+        archive.visit(sizes[0], sizes[1]);
         for (const std::int64_t size : sizes)
             if (size < 0 || size > std::numeric_limits<int>::max())
                 throw std::runtime_error("a matrix has no size");
         if (Matrix::ColsAtCompileTime == 1 && sizes[1] != 1)
             throw std::runtime_error("a vector has other columns than one");
-        in.checkLeft(std::uint64_t(sizes[0] * sizes[1]), sizeof(double));
-        X.resize(sizes[0], sizes[1]);
-        in.get(X.data(), size_t(X.size()) * sizeof(double));
+        if (archive.isReading()) {
+            archive.requireLeft(std::uint64_t(sizes[0] * sizes[1]), sizeof(double));
+            X.resize(sizes[0], sizes[1]);
+        }
+        archive.visitBytes(X.data(), size_t(X.size()) * sizeof(double));
     }
 
     const ReductionCheckpoint* _checkpoint;

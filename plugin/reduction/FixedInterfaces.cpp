@@ -13,6 +13,7 @@
 #include "SparseCholesky.h"
 #include "StiffnessSolver.h"
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/base/Hash.h"
 
 namespace simflex {
 namespace {
@@ -305,8 +306,7 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
         }
         const std::uint64_t key = options.checkpoint ? calcKey(K) : 0;
         if (options.checkpoint &&
-            options.checkpoint->load("factor", key,
-                                     [&](CheckpointReader& in) { cholesky.load(in); }))
+            options.checkpoint->load("factor", key, [&](Archive& in) { cholesky.load(in); }))
             return;
         const SparseCholesky::Prediction& prediction = cholesky.analyze(K);
         checkMemory(prediction, numModes, options);
@@ -319,7 +319,7 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
             (options.checkpoint->worthSeconds() == 0 ||
              spent.count() >= double(prediction.factorBytes) / kBytesPerSecond))
             options.checkpoint->save("factor", key, spent.count(),
-                                     [&](CheckpointWriter& out) { cholesky.save(out); });
+                                     [&](Archive& out) { cholesky.save(out); });
     } catch (const SparseCholesky::SingularMatrix& singular) {
         refuse("the stiffness matrix is singular beyond the six rigid motions" +
                (singular.row >= 0 ? " at node " + std::to_string(coordinates.nodeNumberOf(

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "SupernodalSolve.h"
+#include "simflex/base/Archive.h"
 #include "simflex/part/OwnRandom.h"
 
 namespace simflex {
@@ -196,24 +197,33 @@ void SparseCholesky::factor(const SymmetricMatrix& A, const ProgressCallback& pr
     d.prepareSolves();
 }
 
-void SparseCholesky::save(CheckpointWriter& out) const {
-    const cholmod_factor& L = *_data->factor;
-    const std::uint64_t sizes[] = {L.n, L.nsuper, L.ssize, L.xsize, L.maxcsize, L.maxesize};
-    out.put(sizes, sizeof sizes);
-    out.put(L.Perm, 8 * L.n);
-    for (const void* starts : {L.super, L.pi, L.px}) out.put(starts, 8 * (L.nsuper + 1));
-    out.put(L.s, 8 * L.ssize);
-    out.put(L.x, 8 * L.xsize);
+namespace {
+
+/** All numbers of a factor, whose arrays have their sizes. **/
+void visitArrays(Archive& archive, const cholmod_factor& L) {
+    archive.visitBytes(L.Perm, 8 * L.n);
+    for (void* starts : {L.super, L.pi, L.px}) archive.visitBytes(starts, 8 * (L.nsuper + 1));
+    archive.visitBytes(L.s, 8 * L.ssize);
+    archive.visitBytes(L.x, 8 * L.xsize);
 }
 
-void SparseCholesky::load(CheckpointReader& in) {
+}  // namespace
+
+void SparseCholesky::save(Archive& out) const {
+    const cholmod_factor& L = *_data->factor;
+    std::uint64_t sizes[] = {L.n, L.nsuper, L.ssize, L.xsize, L.maxcsize, L.maxesize};
+    out.visitBytes(sizes, sizeof sizes);
+    visitArrays(out, L);
+}
+
+void SparseCholesky::load(Archive& in) {
     Data& d = *_data;
     d.solver.reset();
     cholmod_l_free_factor(&d.factor, &d.common);
     std::uint64_t sizes[6];
-    in.get(sizes, sizeof sizes);
-    for (const std::uint64_t size : sizes) in.checkLeft(size, 1);
-    in.checkLeft(sizes[3], 8);
+    in.visitBytes(sizes, sizeof sizes);
+    for (const std::uint64_t size : sizes) in.requireLeft(size, 1);
+    in.requireLeft(sizes[3], 8);
     d.factor = cholmod_l_allocate_factor(size_t(sizes[0]), &d.common);
     if (!d.factor) d.fail("hold", int(sizes[0]));
     cholmod_factor& L = *d.factor;
@@ -224,7 +234,6 @@ void SparseCholesky::load(CheckpointReader& in) {
     L.maxesize = size_t(sizes[5]);
     L.is_ll = L.is_super = L.is_monotonic = 1;
     L.xtype = CHOLMOD_REAL;
-    in.get(L.Perm, 8 * L.n);
     const auto take = [&](size_t count) {
         void* bytes = cholmod_l_malloc(count, 8, &d.common);
         if (!bytes) d.fail("hold", int(L.n));
@@ -235,9 +244,7 @@ void SparseCholesky::load(CheckpointReader& in) {
     L.px = take(L.nsuper + 1);
     L.s = take(L.ssize);
     L.x = take(L.xsize);
-    for (void* starts : {L.super, L.pi, L.px}) in.get(starts, 8 * (L.nsuper + 1));
-    in.get(L.s, 8 * L.ssize);
-    in.get(L.x, 8 * L.xsize);
+    visitArrays(in, L);
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {

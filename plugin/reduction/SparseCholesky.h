@@ -16,10 +16,11 @@ The order is the better of METIS's nested dissection and, where it is cheap to t
 #include <stdexcept>
 
 #include "simflex/base/Progress.h"
-#include "simflex/fe/Checkpoint.h"
 #include "simflex/fe/FeModel.h"
 
 namespace simflex {
+
+class Archive;
 
 class SparseCholesky {
 public:
@@ -44,8 +45,8 @@ public:
     void factor(const SymmetricMatrix& A, const ProgressCallback& progress = {});
 
     /** Writes the factor, and takes one that was written. @pre of save: factor(). **/
-    void save(CheckpointWriter& out) const;
-    void load(CheckpointReader& in);
+    void save(Archive& out) const;
+    void load(Archive& in);
 
     /** A⁻¹ B for many right-hand sides. @pre factor(). **/
     Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;

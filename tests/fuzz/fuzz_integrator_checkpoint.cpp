@@ -2,10 +2,10 @@
 Checkpoints of integrators: bytes that are changed, with the checksum that fits them or without.
 What is accepted is written the same again, and the integration goes on or says why it cannot. **/
 
-#include <cstring>
 #include <sstream>
 
 #include "Fuzz.h"
+#include "FuzzArchive.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/forces/ContactStop.h"
@@ -17,11 +17,6 @@ using namespace simflex;
 using namespace SimTK;
 
 namespace {
-
-constexpr size_t kHeader = 19;         ///< bytes of the line in front of the header
-constexpr size_t kSize = kHeader + 8;  ///< place of the number of bytes
-constexpr size_t kSum = kHeader + 16;  ///< place of the checksum
-constexpr size_t kPayload = kHeader + 24;
 
 /** A flexible boom on a ball joint above a stop, and a slider with a handler. **/
 struct Model {
@@ -94,17 +89,6 @@ void read(ImplicitIntegrator& integrator, const std::string& bytes, const State&
     integrator.readCheckpoint(in, start);
 }
 
-/** Makes the header fit the bytes behind it. **/
-void mendHeader(std::string& bytes) {
-    if (bytes.size() < kPayload) return;
-    const std::uint64_t count = bytes.size() - kPayload;
-    std::uint64_t sum = 14695981039346656037u;
-    for (size_t k = kPayload; k < bytes.size(); ++k)
-        sum = (sum ^ std::uint8_t(bytes[k])) * 1099511628211u;
-    std::memcpy(&bytes[kSize], &count, sizeof count);
-    std::memcpy(&bytes[kSum], &sum, sizeof sum);
-}
-
 }  // namespace
 
 /** A byte of choices: scheme, whether the header is mended, whether it is cut; then places (2
@@ -128,7 +112,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     for (size_t k = 1; k + 2 < size; k += 3)
         bytes[(256u * data[k] + data[k + 1]) % bytes.size()] = char(data[k + 2]);
     if (mode & 4) bytes.resize(bytes.size() * (mode >> 3) / 32);
-    if (mode & 2) mendHeader(bytes);
+    if (mode & 2) fuzz::mendArchive(bytes);
 
     const auto integrator = model.make(mode & 1);
     if (!fuzz::accepts([&] { read(*integrator, bytes, model.state); }, fuzz::Names::Anything))

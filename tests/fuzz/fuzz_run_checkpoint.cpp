@@ -5,7 +5,7 @@ accepted can be written and reads back the same. **/
 #include <cstring>
 
 #include "Fuzz.h"
-#include "simflex/base/Hash.h"
+#include "FuzzArchive.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
 
 using namespace simflex;
@@ -28,24 +28,16 @@ std::string makeBytes() {
     return readBytes(fuzz::getFolder() / "seed");
 }
 
-/** As at the end of the file. **/
-std::uint64_t calcSum(const std::string& bytes) {
-    Hash hash;
-    hash.addBytes(bytes.data(), bytes.size());
-    return hash.get();
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     static const std::string whole = makeBytes();
-    std::string bytes = whole.substr(0, whole.size() - sizeof(std::uint64_t));
+    std::string bytes = whole;
     const unsigned mode = size > 0 ? data[0] : 0;
     for (size_t k = 1; k + 2 < size; k += 3)
         bytes[(256u * data[k] + data[k + 1]) % bytes.size()] = char(data[k + 2]);
     if (mode & 2) bytes.resize(bytes.size() * (mode >> 2) / 64);
-    const std::uint64_t sum = mode & 1 ? calcSum(bytes) : 0;
-    bytes.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+    if (mode & 1) fuzz::mendArchive(bytes);
 
     const std::string path = fuzz::getFolder().write("run.checkpoint", bytes);
     model::RunCheckpoint checkpoint;

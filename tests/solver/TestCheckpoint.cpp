@@ -471,7 +471,7 @@ TEST(Checkpoint, ForeignAndNewerFilesAreRefused) {
     const State start = model.system.realizeTopology();
     BdfIntegrator integrator(model.system);
     expectContains(messageOf([&] { read(integrator, "simflex: 1\ntitle: a model\n", start); }),
-                   {"no checkpoint of simflex"});
+                   {"no simflex checkpoint"});
     integrator.initialize(start);
     std::string newer = write(integrator);
     newer[newer.find('\n') + 5] = 99;

@@ -1,11 +1,8 @@
 #include "simflex/cli/shell/KeptState.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/base/UnfinishedFile.h"
 
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -66,23 +63,14 @@ private:
 }  // namespace
 
 void writeKeptState(const std::string& path, const Model& model, const State& state) {
-    const std::string unfinished = path + ".tmp";
-    {
-        std::ofstream file(unfinished);
-        file.imbue(std::locale::classic());
-        file << kTitle << ' ' << kStateVersion << '\n';
-        for (const Model::BodyEntry& body : model.getBodies()) {
-            const bool isFlexible = body.flexible && !body.flexible->isRigid(state);
-            file << "body " << (isFlexible ? "flexible " : "rigid ") << body.name << '\n';
-        }
-        file << formatVector("time", Vector(1, state.getTime())) << formatVector("q", state.getQ())
-             << formatVector("u", state.getU()) << formatVector("z", state.getZ()) << "end\n";
-        file.flush();
-        if (!file) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
+    std::string text = kTitle + (' ' + std::to_string(kStateVersion)) + '\n';
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        const bool isFlexible = body.flexible && !body.flexible->isRigid(state);
+        text += std::string("body ") + (isFlexible ? "flexible " : "rigid ") + body.name + '\n';
     }
-    std::error_code error;
-    std::filesystem::rename(unfinished, path, error);
-    if (error) throw std::runtime_error("cannot write '" + path + "': " + error.message());
+    text += formatVector("time", Vector(1, state.getTime())) + formatVector("q", state.getQ()) +
+            formatVector("u", state.getU()) + formatVector("z", state.getZ()) + "end\n";
+    replaceFile(path, text);
 }
 
 State readKeptState(const std::string& path, const Model& model) {

@@ -19,6 +19,7 @@
 #include <stdexcept>
 
 #include "simflex/base/Interruption.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/cli/shell/CommandText.h"
 #include "simflex/cli/shell/Terminal.h"
 
@@ -183,12 +184,15 @@ public:
         if (historyFile.empty()) return;
         std::error_code ignored;  // a prompt works without a history, too
         fs::create_directories(fs::path(historyFile).parent_path(), ignored);
-        const std::string aside = historyFile + ".new";
+        UnfinishedFile file(historyFile);
         const mode_t mask = umask(0077);
         HistEvent event;
-        const bool isWritten = history(past, &event, H_SAVE, aside.c_str()) >= 0;
+        const bool isWritten = history(past, &event, H_SAVE, file.getPath().c_str()) >= 0;
         umask(mask);
-        if (isWritten) fs::rename(aside, historyFile, ignored);
+        try {
+            if (isWritten) file.finish(Durability::ProcessEnd);
+        } catch (const std::runtime_error&) {
+        }
     }
 
     static char* getPrompt(EditLine* editor) { return get(editor).prompt.data(); }

@@ -8,84 +8,20 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <limits>
+#include <sstream>
 
+#include "simflex/base/Archive.h"
 #include "simflex/base/Hash.h"
+#include "simflex/base/UnfinishedFile.h"
 
 namespace simflex {
 namespace model {
 
 namespace {
 
-constexpr char kMagic[] = "simflex checkpoint of a run\n";
-constexpr std::uint64_t kCheckpointVersion = 5;
+constexpr char kKind[] = "simflex checkpoint of a run";
+constexpr std::uint32_t kCheckpointVersion = 5;
 constexpr std::size_t kMostPacked = 1 << 24;  // bytes of frames that are written at once
-
-std::uint64_t calcChecksum(const char* bytes, size_t size) {
-    Hash hash;
-    hash.addBytes(bytes, size);
-    return hash.get();
-}
-
-class Packer {
-public:
-    std::string bytes;
-
-    void put(std::uint64_t number) { putRaw(&number, sizeof number); }
-    void put(double number) { putRaw(&number, sizeof number); }
-    void put(const std::string& text) {
-        put(std::uint64_t(text.size()));
-        bytes += text;
-    }
-    void put(const std::vector<double>& numbers) {
-        put(std::uint64_t(numbers.size()));
-        putRaw(numbers.data(), numbers.size() * sizeof(double));
-    }
-
-private:
-    void putRaw(const void* data, size_t size) {
-        bytes.append(static_cast<const char*>(data), size);
-    }
-};
-
-class Unpacker {
-public:
-    Unpacker(const std::string& packed, const std::string& path) : _bytes(packed), _path(path) {}
-
-    void get(std::uint64_t& number) { getRaw(&number, sizeof number); }
-    void get(double& number) { getRaw(&number, sizeof number); }
-    void get(std::string& text) {
-        text.resize(getSize(1));
-        getRaw(text.data(), text.size());
-    }
-    void get(std::vector<double>& numbers) {
-        numbers.resize(getSize(sizeof(double)));
-        getRaw(numbers.data(), numbers.size() * sizeof(double));
-    }
-    /** Of so many things of at least this size, which must be there. **/
-    size_t getSize(size_t itemSize) {
-        std::uint64_t size = 0;
-        get(size);
-        if (size > (_bytes.size() - _at) / itemSize) fail();
-        return size_t(size);
-    }
-    bool isAtEnd() const { return _at == _bytes.size(); }
-    size_t getPlace() const { return _at; }
-    [[noreturn]] void fail() const {
-        throw std::runtime_error("checkpoint '" + _path + "' is damaged; remove it to begin anew");
-    }
-
-private:
-    void getRaw(void* data, size_t size) {
-        if (size > _bytes.size() - _at) fail();
-        if (size > 0) std::memcpy(data, _bytes.data() + _at, size);
-        _at += size;
-    }
-
-    const std::string& _bytes;
-    std::string _path;
-    size_t _at = 0;
-};
 
 /** A file that is being written; errors name the checkpoint. **/
 class OpenFile {
@@ -125,45 +61,37 @@ private:
     std::string _checkpoint;
 };
 
-/** A file of its own that appears under its name when it is complete. **/
-void replaceCheckpoint(const std::string& path, const std::string& bytes) {
-    const std::string aside = path + ".new";
-    try {
-        OpenFile file(aside, O_WRONLY | O_CREAT | O_TRUNC, path);
-        file.write(bytes);
-        file.sync();
-        if (::rename(aside.c_str(), path.c_str()) != 0) file.fail("replace");
-    } catch (const std::runtime_error&) {
-        ::unlink(aside.c_str());
-        throw;
-    }
-}
-
-std::string readCheckpoint(const std::string& path) {
+std::string readFile(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file) throw std::runtime_error("cannot read '" + path + "': " + std::strerror(errno));
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-/** Each with a checksum behind it. **/
+/** A frame, with a checksum behind it. **/
+void visitFrame(Archive& archive, RunCheckpoint::Frame& frame) {
+    archive.visit(frame.time, frame.q, frame.u);
+    Hash hash;
+    hash.add(frame.time);
+    hash.add(frame.q);
+    hash.add(frame.u);
+    std::uint64_t sum = hash.get();
+    archive.visit(sum);
+    if (sum != hash.get()) throw std::runtime_error("a frame is damaged");
+}
+
 void appendFrames(const std::string& path, RunCheckpoint& checkpoint) {
-    const std::vector<RunCheckpoint::Frame>& frames = checkpoint.frames;
+    std::vector<RunCheckpoint::Frame>& frames = checkpoint.frames;
     RunCheckpoint::Kept kept = checkpoint.kept;
     if (kept.frames == frames.size()) return;
     OpenFile file(getFramesPath(path), O_WRONLY | O_CREAT, path);
     file.cutTo(kept.bytes);
     while (kept.frames < frames.size()) {
-        Packer packer;
-        for (; kept.frames < frames.size() && packer.bytes.size() < kMostPacked; ++kept.frames) {
-            const RunCheckpoint::Frame& frame = frames[kept.frames];
-            const size_t begin = packer.bytes.size();
-            packer.put(frame.time);
-            packer.put(frame.q);
-            packer.put(frame.u);
-            packer.put(calcChecksum(&packer.bytes[begin], packer.bytes.size() - begin));
-        }
-        file.write(packer.bytes);
-        kept.bytes += packer.bytes.size();
+        Archive archive;
+        for (; kept.frames < frames.size() && archive.getBytes().size() < kMostPacked;
+             ++kept.frames)
+            visitFrame(archive, frames[kept.frames]);
+        file.write(archive.getBytes());
+        kept.bytes += archive.getBytes().size();
     }
     file.sync();
     checkpoint.kept = kept;
@@ -173,26 +101,34 @@ void appendFrames(const std::string& path, RunCheckpoint& checkpoint) {
 void readFrames(const std::string& path, RunCheckpoint& checkpoint) {
     if (checkpoint.kept.frames == 0) return;
     const std::string framesPath = getFramesPath(path);
-    std::string bytes = readCheckpoint(framesPath);
+    std::string bytes = readFile(framesPath);
     if (bytes.size() < checkpoint.kept.bytes)
-        throw std::runtime_error("'" + framesPath + "' is cut off; remove checkpoint '" + path +
-                                 "' to begin anew");
+        throw std::runtime_error("'" + framesPath + "' is cut off");
     bytes.resize(checkpoint.kept.bytes);
-    Unpacker unpacker(bytes, framesPath);
-    while (!unpacker.isAtEnd()) {
-        RunCheckpoint::Frame frame;
-        const size_t begin = unpacker.getPlace();
-        unpacker.get(frame.time);
-        unpacker.get(frame.q);
-        unpacker.get(frame.u);
-        const std::uint64_t expected =
-            calcChecksum(bytes.data() + begin, unpacker.getPlace() - begin);
-        std::uint64_t sum = 0;
-        unpacker.get(sum);
-        if (sum != expected) unpacker.fail();
-        checkpoint.frames.push_back(std::move(frame));
+    Archive archive(std::move(bytes));
+    while (archive.getLeft() > 0) visitFrame(archive, checkpoint.frames.emplace_back());
+    if (checkpoint.frames.size() != checkpoint.kept.frames)
+        throw std::runtime_error("'" + framesPath + "' has another number of frames");
+}
+
+/** All but the frames. **/
+void visitCheckpoint(Archive& archive, RunCheckpoint& checkpoint) {
+    std::vector<std::string> names, sums;
+    for (const auto& [name, sum] : checkpoint.inputs) {
+        names.push_back(name);
+        sums.push_back(sum);
     }
-    if (checkpoint.frames.size() != checkpoint.kept.frames) unpacker.fail();
+    archive.visit(names, sums);
+    if (names.size() != sums.size()) throw std::runtime_error("an input has no checksum");
+    for (size_t k = 0; k < names.size(); ++k) checkpoint.inputs[names[k]] = sums[k];
+    archive.visit(checkpoint.analysis);
+    archive.visitCount(checkpoint.numRows);
+    RunCheckpoint::Energy& energy = checkpoint.energy;
+    archive.visit(energy.balanceAtStart, energy.largestError, energy.largestKinetic,
+                  energy.potentialAtStart, energy.largestPotentialChange, energy.largestWork,
+                  energy.timeOfError);
+    archive.visit(checkpoint.kept.frames, checkpoint.kept.bytes);
+    archive.visit(checkpoint.turns, checkpoint.warnings, checkpoint.integrator);
 }
 
 std::string sumNumbers(const ReducedBody& part) {
@@ -217,79 +153,25 @@ void removeRunCheckpoint(const std::string& path) {
 
 void writeRunCheckpoint(const std::string& path, RunCheckpoint& checkpoint) {
     appendFrames(path, checkpoint);
-    Packer packer;
-    packer.bytes = kMagic;
-    packer.put(kCheckpointVersion);
-    packer.put(std::uint64_t(checkpoint.inputs.size()));
-    for (const auto& [name, sum] : checkpoint.inputs) {
-        packer.put(name);
-        packer.put(sum);
-    }
-    packer.put(checkpoint.analysis);
-    packer.put(std::uint64_t(checkpoint.numRows));
-    packer.put(checkpoint.energy.balanceAtStart);
-    packer.put(checkpoint.energy.largestError);
-    packer.put(checkpoint.energy.largestKinetic);
-    packer.put(checkpoint.energy.potentialAtStart);
-    packer.put(checkpoint.energy.largestPotentialChange);
-    packer.put(checkpoint.energy.largestWork);
-    packer.put(checkpoint.energy.timeOfError);
-    packer.put(checkpoint.kept.frames);
-    packer.put(checkpoint.kept.bytes);
-    packer.put(checkpoint.turns);
-    packer.put(checkpoint.warnings);
-    packer.put(checkpoint.integrator);
-    packer.put(calcChecksum(packer.bytes.data(), packer.bytes.size()));
-    replaceCheckpoint(path, packer.bytes);
+    Archive archive;
+    visitCheckpoint(archive, checkpoint);
+    std::ostringstream file;
+    writeArchive(file, kKind, kCheckpointVersion, archive.getBytes());
+    replaceFile(path, file.str());
 }
 
 RunCheckpoint readRunCheckpoint(const std::string& path) {
-    std::string bytes = readCheckpoint(path);
-    const size_t magic = sizeof kMagic - 1;
-    if (bytes.compare(0, magic, kMagic) != 0)
-        throw std::runtime_error("'" + path + "' is not a checkpoint of simflex run");
-    std::uint64_t sum = 0, number = 0;
-    if (bytes.size() < magic + 2 * sizeof sum)
-        throw std::runtime_error("checkpoint '" + path + "' is cut off; remove it to begin anew");
-    std::memcpy(&sum, bytes.data() + bytes.size() - sizeof sum, sizeof sum);
-    std::memcpy(&number, bytes.data() + magic, sizeof number);
-    if (number > kCheckpointVersion && number < 1000)
-        throw std::runtime_error("checkpoint '" + path + "' has format " + std::to_string(number) +
-                                 "; it needs a newer simflex");
-    bytes.resize(bytes.size() - sizeof sum);
-    if (sum != calcChecksum(bytes.data(), bytes.size()))
-        throw std::runtime_error("checkpoint '" + path + "' is damaged; remove it to begin anew");
-
-    if (number != kCheckpointVersion)
-        throw std::runtime_error("checkpoint '" + path + "' has format " + std::to_string(number) +
-                                 " of an older simflex; remove it to begin anew");
-
-    const std::string packed = bytes.substr(magic + sizeof number);
-    Unpacker unpacker(packed, path);
+    std::istringstream file(readFile(path));
     RunCheckpoint checkpoint;
-    for (size_t k = unpacker.getSize(16); k > 0; --k) {
-        std::string name;
-        unpacker.get(name);
-        unpacker.get(checkpoint.inputs[name]);
+    try {
+        Archive archive(readArchive(file, kKind, kCheckpointVersion));
+        visitCheckpoint(archive, checkpoint);
+        archive.requireEnd();
+        readFrames(path, checkpoint);
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error("checkpoint '" + path + "' cannot be used: " + error.what() +
+                                 "; remove it to begin anew");
     }
-    unpacker.get(checkpoint.analysis);
-    unpacker.get(number);
-    if (number > std::uint64_t(std::numeric_limits<int>::max())) unpacker.fail();
-    checkpoint.numRows = int(number);
-    unpacker.get(checkpoint.energy.balanceAtStart);
-    unpacker.get(checkpoint.energy.largestError);
-    unpacker.get(checkpoint.energy.largestKinetic);
-    unpacker.get(checkpoint.energy.potentialAtStart);
-    unpacker.get(checkpoint.energy.largestPotentialChange);
-    unpacker.get(checkpoint.energy.largestWork);
-    unpacker.get(checkpoint.energy.timeOfError);
-    unpacker.get(checkpoint.kept.frames);
-    unpacker.get(checkpoint.kept.bytes);
-    unpacker.get(checkpoint.turns);
-    unpacker.get(checkpoint.warnings);
-    unpacker.get(checkpoint.integrator);
-    if (!unpacker.isAtEnd()) unpacker.fail();
-    readFrames(path, checkpoint);
     return checkpoint;
 }
 
@@ -305,7 +187,7 @@ std::map<std::string, std::string> calcInputChecksums(const Model& model) {
     const auto addFile = [&](const std::string& what, const ModelValue& file) {
         if (!file.isGiven()) return;
         Hash hash;
-        hash.add(readCheckpoint(file.getFilePath()));
+        hash.add(readFile(file.getFilePath()));
         sums[what] = hash.getText();
     };
     const ModelValue tables = model.getFile().get("tables"), bodies = model.getFile().get("bodies");

@@ -12,6 +12,7 @@
 
 #include "simflex/base/ChildProcess.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/render/ProbePlot.h"
 
 namespace simflex {
@@ -254,9 +255,9 @@ void drawFigure(const std::string& path, const Figure& figure) {
                                  "': its name must end in .png, .svg or .pdf");
     if (figure.panels.empty())
         throw std::runtime_error("cannot draw '" + path + "': there is nothing to draw");
-    const std::string aside = path + ".new";
+    UnfinishedFile unfinished(path);
     const File script(std::tmpfile(), std::fclose), errors(std::tmpfile(), std::fclose);
-    const File picture(std::fopen(aside.c_str(), "wb"), std::fclose);
+    const File picture(std::fopen(unfinished.getPath().c_str(), "wb"), std::fclose);
     if (!script || !errors || !picture)
         throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
     const std::string text = makeGnuplotScript(kind, figure);
@@ -271,18 +272,16 @@ void drawFigure(const std::string& path, const Figure& figure) {
     try {
         end = ChildProcess(setup).wait();
     } catch (const std::runtime_error& error) {
-        fs::remove(aside);
         throw std::runtime_error(std::string(error.what()) +
                                  " (plots are drawn by gnuplot: package gnuplot-nox)");
     }
-    if (!end.isSuccess() || fs::file_size(aside) == 0) {
+    if (!end.isSuccess() || fs::file_size(unfinished.getPath()) == 0) {
         std::string said(2000, '\0');
         std::rewind(errors.get());
         said.resize(std::fread(said.data(), 1, said.size(), errors.get()));
-        fs::remove(aside);
         throw std::runtime_error("gnuplot failed to draw '" + path + "': " + said);
     }
-    fs::rename(aside, path);
+    unfinished.finish(Durability::ProcessEnd);
 }
 
 }  // namespace model

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "simflex/base/Archive.h"
 #include "simflex/base/Hash.h"
 
 namespace simflex {
@@ -19,6 +20,8 @@ namespace {
 constexpr char kMark[] = "simflex journal\n";  // 16 bytes
 constexpr std::uint64_t kMarkSize = sizeof kMark - 1;
 constexpr std::uint64_t kFrame = 3 * sizeof(std::uint64_t);  // kind and size before, sum behind
+constexpr size_t kLeastSeries = 4 * sizeof(std::uint64_t),
+                 kLeastStatistic = 2 * sizeof(std::uint64_t);
 enum Kind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete, Warning };
 
 std::uint64_t calcSum(const char* bytes, size_t size) {
@@ -26,78 +29,6 @@ std::uint64_t calcSum(const char* bytes, size_t size) {
     hash.addBytes(bytes, size);
     return hash.get();
 }
-
-/** Puts a record's contents together. **/
-class Packer {
-public:
-    void add(std::uint64_t value) { addBytes(&value, sizeof value); }
-    void add(const std::string& text) {
-        add(std::uint64_t(text.size()));
-        addBytes(text.data(), text.size());
-    }
-    void add(const std::vector<double>& values) {
-        add(std::uint64_t(values.size()));
-        addBytes(values.data(), values.size() * sizeof(double));
-    }
-    void add(const std::vector<std::string>& texts) { addAll(texts); }
-    void add(const std::vector<std::vector<double>>& rows) { addAll(rows); }
-
-    std::string bytes;
-
-private:
-    template <class List>
-    void addAll(const List& list) {
-        add(std::uint64_t(list.size()));
-        for (const auto& item : list) add(item);
-    }
-    void addBytes(const void* data, size_t size) {
-        bytes.append(static_cast<const char*>(data), size);
-    }
-};
-
-/** Takes them apart again, in the same order. **/
-class Unpacker {
-public:
-    explicit Unpacker(const std::string& bytes) : _bytes(bytes) {}
-
-    std::uint64_t getCount() {
-        std::uint64_t value = 0;
-        std::memcpy(&value, take(sizeof value), sizeof value);
-        return value;
-    }
-    std::string getText() {
-        const std::uint64_t size = getCount();
-        return std::string(take(size), size);
-    }
-    std::vector<double> getNumbers() {
-        const std::uint64_t count = getCount();
-        if (count > _bytes.size()) throw std::runtime_error("a record is too short");
-        const char* bytes = take(count * sizeof(double));
-        std::vector<double> values(count);
-        if (count > 0) std::memcpy(values.data(), bytes, count * sizeof(double));
-        return values;
-    }
-    std::vector<std::string> getTexts() {
-        std::vector<std::string> texts;
-        for (std::uint64_t left = getCount(); left > 0; --left) texts.push_back(getText());
-        return texts;
-    }
-    std::vector<std::vector<double>> getRows() {
-        std::vector<std::vector<double>> rows;
-        for (std::uint64_t left = getCount(); left > 0; --left) rows.push_back(getNumbers());
-        return rows;
-    }
-
-private:
-    const char* take(std::uint64_t size) {
-        if (size > _bytes.size() - _at) throw std::runtime_error("a record is too short");
-        const char* here = _bytes.data() + _at;
-        _at += size;
-        return here;
-    }
-    const std::string& _bytes;
-    size_t _at = 0;
-};
 
 std::string explain(const std::string& what, const std::string& path) {
     const int code = errno;
@@ -128,50 +59,36 @@ bool writeAt(int file, std::uint64_t offset, const char* bytes, size_t size) {
     return true;
 }
 
-std::string packAnalysis(const ResultJournal::Analysis& analysis) {
-    const ResultData::Analysis& contents = analysis.contents;
-    Packer packer;
-    packer.add(contents.name);
-    packer.add(contents.type);
-    packer.add(std::uint64_t(analysis.numQ));
-    packer.add(std::uint64_t(analysis.numU));
-    packer.add(std::uint64_t(contents.probes.size()));
-    for (const auto& series : contents.probes) {
-        packer.add(series.column.name);
-        packer.add(series.column.unit);
-        packer.add(series.column.columns);
-        packer.add(series.rows);
-    }
-    packer.add(contents.q);
-    packer.add(contents.u);
-    packer.add(contents.speeds);
-    packer.add(contents.frequency);
-    packer.add(contents.dampingRatio);
-    return packer.bytes;
+void visit(Archive& archive, ResultHeader& header) {
+    archive.visit(header.title, header.modelPath, header.modelText, header.settings);
+    int isRigid = header.isRigid;
+    archive.visitCount(isRigid);
+    header.isRigid = isRigid != 0;
 }
 
-ResultJournal::Analysis unpackAnalysis(Unpacker& unpacker) {
-    ResultJournal::Analysis analysis;
+/** All but the rows. **/
+void visit(Archive& archive, ResultJournal::Analysis& analysis) {
     ResultData::Analysis& contents = analysis.contents;
-    contents.name = unpacker.getText();
-    contents.type = unpacker.getText();
-    analysis.numQ = int(unpacker.getCount());
-    analysis.numU = int(unpacker.getCount());
-    for (std::uint64_t left = unpacker.getCount(); left > 0; --left) {
-        ResultData::Series series;
-        series.column.name = unpacker.getText();
-        series.column.unit = unpacker.getText();
-        series.column.columns = unpacker.getTexts();
-        series.rows = unpacker.getRows();
-        analysis.numColumns += int(series.column.columns.size());
-        contents.probes.push_back(std::move(series));
+    archive.visit(contents.name, contents.type);
+    archive.visitCount(analysis.numQ);
+    archive.visitCount(analysis.numU);
+    contents.probes.resize(archive.visitSize(contents.probes.size(), kLeastSeries));
+    analysis.numColumns = 0;
+    for (ResultData::Series& series : contents.probes) {
+        ResultColumn& column = series.column;
+        archive.visit(column.name, column.unit, column.columns, series.rows);
+        analysis.numColumns += int(column.columns.size());
     }
-    contents.q = unpacker.getRows();
-    contents.u = unpacker.getRows();
-    contents.speeds = unpacker.getNumbers();
-    contents.frequency = unpacker.getRows();
-    contents.dampingRatio = unpacker.getRows();
-    return analysis;
+    archive.visit(contents.q, contents.u, contents.speeds, contents.frequency,
+                  contents.dampingRatio);
+}
+
+/** A record of texts and numbers. **/
+template <class... Values>
+std::string pack(Values... values) {
+    Archive archive;
+    (archive.visit(values), ...);
+    return archive.getBytes();
 }
 
 }  // namespace
@@ -252,16 +169,17 @@ void ResultJournal::scan() {
 }
 
 void ResultJournal::take(std::uint64_t kind, const std::string& payload, std::uint64_t offset) {
-    Unpacker unpacker(payload);
+    Archive archive(payload);
+    const auto getText = [&archive] {
+        std::string text;
+        archive.visit(text);
+        return text;
+    };
     if (kind == Header) {
-        _header.title = unpacker.getText();
-        _header.modelPath = unpacker.getText();
-        _header.modelText = unpacker.getText();
-        _header.settings = unpacker.getTexts();
-        _header.isRigid = unpacker.getCount() != 0;
+        visit(archive, _header);
         _hasHeader = true;
     } else if (kind == Begin) {
-        _analyses.push_back(unpackAnalysis(unpacker));
+        visit(archive, _analyses.emplace_back());
         _analyses.back().start = offset + kFrame + payload.size();
     } else if (kind == Row) {
         if (_analyses.empty() ||
@@ -269,18 +187,19 @@ void ResultJournal::take(std::uint64_t kind, const std::string& payload, std::ui
             throw std::runtime_error("'" + _path + "' has a row of another length");
         countRow(offset);
     } else if (kind == Statistics) {
-        auto& statistics = update(unpacker.getText()).contents.statistics;
+        auto& statistics = update(getText()).contents.statistics;
         statistics.clear();
-        for (std::uint64_t left = unpacker.getCount(); left > 0; --left) {
-            const std::string name = unpacker.getText();
-            const std::vector<double> value = unpacker.getNumbers();
+        for (size_t left = archive.visitSize(0, kLeastStatistic); left > 0; --left) {
+            const std::string name = getText();
+            std::vector<double> value;
+            archive.visit(value);
             if (value.size() == 1) statistics[name] = value[0];
         }
     } else if (kind == Complete) {
-        update(unpacker.getText()).contents.isComplete = true;
+        update(getText()).contents.isComplete = true;
     } else if (kind == Warning) {
-        const std::string analysis = unpacker.getText();
-        _warnings[analysis].push_back(unpacker.getText());
+        const std::string analysis = getText();
+        _warnings[analysis].push_back(getText());
     } else {
         throw std::runtime_error("'" + _path + "' is of a newer simflex");
     }
@@ -318,17 +237,17 @@ void ResultJournal::append(std::uint64_t kind, const std::string& payload) {
 }
 
 void ResultJournal::addHeader(const ResultHeader& header) {
-    Packer packer;
-    packer.add(header.title);
-    packer.add(header.modelPath);
-    packer.add(header.modelText);
-    packer.add(header.settings);
-    packer.add(std::uint64_t(header.isRigid));
-    append(Header, packer.bytes);
+    Archive archive;
+    ResultHeader copy = header;
+    visit(archive, copy);
+    append(Header, archive.getBytes());
 }
 
 void ResultJournal::addAnalysis(const Analysis& analysis) {
-    append(Begin, packAnalysis(analysis));
+    Archive archive;
+    Analysis copy = analysis;
+    visit(archive, copy);
+    append(Begin, archive.getBytes());
 }
 
 void ResultJournal::addRow(const std::vector<double>& row) {
@@ -337,27 +256,17 @@ void ResultJournal::addRow(const std::vector<double>& row) {
 
 void ResultJournal::addStatistics(const std::string& analysis,
                                   const std::map<std::string, double>& values) {
-    Packer packer;
-    packer.add(analysis);
-    packer.add(std::uint64_t(values.size()));
-    for (const auto& [name, value] : values) {
-        packer.add(name);
-        packer.add(std::vector<double>{value});
-    }
-    append(Statistics, packer.bytes);
+    std::string bytes = pack(analysis, std::uint64_t(values.size()));
+    for (const auto& [name, value] : values) bytes += pack(name, std::vector<double>{value});
+    append(Statistics, bytes);
 }
 
 void ResultJournal::addComplete(const std::string& analysis) {
-    Packer packer;
-    packer.add(analysis);
-    append(Complete, packer.bytes);
+    append(Complete, pack(analysis));
 }
 
 void ResultJournal::addWarning(const std::string& analysis, const std::string& text) {
-    Packer packer;
-    packer.add(analysis);
-    packer.add(text);
-    append(Warning, packer.bytes);
+    append(Warning, pack(analysis, text));
 }
 
 void ResultJournal::cut(const std::string& name, int numRows) {

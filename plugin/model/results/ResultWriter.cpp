@@ -1,6 +1,3 @@
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -10,6 +7,7 @@
 #include <stdexcept>
 
 #include "simflex/base/SecondsSince.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/results/ResultJournal.h"
 #include "simflex/model/results/ResultLayout.h"
 #include "simflex/part/FileChecksum.h"
@@ -21,15 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 constexpr double kMostOfTheTime = 0.1;  // spent on replacing the file at flush()
-
-void syncPath(const std::string& path) {
-    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) return;
-    const int status = fsync(file), code = errno;
-    close(file);
-    if (status != 0 && code != EINVAL && code != EROFS)
-        throw std::runtime_error(std::string("cannot write all of it: ") + std::strerror(code));
-}
 
 std::string joinLines(const std::vector<std::string>& texts) {
     std::string joined;
@@ -126,6 +115,8 @@ public:
                    const std::vector<ResultData::Analysis>& kept)
         : _path(path) {
         guard([&] {
+            const fs::path file(path);
+            removeUnfinishedFiles(file.parent_path(), file.filename().string() + ".");
             if (header) {
                 _journal.emplace(getJournalPath(path), ResultJournal::Access::Create);
                 _journal->addHeader(*header);
@@ -205,19 +196,10 @@ public:
     /** Makes the HDF5 file anew beside the old one and gives it its name. **/
     void replaceFile() {
         const Clock::time_point start = Clock::now();
-        const std::string aside = _path + ".new";
-        try {
-            writeResultLayout(aside, *_journal);
-            appendChecksum(aside);
-            syncPath(aside);
-            fs::rename(aside, _path);
-        } catch (...) {
-            std::error_code ignored;
-            fs::remove(aside, ignored);
-            throw;
-        }
-        const fs::path folder = fs::path(_path).parent_path();
-        syncPath(folder.empty() ? "." : folder.string());
+        UnfinishedFile file(_path);
+        writeResultLayout(file.getPath(), *_journal);
+        appendChecksum(file.getPath());
+        file.finish();
         _replaced = Clock::now();
         _cost = secondsSince(start);
         _isChanged = false;

@@ -18,6 +18,7 @@
 
 #include "simflex/base/ChildProcess.h"
 #include "simflex/base/Interruption.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 
@@ -44,15 +45,6 @@ int countCores() {
 std::string readFile(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(in), {});
-}
-
-void replaceFile(const std::string& path, const std::string& text) {
-    const std::string aside = path + ".new";
-    std::ofstream out(aside, std::ios::binary | std::ios::trunc);
-    out << text;
-    out.close();
-    if (!out) throw std::runtime_error("cannot write '" + aside + "'; is the disk full?");
-    fs::rename(aside, path);
 }
 
 /** The last line that a program said, of which the beginning "simflex: " is left out. **/

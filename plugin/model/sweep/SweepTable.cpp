@@ -15,6 +15,7 @@
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/CriticalSpeeds.h"
@@ -303,14 +304,11 @@ std::string writeSweepTable(const SweepPlan& plan, const std::string& folder) {
     const std::vector<SweepOutcome> outcomes = readSweepOutcomes(plan, folder);
     const SweepTable table = makeSweepTable(plan, outcomes, folder);
     const std::string csv = folder + "/sweep.csv", hdf = folder + "/sweep.h5";
-    std::ofstream out(csv + ".new", std::ios::binary);
-    out << makeCsv(plan, outcomes, table);
-    out.close();
-    if (!out) throw std::runtime_error("cannot write '" + csv + ".new'; is the disk full?");
-    fs::rename(csv + ".new", csv);
-    writeHdf5(hdf + ".new", plan, outcomes, table);
-    appendChecksum(hdf + ".new");
-    fs::rename(hdf + ".new", hdf);
+    replaceFile(csv, makeCsv(plan, outcomes, table));
+    UnfinishedFile file(hdf);
+    writeHdf5(file.getPath(), plan, outcomes, table);
+    appendChecksum(file.getPath());
+    file.finish();
     const Messages messages(Messages::Notes::Hidden);
     for (size_t k = 0; k < plan.cases.size(); ++k)
         if (!table.warnings[k].empty())
