@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 constexpr const char* kMeshName = "mesh.inp";
 constexpr const char* kSolidsSet = "SIMFLEX_SOLIDS";
 constexpr size_t kMostGmshLines = 12;
+constexpr int kMostElements = 20000000;
 constexpr size_t kMostScripts = 1000;  ///< that one includes
 constexpr double kMillimetre = 1e-3;
 
@@ -116,6 +117,20 @@ std::string chooseGmshProgram(const std::string& wish) {
     return program.find('/') == std::string::npos ? program : fs::absolute(program).string();
 }
 
+/** Writes what makes Gmsh stop before it meshes CAD with elements so small that no machine would
+hold them. @return the script's name in the folder **/
+std::string writeSizeCheck(double meshSize, const fs::path& folder) {
+    // Tetrahedra whose edges are h, in a volume V: 6 √2 V/h³.
+    std::ofstream out(folder / "size_check.geo");
+    out << "SetFactory(\"OpenCASCADE\");\nvolumes() = Volume{:};\ntotal = 0;\n"
+           "For k In {0 : #volumes() - 1}\n  total += Mass Volume{volumes(k)};\nEndFor\n"
+           "millions = 8.5e-6 * total / Mesh.CharacteristicLengthMax^3;\n"
+        << "If (millions > " << kMostElements / 1000000
+        << ")\n  Error(\"elements of %g would be about %g million; choose a larger size\", "
+        << number(meshSize) << ", millions);\n  Exit;\nEndIf\n";
+    return "size_check.geo";
+}
+
 void runGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder) {
     const std::string suffix = suffixOf(path);
     const bool isMesh = suffix == ".msh", isStep = suffix == ".step" || suffix == ".stp",
@@ -149,6 +164,8 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
     if (order) add({"-order", std::to_string(order)});
     if (options.meshSize > 0)
         add({"-clmax", number(isMillimetres ? options.meshSize / kMillimetre : options.meshSize)});
+    if (options.meshSize > 0 && !isMesh && !isScript)
+        add({writeSizeCheck(options.meshSize, folder)});
     if (isIges)
         add({"-setnumber", "Geometry.OCCSewFaces", "1", "-setnumber", "Geometry.OCCMakeSolids",
              "1"});

@@ -233,6 +233,16 @@ TEST_F(DataFiles, OptionsBesideThemAreNotRun) {
     EXPECT_FALSE(fs::exists(folder / "model/OWNED"));
 }
 
+TEST_F(DataFiles, ElementsTooManyForAnyMachineAreRefusedUnmeshed) {
+    for (const char* name : {"box.step", "box.brep"}) {
+        mesh(name, {"-0"});
+        SourceOptions options = optionsOf(folder / (std::string("model/") + name));
+        options.gmsh.meshSize = 1e-7;
+        EXPECT_THAT(read(options), AllOf(HasSubstr("elements of 1e-07 would be about"),
+                                         HasSubstr("million; choose a larger size")));
+    }
+}
+
 TEST_F(DataFiles, ScriptsUnderOtherNamesAreNotRun) {
     for (const std::string name : {"a.step", "a.stp", "a.brep"})
         EXPECT_THAT(read(optionsOf(write(name, kBox + evil))),

@@ -112,7 +112,8 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         damping.push_back(mode.dampingRatio);
     }
     if (analysis.get("pictures").getBool() && _options.drawsPictures)
-        drawModes(*_model, linear, modes, name, getUsualFolder(), _options.isQuiet);
+        _remarks[name].push_back(
+            drawModes(*_model, linear, modes, name, getUsualFolder(), _options.isQuiet));
     _writer->addEigen(name, frequency, damping);
     _writer->setStatistics(name,
                            {{"rigid_motions", double(numRigid)}, {"highest_frequency", highest}});

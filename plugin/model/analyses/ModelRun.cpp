@@ -193,6 +193,10 @@ void ModelRun::checkWishes(const ModelValue& file) const {
         throw std::runtime_error("there is no folder '" + folder.string() +
                                  "' for the result file '" + _resultPath + "'; make it first" +
                                  ", or" + advice.substr(1));
+    for (const char* other : {".csv", ".txt", ".json", ".yaml", ".png", ".mp4"})
+        if (path.extension() == other)
+            throw std::runtime_error("the result file '" + _resultPath +
+                                     "' is HDF5: call it .h5; --csv writes tables beside it");
     if (fs::is_directory(path))
         throw std::runtime_error("the result file '" + _resultPath + "' is a folder" + advice);
     if (::access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)

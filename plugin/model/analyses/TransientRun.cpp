@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/model/analyses/Session.h"
 #include "simflex/model/file/KnownTimes.h"
@@ -75,6 +76,10 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
         _frameInterval =
             1 / (pictures.get("rate").getNumber() * pictures.get("slow_motion").getNumber());
         _lastFrame = countIntervals(_duration, _frameInterval, pictures.get("rate"));
+        if (_frameInterval > _duration)
+            run.warn(_name, "pictures: rate and slow_motion make one every " +
+                                writeGeneral(_frameInterval, 4) +
+                                " s, so there are only those of the start and the end");
     }
     _integrator = makeIntegrator(*run._model);
     // What happens between two rows is to be seen.
@@ -278,8 +283,9 @@ void TransientRun::finish() {
                  readResults(_run._resultPath, ReadStates::No).analyses)
                 if (analysis.name == _name) rows = std::move(analysis);
         rows.name = _name;
-        drawFrames(*_run._model, _progress.frames, rows, _run.getUsualFolder(),
-                   _run._options.isQuiet, _run._resumeCommand);
+        _run._remarks[_name].push_back(drawFrames(*_run._model, _progress.frames, rows,
+                                                  _run.getUsualFolder(), _run._options.isQuiet,
+                                                  _run._resumeCommand));
     }
     _run._writer->setComplete(_name);
     removeRunCheckpoint(_run.getCheckpointPath());

@@ -265,20 +265,26 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     return viz;
 }
 
-void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
-                const ResultData::Analysis& rows, const std::string& usualFolder, bool isQuiet,
-                const std::string& resumeCommand) {
+std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
+                       const ResultData::Analysis& rows, const std::string& usualFolder,
+                       bool isQuiet, const std::string& resumeCommand) {
     const ModelValue pictures = model.getFile().get("pictures"), video = pictures.get("video");
     const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
-    if (pictures.get("folder").isGiven() || !video.isGiven())
-        viz->setOutputFolder(makeName(
+    std::string places;
+    if (pictures.get("folder").isGiven() || !video.isGiven()) {
+        const std::string folder = makeName(
             model,
             pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder,
-            rows.name));
+            rows.name);
+        viz->setOutputFolder(folder);
+        places = std::to_string(frames.size()) + " in " + folder;
+    }
     viz->setOldFrames(OldFrames::Resume);
     for (int k = 0; video.isGiven() && k < video.getSize(); ++k) {
         try {
-            addVideo(model, makeName(model, video.at(k).getText(), rows.name), *viz);
+            const std::string file = makeName(model, video.at(k).getText(), rows.name);
+            addVideo(model, file, *viz);
+            places += (places.empty() ? "" : ", ") + file;
         } catch (const std::exception& error) {
             video.at(k).fail(error.what());
         }
@@ -292,6 +298,7 @@ void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& fra
         motion.record(state);
     }
     if (!drawMotion(model, motion, rows, *viz, isQuiet)) stopDrawing(resumeCommand);
+    return "pictures: " + places;
 }
 
 void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz) {
@@ -319,8 +326,9 @@ bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultDa
     return true;
 }
 
-void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
-               const std::string& analysis, const std::string& usualFolder, bool isQuiet) {
+std::string drawModes(const Model& model, const Linearization& linear,
+                      const std::vector<Eigenmode>& modes, const std::string& analysis,
+                      const std::string& usualFolder, bool isQuiet) {
     const ModelValue pictures = model.getFile().get("pictures");
     const fs::path folder =
         pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder;
@@ -357,6 +365,8 @@ void drawModes(const Model& model, const Linearization& linear, const std::vecto
             throw Cancelled("modes were drawn up to the " + std::to_string(k) + ". one");
         viz->finish();
     }
+    return "pictures: " + std::to_string(modes.size()) + " modes, " +
+           (folder / (analysis + "_mode_*.gif")).string();
 }
 
 }  // namespace model

@@ -19,10 +19,11 @@ range of colours. Frames that are there already and show the same are kept.
     remove each other's
 @param rows  of the analysis, for plots; its name is in that of files where a model has several
 @param resumeCommand  told to the user when Ctrl-C stops it
+@return where they are, for people
 @throws Cancelled, std::runtime_error. **/
-void drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
-                const ResultData::Analysis& rows, const std::string& usualFolder, bool isQuiet,
-                const std::string& resumeCommand);
+std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
+                       const ResultData::Analysis& rows, const std::string& usualFolder,
+                       bool isQuiet, const std::string& resumeCommand);
 
 /** Adds a video at the model's rate. @throws as OffscreenVisualizer::addVideo(). **/
 void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz);
@@ -32,9 +33,11 @@ void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& 
 bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
                 OffscreenVisualizer& viz, bool isQuiet);
 
-/** A film of each mode: FOLDER/ANALYSIS_mode_1.gif … @throws Cancelled, std::runtime_error. **/
-void drawModes(const Model& model, const Linearization& linear, const std::vector<Eigenmode>& modes,
-               const std::string& analysis, const std::string& usualFolder, bool isQuiet);
+/** A film of each mode: FOLDER/ANALYSIS_mode_1.gif …
+@return where they are, for people @throws Cancelled, std::runtime_error. **/
+std::string drawModes(const Model& model, const Linearization& linear,
+                      const std::vector<Eigenmode>& modes, const std::string& analysis,
+                      const std::string& usualFolder, bool isQuiet);
 
 }  // namespace model
 }  // namespace simflex

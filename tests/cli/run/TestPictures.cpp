@@ -39,6 +39,7 @@ pictures:
                   [](const std::string& name) { return name.find(".png") != std::string::npos; }),
               11);
     EXPECT_EQ(testing::readText(folder / "run.gif").substr(0, 3), "GIF");
+    EXPECT_THAT(out, HasSubstr("pictures: 11 in shots, run.gif\n"));
     // Pictures change nothing in the results.
     EXPECT_TRUE(results == testing::readText(folder / "model.results.h5"));
 }
@@ -56,6 +57,15 @@ pictures: {size: [160, 120], folder: films, shadows: false, contour: displacemen
     EXPECT_EQ(testing::readText(folder / "films/modes_mode_1.gif").substr(0, 3), "GIF");
     EXPECT_TRUE(isThere("films/modes_mode_2.gif"));
     EXPECT_FALSE(isThere("films/modes_mode_3.gif"));
+    EXPECT_THAT(out, HasSubstr("pictures: 2 modes, films/modes_mode_*.gif\n"));
+}
+
+TEST_F(RunPicturesTest, ThoseOfMotionTooFastToSeeAreWarnedOf) {
+    writeModel(makePendulum("1", R"(analyses: {run: {type: transient, duration: 0.1}}
+pictures: {size: [160, 120], slow_motion: 1e-6, shadows: false}
+)"));
+    ASSERT_EQ(runModel("-q"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("so there are only those of the start and the end"));
 }
 
 TEST_F(RunPicturesTest, ConnectorsAndLoadsAreDrawnUnlessHidden) {

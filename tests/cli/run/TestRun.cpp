@@ -472,6 +472,8 @@ TEST_F(RunTest, WishesAreCheckedBeforePartsAreReduced) {
     EXPECT_THAT(err, AllOf(HasSubstr("no folder 'nested'"), HasSubstr("-o")));
     EXPECT_EQ(runModel("-o ."), 1);
     EXPECT_THAT(err, HasSubstr("is a folder"));
+    EXPECT_EQ(runModel("-o run.csv"), 1);
+    EXPECT_THAT(err, AllOf(HasSubstr("call it .h5"), HasSubstr("--csv")));
     testing::writeText(folder / "letter.h5", "Dear Sir");
     EXPECT_EQ(runModel("-o letter.h5"), 1);
     EXPECT_THAT(err, HasSubstr("letter.h5"));
