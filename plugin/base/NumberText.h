@@ -25,6 +25,11 @@ inline std::string writeScientific(double value, int decimals) {
     return writeAs(value, std::chars_format::scientific, decimals);
 }
 
+/** "0.2 kB", "12.3 MB". **/
+inline std::string writeFileSize(double bytes) {
+    return bytes < 1e6 ? writeFixed(bytes / 1e3, 1) + " kB" : writeFixed(bytes / 1e6, 1) + " MB";
+}
+
 /** As %.*E: for programs written in Fortran. **/
 inline std::string writeFortran(double value, int decimals) {
     std::string text = writeScientific(value, decimals);

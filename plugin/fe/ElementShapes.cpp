@@ -7,6 +7,7 @@
 #include "DeckVocabulary.h"
 #include "FaceShapes.h"
 #include "SolidElements.h"
+#include "simflex/base/ParallelFor.h"
 
 namespace simflex {
 namespace {
@@ -81,14 +82,13 @@ void checkElementShapes(const DeckModel& deck) {
                 x.push_back(deck.mesh.position(deck.mesh.indexOf(node)));
             return check.find(x, solids[k].nodes);
         };
-        size_t first = solids.size();
-#pragma omp parallel for schedule(static) reduction(min : first)
-        for (size_t k = 0; k < solids.size(); ++k)
-            if (!find(k).empty()) first = std::min(first, k);
-        if (first == solids.size()) continue;
-        throw std::invalid_argument(
-            deck.path + ": element " + std::to_string(solids[first].number) + ", a " + type + ", " +
-            find(first) + "; are its nodes in CalculiX's order? Mend the mesh.");
+        parallelFor(solids.size(), omp_get_max_threads(), [&](size_t k) {
+            const std::string wrong = find(k);
+            if (wrong.empty()) return;
+            throw std::invalid_argument(
+                deck.path + ": element " + std::to_string(solids[k].number) + ", a " + type + ", " +
+                wrong + "; are its nodes in CalculiX's order? Mend the mesh.");
+        });
     }
 }
 

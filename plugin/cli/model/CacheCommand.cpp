@@ -8,6 +8,7 @@ simflex cache: the parts that model files have had reduced. **/
 #include <stdexcept>
 #include <string>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/model/parts/PartCache.h"
 
@@ -38,15 +39,6 @@ std::string formatTime(FileTime time) {
     return text;
 }
 
-std::string formatSize(double bytes) {
-    char text[32];
-    if (bytes < 1e6)
-        std::snprintf(text, sizeof text, "%.1f kB", bytes / 1e3);
-    else
-        std::snprintf(text, sizeof text, "%.1f MB", bytes / 1e6);
-    return text;
-}
-
 std::string count(size_t number) {
     return std::to_string(number) + (number == 1 ? " part" : " parts");
 }
@@ -57,12 +49,12 @@ void list(const PartCache& cache) {
     if (!entries.empty()) std::printf("%-32s  %10s  %-16s  part\n", "key", "size", "last used");
     for (const PartCache::Entry& entry : entries) {
         size += double(entry.size);
-        std::printf("%s  %10s  %s  %s\n", entry.key.c_str(), formatSize(double(entry.size)).c_str(),
-                    formatTime(entry.used).c_str(),
+        std::printf("%s  %10s  %s  %s\n", entry.key.c_str(),
+                    writeFileSize(double(entry.size)).c_str(), formatTime(entry.used).c_str(),
                     entry.part.empty() ? "(not readable)" : entry.part.c_str());
     }
     std::printf("%s: %s, %s\n", cache.getFolder().c_str(), count(entries.size()).c_str(),
-                formatSize(size).c_str());
+                writeFileSize(size).c_str());
 }
 
 void clear(const PartCache& cache, double oldest) {
@@ -78,7 +70,7 @@ void clear(const PartCache& cache, double oldest) {
     }
     cache.removeLeftovers();
     std::printf("%s: %s removed, %s", cache.getFolder().c_str(), count(numRemoved).c_str(),
-                formatSize(size).c_str());
+                writeFileSize(size).c_str());
     if (numBusy > 0) std::printf("; %s being made by other runs", count(numBusy).c_str());
     std::printf("\n");
 }

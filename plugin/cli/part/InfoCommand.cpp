@@ -7,8 +7,9 @@ simflex info: what is in a part file, for people or as JSON. **/
 #include <filesystem>
 #include <memory>
 
+#include "simflex/base/Json.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
-#include "simflex/cli/Json.h"
 #include "simflex/cli/part/InterfacePicture.h"
 #include "simflex/cli/part/TieName.h"
 #include "simflex/part/Frequency.h"
@@ -77,19 +78,8 @@ std::vector<ModeLine> calcModeLines(const ReducedBody& body) {
     return lines;
 }
 
-std::string formatSize(std::uintmax_t bytes) {
-    char text[40];
-    const double size = double(bytes);
-    if (size < 1e6) {
-        std::snprintf(text, sizeof text, "%.1f kB", size * 1e-3);
-    } else {
-        std::snprintf(text, sizeof text, "%.1f MB", size * 1e-6);
-    }
-    return text;
-}
-
-void addReport(JsonWriter& json, const ReductionReport& report) {
-    json.beginObject("report");
+Json describe(const ReductionReport& report) {
+    Json json = Json::object();
     json.add("num_constraint_modes", report.numConstraintModes);
     json.add("num_attachment_modes", report.numAttachmentModes);
     json.add("mass_orthogonality", report.massOrthogonality);
@@ -99,25 +89,24 @@ void addReport(JsonWriter& json, const ReductionReport& report) {
     json.add("condition_number", report.conditionNumber);
     json.add("rigid_masses", report.rigidMasses);
     json.add("full_frequencies", report.fullFrequencies);
-    json.beginArray("normal_modes");
+    Json modes = Json::list();
     for (size_t i = 0; i < report.normalFrequencies.size(); ++i) {
-        json.beginObject();
-        json.add("frequency", report.normalFrequencies[i]);
+        Json mode = Json::object();
+        mode.add("frequency", report.normalFrequencies[i]);
         if (report.effectiveMasses.size() >= 6 * (i + 1))
-            json.add(
+            mode.add(
                 "effective_masses",
                 std::vector<double>(report.effectiveMasses.begin() + std::ptrdiff_t(6 * i),
                                     report.effectiveMasses.begin() + std::ptrdiff_t(6 * i + 6)));
-        json.endObject();
+        modes.add(mode);
     }
-    json.endArray();
-    json.endObject();
+    json.add("normal_modes", modes);
+    return json;
 }
 
 void printJson(const ReducedBody& body, const std::vector<std::string>& warnings,
                std::uintmax_t fileSize) {
-    JsonWriter json;
-    json.beginObject();
+    Json json = Json::object();
     json.add("name", body.name);
     json.add("mass", body.mass);
     json.add("center_of_mass", body.centerOfMass);
@@ -129,46 +118,41 @@ void printJson(const ReducedBody& body, const std::vector<std::string>& warnings
     json.add("num_stress_nodes", body.modalStress ? int(body.modalStress->nodes.size()) : 0);
     json.add("file_size", double(fileSize));
     json.add("warnings", warnings);
-    json.beginArray("interfaces");
-    for (const auto& interface : body.interfaces) {
-        json.beginObject();
-        json.add("name", interface.name);
-        json.add("tie", nameOf(interface.tie));
-        json.add("position", interface.position);
-        json.add("deck_position", inDeck(body, interface.position));
-        json.add("num_nodes", int(interface.nodes.size()));
-        json.add("reach", calcReach(body, interface));
-        json.endObject();
-    }
-    json.endArray();
-    json.beginArray("modes");
+    Json interfaces = Json::list();
+    for (const auto& interface : body.interfaces)
+        interfaces.add(Json::object()
+                           .add("name", interface.name)
+                           .add("tie", nameOf(interface.tie))
+                           .add("position", interface.position)
+                           .add("deck_position", inDeck(body, interface.position))
+                           .add("num_nodes", int(interface.nodes.size()))
+                           .add("reach", calcReach(body, interface)));
+    json.add("interfaces", interfaces);
+    Json modes = Json::list();
     int number = 0;
     for (const ModeLine& line : calcModeLines(body)) {
-        json.beginObject();
-        json.add("number", ++number);
-        json.add("frequency", line.frequency);
-        json.add("largest_displacement", line.largestDisplacement);
-        json.add("node", line.node);
+        Json mode = Json::object();
+        mode.add("number", ++number);
+        mode.add("frequency", line.frequency);
+        mode.add("largest_displacement", line.largestDisplacement);
+        mode.add("node", line.node);
         if (std::isfinite(line.fullFrequency)) {
-            json.add("full_frequency", line.fullFrequency);
-            json.add("frequency_error", line.error());
+            mode.add("full_frequency", line.fullFrequency);
+            mode.add("frequency_error", line.error());
         }
-        json.endObject();
+        modes.add(mode);
     }
-    json.endArray();
-    if (body.report) addReport(json, *body.report);
-    json.beginObject("mesh");
-    json.add("num_nodes", body.mesh.numNodes());
-    json.add("num_elements", countElements(body.mesh));
-    json.endObject();
-    json.beginObject("provenance");
-    json.add("source", body.provenance.source);
-    json.add("program", body.provenance.program);
-    json.add("created", body.provenance.created);
-    json.add("units", body.provenance.units);
-    json.endObject();
-    json.endObject();
-    std::puts(json.text().c_str());
+    json.add("modes", modes);
+    if (body.report) json.add("report", describe(*body.report));
+    json.add("mesh", Json::object()
+                         .add("num_nodes", body.mesh.numNodes())
+                         .add("num_elements", countElements(body.mesh)));
+    json.add("provenance", Json::object()
+                               .add("source", body.provenance.source)
+                               .add("program", body.provenance.program)
+                               .add("created", body.provenance.created)
+                               .add("units", body.provenance.units));
+    std::puts(json.write(2).c_str());
 }
 
 /** Zero for what is round-off beside numbers of this size. **/
@@ -264,7 +248,7 @@ void printTable(const ReducedBody& body, const std::vector<std::string>& warning
     for (double& number : c) number = withoutNoise(number, radius);
     for (double& number : I) number = withoutNoise(number, body.mass * radius * radius);
     std::printf("part            %s\n", body.name.c_str());
-    std::printf("file            %s, %s\n", path.c_str(), formatSize(fileSize).c_str());
+    std::printf("file            %s, %s\n", path.c_str(), writeFileSize(double(fileSize)).c_str());
     std::printf("source          %s\n", body.provenance.source.c_str());
     std::printf("program         %s\n", body.provenance.program.c_str());
     std::printf("units           %s\n", body.provenance.units.c_str());

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "simflex/base/Json.h"
 #include "simflex/model/file/Formula.h"
 #include "simflex/model/file/YamlTree.h"
 #include "simflex/model/schema/Schema.h"
@@ -17,77 +18,7 @@ namespace model {
 namespace {
 
 using Kind = SchemaForm::Kind;
-
-/** A value of a JSON text. **/
-class Json {
-public:
-    static Json number(double value) { return Json(writeNumber(value)); }
-    static Json boolean(bool value) { return Json(value ? "true" : "false"); }
-    static Json text(const std::string& value) {
-        std::string quoted = "\"";
-        for (char c : value) {
-            if (c == '"' || c == '\\') quoted += '\\';
-            if (c == '\n')
-                quoted += "\\n";
-            else
-                quoted += c;
-        }
-        return Json(quoted + "\"");
-    }
-    static Json texts(const std::vector<std::string>& values) {
-        Json array = list();
-        for (const std::string& value : values) array.add(text(value));
-        return array;
-    }
-    static Json list() { return Json('['); }
-    static Json object() { return Json('{'); }
-
-    Json& add(Json item) {
-        _items.emplace_back("", std::move(item));
-        return *this;
-    }
-    Json& add(const std::string& key, Json value) {
-        _items.emplace_back(key, std::move(value));
-        return *this;
-    }
-    bool isEmpty() const { return _items.empty(); }
-    std::size_t getSize() const { return _items.size(); }
-    const Json& first() const { return _items[0].second; }
-
-    /** Adds what an object has to another. **/
-    void merge(const Json& other) {
-        _items.insert(_items.end(), other._items.begin(), other._items.end());
-    }
-
-    void write(std::string& out, int depth) const {
-        if (_bracket == 0) {
-            out += _text;
-            return;
-        }
-        out += _bracket;
-        const bool isFlat = _bracket == '[' &&
-                            std::all_of(_items.begin(), _items.end(),
-                                        [](const auto& item) { return item.second._bracket == 0; });
-        bool isFirst = true;
-        for (const auto& item : _items) {
-            if (!isFirst) out += isFlat ? ", " : ",";
-            if (!isFlat) out += "\n" + std::string(static_cast<std::size_t>(depth + 1), ' ');
-            isFirst = false;
-            if (_bracket == '{') out += text(item.first)._text + ": ";
-            item.second.write(out, depth + 1);
-        }
-        if (!isFlat && !_items.empty())
-            out += "\n" + std::string(static_cast<std::size_t>(depth), ' ');
-        out += _bracket == '{' ? '}' : ']';
-    }
-
-private:
-    explicit Json(std::string text) : _text(std::move(text)) {}
-    explicit Json(char bracket) : _bracket(bracket) {}
-    std::string _text;
-    char _bracket = 0;
-    std::vector<std::pair<std::string, Json>> _items;
-};
+constexpr int kDigits = 9;
 
 /** The default of a key, which is written in YAML. **/
 Json convert(const YamlTree& tree) {
@@ -103,18 +34,18 @@ Json convert(const YamlTree& tree) {
         return object;
     }
     double value = 0;
-    if (!tree.isQuoted && formula::readPlainNumber(tree.scalar, value)) return Json::number(value);
+    if (!tree.isQuoted && formula::readPlainNumber(tree.scalar, value)) return Json(value, kDigits);
     if (!tree.isQuoted && (tree.scalar == "true" || tree.scalar == "false"))
-        return Json::boolean(tree.scalar == "true");
-    return Json::text(tree.scalar);
+        return Json(tree.scalar == "true");
+    return Json(tree.scalar);
 }
 
 Json makeType(const std::string& type) {
-    return Json::object().add("type", Json::text(type));
+    return Json::object().add("type", type);
 }
 
 Json require(const std::vector<std::string>& keys) {
-    return Json::object().add("required", Json::texts(keys));
+    return Json::object().add("required", keys);
 }
 
 Json anyOf(const std::vector<Json>& alternatives) {
@@ -125,7 +56,7 @@ Json anyOf(const std::vector<Json>& alternatives) {
 }
 
 Json makeFormula() {
-    return makeType("string").add("pattern", Json::text("^[-+*/^()<>=!&|?:,._ A-Za-z0-9]+$"));
+    return makeType("string").add("pattern", Json("^[-+*/^()<>=!&|?:,._ A-Za-z0-9]+$"));
 }
 
 const char* const kName = "^(?!ground$)[A-Za-z_][A-Za-z0-9_-]*$";
@@ -136,9 +67,9 @@ Json makeForms(const std::vector<SchemaForm>& forms);
 /** `properties` of `type` among `types`; which counts as given if the default is among them. **/
 Json makeTypeCondition(const std::vector<std::string>& types, const std::string& defaultType) {
     Json condition = Json::object().add(
-        "properties", Json::object().add("type", Json::object().add("enum", Json::texts(types))));
+        "properties", Json::object().add("type", Json::object().add("enum", types)));
     if (std::find(types.begin(), types.end(), defaultType) == types.end())
-        condition.add("required", Json::texts({"type"}));
+        condition.add("required", std::vector<std::string>{"type"});
     return condition;
 }
 
@@ -151,7 +82,7 @@ Json makeKey(const SchemaKey& key) {
         description += ".";
     }
     if (!key.defaultNote.empty()) description += " Default: " + key.defaultNote + ".";
-    Json json = Json::object().add("description", Json::text(description));
+    Json json = Json::object().add("description", description);
     if (!key.defaultText.empty())
         json.add("default", convert(parseYaml(key.defaultText, key.name)));
     if (!key.example.empty())
@@ -187,8 +118,8 @@ Json makeMap(const SchemaForm& form) {
             conditions.add(Json::object().add("not", require({key.name, other})));
     }
     Json json = makeType("object");
-    json.add("properties", properties).add("additionalProperties", Json::boolean(false));
-    if (!required.empty()) json.add("required", Json::texts(required));
+    json.add("properties", properties).add("additionalProperties", false);
+    if (!required.empty()) json.add("required", required);
     if (!form.oneOf.empty()) {
         Json choices = Json::list();
         for (const std::string& key : form.oneOf) choices.add(require({key}));
@@ -205,8 +136,8 @@ std::vector<Json> makeForm(const SchemaForm& form) {
             Json number = makeType(form.kind == Kind::Integer ? "integer" : "number");
             if (std::isfinite(form.minimum))
                 number.add(form.isOpen ? "exclusiveMinimum" : "minimum",
-                           Json::number(form.minimum));
-            if (std::isfinite(form.maximum)) number.add("maximum", Json::number(form.maximum));
+                           Json(form.minimum, kDigits));
+            if (std::isfinite(form.maximum)) number.add("maximum", Json(form.maximum, kDigits));
             return {number, makeFormula()};
         }
         case Kind::Function:
@@ -214,21 +145,20 @@ std::vector<Json> makeForm(const SchemaForm& form) {
         case Kind::Bool:
             return {makeType("boolean")};
         case Kind::Name:
-            return {makeType("string").add("pattern", Json::text(kReference))};
+            return {makeType("string").add("pattern", kReference)};
         case Kind::Choice:
-            return {Json::object().add("enum", Json::texts(form.choices))};
+            return {Json::object().add("enum", form.choices)};
         case Kind::File:
-            return {makeType("string").add("minLength", Json::number(1))};
+            return {makeType("string").add("minLength", 1)};
         case Kind::Output:
-            return {
-                makeType("string").add("pattern", Json::text("^(?![/~])(?!(.*/)?\\.\\.(/|$)).+$"))};
+            return {makeType("string").add("pattern", Json("^(?![/~])(?!(.*/)?\\.\\.(/|$)).+$"))};
         case Kind::List: {
             std::vector<Json> lists;
             const std::vector<int> sizes = form.sizes.empty() ? std::vector<int>{0} : form.sizes;
             for (int size : sizes) {
                 Json list = makeType("array").add("items", makeForms(form.items));
-                list.add("minItems", Json::number(size == 0 ? 1 : size));
-                if (size > 0) list.add("maxItems", Json::number(size));
+                list.add("minItems", size == 0 ? 1 : size);
+                if (size > 0) list.add("maxItems", size);
                 lists.push_back(list);
             }
             return lists;
@@ -244,10 +174,11 @@ std::vector<Json> makeForm(const SchemaForm& form) {
             return {
                 makeType("object")
                     .add("patternProperties", Json::object().add(pattern, makeForms(form.items)))
-                    .add("additionalProperties", Json::boolean(false))};
+                    .add("additionalProperties", false)};
         }
         default:
-            return {Json::object().add("type", Json::texts({"string", "number", "boolean"}))};
+            return {Json::object().add("type",
+                                       std::vector<std::string>{"string", "number", "boolean"})};
     }
 }
 
@@ -262,14 +193,11 @@ Json makeForms(const std::vector<SchemaForm>& forms) {
 
 std::string writeJsonSchema() {
     Json json = Json::object();
-    json.add("$schema", Json::text("http://json-schema.org/draft-07/schema#"));
-    json.add("title", Json::text("simflex model"));
-    json.add("description",
-             Json::text("A mechanism of rigid and flexible bodies, for simflex run."));
+    json.add("$schema", "http://json-schema.org/draft-07/schema#");
+    json.add("title", "simflex model");
+    json.add("description", Json("A mechanism of rigid and flexible bodies, for simflex run."));
     json.merge(makeMap(getModelSchema()));
-    std::string text;
-    json.write(text, 0);
-    return text + "\n";
+    return json.write(1) + "\n";
 }
 
 }  // namespace model
