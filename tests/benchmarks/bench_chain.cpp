@@ -119,17 +119,18 @@ double measureElimination(const Part& part, int numLinks, SimTK::Vector* uDot) {
     ChainModel model(optionsFor(numLinks), part);
     const State state = model.makeInitialState();
     model.system.realize(state, Stage::Velocity);
-    MultibodyEquations equations(model.system, state);
+    Evaluation equations(model.system, state);
     IntegratorStatistics statistics;
     ImplicitStep step(equations, statistics);
     step.setNumThreads(1);
-    std::vector<double> q(size_t(equations.numQ())), u(size_t(equations.numU())), a(u.size()),
-        lambda(size_t(equations.numMultipliers()));
-    equations.getFromState(state, q.data(), u.data());
+    std::vector<double> q(size_t(equations.getTopology().numQ)),
+        u(size_t(equations.getTopology().numU)), a(u.size()),
+        lambda(size_t(equations.getTopology().numMultipliers));
+    equations.getBlocks().getFromState(state, q.data(), u.data());
     std::vector<double> seconds;
     for (int k = 0; k < 31; ++k)
         seconds.push_back(measureSeconds([&] { step.calcAccelerations(0, q, u, a, lambda); }));
-    *uDot = equations.calcSimbodyUDot(q.data(), a.data());
+    *uDot = equations.getBlocks().calcSimbodyUDot(q.data(), a.data());
     return medianOf(seconds);
 }
 

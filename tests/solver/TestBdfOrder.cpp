@@ -40,20 +40,20 @@ protected:
     /** States every `spacing` from 0 to `count·spacing` by Runge–Kutta with steps of about 1e-4 s.
      * **/
     Array_<State> integrateReference(Real spacing, int count) {
-        MultibodyEquations equations(m_system, m_start);
+        Evaluation equations(m_system, m_start);
         IntegratorStatistics statistics;
         ImplicitStep step(equations, statistics);
-        std::vector<double> q(equations.numQ()), u(equations.numU()),
-            lambda(equations.numMultipliers());
+        std::vector<double> q(equations.getTopology().numQ), u(equations.getTopology().numU),
+            lambda(equations.getTopology().numMultipliers);
         m_system.realize(m_start, Stage::Velocity);
-        equations.getFromState(m_start, q.data(), u.data());
+        equations.getBlocks().getFromState(m_start, q.data(), u.data());
         const int substeps = int(std::ceil(spacing / 2e-4));
         const double h = spacing / substeps;
 
         Array_<State> states;
         const auto store = [&](double t) {
             State state = m_start;
-            equations.putIntoState(t, q.data(), u.data(), state);
+            equations.getBlocks().putIntoState(t, q.data(), u.data(), state);
             m_system.realize(state, Stage::Velocity);
             states.push_back(state);
         };

@@ -10,8 +10,8 @@
 #include "simflex/body/Joint.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/equations/Evaluation.h"
 #include "simflex/solver/equations/ForceDifferences.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {
@@ -245,21 +245,21 @@ TEST(ForceJacobian, TermsAreTheDerivativesOfTheResidual) {
     const State state = model.makeState(), bareState = bare.makeState();
     model.system.realize(state, Stage::Velocity);
     bare.system.realize(bareState, Stage::Velocity);
-    MultibodyEquations with(model.system, state, MultibodyEquations::Setting::Implicit,
-                            {{model.between, {}}, {model.strut, {}}}),
+    Evaluation with(model.system, state, Topology::Setting::Implicit,
+                    {{model.between, {}}, {model.strut, {}}}),
         without(bare.system, bareState);
-    const int n = with.numU();
-    ASSERT_EQ(without.numU(), n);
-    std::vector<double> q(size_t(with.numQ())), u(size_t(n), 0), uDot(size_t(n), 0),
-        lambda(size_t(with.numMultipliers()), 0);
-    with.getFromState(state, q.data(), u.data());
+    const int n = with.getTopology().numU;
+    ASSERT_EQ(without.getTopology().numU, n);
+    std::vector<double> q(size_t(with.getTopology().numQ)), u(size_t(n), 0), uDot(size_t(n), 0),
+        lambda(size_t(with.getTopology().numMultipliers), 0);
+    with.getBlocks().getFromState(state, q.data(), u.data());
 
     const auto calcForce = [&](int speed, double step) {
         std::vector<double> moved = q, movedU = u, delta(size_t(n), 0), r(size_t(n), 0), bareR = r;
         delta[size_t(speed)] = step;
         movedU[size_t(speed)] += step / gamma;
         with.realize(0, q.data(), u.data());
-        with.moveQ(delta.data(), moved.data());
+        with.getBlocks().moveQ(delta.data(), moved.data());
         with.realize(0, moved.data(), movedU.data());
         with.calcResidual(moved.data(), movedU.data(), uDot.data(), lambda.data(), r.data());
         without.realize(0, moved.data(), movedU.data());
@@ -275,17 +275,18 @@ TEST(ForceJacobian, TermsAreTheDerivativesOfTheResidual) {
     with.realize(0, q.data(), u.data());
     std::vector<double> r(size_t(n), 0);
     with.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), r.data());
-    NewtonSystem system = with.makeNewtonSystem();
+    NewtonSystem system = with.getTopology().makeNewtonSystem();
     with.formNewtonSystem(NewtonFactors(gamma), false, q.data(), u.data(), uDot.data(), system);
     system.checkSizes();
     EXPECT_GE(system.blocks[0].part, 0);
     const Real scale = gamma * stiffness + 1e-3 * stiffness;
     EXPECT_GT(expected.norm(), 0.1 * scale);
-    EXPECT_LT((expandTerms(system, with.numMultipliers()) - expected).norm(), 1e-6 * scale);
+    EXPECT_LT((expandTerms(system, with.getTopology().numMultipliers) - expected).norm(),
+              1e-6 * scale);
 
     // No force has a part in accelerations.
     with.formMassSystem(system);
-    EXPECT_EQ(expandTerms(system, with.numMultipliers()).norm(), 0);
+    EXPECT_EQ(expandTerms(system, with.getTopology().numMultipliers).norm(), 0);
 }
 
 /** A force that is not defined on one side. **/

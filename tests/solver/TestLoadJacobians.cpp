@@ -9,7 +9,7 @@
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Evaluation.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {
@@ -109,20 +109,20 @@ TEST_P(LoadJacobian, IsTheDerivativeOfTheResidual) {
     const State state = model.makeState(), bareState = bare.makeState();
     model.system.realize(state, Stage::Velocity);
     bare.system.realize(bareState, Stage::Velocity);
-    MultibodyEquations loaded(model.system, state), unloaded(bare.system, bareState);
-    const int n = loaded.numU();
-    ASSERT_EQ(unloaded.numU(), n);
+    Evaluation loaded(model.system, state), unloaded(bare.system, bareState);
+    const int n = loaded.getTopology().numU;
+    ASSERT_EQ(unloaded.getTopology().numU, n);
     const Real gamma = 2e-3;
     const std::vector<double> u(size_t(n), 0), uDot(size_t(n), 0), lambda;
-    std::vector<double> q(size_t(loaded.numQ()));
+    std::vector<double> q(size_t(loaded.getTopology().numQ));
     std::vector<double> stateU = u;
-    loaded.getFromState(state, q.data(), stateU.data());
+    loaded.getBlocks().getFromState(state, q.data(), stateU.data());
 
-    const auto calcForm = [&](MultibodyEquations& equations) {
+    const auto calcForm = [&](Evaluation& equations) {
         std::vector<double> r(size_t(n), 0);
         equations.realize(0, q.data(), u.data());
         equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), r.data());
-        NewtonSystem system = equations.makeNewtonSystem();
+        NewtonSystem system = equations.getTopology().makeNewtonSystem();
         equations.formNewtonSystem(NewtonFactors(gamma), true, q.data(), u.data(), uDot.data(),
                                    system);
         // The loads leave the blocks where they stood.
@@ -138,7 +138,7 @@ TEST_P(LoadJacobian, IsTheDerivativeOfTheResidual) {
         delta[size_t(speed)] = step;
         movedU[size_t(speed)] += step / gamma;
         loaded.realize(0, q.data(), u.data());
-        loaded.moveQ(delta.data(), moved.data());
+        loaded.getBlocks().moveQ(delta.data(), moved.data());
         loaded.realize(0, moved.data(), movedU.data());
         loaded.calcResidual(moved.data(), movedU.data(), uDot.data(), lambda.data(), r.data());
         unloaded.realize(0, moved.data(), movedU.data());

@@ -4,7 +4,7 @@
 
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Evaluation.h"
 
 namespace simflex {
 namespace {

@@ -8,7 +8,7 @@
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Evaluation.h"
 #include "simflex/solver/integration/SolutionHistory.h"
 #include "simflex/solver/integration/StepController.h"
 #include "support/PointMassPart.h"
@@ -339,9 +339,9 @@ TEST(AccuracyNorm, IsWhatSimbodysOperatorsMakeOfIt) {
     system.realize(state, Stage::Position);
     matter.normalizeQuaternions(state);
     system.realize(state, Stage::Velocity);
-    MultibodyEquations equations(system, state);
+    Evaluation equations(system, state);
     std::vector<double> q(size_t(nq), 0), u(size_t(nu), 0);
-    equations.getFromState(state, q.data(), u.data());
+    equations.getBlocks().getFromState(state, q.data(), u.data());
     Vector dq(nq), du(nu), weighed(nq), scaled(nu);
     for (int i = 0; i < nu; ++i) du[i] = std::sin(2.0 + 3 * i);
     matter.multiplyByN(state, false, du, dq);
@@ -353,12 +353,12 @@ TEST(AccuracyNorm, IsWhatSimbodysOperatorsMakeOfIt) {
     }
     const std::vector<double> noQ(size_t(nq), 0), noU(size_t(nu), 0);
     for (const bool isWorst : {false, true}) {
-        equations.setErrorNorm(isWorst ? MultibodyEquations::Norm::Infinity
-                                       : MultibodyEquations::Norm::RootMeanSquare);
-        equations.setErrorReference(q.data(), u.data(), nullptr);
-        EXPECT_NEAR(equations.calcErrorSize(&dq[0], noU.data(), 1),
+        equations.updErrorNorm().setKind(isWorst ? ErrorNorm::Kind::Infinity
+                                                 : ErrorNorm::Kind::RootMeanSquare);
+        equations.updErrorNorm().setReference(q.data(), u.data(), nullptr);
+        EXPECT_NEAR(equations.updErrorNorm().calcSize(&dq[0], noU.data(), 1),
                     isWorst ? weighed.normInf() : weighed.normRMS(), 1e-12);
-        EXPECT_NEAR(equations.calcErrorSize(noQ.data(), &du[0], 1),
+        EXPECT_NEAR(equations.updErrorNorm().calcSize(noQ.data(), &du[0], 1),
                     isWorst ? scaled.normInf() : scaled.normRMS(), 1e-12);
     }
 }

@@ -9,7 +9,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Evaluation.h"
 #include "support/NewtonReference.h"
 #include "support/PointMassPart.h"
 
@@ -108,10 +108,11 @@ TEST(StiffenedBodies, MomentumAndEnergyErrorsFallWithAccuracy) {
 TEST(StiffenedBodies, SolverHasTheConstraintsThatSimbodyHas) {
     HingedPair pair;
     pair.system.realize(pair.state, Stage::Velocity);
-    MultibodyEquations equations(pair.system, pair.state);
-    const int nq = equations.numQ(), nu = equations.numU(), m = equations.numMultipliers();
+    Evaluation equations(pair.system, pair.state);
+    const int nq = equations.getTopology().numQ, nu = equations.getTopology().numU,
+              m = equations.getTopology().numMultipliers;
     std::vector<double> q(size_t(nq), 0), u(size_t(nu), 0), uDot(size_t(nu), 0);
-    equations.getFromState(pair.state, q.data(), u.data());
+    equations.getBlocks().getFromState(pair.state, q.data(), u.data());
     std::mt19937 random(3);
     std::uniform_real_distribution<double> unit(-1, 1);
     for (double& value : uDot) value = unit(random);
@@ -127,13 +128,13 @@ TEST(StiffenedBodies, SolverHasTheConstraintsThatSimbodyHas) {
     equations.calcAccelerationErrors(q.data(), u.data(), uDot.data(), &errors[0]);
     Vector simbody;
     pair.matter.calcConstraintAccelerationErrors(
-        pair.state, equations.calcSimbodyUDot(q.data(), uDot.data()), simbody);
+        pair.state, equations.getBlocks().calcSimbodyUDot(q.data(), uDot.data()), simbody);
     EXPECT_LT((errors - simbody).normInf(), 1e-12);
 
     // Velocity errors are linear in u: their differences are G, whose transpose carries λ.
     std::vector<double> lambda(size_t(m), 0), r(size_t(nu), 0);
     equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), r.data());
-    NewtonSystem system = equations.makeNewtonSystem();
+    NewtonSystem system = equations.getTopology().makeNewtonSystem();
     equations.formMassSystem(system);
     Vector before(m), after(m);
     equations.calcVelocityErrors(&before[0]);

@@ -17,7 +17,7 @@
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/StaticEquilibrium.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Evaluation.h"
 #include "simflex/solver/integration/ThreadChoice.h"
 #include "support/PointMassPart.h"
 
@@ -105,10 +105,10 @@ TEST(Surroundings, TheCallersArithmeticChangesNoBitAndStays) {
             integrator.initialize(model.state);
             integrator.stepTo(0.3);
             EXPECT_EQ(ArithmeticMode::get(), outside);
-            MultibodyEquations equations(model.system, model.state);
-            equations.setNumThreads(threads);
+            Evaluation equations(model.system, model.state);
+            equations.updBlocks().chooseNumThreads(threads);
             if (omp_get_num_procs() > 1) {
-                EXPECT_EQ(equations.getNumThreads(), threads);
+                EXPECT_EQ(equations.getBlocks().numThreads, threads);
             }
             const StandardArithmetic standard;
             const State& state = integrator.getState();

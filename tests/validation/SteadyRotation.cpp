@@ -15,7 +15,7 @@ struct SteadyRotation::Model {
     SimbodyMatterSubsystem matter{system};
     FlexibleBodySubsystem flexible{system, matter};
     std::unique_ptr<FlexibleBody> beam;
-    std::unique_ptr<MultibodyEquations> equations;
+    std::unique_ptr<Evaluation> equations;
     State state;
 };
 
@@ -32,7 +32,7 @@ SteadyRotation::SteadyRotation(const std::shared_ptr<const ReducedBody>& beam, d
     model.beam->setPoseByInterface(model.state, "root", Transform());
     if (stiffening == Stiffening::Off) model.beam->disableStiffening(model.state);
     model.system.realize(model.state, Stage::Velocity);
-    model.equations = std::make_unique<MultibodyEquations>(model.system, model.state);
+    model.equations = std::make_unique<Evaluation>(model.system, model.state);
 
     m_size = 6 + beam->numModes;
     m_q.setZero(m_size + 1);
@@ -40,7 +40,7 @@ SteadyRotation::SteadyRotation(const std::shared_ptr<const ReducedBody>& beam, d
     m_uDot.setZero(m_size);
     m_p = model.beam->getFramePose(model.state).p();
     m_xi.setZero(beam->numModes);
-    m_lambda.setZero(model.equations->numMultipliers());
+    m_lambda.setZero(model.equations->getTopology().numMultipliers);
     m_length = beam->getInterface("tip").position[0] - beam->getInterface("root").position[0];
     findEquilibrium();
 }
@@ -96,7 +96,7 @@ Vec3 SteadyRotation::calcTip(const VectorXd& d) const {
     const VectorXd zero = VectorXd::Zero(m_size);
     realize(d, zero, zero);
     State& state = m_model->state;
-    m_model->equations->putIntoState(0, m_q.data(), m_u.data(), state);
+    m_model->equations->getBlocks().putIntoState(0, m_q.data(), m_u.data(), state);
     m_model->system.realize(state, Stage::Velocity);
     return m_model->beam->interface("tip").calcMotion(state).X.p();
 }

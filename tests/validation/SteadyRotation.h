@@ -11,7 +11,7 @@ Small motions are δ = (rotation in B, translation and ξ as the rotating frame 
 #include <memory>
 
 #include "simflex/body/FlexibleBody.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Evaluation.h"
 
 namespace simflex::test {
 

@@ -10,7 +10,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/InertiaCoupling.h"
 #include "simflex/solver/BlockEliminationSolver.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Evaluation.h"
 
 namespace simflex {
 namespace {
@@ -43,15 +43,15 @@ class Workspace {
 public:
     Workspace(const MultibodySystem& system, const State& state, std::vector<char> configuration)
         : m_configuration(std::move(configuration)),
-          m_equations(system, state, MultibodyEquations::Setting::Native),
-          m_system(m_equations.makeNewtonSystem()),
+          m_equations(system, state, Topology::Setting::Native),
+          m_system(m_equations.getTopology().makeNewtonSystem()),
           m_solver(m_system),
-          m_q(size_t(m_equations.numQ())),
-          m_u(size_t(m_equations.numU())),
+          m_q(size_t(m_equations.getTopology().numQ)),
+          m_u(size_t(m_equations.getTopology().numU)),
           m_uDot(m_u.size()),
-          m_lambda(size_t(m_equations.numMultipliers()), 0) {
+          m_lambda(size_t(m_equations.getTopology().numMultipliers), 0) {
         // Simbody's own part takes far longer: threads would gain nothing.
-        m_equations.setNumThreads(1);
+        m_equations.updBlocks().chooseNumThreads(1);
         m_solver.setNumThreads(1);
     }
 
@@ -59,7 +59,7 @@ public:
 
     void addInForces(const State& state, Vector_<SpatialVec>& bodyForces, Vector& mobilityForces) {
         double *q = m_q.data(), *u = m_u.data(), *uDot = m_uDot.data();
-        m_equations.getFromState(state, q, u);
+        m_equations.getBlocks().getFromState(state, q, u);
         m_equations.realizeNatively(state, bodyForces, mobilityForces, q, u);
         m_equations.calcPrescribedUDot(q, uDot);
         m_equations.calcResidual(q, u, uDot, m_lambda.data(), m_system.r.data());
@@ -75,7 +75,7 @@ public:
 
 private:
     void checkFinite(double time) const {
-        for (int b = 0; b < m_equations.numBlocks(); ++b) {
+        for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
             const Block& block = m_equations.getBlock(b);
             for (int i = block.firstU; i < block.firstU + block.numU; ++i)
                 if (!std::isfinite(m_system.r[size_t(i)]))
@@ -86,7 +86,7 @@ private:
     }
 
     std::vector<char> m_configuration;
-    MultibodyEquations m_equations;
+    Evaluation m_equations;
     NewtonSystem m_system;
     BlockEliminationSolver m_solver;
     std::vector<double> m_q, m_u, m_uDot, m_lambda;

@@ -3,18 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Blocks.h"
 
 namespace simflex {
 
-CoordinateScales::CoordinateScales(const MultibodyEquations& equations)
-    : metres(size_t(equations.numU())),
-      step(size_t(equations.numU())),
-      rate(size_t(equations.numU())) {
-    const int numFlexible = equations.numFlexibleBlocks();
+CoordinateScales::CoordinateScales(const Blocks& blocks)
+    : metres(size_t(blocks.numU())), step(size_t(blocks.numU())), rate(size_t(blocks.numU())) {
+    const int numFlexible = int(blocks.flexible.size());
     double largestPart = 0;
-    for (int b = 0; b < equations.numBlocks(); ++b) {
-        const Block& block = equations.getBlock(b);
+    for (int b = 0; b < int(blocks.all.size()); ++b) {
+        const Block& block = *blocks.all[size_t(b)];
         std::vector<double> unit(size_t(block.numU), 0);
         double largest = 0;
         for (int i = 0; i < block.numU; ++i) {
@@ -29,8 +27,8 @@ CoordinateScales::CoordinateScales(const MultibodyEquations& equations)
         lengths.push_back(largest);
         if (b < numFlexible) largestPart = std::max(largestPart, largest);
     }
-    for (int b = 0; b < equations.numBlocks(); ++b) {
-        const Block& block = equations.getBlock(b);
+    for (int b = 0; b < int(blocks.all.size()); ++b) {
+        const Block& block = *blocks.all[size_t(b)];
         const bool isRigid = b >= numFlexible;
         const double length = isRigid ? (largestPart > 0 ? largestPart : 1.0) : lengths[size_t(b)];
         for (int i = block.firstU; i < block.firstU + block.numU; ++i) {

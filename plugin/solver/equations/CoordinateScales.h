@@ -7,12 +7,12 @@ header). **/
 
 namespace simflex {
 
-class MultibodyEquations;
+struct Blocks;
 
 struct CoordinateScales {
     static constexpr double StepFraction = 3e-4;  ///< of a body's size, for differences
 
-    explicit CoordinateScales(const MultibodyEquations& equations);
+    explicit CoordinateScales(const Blocks& blocks);
 
     std::vector<double> metres;   ///< displacement per unit of the quasi-coordinate
     std::vector<double> step;     ///< quasi-displacement for differences

@@ -8,6 +8,7 @@ evaluations and threads. The values of the last times are kept: step control ask
     functions.moveTo(time);
     equations.calcErrors(functions.get().drives[drive], …); **/
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -37,6 +38,14 @@ public:
     int add(const std::vector<BodyLoad>& loads);
     /**@}**/
 
+    /** From now on functions are to be evaluated at times within these only, the nearest ones;
+    infinite unless told. **/
+    void setSmoothSpan(double first, double last) {
+        m_firstTime = first;
+        m_lastTime = last;
+    }
+    double clampTime(double time) const { return std::clamp(time, m_firstTime, m_lastTime); }
+
     /** Throws what a function throws; the time is that of before then. **/
     void moveTo(double time);
     /** Values at the time moved to. **/
@@ -61,6 +70,7 @@ private:
     std::array<long, Capacity> m_lastUse;
     long m_use;
     size_t m_current;
+    double m_firstTime = -SimTK::Infinity, m_lastTime = SimTK::Infinity;
 };
 
 }  // namespace simflex

@@ -248,9 +248,8 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
 std::vector<State> calcModeStates(const MultibodySystem& system, const Linearization& linearization,
                                   const Eigenmode& mode, Real amplitude, int numFrames) {
     const StandardArithmetic standard;
-    const MultibodyEquations equations(system, linearization.state,
-                                       MultibodyEquations::Setting::Linearize);
-    const int n = equations.numU();
+    const Evaluation equations(system, linearization.state, Topology::Setting::Linearize);
+    const int n = equations.getTopology().numU;
     if (mode.shape.size() != n)
         throw std::invalid_argument("calcModeStates(): the mode has " +
                                     std::to_string(mode.shape.size()) + " speeds, the system has " +
@@ -259,8 +258,8 @@ std::vector<State> calcModeStates(const MultibodySystem& system, const Lineariza
         throw std::invalid_argument("calcModeStates(): amplitude " + std::to_string(amplitude) +
                                     " m and number of frames " + std::to_string(numFrames) +
                                     " must be positive");
-    std::vector<double> q(size_t(equations.numQ())), u(size_t(n), 0), moved;
-    equations.getFromState(linearization.state, q.data(), u.data());
+    std::vector<double> q(size_t(equations.getTopology().numQ)), u(size_t(n), 0), moved;
+    equations.getBlocks().getFromState(linearization.state, q.data(), u.data());
     const MatrixXd T = calcSimbodyNumbering(equations, q.data());
     std::vector<VectorXd> displacements;
     double largest = 0;
@@ -269,15 +268,16 @@ std::vector<State> calcModeStates(const MultibodySystem& system, const Lineariza
         VectorXd delta(n);
         for (int i = 0; i < n; ++i) delta[i] = std::real(mode.shape[i] * turn);
         displacements.push_back(T.transpose() * delta);
-        largest = std::max(largest, equations.calcDisplacement(displacements.back().data()));
+        largest =
+            std::max(largest, equations.getBlocks().calcDisplacement(displacements.back().data()));
     }
     std::vector<State> states;
     for (VectorXd& delta : displacements) {
         if (largest > 0) delta *= amplitude / largest;
         moved = q;
-        equations.moveQ(delta.data(), moved.data());
+        equations.getBlocks().moveQ(delta.data(), moved.data());
         State state = linearization.state;
-        equations.putIntoState(state.getTime(), moved.data(), u.data(), state);
+        equations.getBlocks().putIntoState(state.getTime(), moved.data(), u.data(), state);
         system.realize(state, Stage::Velocity);
         states.push_back(state);
     }

@@ -43,7 +43,7 @@ struct Instant : SteadyMotion::Balance {
 };
 
 /** Accelerations and matrices at a point's t, q, u and z. **/
-void linearize(MultibodyEquations& equations, const CoordinateScales& scales, const State& state,
+void linearize(Evaluation& equations, const CoordinateScales& scales, const State& state,
                const std::function<void()>& observer, Instant& instant) {
     SolutionPoint& point = instant.point;
     const size_t n = point.u.size();
@@ -67,7 +67,7 @@ void linearize(MultibodyEquations& equations, const CoordinateScales& scales, co
             u[i] += moreU[i];
             uDot[i] += moreUDot[i];
         }
-        for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+        for (int b = 0; b < equations.getTopology().numFlexible; ++b) {
             const size_t q0 = size_t(equations.getBlock(b).firstQ),
                          u0 = size_t(equations.getBlock(b).firstU);
             const Rotation turn = ~rotationOf(&q[q0]) * rotationOf(&point.q[q0]);
@@ -80,7 +80,7 @@ void linearize(MultibodyEquations& equations, const CoordinateScales& scales, co
 
     equations.realize(point.t, point.q.data(), point.u.data());
     equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
-                           VectorXd(equations.numU()).data());
+                           VectorXd(equations.getTopology().numU).data());
     calcMassAndJacobian(equations, instant.M, instant.G);
     instant.K = differentiateByQ(equations, scales, point.t, point.q, point.u,
                                  [&](const std::vector<double>& q, VectorXd& r) {
@@ -118,24 +118,26 @@ void putMatrices(const Instant& instant, const MatrixXd& T, Linearization& resul
 }
 
 /** Small displacements of the motion, as the motion carries them to where it is later. **/
-MatrixXd calcCarried(MultibodyEquations& equations, const CoordinateScales& scales,
-                     const Instant& now, const Instant& later, double duration) {
-    const int n = equations.numU();
+MatrixXd calcCarried(Evaluation& equations, const CoordinateScales& scales, const Instant& now,
+                     const Instant& later, double duration) {
+    const int n = equations.getTopology().numU;
     const std::vector<double>&q = now.point.q, &laterQ = later.point.q;
     const double t = now.point.t;
     const auto carry = [&](int column, double h) {
         std::vector<double> delta(size_t(n), 0), moved = q;
         delta[size_t(column)] = h;
-        if (equations.needsSimbody()) equations.realize(t, q.data(), now.point.u.data());
-        equations.moveQ(delta.data(), moved.data());
+        if (equations.getTopology().needsSimbody)
+            equations.realize(t, q.data(), now.point.u.data());
+        equations.getBlocks().moveQ(delta.data(), moved.data());
         moved = now.motion.flow(moved, duration);
-        for (int b = 0; b < equations.numBlocks(); ++b) {
+        for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
             const Block& block = equations.getBlock(b);
             block.alignQ(&laterQ[size_t(block.firstQ)], &moved[size_t(block.firstQ)]);
         }
-        return VectorXd(Map<const VectorXd>(moved.data(), equations.numQ()));
+        return VectorXd(Map<const VectorXd>(moved.data(), equations.getTopology().numQ));
     };
-    MatrixXd changes = MatrixXd::Zero(equations.numQ(), n), N(equations.numQ(), n);
+    MatrixXd changes = MatrixXd::Zero(equations.getTopology().numQ, n),
+             N(equations.getTopology().numQ, n);
     for (const int column : listFreeSpeeds(equations)) {
         const double h = scales.step[size_t(column)];
         changes.col(column) = (carry(column, h) - carry(column, -h)) / (2 * h);
@@ -144,7 +146,7 @@ MatrixXd calcCarried(MultibodyEquations& equations, const CoordinateScales& scal
     equations.realize(t, laterQ.data(), unit.data());
     for (int i = 0; i < n; ++i) {
         unit[size_t(i)] = 1;
-        equations.calcQDot(laterQ.data(), unit.data(), N.col(i).data());
+        equations.getBlocks().calcQDot(laterQ.data(), unit.data(), N.col(i).data());
         unit[size_t(i)] = 0;
     }
     MatrixXd carried = solveLeastSquares(N, changes);
@@ -161,9 +163,9 @@ std::vector<Real> listFrequencies(const Linearization& linear, Real lowest) {
 }
 
 /** Whether time itself turns the system. **/
-bool isDriven(MultibodyEquations& equations, const SolutionPoint& point) {
-    for (int i = 0; i < equations.numU(); ++i)
-        if (equations.isPrescribed(i) && point.u[size_t(i)] != 0) return true;
+bool isDriven(Evaluation& equations, const SolutionPoint& point) {
+    for (int i = 0; i < equations.getTopology().numU; ++i)
+        if (equations.getTopology().isPrescribed[size_t(i)] && point.u[size_t(i)] != 0) return true;
     const std::vector<double> none(point.u.size(), 0);
     std::vector<double> errors(point.lambda.size(), 0);
     equations.realize(point.t, point.q.data(), none.data());
@@ -172,7 +174,7 @@ bool isDriven(MultibodyEquations& equations, const SolutionPoint& point) {
 }
 
 /** Compares with the matrices a radian later. **/
-std::string findUnsteadiness(MultibodyEquations& equations, const CoordinateScales& scales,
+std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scales,
                              const Instant& now, const MatrixXd& T, const Linearization& result,
                              const std::function<void()>& observer) {
     const double rate = now.motion.getRate();
@@ -195,20 +197,20 @@ std::string findUnsteadiness(MultibodyEquations& equations, const CoordinateScal
     equations.calcPositionErrors(errors.data());
     for (size_t k = 0; k < errors.size(); ++k)
         if (!(std::abs(errors[k]) <= SmallGap))
-            return equations.describeConstraint(int(k)) +
+            return equations.getTopology().describeConstraint(int(k)) +
                    " does not let its bodies go on as they move now";
     linearize(equations, scales, result.state, observer, later);
     departure = later.motion.findDeparture(scales, later, LaterGap);
     if (!departure.empty()) return departure;
     const MatrixXd carried = calcCarried(equations, scales, now, later, duration);
 
-    VectorXd sizes = VectorXd::Zero(equations.numU());
+    VectorXd sizes = VectorXd::Zero(equations.getTopology().numU);
     for (const int i : listFreeSpeeds(equations)) sizes[i] = 1 / scales.metres[size_t(i)];
     const MatrixXd gaps = later.G * carried * sizes.asDiagonal() *
                           TangentSpace(now.G * sizes.asDiagonal()).getBasis();
     for (Eigen::Index k = 0; k < gaps.rows(); ++k)
         if (!(gaps.row(k).norm() <= SmallGap * (later.G.row(k) * sizes.asDiagonal()).norm()))
-            return equations.describeConstraint(int(k)) +
+            return equations.getTopology().describeConstraint(int(k)) +
                    " does not let displaced bodies go on as they move now";
 
     Instant mean = now;
@@ -240,30 +242,31 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     Linearization result;
     result.state = state;
     system.realize(result.state, Stage::Velocity);
-    MultibodyEquations equations(system, result.state, MultibodyEquations::Setting::Linearize);
-    for (int row = 0; row < equations.numMultipliers(); ++row)
-        if (equations.getRowLevel(row) != MotionLevel::Position)
+    Evaluation equations(system, result.state, Topology::Setting::Linearize);
+    for (int row = 0; row < equations.getTopology().numMultipliers; ++row)
+        if (equations.getTopology().getRowLevel(row) != MotionLevel::Position)
             throw std::invalid_argument(
-                "calcLinearization(): " + equations.describeConstraint(row) +
+                "calcLinearization(): " + equations.getTopology().describeConstraint(row) +
                 " holds speeds or accelerations; only constraints of "
                 "positions can be linearised: disable it");
 
     Instant now;
     SolutionPoint& point = now.point;
-    const int n = equations.numU();
-    point.resize(equations.numQ(), n, equations.numMultipliers(), equations.numZ());
+    const int n = equations.getTopology().numU;
+    point.resize(equations.getTopology().numQ, n, equations.getTopology().numMultipliers,
+                 equations.getTopology().numZ);
     point.t = result.state.getTime();
-    equations.getFromState(result.state, point.q.data(), point.u.data());
+    equations.getBlocks().getFromState(result.state, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = result.state.getZ()[int(i)];
-    equations.setZ(point.z.data());
+    equations.updSimbody().setZ(point.z.data());
     equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
-    const CoordinateScales scales(equations);
+    const CoordinateScales scales(equations.getBlocks());
     linearize(equations, scales, result.state, observer, now);
 
     result.isHeld.resize(unsigned(n), 0);
     result.isModal.resize(unsigned(n), 0);
     std::vector<char> isModal(size_t(n), 0);
-    for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+    for (int b = 0; b < equations.getTopology().numFlexible; ++b) {
         const Block& block = equations.getBlock(b);
         std::fill_n(isModal.begin() + block.firstU + 6, block.numU - 6, char(1));
     }
@@ -277,10 +280,10 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
         result.metres[i] = scales.metres[size_t(own)];
         result.uDot[i] = uDot[i];
         result.isModal[unsigned(i)] = isModal[size_t(own)];
-        result.isHeld[unsigned(i)] = equations.isPrescribed(int(own));
+        result.isHeld[unsigned(i)] = equations.getTopology().isPrescribed[size_t(own)];
     }
-    result.multipliers.resize(equations.numMultipliers());
-    for (int k = 0; k < equations.numMultipliers(); ++k)
+    result.multipliers.resize(equations.getTopology().numMultipliers);
+    for (int k = 0; k < equations.getTopology().numMultipliers; ++k)
         result.multipliers[k] = point.lambda[size_t(k)];
     putMatrices(now, T, result);
     result.unsteady = findUnsteadiness(equations, scales, now, T, result, observer);

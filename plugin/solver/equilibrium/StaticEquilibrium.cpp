@@ -26,7 +26,7 @@ constexpr double ZeroForce = 1e-9;
 constexpr double SmallestLoadStep = 1.0 / 64;
 
 /** @throws std::runtime_error naming a constraint that moves apart. **/
-void refuseUnsteady(const MultibodyEquations& equations, const std::vector<double>& u,
+void refuseUnsteady(const Evaluation& equations, const std::vector<double>& u,
                     const std::vector<double>& errors) {
     double fastest = 0;
     for (const double speed : u) fastest = std::max(fastest, std::abs(speed));
@@ -34,8 +34,8 @@ void refuseUnsteady(const MultibodyEquations& equations, const std::vector<doubl
         if (std::abs(errors[k]) <= 1e-7 * (1 + fastest)) continue;
         std::ostringstream text;
         text << "the speeds of the State are not those of a steady motion: "
-             << equations.describeConstraint(int(k)) << " moves apart at " << errors[k]
-             << " m/s or rad/s";
+             << equations.getTopology().describeConstraint(int(k)) << " moves apart at "
+             << errors[k] << " m/s or rad/s";
         throw std::runtime_error(text.str());
     }
 }
@@ -45,11 +45,11 @@ void refuseUnsteady(const MultibodyEquations& equations, const std::vector<doubl
 /** Newton's iteration of one system. **/
 class StaticEquilibrium::Search {
 public:
-    Search(const StaticEquilibrium& settings, MultibodyEquations& equations,
-           const SolutionPoint& start, SteadyMotion motion)
+    Search(const StaticEquilibrium& settings, Evaluation& equations, const SolutionPoint& start,
+           SteadyMotion motion)
         : m_settings(settings),
           m_equations(equations),
-          m_scales(equations),
+          m_scales(equations.getBlocks()),
           m_free(listFreeSpeeds(equations)),
           m_point(start),
           m_motion(std::move(motion)) {}
@@ -84,7 +84,7 @@ private:
     [[noreturn]] void fail(double fraction);
 
     const StaticEquilibrium& m_settings;
-    MultibodyEquations& m_equations;
+    Evaluation& m_equations;
     CoordinateScales m_scales;
     std::vector<int> m_free;
     SolutionPoint m_point;
@@ -126,13 +126,13 @@ void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd&
     moved = q;
     m_equations.prescribe(m_point.t, 0, nullptr, moved.data(), m_point.u.data());
     m_equations.realize(m_point.t, q.data(), m_point.u.data());
-    r.resize(m_equations.numU());
+    r.resize(m_equations.getTopology().numU);
     m_equations.calcResidual(q.data(), m_point.u.data(), m_point.uDot.data(), m_point.lambda.data(),
                              r.data());
 }
 
 StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
-    const int n = int(m_free.size()), m = m_equations.numMultipliers();
+    const int n = int(m_free.size()), m = m_equations.getTopology().numMultipliers;
     const MatrixXd K =
         differentiateByQ(m_equations, m_scales, m_point.t, m_point.q, m_point.u,
                          [&](const std::vector<double>& q, VectorXd& r) { evaluate(q, r); });
@@ -140,9 +140,9 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     std::vector<double> lambda(size_t(m), 0);
     std::swap(lambda, m_point.lambda);
     evaluate(m_point.q, withoutJoints);
-    m_equations.setLoadFraction(0);
+    m_equations.updSimbody().setLoadFraction(0);
     evaluate(m_point.q, withoutLoads);
-    m_equations.setLoadFraction(m_fraction);
+    m_equations.updSimbody().setLoadFraction(m_fraction);
     std::swap(lambda, m_point.lambda);
     evaluate(m_point.q, r);
     MatrixXd M, G;
@@ -157,13 +157,13 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     tangent.G.resize(m, n);
     // Rigid coordinates, which little may hold, are measured by what the softest mode resists.
     double softest = 0;
-    for (int b = 0; b < m_equations.numFlexibleBlocks(); ++b) {
+    for (int b = 0; b < m_equations.getTopology().numFlexible; ++b) {
         const Block& block = m_equations.getBlock(b);
         for (int i = block.firstU + 6; i < block.firstU + block.numU; ++i)
             if (K(i, i) > 0 && (softest == 0 || K(i, i) < softest)) softest = K(i, i);
     }
     for (int i : m_free)
-        if (softest == 0 || m_equations.numFlexibleBlocks() == 0)
+        if (softest == 0 || m_equations.getTopology().numFlexible == 0)
             softest = std::max(softest, std::abs(K(i, i)) / M(i, i));
     if (softest == 0) softest = 1;
     const Map<const VectorXd> lambdas(m_point.lambda.data(), m);
@@ -206,7 +206,7 @@ VectorXd StaticEquilibrium::Search::solveReduced(const MatrixXd& K, const Vector
 }
 
 VectorXd StaticEquilibrium::Search::expand(const Tangent& tangent, const VectorXd& x) const {
-    VectorXd delta = VectorXd::Zero(m_equations.numU());
+    VectorXd delta = VectorXd::Zero(m_equations.getTopology().numU);
     for (size_t i = 0; i < m_free.size(); ++i)
         delta[m_free[i]] = tangent.s[Eigen::Index(i)] * x[Eigen::Index(i)];
     return delta;
@@ -214,7 +214,7 @@ VectorXd StaticEquilibrium::Search::expand(const Tangent& tangent, const VectorX
 
 double StaticEquilibrium::Search::limitStep(const VectorXd& delta) const {
     double factor = 1;
-    for (int b = 0; b < m_equations.numBlocks(); ++b) {
+    for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
         const Block& block = m_equations.getBlock(b);
         const double displacement = block.calcDisplacement(delta.data() + block.firstU);
         const double allowed =
@@ -226,7 +226,7 @@ double StaticEquilibrium::Search::limitStep(const VectorXd& delta) const {
 
 bool StaticEquilibrium::Search::converge(double fraction) {
     m_fraction = fraction;
-    m_equations.setLoadFraction(fraction);
+    m_equations.updSimbody().setLoadFraction(fraction);
     m_motion.setFactor(std::sqrt(fraction));
     for (int iteration = 0; iteration < m_settings.m_maximumIterations; ++iteration) {
         const Tangent tangent = calcTangent();
@@ -250,15 +250,15 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         if (Z.cols() > 0)
             x += Z * solveReduced(Z.transpose() * tangent.K * Z, Z.transpose() * force);
         VectorXd delta = expand(tangent, x);
-        m_change = m_equations.calcDisplacement(delta.data(), &m_worstBlock);
+        m_change = m_equations.getBlocks().calcDisplacement(delta.data(), &m_worstBlock);
         const double factor = limitStep(delta);
         delta *= factor;
         const VectorXd deltaLambda =
             space.solveForMultipliers(-(tangent.r + factor * (tangent.K * x)));
 
         m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
-        m_equations.moveQ(delta.data(), m_point.q.data());
-        m_equations.normalizeQ(m_point.q.data());
+        m_equations.getBlocks().moveQ(delta.data(), m_point.q.data());
+        m_equations.getBlocks().normalizeQ(m_point.q.data());
         for (size_t k = 0; k < m_point.lambda.size(); ++k)
             m_point.lambda[k] += deltaLambda[Eigen::Index(k)];
         if (factor == 1 && m_change <= m_settings.m_tolerance &&
@@ -289,7 +289,7 @@ std::vector<VectorXd> StaticEquilibrium::Search::findFreeMotions(const Tangent& 
 
 std::string StaticEquilibrium::Search::nameMostMoved(const VectorXd& delta) const {
     int worst = 0;
-    m_equations.calcDisplacement(delta.data(), &worst);
+    m_equations.getBlocks().calcDisplacement(delta.data(), &worst);
     return "'" + m_equations.getBlock(worst).name + "'";
 }
 
@@ -302,7 +302,7 @@ std::vector<std::string> StaticEquilibrium::Search::describeFreeMotions() {
 
 void StaticEquilibrium::Search::fail(double fraction) {
     m_fraction = 1;
-    m_equations.setLoadFraction(1);
+    m_equations.updSimbody().setLoadFraction(1);
     m_motion.setFactor(1);
     std::ostringstream text;
     text << "no static equilibrium: ";
@@ -324,7 +324,7 @@ void StaticEquilibrium::Search::fail(double fraction) {
          << " m)";
     if (m_worstRow >= 0)
         text << ", the largest joint error " << m_error << " at "
-             << m_equations.describeConstraint(m_worstRow) << " (allowed "
+             << m_equations.getTopology().describeConstraint(m_worstRow) << " (allowed "
              << m_settings.m_constraintTolerance << ")";
     if (fraction > 0) text << "; " << 100 * fraction << " % of the loads could be applied";
     text << "; start closer to the equilibrium: a damped motion leads there";
@@ -362,17 +362,18 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     // Assembled bodies stand elsewhere, but their twists are the State's.
     const State assembled = assemble(start);
     m_system.realize(start, Stage::Velocity);
-    MultibodyEquations equations(m_system, assembled);
+    Evaluation equations(m_system, assembled);
     SolutionPoint point;
-    point.resize(equations.numQ(), equations.numU(), equations.numMultipliers(), equations.numZ());
+    point.resize(equations.getTopology().numQ, equations.getTopology().numU,
+                 equations.getTopology().numMultipliers, equations.getTopology().numZ);
     point.t = assembled.getTime();
-    equations.getFromState(assembled, point.q.data(), point.u.data());
+    equations.getBlocks().getFromState(assembled, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = assembled.getZ()[int(i)];
-    equations.setZ(point.z.data());
+    equations.updSimbody().setZ(point.z.data());
     SteadyMotion motion;
     if (speeds == Speeds::OfState) {
         std::vector<double> given = point.q;
-        equations.getFromState(start, given.data(), point.u.data());
+        equations.getBlocks().getFromState(start, given.data(), point.u.data());
         equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
         motion = SteadyMotion(equations, start, point.t, given, point.u, point.q);
         refuseUnsteady(equations, point.u, motion.getErrors());
@@ -387,7 +388,7 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
 
     // Multipliers of least norm, as the integrators give them.
     point = search.getPoint();
-    const int n = equations.numU(), m = equations.numMultipliers();
+    const int n = equations.getTopology().numU, m = equations.getTopology().numMultipliers;
     if (speeds == Speeds::OfState) {
         std::vector<double> errors(size_t(m), 0);
         equations.calcVelocityErrors(errors.data());
@@ -407,9 +408,9 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     m_firstRows.clear();
     if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system))
         for (JointIndex j(0); j < flexible->getNumJoints(); ++j)
-            m_firstRows.push_back(equations.getFirstRow(j));
+            m_firstRows.push_back(equations.getTopology().joints[size_t(j)].firstRow);
     m_state = makeFreshState(m_system, state);
-    equations.putIntoState(point.t, point.q.data(), point.u.data(), m_state);
+    equations.getBlocks().putIntoState(point.t, point.q.data(), point.u.data(), m_state);
     m_system.realize(m_state, Stage::Velocity);
 }
 

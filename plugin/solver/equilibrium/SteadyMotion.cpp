@@ -53,11 +53,14 @@ Vec3 calcTurn(const Rotation& R) {
 
 }  // namespace
 
-SteadyMotion::SteadyMotion(MultibodyEquations& equations, const State& state, double t,
+SteadyMotion::SteadyMotion(Evaluation& equations, const State& state, double t,
                            const std::vector<double>& given, const std::vector<double>& u,
                            const std::vector<double>& q)
-    : m_equations(&equations), m_t(t), m_u(u), m_errors(size_t(equations.numMultipliers()), 0) {
-    for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+    : m_equations(&equations),
+      m_t(t),
+      m_u(u),
+      m_errors(size_t(equations.getTopology().numMultipliers), 0) {
+    for (int b = 0; b < equations.getTopology().numFlexible; ++b) {
         const Block& block = equations.getBlock(b);
         std::fill_n(m_u.begin() + block.firstU + 6, block.numU - 6, 0.0);
     }
@@ -72,7 +75,7 @@ SteadyMotion::SteadyMotion(MultibodyEquations& equations, const State& state, do
         equations.realize(t, q.data(), m_u.data());
     }
     m_twists = calcTwists(q, m_u);
-    m_links = equations.listLinks();
+    m_links = listLinks(equations);
     findReaches();
 
     Real fastest = 0;
@@ -90,7 +93,7 @@ SteadyMotion::SteadyMotion(MultibodyEquations& equations, const State& state, do
 bool SteadyMotion::keepsConstraints(const std::vector<double>& q) const {
     SteadyMotion open = *this;
     open.m_closing.resize(0, 0);
-    const CoordinateScales scales(*m_equations);
+    const CoordinateScales scales(m_equations->getBlocks());
     const Eigen::Index n = m_G.cols();
     VectorXd sizes = VectorXd::Zero(n);
     for (const int i : listFreeSpeeds(*m_equations)) sizes[i] = 1 / scales.metres[size_t(i)];
@@ -104,10 +107,11 @@ bool SteadyMotion::keepsConstraints(const std::vector<double>& q) const {
             TrialStep / std::max(1.0, y.norm()) * sizes.cwiseProduct(space.getBasis() * y);
         VectorXd errors[2];
         for (const int side : {0, 1}) {
-            if (m_equations->needsSimbody()) m_equations->realize(m_t, q.data(), m_u.data());
+            if (m_equations->getTopology().needsSimbody)
+                m_equations->realize(m_t, q.data(), m_u.data());
             const VectorXd own = side == 0 ? VectorXd(-delta) : delta;
             std::vector<double> moved = q;
-            m_equations->moveQ(own.data(), moved.data());
+            m_equations->getBlocks().moveQ(own.data(), moved.data());
             open.calcX(moved, u);
             m_equations->realize(m_t, moved.data(), u.data());
             errors[side].resize(m_G.rows());
@@ -120,23 +124,24 @@ bool SteadyMotion::keepsConstraints(const std::vector<double>& q) const {
 }
 
 void SteadyMotion::findRoots(const State& state) {
-    const MultibodyEquations& equations = *m_equations;
-    for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+    const Evaluation& equations = *m_equations;
+    for (int b = 0; b < equations.getTopology().numFlexible; ++b) {
         const Block& block = equations.getBlock(b);
         m_roots.push_back({b, true, block.firstQ, block.firstQ + 4, block.firstU, {}});
     }
-    const SimbodyMatterSubsystem& matter = equations.getMatter();
+    const SimbodyMatterSubsystem& matter = equations.getTopology().system->getMatterSubsystem();
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
         const MobilizedBody& mobod = matter.getMobilizedBody(i);
         Root root{0, false, 0, 0, 0, {}};
         int nq;
-        if (!equations.findRigidSlots(i, root.q0, nq, root.u0) ||
+        if (!equations.getBlocks().findRigidSlots(equations.getTopology(), i, root.q0, nq,
+                                                  root.u0) ||
             !MobilizedBody::Free::isInstanceOf(mobod) ||
             mobod.getParentMobilizedBody().getMobilizedBodyIndex() != GroundIndex)
             continue;
         root.p0 = root.q0 + nq - 3;
         root.X_GF = mobod.getInboardFrame(state);
-        for (int b = 0; b < equations.numBlocks(); ++b)
+        for (int b = 0; b < equations.getTopology().numBlocks(); ++b)
             if (equations.getBlock(b).firstU <= root.u0) root.block = b;
         m_roots.push_back(root);
     }
@@ -177,8 +182,7 @@ int SteadyMotion::findRoot(int block) const {
     return -1;
 }
 
-SpatialVec SteadyMotion::calcTwist(const MultibodyEquations::Link& link, int side,
-                                   const Twists& twists) const {
+SpatialVec SteadyMotion::calcTwist(const Link& link, int side, const Twists& twists) const {
     const FrameMotion& frame = *link.motions[side];
     const SpatialVec own = toOrigin(frame.V, frame.X.p());
     const int root = findRoot(link.blocks[side]);
@@ -217,21 +221,22 @@ void SteadyMotion::findReaches() {
 }
 
 void SteadyMotion::prepareClosing(const std::vector<double>& q) {
-    MultibodyEquations& equations = *m_equations;
-    const int n = equations.numU(), m = equations.numMultipliers();
-    const CoordinateScales scales(equations);
+    Evaluation& equations = *m_equations;
+    const int n = equations.getTopology().numU, m = equations.getTopology().numMultipliers;
+    const CoordinateScales scales(equations.getBlocks());
     VectorXd unit = VectorXd::Zero(n), r(n);
     std::vector<double> lambda(size_t(m), 0), uDot(size_t(n), 0);
     equations.realize(m_t, q.data(), m_u.data());
     equations.calcResidual(q.data(), m_u.data(), uDot.data(), lambda.data(), r.data());
     MatrixXd M;
     calcMassAndJacobian(equations, M, m_G);
-    for (int b = 0; b < equations.numBlocks(); ++b) {
+    for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
         const Block& block = equations.getBlock(b);
         if (block.calcDisplacement(m_u.data() + block.firstU) < SlowestRate) continue;
-        const bool isFlexible = b < equations.numFlexibleBlocks();
+        const bool isFlexible = b < equations.getTopology().numFlexible;
         for (int i = block.firstU; i < block.firstU + (isFlexible ? 6 : block.numU); ++i)
-            if (!equations.isPrescribed(i)) unit[i] = 1 / scales.metres[size_t(i)];
+            if (!equations.getTopology().isPrescribed[size_t(i)])
+                unit[i] = 1 / scales.metres[size_t(i)];
     }
     for (const Root& root : m_roots) unit.segment<3>(root.u0 + 3) *= TurnCost;
     MatrixXd scaled = m_G * unit.asDiagonal();
@@ -275,7 +280,7 @@ std::string SteadyMotion::findDeparture(const CoordinateScales& scales, const Ba
     VectorXd y = modes.eigenvectors().transpose() * (Z.transpose() * (M * balance.moreUDot));
     for (Eigen::Index k = 0; k < y.size(); ++k) y[k] /= std::abs(modes.eigenvalues()[k]) + inertia;
     const VectorXd delta = Z * (modes.eigenvectors() * y);
-    for (int b = 0; b < m_equations->numBlocks(); ++b) {
+    for (int b = 0; b < m_equations->getTopology().numBlocks(); ++b) {
         const Block& block = m_equations->getBlock(b);
         const double departure = block.calcDisplacement(delta.data() + block.firstU);
         if (departure <= allowed * scales.lengths[size_t(b)]) continue;
@@ -293,7 +298,7 @@ SteadyMotion::Twists SteadyMotion::calcX(const std::vector<double>& q,
     Twists twists = m_twists;
     if (!m_reaches.empty()) m_equations->realize(m_t, q.data(), u.data());
     for (const Reach& reach : m_reaches) {
-        const MultibodyEquations::Link& link = m_links[size_t(reach.link)];
+        const Link& link = m_links[size_t(reach.link)];
         const Transform& X_GF = link.motions[reach.inboard]->X;
         const SpatialVec S(X_GF.R() * reach.S[0], X_GF.R() * reach.S[1]);
         SpatialVec& twist = twists[size_t(reach.root)];
@@ -322,10 +327,11 @@ void SteadyMotion::calcSpeeds(const std::vector<double>& q, std::vector<double>&
         std::vector<double> speeds[2];
         Twists ends[2];
         for (const int side : {0, 1}) {
-            if (m_equations->needsSimbody()) m_equations->realize(m_t, q.data(), u.data());
+            if (m_equations->getTopology().needsSimbody)
+                m_equations->realize(m_t, q.data(), u.data());
             std::vector<double> delta = u, moved = q;
             for (double& part : delta) part *= (side == 0 ? -place : place) * duration;
-            m_equations->moveQ(delta.data(), moved.data());
+            m_equations->getBlocks().moveQ(delta.data(), moved.data());
             ends[side] = calcX(moved, speeds[side]);
         }
         for (size_t i = 0; i < u.size(); ++i)
@@ -353,10 +359,11 @@ std::vector<double> SteadyMotion::flow(const std::vector<double>& q, double dura
         std::vector<double> moved = q;
         for (size_t i = 0; i < delta.size(); ++i) piece[i] = delta[i] / NumFlowPieces;
         for (int k = 0; k < NumFlowPieces; ++k) {
-            if (m_equations->needsSimbody()) m_equations->realize(m_t, moved.data(), m_u.data());
-            m_equations->moveQ(piece.data(), moved.data());
+            if (m_equations->getTopology().needsSimbody)
+                m_equations->realize(m_t, moved.data(), m_u.data());
+            m_equations->getBlocks().moveQ(piece.data(), moved.data());
         }
-        m_equations->normalizeQ(moved.data());
+        m_equations->getBlocks().normalizeQ(moved.data());
         return moved;
     };
     // What stands on roots moves relative to them, then the roots with it.

@@ -15,6 +15,7 @@ turning the moving bodies as little as possible, so that G X + ∂g/∂t = 0. **
 
 #include <string>
 
+#include "simflex/solver/equations/Diagnosis.h"
 #include "simflex/solver/equilibrium/TangentMatrices.h"
 
 namespace simflex {
@@ -29,7 +30,7 @@ public:
     @param state  instance variables
     @param given, u  where the speeds are those
     @param q  where bodies stand **/
-    SteadyMotion(MultibodyEquations& equations, const SimTK::State& state, double t,
+    SteadyMotion(Evaluation& equations, const SimTK::State& state, double t,
                  const std::vector<double>& given, const std::vector<double>& u,
                  const std::vector<double>& q);
 
@@ -88,8 +89,7 @@ private:
     void closeLoops(const std::vector<double>& q, std::vector<double>& u) const;
     int findRoot(int block) const;
     /** Of a link's frame: as last realized, and as its root moves besides. **/
-    SimTK::SpatialVec calcTwist(const MultibodyEquations::Link& link, int side,
-                                const Twists& twists) const;
+    SimTK::SpatialVec calcTwist(const Link& link, int side, const Twists& twists) const;
     Twists calcTwists(const std::vector<double>& q, const std::vector<double>& u) const;
     void putTwists(const Twists& twists, const std::vector<double>& q,
                    std::vector<double>& u) const;
@@ -98,13 +98,13 @@ private:
     /** Whether X keeps the constraints by itself, to first order. **/
     bool keepsConstraints(const std::vector<double>& q) const;
 
-    MultibodyEquations* m_equations = nullptr;
+    Evaluation* m_equations = nullptr;
     double m_t = 0, m_factor = 1, m_rate = 0;
     std::vector<double> m_u;  ///< of everything but roots
     std::vector<double> m_errors;
     std::vector<Root> m_roots;
     Twists m_twists;  ///< where the motion was made
-    std::vector<MultibodyEquations::Link> m_links;
+    std::vector<Link> m_links;
     std::vector<Reach> m_reaches;
     Eigen::MatrixXd m_G, m_closing;  ///< G as there, and what undoes its errors
 };

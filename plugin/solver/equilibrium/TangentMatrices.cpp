@@ -36,19 +36,19 @@ bool areAlike(const VectorXd& a, const VectorXd& b, double allowed) {
 
 }  // namespace
 
-std::vector<int> listFreeSpeeds(const MultibodyEquations& equations) {
+std::vector<int> listFreeSpeeds(const Evaluation& equations) {
     std::vector<int> speeds;
-    for (int i = 0; i < equations.numU(); ++i)
-        if (!equations.isPrescribed(i)) speeds.push_back(i);
+    for (int i = 0; i < equations.getTopology().numU; ++i)
+        if (!equations.getTopology().isPrescribed[size_t(i)]) speeds.push_back(i);
     return speeds;
 }
 
-void calcMassAndJacobian(const MultibodyEquations& equations, MatrixXd& M, MatrixXd& G) {
-    NewtonSystem system = equations.makeNewtonSystem();
+void calcMassAndJacobian(Evaluation& equations, MatrixXd& M, MatrixXd& G) {
+    NewtonSystem system = equations.getTopology().makeNewtonSystem();
     equations.formMassSystem(system);
-    M.setZero(equations.numU(), equations.numU());
-    G.setZero(equations.numMultipliers(), equations.numU());
-    for (int b = 0; b < equations.numBlocks(); ++b) {
+    M.setZero(equations.getTopology().numU, equations.getTopology().numU);
+    G.setZero(equations.getTopology().numMultipliers, equations.getTopology().numU);
+    for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
         const NewtonSystem::Block& block = system.blocks[size_t(b)];
         const int first = equations.getBlock(b).firstU, n = block.size;
         if (block.form == NewtonSystem::Block::Form::Arrow) {
@@ -66,16 +66,16 @@ void calcMassAndJacobian(const MultibodyEquations& equations, MatrixXd& M, Matri
         system.expandGt(block, Gt.data());
         // Rows beyond those of constraints stand for force elements.
         for (int column = 0; column < block.numColumns(); ++column)
-            if (block.rows[size_t(column)] < equations.numMultipliers())
+            if (block.rows[size_t(column)] < equations.getTopology().numMultipliers)
                 G.row(block.rows[size_t(column)]).segment(first, n) += Gt.col(column).transpose();
     }
 }
 
 MatrixXd differentiateByQ(
-    MultibodyEquations& equations, const CoordinateScales& scales, double t,
-    const std::vector<double>& q, const std::vector<double>& u,
+    Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
+    const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate) {
-    const int n = equations.numU();
+    const int n = equations.getTopology().numU;
     std::vector<double> delta(size_t(n), 0), moved;
     VectorXd f(n), middle(n), rise, bend;
     evaluate(q, middle);
@@ -88,10 +88,11 @@ MatrixXd differentiateByQ(
         rise = VectorXd::Zero(middle.size());
         bend = -2 * middle;
         for (int k = 0; k < 4; ++k) {
-            if (equations.needsSimbody()) equations.realize(t, q.data(), u.data());  // for its N(q)
+            if (equations.getTopology().needsSimbody)
+                equations.realize(t, q.data(), u.data());  // for its N(q)
             delta[size_t(column)] = Places[k] * h;
             moved = q;
-            equations.moveQ(delta.data(), moved.data());
+            equations.getBlocks().moveQ(delta.data(), moved.data());
             evaluate(moved, f);
             slope += Weights[k] / h * f;
             if (std::abs(Places[k]) < 2) continue;  // the outer ones see most
@@ -124,11 +125,11 @@ MatrixXd differentiateByQ(
     return derivative;
 }
 
-MatrixXd calcDampingMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
                            const SolutionPoint& point) {
-    const int n = equations.numU();
+    const int n = equations.getTopology().numU;
     double fastest = 0;  // how fast the system turns
-    for (int b = 0; b < equations.numBlocks(); ++b) {
+    for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
         const Block& block = equations.getBlock(b);
         if (scales.lengths[size_t(b)] > 0)
             fastest = std::max(fastest, block.calcDisplacement(point.u.data() + block.firstU) /
@@ -153,14 +154,14 @@ MatrixXd calcDampingMatrix(MultibodyEquations& equations, const CoordinateScales
     return D;
 }
 
-MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+MatrixXd calcRateMatrix(Evaluation& equations, const CoordinateScales& scales,
                         const SolutionPoint& point) {
-    const int numU = equations.numU(), numQ = equations.numQ();
+    const int numU = equations.getTopology().numU, numQ = equations.getTopology().numQ;
     MatrixXd A = MatrixXd::Zero(numU, numU);
     const auto calcQDot = [&](const std::vector<double>& q, const std::vector<double>& u) {
         equations.realize(point.t, q.data(), point.u.data());
         VectorXd qDot(numQ);
-        equations.calcQDot(q.data(), u.data(), qDot.data());
+        equations.getBlocks().calcQDot(q.data(), u.data(), qDot.data());
         return qDot;
     };
     /** Derivative of N(q)u along N(q)v. **/
@@ -175,14 +176,15 @@ MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& s
         }
         return derivative;
     };
-    for (int b = 0; b < equations.numFlexibleBlocks(); ++b) {
+    for (int b = 0; b < equations.getTopology().numFlexible; ++b) {
         // ω is that in the body.
         const size_t first = size_t(equations.getBlock(b).firstU);
         A.block<3, 3>(Eigen::Index(first), Eigen::Index(first)) << 0, -point.u[first + 2],
             point.u[first + 1], point.u[first + 2], 0, -point.u[first], -point.u[first + 1],
             point.u[first], 0;
     }
-    for (int b = equations.numFlexibleBlocks(); b < equations.numBlocks(); ++b) {
+    for (int b = equations.getTopology().numFlexible; b < equations.getTopology().numBlocks();
+         ++b) {
         const Block& block = equations.getBlock(b);
         std::vector<double> own(size_t(numU), 0), unit(size_t(numU), 0);
         std::copy_n(point.u.begin() + block.firstU, block.numU, own.begin() + block.firstU);

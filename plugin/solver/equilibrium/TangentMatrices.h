@@ -14,7 +14,7 @@ displacements of 3e-4 of the body's size their relative error is below 1e-8 wher
 #include <vector>
 
 #include "simflex/solver/equations/CoordinateScales.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Evaluation.h"
 #include "simflex/solver/integration/SolutionHistory.h"
 
 namespace simflex {
@@ -24,28 +24,27 @@ namespace simflex {
 namespace Eigen = ::Eigen;
 
 /** Mass matrix and constraint Jacobian at the last realize(). **/
-void calcMassAndJacobian(const MultibodyEquations& equations, Eigen::MatrixXd& M,
-                         Eigen::MatrixXd& G);
+void calcMassAndJacobian(Evaluation& equations, Eigen::MatrixXd& M, Eigen::MatrixXd& G);
 
 /** ∂f/∂δ for the free speeds, zero in columns of prescribed ones. Steps are shortened where a kink
 of f is near, so that a stop that is closed by a hair counts in full.
 @param evaluate  writes f for a displaced q
 @param q  where to differentiate; the equations are left realized at `q` and `u` **/
 Eigen::MatrixXd differentiateByQ(
-    MultibodyEquations& equations, const CoordinateScales& scales, double t,
-    const std::vector<double>& q, const std::vector<double>& u,
+    Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
+    const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& f)>& evaluate);
 
 /** ∂r/∂u at a point, zero in columns of prescribed speeds. **/
-Eigen::MatrixXd calcDampingMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+Eigen::MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
                                   const SolutionPoint& point);
 
 /** A(u) with δ̇ = δu − A δ: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where q̇ = u. **/
-Eigen::MatrixXd calcRateMatrix(MultibodyEquations& equations, const CoordinateScales& scales,
+Eigen::MatrixXd calcRateMatrix(Evaluation& equations, const CoordinateScales& scales,
                                const SolutionPoint& point);
 
 /** Speeds that no lock or Motion prescribes. **/
-std::vector<int> listFreeSpeeds(const MultibodyEquations& equations);
+std::vector<int> listFreeSpeeds(const Evaluation& equations);
 
 /** The directions that constraints leave free, in scaled coordinates δ = s·x. Redundant rows are
  * allowed. **/

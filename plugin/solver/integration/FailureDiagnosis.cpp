@@ -17,7 +17,7 @@ std::string FailureDiagnosis::listErrors(const std::vector<double>& errors,
     for (size_t row = 0; row < errors.size(); ++row) {
         const double error = std::abs(errors[row]);
         if (error <= tolerance) continue;
-        const std::string name = m_equations.describeConstraint(int(row));
+        const std::string name = m_equations.getTopology().describeConstraint(int(row));
         const auto same = std::find_if(worst.begin(), worst.end(),
                                        [&](const auto& entry) { return entry.second == name; });
         if (same == worst.end())
@@ -84,7 +84,7 @@ std::string FailureDiagnosis::explainSingularBlock(int block, const NewtonSystem
         return "the Newton matrix of '" + name +
                "' is not finite: check the mass of its bodies, and forces and motions that may "
                "return numbers that are not";
-    const std::string culprit = m_equations.findMassless(block);
+    const std::string culprit = findMassless(m_equations.getBlock(block));
     if (!culprit.empty())
         return "the mass matrix of '" + name + "' is singular: " + culprit +
                " has no mass or inertia to move; give its body mass and inertia, or weld it to "
@@ -128,7 +128,7 @@ std::string FailureDiagnosis::explainNonFiniteForces(int block, double t,
                                                      const std::vector<double>& q,
                                                      const std::vector<double>& u) const {
     const std::string& name = m_equations.getBlock(block).name;
-    const std::string culprit = m_equations.findNonFinite(t, q.data(), u.data());
+    const std::string culprit = findNonFinite(m_equations, t, q.data(), u.data());
     if (culprit.empty())
         return "forces or positions of '" + name +
                "' are not finite numbers. They overflow in the iteration: is a stiffness or load "
@@ -140,13 +140,13 @@ std::string FailureDiagnosis::explainNonFiniteForces(int block, double t,
 std::string FailureDiagnosis::explainLargeError(const FailedStep& step, double error,
                                                 const double* errorQ, const double* errorU) const {
     int worst = 0;
-    m_equations.calcErrorSize(errorQ, errorU, step.h, &worst);
+    m_equations.updErrorNorm().calcSize(errorQ, errorU, step.h, &worst);
     std::ostringstream text;
     text << "the local error stays at " << error * step.accuracy
-         << (m_equations.hasErrorsInMetres() ? " m" : "") << " (allowed " << step.accuracy
+         << (m_equations.updErrorNorm().isInMetres() ? " m" : "") << " (allowed " << step.accuracy
          << "), most of it in " << findWorstCoordinate(worst, errorQ, errorU, step.h);
     const std::string jump =
-        m_equations.findMotionJump(step.last.t, step.h, step.last.q.data(), step.last.u.data());
+        findMotionJump(m_equations, step.last.t, step.h, step.last.q.data(), step.last.u.data());
     if (!jump.empty())
         text << ". " << jump << ": let it change smoothly";
     else
@@ -159,10 +159,10 @@ std::string FailureDiagnosis::explainNoProjection(const FailedStep& step, int wo
                                                   double tolerance) const {
     if (!std::isfinite(step.tried.constraintError)) return explainNonFinite(step);
     std::ostringstream text;
-    text << m_equations.describeConstraint(worstRow) << " keeps an error of "
+    text << m_equations.getTopology().describeConstraint(worstRow) << " keeps an error of "
          << step.tried.constraintError << " (allowed " << tolerance << ")";
     const std::string jump =
-        m_equations.findMotionJump(step.last.t, step.h, step.last.q.data(), step.last.u.data());
+        findMotionJump(m_equations, step.last.t, step.h, step.last.q.data(), step.last.u.data());
     if (!jump.empty())
         text << ". " << jump << ": let it change smoothly";
     else if (const std::string singularity = findSingularity(step); !singularity.empty())
@@ -180,8 +180,8 @@ std::string FailureDiagnosis::findSingularity(const FailedStep& step) const {
     // Smallest eigenvalue of G M⁻¹Gᵀ with a diagonal of ones, those of redundancies left out.
     constexpr int MostRows = 500;
     constexpr double Redundant = 1e-12, Singular = 1e-6, Involved = 0.1;
-    NewtonSystem system = m_equations.makeNewtonSystem();
-    const int m = m_equations.numMultipliers();
+    NewtonSystem system = m_equations.getTopology().makeNewtonSystem();
+    const int m = m_equations.getTopology().numMultipliers;
     if (m == 0 || m > MostRows) return "";
     const SolutionPoint& last = step.last;
     std::vector<double> residual(last.u.size());
@@ -220,7 +220,7 @@ std::string FailureDiagnosis::findSingularity(const FailedStep& step) const {
     if (k >= m || eigen.values[k] > Singular) return "";
     std::vector<std::string> names;
     for (int i = 0; i < m; ++i) {
-        const std::string name = m_equations.describeConstraint(i);
+        const std::string name = m_equations.getTopology().describeConstraint(i);
         if (std::abs(eigen.vectors(i, k)) > Involved &&
             !std::count(names.begin(), names.end(), name))
             names.push_back(name);
@@ -239,11 +239,11 @@ std::string FailureDiagnosis::explainNoConvergence(const FailedStep& step) const
          << " m in the last iteration";
     // Rows beyond the multipliers are force elements'.
     const int row = outcome.worstRow;
-    if (row >= 0 && row < m_equations.numMultipliers())
-        text << ", " << m_equations.describeConstraint(row) << " has residual "
+    if (row >= 0 && row < m_equations.getTopology().numMultipliers)
+        text << ", " << m_equations.getTopology().describeConstraint(row) << " has residual "
              << outcome.constraintResidual;
     const double *q = step.last.q.data(), *u = step.last.u.data();
-    const std::string jump = m_equations.findMotionJump(step.last.t, step.h, q, u);
+    const std::string jump = findMotionJump(m_equations, step.last.t, step.h, q, u);
     if (!jump.empty()) {
         text << ". " << jump << ": let it change smoothly";
         return text.str();
@@ -251,9 +251,9 @@ std::string FailureDiagnosis::explainNoConvergence(const FailedStep& step) const
     const std::string singularity = findSingularity(step);
     if (!singularity.empty()) return text.str() + singularity;
     const std::string foreign =
-        m_equations.findLargestForeignForce(step.last.t, q, u, outcome.worstBlock);
+        findLargestForeignForce(m_equations, step.last.t, q, u, outcome.worstBlock);
     const std::string element =
-        m_equations.findLargestElement(step.last.t, q, u, outcome.worstBlock);
+        findLargestElement(m_equations, step.last.t, q, u, outcome.worstBlock);
     if (!foreign.empty() && !step.hasForceJacobians)
         text << ". The Newton matrix lacks what is stiff in Simbody's own forces, here " << foreign
              << ": tell it by addForceJacobian(), or use an element of simflex/forces";

@@ -8,14 +8,14 @@ failure; nothing of it is in the way of a step that succeeds. **/
 #include <vector>
 
 #include "simflex/solver/ImplicitIntegrator.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/Diagnosis.h"
 #include "simflex/solver/integration/ImplicitStep.h"
 
 namespace simflex {
 
 class FailureDiagnosis {
 public:
-    explicit FailureDiagnosis(MultibodyEquations& equations) : m_equations(equations) {}
+    explicit FailureDiagnosis(Evaluation& equations) : m_equations(equations) {}
 
     /** A step that failed, from the last good point. **/
     struct FailedStep {
@@ -62,7 +62,7 @@ private:
     std::string findWorstCoordinate(int block, const double* errorQ, const double* errorU,
                                     double h) const;
 
-    MultibodyEquations& m_equations;
+    Evaluation& m_equations;
 };
 
 }  // namespace simflex

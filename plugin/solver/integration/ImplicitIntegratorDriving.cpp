@@ -74,7 +74,7 @@ void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& ou
     // What Motions prescribe may have jumped.
     const bool keepsEquations = outcome.lowestChange > Stage::Instance &&
                                 m_state.getTime() == m_kept.getTime() &&
-                                !m_equations->hasPrescribed() && !m_remembers;
+                                !m_equations->getSimbody().getPrescribed() && !m_remembers;
     if (outcome.hasChangedState && keepsEquations) {
         continueFromHandlersState();
         m_isIntervalStart = true;
@@ -282,7 +282,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
 void ImplicitIntegrator::Implementation::bookPhases() {
     m_step->addInTiming();
     // Asking Simbody happens within evaluations.
-    const double simbody = m_equations->takeSimbodySeconds();
+    const double simbody = m_equations->updSimbody().takeSeconds();
     statistics.simbodySeconds += simbody;
     statistics.evaluationSeconds -= simbody;
 }

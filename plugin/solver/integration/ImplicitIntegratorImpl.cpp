@@ -166,8 +166,8 @@ void ImplicitIntegrator::Implementation::buildEquations() {
     m_laterVariables = listLaterVariables(m_state);
     if (m_equations) bookPhases();
     m_step.reset();
-    m_equations = std::make_unique<MultibodyEquations>(
-        m_system, m_state, MultibodyEquations::Setting::Implicit, differentiated);
+    m_equations = std::make_unique<Evaluation>(m_system, m_state, Topology::Setting::Implicit,
+                                               differentiated);
     m_step = std::make_unique<ImplicitStep>(*m_equations, statistics);
     chooseSettings();
     m_step->blockForm = blockForm;
@@ -179,8 +179,8 @@ void ImplicitIntegrator::Implementation::buildEquations() {
     else
         m_step->chooseNumThreads(omp_get_max_threads());
 
-    const int nq = m_equations->numQ(), nu = m_equations->numU(), m = m_equations->numMultipliers(),
-              nz = m_equations->numZ();
+    const int nq = m_equations->getTopology().numQ, nu = m_equations->getTopology().numU,
+              m = m_equations->getTopology().numMultipliers, nz = m_equations->getTopology().numZ;
     m_history.resize(nq, nu, m, nz);
     m_new.resize(nq, nu, m, nz);
     m_visible.resize(nq, nu, m, nz);
@@ -200,22 +200,22 @@ void ImplicitIntegrator::Implementation::chooseSettings() {
         const SimTK::Subsystem& subsystem = m_system.getSubsystem(key.first);
         m_remembers = m_remembers || !SimTK::ContactTrackerSubsystem::isInstanceOf(subsystem);
     }
-    const bool isFree = !m_equations->hasModes() && fixedStep == 0 && !m_remembers;
+    const bool isFree = !m_equations->getTopology().hasModes() && fixedStep == 0 && !m_remembers;
     const bool hasHighOrder = m_scheme->suit(isFree ? IntegrationScheme::Suitability::HighOrder
                                                     : IntegrationScheme::Suitability::AStable);
-    using Norm = MultibodyEquations::Norm;
+    using Norm = ErrorNorm::Kind;
     const bool isSimbodysOwn = !FlexibleBodySubsystem::find(m_system) &&
                                formulation == Formulation::StabilizedIndex2 && fixedStep == 0;
     const bool isRelative = accuracyNorm == AccuracyNorm::StateWeights ||
                             (accuracyNorm == AccuracyNorm::Automatic && isSimbodysOwn);
-    if (isRelative && m_equations->numFlexibleBlocks() > 0)
+    if (isRelative && m_equations->getTopology().numFlexible > 0)
         throw std::invalid_argument(name +
                                     "::setAccuracyNorm(): StateWeights is for systems without "
                                     "flexible bodies, whose modes' "
                                     "weights follow from what they displace");
-    m_equations->setErrorNorm(!isRelative       ? Norm::Displacement
-                              : useInfinityNorm ? Norm::Infinity
-                                                : Norm::RootMeanSquare);
+    m_equations->updErrorNorm().setKind(!isRelative       ? Norm::Displacement
+                                        : useInfinityNorm ? Norm::Infinity
+                                                          : Norm::RootMeanSquare);
 
     constexpr Real TightTolerance = 1e-10, PartOfAccuracy = 0.1;  // as in SimTK::Integrator
     if (!hasOwnConstraintTolerance)
@@ -299,29 +299,29 @@ bool ImplicitIntegrator::Implementation::projectStateByWeights(bool forced) {
 }
 
 void ImplicitIntegrator::Implementation::takeState(bool project, bool forced) {
-    const bool isProjected = project && m_equations->numMultipliers() > 0 && projectsByWeights() &&
-                             projectStateByWeights(forced);
+    const bool isProjected = project && m_equations->getTopology().numMultipliers > 0 &&
+                             projectsByWeights() && projectStateByWeights(forced);
     SolutionPoint& point = m_visible;
     point.t = m_state.getTime();
     enterSmoothSpan(point.t);
-    m_equations->getFromState(m_state, point.q.data(), point.u.data());
+    m_equations->getBlocks().getFromState(m_state, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = m_state.getZ()[int(i)];
-    m_equations->setZ(point.z.data());
+    m_equations->updSimbody().setZ(point.z.data());
     m_equations->prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
-    if (project && m_equations->numMultipliers() > 0 &&
+    if (project && m_equations->getTopology().numMultipliers > 0 &&
         !(isProjected &&
           m_step->isAssembled(point.t, m_waiting.constraintTolerance, point.q, point.u)))
         m_step->assemble(point.t, m_waiting.constraintTolerance, point.q, point.u);
-    m_equations->normalizeQ(point.q.data());
+    m_equations->getBlocks().normalizeQ(point.q.data());
 }
 
 void ImplicitIntegrator::Implementation::completeStart(SolutionPoint& point) {
-    m_equations->forgetFunctionValues();
-    m_equations->setZ(point.z.data());
+    m_equations->updFunctions().forget();
+    m_equations->updSimbody().setZ(point.z.data());
     m_step->calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
     point.constraintError = m_step->calcPositionError(point.t, point.q, point.u);
-    m_equations->followPose();
-    m_equations->calcQDot(point.q.data(), point.u.data(), point.qDot.data());
+    m_equations->updBlocks().followPose();
+    m_equations->getBlocks().calcQDot(point.q.data(), point.u.data(), point.qDot.data());
     m_equations->calcZDot(point.q.data(), point.u.data(), point.uDot.data(), point.z.data(),
                           point.zDot.data());
     point.power = m_equations->calcPower(point.q.data(), point.u.data(), point.uDot.data(),
@@ -348,7 +348,7 @@ void ImplicitIntegrator::Implementation::start() {
 
 void ImplicitIntegrator::Implementation::enterSmoothSpan(double time) {
     breaks.moveTo(time);
-    m_equations->setSmoothSpan(breaks.getFirst(), breaks.getLast());
+    m_equations->updFunctions().setSmoothSpan(breaks.getFirst(), breaks.getLast());
 }
 
 void ImplicitIntegrator::Implementation::restartAtNewest() {
@@ -385,11 +385,11 @@ void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history
         m_system.realize(past, Stage::Velocity);
         const double lastPower = point.power;
         point.t = past.getTime();
-        m_equations->getFromState(past, point.q.data(), point.u.data());
+        m_equations->getBlocks().getFromState(past, point.q.data(), point.u.data());
         for (size_t k = 0; k < point.z.size(); ++k) point.z[k] = past.getZ()[int(k)];
-        m_equations->normalizeQ(point.q.data());
+        m_equations->getBlocks().normalizeQ(point.q.data());
         // Quaternions of opposite sign are the same rotation; the polynomial needs one branch.
-        for (int b = 0; i > 0 && b < m_equations->numBlocks(); ++b) {
+        for (int b = 0; i > 0 && b < m_equations->getTopology().numBlocks(); ++b) {
             const Block& block = m_equations->getBlock(b);
             block.alignQ(m_history[0].q.data() + block.firstQ, point.q.data() + block.firstQ);
         }
@@ -410,7 +410,7 @@ Real ImplicitIntegrator::Implementation::chooseInitialStep(const SolutionPoint& 
     if (fixedStep > 0) return fixedStep;
     if (initialStep > 0) return std::min(initialStep, m_longestStep);
     // How fast u̇ changes, from accelerations a short way along the Taylor series.
-    const double acceleration = m_equations->calcDisplacement(point.uDot.data());
+    const double acceleration = m_equations->getBlocks().calcDisplacement(point.uDot.data());
     double delta = 1e-2 * longest;
     if (acceleration > 0) delta = std::min(delta, 0.1 * std::sqrt(accuracy / acceleration));
     double h = longest;
@@ -422,15 +422,15 @@ Real ImplicitIntegrator::Implementation::chooseInitialStep(const SolutionPoint& 
             m_new.u[i] = point.u[i] + delta * point.uDot[i];
         }
         m_step->calcPositionError(point.t, point.q, point.u);
-        m_equations->displaceQ(m_errorU.data(), m_new.q.data());
+        m_equations->getBlocks().displaceQ(m_errorU.data(), m_new.q.data());
         m_step->calcAccelerations(m_new.t, m_new.q, m_new.u, m_new.uDot, m_new.lambda);
         for (size_t i = 0; i < point.u.size(); ++i)
             m_errorU[i] = (m_new.uDot[i] - point.uDot[i]) / delta;
-        const double jerk = m_equations->calcDisplacement(m_errorU.data());
+        const double jerk = m_equations->getBlocks().calcDisplacement(m_errorU.data());
         const double allowed =
             StepController::Target * accuracy / std::max(m_scheme->getFirstErrorConstant(), 1e-2);
         if (jerk > 0) h = std::cbrt(allowed / jerk);
-        const double jerkSize = m_equations->calcChangeSize(m_errorU.data(), 0);
+        const double jerkSize = m_equations->updErrorNorm().calcChange(m_errorU.data(), 0);
         if (jerkSize > 0) h = std::min(h, std::sqrt(allowed / jerkSize));
     } catch (const std::runtime_error&) {
         h = delta;  // the first step will say what is wrong
@@ -445,8 +445,8 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     ++statistics.stepsAttempted;
     const long iterationsBefore = statistics.newtonIterations;
     const double t = m_history[0].t + h;
-    m_equations->setErrorReference(m_history[0].q.data(), m_history[0].u.data(),
-                                   m_history[0].z.data());
+    m_equations->updErrorNorm().setReference(m_history[0].q.data(), m_history[0].u.data(),
+                                             m_history[0].z.data());
     m_scheme->calcFormula(m_history, order, t, m_formula);
     m_new.t = t;
     const SolutionHistory::Weights prediction =
@@ -454,7 +454,8 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     m_history.combineQ(prediction, m_new.q);
     m_history.combineU(prediction, m_new.u);
     m_history.combineZ(prediction, m_new.z);
-    const int pointsOfLambda = m_equations->hasErrorsInMetres() ? 2 : std::clamp(order, 2, 4);
+    const int pointsOfLambda =
+        m_equations->updErrorNorm().isInMetres() ? 2 : std::clamp(order, 2, 4);
     m_history.extrapolateLambda(pointsOfLambda, t, m_new.lambda);
 
     m_outcome = m_solvesPositions ? m_step->solveNearSingularity(m_formula, m_new)
@@ -476,7 +477,7 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     m_new.power = m_equations->calcPower(m_new.q.data(), m_new.u.data(), m_new.uDot.data(),
                                          m_new.lambda.data());
     m_new.work = m_formula.workHist + m_formula.quadrature * m_new.power;
-    m_equations->normalizeQ(m_new.q.data());
+    m_equations->getBlocks().normalizeQ(m_new.q.data());
     m_scheme->completePoint(m_history, m_formula, m_new);
     if (fixedStep > 0)
         *error = 0;
@@ -499,10 +500,11 @@ double ImplicitIntegrator::Implementation::calcError(int order) {
         m_errorU[i] = factors.u * (m_new.u[i] - m_errorU[i]);
     for (size_t i = 0; i < m_errorZ.size(); ++i)
         m_errorZ[i] = factors.u * (m_new.z[i] - m_errorZ[i]);
-    m_equations->clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
-    return std::max(m_equations->calcErrorSize(m_errorQ.data(), m_errorU.data(),
-                                               m_new.t - m_history[0].t, &m_worstErrorBlock),
-                    m_equations->calcZError(m_errorZ.data())) /
+    m_equations->getSimbody().clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
+    return std::max(
+               m_equations->updErrorNorm().calcSize(m_errorQ.data(), m_errorU.data(),
+                                                    m_new.t - m_history[0].t, &m_worstErrorBlock),
+               m_equations->updErrorNorm().calcZSize(m_errorZ.data())) /
            accuracy;
 }
 
@@ -514,10 +516,10 @@ double ImplicitIntegrator::Implementation::calcFirstError() {
         m_errorU[i] = factor * (m_new.uDot[i] - last.uDot[i]);
     for (size_t i = 0; i < m_errorZ.size(); ++i)
         m_errorZ[i] = factor * (m_new.zDot[i] - last.zDot[i]);
-    m_equations->clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
-    return std::max(
-               m_equations->calcErrorSize(m_errorQ.data(), m_errorU.data(), h, &m_worstErrorBlock),
-               m_equations->calcZError(m_errorZ.data())) /
+    m_equations->getSimbody().clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
+    return std::max(m_equations->updErrorNorm().calcSize(m_errorQ.data(), m_errorU.data(), h,
+                                                         &m_worstErrorBlock),
+                    m_equations->updErrorNorm().calcZSize(m_errorZ.data())) /
            accuracy;
 }
 
@@ -589,7 +591,7 @@ void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
     }
     // The whole point is copied: every array has its size already.
     m_history.push() = m_new;
-    m_equations->followPose();
+    m_equations->updBlocks().followPose();
     ++statistics.stepsTaken;
     ++statistics.stepsAtOrder[size_t(order)];
     statistics.timeCovered += h;
@@ -638,7 +640,8 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
             retries = 0;
             // Near a singular position the velocity equations outrun the iteration.
             if (!m_solvesPositions && !m_outcome.converged && m_outcome.isFinite &&
-                formulation == Formulation::StabilizedIndex2 && m_equations->numMultipliers() > 0) {
+                formulation == Formulation::StabilizedIndex2 &&
+                m_equations->getTopology().numMultipliers > 0) {
                 m_solvesPositions = true;
                 continue;
             }
@@ -700,7 +703,7 @@ void ImplicitIntegrator::Implementation::failStep(double h, Failure failure, dou
 
 void ImplicitIntegrator::Implementation::writeState(const SolutionPoint& point,
                                                     State& state) const {
-    m_equations->putIntoState(point.t, point.q.data(), point.u.data(), state);
+    m_equations->getBlocks().putIntoState(point.t, point.q.data(), point.u.data(), state);
     if (!point.z.empty()) std::copy(point.z.begin(), point.z.end(), &state.updZ()[0]);
     m_system.realize(state, Stage::Velocity);
 }
@@ -726,9 +729,10 @@ void ImplicitIntegrator::Implementation::calcPoint(double t, SolutionPoint& poin
     m_history.combineZ(weights, point.z);
     m_history.extrapolateLambda(nodes, t, point.lambda);
     point.work = m_history.combineWork(weights);
-    m_equations->normalizeQ(point.q.data());
+    m_equations->getBlocks().normalizeQ(point.q.data());
     m_equations->prescribe(t, 0, nullptr, point.q.data(), point.u.data());
-    if (projectInterpolatedStates && m_equations->numMultipliers() > 0 && m_step->canProject()) {
+    if (projectInterpolatedStates && m_equations->getTopology().numMultipliers > 0 &&
+        m_step->canProject()) {
         point.constraintError =
             m_step->projectBetweenSteps(t, constraintTolerance, point.q, point.u);
         m_step->projectSpeeds(t, point.q, point.u);
@@ -748,25 +752,28 @@ const State& ImplicitIntegrator::Implementation::getState() const {
 }
 
 std::string ImplicitIntegrator::Implementation::getErrorSource() const {
-    if (m_worstErrorBlock < 0 || !m_equations || m_worstErrorBlock >= m_equations->numBlocks())
+    if (m_worstErrorBlock < 0 || !m_equations ||
+        m_worstErrorBlock >= m_equations->getTopology().numBlocks())
         return {};
     return m_equations->getBlock(m_worstErrorBlock).name;
 }
 
 Vector ImplicitIntegrator::Implementation::calcUDot() const {
-    return m_equations->calcSimbodyUDot(m_visible.q.data(), m_visible.uDot.data());
+    return m_equations->getBlocks().calcSimbodyUDot(m_visible.q.data(), m_visible.uDot.data());
 }
 
 Vector ImplicitIntegrator::Implementation::calcMultipliers(
     const SimTK::Constraint& constraint) const {
-    const std::pair<int, int> rows = m_equations->findRows(constraint.getConstraintIndex());
+    const std::pair<int, int> rows =
+        m_equations->getTopology().findRows(constraint.getConstraintIndex());
     return Vector(rows.second, m_visible.lambda.data() + rows.first);
 }
 
 Vector ImplicitIntegrator::Implementation::calcMultipliers(const Joint* joint) const {
     if (!joint) return Vector(int(m_visible.lambda.size()), m_visible.lambda.data());
     return Vector(joint->getNumEquations(),
-                  m_visible.lambda.data() + m_equations->getFirstRow(joint->getIndex()));
+                  m_visible.lambda.data() +
+                      m_equations->getTopology().joints[size_t(joint->getIndex())].firstRow);
 }
 
 void ImplicitIntegrator::Implementation::updateDiscreteVariables(const SolutionPoint& point) {

@@ -230,7 +230,7 @@ private:
 
     const SimTK::MultibodySystem& m_system;
     std::unique_ptr<IntegrationScheme> m_scheme;
-    std::unique_ptr<MultibodyEquations> m_equations;
+    std::unique_ptr<Evaluation> m_equations;
     std::unique_ptr<ImplicitStep> m_step;
     EventDriver m_events;
     SolutionHistory m_history;

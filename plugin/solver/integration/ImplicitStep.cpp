@@ -41,14 +41,14 @@ double largestAbs(const std::vector<double>& values, int* where = nullptr) {
 
 }  // namespace
 
-ImplicitStep::ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& statistics)
+ImplicitStep::ImplicitStep(Evaluation& equations, IntegratorStatistics& statistics)
     : m_equations(equations),
       m_statistics(statistics),
-      m_system(equations.makeNewtonSystem()),
+      m_system(equations.getTopology().makeNewtonSystem()),
       m_solver(m_system),
-      m_delta(equations.numU()),
-      m_lastUDot(equations.numU()),
-      m_deltaZ(equations.numZ()) {}
+      m_stepEquations(equations),
+      m_lastUDot(equations.getTopology().numU),
+      m_deltaZ(equations.getTopology().numZ) {}
 
 void ImplicitStep::setNumThreads(int threads) {
     m_threadChoice = ThreadChoice(1);
@@ -62,7 +62,7 @@ void ImplicitStep::chooseNumThreads(int most) {
 
 void ImplicitStep::useThreads(int threads) {
     if (threads == m_numThreads) return;
-    m_equations.setNumThreads(threads);
+    m_equations.updBlocks().chooseNumThreads(threads);
     m_solver.setNumThreads(threads);
     m_numThreads = threads;
 }
@@ -106,19 +106,19 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
     std::vector<std::string> lines;
     const std::vector<int>& rows = m_solver.getRedundantRows();
     for (int k = 0; k < int(rows.size()); ++k) {
-        std::string line = m_equations.describeRow(rows[size_t(k)]) + " follows from";
+        std::string line = m_equations.getTopology().describeRow(rows[size_t(k)]) + " follows from";
         const char* separator = " ";
         std::vector<std::string> named;
         for (int row : m_solver.findInvolvedRows(k)) {
-            if (row >= m_equations.numMultipliers()) continue;  // a force element's
-            const std::string& name = m_equations.getJointName(row);
+            if (row >= m_equations.getTopology().numMultipliers) continue;  // a force element's
+            const std::string& name = m_equations.getTopology().getJointName(row);
             if (row == rows[size_t(k)] || std::count(named.begin(), named.end(), name)) continue;
             named.push_back(name);
             line += separator + ("'" + name + "'");
             separator = ", ";
         }
         if (named.empty())
-            line = m_equations.describeRow(rows[size_t(k)]) +
+            line = m_equations.getTopology().describeRow(rows[size_t(k)]) +
                    " has nothing to hold: bodies on both sides are held so already";
         lines.push_back(line);
     }
@@ -126,7 +126,7 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
 }
 
 bool ImplicitStep::mayDifferentiate() const {
-    return m_equations.canDifferentiateTrees() && blockForm != BlockForm::Arrow;
+    return m_equations.updTrees().canCalc() && blockForm != BlockForm::Arrow;
 }
 
 bool ImplicitStep::differentiate(const std::vector<double>& q, const std::vector<double>& u,
@@ -134,7 +134,7 @@ bool ImplicitStep::differentiate(const std::vector<double>& q, const std::vector
     m_renewsDerivatives = false;
     if (!mayDifferentiate()) return false;
     const auto start = Clock::now();
-    m_equations.differentiateTrees(q.data(), u.data(), uDot.data());
+    m_equations.updTrees().calc(m_equations, q.data(), u.data(), uDot.data());
     m_statistics.evaluationSeconds += secondsSince(start);
     return true;
 }
@@ -146,7 +146,7 @@ void ImplicitStep::startDense() {
 }
 
 int ImplicitStep::findNonFiniteBlock() const {
-    for (int b = 0; b < m_equations.numBlocks(); ++b)
+    for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b)
         for (int i = 0; i < m_equations.getBlock(b).numU; ++i)
             if (!std::isfinite(m_system.r[m_equations.getBlock(b).firstU + i])) return b;
     return 0;
@@ -158,24 +158,6 @@ void ImplicitStep::solveLinear() {
     ++m_statistics.linearSolves;
 }
 
-void ImplicitStep::calcQ(const StepFormula& formula, const std::vector<double>& u,
-                         std::vector<double>& q) {
-    const double stiffness = formula.factors.stiffness;
-    if (formula.rule == StepFormula::QRule::Linear) {
-        m_equations.integrateQ(formula.qHist.data(), stiffness, u.data(), q.data());
-        return;
-    }
-    if (m_equations.needsSimbody()) {
-        // Simbody's N(q) is that of the last realize(): take it half-way, or order 2 is lost.
-        for (size_t i = 0; i < q.size(); ++i) q[i] = 0.5 * (q[i] + formula.qHist[i]);
-        m_equations.normalizeQ(q.data());
-        m_equations.realize(formula.t, q.data(), u.data());
-    }
-    for (size_t i = 0; i < u.size(); ++i) m_delta[i] = formula.deltaHist[i] + stiffness * u[i];
-    std::copy(formula.qHist.begin(), formula.qHist.end(), q.begin());
-    m_equations.moveQ(m_delta.data(), q.data());
-}
-
 double ImplicitStep::updateZ(const StepFormula& formula, SolutionPoint& point) {
     std::vector<double>& z = point.z;
     m_equations.calcZDot(point.q.data(), point.u.data(), point.uDot.data(), z.data(),
@@ -185,7 +167,7 @@ double ImplicitStep::updateZ(const StepFormula& formula, SolutionPoint& point) {
         m_deltaZ[i] = value - z[i];
         z[i] = value;
     }
-    return m_equations.calcZError(m_deltaZ.data());
+    return m_equations.updErrorNorm().calcZSize(m_deltaZ.data());
 }
 
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
@@ -201,8 +183,7 @@ ImplicitStep::Outcome ImplicitStep::solveNearSingularity(const StepFormula& form
 bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& point,
                                      int* worstRow) {
     const double error = projectSpeeds(formula.t, point.q, point.u, worstRow, &point.lambda);
-    m_equations.calcStepUDot(point.q.data(), point.u.data(), formula.uHist.data(),
-                             formula.factors.mass, point.uDot.data());
+    m_stepEquations.calcUDot(formula, point.q, point.u, point.uDot);
     std::copy(point.uDot.begin(), point.uDot.end(), m_lastUDot.begin());
     return error <= 1e-8 * (1 + largestAbs(point.u));
 }
@@ -214,8 +195,9 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     constexpr int LongestReuse = 50;
     // What round-off leaves across the constraints is projected out.
     constexpr double LargestNoise = 0.1;
-    const double t = formula.t, mass = formula.factors.mass, stiffness = formula.factors.stiffness;
-    const double* uHist = formula.uHist.data();
+    const double t = formula.t, stiffness = formula.factors.stiffness;
+    const MotionLevel level = formulation == Formulation::StabilizedIndex2 ? MotionLevel::Velocity
+                                                                           : MotionLevel::Position;
     std::vector<double>&q = point.q, &u = point.u, &lambda = point.lambda, &uDot = point.uDot;
     Outcome outcome;
     bool refresh = m_factored.mass == 0 ||
@@ -227,20 +209,11 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     bool hasNewDerivatives = false;
 
     // Not where a point was looked at last.
-    if (m_equations.asksForN()) m_equations.realize(t, q.data(), u.data());
+    if (m_equations.getBlocks().askForN()) m_equations.realize(t, q.data(), u.data());
     int allowed = tolerances.maxIterations;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
-        calcQ(formula, u, q);
-        m_equations.prescribe(t, mass, uHist, q.data(), u.data());
-        m_equations.setZ(point.z.data());
-        m_equations.realize(t, q.data(), u.data());
-        m_equations.calcStepUDot(q.data(), u.data(), uHist, mass, uDot.data());
-        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
-        m_equations.calcStepErrors(formulation == Formulation::StabilizedIndex2
-                                       ? MotionLevel::Velocity
-                                       : MotionLevel::Position,
-                                   formula.factors, uDot.data(), q.data(), m_system.c.data());
+        m_stepEquations.evaluate(formula, level, lambda, point.z, u, q, uDot, m_system);
         const double zChange = point.z.empty() ? 0 : updateZ(formula, point);
         const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
         m_statistics.evaluationSeconds += secondsSince(start);
@@ -254,7 +227,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             break;
         }
         if (iteration == 0 && formulation == Formulation::Index3 &&
-            m_equations.mayLoseCount(m_system.c.data(), stiffness))
+            m_equations.getTopology().mayLoseCount(m_system.c.data(), stiffness))
             break;
         if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
             outcome.constraintResidual <= tolerances.constraintResidual && hasZConverged) {
@@ -264,7 +237,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
         const bool isRefreshed = refresh;
         if (refresh) {
-            if (m_renewsDerivatives || (useDense() && !m_equations.hasTreeDerivatives()))
+            if (m_renewsDerivatives || (useDense() && !m_equations.updTrees().areKnown()))
                 hasNewDerivatives = differentiate(q, u, uDot);
             formAndFactor(formula.factors, q, u, uDot);
             m_rate = 0.5;
@@ -286,7 +259,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
         }
         const double change =
-            m_equations.calcChangeSize(delta.data(), stiffness, &outcome.worstBlock);
+            m_equations.updErrorNorm().calcChange(delta.data(), stiffness, &outcome.worstBlock);
         outcome.displacementChange = change;
         if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
         if (iteration > 0) {
@@ -327,14 +300,12 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
     if (outcome.converged) {
         const auto start = Clock::now();
-        calcQ(formula, u, q);
-        m_equations.prescribe(t, mass, uHist, q.data(), u.data());
-        m_equations.calcStepUDot(q.data(), u.data(), uHist, mass, uDot.data());
+        m_stepEquations.complete(formula, u, q, uDot);
         m_statistics.evaluationSeconds += secondsSince(start);
         std::copy(uDot.begin(), uDot.end(), m_lastUDot.begin());
         m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * largestAbs(lambda));
         if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) {
-            m_equations.forgetTreeDerivatives();
+            m_equations.updTrees().forget();
             invalidateMatrix();
         }
         if (m_rate > SlowRate) m_stepsSinceFactor += 5;
@@ -364,7 +335,8 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcPositionErrors(m_system.c.data());
         m_statistics.evaluationSeconds += secondsSince(start);
-        if (iteration == 0) m_mayLoseCount = m_equations.mayLoseCount(m_system.c.data());
+        if (iteration == 0)
+            m_mayLoseCount = m_equations.getTopology().mayLoseCount(m_system.c.data());
         error = largestAbs(m_system.c, worstRow);
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
         if (iteration > 0 && !isFresh && error > SlowRate * previous) {
@@ -376,7 +348,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         m_solver.solveForConstraints(m_system);
         ++m_statistics.linearSolves;
         if (iteration == 0) ++m_statistics.projections;
-        m_equations.displaceQ(m_solver.getDeltaU().data(), q.data());
+        m_equations.getBlocks().displaceQ(m_solver.getDeltaU().data(), q.data());
     }
 }
 
@@ -394,7 +366,7 @@ double ImplicitStep::projectBetweenSteps(double t, double tolerance, std::vector
         previous = error;
         m_solver.solveForConstraints(m_system);
         ++m_statistics.linearSolves;
-        m_equations.displaceQ(m_solver.getDeltaU().data(), q.data());
+        m_equations.getBlocks().displaceQ(m_solver.getDeltaU().data(), q.data());
     }
 }
 
@@ -449,7 +421,7 @@ double ImplicitStep::closeJoints(double t, double tolerance, int maxIterations,
             if (cut > 0)
                 m_equations.realize(t, q.data(),
                                     u.data());  // N(q) of the start, not of the last trial
-            m_equations.displaceQ(delta.data(), trial.data());
+            m_equations.getBlocks().displaceQ(delta.data(), trial.data());
             m_equations.realize(t, trial.data(), u.data());
             m_equations.calcPositionErrors(m_system.c.data());
             if (largestAbs(m_system.c) < error) break;
@@ -462,14 +434,14 @@ void ImplicitStep::alignJoints(double t, std::vector<double>& q, const std::vect
     constexpr int MaxIterations = 30;
     constexpr double Misaligned = 1, Aligned = 1e-3;  // [rad]
     m_equations.realize(t, q.data(), u.data());
-    const double misalignment = m_equations.calcMisalignment();
+    const double misalignment = m_equations.getJoints().calcMisalignment();
     if (misalignment < Misaligned) return;
     std::vector<double> aligned = q;
-    m_equations.setAligning(true);
+    m_equations.updJoints().setAligning(true);
     closeJoints(t, Aligned, MaxIterations, aligned, u);
-    m_equations.setAligning(false);
+    m_equations.updJoints().setAligning(false);
     m_equations.realize(t, aligned.data(), u.data());
-    if (m_equations.calcMisalignment() < misalignment) q = aligned;
+    if (m_equations.getJoints().calcMisalignment() < misalignment) q = aligned;
 }
 
 void ImplicitStep::relaxShapes(double t, double tolerance, int maxIterations,
@@ -479,7 +451,7 @@ void ImplicitStep::relaxShapes(double t, double tolerance, int maxIterations,
     double gap = SimTK::Infinity;
     for (int pass = 0; pass < MaxPasses && gap > tolerance; ++pass) {
         std::vector<double> relaxed = q;
-        for (int b = 0; b < m_equations.numFlexibleBlocks(); ++b) {
+        for (int b = 0; b < m_equations.getTopology().numFlexible; ++b) {
             const Block& block = m_equations.getBlock(b);
             std::copy(start.begin() + block.firstQ + FirstModal,
                       start.begin() + block.firstQ + block.numQ,
@@ -495,7 +467,7 @@ void ImplicitStep::relaxShapes(double t, double tolerance, int maxIterations,
 
 bool ImplicitStep::isAssembled(double t, double tolerance, const std::vector<double>& q,
                                const std::vector<double>& u) {
-    return calcPositionError(t, q, u) <= tolerance && !m_equations.findFlippedJoint();
+    return calcPositionError(t, q, u) <= tolerance && !m_equations.getJoints().findFlipped();
 }
 
 void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
@@ -518,7 +490,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
             FailureDiagnosis(m_equations)
                 .explainAssembly(t, m_system.c, tolerance, describeRedundancies()));
     }
-    if (const std::string* flipped = m_equations.findFlippedJoint())
+    if (const std::string* flipped = m_equations.getJoints().findFlipped())
         throw std::runtime_error("the joints were assembled with the axes of joint '" + *flipped +
                                  "' opposed; start closer to the wanted position");
     if (m_system.numMultipliers() > 0) {
@@ -563,18 +535,19 @@ void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
 
 double ImplicitStep::calcResponse(double stiffness, const std::vector<double>& loads) {
     const FlushDenormals flush;
-    const size_t nu = m_delta.size(), m = size_t(m_equations.numMultipliers());
+    const Topology& topology = m_equations.getTopology();
+    const size_t nu = size_t(topology.numU), m = size_t(topology.numMultipliers);
     std::copy_n(loads.begin(), nu, m_system.r.begin());
     for (size_t k = 0; k < m; ++k) m_system.c[k] = loads[nu + k] / stiffness;
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;
-    return m_equations.calcChangeSize(m_solver.getDeltaU().data(), stiffness);
+    return m_equations.updErrorNorm().calcChange(m_solver.getDeltaU().data(), stiffness);
 }
 
 ImplicitStep::Imbalance ImplicitStep::calcImbalance(const SolutionPoint& point) {
     const FlushDenormals flush;
     Imbalance imbalance;
-    m_equations.setZ(point.z.data());
+    m_equations.updSimbody().setZ(point.z.data());
     m_equations.realize(point.t, point.q.data(), point.u.data());
     m_equations.calcPositionErrors(m_system.c.data());
     imbalance.positionError = largestAbs(m_system.c);
@@ -587,14 +560,14 @@ ImplicitStep::Imbalance ImplicitStep::calcImbalance(const SolutionPoint& point) 
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;
     imbalance.displacement =
-        m_equations.calcChangeSize(m_solver.getDeltaU().data(), m_factored.stiffness);
+        m_equations.updErrorNorm().calcChange(m_solver.getDeltaU().data(), m_factored.stiffness);
     return imbalance;
 }
 
 std::vector<double> ImplicitStep::calcLoads(double t, const std::vector<double>& q,
                                             const std::vector<double>& u) {
     const FlushDenormals flush;
-    const size_t nu = u.size(), m = size_t(m_equations.numMultipliers());
+    const size_t nu = u.size(), m = size_t(m_equations.getTopology().numMultipliers);
     std::vector<double> loads(2 * nu + m), lambda(m, 0);
     double *uDot = loads.data(), *r = uDot + nu, *gDotDot = r + nu;
     m_equations.realize(t, q.data(), u.data());

@@ -7,9 +7,8 @@ implicit steps, projection of positions and speeds onto the joints, consistent a
 
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/ImplicitIntegrator.h"
-#include "simflex/solver/equations/MultibodyEquations.h"
+#include "simflex/solver/equations/StepEquations.h"
 #include "simflex/solver/integration/SolutionHistory.h"
-#include "simflex/solver/integration/StepFormula.h"
 #include "simflex/solver/integration/ThreadChoice.h"
 
 namespace simflex {
@@ -32,7 +31,7 @@ public:
         bool isFinite = true;  ///< false: worstBlock has forces or positions that are not numbers
     };
 
-    ImplicitStep(MultibodyEquations& equations, IntegratorStatistics& statistics);
+    ImplicitStep(Evaluation& equations, IntegratorStatistics& statistics);
 
     ImplicitIntegrator::NewtonTolerances tolerances;
     BlockForm blockForm = BlockForm::Automatic;
@@ -139,7 +138,6 @@ private:
     enum class Purpose { Final, Projected };
     Outcome solve(const StepFormula& formula, Formulation formulation, Purpose purpose,
                   SolutionPoint& point);
-    void calcQ(const StepFormula& formula, const std::vector<double>& u, std::vector<double>& q);
     /** One functional iteration on z; returns the largest weighted change. **/
     double updateZ(const StepFormula& formula, SolutionPoint& point);
     void factor();
@@ -158,12 +156,13 @@ private:
                        const std::vector<double>& uDot);
     int findNonFiniteBlock() const;
 
-    MultibodyEquations& m_equations;
+    Evaluation& m_equations;
     IntegratorStatistics& m_statistics;
     NewtonSystem m_system;
     BlockEliminationSolver m_solver;
     BlockEliminationSolver::Timing m_timed;
-    std::vector<double> m_delta, m_lastUDot, m_deltaZ;
+    StepEquations m_stepEquations;
+    std::vector<double> m_lastUDot, m_deltaZ;
     NewtonFactors m_factored;  ///< zero: none
     int m_numThreads = 1;
     ThreadChoice m_threadChoice;

@@ -7,8 +7,8 @@ orders and its local error. **/
 #include <utility>
 #include <vector>
 
+#include "simflex/solver/equations/StepFormula.h"
 #include "simflex/solver/integration/SolutionHistory.h"
-#include "simflex/solver/integration/StepFormula.h"
 
 namespace simflex {
 

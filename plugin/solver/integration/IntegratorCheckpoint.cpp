@@ -180,7 +180,7 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
     if (m_events.getNumTriggers() == 0 && m_hasTriggered)
         Checkpoint::refuse("it stands at a triggered event, this model has no triggers");
     breaks.visit(c);
-    m_equations->setSmoothSpan(breaks.getFirst(), breaks.getLast());
+    m_equations->updFunctions().setSmoothSpan(breaks.getFirst(), breaks.getLast());
     m_equations->visit(c);
     m_step->visit(c);
     visitStatistics(c, statistics);

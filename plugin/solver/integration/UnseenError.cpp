@@ -26,7 +26,7 @@ double ImplicitIntegrator::Implementation::calcUnseenError(int order) {
 }
 
 double ImplicitIntegrator::Implementation::calcUnseenLoads(int order) {
-    if (!m_equations->hasTimedLoads()) return 0;
+    if (!m_equations->getTimedLoads().hasLoads()) return 0;
     const double end = m_new.t, h = end - m_history[0].t;
     const auto evaluate = [&](double t, std::vector<double>& loads) {
         m_equations->calcTimedLoads(t, m_formula.factors, m_new.q.data(), m_new.u.data(),
@@ -69,7 +69,7 @@ double ImplicitIntegrator::Implementation::calcUnseenLoads(int order) {
 }
 
 double ImplicitIntegrator::Implementation::calcUnseenMotions(int order) {
-    if (!m_equations->hasTimedMotions()) return 0;
+    if (!m_equations->getTimedLoads().hasMotions()) return 0;
     const double h = m_new.t - m_history[0].t;
     const int nodes = std::min(order, m_history.numNodes());
     const double endProduct = m_history.calcNodeProduct(nodes, m_new.t);
@@ -90,7 +90,7 @@ double ImplicitIntegrator::Implementation::calcUnseenMotions(int order) {
         m_equations->calcTimedMotions(t, q.data(), u.data());
         for (size_t i = 0; i < q.size(); ++i) q[i] -= m_trial.q[i];
         for (size_t i = 0; i < u.size(); ++i) u[i] -= m_trial.u[i];
-        largest = std::max(largest, m_equations->calcErrorSize(q.data(), u.data(), h));
+        largest = std::max(largest, m_equations->updErrorNorm().calcSize(q.data(), u.data(), h));
     }
     return largest;
 }

@@ -1,0 +1,247 @@
+#include "simflex/solver/equations/Evaluation.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "simflex/base/Checkpoint.h"
+#include "simflex/base/ParallelFor.h"
+#include "simflex/solver/equations/FlexibleBlock.h"
+
+namespace simflex {
+
+using namespace SimTK;
+
+Evaluation::Evaluation(const MultibodySystem& system, const State& state, Setting setting,
+                       const std::vector<ForceSelection>& differentiated)
+    : Evaluation(TopologyBuilder::build(system, state, setting, differentiated)) {}
+
+Evaluation::Evaluation(TopologyBuilder::Result parts)
+    : m_topology(std::move(parts.topology)),
+      m_blocks(std::move(parts.blocks)),
+      m_functions(std::move(parts.functions)),
+      m_simbody(std::move(parts.simbody)),
+      m_joints(*m_topology, *m_blocks, *m_functions),
+      m_loads(*m_topology, *m_blocks, *m_functions),
+      m_trees(*m_topology, *m_blocks),
+      m_timedLoads(*m_topology, *m_blocks, *m_simbody, *m_functions),
+      m_errorNorm(std::move(parts.errorNorm)) {}
+
+void Evaluation::require(Stage stage, const char* method) const {
+    if (m_stage < stage)
+        throw std::logic_error(std::string("Evaluation::") + method + "() before " +
+                               (stage == Stage::Residual ? "calcResidual()" : "realize()"));
+}
+
+void Evaluation::prescribe(double time, double gamma, const double* uHist, double* q, double* u) {
+    m_simbody->prescribe(m_functions->clampTime(time), gamma, uHist, q, u);
+}
+
+void Evaluation::realize(double time, const double* q, const double* u) {
+    m_stage = Stage::Nothing;
+    time = m_functions->clampTime(time);
+    m_functions->moveTo(time);
+    m_simbody->realize(time, q, u);
+    realizeBlocks(q, u);
+}
+
+void Evaluation::realizeNatively(const State& state, const Vector_<SpatialVec>& bodyForces,
+                                 const Vector& mobilityForces, const double* q, const double* u) {
+    m_stage = Stage::Nothing;
+    m_functions->forget();
+    m_functions->moveTo(state.getTime());
+    m_simbody->realizeNatively(state, bodyForces, mobilityForces);
+    realizeBlocks(q, u);
+}
+
+void Evaluation::realizeBlocks(const double* q, const double* u) {
+    m_blocks->context.timeValues = &m_functions->get();
+    parallelFor(int(m_topology->batches.size()), m_blocks->numThreads, [&](int k) {
+        FlexibleBlock::calcShapeProducts(m_blocks->batches[size_t(k)], q, u);
+        for (int b : m_topology->batches[size_t(k)]) {
+            Block& block = *m_blocks->all[size_t(b)];
+            block.realize(m_blocks->context, q + block.firstQ, u + block.firstU);
+        }
+    });
+    m_joints.forgetJacobians();
+    m_loads.realize();
+    m_stage = Stage::Velocities;
+}
+
+void Evaluation::calcPrescribedUDot(const double* q, double* uDot) const {
+    std::fill_n(uDot, m_topology->numU, 0.0);
+    if (m_simbody->getPrescribed()) m_simbody->getPrescribed()->applyAccelerations(q, uDot);
+}
+
+void Evaluation::calcPositionErrors(double* g) const {
+    require(Stage::Velocities, "calcPositionErrors");
+    m_joints.calcErrors(g);
+    if (const SimbodyConstraints* constraints = m_simbody->getConstraints())
+        constraints->calcPositionErrors(m_simbody->getState(), g + m_topology->firstSimbodyRow);
+}
+
+void Evaluation::calcVelocityErrors(double* gDot) const {
+    require(Stage::Velocities, "calcVelocityErrors");
+    m_joints.calcErrorDots(gDot);
+    if (const SimbodyConstraints* constraints = m_simbody->getConstraints())
+        constraints->calcVelocityErrors(m_simbody->getState(), gDot + m_topology->firstSimbodyRow);
+}
+
+void Evaluation::calcStepErrors(MotionLevel level, const NewtonFactors& factors, const double* uDot,
+                                const double* q, double* c) const {
+    if (level == MotionLevel::Velocity)
+        calcVelocityErrors(c);
+    else
+        calcPositionErrors(c);
+    if (level == MotionLevel::Position)
+        for (int k = 0; k < m_topology->numMultipliers; ++k) c[k] /= factors.stiffness;
+    const SimbodyConstraints* constraints = m_simbody->getConstraints();
+    if (!constraints) return;
+    // Rows that are not holonomic stand at their own level, in terms of Δu.
+    double* rows = c + m_topology->firstSimbodyRow;
+    std::vector<double> errors(size_t(constraints->numRows()));
+    const auto takeRows = [&](MotionLevel which, double factor) {
+        for (int k = 0; k < constraints->numRows(); ++k)
+            if (constraints->getLevel(k) == which) rows[k] = factor * errors[size_t(k)];
+    };
+    if (level == MotionLevel::Position) {
+        constraints->calcVelocityErrors(m_simbody->getState(), errors.data());
+        takeRows(MotionLevel::Velocity, 1);
+    }
+    if (constraints->hasAccelerationRows()) {
+        constraints->calcAccelerationErrors(m_simbody->getState(),
+                                            m_blocks->calcSimbodyUDot(q, uDot), errors.data());
+        takeRows(MotionLevel::Acceleration, factors.mass);
+    }
+}
+
+void Evaluation::calcAccelerationErrors(const double* q, const double* u, const double* uDot,
+                                        double* gDotDot) {
+    require(Stage::Velocities, "calcAccelerationErrors");
+    if (const SimbodyConstraints* constraints = m_simbody->getConstraints())
+        constraints->calcAccelerationErrors(m_simbody->getState(),
+                                            m_blocks->calcSimbodyUDot(q, uDot),
+                                            gDotDot + m_topology->firstSimbodyRow);
+    m_joints.calcErrorDotDots(u, uDot, gDotDot);
+}
+
+void Evaluation::calcResidual(const double* q, const double* u, const double* uDot,
+                              const double* lambda, double* r) {
+    require(Stage::Velocities, "calcResidual");
+    calcUnclearedResidual(q, u, uDot, lambda, r);
+    if (m_simbody->getPrescribed()) m_simbody->getPrescribed()->clearResidual(r);
+    m_stage = Stage::Residual;
+    m_hasInertia = true;
+}
+
+void Evaluation::calcUnclearedResidual(const double* q, const double* u, const double* uDot,
+                                       const double* lambda, double* r) {
+    m_joints.updateJacobians();
+    m_simbody->collectForces(lambda);
+    parallelFor(int(m_topology->batches.size()), m_blocks->numThreads, [&](int k) {
+        FlexibleBlock::calcInertiaProducts(m_blocks->batches[size_t(k)], q, u);
+        for (int b : m_topology->batches[size_t(k)]) {
+            Block& block = *m_blocks->all[size_t(b)];
+            double* own = r + block.firstU;
+            block.calcResidual(m_blocks->context, q + block.firstQ, u + block.firstU,
+                               uDot + block.firstU, own);
+            m_joints.addInForces(b, lambda, own);
+            m_simbody->subtractForces(block, own);
+        }
+    });
+    m_loads.subtractForces(r);
+}
+
+double Evaluation::calcPower(const double* q, const double* u, const double* uDot,
+                             const double* lambda) {
+    require(Stage::Velocities, "calcPower");
+    Real power = 0;
+    const PrescribedMotion* prescribed = m_simbody->getPrescribed();
+    if (prescribed && prescribed->canWork()) {
+        m_scratch.resize(size_t(m_topology->numU));
+        calcUnclearedResidual(q, u, uDot, lambda, m_scratch.data());
+        power += prescribed->calcPower(m_scratch.data(), u);
+    }
+    if (const SimbodyConstraints* constraints = m_simbody->getConstraints())
+        power +=
+            constraints->calcPower(m_simbody->getState(), lambda + m_topology->firstSimbodyRow);
+    m_loads.addInPower(power);
+    for (const auto& block : m_blocks->all)
+        power += block->calcDampingPower(u + block->firstU) +
+                 block->calcLoadPower(m_blocks->context, q + block->firstQ, u + block->firstU);
+    m_joints.addInPower(lambda, power);
+    return power;
+}
+
+void Evaluation::calcTimedLoads(double time, const NewtonFactors& factors, const double* q,
+                                const double* u, const double* uDot, double* r, double* g) {
+    require(Stage::Velocities, "calcTimedLoads");
+    m_timedLoads.calc(time, factors, q, u, uDot, m_joints, m_loads, r, g);
+}
+
+void Evaluation::calcZDot(const double* q, const double* u, const double* uDot, const double* z,
+                          double* zDot) {
+    m_simbody->calcZDot(m_functions->get().time, q, u, uDot, z, zDot);
+}
+
+void Evaluation::formNewtonSystem(const NewtonFactors& factors, bool dense, const double* q,
+                                  const double* u, const double* uDot, NewtonSystem& system,
+                                  MotionLevel level) {
+    require(m_hasInertia ? Stage::Velocities : Stage::Residual, "formNewtonSystem");
+    m_joints.updateJacobians();
+    for (size_t p = 0; p < m_topology->parts.size(); ++p)
+        m_blocks->flexible[size_t(m_topology->parts[p].firstBlock)]->calcDiagonal(
+            factors, system.parts[p].diagonal.data());
+    parallelFor(m_topology->numBlocks(), m_blocks->numThreads, [&](int b) {
+        const Block& block = *m_blocks->all[size_t(b)];
+        block.formNewtonBlock(factors, dense, u + block.firstU, uDot + block.firstU,
+                              system.blocks[size_t(b)]);
+        m_joints.formColumns(b, system.blocks[size_t(b)]);
+    });
+    m_loads.formColumns(factors, system);
+    if (dense && level == MotionLevel::Acceleration && m_trees.areKnown()) {
+        m_trees.addIn(factors, system);
+    } else {
+        m_simbody->formDifferencedColumns(factors, system);
+        if (level == MotionLevel::Acceleration)
+            m_simbody->addInDifferencedMatrices(factors, system);
+        if (dense && level == MotionLevel::Acceleration)
+            m_loads.addInJacobians(factors, q, u, system);
+    }
+    m_simbody->formColumns(level, system);
+}
+
+void Evaluation::formMassSystem(NewtonSystem& system) {
+    require(Stage::Residual, "formMassSystem");
+    m_joints.updateJacobians();
+    for (NewtonSystem::Part& part : system.parts)
+        std::fill(part.diagonal.begin(), part.diagonal.end(), 1.0);
+    parallelFor(m_topology->numBlocks(), m_blocks->numThreads, [&](int b) {
+        m_blocks->all[size_t(b)]->formMassBlock(system.blocks[size_t(b)]);
+        m_joints.formColumns(b, system.blocks[size_t(b)]);
+    });
+    m_loads.clearColumns(system);
+    m_simbody->clearDifferencedColumns(system);
+    m_simbody->formColumns(MotionLevel::Acceleration, system);
+}
+
+void Evaluation::addInCouplingForces(const double* uDot, Vector_<SpatialVec>& bodyForces,
+                                     Vector& mobilityForces) const {
+    require(Stage::Residual, "addInCouplingForces");
+    for (const FlexibleBlock* block : m_blocks->flexible)
+        block->addInCouplingForces(uDot + block->firstU, bodyForces, mobilityForces);
+}
+
+void Evaluation::takeVariables(const std::vector<DiscreteVarKey>& keys, const State& from) {
+    m_simbody->takeVariables(keys, from);
+    m_timedLoads.takeVariables(keys, from);
+}
+
+void Evaluation::visit(Checkpoint& checkpoint) {
+    for (const auto& block : m_blocks->all) block->visit(checkpoint);
+    m_trees.visit(checkpoint);
+    m_simbody->visit(checkpoint);
+    if (checkpoint.isReading()) m_functions->forget();
+}
+
+}  // namespace simflex

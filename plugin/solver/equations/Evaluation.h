@@ -1,0 +1,152 @@
+#pragma once
+/** @file
+The equations of motion of a whole system, block by block, at one (t, q, u) (private header):
+
+    r = M(q) u̇ + b(q, u) − f(q, u, t) + G(q)ᵀλ,    g(q, t),    ġ = G u + ∂g/∂t
+
+Stages follow each other: realize() (positions and velocities) → calcResidual() →
+formNewtonSystem(); what is asked out of turn is refused. The terms:
+
+    inertia, gyroscopic and centrifugal, elasticity, damping    FlexibleBlock, RigidTree
+    joints                                                      JointTerms
+    loads, springs, dampers                                     LoadTerms
+    Simbody's forces, constraints, Motions, z                   SimbodyBridge
+
+Flexible bodies, joints, gravity, the elements of simflex/forces and simple rigid mobilizers are
+evaluated here; Simbody is asked only for rigid trees with other mobilizers and for foreign forces.
+
+    Evaluation equations(system, state);
+    equations.realize(t, q, u);
+    equations.calcResidual(q, u, uDot, lambda, r); **/
+
+#include <memory>
+#include <vector>
+
+#include "simflex/solver/equations/ErrorNorm.h"
+#include "simflex/solver/equations/JointTerms.h"
+#include "simflex/solver/equations/LoadTerms.h"
+#include "simflex/solver/equations/SimbodyBridge.h"
+#include "simflex/solver/equations/TimedLoads.h"
+#include "simflex/solver/equations/Topology.h"
+#include "simflex/solver/equations/TopologyBuilder.h"
+#include "simflex/solver/equations/TreeDerivatives.h"
+
+namespace simflex {
+
+class Evaluation {
+public:
+    using Setting = Topology::Setting;
+
+    /** See TopologyBuilder. **/
+    Evaluation(const SimTK::MultibodySystem& system, const SimTK::State& state,
+               Setting setting = Setting::Implicit,
+               const std::vector<ForceSelection>& differentiated = {});
+
+    const Topology& getTopology() const { return *m_topology; }
+    const Block& getBlock(int b) const { return *m_blocks->all[size_t(b)]; }
+    const Blocks& getBlocks() const { return *m_blocks; }
+    Blocks& updBlocks() { return *m_blocks; }
+    FunctionsOfTime& updFunctions() { return *m_functions; }
+    const SimbodyBridge& getSimbody() const { return *m_simbody; }
+    SimbodyBridge& updSimbody() { return *m_simbody; }
+    const JointTerms& getJoints() const { return m_joints; }
+    JointTerms& updJoints() { return m_joints; }
+    const LoadTerms& getLoads() const { return m_loads; }
+    LoadTerms& updLoads() { return m_loads; }
+    TreeDerivatives& updTrees() { return m_trees; }
+    ErrorNorm& updErrorNorm() { return *m_errorNorm; }
+    const TimedLoads& getTimedLoads() const { return m_timedLoads; }
+
+    /** Writes the q and u that locks and Motions prescribe at this time; realize() must follow.
+    With `uHist`, prescribed accelerations make u = u_hist + γu̇. **/
+    void prescribe(double time, double gamma, const double* uHist, double* q, double* u);
+
+    /** Positions, velocities, joint frames; first call of every evaluation. **/
+    void realize(double time, const double* q, const double* u);
+    /** The same for Setting::Native: locks and Motions, rigid trees and Simbody's constraints are
+    read from `state`, which must stay, as its matter subsystem is realized to Stage::Dynamics.
+    @param bodyForces, mobilityForces  of all force elements but those of the flexible subsystem **/
+    void realizeNatively(const SimTK::State& state,
+                         const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                         const SimTK::Vector& mobilityForces, const double* q, const double* u);
+
+    /** @name After realize() **/
+    /**@{**/
+    /** u̇ = 0 where it is free. **/
+    void calcPrescribedUDot(const double* q, double* uDot) const;
+    /** Zero in rows that are not holonomic. **/
+    void calcPositionErrors(double* g) const;
+    /** Zero in rows of acceleration-only constraints. **/
+    void calcVelocityErrors(double* gDot) const;
+    /** Constraint residual of a step: velocity errors, or position errors divided by the stiffness
+    factor; rows that are not so deep at their own level. **/
+    void calcStepErrors(MotionLevel level, const NewtonFactors& factors, const double* uDot,
+                        const double* q, double* c) const;
+    /** g̈ for the given accelerations. **/
+    void calcAccelerationErrors(const double* q, const double* u, const double* uDot,
+                                double* gDotDot);
+    /** Zero in rows of prescribed speeds. **/
+    void calcResidual(const double* q, const double* u, const double* uDot, const double* lambda,
+                      double* r);
+    /** Power of applied loads, damping, working constraints and prescribed motions [W]. **/
+    double calcPower(const double* q, const double* u, const double* uDot, const double* lambda);
+    /** See TimedLoads. **/
+    void calcTimedLoads(double time, const NewtonFactors& factors, const double* q, const double* u,
+                        const double* uDot, double* r, double* g);
+    void calcTimedMotions(double time, double* q, double* u) {
+        m_timedLoads.calcMotions(time, q, u);
+    }
+    void calcZDot(const double* q, const double* u, const double* uDot, const double* z,
+                  double* zDot);
+    /**@}**/
+
+    /** J and G. Inertia is that of the last calcResidual(): at this point, or near it in a
+    projection, whose norm it is.
+    @param dense  with everything that depends on a block's own q and u: gyroscopic and
+    centrifugal terms, and what its motion changes in loads on it (AttachmentForces and
+    DistributedLoads, by differences)
+    @param level  Position: only rows of holonomic constraints and only coordinates whose q is
+    prescribed take part; Velocity: all but what is prescribed of accelerations only. **/
+    void formNewtonSystem(const NewtonFactors& factors, bool dense, const double* q,
+                          const double* u, const double* uDot, NewtonSystem& system,
+                          MotionLevel level = MotionLevel::Acceleration);
+
+    /** @name After calcResidual() **/
+    /**@{**/
+    /** J = M. **/
+    void formMassSystem(NewtonSystem& system);
+    /** Adds −ΔM u̇, what Simbody's mass matrix lacks of the flexible bodies'. **/
+    void addInCouplingForces(const double* uDot, SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                             SimTK::Vector& mobilityForces) const;
+    /**@}**/
+
+    /** See SimbodyBridge. **/
+    void takeVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from);
+    /** What the next evaluation takes over from the last one. **/
+    void visit(Checkpoint& checkpoint);
+
+private:
+    enum class Stage { Nothing, Velocities, Residual };
+
+    explicit Evaluation(TopologyBuilder::Result parts);
+    /** @throws std::logic_error if the evaluation has not come so far. **/
+    void require(Stage stage, const char* method) const;
+    void realizeBlocks(const double* q, const double* u);
+    void calcUnclearedResidual(const double* q, const double* u, const double* uDot,
+                               const double* lambda, double* r);
+
+    std::shared_ptr<const Topology> m_topology;
+    std::unique_ptr<Blocks> m_blocks;
+    std::unique_ptr<FunctionsOfTime> m_functions;
+    std::unique_ptr<SimbodyBridge> m_simbody;
+    JointTerms m_joints;
+    LoadTerms m_loads;
+    TreeDerivatives m_trees;
+    TimedLoads m_timedLoads;
+    std::unique_ptr<ErrorNorm> m_errorNorm;
+    Stage m_stage = Stage::Nothing;
+    bool m_hasInertia = false;  ///< of any point
+    std::vector<double> m_scratch;
+};
+
+}  // namespace simflex

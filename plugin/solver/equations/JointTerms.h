@@ -1,0 +1,74 @@
+#pragma once
+/** @file
+Joints in the equations of motion (private header): errors g, ġ and g̈ and their rows of G, from
+the motions of the frames that they hold together. **/
+
+#include <string>
+#include <vector>
+
+#include "simflex/solver/equations/Blocks.h"
+#include "simflex/solver/equations/FunctionsOfTime.h"
+
+namespace simflex {
+
+class JointTerms {
+public:
+    JointTerms(const Topology& topology, const Blocks& blocks, const FunctionsOfTime& functions);
+
+    /** The frames have moved. **/
+    void forgetJacobians() { m_hasJacobians = false; }
+    void updateJacobians();
+    /** Whether errors and derivatives are those for axes far from their place, see JointEquations;
+    for assembly. **/
+    void setAligning(bool isAligning) {
+        m_isAligning = isAligning;
+        m_hasJacobians = false;
+    }
+
+    void calcErrors(double* g) const;
+    void calcErrorDots(double* gDot) const;
+    void calcErrorDotDots(const double* u, const double* uDot, double* gDotDot);
+    /** Errors of those that depend on time, at another one. **/
+    void calcErrorsAt(const TimeValues& values, double* g) const;
+
+    /** @name After updateJacobians(), for one block **/
+    /**@{**/
+    /** r += Gᵀλ. **/
+    void addInForces(int block, const double* lambda, double* r) const;
+    void formColumns(int b, NewtonSystem::Block& block) const;
+    /**@}**/
+
+    /** Adds the power of the motions that joints prescribe [W]. **/
+    void addInPower(const double* lambda, double& power) const;
+    /** Largest angle that a joint's axes are away from their place [rad]. **/
+    double calcMisalignment() const;
+    /** Name of a joint that is assembled on the wrong branch, or null. **/
+    const std::string* findFlipped() const;
+
+    const std::vector<const FrameMotion*>& getMotions(int joint) const {
+        return m_workspaces[size_t(joint)].motions;
+    }
+    const JointEquations::Drive& getDrive(int joint) const {
+        return m_functions.get().drives[size_t(m_topology.joints[size_t(joint)].drive)];
+    }
+
+private:
+    struct Workspace {
+        std::vector<const FrameMotion*> motions;
+        std::vector<SimTK::SpatialVec> D;  ///< rows of the first side, then of the next …
+    };
+    const SimTK::SpatialVec* rowsOf(const Topology::BlockSide& side) const;
+    template <class Visit>
+    void visitAll(Visit visit) const;
+
+    const Topology& m_topology;
+    const Blocks& m_blocks;
+    const FunctionsOfTime& m_functions;
+    std::vector<Workspace> m_workspaces;     ///< by joint
+    std::vector<FrameMotion> m_accelerated;  ///< of one joint's sides
+    std::vector<const FrameMotion*> m_acceleratedFrames;
+    bool m_hasJacobians = false;
+    bool m_isAligning = false;
+};
+
+}  // namespace simflex

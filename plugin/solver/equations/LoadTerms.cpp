@@ -1,0 +1,181 @@
+#include "simflex/solver/equations/LoadTerms.h"
+
+#include <algorithm>
+
+#include "simflex/solver/equations/FlexibleBlock.h"
+
+namespace simflex {
+
+using namespace SimTK;
+
+LoadTerms::LoadTerms(const Topology& topology, Blocks& blocks, const FunctionsOfTime& functions)
+    : m_topology(topology), m_blocks(blocks), m_functions(functions) {
+    for (const Topology::Element& element : topology.elements) {
+        const unsigned frames = unsigned(element.frames.size()), terms = unsigned(element.numTerms);
+        Workspace workspace;
+        workspace.motions.resize(frames);
+        workspace.forces.resize(frames);
+        workspace.signs.resize(terms, Real(1));
+        workspace.directions.resize(terms * frames);
+        m_workspaces.push_back(workspace);
+    }
+    size_t mostU = 0, mostMoved = 0;
+    for (const Topology::LoadedBlock& loaded : topology.loadedBlocks) {
+        const Block& block = *blocks.all[size_t(loaded.block)];
+        mostU = std::max(mostU, size_t(block.numU));
+        mostMoved = std::max(mostMoved, size_t(block.numU) * size_t(block.numQ));
+    }
+    if (topology.loadedBlocks.empty()) return;
+    m_scratch.movedQ.resize(mostMoved);
+    m_scratch.q.resize(size_t(topology.numQ));
+    m_scratch.u.resize(size_t(topology.numU));
+    m_scratch.r.resize(mostU);
+    m_scratch.r0.resize(mostU);
+}
+
+void LoadTerms::calcForces(int e, const TimeValues& values, Forces& forces) const {
+    const Topology::Element& element = m_topology.elements[size_t(e)];
+    const Array_<FrameMotion>& motions = m_workspaces[size_t(e)].motions;
+    for (SpatialVec& force : forces) force = SpatialVec(Vec3(0), Vec3(0));
+    element.element->addInForces(values.time, motions, forces);
+    element.element->addInTimedForce(values.forces[size_t(element.timedForce)], motions, forces);
+}
+
+void LoadTerms::realize() {
+    const double fraction = m_blocks.context.loadFraction;
+    for (size_t e = 0; e < m_workspaces.size(); ++e) {
+        const Topology::Element& element = m_topology.elements[e];
+        Workspace& workspace = m_workspaces[e];
+        for (size_t k = 0; k < element.frames.size(); ++k)
+            workspace.motions[unsigned(k)] = m_blocks.motionOf(element.frames[k]);
+        calcForces(int(e), m_functions.get(), workspace.forces);
+        // What has a stiffness is no load.
+        if (fraction != 1 && element.numTerms == 0)
+            for (SpatialVec& force : workspace.forces) force *= fraction;
+    }
+}
+
+void LoadTerms::clearStiffForces() {
+    for (Workspace& workspace : m_workspaces)
+        if (!workspace.signs.empty())
+            for (SpatialVec& force : workspace.forces) force = SpatialVec(Vec3(0), Vec3(0));
+}
+
+void LoadTerms::subtractForces(double* r) const {
+    for (size_t e = 0; e < m_workspaces.size(); ++e) {
+        const std::vector<FrameRef>& frames = m_topology.elements[e].frames;
+        for (size_t k = 0; k < frames.size(); ++k)
+            m_blocks.subtractForce(frames[k], m_workspaces[e].forces[unsigned(k)], r);
+    }
+}
+
+void LoadTerms::subtractForcesAt(const TimeValues& values, const double* q, double* r) {
+    EvaluationContext context = m_blocks.context;
+    context.timeValues = &values;
+    for (FlexibleBlock* block : m_blocks.flexible)
+        if (block->hasLoads()) block->subtractLoads(context, q + block->firstQ, r + block->firstU);
+    for (size_t e = 0; e < m_workspaces.size(); ++e) {
+        const std::vector<FrameRef>& frames = m_topology.elements[e].frames;
+        m_trial.resize(unsigned(frames.size()));
+        calcForces(int(e), values, m_trial);
+        for (size_t k = 0; k < frames.size(); ++k)
+            m_blocks.subtractForce(frames[k], m_trial[unsigned(k)], r);
+    }
+}
+
+void LoadTerms::addInPower(double& power) const {
+    for (size_t e = 0; e < m_workspaces.size(); ++e)
+        power += m_topology.elements[e].element->calcPower(
+            m_functions.get().time, m_workspaces[e].motions, m_workspaces[e].forces);
+}
+
+void LoadTerms::formColumns(const NewtonFactors& factors, NewtonSystem& system) {
+    for (size_t e = 0; e < m_workspaces.size(); ++e) {
+        const Topology::Element& element = m_topology.elements[e];
+        Workspace& workspace = m_workspaces[e];
+        if (element.numTerms == 0) continue;
+        element.element->calcJacobian(m_functions.get().time, workspace.motions, factors.stiffness,
+                                      workspace.signs, workspace.directions);
+        for (unsigned i = 0; i < workspace.signs.size(); ++i)
+            system.compliance[size_t(element.firstRow) + i] = workspace.signs[i];
+    }
+    for (int b = 0; b < m_topology.numBlocks(); ++b)
+        for (const Topology::BlockSide& side : m_topology.elementSides[size_t(b)]) {
+            const Topology::Element& element = m_topology.elements[size_t(side.owner)];
+            const Workspace& workspace = m_workspaces[size_t(side.owner)];
+            const unsigned count = workspace.motions.size();
+            for (int i = 0; i < element.numTerms; ++i)
+                m_blocks.setColumn(b, element.frames[size_t(side.side)].frame, side.firstColumn + i,
+                                   workspace.directions[unsigned(i) * count + unsigned(side.side)],
+                                   system.blocks[size_t(b)]);
+        }
+}
+
+void LoadTerms::clearColumns(NewtonSystem& system) const {
+    for (int b = 0; b < m_topology.numBlocks(); ++b)
+        for (const Topology::BlockSide& side : m_topology.elementSides[size_t(b)]) {
+            const Topology::Element& element = m_topology.elements[size_t(side.owner)];
+            for (int i = 0; i < element.numTerms; ++i)
+                m_blocks.setColumn(b, element.frames[size_t(side.side)].frame, side.firstColumn + i,
+                                   SpatialVec(Vec3(0), Vec3(0)), system.blocks[size_t(b)]);
+        }
+}
+
+void LoadTerms::calcResidual(const Topology::LoadedBlock& loaded, const double* q, const double* u,
+                             double* r) {
+    Block& block = *m_blocks.all[size_t(loaded.block)];
+    m_scratch.block.clear();
+    if (loaded.block < m_topology.numFlexible)
+        m_scratch.block.push_back(m_blocks.flexible[size_t(loaded.block)]);
+    FlexibleBlock::calcShapeProducts(m_scratch.block, q, u);
+    block.realize(m_blocks.context, q + block.firstQ, u + block.firstU);
+    std::fill_n(r, block.numU, 0.0);
+    if (block.hasLoads()) block.subtractLoads(m_blocks.context, q + block.firstQ, r);
+    for (int e : loaded.elements) {
+        Workspace& element = m_workspaces[size_t(e)];
+        const int frame = m_topology.elements[size_t(e)].frames[0].frame;
+        element.motions[0] = block.frames[size_t(frame)];
+        calcForces(e, m_functions.get(), element.forces);
+        if (m_blocks.context.loadFraction != 1) element.forces[0] *= m_blocks.context.loadFraction;
+        block.subtractForce(frame, element.forces[0], r);
+    }
+}
+
+void LoadTerms::addInJacobian(const Topology::LoadedBlock& loaded, const NewtonFactors& factors,
+                              const double* q, const double* u, NewtonSystem::Block& block) {
+    const Block& own = *m_blocks.all[size_t(loaded.block)];
+    const size_t n = size_t(own.numU), nq = size_t(own.numQ);
+    const double *ownQ = q + own.firstQ, *ownU = u + own.firstU;
+    auto& [own_, movedQ, wholeQ, wholeU, r, r0] = m_scratch;
+    block.form = NewtonSystem::Block::Form::General;
+    // While the block still stands at q.
+    std::fill_n(r.begin(), n, 0.0);
+    for (size_t j = 0; j < n; ++j) {
+        double* moved = movedQ.data() + j * nq;
+        std::copy_n(ownQ, nq, moved);
+        r[j] = loaded.steps[j];
+        own.moveQ(m_blocks.context, r.data(), moved);
+        r[j] = 0;
+    }
+    calcResidual(loaded, q, u, r0.data());
+    double *atQ = wholeQ.data() + own.firstQ, *atU = wholeU.data() + own.firstU;
+    std::copy_n(ownU, n, atU);
+    for (size_t j = 0; j < n; ++j) {
+        const double h = loaded.steps[j];
+        std::copy_n(movedQ.data() + j * nq, nq, atQ);
+        atU[j] += h / factors.stiffness;
+        calcResidual(loaded, wholeQ.data(), wholeU.data(), r.data());
+        atU[j] = ownU[j];
+        for (size_t i = 0; i < n; ++i)
+            block.matrix[i + j * n] += factors.stiffness / h * (r[i] - r0[i]);
+    }
+    calcResidual(loaded, q, u, r0.data());  // back to where it stood
+}
+
+void LoadTerms::addInJacobians(const NewtonFactors& factors, const double* q, const double* u,
+                               NewtonSystem& system) {
+    for (const Topology::LoadedBlock& loaded : m_topology.loadedBlocks)
+        addInJacobian(loaded, factors, q, u, system.blocks[size_t(loaded.block)]);
+}
+
+}  // namespace simflex

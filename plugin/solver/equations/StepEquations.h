@@ -1,0 +1,39 @@
+#pragma once
+/** @file
+The equations of one implicit step (private header): with u and λ, what a StepFormula makes of them
+
+    q(u),  u̇(u),    r = M u̇ + b − f + Gᵀλ,    c = ġ  or  g/stiffness **/
+
+#include <vector>
+
+#include "simflex/solver/equations/Evaluation.h"
+#include "simflex/solver/equations/StepFormula.h"
+
+namespace simflex {
+
+class StepEquations {
+public:
+    explicit StepEquations(Evaluation& equations);
+
+    /** Writes q and u̇ that follow from u, and u where it is prescribed. **/
+    void complete(const StepFormula& formula, std::vector<double>& u, std::vector<double>& q,
+                  std::vector<double>& uDot);
+
+    /** The same, and evaluates there: writes r and c.
+    @param level  of c: Velocity or Position, see Evaluation::calcStepErrors() **/
+    void evaluate(const StepFormula& formula, MotionLevel level, const std::vector<double>& lambda,
+                  const std::vector<double>& z, std::vector<double>& u, std::vector<double>& q,
+                  std::vector<double>& uDot, NewtonSystem& system);
+
+    /** (u − u_hist)/mass, or what is prescribed. **/
+    void calcUDot(const StepFormula& formula, const std::vector<double>& q,
+                  const std::vector<double>& u, std::vector<double>& uDot) const;
+
+private:
+    void calcQ(const StepFormula& formula, const std::vector<double>& u, std::vector<double>& q);
+
+    Evaluation& m_equations;
+    std::vector<double> m_delta;
+};
+
+}  // namespace simflex

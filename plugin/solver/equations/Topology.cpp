@@ -1,0 +1,101 @@
+#include "simflex/solver/equations/Topology.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace simflex {
+
+using namespace SimTK;
+
+bool Topology::hasModes() const {
+    return std::any_of(blockSizes.begin(), blockSizes.begin() + numFlexible,
+                       [](int size) { return size > 6; });
+}
+
+std::string Topology::Element::describe() const {
+    std::string text = numTerms == 0 ? "the load" : "the spring, damper or stop";
+    const char* separator = element->getAttachments().size() > 1 ? " between " : " on ";
+    for (const Attachment& attachment : element->getAttachments()) {
+        text += separator + ("'" + attachment.getName() + "'");
+        separator = " and ";
+    }
+    return text;
+}
+
+NewtonSystem Topology::makeNewtonSystem() const {
+    NewtonSystem made;
+    for (const PartGroup& part : parts) {
+        const int n = blockSizes[size_t(part.firstBlock)] - 6;
+        made.parts.push_back({n, int(part.frames.size()), {}, part.shapes});
+        made.parts.back().diagonal.assign(size_t(n), 0);
+    }
+    made.blocks.resize(blockSizes.size());
+    for (size_t b = 0; b < blockSizes.size(); ++b) {
+        if (partOfBlock[b] < 0) {
+            made.blocks[b].resize(blockSizes[b], blockRows[b]);
+            continue;
+        }
+        std::vector<NewtonSystem::Side> sides;
+        for (const BlockSide& side : blockSides[b])
+            sides.push_back({side.partFrame, joints[size_t(side.owner)].numRows()});
+        for (const BlockSide& side : elementSides[b])
+            sides.push_back({side.partFrame, elements[size_t(side.owner)].numTerms});
+        // Differenced forces act on the body's rigid motion: the frame's shapes get no coefficient.
+        for (const DifferencedForce& forces : differenced)
+            for (const DifferencedForce::Side& side : forces.sides)
+                if (side.block == int(b)) sides.push_back({sides.front().frame, forces.numTerms});
+        made.blocks[b].resize(partOfBlock[b], blockSizes[b] - 6, std::move(sides), blockRows[b]);
+    }
+    made.r.assign(size_t(numU), 0);
+    made.c.assign(size_t(numMultipliers + numElementRows), 0);
+    if (numElementRows > 0) {
+        made.compliance.assign(made.c.size(), 0);
+        std::fill(made.compliance.begin() + numMultipliers, made.compliance.end(), 1.0);
+    }
+    return made;
+}
+
+std::pair<int, int> Topology::findRows(ConstraintIndex constraint) const {
+    const auto isOwn = [&](const SimbodyRow& row) { return row.constraint == constraint; };
+    const auto first = std::find_if(simbodyRows.begin(), simbodyRows.end(), isOwn);
+    const int count = int(std::count_if(first, simbodyRows.end(), isOwn));
+    return {firstSimbodyRow + (count > 0 ? int(first - simbodyRows.begin()) : 0), count};
+}
+
+MotionLevel Topology::getRowLevel(int row) const {
+    return row < firstSimbodyRow ? MotionLevel::Position
+                                 : simbodyRows[size_t(row - firstSimbodyRow)].level;
+}
+
+const std::string& Topology::getJointName(int row) const {
+    for (const Joint& joint : joints)
+        if (row < joint.firstRow + joint.numRows()) return joint.record->name;
+    if (row >= numMultipliers)
+        throw std::out_of_range("no joint has multiplier " + std::to_string(row));
+    return simbodyRows[size_t(row - firstSimbodyRow)].name;
+}
+
+std::string Topology::describeConstraint(int row) const {
+    const std::string& name = getJointName(row);
+    return row < firstSimbodyRow ? "joint '" + name + "'" : name;
+}
+
+std::string Topology::describeRow(int row) const {
+    int first = firstSimbodyRow;
+    for (const Joint& joint : joints)
+        if (joint.firstRow <= row && row < firstSimbodyRow) first = joint.firstRow;
+    while (row >= firstSimbodyRow && first < row && getJointName(first) != getJointName(row))
+        ++first;
+    return "equation " + std::to_string(row - first + 1) + " of '" + getJointName(row) + "'";
+}
+
+bool Topology::mayLoseCount(const double* g, double scale) const {
+    // Errors grow by 2³ = 8 where order 2 doubles its step, by 1.5⁶ = 11 at order 5.
+    constexpr double LargestPart = 1.0 / 24;
+    for (const auto& [row, period] : periods)
+        if (std::abs(scale * g[row]) > LargestPart * period) return true;
+    return false;
+}
+
+}  // namespace simflex
