@@ -9,6 +9,7 @@
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/equations/Evaluation.h"
+#include "simflex/solver/integration/NewtonMatrixReuse.h"
 #include "simflex/solver/integration/SolutionHistory.h"
 #include "simflex/solver/integration/StepController.h"
 #include "support/PointMassPart.h"
@@ -129,6 +130,41 @@ TEST(StepController, SettlesWithoutOscillationWhereTheErrorFollowsThePower) {
     const Real ideal = std::cbrt(StepController::Target);
     EXPECT_NEAR(steps.back(), ideal, 1e-3 * ideal);
     for (Real step : steps) EXPECT_LT(step, 1.1 * ideal);
+}
+
+TEST(NewtonMatrixReuse, AMatrixServesUntilItsFactorHasChangedOrItIsOld) {
+    NewtonMatrixReuse reuse;
+    EXPECT_TRUE(reuse.beginStep(1e-3));
+    reuse.take(1e-3);
+    EXPECT_TRUE(reuse.isFresh());
+    EXPECT_FALSE(reuse.beginStep(1.09e-3));
+    EXPECT_FALSE(reuse.isOld());
+    EXPECT_TRUE(reuse.beginStep(1.11e-3));
+    EXPECT_TRUE(reuse.isOld());
+    reuse.take(1e-3);
+    for (int step = 0; step < NewtonMatrixReuse::LongestUse; ++step)
+        EXPECT_FALSE(reuse.beginStep(1e-3)) << step;
+    EXPECT_TRUE(reuse.beginStep(1e-3));
+    reuse.take(1e-3);
+    reuse.forget();
+    EXPECT_TRUE(reuse.beginStep(1e-3));
+}
+
+TEST(NewtonMatrixReuse, SlowIterationsAgeTheMatrix) {
+    NewtonMatrixReuse reuse;
+    reuse.take(1e-3);
+    int steps = 0;
+    for (; !reuse.beginStep(1e-3); ++steps) {
+        reuse.noteRate(0.6);
+        EXPECT_TRUE(reuse.isSlow());
+        EXPECT_NEAR(reuse.calcRemaining(), 1.5, 1e-12);  // the geometric series
+        reuse.endStep();
+    }
+    EXPECT_EQ(steps, 9);  // each counts for six
+    reuse.noteRate(0.4);
+    EXPECT_FALSE(reuse.isSlow());
+    reuse.noteRate(0);  // one lucky change promises no more than this
+    EXPECT_NEAR(reuse.calcRemaining(), 1.0 / 9, 1e-12);
 }
 
 TEST(Starts, NoStepIsTakenAtOrder1AtTheStartOrAfterHandlers) {

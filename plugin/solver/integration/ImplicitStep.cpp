@@ -81,8 +81,7 @@ void ImplicitStep::formAndFactor(const NewtonFactors& factors, const std::vector
     m_statistics.evaluationSeconds += secondsSince(start);
     factor();
     if (useDense()) ++m_statistics.denseFactorizations;
-    m_factored = factors;
-    m_stepsSinceFactor = 0;
+    m_reuse.take(factors);
     m_canProject = true;
 }
 
@@ -191,8 +190,6 @@ bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& 
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
                                           Purpose purpose, SolutionPoint& point) {
     const FlushDenormals flush;
-    constexpr double LargestFactorChange = 0.1, SlowRate = 0.5;
-    constexpr int LongestReuse = 50;
     // What round-off leaves across the constraints is projected out.
     constexpr double LargestNoise = 0.1;
     const double t = formula.t, stiffness = formula.factors.stiffness;
@@ -200,11 +197,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
                                                                            : MotionLevel::Position;
     std::vector<double>&q = point.q, &u = point.u, &lambda = point.lambda, &uDot = point.uDot;
     Outcome outcome;
-    bool refresh = m_factored.mass == 0 ||
-                   std::abs(stiffness / m_factored.stiffness - 1) > LargestFactorChange ||
-                   m_stepsSinceFactor >= LongestReuse || blockForm == BlockForm::Dense ||
-                   forceFullNewton;
-    ++m_stepsSinceFactor;
+    bool refresh =
+        m_reuse.beginStep(formula.factors) || blockForm == BlockForm::Dense || forceFullNewton;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
     bool hasNewDerivatives = false;
 
@@ -240,7 +234,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             if (m_renewsDerivatives || (useDense() && !m_equations.updTrees().areKnown()))
                 hasNewDerivatives = differentiate(q, u, uDot);
             formAndFactor(formula.factors, q, u, uDot);
-            m_rate = 0.5;
+            m_reuse.resetRate();
             refresh = false;
             allowed = iteration + tolerances.maxIterations;
         }
@@ -266,7 +260,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             const double byDisplacement = previousChange > 0 ? change / previousChange : 0;
             const double byMultiplier =
                 previousMultiplierChange > 0 ? multiplierChange / previousMultiplierChange : 0;
-            m_rate = std::max(0.1, byDisplacement);
+            m_reuse.noteRate(byDisplacement);
             const double allowedNoise = tolerances.displacement * accuracy * 1e-3;
             if (iteration > 1 && byDisplacement > 0.95 && byMultiplier > 0.95 &&
                 change > allowedNoise) {
@@ -278,8 +272,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         previousChange = change;
         previousMultiplierChange = multiplierChange;
 
-        // Remaining error after this iteration: rate/(1 − rate) of the last change.
-        const double remaining = m_rate < 0.9 ? m_rate / (1 - m_rate) : 10;
+        const double remaining = m_reuse.calcRemaining();
         const double multiplierScale = std::max(largestAbs(lambda), m_multiplierFloor);
         if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
             (purpose == Purpose::Projected ||
@@ -288,8 +281,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             break;
         }
         refresh = forceFullNewton;
-        if (m_rate > SlowRate && iteration > 0) {
-            if (m_stepsSinceFactor > 1) {
+        if (m_reuse.isSlow() && iteration > 0) {
+            if (m_reuse.isOld()) {
                 refresh = true;
             } else if (!hasNewDerivatives && mayDifferentiate()) {
                 startDense();
@@ -308,10 +301,10 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             m_equations.updTrees().forget();
             invalidateMatrix();
         }
-        if (m_rate > SlowRate) m_stepsSinceFactor += 5;
+        m_reuse.endStep();
         return outcome;
     }
-    const bool wasFresh = m_stepsSinceFactor == 0;
+    const bool wasFresh = m_reuse.isFresh();
     outcome.retryWorthwhile = !wasFresh;
     if (wasFresh && blockForm == BlockForm::Automatic && m_denseStepsLeft == 0) {
         startDense();
@@ -329,7 +322,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
     constexpr int MaxIterations = 10;
     constexpr double SlowRate = 0.1;
     double error = 0, previous = 0;
-    bool isFresh = m_factored.mass == 0;
+    bool isFresh = !m_reuse.hasMatrix();
     for (int iteration = 0;; ++iteration) {
         const auto start = Clock::now();
         m_equations.realize(t, q.data(), u.data());
@@ -341,7 +334,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
         if (iteration > 0 && !isFresh && error > SlowRate * previous) {
             // G has turned away since the matrix was factored.
-            formAndFactor(m_factored, q, u, m_lastUDot);
+            formAndFactor(m_reuse.getFactors(), q, u, m_lastUDot);
             isFresh = true;
         }
         previous = error;
@@ -553,14 +546,14 @@ ImplicitStep::Imbalance ImplicitStep::calcImbalance(const SolutionPoint& point) 
     imbalance.positionError = largestAbs(m_system.c);
     m_equations.calcVelocityErrors(m_system.c.data());
     imbalance.speedError = largestAbs(m_system.c) / (1 + largestAbs(point.u));
-    if (m_factored.mass == 0) return imbalance;
+    if (!m_reuse.hasMatrix()) return imbalance;
     m_equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
                              m_system.r.data());
     std::fill(m_system.c.begin(), m_system.c.end(), 0.0);
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;
-    imbalance.displacement =
-        m_equations.updErrorNorm().calcChange(m_solver.getDeltaU().data(), m_factored.stiffness);
+    imbalance.displacement = m_equations.updErrorNorm().calcChange(m_solver.getDeltaU().data(),
+                                                                   m_reuse.getFactors().stiffness);
     return imbalance;
 }
 
@@ -586,13 +579,13 @@ void ImplicitStep::addInTiming() {
 }
 
 void ImplicitStep::visit(Checkpoint& checkpoint) {
-    checkpoint.visit(m_factored.mass, m_factored.stiffness);
-    checkpoint.visit(m_lastUDot, m_rate, m_multiplierFloor, m_canProject, m_mayLoseCount);
+    m_reuse.visit(checkpoint);
+    checkpoint.visit(m_lastUDot, m_multiplierFloor, m_canProject, m_mayLoseCount);
     checkpoint.visit(m_renewsDerivatives);
-    checkpoint.visit(m_denseStepsLeft, m_densePeriod, m_stepsSinceFactor);
+    checkpoint.visit(m_denseStepsLeft, m_densePeriod);
     bool isFactored = m_solver.isFactored(), hasHubs = m_solver.hasHubs();
     checkpoint.visit(isFactored, hasHubs);
-    if (!isFactored && (m_canProject || m_factored.mass != 0))
+    if (!isFactored && (m_canProject || m_reuse.hasMatrix()))
         Checkpoint::refuse("it has no matrix to go on with");
     if (isFactored) m_system.visit(checkpoint);
     if (!checkpoint.isReading() || !isFactored) return;

@@ -8,6 +8,7 @@ implicit steps, projection of positions and speeds onto the joints, consistent a
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 #include "simflex/solver/equations/StepEquations.h"
+#include "simflex/solver/integration/NewtonMatrixReuse.h"
 #include "simflex/solver/integration/SolutionHistory.h"
 #include "simflex/solver/integration/ThreadChoice.h"
 
@@ -57,7 +58,7 @@ public:
     bool projectStepSpeeds(const StepFormula& formula, SolutionPoint& point, int* worstRow);
 
     /** Next solve() forms and factors its matrix anew. **/
-    void invalidateMatrix() { m_factored = {}; }
+    void invalidateMatrix() { m_reuse.forget(); }
 
     /** True once a matrix of the form M + mass·stiffness·K was factored, on which projections can
      * rest. **/
@@ -163,16 +164,14 @@ private:
     BlockEliminationSolver::Timing m_timed;
     StepEquations m_stepEquations;
     std::vector<double> m_lastUDot, m_deltaZ;
-    NewtonFactors m_factored;  ///< zero: none
+    NewtonMatrixReuse m_reuse;
     int m_numThreads = 1;
     ThreadChoice m_threadChoice;
-    double m_rate = 1;             ///< convergence rate seen in the last iterations
     double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step
     bool m_canProject = false;
     bool m_mayLoseCount = false;
     bool m_renewsDerivatives = false;  ///< when the next matrix is formed
     int m_denseStepsLeft = 0, m_densePeriod = 20;
-    int m_stepsSinceFactor = 0;
 };
 
 }  // namespace simflex
