@@ -245,6 +245,36 @@ TEST(FailureDiagnosis, AnErrorThatStaysTooLargeNamesTheModeOrCoordinate) {
 //---------------------------------------------------------------------------------------------------------
 // masses
 
+/** ż jumps from 0 to 1e9 at 0.01 s, and moves nothing. **/
+class Burst : public Force::Custom::Implementation {
+public:
+    explicit Burst(const Subsystem& subsystem) : m_subsystem(subsystem) {}
+    void realizeTopology(State& state) const override {
+        m_z = m_subsystem.allocateZ(state, Vector(1, Real(0)));
+    }
+    void realizeAcceleration(const State& state) const override {
+        m_subsystem.updZDot(state)[m_z] = state.getTime() > 0.01 ? 1e9 : 0;
+    }
+    void calcForce(const State&, Vector_<SpatialVec>&, Vector_<Vec3>&, Vector&) const override {}
+    Real calcPotentialEnergy(const State&) const override { return 0; }
+
+private:
+    const Subsystem& m_subsystem;
+    mutable ZIndex m_z;
+};
+
+TEST(FailureDiagnosis, AnErrorOfAnAuxiliaryVariableIsNotPutOnACoordinate) {
+    Rigid model;
+    MobilizedBody::Pin(model.matter.Ground(), Body::Rigid(Stone));
+    Force::Custom(model.forces, new Burst(model.forces));
+    BdfIntegrator integrator(model.system);
+    integrator.setMinimumStepSize(1e-4);
+    integrator.initialize(model.system.realizeTopology());
+    EXPECT_THAT(
+        messageOf([&] { integrator.stepTo(0.1); }),
+        AllOf(HasSubstr("most of it in variable z[0] of '"), HasSubstr("jumps or is noisy")));
+}
+
 TEST(FailureDiagnosis, AMasslessBodyInATreeIsNamed) {
     Rigid model;
     MobilizedBody::Pin first(model.matter.Ground(), Body::Rigid(Stone));

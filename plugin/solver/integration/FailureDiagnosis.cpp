@@ -138,13 +138,17 @@ std::string FailureDiagnosis::explainNonFiniteForces(int block, double t,
 }
 
 std::string FailureDiagnosis::explainLargeError(const FailedStep& step, double error,
-                                                const double* errorQ, const double* errorU) const {
+                                                const double* errorQ, const double* errorU,
+                                                const std::vector<double>& errorZ) const {
     int worst = 0;
-    m_equations.updErrorNorm().calcSize(errorQ, errorU, step.h, &worst);
+    ErrorNorm& norm = m_equations.updErrorNorm();
+    const bool isOfZ =
+        norm.calcZSize(errorZ.data()) > norm.calcSize(errorQ, errorU, step.h, &worst);
     std::ostringstream text;
     text << "the local error stays at " << error * step.accuracy
-         << (m_equations.updErrorNorm().isInMetres() ? " m" : "") << " (allowed " << step.accuracy
-         << "), most of it in " << findWorstCoordinate(worst, errorQ, errorU, step.h);
+         << (norm.isInMetres() && !isOfZ ? " m" : "") << " (allowed " << step.accuracy
+         << "), most of it in "
+         << (isOfZ ? findWorstZ(errorZ) : findWorstCoordinate(worst, errorQ, errorU, step.h));
     const std::string jump =
         findMotionJump(m_equations, step.last.t, step.h, step.last.q.data(), step.last.u.data());
     if (!jump.empty())
@@ -153,6 +157,19 @@ std::string FailureDiagnosis::explainLargeError(const FailedStep& step, double e
         text << ". Something there jumps or is noisy: let loads and motions change smoothly, or "
                 "allow a larger error by setAccuracy() or shorter steps by setMinimumStepSize()";
     return text.str();
+}
+
+std::string FailureDiagnosis::findWorstZ(const std::vector<double>& errorZ) const {
+    const auto isLess = [](double a, double b) { return std::abs(a) < std::abs(b); };
+    const int worst = int(std::max_element(errorZ.begin(), errorZ.end(), isLess) - errorZ.begin());
+    const SimTK::State& state = m_equations.getSimbody().getState();
+    for (SimTK::SubsystemIndex s(0); s < state.getNumSubsystems(); ++s) {
+        const int local = worst - int(state.getZStart(s));
+        if (local >= 0 && local < state.getNZ(s))
+            return "variable z[" + std::to_string(local) + "] of '" + state.getSubsystemName(s) +
+                   "'";
+    }
+    return "a variable z";
 }
 
 std::string FailureDiagnosis::explainNoProjection(const FailedStep& step, int worstRow,

@@ -37,9 +37,9 @@ public:
     std::string explainNoConvergence(const FailedStep& step) const;
     /** The local error is too large however short the step.
     @param error  in units of the accuracy
-    @param errorQ, errorU  by coordinate **/
+    @param errorQ, errorU, errorZ  by coordinate **/
     std::string explainLargeError(const FailedStep& step, double error, const double* errorQ,
-                                  const double* errorU) const;
+                                  const double* errorU, const std::vector<double>& errorZ) const;
     /** Positions cannot be brought back onto a joint. **/
     std::string explainNoProjection(const FailedStep& step, int worstRow, double tolerance) const;
 
@@ -61,6 +61,9 @@ private:
     /** "mode 3 (34.2 Hz) of 'boom'": where this block moves or errs most. **/
     std::string findWorstCoordinate(int block, const double* errorQ, const double* errorU,
                                     double h) const;
+
+    /** "variable z[0] of 'forces'": the auxiliary one that errs most. **/
+    std::string findWorstZ(const std::vector<double>& errorZ) const;
 
     Evaluation& m_equations;
 };

@@ -685,7 +685,8 @@ void ImplicitIntegrator::Implementation::failStep(double h, Failure failure, dou
         text << diagnosis.explainNonFinite(step);
     else if (failure == Failure::ErrorTest)
         text << "the error test keeps failing: "
-             << diagnosis.explainLargeError(step, error, m_errorQ.data(), m_errorU.data());
+             << diagnosis.explainLargeError(step, error, m_errorQ.data(), m_errorU.data(),
+                                            m_errorZ);
     else if (failure == Failure::Convergence)
         text << "Newton's iteration does not converge: " << diagnosis.explainNoConvergence(step);
     else if (m_step->mayLoseCount())
