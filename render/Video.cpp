@@ -18,6 +18,7 @@
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/ChildProcess.h"
+#include "simflex/base/ProgramOutput.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/render/frame/FrameOutput.h"
 
@@ -50,38 +51,30 @@ reported to the writer without a signal that would end the program. **/
 class Coder {
 public:
     /** @param hasInput  whether it will read what send() gives it **/
-    Coder(const std::vector<std::string>& arguments, bool hasInput) : log(std::tmpfile()) {
-        if (!log)
-            throw std::runtime_error(std::string("cannot make a temporary file: ") +
-                                     std::strerror(errno));
-        fcntl(fileno(log), F_SETFD, FD_CLOEXEC);
+    Coder(const std::vector<std::string>& arguments, bool hasInput) {
         int ends[2] = {-1, -1};
         if (hasInput && socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-            fail(std::string("cannot make a socket: ") + std::strerror(errno));
+            throw std::runtime_error(std::string("cannot make a socket: ") + std::strerror(errno));
         input = ends[0];
 
         ChildSetup setup;
         setup.arguments = {"ffmpeg"};
         setup.arguments.insert(setup.arguments.end(), arguments.begin(), arguments.end());
         setup.input = ends[1];
-        setup.output = setup.error = fileno(log);
+        setup.output = setup.error = log.getDescriptor();
         // Ctrl-C on the terminal is the caller's affair: what is finished can still be coded.
         setup.isOwnGroup = true;
-        std::string failure;
         try {
             child = ChildProcess(setup);
-        } catch (const std::runtime_error& error) {
-            failure = error.what();
+        } catch (const std::runtime_error&) {
+            closeInput();
+            if (hasInput) close(ends[1]);
+            throw;
         }
-        if (ends[1] >= 0) close(ends[1]);
-        if (!failure.empty()) fail(failure);
+        if (hasInput) close(ends[1]);
     }
 
-    ~Coder() {
-        closeInput();
-        child = ChildProcess();  // ended before its log is closed
-        std::fclose(log);
-    }
+    ~Coder() { closeInput(); }
     Coder(const Coder&) = delete;
     Coder& operator=(const Coder&) = delete;
 
@@ -104,24 +97,16 @@ public:
     }
 
     std::string readMessages() {
-        std::string text(4096, '\0');
-        std::fflush(log);
-        std::fseek(log, 0, SEEK_SET);
-        text.resize(std::fread(&text[0], 1, text.size(), log));
+        const std::string text = log.read();
         return text.empty() ? "it " + child.getEnd().describe() : text;
     }
 
 private:
-    [[noreturn]] void fail(const std::string& text) {
-        closeInput();
-        std::fclose(log);
-        throw std::runtime_error(text);
-    }
     void closeInput() {
         if (input >= 0) close(input);
         input = -1;
     }
-    std::FILE* log;
+    ProgramOutput log;
     int input = -1;
     ChildProcess child;
 };

@@ -38,16 +38,16 @@ public:
     SignalPause() {
         sigset_t all;
         sigfillset(&all);
-        pthread_sigmask(SIG_BLOCK, &all, &_before);
+        pthread_sigmask(SIG_BLOCK, &all, &m_before);
     }
-    ~SignalPause() { pthread_sigmask(SIG_SETMASK, &_before, nullptr); }
+    ~SignalPause() { pthread_sigmask(SIG_SETMASK, &m_before, nullptr); }
     SignalPause(const SignalPause&) = delete;
     SignalPause& operator=(const SignalPause&) = delete;
 
-    const sigset_t& getBefore() const { return _before; }
+    const sigset_t& getBefore() const { return m_before; }
 
 private:
-    sigset_t _before;
+    sigset_t m_before;
 };
 
 /** What a new process needs until it is another program. **/
@@ -175,8 +175,8 @@ public:
         std::future<pid_t> child = promise.get_future();
         {
             const SignalPause pause;  // it takes no signal from the others
-            _thread = std::thread([&setup, signals = pause.getBefore(), end = _end.get_future(),
-                                   started = std::move(promise)]() mutable {
+            m_thread = std::thread([&setup, signals = pause.getBefore(), end = m_end.get_future(),
+                                    started = std::move(promise)]() mutable {
                 try {
                     if (setup.sandbox) enterSandbox(*setup.sandbox);
                     started.set_value(spawn(setup, signals));
@@ -187,7 +187,7 @@ public:
             });
         }
         try {
-            _child = child.get();
+            m_child = child.get();
         } catch (...) {
             release();
             throw;
@@ -197,47 +197,47 @@ public:
     Starter(const Starter&) = delete;
     Starter& operator=(const Starter&) = delete;
 
-    pid_t getChild() const { return _child; }
+    pid_t getChild() const { return m_child; }
 
 private:
     void release() {
-        if (!_thread.joinable()) return;
-        _end.set_value();
-        _thread.join();
+        if (!m_thread.joinable()) return;
+        m_end.set_value();
+        m_thread.join();
     }
 
-    std::promise<void> _end;
-    std::thread _thread;
-    pid_t _child = -1;
+    std::promise<void> m_end;
+    std::thread m_thread;
+    pid_t m_child = -1;
 };
 
 ChildProcess::ChildProcess(const ChildSetup& setup)
-    : _starter(std::make_shared<Starter>(setup)), _process(_starter->getChild()) {}
+    : m_starter(std::make_shared<Starter>(setup)), m_process(m_starter->getChild()) {}
 
 ChildProcess::~ChildProcess() {
-    if (_process < 0) return;
-    kill(_process, SIGKILL);
-    while (waitpid(_process, nullptr, 0) < 0 && errno == EINTR) {
+    if (m_process < 0) return;
+    kill(m_process, SIGKILL);
+    while (waitpid(m_process, nullptr, 0) < 0 && errno == EINTR) {
     }
 }
 
 ChildProcess& ChildProcess::operator=(ChildProcess&& other) noexcept {
-    std::swap(_starter, other._starter);
-    std::swap(_process, other._process);
-    std::swap(_end, other._end);
+    std::swap(m_starter, other.m_starter);
+    std::swap(m_process, other.m_process);
+    std::swap(m_end, other.m_end);
     return *this;
 }
 
 bool ChildProcess::look(int options) {
-    if (_process < 0) return true;
+    if (m_process < 0) return true;
     int status = 0;
-    const pid_t ended = waitpid(_process, &status, options);
+    const pid_t ended = waitpid(m_process, &status, options);
     if (ended == 0 || (ended < 0 && errno == EINTR)) return false;
-    _process = -1;
-    _starter.reset();
+    m_process = -1;
+    m_starter.reset();
     if (ended < 0) throw std::runtime_error("lost the process of a program");
-    _end.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
-    _end.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+    m_end.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+    m_end.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
     return true;
 }
 
@@ -248,11 +248,11 @@ bool ChildProcess::hasEnded() {
 const ChildEnd& ChildProcess::wait() {
     while (!look(0)) {
     }
-    return _end;
+    return m_end;
 }
 
 void ChildProcess::sendSignal(int signal) {
-    if (_process >= 0) kill(_process, signal);
+    if (m_process >= 0) kill(m_process, signal);
 }
 
 }  // namespace simflex

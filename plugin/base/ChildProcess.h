@@ -68,16 +68,16 @@ public:
     /** Of one that runs. **/
     void sendSignal(int signal);
     /** @pre hasEnded() **/
-    const ChildEnd& getEnd() const { return _end; }
+    const ChildEnd& getEnd() const { return m_end; }
 
 private:
     bool look(int options);
 
     class Starter;
 
-    std::shared_ptr<Starter> _starter;
-    pid_t _process = -1;
-    ChildEnd _end;
+    std::shared_ptr<Starter> m_starter;
+    pid_t m_process = -1;
+    ChildEnd m_end;
 };
 
 }  // namespace simflex

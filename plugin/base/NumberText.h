@@ -2,11 +2,12 @@
 /** @file
 Numbers as text that is the same in every locale: what goes into files, and what is read back.
 (printf, strtod and streams follow the process' locale, which a program that links the library may
-have set: "1,3".) Reading: readNumber() of TextLines.h. Streams that write files:
+have set: "1,3".) Streams that write files:
 file.imbue(std::locale::classic()). **/
 
 #include <charconv>
 #include <string>
+#include <string_view>
 
 namespace simflex {
 
@@ -37,5 +38,10 @@ inline std::string writeFortran(double value, int decimals) {
         if (c == 'e') c = 'E';
     return text;
 }
+
+/** Reads a whole field as a finite number; a sign + and exponents of D are as good as others. Too
+small a number is zero. @returns false if it is none. **/
+bool readNumber(std::string_view field, double& value);
+bool readInteger(std::string_view field, int& value);
 
 }  // namespace simflex

@@ -28,8 +28,8 @@ struct PathAttributes {
     std::uint64_t allowedAccess;
     std::int32_t parent;
 } __attribute__((packed));
-constexpr long kCreateRuleset = 444, kAddRule = 445, kRestrictSelf = 446;
-constexpr unsigned kAskVersion = 1, kPathBeneath = 1;
+constexpr long CreateRuleset = 444, AddRule = 445, RestrictSelf = 446;
+constexpr unsigned AskVersion = 1, PathBeneath = 1;
 using Access = std::uint64_t;
 constexpr Access Execute = 1 << 0, WriteFile = 1 << 1, ReadFile = 1 << 2, ReadFolder = 1 << 3,
                  Version1 = (1 << 13) - 1,  // these, and removing and making whatever there is
@@ -38,16 +38,16 @@ constexpr Access Execute = 1 << 0, WriteFile = 1 << 1, ReadFile = 1 << 2, ReadFo
     ControlDevice = 1 << 15;                // version 5
 
 #if defined(__x86_64__)
-constexpr unsigned kArchitecture = AUDIT_ARCH_X86_64;
+constexpr unsigned Architecture = AUDIT_ARCH_X86_64;
 #elif defined(__aarch64__)
-constexpr unsigned kArchitecture = AUDIT_ARCH_AARCH64;
+constexpr unsigned Architecture = AUDIT_ARCH_AARCH64;
 #else
-constexpr unsigned kArchitecture = 0;
+constexpr unsigned Architecture = 0;
 #endif
-constexpr unsigned kFirstForeignCall = 0x40000000;  // of x86-64's calls with short pointers
+constexpr unsigned FirstForeignCall = 0x40000000;  // of x86-64's calls with short pointers
 
 /** Calls by which a process gets at what Landlock does not guard. **/
-constexpr long kForbiddenCalls[] = {
+constexpr long ForbiddenCalls[] = {
     SYS_socket,
     SYS_io_uring_setup,  // network
     SYS_kill,
@@ -116,7 +116,7 @@ constexpr long kForbiddenCalls[] = {
 }
 
 long getLandlockVersion() {
-    return syscall(kCreateRuleset, nullptr, 0, kAskVersion);
+    return syscall(CreateRuleset, nullptr, 0, AskVersion);
 }
 
 /** The program that loads this one and its libraries, and will load the other: only it and the
@@ -140,13 +140,13 @@ class Landlock {
 public:
     Landlock() {
         const long version = getLandlockVersion();
-        _known = Version1 | (version >= 2 ? Refer : 0) | (version >= 3 ? Truncate : 0) |
-                 (version >= 5 ? ControlDevice : 0);
-        const RulesetAttributes attributes{_known};
-        _rules = int(syscall(kCreateRuleset, &attributes, sizeof attributes, 0));
-        if (_rules < 0) fail("Landlock");
+        m_known = Version1 | (version >= 2 ? Refer : 0) | (version >= 3 ? Truncate : 0) |
+                  (version >= 5 ? ControlDevice : 0);
+        const RulesetAttributes attributes{m_known};
+        m_rules = int(syscall(CreateRuleset, &attributes, sizeof attributes, 0));
+        if (m_rules < 0) fail("Landlock");
     }
-    ~Landlock() { close(_rules); }
+    ~Landlock() { close(m_rules); }
     Landlock(const Landlock&) = delete;
     Landlock& operator=(const Landlock&) = delete;
 
@@ -157,31 +157,31 @@ public:
         struct stat status {};
         fstat(file, &status);
         if (!S_ISDIR(status.st_mode)) access &= Execute | WriteFile | ReadFile | Truncate;
-        const PathAttributes attributes{access & _known, file};
-        const long failed = syscall(kAddRule, _rules, kPathBeneath, &attributes, 0);
+        const PathAttributes attributes{access & m_known, file};
+        const long failed = syscall(AddRule, m_rules, PathBeneath, &attributes, 0);
         close(file);
         if (failed) fail(path);
     }
 
     void restrictThread() {
-        if (syscall(kRestrictSelf, _rules, 0) != 0) fail("Landlock");
+        if (syscall(RestrictSelf, m_rules, 0) != 0) fail("Landlock");
     }
 
 private:
-    Access _known;
-    int _rules;
+    Access m_known;
+    int m_rules;
 };
 
 void forbidCalls() {
     constexpr unsigned refuse = SECCOMP_RET_ERRNO | EPERM;
     std::vector<sock_filter> filter = {
         BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kArchitecture, 1, 0),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, Architecture, 1, 0),
         BPF_STMT(BPF_RET | BPF_K, refuse),
         BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-        BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, kFirstForeignCall, 0, 1),
+        BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, FirstForeignCall, 0, 1),
         BPF_STMT(BPF_RET | BPF_K, refuse)};
-    for (const long call : kForbiddenCalls) {
+    for (const long call : ForbiddenCalls) {
         filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, unsigned(call), 0, 1));
         filter.push_back(BPF_STMT(BPF_RET | BPF_K, refuse));
     }
@@ -204,7 +204,7 @@ std::vector<std::string> listSystemFolders() {
 }
 
 std::string findSandboxObstacle() {
-    if (kArchitecture == 0) return "its processor is neither x86-64 nor 64-bit ARM";
+    if (Architecture == 0) return "its processor is neither x86-64 nor 64-bit ARM";
     if (getLandlockVersion() < 1)
         return std::string(
                    "its kernel does not let Landlock be used (Linux 5.13 and later have it): ") +

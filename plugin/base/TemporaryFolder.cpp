@@ -16,12 +16,12 @@ TemporaryFolder::TemporaryFolder() {
     if (!mkdtemp(pattern.data()))
         throw std::runtime_error("cannot make a temporary folder '" + pattern +
                                  "': " + std::strerror(errno));
-    _path = pattern;
+    m_path = pattern;
 }
 
 TemporaryFolder::~TemporaryFolder() {
     std::error_code ignored;
-    fs::remove_all(_path, ignored);
+    fs::remove_all(m_path, ignored);
 }
 
 }  // namespace simflex

@@ -14,21 +14,21 @@ using namespace SimTK;
 
 namespace {
 
-constexpr int kBlock = 64;                ///< nodes whose sums stay in the cache
-constexpr double kWorkOfThread = 200000;  ///< products that outweigh starting one
+constexpr int Block = 64;                ///< nodes whose sums stay in the cache
+constexpr double WorkOfThread = 200000;  ///< products that outweigh starting one
 
 /** values[Size·k + c] = Σ_i modes[Size·rows[k] + c + i·stride] xi[i], in a fixed order. **/
 template <int Size, class Number>
 void multiply(const std::vector<Number>& modes, const std::vector<int>& rows, size_t stride,
               const std::vector<double>& xi, std::vector<double>& values) {
-    const int count = int(rows.size()), numBlocks = (count + kBlock - 1) / kBlock;
+    const int count = int(rows.size()), numBlocks = (count + Block - 1) / Block;
     const double work = double(Size) * count * double(xi.size());
     const int threads =
         std::max(1, int(std::min(double(std::min(omp_get_max_threads(), omp_get_num_procs())),
-                                 work / kWorkOfThread)));
+                                 work / WorkOfThread)));
     values.resize(size_t(Size) * size_t(count));
     const auto multiplyBlock = [&](int block) {
-        const int first = block * kBlock, last = std::min(count, first + kBlock);
+        const int first = block * Block, last = std::min(count, first + Block);
         double* const sums = values.data() + size_t(Size) * size_t(first);
         const size_t size = size_t(Size) * size_t(last - first);
         std::fill(sums, sums + size, 0.0);
@@ -194,12 +194,12 @@ void StressRecovery::calcVonMises(const State& state, Vector& vonMises) {
 }
 
 void StressRecovery::calcPrincipalStress(const State& state, Array_<Vec3>& principal) {
-    constexpr int kNodesOfThread = 1000;
+    constexpr int NodesOfThread = 1000;
     checkStress();
     calcTensors(state, m_body.getPart().modalStress->stress);
     const int count = getNumNodes(),
               threads = std::max(1, std::min(std::min(omp_get_max_threads(), omp_get_num_procs()),
-                                             count / kNodesOfThread));
+                                             count / NodesOfThread));
     principal.resize(unsigned(count));
     parallelFor(count, threads, [&](int k) {
         principal[unsigned(k)] = calcPrincipalValues(toTensor(&m_values[6 * size_t(k)]));

@@ -24,9 +24,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kHead =
+constexpr const char* Head =
     "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
-constexpr const char* kFoot = "</Collection>\n</VTKFile>\n";
+constexpr const char* Foot = "</Collection>\n</VTKFile>\n";
 
 /** A name for a file: letters, digits, and '_' for everything else. **/
 std::string makeFileName(const std::string& body, const std::vector<std::string>& taken) {
@@ -37,8 +37,8 @@ std::string makeFileName(const std::string& body, const std::vector<std::string>
         name += isPlain ? c : '_';
     }
     if (name.empty()) name = "body";
-    constexpr size_t kLongest = 100;
-    name.resize(std::min(name.size(), kLongest));
+    constexpr size_t Longest = 100;
+    name.resize(std::min(name.size(), Longest));
     std::string unique = name;
     for (int k = 2; std::find(taken.begin(), taken.end(), unique) != taken.end(); ++k)
         unique = name + "_" + std::to_string(k);
@@ -156,12 +156,12 @@ void VtkReporter::start() const {
     }
     m_file = open(m_pvdFile.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     m_end = 0;
-    append(kHead);
+    append(Head);
 }
 
 // One write puts the entries and the foot behind them: the file is whole before and after.
 void VtkReporter::append(const std::string& entries) const {
-    const std::string text = entries + kFoot;
+    const std::string text = entries + Foot;
     if (m_file < 0 ||
         pwrite(m_file, text.data(), text.size(), off_t(m_end)) != ssize_t(text.size()))
         throw std::runtime_error("VtkReporter: cannot write '" + m_pvdFile +

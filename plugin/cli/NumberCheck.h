@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "simflex/part/TextLines.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace cli {

@@ -8,7 +8,7 @@
 namespace simflex {
 namespace {
 
-constexpr long kTermsPerReport = 200000;
+constexpr long TermsPerReport = 200000;
 
 /** Reads lines of five fields by node, of three by row; `size` rows are wanted then. **/
 MatrixFile readMatrix(const std::string& path, const char* what, const NodeTable& nodes,
@@ -48,7 +48,7 @@ MatrixFile readMatrix(const std::string& path, const char* what, const NodeTable
             largestRow = std::max({largestRow, row, column});
             byNode.entries.add(row - 1, column - 1, value);
         }
-        if (count++ % kTermsPerReport == 0) reportProgress(progress, phase, lines.fraction());
+        if (count++ % TermsPerReport == 0) reportProgress(progress, phase, lines.fraction());
     }
     if (numFields == 3 && largestRow != numDofs)
         throw std::invalid_argument(path + ": the matrix has " + std::to_string(largestRow) +

@@ -10,8 +10,8 @@
 namespace simflex {
 namespace {
 
-constexpr int kNodes = 20;
-using ElementMatrix = Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>;
+constexpr int NumNodes = 20;
+using ElementMatrix = Eigen::Matrix<double, 3 * NumNodes, 3 * NumNodes>;
 
 struct BeamMaterial {
     double lambda = 0, mu = 0, rho = 0;  ///< Lamé's constants [Pa], density [kg/m³]
@@ -58,15 +58,15 @@ std::unordered_map<int, BeamMaterial> findMaterials(const DeckModel& deck) {
 }
 
 /** Adds one element; x holds its nodes by columns. **/
-void integrate(const Eigen::Matrix<double, 3, kNodes>& x, const BeamMaterial& material,
+void integrate(const Eigen::Matrix<double, 3, NumNodes>& x, const BeamMaterial& material,
                const std::vector<IntegrationPoint>& rule, int number, ElementMatrix& K,
-               Eigen::Matrix<double, kNodes, kNodes>& m) {
+               Eigen::Matrix<double, NumNodes, NumNodes>& m) {
     K.setZero();
     m.setZero();
     for (const IntegrationPoint& point : rule) {
-        Eigen::Matrix<double, kNodes, 3> natural;
-        Eigen::Matrix<double, kNodes, 1> N;
-        for (int k = 0; k < kNodes; ++k) {
+        Eigen::Matrix<double, NumNodes, 3> natural;
+        Eigen::Matrix<double, NumNodes, 1> N;
+        for (int k = 0; k < NumNodes; ++k) {
             N[k] = point.values[size_t(k)];
             for (int a = 0; a < 3; ++a) natural(k, a) = point.gradients[size_t(k)][size_t(a)];
         }
@@ -76,13 +76,13 @@ void integrate(const Eigen::Matrix<double, 3, kNodes>& x, const BeamMaterial& ma
             throw std::invalid_argument("the solid of beam " + std::to_string(number) +
                                         " is turned inside out: its section is too large for how "
                                         "it bends");
-        const Eigen::Matrix<double, kNodes, 3> G = natural * jacobian.inverse();
+        const Eigen::Matrix<double, NumNodes, 3> G = natural * jacobian.inverse();
         const double volume = point.weight * determinant;
         m += material.rho * volume * N * N.transpose();
         // λ ∂_a N_i ∂_b N_j + μ (∂_b N_i ∂_a N_j + δ_ab ∇N_i·∇N_j)
-        const Eigen::Matrix<double, kNodes, kNodes> laplace = G * G.transpose();
-        for (int i = 0; i < kNodes; ++i)
-            for (int j = 0; j < kNodes; ++j)
+        const Eigen::Matrix<double, NumNodes, NumNodes> laplace = G * G.transpose();
+        for (int i = 0; i < NumNodes; ++i)
+            for (int j = 0; j < NumNodes; ++j)
                 for (int a = 0; a < 3; ++a)
                     for (int b = 0; b < 3; ++b)
                         K(3 * i + a, 3 * j + b) +=
@@ -107,24 +107,24 @@ SymmetricMatrix sum(const SymmetricMatrix& A, std::vector<std::int32_t> rows,
 }  // namespace
 
 void addBeamMatrices(const DeckModel& deck, FeModel& model) {
-    const auto beams = deck.solids.find(kBeamSolid);
+    const auto beams = deck.solids.find(BeamSolid);
     if (beams == deck.solids.end()) return;
     const auto materials = findMaterials(deck);
     const auto rule = makeBeamIntegrationPoints();
     std::vector<std::int32_t> rowsOfK, columnsOfK, rowsOfM, columnsOfM;
     std::vector<double> valuesOfK, valuesOfM;
     ElementMatrix K;
-    Eigen::Matrix<double, kNodes, kNodes> m;
+    Eigen::Matrix<double, NumNodes, NumNodes> m;
     for (const auto& beam : beams->second) {
-        std::array<int, kNodes> nodes;
-        Eigen::Matrix<double, 3, kNodes> x;
-        for (int k = 0; k < kNodes; ++k) {
+        std::array<int, NumNodes> nodes;
+        Eigen::Matrix<double, 3, NumNodes> x;
+        for (int k = 0; k < NumNodes; ++k) {
             nodes[size_t(k)] = model.mesh.indexOf(beam.nodes[size_t(k)]);
             const auto position = model.mesh.position(nodes[size_t(k)]);
             x.col(k) << position[0], position[1], position[2];
         }
         integrate(x, materials.at(beam.number), rule, beam.number, K, m);
-        for (int i = 0; i < 3 * kNodes; ++i)
+        for (int i = 0; i < 3 * NumNodes; ++i)
             for (int j = 0; j <= i; ++j) {
                 rowsOfK.push_back(3 * nodes[size_t(i / 3)] + i % 3);
                 columnsOfK.push_back(3 * nodes[size_t(j / 3)] + j % 3);

@@ -14,7 +14,7 @@ these are integrated here.
 namespace simflex {
 
 /** The type under which DeckModel::solids holds them. **/
-constexpr const char* kBeamSolid = "B32R";
+constexpr const char* BeamSolid = "B32R";
 
 /** Adds their K and m to those of the model, whose mesh is the deck's.
 @throws std::invalid_argument for a material that is not known to be linear and isotropic. **/

@@ -4,19 +4,20 @@
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {
 
-constexpr size_t kNameWidth = 8, kSmallWidth = 8, kLargeWidth = 16;
-constexpr size_t kSmallFields = 8, kLargeFields = 4;
+constexpr size_t NameWidth = 8, SmallWidth = 8, LargeWidth = 16;
+constexpr size_t SmallFields = 8, LargeFields = 4;
 
 /** Tabs go to the next multiple of eight columns. **/
 std::string withoutTabs(std::string_view line) {
     std::string text;
     for (const char c : line) {
         if (c == '\t') {
-            text.append(kNameWidth - text.size() % kNameWidth, ' ');
+            text.append(NameWidth - text.size() % NameWidth, ' ');
         } else {
             text += c;
         }
@@ -31,7 +32,7 @@ std::string_view takeColumns(const std::string& line, size_t begin, size_t width
 
 /** Appends the fields of one line; they begin behind its name or continuation mark. **/
 void addFields(const std::string& line, bool isLarge, std::vector<std::string>& fields) {
-    const size_t count = isLarge ? kLargeFields : kSmallFields;
+    const size_t count = isLarge ? LargeFields : SmallFields;
     if (line.find(',') != std::string::npos) {
         size_t at = line.find(',') + 1;
         for (size_t k = 0; k < count; ++k) {
@@ -43,44 +44,44 @@ void addFields(const std::string& line, bool isLarge, std::vector<std::string>& 
         }
         return;
     }
-    const size_t width = isLarge ? kLargeWidth : kSmallWidth;
+    const size_t width = isLarge ? LargeWidth : SmallWidth;
     for (size_t k = 0; k < count; ++k)
-        fields.emplace_back(takeColumns(line, kNameWidth + k * width, width));
+        fields.emplace_back(takeColumns(line, NameWidth + k * width, width));
 }
 
 /** The name in the first field: up to a comma or eight columns. **/
 std::string takeName(const std::string& line) {
-    const size_t comma = std::min(line.find(','), kNameWidth);
+    const size_t comma = std::min(line.find(','), NameWidth);
     return upperCase(trimBlanks(std::string_view(line).substr(0, comma)));
 }
 
 }  // namespace
 
 BulkCards::BulkCards(const std::string& path, const std::string& kind, std::set<std::string> names)
-    : _lines(path, kind), _names(std::move(names)) {}
+    : m_lines(path, kind), m_names(std::move(names)) {}
 
 bool BulkCards::next(BulkCard& card) {
-    while (_lines.next()) {
-        if (_lines.line().empty() || _lines.line()[0] == '$') continue;
-        std::string line = withoutTabs(_lines.line());
+    while (m_lines.next()) {
+        if (m_lines.line().empty() || m_lines.line()[0] == '$') continue;
+        std::string line = withoutTabs(m_lines.line());
         std::string name = takeName(line);
         bool isLarge = !name.empty() && name.back() == '*';
         if (isLarge) name.pop_back();
         name.resize(trimBlanks(name).size());
-        if (!_names.count(name)) continue;
+        if (!m_names.count(name)) continue;
 
         card.name = name;
         card.fields.clear();
-        card.line = _lines.number();
+        card.line = m_lines.number();
         addFields(line, isLarge, card.fields);
-        while (_lines.next()) {
-            if (!_lines.line().empty() && _lines.line()[0] == '$') continue;
-            line = withoutTabs(_lines.line());
+        while (m_lines.next()) {
+            if (!m_lines.line().empty() && m_lines.line()[0] == '$') continue;
+            line = withoutTabs(m_lines.line());
             const char mark = line.empty() ? 'x' : line[0];
             const bool continues = mark == '*' || mark == '+' || mark == ',' ||
                                    (mark == ' ' && !trimBlanks(line).empty());
             if (!continues) {
-                _lines.stepBack();
+                m_lines.stepBack();
                 break;
             }
             addFields(line, mark == '*', card.fields);
@@ -91,8 +92,8 @@ bool BulkCards::next(BulkCard& card) {
 }
 
 void BulkCards::refuse(const BulkCard& card, const std::string& why) const {
-    throw std::invalid_argument(_lines.path() + ":" + std::to_string(card.line) + ": " + card.name +
-                                ": " + why);
+    throw std::invalid_argument(m_lines.path() + ":" + std::to_string(card.line) + ": " +
+                                card.name + ": " + why);
 }
 
 double BulkCards::parseNumber(const BulkCard& card, std::string_view field,

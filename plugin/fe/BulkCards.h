@@ -31,7 +31,7 @@ public:
     bool next(BulkCard& card);
 
     /** The file; where() is that of the entry's last line. **/
-    const TextLines& lines() const { return _lines; }
+    const TextLines& lines() const { return m_lines; }
     [[noreturn]] void refuse(const BulkCard& card, const std::string& why) const;
 
     /** Numbers as Nastran writes them: 1.5-3 is 1.5e-3; an empty field is 0. **/
@@ -39,8 +39,8 @@ public:
     int parseInteger(const BulkCard& card, std::string_view field, const char* what) const;
 
 private:
-    TextLines _lines;
-    std::set<std::string> _names;
+    TextLines m_lines;
+    std::set<std::string> m_names;
 };
 
 }  // namespace simflex

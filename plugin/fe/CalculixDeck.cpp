@@ -30,7 +30,7 @@ void assembleByCalculix(const DeckModel& deck, const std::string& program,
     for (const auto& [type, solids] : deck.solids)
         for (const auto& solid : solids)
             for (const int node : solid.nodes)
-                if (type != kBeamSolid) expected[size_t(deck.mesh.indexOf(node))] = 1;
+                if (type != BeamSolid) expected[size_t(deck.mesh.indexOf(node))] = 1;
     runCalculix(program, folder.path(), job, progress);
     readCalculixMatrices(folder.path(), job, expected, model, progress);
 }

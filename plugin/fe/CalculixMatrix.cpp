@@ -17,7 +17,7 @@ namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr size_t kBuffer = size_t(4) << 20, kLongestLine = 1000;
+constexpr size_t BufferSize = size_t(4) << 20, LongestLine = 1000;
 
 /** One line of the file. **/
 struct TripletLine {
@@ -29,14 +29,14 @@ struct TripletLine {
 class TripletFile {
 public:
     TripletFile(const fs::path& path, const std::vector<int>& dofs)
-        : _path(path), _dofs(dofs), _file(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-        if (_file < 0)
+        : m_path(path), m_dofs(dofs), m_file(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+        if (m_file < 0)
             throw std::runtime_error("CalculiX did not write " + path.filename().string());
-        _size = fs::file_size(path);
-        posix_fadvise(_file, 0, 0, POSIX_FADV_SEQUENTIAL);
-        _buffer.resize(kBuffer + 1);
+        m_size = fs::file_size(path);
+        posix_fadvise(m_file, 0, 0, POSIX_FADV_SEQUENTIAL);
+        m_buffer.resize(BufferSize + 1);
     }
-    ~TripletFile() { close(_file); }
+    ~TripletFile() { close(m_file); }
     TripletFile(const TripletFile&) = delete;
     TripletFile& operator=(const TripletFile&) = delete;
 
@@ -45,11 +45,11 @@ public:
     template <class Visit>
     void visitLines(const char* phase, const ProgressCallback& progress, double before,
                     double share, const Visit& visit) {
-        if (lseek(_file, 0, SEEK_SET) != 0) fail("cannot be read");
-        _lineNumber = 0;
+        if (lseek(m_file, 0, SEEK_SET) != 0) fail("cannot be read");
+        m_lineNumber = 0;
         size_t held = 0, done = 0;
         for (bool atEnd = false; !atEnd;) {
-            const ssize_t got = read(_file, _buffer.data() + held, kBuffer - held);
+            const ssize_t got = read(m_file, m_buffer.data() + held, BufferSize - held);
             if (got < 0) {
                 if (errno == EINTR) continue;
                 fail(std::strerror(errno));
@@ -58,19 +58,19 @@ public:
             held += size_t(got);
             done += size_t(got);
             if (atEnd && held > 0) fail("is cut off");
-            const char *at = _buffer.data(), *end = at + held;
+            const char *at = m_buffer.data(), *end = at + held;
             while (const void* found = std::memchr(at, '\n', size_t(end - at))) {
                 const char* stop = static_cast<const char*>(found);
-                ++_lineNumber;
+                ++m_lineNumber;
                 TripletLine line;
                 if (parse(at, stop, line)) visit(line);
                 at = stop + 1;
             }
             held = size_t(end - at);
-            if (held > kLongestLine) fail("has a line too long");
-            std::memmove(_buffer.data(), at, held);
+            if (held > LongestLine) fail("has a line too long");
+            std::memmove(m_buffer.data(), at, held);
             reportProgress(progress, phase,
-                           before + share * double(done) / double(std::max<size_t>(_size, 1)));
+                           before + share * double(done) / double(std::max<size_t>(m_size, 1)));
         }
     }
 
@@ -82,7 +82,7 @@ public:
         if (result.ec != std::errc() || at != line.end) failNumber();
         if (!std::isfinite(value))
             throw std::invalid_argument(
-                "the matrix in " + _path.filename().string() + " has " + std::to_string(value) +
+                "the matrix in " + m_path.filename().string() + " has " + std::to_string(value) +
                 " in row " + std::to_string(line.fileRow) + ", column " +
                 std::to_string(line.fileColumn) + ", must be a finite number");
         return value;
@@ -91,7 +91,8 @@ public:
     /** CalculiX writes all of the diagonal, column after column. **/
     [[noreturn]] void failDiagonal(const std::vector<int>& dofs, int dof) const {
         const auto equation = std::find(dofs.begin(), dofs.end(), dof) - dofs.begin();
-        throw std::runtime_error(_path.filename().string() + " has no diagonal entry of equation " +
+        throw std::runtime_error(m_path.filename().string() +
+                                 " has no diagonal entry of equation " +
                                  std::to_string(equation + 1) + ": is it cut off?");
     }
 
@@ -114,10 +115,10 @@ private:
         line.fileRow = readInteger();
         line.fileColumn = readInteger();
         if (std::min(line.fileRow, line.fileColumn) < 1 ||
-            size_t(std::max(line.fileRow, line.fileColumn)) > _dofs.size())
+            size_t(std::max(line.fileRow, line.fileColumn)) > m_dofs.size())
             throw std::runtime_error("CalculiX names an equation outside the matrix in " +
-                                     _path.filename().string());
-        const int a = _dofs[size_t(line.fileRow - 1)], b = _dofs[size_t(line.fileColumn - 1)];
+                                     m_path.filename().string());
+        const int a = m_dofs[size_t(line.fileRow - 1)], b = m_dofs[size_t(line.fileColumn - 1)];
         line.row = std::max(a, b);
         line.column = std::min(a, b);
         skipBlanks();
@@ -128,21 +129,21 @@ private:
 
     [[noreturn]] void failNumber() const {
         throw std::runtime_error("CalculiX wrote something that is no number in " +
-                                 _path.filename().string() + ", line " +
-                                 std::to_string(_lineNumber));
+                                 m_path.filename().string() + ", line " +
+                                 std::to_string(m_lineNumber));
     }
 
     [[noreturn]] void fail(const std::string& what) const {
-        throw std::runtime_error(_path.filename().string() + " " + what + ", line " +
-                                 std::to_string(_lineNumber));
+        throw std::runtime_error(m_path.filename().string() + " " + what + ", line " +
+                                 std::to_string(m_lineNumber));
     }
 
-    const fs::path _path;
-    const std::vector<int>& _dofs;
-    const int _file;
-    size_t _size = 0;
-    std::vector<char> _buffer;
-    long _lineNumber = 0;
+    const fs::path m_path;
+    const std::vector<int>& m_dofs;
+    const int m_file;
+    size_t m_size = 0;
+    std::vector<char> m_buffer;
+    long m_lineNumber = 0;
 };
 
 /** True if the text says 0, without reading the number. **/
@@ -188,7 +189,7 @@ void sortColumns(SymmetricMatrix& A) {
 
 SymmetricMatrix readCalculixMatrix(const fs::path& path, const std::vector<int>& dofs,
                                    const char* phase, const ProgressCallback& progress) {
-    constexpr double kCounting = 0.3;  // part of the time
+    constexpr double Counting = 0.3;  // part of the time
     TripletFile file(path, dofs);
     SymmetricMatrix A;
     A.size = dofs.empty() ? 0 : 1 + *std::max_element(dofs.begin(), dofs.end());
@@ -196,14 +197,14 @@ SymmetricMatrix readCalculixMatrix(const fs::path& path, const std::vector<int>&
     const auto isLeftOut = [](const TripletLine& line) {
         return line.row != line.column && isZero(line);
     };
-    file.visitLines(phase, progress, 0, kCounting, [&](const TripletLine& line) {
+    file.visitLines(phase, progress, 0, Counting, [&](const TripletLine& line) {
         if (!isLeftOut(line)) ++A.columnStarts[size_t(line.column) + 1];
     });
     std::partial_sum(A.columnStarts.begin(), A.columnStarts.end(), A.columnStarts.begin());
     A.rows.resize(size_t(A.columnStarts.back()));
     A.values.resize(size_t(A.columnStarts.back()));
     std::vector<std::int64_t> next(A.columnStarts.begin(), A.columnStarts.end() - 1);
-    file.visitLines(phase, progress, kCounting, 1 - kCounting, [&](const TripletLine& line) {
+    file.visitLines(phase, progress, Counting, 1 - Counting, [&](const TripletLine& line) {
         const double value = file.readValue(line);
         if (isLeftOut(line)) return;
         const auto at = size_t(next[size_t(line.column)]++);

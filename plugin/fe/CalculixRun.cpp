@@ -19,11 +19,11 @@ namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr auto kPollInterval = std::chrono::milliseconds(20);
-constexpr int kMostErrorLines = 12, kTailLines = 8;
-constexpr std::uintmax_t kLeastSpace = 4096;  // of a disk that is not full [bytes]
+constexpr auto PollInterval = std::chrono::milliseconds(20);
+constexpr int MostErrorLines = 12, TailLines = 8;
+constexpr std::uintmax_t LeastSpace = 4096;  // of a disk that is not full [bytes]
 
-const char* const kCure = "Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.";
+const char* const Cure = "Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.";
 
 /** ccx's own *ERROR lines with the lines that go on below them. **/
 std::string errorTextOf(const fs::path& log) {
@@ -31,7 +31,7 @@ std::string errorTextOf(const fs::path& log) {
     std::string text, result;
     int numLines = 0;
     bool inside = false;
-    while (std::getline(in, text) && numLines < kMostErrorLines) {
+    while (std::getline(in, text) && numLines < MostErrorLines) {
         const size_t begin = text.find_first_not_of(' ');
         if (begin == std::string::npos) {
             inside = false;
@@ -48,46 +48,46 @@ std::string errorTextOf(const fs::path& log) {
 /** Walks through the whitespace-separated integers of a file held in memory. **/
 class NumberReader {
 public:
-    explicit NumberReader(const fs::path& path) : _path(path) {
+    explicit NumberReader(const fs::path& path) : m_path(path) {
         std::ifstream in(path, std::ios::binary);
         if (!in) throw std::runtime_error("CalculiX did not write " + path.filename().string());
-        _text.resize(fs::file_size(path));
-        in.read(_text.data(), std::streamsize(_text.size()));
-        _at = _text.data();
+        m_text.resize(fs::file_size(path));
+        in.read(m_text.data(), std::streamsize(m_text.size()));
+        m_at = m_text.data();
     }
 
     bool atEnd() {
-        while (*_at == ' ' || *_at == '\n' || *_at == '\r') ++_at;
-        return *_at == 0;
+        while (*m_at == ' ' || *m_at == '\n' || *m_at == '\r') ++m_at;
+        return *m_at == 0;
     }
 
     int readInteger() {
         skipBlanks();
         int value = 0;
-        const auto result = std::from_chars(_at, _text.data() + _text.size(), value);
+        const auto result = std::from_chars(m_at, m_text.data() + m_text.size(), value);
         if (result.ec != std::errc()) fail();
-        _at = result.ptr;
+        m_at = result.ptr;
         return value;
     }
 
     void skip(char expected) {
-        if (*_at++ != expected) fail();
+        if (*m_at++ != expected) fail();
     }
 
 private:
     void skipBlanks() {
-        while (*_at == ' ') ++_at;
+        while (*m_at == ' ') ++m_at;
     }
 
     [[noreturn]] void fail() const {
-        const long line = 1 + std::count(_text.data(), _at, '\n');
+        const long line = 1 + std::count(m_text.data(), m_at, '\n');
         throw std::runtime_error("CalculiX wrote something that is no number in " +
-                                 _path.filename().string() + ", line " + std::to_string(line));
+                                 m_path.filename().string() + ", line " + std::to_string(line));
     }
 
-    fs::path _path;
-    std::string _text;
-    const char* _at = nullptr;
+    fs::path m_path;
+    std::string m_text;
+    const char* m_at = nullptr;
 };
 
 /** dof = 3·node + axis of each equation. **/
@@ -133,7 +133,7 @@ std::string chooseCalculixProgram(const std::string& program) {
 std::string readCalculixVersion(const std::string& program) {
     const TemporaryFolder folder;
     const fs::path log = folder.path() / "log";
-    startProgram({program, {"-v"}, folder.path(), log, kCure}).wait();
+    startProgram({program, {"-v"}, folder.path(), log, Cure}).wait();
     std::ifstream in(log);
     for (std::string text; std::getline(in, text);) {
         const size_t at = text.find("Version ");
@@ -144,28 +144,28 @@ std::string readCalculixVersion(const std::string& program) {
 
 void CalculixProcess::start(const std::string& program, const fs::path& folder,
                             const std::string& job) {
-    _program = program;
-    _log = folder / (job + ".log");
-    _process = startProgram({program, {job}, folder, _log, kCure});
+    m_program = program;
+    m_log = folder / (job + ".log");
+    m_process = startProgram({program, {job}, folder, m_log, Cure});
 }
 
 void CalculixProcess::checkResult() const {
     // It goes on when it cannot write, and then its files lack their ends.
-    const fs::path folder = _log.parent_path();
+    const fs::path folder = m_log.parent_path();
     std::error_code unknown;
-    if (fs::space(folder, unknown).available < kLeastSpace)
+    if (fs::space(folder, unknown).available < LeastSpace)
         throw std::runtime_error("the disk of '" + folder.parent_path().string() +
                                  "' is full: CalculiX cannot write its matrices; make room, or set "
                                  "TMPDIR to a folder on another disk");
-    const std::string errors = errorTextOf(_log);
-    const ChildEnd& end = _process.getEnd();
-    if (end.exitCode == 127) throw std::runtime_error("cannot run '" + _program + "'. " + kCure);
+    const std::string errors = errorTextOf(m_log);
+    const ChildEnd& end = m_process.getEnd();
+    if (end.exitCode == 127) throw std::runtime_error("cannot run '" + m_program + "'. " + Cure);
     if (end.isSuccess() && errors.empty()) return;
     const std::string text = end.signal == 0 ? "CalculiX refused the deck (exit status " +
                                                    std::to_string(end.exitCode) + ")"
                                              : "CalculiX " + end.describe();
     if (!errors.empty()) throw std::runtime_error(text + ":" + errors);
-    const std::string tail = readLastLines(_log, kTailLines);
+    const std::string tail = readLastLines(m_log, TailLines);
     throw std::runtime_error(text + ", and wrote no *ERROR line" +
                              (tail.empty() ? "" : "; the end of its output:" + tail));
 }
@@ -176,7 +176,7 @@ void runCalculix(const std::string& program, const fs::path& folder, const std::
     process.start(program, folder, job);
     while (!process.poll()) {
         reportProgress(progress, "CalculiX assembles K and M", -1);
-        std::this_thread::sleep_for(kPollInterval);
+        std::this_thread::sleep_for(PollInterval);
     }
     process.checkResult();
 }

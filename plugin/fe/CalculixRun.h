@@ -28,15 +28,15 @@ public:
     void start(const std::string& program, const std::filesystem::path& folder,
                const std::string& job);
     /** True once it has ended. **/
-    bool poll() { return _process.hasEnded(); }
+    bool poll() { return m_process.hasEnded(); }
     /** @throws std::runtime_error with ccx's own *ERROR text, or the end of its output, if it
     failed; if the disk is full. @pre poll(). **/
     void checkResult() const;
 
 private:
-    std::string _program;
-    std::filesystem::path _log;
-    ChildProcess _process;
+    std::string m_program;
+    std::filesystem::path m_log;
+    ChildProcess m_process;
 };
 
 /** Runs `program JOB` in `folder` as a CalculixProcess, to its end.

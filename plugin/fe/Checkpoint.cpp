@@ -15,7 +15,7 @@ namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr char kMagic[8] = {'s', 'i', 'm', 'f', 'l', 'e', 'x', '1'};
+constexpr char Magic[8] = {'s', 'i', 'm', 'f', 'l', 'e', 'x', '1'};
 
 struct FileCloser {
     void operator()(std::FILE* file) const { std::fclose(file); }
@@ -54,7 +54,7 @@ private:
 
 ReductionCheckpoint::ReductionCheckpoint(std::string folder, double worthSeconds,
                                          std::function<void(const std::string&)> note)
-    : _folder(std::move(folder)), _worthSeconds(worthSeconds), _note(std::move(note)) {}
+    : m_folder(std::move(folder)), m_worthSeconds(worthSeconds), m_note(std::move(note)) {}
 
 bool ReductionCheckpoint::load(const std::string& name, std::uint64_t key,
                                const std::function<void(Archive&)>& read) const {
@@ -62,14 +62,14 @@ bool ReductionCheckpoint::load(const std::string& name, std::uint64_t key,
     const File file(std::fopen(path.c_str(), "rbe"));
     if (!file) return false;
     const auto note = [&](const std::string& text) {
-        if (_note) _note(text);
+        if (m_note) m_note(text);
     };
     try {
         FileArchive archive(file.get(), fs::file_size(path));
-        char magic[sizeof kMagic];
+        char magic[sizeof Magic];
         std::uint64_t found = 0;
         archive.visitBytes(magic, sizeof magic);
-        if (std::memcmp(magic, kMagic, sizeof magic) != 0)
+        if (std::memcmp(magic, Magic, sizeof magic) != 0)
             throw std::runtime_error("it is no such file");
         archive.visit(found);
         if (found != key) {
@@ -89,18 +89,18 @@ bool ReductionCheckpoint::load(const std::string& name, std::uint64_t key,
 
 void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, double seconds,
                                const std::function<void(Archive&)>& write) const {
-    if (seconds < _worthSeconds) return;
+    if (seconds < m_worthSeconds) return;
     const std::string path = pathOf(name);
     std::error_code ignored;
-    fs::create_directory(_folder, ignored);
-    removeUnfinishedFiles(_folder, name + ".");
+    fs::create_directory(m_folder, ignored);
+    removeUnfinishedFiles(m_folder, name + ".");
     UnfinishedFile unfinished(path);
     try {
         File file(std::fopen(unfinished.getPath().c_str(), "wbe"));
         if (!file) throw std::runtime_error(std::strerror(errno));
         FileArchive archive(file.get());
-        char magic[sizeof kMagic];
-        std::memcpy(magic, kMagic, sizeof magic);
+        char magic[sizeof Magic];
+        std::memcpy(magic, Magic, sizeof magic);
         archive.visitBytes(magic, sizeof magic);
         archive.visit(key);
         write(archive);
@@ -108,19 +108,19 @@ void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, doubl
         if (std::fclose(file.release()) != 0) throw std::runtime_error(std::strerror(errno));
         unfinished.finish();
     } catch (const std::exception& error) {
-        if (_note) _note("cannot keep " + path + " to resume from: " + error.what());
+        if (m_note) m_note("cannot keep " + path + " to resume from: " + error.what());
     }
 }
 
 void ReductionCheckpoint::remove() const {
     std::error_code ignored;
-    if (!fs::is_directory(_folder, ignored)) return;
+    if (!fs::is_directory(m_folder, ignored)) return;
     // Only what a checkpoint writes: the name may be someone's folder.
     for (const std::string name : {"matrices", "factor", "constraint modes", "normal modes"}) {
         fs::remove(pathOf(name), ignored);
-        removeUnfinishedFiles(_folder, name + ".");
+        removeUnfinishedFiles(m_folder, name + ".");
     }
-    fs::remove(_folder, ignored);
+    fs::remove(m_folder, ignored);
 }
 
 }  // namespace simflex

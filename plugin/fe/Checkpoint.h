@@ -41,17 +41,17 @@ public:
     void save(const std::string& name, std::uint64_t key, double seconds,
               const std::function<void(Archive&)>& write) const;
 
-    double worthSeconds() const { return _worthSeconds; }
+    double worthSeconds() const { return m_worthSeconds; }
 
     /** Removes the folder with the results in it. **/
     void remove() const;
 
 private:
-    std::string pathOf(const std::string& name) const { return _folder + "/" + name; }
+    std::string pathOf(const std::string& name) const { return m_folder + "/" + name; }
 
-    std::string _folder;
-    double _worthSeconds;
-    std::function<void(const std::string&)> _note;
+    std::string m_folder;
+    double m_worthSeconds;
+    std::function<void(const std::string&)> m_note;
 };
 
 }  // namespace simflex

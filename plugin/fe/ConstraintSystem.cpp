@@ -12,12 +12,12 @@ namespace simflex {
 namespace {
 
 /** Of the largest coefficient: an equation may miss rigid motion by so much … **/
-constexpr double kExact = 1e-12;   // … and count as exact,
-constexpr double kRounded = 2e-4;  // … and count as rounded to four digits.
+constexpr double Exact = 1e-12;   // … and count as exact,
+constexpr double Rounded = 2e-4;  // … and count as rounded to four digits.
 /** Coefficients below this share of the equation's largest are cancelled ones. **/
-constexpr double kCancelled = 1e-11;
+constexpr double CancelledPart = 1e-11;
 /** The first variable is eliminated unless its coefficient is this much below the largest. **/
-constexpr double kWeak = 1e-3;
+constexpr double Weak = 1e-3;
 
 using Term = ConstraintSystem::Term;
 
@@ -44,35 +44,35 @@ double largestOf(const std::vector<Term>& terms) {
 }  // namespace
 
 ConstraintSystem::ConstraintSystem(std::vector<double> positions)
-    : _positions(std::move(positions)), _ruleOf(_positions.size(), -1) {
+    : m_positions(std::move(positions)), m_ruleOf(m_positions.size(), -1) {
     for (size_t a = 0; a < 3; ++a) {
         double low = 0, high = 0;
-        for (size_t i = a; i < _positions.size(); i += 3) {
-            low = i == a ? _positions[i] : std::min(low, _positions[i]);
-            high = i == a ? _positions[i] : std::max(high, _positions[i]);
+        for (size_t i = a; i < m_positions.size(); i += 3) {
+            low = i == a ? m_positions[i] : std::min(low, m_positions[i]);
+            high = i == a ? m_positions[i] : std::max(high, m_positions[i]);
         }
-        _origin[a] = 0.5 * (low + high);
-        _size = std::max(_size, high - low);
+        m_origin[a] = 0.5 * (low + high);
+        m_size = std::max(m_size, high - low);
     }
 }
 
 int ConstraintSystem::addCoordinate(const std::array<double, 6>& rigid) {
-    _rigid.push_back(rigid);
-    _ruleOf.push_back(-1);
-    return int(_ruleOf.size()) - 1;
+    m_rigid.push_back(rigid);
+    m_ruleOf.push_back(-1);
+    return int(m_ruleOf.size()) - 1;
 }
 
 /** Values under the six rigid motions, rotations by 1/size. **/
 std::array<double, 6> ConstraintSystem::rigidOf(int variable) const {
     std::array<double, 6> r{};
-    if (size_t(variable) >= _positions.size()) {
-        r = _rigid[size_t(variable) - _positions.size()];
-        for (size_t j = 3; j < 6; ++j) r[j] /= _size;
+    if (size_t(variable) >= m_positions.size()) {
+        r = m_rigid[size_t(variable) - m_positions.size()];
+        for (size_t j = 3; j < 6; ++j) r[j] /= m_size;
         return r;
     }
     const size_t node = size_t(variable) / 3, a = size_t(variable) % 3;
     std::array<double, 3> s;
-    for (size_t b = 0; b < 3; ++b) s[b] = (_positions[3 * node + b] - _origin[b]) / _size;
+    for (size_t b = 0; b < 3; ++b) s[b] = (m_positions[3 * node + b] - m_origin[b]) / m_size;
     r[a] = 1;
     // u = θ × s
     r[3 + (a + 1) % 3] = s[(a + 2) % 3];
@@ -94,11 +94,11 @@ bool ConstraintSystem::correct(std::vector<Term>& terms, const std::string& wher
     const Eigen::VectorXd residual = R.transpose() * c;
     Eigen::Index worst = 0;
     const double miss = residual.cwiseAbs().maxCoeff(&worst) / largest;
-    if (miss <= kExact) return false;
-    if (miss <= kRounded) {
+    if (miss <= Exact) return false;
+    if (miss <= Rounded) {
         const Eigen::VectorXd change = solveLeastSquares(R.transpose(), residual, 1e-9);
         const double left = (residual - R.transpose() * change).cwiseAbs().maxCoeff() / largest;
-        if (left <= kExact) {
+        if (left <= Exact) {
             for (Eigen::Index k = 0; k < count; ++k) terms[size_t(k)].second -= change[k];
             return true;
         }
@@ -107,7 +107,7 @@ bool ConstraintSystem::correct(std::vector<Term>& terms, const std::string& wher
     text << where << " holds the part to the ground: rigid "
          << (worst < 3 ? "translation along " : "rotation about ") << "xyz"[worst % 3]
          << " violates it by " << miss << " of its largest coefficient"
-         << (miss <= kRounded
+         << (miss <= Rounded
                  ? ", and no other coefficients would do. Let nodes that are to coincide "
                    "do so to the last digit, or use *TIE."
                  : ". Write it so that a motion of the whole part satisfies it, or take "
@@ -122,13 +122,13 @@ void ConstraintSystem::substitute(std::vector<Term>& terms) const {
         std::vector<Term> next;
         next.reserve(terms.size());
         for (const Term& term : terms) {
-            const int rule = _ruleOf[size_t(term.first)];
+            const int rule = m_ruleOf[size_t(term.first)];
             if (rule < 0) {
                 next.push_back(term);
                 continue;
             }
             changed = true;
-            for (const Term& other : _rules[size_t(rule)].terms)
+            for (const Term& other : m_rules[size_t(rule)].terms)
                 next.emplace_back(other.first, term.second * other.second);
         }
         terms.swap(next);
@@ -146,12 +146,12 @@ ConstraintSystem::Outcome ConstraintSystem::add(std::vector<Term> terms, const s
     substitute(terms);
     terms.erase(
         std::remove_if(terms.begin(), terms.end(),
-                       [&](const Term& t) { return std::abs(t.second) <= kCancelled * given; }),
+                       [&](const Term& t) { return std::abs(t.second) <= CancelledPart * given; }),
         terms.end());
     if (terms.empty()) return Outcome::Redundant;
     const double largest = largestOf(terms);
     auto pivot = std::find_if(terms.begin(), terms.end(), [&](const Term& t) {
-        return t.first == first && std::abs(t.second) >= kWeak * largest;
+        return t.first == first && std::abs(t.second) >= Weak * largest;
     });
     if (pivot == terms.end())
         pivot = std::max_element(terms.begin(), terms.end(), [](const Term& a, const Term& b) {
@@ -162,18 +162,18 @@ ConstraintSystem::Outcome ConstraintSystem::add(std::vector<Term> terms, const s
     for (const Term& term : terms)
         if (term.first != pivot->first)
             rule.terms.emplace_back(term.first, -term.second / pivot->second);
-    _ruleOf[size_t(rule.variable)] = int(_rules.size());
-    _rules.push_back(std::move(rule));
+    m_ruleOf[size_t(rule.variable)] = int(m_rules.size());
+    m_rules.push_back(std::move(rule));
     return corrected ? Outcome::Corrected : Outcome::Solved;
 }
 
 NodalConstraints ConstraintSystem::solve() const {
     // A rule holds no variables of earlier rules: resolve from the last to the first.
-    std::vector<std::vector<Term>> resolved(_rules.size());
-    for (size_t k = _rules.size(); k-- > 0;) {
+    std::vector<std::vector<Term>> resolved(m_rules.size());
+    for (size_t k = m_rules.size(); k-- > 0;) {
         std::vector<Term>& terms = resolved[k];
-        for (const Term& term : _rules[k].terms) {
-            const int rule = _ruleOf[size_t(term.first)];
+        for (const Term& term : m_rules[k].terms) {
+            const int rule = m_ruleOf[size_t(term.first)];
             if (rule < 0) {
                 terms.push_back(term);
                 continue;
@@ -188,24 +188,24 @@ NodalConstraints ConstraintSystem::solve() const {
                            [&](const Term& t) { return std::abs(t.second) <= 1e-15 * largest; }),
             terms.end());
     }
-    const size_t numDofs = _positions.size();
-    std::vector<char> isUsed(_ruleOf.size(), 0);
-    for (size_t i = 0; i < numDofs; ++i) isUsed[i] = _ruleOf[i] < 0;
-    for (size_t k = 0; k < _rules.size(); ++k)
-        if (size_t(_rules[k].variable) < numDofs)
+    const size_t numDofs = m_positions.size();
+    std::vector<char> isUsed(m_ruleOf.size(), 0);
+    for (size_t i = 0; i < numDofs; ++i) isUsed[i] = m_ruleOf[i] < 0;
+    for (size_t k = 0; k < m_rules.size(); ++k)
+        if (size_t(m_rules[k].variable) < numDofs)
             for (const Term& term : resolved[k]) isUsed[size_t(term.first)] = 1;
 
     NodalConstraints T;
-    std::vector<int> columnOf(_ruleOf.size(), -1);
-    for (size_t i = 0; i < _ruleOf.size(); ++i)
+    std::vector<int> columnOf(m_ruleOf.size(), -1);
+    for (size_t i = 0; i < m_ruleOf.size(); ++i)
         if (isUsed[i]) columnOf[i] = T.numCoordinates++;
     T.rowStarts.push_back(0);
     for (size_t i = 0; i < numDofs; ++i) {
-        if (_ruleOf[i] < 0) {
+        if (m_ruleOf[i] < 0) {
             T.columns.push_back(columnOf[i]);
             T.coefficients.push_back(1);
         } else {
-            for (const Term& term : resolved[size_t(_ruleOf[i])]) {
+            for (const Term& term : resolved[size_t(m_ruleOf[i])]) {
                 T.columns.push_back(columnOf[size_t(term.first)]);
                 T.coefficients.push_back(term.second);
             }

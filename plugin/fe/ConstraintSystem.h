@@ -31,10 +31,10 @@ public:
     @returns its variable. **/
     int addCoordinate(const std::array<double, 6>& rigid);
 
-    const std::array<double, 3>& origin() const { return _origin; }
+    const std::array<double, 3>& origin() const { return m_origin; }
 
     /** True if an equation was solved for the variable. **/
-    bool isDependent(int variable) const { return _ruleOf[size_t(variable)] >= 0; }
+    bool isDependent(int variable) const { return m_ruleOf[size_t(variable)] >= 0; }
 
     /** Adds Σ terms = 0 and solves it for the variable of its first term if that is still free,
     else for the one with the largest coefficient. Redundant: earlier equations say it already.
@@ -42,7 +42,7 @@ public:
     @throws std::invalid_argument if a rigid motion violates it. **/
     Outcome add(std::vector<Term> terms, const std::string& where);
 
-    bool empty() const { return _rules.empty(); }
+    bool empty() const { return m_rules.empty(); }
 
     /** T, with the coordinates in the order of their variables. O(entries). **/
     NodalConstraints solve() const;
@@ -58,12 +58,12 @@ private:
     bool correct(std::vector<Term>& terms, const std::string& where) const;
     void substitute(std::vector<Term>& terms) const;
 
-    std::vector<double> _positions;
-    std::array<double, 3> _origin{};
-    double _size = 0;
-    std::vector<std::array<double, 6>> _rigid;  ///< of added coordinates
-    std::vector<int> _ruleOf;                   ///< of each variable, −1 where it is free
-    std::vector<Rule> _rules;
+    std::vector<double> m_positions;
+    std::array<double, 3> m_origin{};
+    double m_size = 0;
+    std::vector<std::array<double, 6>> m_rigid;  ///< of added coordinates
+    std::vector<int> m_ruleOf;                   ///< of each variable, −1 where it is free
+    std::vector<Rule> m_rules;
 };
 
 }  // namespace simflex

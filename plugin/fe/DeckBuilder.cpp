@@ -25,8 +25,8 @@
 namespace simflex {
 namespace {
 
-constexpr size_t kLongestField = 20;       // ccx reads no more of a number
-constexpr long kMostGenerated = 20000000;  // numbers of one line of *NSET, GENERATE
+constexpr size_t LongestField = 20;       // ccx reads no more of a number
+constexpr long MostGenerated = 20000000;  // numbers of one line of *NSET, GENERATE
 
 std::string plural(size_t count, const std::string& noun) {
     return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
@@ -39,21 +39,22 @@ void sortUnique(std::vector<int>& values) {
 
 class Builder {
 public:
-    Builder(const std::string& path, std::vector<DeckCard> cards) : _cards(std::move(cards)) {
-        _model.path = path;
+    Builder(const std::string& path, std::vector<DeckCard> cards) : m_cards(std::move(cards)) {
+        m_model.path = path;
     }
 
     DeckModel build() {
         bool inStep = false;
         DeckCard* material = nullptr;
         DeckRigidCard* coupling = nullptr;  // the card before, if it waits for its kind
-        for (DeckCard& card : _cards) {
+        for (DeckCard& card : m_cards) {
             const std::string& keyword = card.keyword;
             if (keyword == "STEP") inStep = true;
             if (inStep) {
                 if (const std::string* reason = findStepRefusal(keyword))
                     refuseCard(card, card.title + " of a step cannot be left out: " + *reason);
-                if (keyword == "TEMPERATURE" && !_temperatures.inStep) _temperatures.inStep = &card;
+                if (keyword == "TEMPERATURE" && !m_temperatures.inStep)
+                    m_temperatures.inStep = &card;
                 noteLeftOut(keyword == "STEP" ? "*STEP" : card.title + " of a step", card);
                 if (keyword == "ENDSTEP") inStep = false;
                 continue;
@@ -76,34 +77,34 @@ public:
             } else if (keyword == "ELEMENT") {
                 addElements(card);
             } else if (keyword == "NSET") {
-                addSet(card, "NSET", _nodeSets);
+                addSet(card, "NSET", m_nodeSets);
             } else if (keyword == "ELSET") {
-                addSet(card, "ELSET", _elementSets);
+                addSet(card, "ELSET", m_elementSets);
             } else if (keyword == "MATERIAL") {
-                _model.materials.push_back(card);
+                m_model.materials.push_back(card);
                 material = &card;
             } else if (use == CardUse::MaterialProperty) {
                 keepNumbers(card);
-                _model.materials.push_back(card);
+                m_model.materials.push_back(card);
             } else if (keyword == "ORIENTATION") {
                 keepNumbers(card);
-                _model.sections.push_back(card);
+                m_model.sections.push_back(card);
             } else if (keyword == "SOLIDSECTION" || keyword == "SHELLSECTION" ||
                        keyword == "BEAMSECTION") {
-                _model.sections.push_back(card);
+                m_model.sections.push_back(card);
             } else if (keyword == "NODALTHICKNESS") {
-                _thicknessCards.push_back(card);
+                m_thicknessCards.push_back(card);
             } else if (keyword == "EQUATION" || keyword == "MPC") {
-                _equationCards.push_back(card);
+                m_equationCards.push_back(card);
             } else if (keyword == "RIGIDBODY" || keyword == "COUPLING") {
-                _rigidCards.push_back(readRigidCard(card));
-                if (keyword == "COUPLING") coupling = &_rigidCards.back();
+                m_rigidCards.push_back(readRigidCard(card));
+                if (keyword == "COUPLING") coupling = &m_rigidCards.back();
             } else if (keyword == "INITIALCONDITIONS") {
                 readInitialConditions(card);
             } else if (keyword == "TIE") {
-                _tieCards.push_back(card);
+                m_tieCards.push_back(card);
             } else if (keyword == "SURFACE") {
-                _surfaceCards.push_back(card);
+                m_surfaceCards.push_back(card);
             } else if (use == CardUse::LeftOut || use == CardUse::LeftOutProperty) {
                 if (keyword != "HEADING") noteLeftOut(card.title, card, findConsequence(keyword));
             } else if (use == CardUse::Refused) {
@@ -115,8 +116,8 @@ public:
                                      "M stay those of a free solid; take it out of the deck");
             }
         }
-        if (_numSolids == 0 && _thin.empty())
-            throw std::invalid_argument(_model.path + ": the deck has no solid elements");
+        if (m_numSolids == 0 && m_thin.empty())
+            throw std::invalid_argument(m_model.path + ": the deck has no solid elements");
         if (coupling)
             refuseCard(coupling->card, "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
         finishSections();
@@ -126,26 +127,26 @@ public:
         readEquationCards();
         finishMesh();
         finishElementSets();
-        settleMaterials(_temperatures, _model);
+        settleMaterials(m_temperatures, m_model);
         finishSurfaces();
         readTies();
         makeRigidBodies();
-        std::vector<char> hasElement(_model.mesh.nodeNumbers.size(), 0);
-        for (const ElementBlock& block : _model.mesh.elements)
+        std::vector<char> hasElement(m_model.mesh.nodeNumbers.size(), 0);
+        for (const ElementBlock& block : m_model.mesh.elements)
             for (const int node : block.nodes) hasElement[size_t(node)] = 1;
-        _model.constraints =
-            applyConstraints(_constraints, hasElement, _model.mesh, _model.notes, _model.warnings);
-        checkElementShapes(_model);
-        for (const auto& [what, leftOut] : _leftOut) {
+        m_model.constraints = applyConstraints(m_constraints, hasElement, m_model.mesh,
+                                               m_model.notes, m_model.warnings);
+        checkElementShapes(m_model);
+        for (const auto& [what, leftOut] : m_leftOut) {
             const std::string text =
                 "left out " + what + leftOut.where +
                 (leftOut.count > 1 ? ", " + std::to_string(leftOut.count) + " times" : "");
             if (leftOut.consequence)
-                _model.warnings.push_back(text + ": " + *leftOut.consequence);
+                m_model.warnings.push_back(text + ": " + *leftOut.consequence);
             else
-                _model.notes.push_back(text);
+                m_model.notes.push_back(text);
         }
-        return std::move(_model);
+        return std::move(m_model);
     }
 
 private:
@@ -161,7 +162,7 @@ private:
     /** @param consequence  null: none **/
     void noteLeftOut(const std::string& what, const DeckCard& card,
                      const std::string* consequence = nullptr) {
-        LeftOut& entry = _leftOut[what];
+        LeftOut& entry = m_leftOut[what];
         if (entry.count++ > 0) return;
         entry.where = " (" + card.file + ":" + std::to_string(card.line) + ")";
         entry.consequence = consequence;
@@ -171,13 +172,13 @@ private:
     void keepNumbers(DeckCard& card) {
         for (DeckLine& data : card.data)
             for (std::string& field : data.fields) {
-                if (field.size() <= kLongestField || !isDeckNumber(field)) continue;
+                if (field.size() <= LongestField || !isDeckNumber(field)) continue;
                 const std::string text =
                     writeFortran(parseDeckNumber(field, card.where(data.line)), 13);
-                _model.notes.push_back(card.where(data.line) + "'" + field +
-                                       "' has more than the 20 "
-                                       "characters that ccx reads; used as " +
-                                       text);
+                m_model.notes.push_back(card.where(data.line) + "'" + field +
+                                        "' has more than the 20 "
+                                        "characters that ccx reads; used as " +
+                                        text);
                 field = text;
             }
     }
@@ -193,7 +194,7 @@ private:
     }
 
     void addNodes(const DeckCard& card) {
-        std::vector<int>* set = card.has("NSET") ? &_nodeSets[card.get("NSET")] : nullptr;
+        std::vector<int>* set = card.has("NSET") ? &m_nodeSets[card.get("NSET")] : nullptr;
         for (const DeckLine& data : card.data) {
             const int number = parseDeckInteger(data.fields[0], card.where(data.line));
             if (number < 1) refuseCard(card, "node numbers begin at 1", data.line);
@@ -208,7 +209,7 @@ private:
                                data.line);
                 position[a - 1] = parseDeckNumber(data.fields[a], card.where(data.line));
             }
-            const auto [found, isNew] = _nodes.emplace(number, position);
+            const auto [found, isNew] = m_nodes.emplace(number, position);
             if (!isNew && found->second != position) {
                 std::ostringstream text;
                 text << std::setprecision(10) << "node " << number << " is given twice, at";
@@ -235,7 +236,7 @@ private:
         const int size = solid ? numNodesOf(*solid) : thin ? thin->numNodes : skinNodes;
         std::vector<int> numbers;
         int firstLine = 0;
-        std::vector<int>* set = card.has("ELSET") ? &_elementSets[card.get("ELSET")] : nullptr;
+        std::vector<int>* set = card.has("ELSET") ? &m_elementSets[card.get("ELSET")] : nullptr;
         for (const DeckLine& data : card.data) {
             if (numbers.empty()) firstLine = data.line;
             for (const std::string& field : data.fields)
@@ -248,11 +249,11 @@ private:
                                std::to_string(size) + " nodes of a " + type,
                            firstLine);
             if (solid || thin) {
-                if (!_solidNumbers.insert({numbers[0], type}).second)
+                if (!m_solidNumbers.insert({numbers[0], type}).second)
                     refuseCard(card, "element " + std::to_string(numbers[0]) + " is given twice",
                                firstLine);
                 for (int k = 1; k <= size; ++k)
-                    if (!_nodes.count(numbers[k]))
+                    if (!m_nodes.count(numbers[k]))
                         refuseCard(card,
                                    "element " + std::to_string(numbers[0]) + " uses node " +
                                        std::to_string(numbers[k]) +
@@ -264,15 +265,15 @@ private:
                     element.type = type;
                     element.nodes.assign(numbers.begin() + 1, numbers.end());
                     element.where = card.where(firstLine);
-                    _thinIndex[numbers[0]] = _thin.size();
-                    _thin.push_back(std::move(element));
+                    m_thinIndex[numbers[0]] = m_thin.size();
+                    m_thin.push_back(std::move(element));
                 } else {
-                    _model.solids[type].push_back(
+                    m_model.solids[type].push_back(
                         {numbers[0], {numbers.begin() + 1, numbers.end()}});
-                    ++_numSolids;
+                    ++m_numSolids;
                 }
             } else {
-                _skin.insert(numbers[0]);
+                m_skin.insert(numbers[0]);
                 noteLeftOut("surface or line elements " + type, card);
             }
             if (set) set->push_back(numbers[0]);
@@ -301,9 +302,9 @@ private:
                                      ? parseDeckInteger(data.fields[2], where)
                                      : 1;
                 if (step < 1) refuseCard(card, "the step of GENERATE must be positive", data.line);
-                if ((long(last) - first) / step > kMostGenerated)
+                if ((long(last) - first) / step > MostGenerated)
                     refuseCard(card,
-                               "GENERATE makes more than " + std::to_string(kMostGenerated) +
+                               "GENERATE makes more than " + std::to_string(MostGenerated) +
                                    " numbers; is a digit too many?",
                                data.line);
                 for (long k = first; k <= last; k += step) members.push_back(int(k));
@@ -332,30 +333,30 @@ private:
 
     /** Thicknesses and axes of shells and beams; their cards become those of solids. **/
     void finishSections() {
-        for (DeckCard& card : _model.sections) {
+        for (DeckCard& card : m_model.sections) {
             if (card.keyword != "SOLIDSECTION" && card.keyword != "SHELLSECTION" &&
                 card.keyword != "BEAMSECTION")
                 continue;
             const std::string& set = card.get("ELSET");
-            const auto members = _elementSets.find(set);
-            if (members == _elementSets.end())
+            const auto members = m_elementSets.find(set);
+            if (members == m_elementSets.end())
                 refuseCard(card, "the deck has no element set " + set);
             const bool isSolid = card.keyword == "SOLIDSECTION";
             ThinElement section;
-            if (!isSolid) section = readThinSection(card, _model.materials);
+            if (!isSolid) section = readThinSection(card, m_model.materials);
             for (const int number : members->second) {
-                const auto found = _thinIndex.find(number);
+                const auto found = m_thinIndex.find(number);
                 const bool fits =
-                    found == _thinIndex.end()
-                        ? isSolid || !_solidNumbers.count(number)
+                    found == m_thinIndex.end()
+                        ? isSolid || !m_solidNumbers.count(number)
                         : !isSolid && (card.keyword == "BEAMSECTION") ==
-                                          findThinType(_thin[found->second].type)->isBeam;
+                                          findThinType(m_thin[found->second].type)->isBeam;
                 if (!fits)
                     refuseCard(card, card.title + " does not fit element " +
                                          std::to_string(number) + ", a " +
-                                         _solidNumbers.at(number));
-                if (found == _thinIndex.end()) continue;
-                ThinElement& element = _thin[found->second];
+                                         m_solidNumbers.at(number));
+                if (found == m_thinIndex.end()) continue;
+                ThinElement& element = m_thin[found->second];
                 if (section.section == BeamSection::Circle && element.nodes.size() == 2)
                     refuseCard(card,
                                "beam " + std::to_string(number) +
@@ -375,7 +376,7 @@ private:
             card.parameters = kept;
             card.data.clear();
         }
-        for (const ThinElement& element : _thin)
+        for (const ThinElement& element : m_thin)
             if (!element.hasSection)
                 throw std::invalid_argument(element.where + "element " +
                                             std::to_string(element.number) + ", a " + element.type +
@@ -384,7 +385,7 @@ private:
 
     std::map<int, std::array<double, 2>> readNodalThickness() const {
         std::map<int, std::array<double, 2>> result;
-        for (const DeckCard& card : _thicknessCards)
+        for (const DeckCard& card : m_thicknessCards)
             for (const DeckLine& data : card.data) {
                 std::array<double, 2> thickness{};
                 thickness[0] = readDeckNumber(card, data, 1, "a node and its thickness");
@@ -399,8 +400,8 @@ private:
     std::vector<int> findNodes(const DeckCard& card, const DeckLine& data) const {
         const std::string& field = data.fields[0];
         if (isDeckNumber(field)) return {parseDeckInteger(field, card.where(data.line))};
-        const auto set = _nodeSets.find(field);
-        if (set == _nodeSets.end())
+        const auto set = m_nodeSets.find(field);
+        if (set == m_nodeSets.end())
             refuseCard(card,
                        card.title + " names node set " + field + ", which the deck does not have",
                        data.line);
@@ -409,39 +410,39 @@ private:
 
     /** Solids for shells and beams; node sets take in the expanded nodes. **/
     void expandThin() {
-        if (_thin.empty()) return;
-        _constraints.thin = expandThinElements(_nodes, _thin, readNodalThickness());
-        const ThinExpansion& thin = _constraints.thin;
+        if (m_thin.empty()) return;
+        m_constraints.thin = expandThinElements(m_nodes, m_thin, readNodalThickness());
+        const ThinExpansion& thin = m_constraints.thin;
         noteHinges();
         for (const auto& solid : thin.solids) {
-            _model.solids[solid.type].push_back({solid.number, solid.nodes});
-            _solidNumbers[solid.number] = solid.type;
+            m_model.solids[solid.type].push_back({solid.number, solid.nodes});
+            m_solidNumbers[solid.number] = solid.type;
         }
-        for (const auto& [number, position] : thin.nodes) _nodes[number] = position;
-        for (const auto& [node, expanded] : thin.expandedOf) _extraNodes.push_back(node);
-        for (auto& [name, numbers] : _nodeSets)
+        for (const auto& [number, position] : thin.nodes) m_nodes[number] = position;
+        for (const auto& [node, expanded] : thin.expandedOf) m_extraNodes.push_back(node);
+        for (auto& [name, numbers] : m_nodeSets)
             for (size_t k = 0, given = numbers.size(); k < given; ++k) {
                 const auto found = thin.expandedOf.find(numbers[k]);
                 if (found == thin.expandedOf.end()) continue;
                 numbers.insert(numbers.end(), found->second.begin(), found->second.end());
             }
-        _model.notes.push_back(plural(thin.solids.size(), "shell or beam element") +
-                               " expanded to solids as CalculiX does; the expanded nodes have the "
-                               "numbers from " +
-                               std::to_string(thin.nodes.begin()->first));
+        m_model.notes.push_back(plural(thin.solids.size(), "shell or beam element") +
+                                " expanded to solids as CalculiX does; the expanded nodes have the "
+                                "numbers from " +
+                                std::to_string(thin.nodes.begin()->first));
     }
 
     /** A shell or beam that ends at one row of nodes of a solid turns there freely. **/
     void noteHinges() {
         std::set<int> betweens;
-        for (const auto& between : _constraints.thin.betweens) betweens.insert(between.node);
+        for (const auto& between : m_constraints.thin.betweens) betweens.insert(between.node);
         std::set<int> shared;
-        for (const auto& [type, solids] : _model.solids)
+        for (const auto& [type, solids] : m_model.solids)
             for (const auto& solid : solids)
                 for (const int node : solid.nodes)
                     if (betweens.count(node)) shared.insert(node);
         if (shared.empty()) return;
-        _model.warnings.push_back(
+        m_model.warnings.push_back(
             plural(shared.size(), "node") + " shared by solids and shells or beams, the first " +
             std::to_string(*shared.begin()) +
             ": as in CalculiX the translation alone is shared, so that one row of "
@@ -449,10 +450,10 @@ private:
     }
 
     void readEquationCards() {
-        for (const DeckCard& card : _equationCards) {
+        for (const DeckCard& card : m_equationCards) {
             const auto positionOf = [&](int node) -> Vec3d {
-                const auto found = _nodes.find(node);
-                if (found == _nodes.end())
+                const auto found = m_nodes.find(node);
+                if (found == m_nodes.end())
                     refuseCard(card, card.title + " names node " + std::to_string(node) +
                                          ", which the deck does not define");
                 return found->second;
@@ -462,9 +463,9 @@ private:
             for (DeckEquation& equation : equations) {
                 for (const auto& term : equation.terms) {
                     positionOf(term.node);
-                    if (!_rotationNodes.count(term.node)) _extraNodes.push_back(term.node);
+                    if (!m_rotationNodes.count(term.node)) m_extraNodes.push_back(term.node);
                 }
-                _constraints.equations.push_back(std::move(equation));
+                m_constraints.equations.push_back(std::move(equation));
             }
         }
     }
@@ -478,19 +479,19 @@ private:
 
     /** Surfaces, and the node sets of their names. **/
     void finishSurfaces() {
-        if (_surfaceCards.empty()) return;
+        if (m_surfaceCards.empty()) return;
         std::unordered_map<int, std::pair<ElementType, const DeckModel::Solid*>> solidOf;
-        for (const auto& [type, solids] : _model.solids)
+        for (const auto& [type, solids] : m_model.solids)
             for (const auto& solid : solids) solidOf[solid.number] = {getSolid(type), &solid};
-        for (const DeckCard& card : _surfaceCards) {
+        for (const DeckCard& card : m_surfaceCards) {
             const std::string& name = card.get("NAME");
-            Surface& surface = _surfaces[name];
+            Surface& surface = m_surfaces[name];
             try {
                 for (const DeckLine& data : card.data) {
                     if (card.has("TYPE") && card.get("TYPE") == "NODE") {
                         for (const int number : findNodes(card, data)) {
-                            const auto found = _indexOf.find(number);
-                            if (found != _indexOf.end()) surface.nodes.push_back(found->second);
+                            const auto found = m_indexOf.find(number);
+                            if (found != m_indexOf.end()) surface.nodes.push_back(found->second);
                         }
                         continue;
                     }
@@ -505,26 +506,26 @@ private:
                 }
             } catch (const std::invalid_argument& error) {
                 surface.problem = error.what();
-                _model.notes.push_back("left out *SURFACE " + name + ": " + surface.problem);
+                m_model.notes.push_back("left out *SURFACE " + name + ": " + surface.problem);
                 continue;
             }
             for (const auto& face : surface.faces)
                 surface.nodes.insert(surface.nodes.end(), face.begin(), face.end());
             sortUnique(surface.nodes);
             if (surface.nodes.empty()) continue;
-            const auto [set, isNew] = _model.mesh.nodeSets.insert({name, surface.nodes});
+            const auto [set, isNew] = m_model.mesh.nodeSets.insert({name, surface.nodes});
             if (!isNew && set->second != surface.nodes)
-                _model.warnings.push_back(card.where() + "the deck has a *NSET " + name +
-                                          " too; it, not the *SURFACE, is what an interface of "
-                                          "that name takes");
+                m_model.warnings.push_back(card.where() + "the deck has a *NSET " + name +
+                                           " too; it, not the *SURFACE, is what an interface of "
+                                           "that name takes");
         }
     }
 
     std::vector<int> findElements(const DeckCard& card, const DeckLine& data) const {
         const std::string& field = data.fields[0];
         if (isDeckNumber(field)) return {parseDeckInteger(field, card.where(data.line))};
-        const auto set = _elementSets.find(field);
-        if (set == _elementSets.end())
+        const auto set = m_elementSets.find(field);
+        if (set == m_elementSets.end())
             refuseCard(
                 card, card.title + " names element set " + field + ", which the deck does not have",
                 data.line);
@@ -534,9 +535,9 @@ private:
     std::vector<int> findFace(const DeckCard& card, const DeckLine& data, int number,
                               ElementType type, const DeckModel::Solid* solid) const {
         std::string label = data.fields.size() > 1 ? data.fields[1] : "";
-        const auto thin = _thinIndex.find(number);
-        if (thin != _thinIndex.end()) {
-            if (findThinType(_thin[thin->second].type)->isBeam)
+        const auto thin = m_thinIndex.find(number);
+        if (thin != m_thinIndex.end()) {
+            if (findThinType(m_thin[thin->second].type)->isBeam)
                 refuseCard(card,
                            "element " + std::to_string(number) + " is a beam, which has no faces",
                            data.line);
@@ -548,14 +549,14 @@ private:
         if (face.empty())
             refuseCard(card,
                        "'" + label + "' is no face of element " + std::to_string(number) + ", a " +
-                           _solidNumbers.at(number) + "; faces are S1, S2, …",
+                           m_solidNumbers.at(number) + "; faces are S1, S2, …",
                        data.line);
-        for (int& node : face) node = _indexOf.at(solid->nodes[size_t(node)]);
+        for (int& node : face) node = m_indexOf.at(solid->nodes[size_t(node)]);
         return face;
     }
 
     void readTies() {
-        for (const DeckCard& card : _tieCards) {
+        for (const DeckCard& card : m_tieCards) {
             DeckTie tie;
             for (const auto& [parameter, value] : card.parameters) {
                 if (parameter == "NAME") continue;
@@ -573,8 +574,8 @@ private:
             const int line = card.data[0].line;
             const auto find = [&](size_t field) -> const Surface& {
                 const std::string& name = card.data[0].fields[field];
-                const auto found = _surfaces.find(name);
-                if (found == _surfaces.end())
+                const auto found = m_surfaces.find(name);
+                if (found == m_surfaces.end())
                     refuseCard(card,
                                "*TIE names surface " + name + ", which the deck does not have",
                                line);
@@ -589,18 +590,18 @@ private:
             if (tie.faces.empty())
                 refuseCard(card, "the master surface of *TIE has no faces; TYPE=ELEMENT is needed",
                            line);
-            _constraints.ties.push_back(std::move(tie));
+            m_constraints.ties.push_back(std::move(tie));
         }
     }
 
     void readInitialConditions(const DeckCard& card) {
-        static const std::set<std::string> kHarmless = {
-            "DISPLACEMENT", "VELOCITY",      "PLASTICSTRAIN", "FLUIDVELOCITY",
-            "MASSFLOW",     "TOTALPRESSURE", "PRESSURE",      "SOLUTION"};
+        static const std::set<std::string> Harmless = {"DISPLACEMENT",  "VELOCITY", "PLASTICSTRAIN",
+                                                       "FLUIDVELOCITY", "MASSFLOW", "TOTALPRESSURE",
+                                                       "PRESSURE",      "SOLUTION"};
         const std::string& type = card.get("TYPE");
         if (type == "TEMPERATURE") {
-            _temperatureCards.push_back(card);
-        } else if (kHarmless.count(type)) {
+            m_temperatureCards.push_back(card);
+        } else if (Harmless.count(type)) {
             noteLeftOut(card.title + ", TYPE=" + type, card);
         } else {
             refuseCard(card, card.title + ", TYPE=" + type +
@@ -611,7 +612,7 @@ private:
     }
 
     void readTemperatures() {
-        for (const DeckCard& card : _temperatureCards)
+        for (const DeckCard& card : m_temperatureCards)
             for (const DeckLine& data : card.data) {
                 const double value =
                     readDeckNumber(card, data, 1, "a node or node set and its temperature");
@@ -622,20 +623,20 @@ private:
                                        " gives more than one temperature at a node, "
                                        "which simflex does not do",
                                    data.line);
-                for (const int node : findNodes(card, data)) _temperatures.ofNode[node] = value;
+                for (const int node : findNodes(card, data)) m_temperatures.ofNode[node] = value;
             }
-        for (const ThinElement& element : _thin)
-            _temperatures.thinNodes[element.number] = element.nodes;
+        for (const ThinElement& element : m_thin)
+            m_temperatures.thinNodes[element.number] = element.nodes;
     }
 
     void checkRigidNodes() {
-        for (const DeckRigidCard& body : _rigidCards)
+        for (const DeckRigidCard& body : m_rigidCards)
             for (const int node : {body.reference, body.rotation}) {
                 if (node == 0 && node == body.rotation) continue;
-                if (!_nodes.count(node))
+                if (!m_nodes.count(node))
                     refuseCard(body.card, body.card.title + " names node " + std::to_string(node) +
                                               ", which the deck does not define");
-                if (node == body.rotation) _rotationNodes.insert(node);
+                if (node == body.rotation) m_rotationNodes.insert(node);
             }
     }
 
@@ -643,28 +644,30 @@ private:
     std::vector<int> findFollowers(const DeckRigidCard& body) const {
         std::vector<int> nodes;
         const auto add = [&](int number) {
-            const auto found = _indexOf.find(number);
-            if (found != _indexOf.end() && number != body.reference) nodes.push_back(found->second);
+            const auto found = m_indexOf.find(number);
+            if (found != m_indexOf.end() && number != body.reference)
+                nodes.push_back(found->second);
         };
         const auto refuseSet = [&](const char* kind, const std::string& name) {
             refuseCard(body.card, body.card.title + " names " + kind + " " + name +
                                       ", which the deck does not have");
         };
         if (!body.surface.empty()) {
-            const auto surface = _surfaces.find(body.surface);
-            if (surface == _surfaces.end()) refuseSet("surface", body.surface);
+            const auto surface = m_surfaces.find(body.surface);
+            if (surface == m_surfaces.end()) refuseSet("surface", body.surface);
             if (!surface->second.problem.empty())
                 throw std::invalid_argument(surface->second.problem);
-            for (const int node : surface->second.nodes) add(_model.mesh.nodeNumbers[size_t(node)]);
+            for (const int node : surface->second.nodes)
+                add(m_model.mesh.nodeNumbers[size_t(node)]);
         } else if (!body.nodeSet.empty()) {
-            const auto set = _nodeSets.find(body.nodeSet);
-            if (set == _nodeSets.end()) refuseSet("node set", body.nodeSet);
+            const auto set = m_nodeSets.find(body.nodeSet);
+            if (set == m_nodeSets.end()) refuseSet("node set", body.nodeSet);
             for (const int number : set->second) add(number);
         } else {
-            const auto set = _elementSets.find(body.elementSet);
-            if (set == _elementSets.end()) refuseSet("element set", body.elementSet);
+            const auto set = m_elementSets.find(body.elementSet);
+            if (set == m_elementSets.end()) refuseSet("element set", body.elementSet);
             const std::set<int> numbers(set->second.begin(), set->second.end());
-            for (const auto& [type, solids] : _model.solids)
+            for (const auto& [type, solids] : m_model.solids)
                 for (const auto& solid : solids)
                     if (numbers.count(solid.number))
                         for (const int number : solid.nodes) add(number);
@@ -677,37 +680,37 @@ private:
 
     void makeRigidBodies() {
         std::map<int, int> numUses;  // of reference nodes
-        for (const DeckRigidCard& body : _rigidCards) ++numUses[body.reference];
+        for (const DeckRigidCard& body : m_rigidCards) ++numUses[body.reference];
         int next = std::numeric_limits<int>::min();
-        for (const DeckRigidCard& card : _rigidCards) {
+        for (const DeckRigidCard& card : m_rigidCards) {
             DeckRigidBody body;
             body.where = card.where();
             body.nodes = findFollowers(card);
-            const auto inMesh = _indexOf.find(card.reference);
+            const auto inMesh = m_indexOf.find(card.reference);
             if (card.isDistributing) {
-                if (inMesh != _indexOf.end() || numUses[card.reference] > 1)
+                if (inMesh != m_indexOf.end() || numUses[card.reference] > 1)
                     refuseCard(card.card,
                                "*DISTRIBUTING hangs reference node " +
                                    std::to_string(card.reference) +
                                    " on the mean of others, and something else uses that node: "
                                    "simflex does not do that in a deck; make the surface a "
                                    "distributing interface instead");
-                _model.notes.push_back(body.where +
-                                       " with *DISTRIBUTING stiffens nothing; loads on its "
-                                       "reference node are left out");
+                m_model.notes.push_back(body.where +
+                                        " with *DISTRIBUTING stiffens nothing; loads on its "
+                                        "reference node are left out");
                 continue;
             }
-            if (_indexOf.count(card.rotation))
+            if (m_indexOf.count(card.rotation))
                 refuseCard(card.card, "ROT NODE " + std::to_string(card.rotation) +
                                           " is a node of elements; give one of its own");
             body.reference = card.reference;
-            body.place = _nodes.at(card.reference);
-            body.isReferenceInMesh = inMesh != _indexOf.end();
+            body.place = m_nodes.at(card.reference);
+            body.isReferenceInMesh = inMesh != m_indexOf.end();
             body.rotation = card.rotation        ? card.rotation
                             : card.surface != "" ? -card.reference
                                                  : next++;
             if (!card.surface.empty()) findDirections(card, body);
-            _constraints.bodies.push_back(std::move(body));
+            m_constraints.bodies.push_back(std::move(body));
         }
     }
 
@@ -715,14 +718,14 @@ private:
     void findDirections(const DeckRigidCard& card, DeckRigidBody& body) const {
         if (card.axes == std::array<bool, 3>{true, true, true}) return;
         std::optional<Orientation> orientation;
-        for (const DeckCard& section : _model.sections)
+        for (const DeckCard& section : m_model.sections)
             if (section.keyword == "ORIENTATION" && section.get("NAME") == card.orientation)
                 orientation.emplace(section);
         if (!card.orientation.empty() && !orientation)
             refuseCard(card.card, "the deck has no *ORIENTATION " + card.orientation);
         for (const int node : body.nodes) {
             Axes axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-            if (orientation) axes = orientation->calcAxes(_model.mesh.position(node));
+            if (orientation) axes = orientation->calcAxes(m_model.mesh.position(node));
             std::vector<Vec3d> directions;
             for (size_t a = 0; a < 3; ++a)
                 if (card.axes[a]) directions.push_back({axes[0][a], axes[1][a], axes[2][a]});
@@ -733,21 +736,21 @@ private:
     /** Nodes of solids and others that something ties, in the order of their numbers, and the node
     sets on them. **/
     void finishMesh() {
-        Mesh& mesh = _model.mesh;
-        mesh.nodeNumbers = _extraNodes;
-        for (const auto& [type, solids] : _model.solids)
+        Mesh& mesh = m_model.mesh;
+        mesh.nodeNumbers = m_extraNodes;
+        for (const auto& [type, solids] : m_model.solids)
             for (const auto& solid : solids)
                 mesh.nodeNumbers.insert(mesh.nodeNumbers.end(), solid.nodes.begin(),
                                         solid.nodes.end());
         sortUnique(mesh.nodeNumbers);
-        std::unordered_map<int, int>& indexOf = _indexOf;
+        std::unordered_map<int, int>& indexOf = m_indexOf;
         indexOf.reserve(mesh.nodeNumbers.size());
         for (const int number : mesh.nodeNumbers) {
             indexOf[number] = int(indexOf.size());
-            const auto& position = _nodes.at(number);
+            const auto& position = m_nodes.at(number);
             mesh.positions.insert(mesh.positions.end(), position.begin(), position.end());
         }
-        for (const auto& [type, solids] : _model.solids) {
+        for (const auto& [type, solids] : m_model.solids) {
             const ElementType kind = getSolid(type);
             auto block = std::find_if(mesh.elements.begin(), mesh.elements.end(),
                                       [&](const ElementBlock& b) { return b.type == kind; });
@@ -759,11 +762,11 @@ private:
             for (const auto& solid : solids)
                 for (const int number : solid.nodes) block->nodes.push_back(indexOf[number]);
         }
-        if (_nodes.size() > mesh.nodeNumbers.size())
-            _model.notes.push_back("left out " +
-                                   plural(_nodes.size() - mesh.nodeNumbers.size(), "node") +
-                                   " of no solid element");
-        for (auto& [name, numbers] : _nodeSets) {
+        if (m_nodes.size() > mesh.nodeNumbers.size())
+            m_model.notes.push_back("left out " +
+                                    plural(m_nodes.size() - mesh.nodeNumbers.size(), "node") +
+                                    " of no solid element");
+        for (auto& [name, numbers] : m_nodeSets) {
             std::vector<int> nodes;
             size_t unknown = 0;
             sortUnique(numbers);
@@ -776,61 +779,62 @@ private:
                 }
             }
             if (unknown)
-                _model.notes.push_back("left " + plural(unknown, "node") +
-                                       " of no solid element out "
-                                       "of node set " +
-                                       name);
+                m_model.notes.push_back("left " + plural(unknown, "node") +
+                                        " of no solid element out "
+                                        "of node set " +
+                                        name);
             if (!nodes.empty()) mesh.nodeSets[name] = std::move(nodes);
         }
     }
 
     /** Element sets with their solids alone; a section may not name anything else. **/
     void finishElementSets() {
-        for (auto& [name, numbers] : _elementSets) {
+        for (auto& [name, numbers] : m_elementSets) {
             sortUnique(numbers);
             std::vector<int> solids;
             for (const int number : numbers)
-                if (_solidNumbers.count(number)) solids.push_back(number);
-            if (!solids.empty()) _model.elementSets[name] = std::move(solids);
+                if (m_solidNumbers.count(number)) solids.push_back(number);
+            if (!solids.empty()) m_model.elementSets[name] = std::move(solids);
         }
         bool hasSection = false;
-        for (const DeckCard& card : _model.sections) {
+        for (const DeckCard& card : m_model.sections) {
             if (card.keyword != "SOLIDSECTION") continue;
             hasSection = true;
             const std::string& set = card.get("ELSET");
-            const auto given = _elementSets.find(set);
-            if (given == _elementSets.end()) refuseCard(card, "the deck has no element set " + set);
+            const auto given = m_elementSets.find(set);
+            if (given == m_elementSets.end())
+                refuseCard(card, "the deck has no element set " + set);
             for (const int number : given->second)
-                if (_skin.count(number) && !_solidNumbers.count(number))
+                if (m_skin.count(number) && !m_solidNumbers.count(number))
                     refuseCard(card, card.title + " gives a material to element " +
                                          std::to_string(number) +
                                          ", which is no solid: mesh the whole part with solids");
         }
         if (!hasSection)
-            throw std::invalid_argument(_model.path +
+            throw std::invalid_argument(m_model.path +
                                         ": the deck has no *SOLID SECTION, so its elements "
                                         "have no material");
     }
 
-    std::vector<DeckCard> _cards;
-    DeckModel _model;
-    std::map<int, std::array<double, 3>> _nodes;
-    Sets _nodeSets, _elementSets;
-    std::unordered_map<int, std::string> _solidNumbers;
-    std::unordered_map<int, size_t> _thinIndex;
-    std::vector<ThinElement> _thin;
-    std::vector<DeckCard> _thicknessCards, _equationCards, _tieCards, _surfaceCards,
-        _temperatureCards;
-    std::vector<DeckRigidCard> _rigidCards;
-    std::set<int> _rotationNodes;
-    DeckTemperatures _temperatures;
-    std::map<std::string, Surface> _surfaces;
-    DeckConstraints _constraints;
-    std::vector<int> _extraNodes;  ///< that belong to the mesh, of an element or not
-    std::unordered_map<int, int> _indexOf;
-    std::set<int> _skin;
-    size_t _numSolids = 0;
-    std::map<std::string, LeftOut> _leftOut;
+    std::vector<DeckCard> m_cards;
+    DeckModel m_model;
+    std::map<int, std::array<double, 3>> m_nodes;
+    Sets m_nodeSets, m_elementSets;
+    std::unordered_map<int, std::string> m_solidNumbers;
+    std::unordered_map<int, size_t> m_thinIndex;
+    std::vector<ThinElement> m_thin;
+    std::vector<DeckCard> m_thicknessCards, m_equationCards, m_tieCards, m_surfaceCards,
+        m_temperatureCards;
+    std::vector<DeckRigidCard> m_rigidCards;
+    std::set<int> m_rotationNodes;
+    DeckTemperatures m_temperatures;
+    std::map<std::string, Surface> m_surfaces;
+    DeckConstraints m_constraints;
+    std::vector<int> m_extraNodes;  ///< that belong to the mesh, of an element or not
+    std::unordered_map<int, int> m_indexOf;
+    std::set<int> m_skin;
+    size_t m_numSolids = 0;
+    std::map<std::string, LeftOut> m_leftOut;
 };
 
 }  // namespace

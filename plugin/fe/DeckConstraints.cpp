@@ -18,9 +18,9 @@ namespace {
 using Term = ConstraintSystem::Term;
 using Outcome = ConstraintSystem::Outcome;
 
-constexpr double kTinyCoefficient = 1e-14;
+constexpr double TinyCoefficient = 1e-14;
 /** Motions of rigid bodies that move their nodes less than this share (squared) do not count. **/
-constexpr double kNoMotion = 1e-12;
+constexpr double NoMotion = 1e-12;
 
 /** A slave node and its place on a face of the master. **/
 struct TiedNode {
@@ -33,39 +33,39 @@ class Tier {
 public:
     Tier(const DeckConstraints& constraints, const std::vector<char>& hasElement, Mesh& mesh,
          std::vector<std::string>& notes, std::vector<std::string>& warnings)
-        : _constraints(constraints),
-          _hasElement(hasElement),
-          _mesh(mesh),
-          _notes(notes),
-          _warnings(warnings) {}
+        : m_constraints(constraints),
+          m_hasElement(hasElement),
+          m_mesh(mesh),
+          m_notes(notes),
+          m_warnings(warnings) {}
 
     NodalConstraints apply() {
         std::vector<std::vector<TiedNode>> tied;
-        for (const DeckTie& tie : _constraints.ties) tied.push_back(findPlaces(tie));
+        for (const DeckTie& tie : m_constraints.ties) tied.push_back(findPlaces(tie));
         placeBetweenNodes();
-        ConstraintSystem system(_mesh.positions);
+        ConstraintSystem system(m_mesh.positions);
         addKnots(system);
         addBetweens(system);
         makeBodyMotions(system);
         addBodies(system);
         addEquations(system);
-        for (size_t k = 0; k < tied.size(); ++k) addTie(system, _constraints.ties[k], tied[k]);
+        for (size_t k = 0; k < tied.size(); ++k) addTie(system, m_constraints.ties[k], tied[k]);
         return system.empty() ? NodalConstraints() : system.solve();
     }
 
 private:
     void setPosition(int node, const Vec3d& x) {
-        for (size_t a = 0; a < 3; ++a) _mesh.positions[3 * size_t(node) + a] = x[a];
+        for (size_t a = 0; a < 3; ++a) m_mesh.positions[3 * size_t(node) + a] = x[a];
     }
 
     std::vector<Vec3d> positionsOf(const std::vector<int>& nodes) const {
         std::vector<Vec3d> x;
-        for (const int node : nodes) x.push_back(_mesh.position(node));
+        for (const int node : nodes) x.push_back(m_mesh.position(node));
         return x;
     }
 
     std::string nameOf(int node) const {
-        return "node " + std::to_string(_mesh.nodeNumbers[size_t(node)]);
+        return "node " + std::to_string(m_mesh.nodeNumbers[size_t(node)]);
     }
 
     /** Places of the slave nodes; moves those that are to be adjusted. **/
@@ -79,7 +79,7 @@ private:
         double largestMove = 0;
         std::string farthest;
         for (const int slave : tie.slaves) {
-            const Vec3d x = _mesh.position(slave);
+            const Vec3d x = m_mesh.position(slave);
             const TiePlace place = surface.findPlace(x);
             if (place.face < 0 || place.normalGap > tolerance ||
                 place.tangentGap > surface.calcDefaultTolerance()) {
@@ -94,7 +94,7 @@ private:
             const auto& face = tie.faces[size_t(place.face)];
             if (std::find(face.begin(), face.end(), slave) != face.end()) continue;
             tied.push_back({slave, &face, place.xi, place.eta});
-            if (!tie.adjust || !_hasElement[size_t(slave)]) continue;
+            if (!tie.adjust || !m_hasElement[size_t(slave)]) continue;
             largestMove = std::max(largestMove, std::hypot(place.normalGap, place.tangentGap));
             setPosition(slave, place.position);
         }
@@ -109,34 +109,35 @@ private:
         // Less is the round-off of finding the place.
         if (largestMove > 1e-6 * surface.calcDefaultTolerance())
             text << ", moved onto the master by up to " << largestMove << " m";
-        _notes.push_back(text.str());
+        m_notes.push_back(text.str());
         if (numFar)
-            _warnings.push_back(tie.where + " leaves " + std::to_string(numFar) +
-                                (numFar == 1 ? " slave node" : " slave nodes") +
-                                " free, the first is " + farthest);
+            m_warnings.push_back(tie.where + " leaves " + std::to_string(numFar) +
+                                 (numFar == 1 ? " slave node" : " slave nodes") +
+                                 " free, the first is " + farthest);
         return tied;
     }
 
     /** Nodes between expanded ones that ties have moved stay between them. **/
     void placeBetweenNodes() {
-        for (const auto& between : _constraints.thin.betweens) {
-            const int node = _mesh.indexOf(between.node);
-            if (_hasElement[size_t(node)]) continue;
+        for (const auto& between : m_constraints.thin.betweens) {
+            const int node = m_mesh.indexOf(between.node);
+            if (m_hasElement[size_t(node)]) continue;
             Vec3d x{};
             for (const auto& [number, weight] : between.weights)
-                x = sumOf(x, weight, _mesh.position(_mesh.indexOf(number)));
+                x = sumOf(x, weight, m_mesh.position(m_mesh.indexOf(number)));
             setPosition(node, x);
         }
     }
 
     void addBetweens(ConstraintSystem& system) {
-        for (const auto& between : _constraints.thin.betweens) {
-            const int node = _mesh.indexOf(between.node);
+        for (const auto& between : m_constraints.thin.betweens) {
+            const int node = m_mesh.indexOf(between.node);
             for (int a = 0; a < 3; ++a) {
                 std::vector<Term> terms{{3 * node + a, -1.0}};
                 for (const auto& [number, weight] : between.weights)
-                    terms.emplace_back(3 * _mesh.indexOf(number) + a, weight);
-                system.add(terms, _mesh.nodeNumbers.empty() ? "" : "shell or beam " + nameOf(node));
+                    terms.emplace_back(3 * m_mesh.indexOf(number) + a, weight);
+                system.add(terms,
+                           m_mesh.nodeNumbers.empty() ? "" : "shell or beam " + nameOf(node));
             }
         }
     }
@@ -144,9 +145,9 @@ private:
     /** u = u_node + θ × r + stretch; θ and stretch by the knot's size, so that they are lengths.
      * **/
     void addKnots(ConstraintSystem& system) {
-        for (const auto& knot : _constraints.thin.knots) {
-            const int node = _mesh.indexOf(knot.node);
-            const Vec3d center = _mesh.position(node);
+        for (const auto& knot : m_constraints.thin.knots) {
+            const int node = m_mesh.indexOf(knot.node);
+            const Vec3d center = m_mesh.position(node);
             std::vector<int> turns, stretches;
             for (const Vec3d& axis : knot.turns) {
                 std::array<double, 6> rigid{};
@@ -156,8 +157,8 @@ private:
             for (size_t k = 0; k < knot.stretches.size(); ++k)
                 stretches.push_back(system.addCoordinate({}));
             for (const int number : knot.members) {
-                const int member = _mesh.indexOf(number);
-                const Vec3d arm = sumOf(_mesh.position(member), -1, center);
+                const int member = m_mesh.indexOf(number);
+                const Vec3d arm = sumOf(m_mesh.position(member), -1, center);
                 std::array<std::vector<Term>, 3> terms;
                 for (int a = 0; a < 3; ++a)
                     terms[size_t(a)] = {{3 * member + a, -1.0}, {3 * node + a, 1.0}};
@@ -176,9 +177,9 @@ private:
                 for (const auto& equation : terms) system.add(equation, "knot at " + nameOf(node));
             }
         }
-        if (!_constraints.thin.knots.empty())
-            _notes.push_back(
-                std::to_string(_constraints.thin.knots.size()) +
+        if (!m_constraints.thin.knots.empty())
+            m_notes.push_back(
+                std::to_string(m_constraints.thin.knots.size()) +
                 " nodes of shells and beams are knots: the expanded nodes of each move "
                 "as one body that can stretch");
     }
@@ -187,7 +188,7 @@ private:
     template <class Visit>
     void visitFollowers(const DeckRigidBody& body, const Visit& visit) const {
         for (size_t k = 0; k < body.nodes.size(); ++k) {
-            const Vec3d arm = sumOf(_mesh.position(body.nodes[k]), -1, body.place);
+            const Vec3d arm = sumOf(m_mesh.position(body.nodes[k]), -1, body.place);
             if (body.directions.empty()) {
                 for (const Vec3d& d : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
                     visit(body.nodes[k], d, arm);
@@ -199,7 +200,7 @@ private:
 
     /** Coordinates of the bodies' motions, a group of bodies that share some at a time. **/
     void makeBodyMotions(ConstraintSystem& system) {
-        const auto& bodies = _constraints.bodies;
+        const auto& bodies = m_constraints.bodies;
         std::vector<size_t> group(bodies.size());
         std::iota(group.begin(), group.end(), size_t(0));
         for (size_t k = 0; k < bodies.size(); ++k)
@@ -225,7 +226,7 @@ private:
         double length = 0;
         for (const DeckRigidBody* body : bodies)
             for (const int node : body->nodes)
-                length = std::max(length, normOf(sumOf(_mesh.position(node), -1, body->place)));
+                length = std::max(length, normOf(sumOf(m_mesh.position(node), -1, body->place)));
         if (length == 0) length = 1;
         for (const DeckRigidBody* body : bodies) {
             if (!body->isReferenceInMesh &&
@@ -257,7 +258,7 @@ private:
                 gram.selfadjointView<Eigen::Lower>().rankUpdate(row);
             });
         }
-        for (const DeckEquation& equation : _constraints.equations)
+        for (const DeckEquation& equation : m_constraints.equations)
             for (const auto& term : equation.terms) {
                 const auto turn = turnOf.find(term.node);
                 if (turn != turnOf.end())
@@ -265,7 +266,7 @@ private:
             }
         const SymmetricEigen motions = calcSymmetricEigen(gram);
         const Eigen::Index numStill =
-            (motions.values.array() <= kNoMotion * motions.values[count - 1]).count();
+            (motions.values.array() <= NoMotion * motions.values[count - 1]).count();
         Eigen::MatrixXd B = Eigen::MatrixXd::Identity(count, count);
         if (numStill > 0) B = motions.vectors.rightCols(count - numStill);
 
@@ -285,20 +286,20 @@ private:
                                               factor * B(at + Eigen::Index(a), k));
             return terms;
         };
-        for (const auto& [reference, at] : shiftOf) _shifts[reference] = take(at, 1);
-        for (const auto& [rotation, at] : turnOf) _turns[rotation] = take(at, 1 / length);
+        for (const auto& [reference, at] : shiftOf) m_shifts[reference] = take(at, 1);
+        for (const auto& [rotation, at] : turnOf) m_turns[rotation] = take(at, 1 / length);
     }
 
     void addBodies(ConstraintSystem& system) {
-        for (const DeckRigidBody& body : _constraints.bodies) {
+        for (const DeckRigidBody& body : m_constraints.bodies) {
             std::array<std::vector<Term>, 3> shift;
             if (body.isReferenceInMesh) {
                 for (int a = 0; a < 3; ++a)
-                    shift[size_t(a)] = {{3 * _mesh.indexOf(body.reference) + a, 1.0}};
+                    shift[size_t(a)] = {{3 * m_mesh.indexOf(body.reference) + a, 1.0}};
             } else {
-                shift = _shifts.at(body.reference);
+                shift = m_shifts.at(body.reference);
             }
-            const auto& turn = _turns.at(body.rotation);
+            const auto& turn = m_turns.at(body.rotation);
             visitFollowers(body, [&](int node, const Vec3d& d, const Vec3d& arm) {
                 std::vector<Term> terms;
                 for (int a = 0; a < 3; ++a)
@@ -315,20 +316,20 @@ private:
                 }
                 system.add(terms, body.where + " at " + nameOf(node));
             });
-            _notes.push_back(body.where + " ties " + std::to_string(body.nodes.size()) +
-                             (body.nodes.size() == 1 ? " node" : " nodes") + " to node " +
-                             std::to_string(body.reference));
+            m_notes.push_back(body.where + " ties " + std::to_string(body.nodes.size()) +
+                              (body.nodes.size() == 1 ? " node" : " nodes") + " to node " +
+                              std::to_string(body.reference));
         }
     }
 
     void addEquations(ConstraintSystem& system) {
         std::map<Outcome, std::pair<size_t, std::string>> seen;
-        for (const DeckEquation& equation : _constraints.equations) {
+        for (const DeckEquation& equation : m_constraints.equations) {
             std::vector<Term> terms;
             for (const auto& term : equation.terms) {
-                const auto turn = _turns.find(term.node);
-                if (turn == _turns.end()) {
-                    terms.emplace_back(3 * _mesh.indexOf(term.node) + term.axis, term.coefficient);
+                const auto turn = m_turns.find(term.node);
+                if (turn == m_turns.end()) {
+                    terms.emplace_back(3 * m_mesh.indexOf(term.node) + term.axis, term.coefficient);
                     continue;
                 }
                 for (const auto& [variable, factor] : turn->second[size_t(term.axis)])
@@ -341,7 +342,7 @@ private:
             const auto found = seen.find(outcome);
             if (found == seen.end()) return;
             const auto& [count, where] = found->second;
-            _notes.push_back(
+            m_notes.push_back(
                 where + (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") + what);
         };
         say(Outcome::Redundant, ": other equations say it already; left out");
@@ -352,8 +353,8 @@ private:
     void addTie(ConstraintSystem& system, const DeckTie& tie, const std::vector<TiedNode>& tied) {
         size_t numDependent = 0;
         for (const TiedNode& at : tied) {
-            const auto W =
-                calcTieCoefficients(positionsOf(*at.face), at.xi, at.eta, _mesh.position(at.slave));
+            const auto W = calcTieCoefficients(positionsOf(*at.face), at.xi, at.eta,
+                                               m_mesh.position(at.slave));
             for (int a = 0; a < 3; ++a) {
                 if (system.isDependent(3 * at.slave + a)) {
                     ++numDependent;
@@ -363,24 +364,25 @@ private:
                 for (size_t k = 0; k < W.size(); ++k)
                     for (int b = 0; b < 3; ++b) {
                         const double w = W[k][size_t(3 * a + b)];
-                        if (std::abs(w) > kTinyCoefficient)
+                        if (std::abs(w) > TinyCoefficient)
                             terms.emplace_back(3 * (*at.face)[k] + b, w);
                     }
                 system.add(terms, tie.where + " at " + nameOf(at.slave));
             }
         }
         if (numDependent)
-            _warnings.push_back(tie.where + " leaves " + std::to_string(numDependent) +
-                                " translations of slave nodes to the equations that determine them "
-                                "already");
+            m_warnings.push_back(
+                tie.where + " leaves " + std::to_string(numDependent) +
+                " translations of slave nodes to the equations that determine them "
+                "already");
     }
 
-    const DeckConstraints& _constraints;
-    const std::vector<char>& _hasElement;
-    Mesh& _mesh;
-    std::vector<std::string>&_notes, &_warnings;
+    const DeckConstraints& m_constraints;
+    const std::vector<char>& m_hasElement;
+    Mesh& m_mesh;
+    std::vector<std::string>&m_notes, &m_warnings;
     /** Translations of references outside the mesh, and turns, by x, y, z. **/
-    std::map<int, std::array<std::vector<Term>, 3>> _shifts, _turns;
+    std::map<int, std::array<std::vector<Term>, 3>> m_shifts, m_turns;
 };
 
 }  // namespace

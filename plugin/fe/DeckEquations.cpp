@@ -9,9 +9,9 @@
 namespace simflex {
 namespace {
 
-constexpr size_t kMostTermsPerLine = 4;
+constexpr size_t MostTermsPerLine = 4;
 /** Nodes may miss their line or plane by this share of its size. **/
-constexpr double kStraight = 1e-6;
+constexpr double Straight = 1e-6;
 
 [[noreturn]] void refuse(const DeckCard& card, int line, const std::string& why) {
     throw std::invalid_argument(card.where(line) + card.title + " " + why);
@@ -86,7 +86,7 @@ std::vector<DeckEquation> readEquations(const DeckCard& card) {
             equations.push_back({{}, where + card.title});
             continue;
         }
-        const size_t here = std::min(missing, kMostTermsPerLine);
+        const size_t here = std::min(missing, MostTermsPerLine);
         if (data.fields.size() < 3 * here && data.fields.size() % 3 != 0)
             refuse(card, data.line, "needs node, direction, coefficient of each term");
         for (size_t k = 0; 3 * k + 2 < data.fields.size() && missing > 0; ++k, --missing) {
@@ -118,11 +118,11 @@ std::vector<DeckEquation> readMultiPointConstraints(
                        std::to_string(count));
         };
         const auto checkOn = [&](int node, double miss, double size, const char* what) {
-            if (miss <= kStraight * size) return;
+            if (miss <= Straight * size) return;
             std::ostringstream text;
             text << list.kind << ": node " << node << " lies " << miss << " m off the " << what
                  << " before any load, so that the constraint would strain the part; allowed "
-                 << kStraight * size << ". Move the node.";
+                 << Straight * size << ". Move the node.";
             refuse(card, list.line, text.str());
         };
         std::vector<Vec3d> x;
@@ -152,7 +152,7 @@ std::vector<DeckEquation> readMultiPointConstraints(
             const Vec3d a = sumOf(x[1], -1, x[0]), b = sumOf(x[2], -1, x[0]);
             const Vec3d normal = cross(a, b);
             const double area = normOf(normal);
-            if (area <= kStraight * normOf(a) * normOf(b))
+            if (area <= Straight * normOf(a) * normOf(b))
                 refuse(card, list.line, "PLANE: its first three nodes lie on a line");
             const Vec3d n = scaled(normal, 1 / area);
             for (size_t k = 3; k < list.nodes.size(); ++k) {

@@ -10,10 +10,10 @@ namespace simflex {
 namespace {
 
 void writeNumbers(std::ostream& out, const std::vector<int>& numbers, size_t first) {
-    constexpr size_t kPerLine = 16;
+    constexpr size_t PerLine = 16;
     for (size_t i = 0; i < numbers.size(); ++i) {
         const bool last = i + 1 == numbers.size();
-        const bool full = (i + first + 1) % kPerLine == 0;
+        const bool full = (i + first + 1) % PerLine == 0;
         out << numbers[i] << (last ? "\n" : full ? ",\n" : ",");
     }
 }
@@ -22,7 +22,7 @@ void writeNumbers(std::ostream& out, const std::vector<int>& numbers, size_t fir
 
 bool DeckModel::isForCalculix() const {
     return std::any_of(solids.begin(), solids.end(),
-                       [](const auto& entry) { return entry.first != kBeamSolid; });
+                       [](const auto& entry) { return entry.first != BeamSolid; });
 }
 
 void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
@@ -34,7 +34,7 @@ void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
     }
     for (const auto& [type, elements] : solids) {
         if (elements.empty() || leftOut.count(elements.front().number)) continue;
-        out << "*ELEMENT, TYPE=" << (type == kBeamSolid ? "C3D20" : type) << "\n";
+        out << "*ELEMENT, TYPE=" << (type == BeamSolid ? "C3D20" : type) << "\n";
         for (const Solid& solid : elements) {
             out << solid.number << ",";
             writeNumbers(out, solid.nodes, 1);
@@ -64,7 +64,7 @@ void DeckModel::writeModel(std::ostream& out) const {
 
 void DeckModel::writeClean(std::ostream& out) const {
     std::set<int> beams;
-    const auto found = solids.find(kBeamSolid);
+    const auto found = solids.find(BeamSolid);
     if (found != solids.end())
         for (const Solid& solid : found->second) beams.insert(solid.number);
     write(out, beams);

@@ -104,19 +104,19 @@ ElasticMatrix parseElasticLaw(const DeckCard& elastic) {
 }
 
 Orientation::Orientation(const DeckCard& orientation) {
-    _isCylindrical = orientation.has("SYSTEM") && orientation.get("SYSTEM")[0] == 'C';
+    m_isCylindrical = orientation.has("SYSTEM") && orientation.get("SYSTEM")[0] == 'C';
     const auto c = readConstants(orientation, {6});
-    _a = {c[0], c[1], c[2]};
-    _b = {c[3], c[4], c[5]};
-    if (_isCylindrical) {
-        if (!(normOf(minus(_b, _a)) > 0)) refuse(orientation, "its two points are the same");
+    m_a = {c[0], c[1], c[2]};
+    m_b = {c[3], c[4], c[5]};
+    if (m_isCylindrical) {
+        if (!(normOf(minus(m_b, m_a)) > 0)) refuse(orientation, "its two points are the same");
         return;
     }
-    if (!(normOf(cross(_a, _b)) > 0)) refuse(orientation, "its two points lie on one line");
-    const Vec3d e1 = scaled(_a, 1 / normOf(_a)), inPlane = across(_b, e1),
+    if (!(normOf(cross(m_a, m_b)) > 0)) refuse(orientation, "its two points lie on one line");
+    const Vec3d e1 = scaled(m_a, 1 / normOf(m_a)), inPlane = across(m_b, e1),
                 e2 = scaled(inPlane, 1 / normOf(inPlane));
     const Vec3d e[3] = {e1, e2, cross(e1, e2)};
-    _axes = toAxes(e[0], e[1], e[2]);
+    m_axes = toAxes(e[0], e[1], e[2]);
     if (orientation.data.size() < 2) return;
 
     // A further turn about one of the local axes, in degrees.
@@ -133,15 +133,15 @@ Orientation::Orientation(const DeckCard& orientation) {
             turned[k][i] = std::cos(angle) * e[k][i] + std::sin(angle) * side[i] +
                            (1 - std::cos(angle)) * dot(p, e[k]) * p[i];
     }
-    _axes = toAxes(turned[0], turned[1], turned[2]);
+    m_axes = toAxes(turned[0], turned[1], turned[2]);
 }
 
 Axes Orientation::calcAxes(const Vec3d& point) const {
-    if (!_isCylindrical) return _axes;
-    constexpr double kOnAxis = 1e-10;
-    const Vec3d line = minus(_b, _a), e3 = scaled(line, 1 / normOf(line));
-    Vec3d radial = across(minus(point, _a), e3);
-    if (normOf(radial) < kOnAxis)  // any direction will do
+    if (!m_isCylindrical) return m_axes;
+    constexpr double OnAxis = 1e-10;
+    const Vec3d line = minus(m_b, m_a), e3 = scaled(line, 1 / normOf(line));
+    Vec3d radial = across(minus(point, m_a), e3);
+    if (normOf(radial) < OnAxis)  // any direction will do
         radial = across(std::abs(e3[0]) > 0.5 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}, e3);
     const Vec3d e1 = scaled(radial, 1 / normOf(radial));
     return toAxes(e1, cross(e3, e1), e3);
@@ -151,8 +151,8 @@ ElasticMatrix turnElasticLaw(const ElasticMatrix& D, const Axes& axes) {
     double T[6][6];  // local strain of the deck's
     for (size_t k = 0; k < 6; ++k)
         for (size_t l = 0; l < 6; ++l) {
-            const auto [a, b] = kTensorPairs[k];
-            const auto [i, j] = kTensorPairs[l];
+            const auto [a, b] = TensorPairs[k];
+            const auto [i, j] = TensorPairs[l];
             const auto entry = [&](int row, int column) {
                 return axes[size_t(row)][size_t(column)];
             };

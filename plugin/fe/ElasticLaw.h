@@ -32,13 +32,13 @@ public:
     explicit Orientation(const DeckCard& orientation);
 
     /** Whether they differ from point to point. **/
-    bool isCylindrical() const { return _isCylindrical; }
+    bool isCylindrical() const { return m_isCylindrical; }
     Axes calcAxes(const std::array<double, 3>& point) const;
 
 private:
-    bool _isCylindrical = false;
-    std::array<double, 3> _a{}, _b{};
-    Axes _axes{};  ///< if rectangular
+    bool m_isCylindrical = false;
+    std::array<double, 3> m_a{}, m_b{};
+    Axes m_axes{};  ///< if rectangular
 };
 
 /** D in the deck's axes of a material whose own axes are given. **/

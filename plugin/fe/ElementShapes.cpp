@@ -14,47 +14,47 @@ namespace {
 
 /** Least det(t₁ t₂ t₃)/|t₁||t₂||t₃| of a corner: slightly concave elements pass, swapped nodes give
 −0.5. **/
-constexpr double kLeastCorner = -0.1;
+constexpr double LeastCorner = -0.1;
 /** How far from the middle of its edge a node may lie, in lengths of the edge: of a half circle
 0.5, of swapped nodes more. **/
-constexpr double kFarthestMiddle = 0.49;
+constexpr double FarthestMiddle = 0.49;
 
 /** What is checked of all elements of one type. **/
 class ShapeCheck {
 public:
     ShapeCheck(const std::string& calculixType, ElementType type)
-        : _points(makeIntegrationPoints(calculixType == "C3D8R"    ? "C3D8"
-                                        : calculixType == "C3D20R" ? "C3D20"
-                                                                   : calculixType,
-                                        type)),
-          _corners(makeCornerPoints(type)),
-          _ends(getEdgeEnds(type)) {}
+        : m_points(makeIntegrationPoints(calculixType == "C3D8R"    ? "C3D8"
+                                         : calculixType == "C3D20R" ? "C3D20"
+                                                                    : calculixType,
+                                         type)),
+          m_corners(makeCornerPoints(type)),
+          m_ends(getEdgeEnds(type)) {}
 
     /** What is wrong with an element, or nothing. **/
     std::string find(const std::vector<Vec3d>& x, const std::vector<int>& numbers) const {
         std::ostringstream text;
-        const std::vector<Vec3d> corners(x.begin(), x.begin() + long(_corners.size()));
-        for (size_t k = 0; k < _corners.size(); ++k) {
-            const auto t = calcTangents(corners, _corners[k]);
+        const std::vector<Vec3d> corners(x.begin(), x.begin() + long(m_corners.size()));
+        for (size_t k = 0; k < m_corners.size(); ++k) {
+            const auto t = calcTangents(corners, m_corners[k]);
             const double size = normOf(t[0]) * normOf(t[1]) * normOf(t[2]);
             const double share = size > 0 ? calcDeterminant(t) / size : 0;
-            if (share >= kLeastCorner) continue;
+            if (share >= LeastCorner) continue;
             text << "is turned inside out at node " << numbers[k] << " (scaled Jacobian " << share
                  << ", must be positive)";
             return text.str();
         }
-        for (size_t k = _corners.size(); k < x.size(); ++k) {
-            const size_t a = size_t(_ends[k][0]), b = size_t(_ends[k][1]);
+        for (size_t k = m_corners.size(); k < x.size(); ++k) {
+            const size_t a = size_t(m_ends[k][0]), b = size_t(m_ends[k][1]);
             const double length = normOf(sumOf(x[b], -1, x[a]));
             const double off =
                 normOf(sumOf(sumOf(x[k], -0.5, x[a]), -0.5, x[b])) / (length > 0 ? length : 1);
-            if (length == 0 || off <= kFarthestMiddle) continue;
+            if (length == 0 || off <= FarthestMiddle) continue;
             text << "has node " << numbers[k] << " " << off
                  << " edge lengths off the middle of the edge from node " << numbers[a]
-                 << " to node " << numbers[b] << ", allowed " << kFarthestMiddle;
+                 << " to node " << numbers[b] << ", allowed " << FarthestMiddle;
             return text.str();
         }
-        for (const IntegrationPoint& point : _points) {
+        for (const IntegrationPoint& point : m_points) {
             const double determinant = calcDeterminant(calcTangents(x, point));
             if (determinant > 0) continue;
             text << "is turned inside out within (Jacobian " << determinant
@@ -65,8 +65,8 @@ public:
     }
 
 private:
-    std::vector<IntegrationPoint> _points, _corners;
-    std::vector<std::array<int, 2>> _ends;
+    std::vector<IntegrationPoint> m_points, m_corners;
+    std::vector<std::array<int, 2>> m_ends;
 };
 
 }  // namespace

@@ -14,9 +14,9 @@
 namespace simflex {
 namespace {
 
-constexpr const char* kNames[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
-constexpr int kGroup = 8;  // fields side by side
-using Lanes = std::array<double, kGroup>;
+constexpr const char* Names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
+constexpr int Group = 8;  // fields side by side
+using Lanes = std::array<double, Group>;
 
 DeckModel readDeck(const std::string& source) {
     try {
@@ -32,7 +32,7 @@ DeckModel readDeck(const std::string& source) {
 
 }  // namespace
 
-ElementStress::ElementStress(const FeModel& model) : _model(model) {
+ElementStress::ElementStress(const FeModel& model) : m_model(model) {
     const DeckModel deck = readDeck(model.source);
     if (deck.mesh.nodeNumbers != model.mesh.nodeNumbers ||
         deck.mesh.positions != model.mesh.positions)
@@ -49,8 +49,8 @@ ElementStress::ElementStress(const FeModel& model) : _model(model) {
     std::map<std::string, int> orientations;
     for (const DeckCard& card : deck.sections)
         if (card.keyword == "ORIENTATION") {
-            orientations[card.get("NAME")] = int(_orientations.size());
-            _orientations.emplace_back(card);
+            orientations[card.get("NAME")] = int(m_orientations.size());
+            m_orientations.emplace_back(card);
         }
     std::unordered_map<int, int> materialOf;  // element number → index; the last section holds
     for (const DeckCard& card : deck.sections) {
@@ -66,7 +66,7 @@ ElementStress::ElementStress(const FeModel& model) : _model(model) {
             if (found == orientations.end())
                 throw std::invalid_argument(card.where() + "the deck has no *ORIENTATION " +
                                             card.get("ORIENTATION"));
-            const Orientation& orientation = _orientations[size_t(found->second)];
+            const Orientation& orientation = m_orientations[size_t(found->second)];
             if (orientation.isCylindrical())
                 material.cylindrical = found->second;
             else
@@ -74,8 +74,8 @@ ElementStress::ElementStress(const FeModel& model) : _model(model) {
         }
         const auto set = deck.elementSets.find(card.get("ELSET"));
         if (set == deck.elementSets.end()) continue;  // of no solids
-        for (const int number : set->second) materialOf[number] = int(_materials.size());
-        _materials.push_back(material);
+        for (const int number : set->second) materialOf[number] = int(m_materials.size());
+        m_materials.push_back(material);
     }
 
     std::unordered_map<int, int> indexOf;
@@ -83,7 +83,7 @@ ElementStress::ElementStress(const FeModel& model) : _model(model) {
     for (const int number : model.mesh.nodeNumbers) indexOf.emplace(number, int(indexOf.size()));
     for (const auto& [calculixType, solids] : deck.solids) {
         const ElementType shape = getSolid(calculixType);
-        Type& type = _types[calculixType];
+        Type& type = m_types[calculixType];
         if (calculixType == "B32R")
             throw std::invalid_argument(model.source +
                                         ": stress of B32R beams is not known; use B32, or reduce "
@@ -99,16 +99,16 @@ ElementStress::ElementStress(const FeModel& model) : _model(model) {
                                             " is in no *SOLID SECTION, so it has no stress");
             Element element{solid.number, &type, material->second, {}};
             for (const int number : solid.nodes) element.nodes.push_back(indexOf.at(number));
-            _elements.push_back(std::move(element));
+            m_elements.push_back(std::move(element));
         }
     }
 }
 
 void ElementStress::locate(const Element& element, std::vector<Place>& places) const {
     std::vector<Vec3d> positions;
-    for (const int node : element.nodes) positions.push_back(_model.mesh.position(node));
+    for (const int node : element.nodes) positions.push_back(m_model.mesh.position(node));
     const Type& type = *element.type;
-    const Material& material = _materials[size_t(element.material)];
+    const Material& material = m_materials[size_t(element.material)];
     places.resize(type.points.size());
     for (size_t p = 0; p < places.size(); ++p) {
         Place& place = places[p];
@@ -119,7 +119,7 @@ void ElementStress::locate(const Element& element, std::vector<Place>& places) c
         for (size_t k = 0; k < positions.size(); ++k)
             for (size_t a = 0; a < 3; ++a) at[a] += type.points[p].values[k] * positions[k][a];
         place.law =
-            turnElasticLaw(material.law, _orientations[size_t(material.cylindrical)].calcAxes(at));
+            turnElasticLaw(material.law, m_orientations[size_t(material.cylindrical)].calcAxes(at));
     }
     if (type.averaged.empty()) return;
     Place& only = places[0];
@@ -137,28 +137,28 @@ void ElementStress::locate(const Element& element, std::vector<Place>& places) c
 }
 
 void ElementStress::checkAgainstStiffness() const {
-    constexpr double kTolerance = 1e-5;  // K has some 14 digits, of slender parts many cancel
+    constexpr double Tolerance = 1e-5;  // K has some 14 digits, of slender parts many cancel
     ElasticMatrix expected{};
     std::vector<Place> places;
-    for (const Element& element : _elements) {
+    for (const Element& element : m_elements) {
         locate(element, places);
         for (const Place& place : places)
             for (size_t i = 0; i < 6; ++i)
                 for (size_t j = 0; j < 6; ++j) expected[i][j] += place.volume * place.law[i][j];
     }
     // The six uniform strains about the mesh's middle.
-    const SymmetricMatrix& K = _model.K;
-    const int numNodes = _model.mesh.numNodes();
+    const SymmetricMatrix& K = m_model.K;
+    const int numNodes = m_model.mesh.numNodes();
     Vec3d middle{};
     for (int node = 0; node < numNodes; ++node)
-        for (size_t a = 0; a < 3; ++a) middle[a] += _model.mesh.position(node)[a] / numNodes;
+        for (size_t a = 0; a < 3; ++a) middle[a] += m_model.mesh.position(node)[a] / numNodes;
     std::array<std::vector<double>, 6> u, Ku;
     for (size_t c = 0; c < 6; ++c) {
         u[c].assign(size_t(K.size), 0);
         Ku[c].assign(size_t(K.size), 0);
-        const size_t a = size_t(kTensorPairs[c][0]), b = size_t(kTensorPairs[c][1]);
+        const size_t a = size_t(TensorPairs[c][0]), b = size_t(TensorPairs[c][1]);
         for (int node = 0; node < numNodes; ++node) {
-            const Vec3d x = _model.mesh.position(node);
+            const Vec3d x = m_model.mesh.position(node);
             u[c][3 * size_t(node) + a] += (a == b ? 1 : 0.5) * (x[b] - middle[b]);
             if (a != b) u[c][3 * size_t(node) + b] += 0.5 * (x[a] - middle[a]);
         }
@@ -177,10 +177,10 @@ void ElementStress::checkAgainstStiffness() const {
             double found = 0;
             for (size_t dof = 0; dof < size_t(K.size); ++dof) found += u[c][dof] * Ku[d][dof];
             if (std::abs(found - expected[c][d]) <=
-                kTolerance * std::sqrt(expected[c][c] * expected[d][d]))
+                Tolerance * std::sqrt(expected[c][c] * expected[d][d]))
                 continue;
             std::ostringstream text;
-            text << _model.source << ": uniform strains " << kNames[c] << " and " << kNames[d]
+            text << m_model.source << ": uniform strains " << Names[c] << " and " << Names[d]
                  << " have an energy of " << found << " J by the stiffness matrix, but "
                  << expected[c][d]
                  << " J by the deck's elements and materials as simflex reads them, so that the "
@@ -193,20 +193,20 @@ void ElementStress::checkAgainstStiffness() const {
 void ElementStress::calcGroup(const std::vector<int>& rowOf, const std::vector<int>& touched,
                               size_t numRows, const double* fields, int count, float* stress,
                               float* strain) const {
-    const size_t numDofs = 3 * size_t(_model.mesh.numNodes());
+    const size_t numDofs = 3 * size_t(m_model.mesh.numNodes());
     std::vector<Lanes> sums(12 * numRows, Lanes{});  // strain, stress
     std::vector<int> numElements(numRows, 0);
     std::vector<Place> places;
     std::vector<Lanes> u, atPoints;
     for (const int index : touched) {
-        const Element& element = _elements[size_t(index)];
+        const Element& element = m_elements[size_t(index)];
         const size_t n = element.nodes.size();
         locate(element, places);
         u.resize(3 * n);
         for (size_t k = 0; k < n; ++k)
             for (size_t a = 0; a < 3; ++a) {
                 const double* from = fields + 3 * size_t(element.nodes[k]) + a;
-                for (int f = 0; f < kGroup; ++f)
+                for (int f = 0; f < Group; ++f)
                     u[3 * k + a][size_t(f)] = f < count ? from[size_t(f) * numDofs] : 0;
             }
         atPoints.assign(12 * places.size(), Lanes{});
@@ -216,17 +216,17 @@ void ElementStress::calcGroup(const std::vector<int>& rowOf, const std::vector<i
                 for (size_t a = 0; a < 3; ++a)
                     for (size_t b = 0; b < 3; ++b) {
                         const double g = places[p].gradients[k][b];
-                        for (size_t f = 0; f < kGroup; ++f) H[a][b][f] += g * u[3 * k + a][f];
+                        for (size_t f = 0; f < Group; ++f) H[a][b][f] += g * u[3 * k + a][f];
                     }
             Lanes *epsilon = &atPoints[12 * p], *sigma = epsilon + 6;
             for (size_t c = 0; c < 6; ++c) {
-                const auto [a, b] = kTensorPairs[c];
-                for (size_t f = 0; f < kGroup; ++f) epsilon[c][f] = 0.5 * (H[a][b][f] + H[b][a][f]);
+                const auto [a, b] = TensorPairs[c];
+                for (size_t f = 0; f < Group; ++f) epsilon[c][f] = 0.5 * (H[a][b][f] + H[b][a][f]);
             }
             for (size_t c = 0; c < 6; ++c)
                 for (size_t d = 0; d < 6; ++d) {
                     const double stiffness = (d < 3 ? 1 : 2) * places[p].law[c][d];
-                    for (size_t f = 0; f < kGroup; ++f) sigma[c][f] += stiffness * epsilon[d][f];
+                    for (size_t f = 0; f < Group; ++f) sigma[c][f] += stiffness * epsilon[d][f];
                 }
         }
         for (size_t k = 0; k < n; ++k) {
@@ -236,7 +236,7 @@ void ElementStress::calcGroup(const std::vector<int>& rowOf, const std::vector<i
             for (size_t p = 0; p < places.size(); ++p) {
                 const double share = element.type->extrapolation[k * places.size() + p];
                 for (size_t c = 0; c < 12; ++c)
-                    for (size_t f = 0; f < kGroup; ++f)
+                    for (size_t f = 0; f < Group; ++f)
                         sums[12 * size_t(row) + c][f] += share * atPoints[12 * p + c][f];
             }
         }
@@ -253,16 +253,16 @@ void ElementStress::calcGroup(const std::vector<int>& rowOf, const std::vector<i
 void ElementStress::calcAtNodes(const std::vector<int>& nodes, const double* fields, int count,
                                 float* stress, float* strain,
                                 const ProgressCallback& progress) const {
-    std::vector<int> rowOf(size_t(_model.mesh.numNodes()), -1);
+    std::vector<int> rowOf(size_t(m_model.mesh.numNodes()), -1);
     for (size_t k = 0; k < nodes.size(); ++k) rowOf.at(size_t(nodes[k])) = int(k);
     std::vector<int> touched;
-    for (size_t e = 0; e < _elements.size(); ++e) {
-        const auto& own = _elements[e].nodes;
+    for (size_t e = 0; e < m_elements.size(); ++e) {
+        const auto& own = m_elements[e].nodes;
         if (std::any_of(own.begin(), own.end(), [&](int node) { return rowOf[size_t(node)] >= 0; }))
             touched.push_back(int(e));
     }
-    const size_t numDofs = 3 * size_t(_model.mesh.numNodes()), numRows = nodes.size();
-    const int numGroups = (count + kGroup - 1) / kGroup;
+    const size_t numDofs = 3 * size_t(m_model.mesh.numNodes()), numRows = nodes.size();
+    const int numGroups = (count + Group - 1) / Group;
     const double mostRoom = 1 << 30, room = double(12 * sizeof(Lanes) * numRows);  // of a thread
     const int threads =
         std::max(1, std::min(omp_get_max_threads(), int(std::min(1e3, mostRoom / (1 + room)))));
@@ -270,9 +270,9 @@ void ElementStress::calcAtNodes(const std::vector<int>& nodes, const double* fie
         reportProgress(progress, "modal stress", double(first) / numGroups);
         const int last = std::min(numGroups, first + threads);
         parallelFor(last - first, threads, [&](int k) {
-            const size_t field = size_t(first + k) * kGroup;
+            const size_t field = size_t(first + k) * Group;
             calcGroup(rowOf, touched, numRows, fields + field * numDofs,
-                      std::min(kGroup, count - int(field)), stress + 6 * numRows * field,
+                      std::min(Group, count - int(field)), stress + 6 * numRows * field,
                       strain + 6 * numRows * field);
         });
     }
@@ -281,7 +281,7 @@ void ElementStress::calcAtNodes(const std::vector<int>& nodes, const double* fie
 std::vector<ElementStress::PointStress> ElementStress::calcAtPoints(const double* field) const {
     std::vector<PointStress> result;
     std::vector<Place> places;
-    for (const Element& element : _elements) {
+    for (const Element& element : m_elements) {
         locate(element, places);
         for (size_t p = 0; p < places.size(); ++p) {
             PointStress at;
@@ -294,7 +294,7 @@ std::vector<ElementStress::PointStress> ElementStress::calcAtPoints(const double
                         H[a][b] +=
                             places[p].gradients[k][b] * field[3 * size_t(element.nodes[k]) + a];
             for (size_t c = 0; c < 6; ++c) {
-                const auto [a, b] = kTensorPairs[c];
+                const auto [a, b] = TensorPairs[c];
                 at.strain[c] = 0.5 * (H[a][b] + H[b][a]);
             }
             for (size_t c = 0; c < 6; ++c)

@@ -79,11 +79,11 @@ private:
     void calcGroup(const std::vector<int>& rowOf, const std::vector<int>& touched, size_t numRows,
                    const double* fields, int count, float* stress, float* strain) const;
 
-    const FeModel& _model;
-    std::map<std::string, Type> _types;
-    std::vector<Orientation> _orientations;
-    std::vector<Material> _materials;
-    std::vector<Element> _elements;
+    const FeModel& m_model;
+    std::map<std::string, Type> m_types;
+    std::vector<Orientation> m_orientations;
+    std::vector<Material> m_materials;
+    std::vector<Element> m_elements;
 };
 
 }  // namespace simflex

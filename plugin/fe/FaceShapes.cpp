@@ -5,9 +5,9 @@
 namespace simflex {
 namespace {
 
-constexpr double kQuad[8][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1},
-                                {0, -1},  {1, 0},  {0, 1}, {-1, 0}};
-constexpr double kTriangle[6][2] = {{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}};
+constexpr double Quad[8][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1},
+                               {0, -1},  {1, 0},  {0, 1}, {-1, 0}};
+constexpr double Triangle[6][2] = {{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}};
 
 FaceShapes calcTriangle(bool quadratic, double xi, double eta) {
     FaceShapes s;
@@ -30,7 +30,7 @@ FaceShapes calcTriangle(bool quadratic, double xi, double eta) {
 FaceShapes calcQuad(bool quadratic, double xi, double eta) {
     FaceShapes s;
     for (size_t k = 0; k < 4; ++k) {
-        const double a = kQuad[k][0], b = kQuad[k][1];
+        const double a = Quad[k][0], b = Quad[k][1];
         const double p = 1 + a * xi, q = 1 + b * eta;
         const double r = quadratic ? a * xi + b * eta - 1 : 1;
         s.N[k] = 0.25 * p * q * r;
@@ -38,7 +38,7 @@ FaceShapes calcQuad(bool quadratic, double xi, double eta) {
         s.dEta[k] = 0.25 * b * p * (quadratic ? r + q : 1);
     }
     for (size_t k = 4; quadratic && k < 8; ++k) {
-        const double a = kQuad[k][0], b = kQuad[k][1];
+        const double a = Quad[k][0], b = Quad[k][1];
         if (a == 0) {
             s.N[k] = 0.5 * (1 - xi * xi) * (1 + b * eta);
             s.dXi[k] = -xi * (1 + b * eta);
@@ -59,7 +59,7 @@ FaceShapes calcFaceShapes(int numNodes, double xi, double eta) {
 }
 
 std::array<double, 2> getFaceNodeCoordinates(int numNodes, int node) {
-    const auto& at = numNodes % 4 ? kTriangle[node] : kQuad[node];
+    const auto& at = numNodes % 4 ? Triangle[node] : Quad[node];
     return {at[0], at[1]};
 }
 
@@ -80,19 +80,19 @@ FacePoint calcFacePoint(const std::vector<Vec3d>& nodes, double xi, double eta) 
 }
 
 std::vector<int> getFaceNodes(ElementType type, int face) {
-    static const std::vector<std::vector<int>> kTet = {
+    static const std::vector<std::vector<int>> Tet = {
         {0, 1, 2, 4, 5, 6}, {0, 3, 1, 7, 8, 4}, {1, 3, 2, 8, 9, 5}, {2, 3, 0, 9, 7, 6}};
-    static const std::vector<std::vector<int>> kWedge = {{0, 1, 2, 6, 7, 8},
-                                                         {3, 5, 4, 11, 10, 9},
-                                                         {0, 3, 4, 1, 12, 9, 13, 6},
-                                                         {1, 4, 5, 2, 13, 10, 14, 7},
-                                                         {2, 5, 3, 0, 14, 11, 12, 8}};
-    static const std::vector<std::vector<int>> kHex = {
+    static const std::vector<std::vector<int>> Wedge = {{0, 1, 2, 6, 7, 8},
+                                                        {3, 5, 4, 11, 10, 9},
+                                                        {0, 3, 4, 1, 12, 9, 13, 6},
+                                                        {1, 4, 5, 2, 13, 10, 14, 7},
+                                                        {2, 5, 3, 0, 14, 11, 12, 8}};
+    static const std::vector<std::vector<int>> Hex = {
         {0, 1, 2, 3, 8, 9, 10, 11},  {4, 7, 6, 5, 15, 14, 13, 12}, {0, 4, 5, 1, 16, 12, 17, 8},
         {1, 5, 6, 2, 17, 13, 18, 9}, {2, 6, 7, 3, 18, 14, 19, 10}, {3, 7, 4, 0, 19, 15, 16, 11}};
     const bool isTet = type == ElementType::Tet4 || type == ElementType::Tet10;
     const bool isWedge = type == ElementType::Wedge6 || type == ElementType::Wedge15;
-    const auto& faces = isTet ? kTet : isWedge ? kWedge : kHex;
+    const auto& faces = isTet ? Tet : isWedge ? Wedge : Hex;
     if (face < 1 || size_t(face) > faces.size()) return {};
     std::vector<int> nodes = faces[size_t(face) - 1];
     const bool isLinear =

@@ -11,7 +11,7 @@ namespace simflex {
 namespace {
 
 /** Largest |K R| over Σ|K||R| that still passes as free: ccx writes 14 digits. **/
-constexpr double kRigidTolerance = 1e-8;
+constexpr double RigidTolerance = 1e-8;
 
 void checkFinite(const std::string& source, const char* quantity, const SymmetricMatrix& A) {
     for (int column = 0; column < A.size; ++column)
@@ -138,7 +138,7 @@ std::vector<std::array<double, 6>> calcRigidMotions(const FeModel& model) {
 
 /** The constraints must let the rigid motions be: min |T q − R| = 0. **/
 void checkConstraintsFree(const FeModel& model) {
-    constexpr double kTolerance = 1e-9;
+    constexpr double Tolerance = 1e-9;
     const NodalConstraints& T = model.constraints;
     if (T.empty()) return;
     const auto R = calcRigidMotions(model);
@@ -158,12 +158,12 @@ void checkConstraintsFree(const FeModel& model) {
         left -= matrix * solver.solve(matrix.transpose() * right).eval();
     Eigen::Index row = 0, motion = 0;
     const double worst = left.cwiseAbs().maxCoeff(&row, &motion);
-    if (worst <= kTolerance) return;
+    if (worst <= Tolerance) return;
     std::ostringstream text;
     text << model.source << ": the constraints are not free: rigid "
          << (motion < 3 ? "translation along " : "rotation about ") << "xyz"[motion % 3]
          << " cannot move node " << model.mesh.nodeNumbers[size_t(row) / 3] << ", which lags by "
-         << worst << " of the motion, allowed " << kTolerance
+         << worst << " of the motion, allowed " << Tolerance
          << ". Take what ties nodes to the ground out of the model.";
     throw std::invalid_argument(text.str());
 }
@@ -187,13 +187,13 @@ void checkFree(const FeModel& model) {
     const double largest = *std::max_element(scale.begin(), scale.end());
     for (int row = 0; row < n; ++row)
         for (int j = 0; j < 6; ++j) {
-            if (std::abs(product[row][j]) <= kRigidTolerance * largest) continue;
+            if (std::abs(product[row][j]) <= RigidTolerance * largest) continue;
             std::ostringstream text;
             text << model.source << ": the stiffness matrix is not free: rigid "
                  << (j < 3 ? "translation along " : "rotation about ") << "xyz"[j % 3]
                  << " loads node " << model.mesh.nodeNumbers[row / 3] << " by "
                  << std::abs(product[row][j]) / largest << " of its stiffness, allowed "
-                 << kRigidTolerance
+                 << RigidTolerance
                  << ". Take supports, springs and ties to ground out of the model; of CalculiX's "
                     "elements C3D8R (S4R too) resists turning where it is more than sheared: use "
                     "C3D8, C3D20R or S8R.";

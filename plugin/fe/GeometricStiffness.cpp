@@ -23,8 +23,8 @@
 namespace simflex {
 namespace {
 
-constexpr auto kSolverPollInterval = std::chrono::milliseconds(20);
-constexpr const char *kJob = "load", *kElements = "SIMFLEX-PRESTRESSED";
+constexpr auto SolverPollInterval = std::chrono::milliseconds(20);
+constexpr const char *Job = "load", *ElementSet = "SIMFLEX-PRESTRESSED";
 
 int largestEntry(const Vec3d& a) {
     int axis = 0;
@@ -99,7 +99,7 @@ struct Elements {
         for (const auto& [type, solids] : deck.solids)
             for (const auto& block : deck.mesh.elements) {
                 if (solids.empty() || getSolid(type) != block.type) continue;
-                const auto& points = _points[type] = makeIntegrationPoints(type, block.type);
+                const auto& points = m_points[type] = makeIntegrationPoints(type, block.type);
                 const size_t size = size_t(numNodesOf(block.type));
                 for (const auto& solid : solids) {
                     const auto first = block.nodes.begin() + std::ptrdiff_t(next[block.type]);
@@ -128,7 +128,7 @@ struct Elements {
     size_t numPoints = 0;
 
 private:
-    std::map<std::string, std::vector<IntegrationPoint>> _points;
+    std::map<std::string, std::vector<IntegrationPoint>> m_points;
 };
 
 /** xx yy zz xy xz yz. **/
@@ -147,19 +147,19 @@ double readField(const std::string& line, size_t at) {
 
 /** The stresses of all integration points. **/
 std::vector<Stress> readStresses(const std::filesystem::path& path, const Elements& elements) {
-    constexpr size_t kFirst = 14, kWidth = 14;  // after the element and the point
+    constexpr size_t FirstColumn = 14, Width = 14;  // after the element and the point
     std::vector<Stress> stresses(elements.numPoints);
     std::vector<bool> isGiven(elements.numPoints, false);
     std::ifstream in(path);
     for (std::string line; std::getline(in, line);) {
-        if (line.size() < kFirst + 6 * kWidth || line.find('(') != std::string::npos) continue;
+        if (line.size() < FirstColumn + 6 * Width || line.find('(') != std::string::npos) continue;
         const auto& element = elements.find(std::atoi(line.substr(0, 10).c_str()));
         const size_t point = size_t(std::atoi(line.substr(10, 4).c_str())) - 1;
         if (point >= element.points->size())
             throw std::runtime_error("CalculiX gave stresses at more points of element " +
                                      std::to_string(element.number) + " than expected");
         for (size_t c = 0; c < 6; ++c)
-            stresses[element.firstPoint + point][c] = readField(line, kFirst + c * kWidth);
+            stresses[element.firstPoint + point][c] = readField(line, FirstColumn + c * Width);
         isGiven[element.firstPoint + point] = true;
     }
     const auto count = size_t(std::count(isGiven.begin(), isGiven.end(), true));
@@ -225,19 +225,19 @@ void calcGeometricStiffness(const FeModel& model, const std::vector<PrestressLoa
                               : std::max(1u, std::thread::hardware_concurrency());
     const auto start = [&](Run& run, int index) {
         run.load = index;
-        std::ofstream out(run.folder.path() / (std::string(kJob) + ".inp"));
+        std::ofstream out(run.folder.path() / (std::string(Job) + ".inp"));
         out.imbue(std::locale::classic());
         deck.writeModel(out);
-        out << "*ELSET, ELSET=" << kElements << "\n";
+        out << "*ELSET, ELSET=" << ElementSet << "\n";
         for (const auto& element : elements.elements) out << element.number << ",\n";
         out << "*BOUNDARY\n" << supports << "*STEP\n*STATIC\n*CLOAD\n";
         writeLoads(out, model.mesh, loads[size_t(index)]);
-        out << "*EL PRINT, ELSET=" << kElements << ", GLOBAL=YES\nS\n*END STEP\n";
+        out << "*EL PRINT, ELSET=" << ElementSet << ", GLOBAL=YES\nS\n*END STEP\n";
         if (!out.flush())
             throw std::runtime_error("cannot write to " + run.folder.path().string() +
                                      "; is the disk full?");
         out.close();
-        run.process.start(program, run.folder.path(), kJob);
+        run.process.start(program, run.folder.path(), Job);
     };
 
     std::list<Run> running;
@@ -252,14 +252,14 @@ void calcGeometricStiffness(const FeModel& model, const std::vector<PrestressLoa
                                            [](Run& run) { return run.process.poll(); });
         reportProgress(options.progress, phase, double(done) / count);
         if (finished == running.end()) {
-            std::this_thread::sleep_for(kSolverPollInterval);
+            std::this_thread::sleep_for(SolverPollInterval);
             continue;
         }
         const PrestressLoad& load = loads[size_t(finished->load)];
         try {
             finished->process.checkResult();
             const auto stresses =
-                readStresses(finished->folder.path() / (std::string(kJob) + ".dat"), elements);
+                readStresses(finished->folder.path() / (std::string(Job) + ".dat"), elements);
             take(finished->load, assemble(model.mesh, elements, stresses));
         } catch (const std::exception& error) {
             throw std::runtime_error(model.source + ": geometric stiffness under the load '" +

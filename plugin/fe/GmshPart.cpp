@@ -22,12 +22,12 @@ namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kMeshName = "mesh.inp";
-constexpr const char* kSolidsSet = "SIMFLEX_SOLIDS";
-constexpr size_t kMostGmshLines = 12;
-constexpr int kMostElements = 20000000;
-constexpr size_t kMostScripts = 1000;  ///< that one includes
-constexpr double kMillimetre = 1e-3;
+constexpr const char* MeshName = "mesh.inp";
+constexpr const char* SolidsSet = "SIMFLEX_SOLIDS";
+constexpr size_t MostGmshLines = 12;
+constexpr int MostElements = 20000000;
+constexpr size_t MostScripts = 1000;  ///< that one includes
+constexpr double Millimetre = 1e-3;
 
 std::string number(double value) {
     return writeFortran(value, 13);
@@ -57,7 +57,7 @@ std::string readErrors(const fs::path& log) {
     std::ifstream in(log);
     std::string errors;
     size_t count = 0;
-    for (std::string line; std::getline(in, line) && count < kMostGmshLines;)
+    for (std::string line; std::getline(in, line) && count < MostGmshLines;)
         if (line.compare(0, 5, "Error") == 0) errors += "\n    " + line, ++count;
     return errors;
 }
@@ -125,7 +125,7 @@ std::string writeSizeCheck(double meshSize, const fs::path& folder) {
     out << "SetFactory(\"OpenCASCADE\");\nvolumes() = Volume{:};\ntotal = 0;\n"
            "For k In {0 : #volumes() - 1}\n  total += Mass Volume{volumes(k)};\nEndFor\n"
            "millions = 8.5e-6 * total / Mesh.CharacteristicLengthMax^3;\n"
-        << "If (millions > " << kMostElements / 1000000
+        << "If (millions > " << MostElements / 1000000
         << ")\n  Error(\"elements of %g would be about %g million; choose a larger size\", "
         << number(meshSize) << ", millions);\n  Exit;\nEndIf\n";
     return "size_check.geo";
@@ -150,7 +150,7 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
                      "-format",
                      "inp",
                      "-o",
-                     kMeshName,
+                     MeshName,
                      "-setnumber",
                      "Mesh.SaveGroupsOfNodes",
                      "1",
@@ -163,7 +163,7 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
     const int order = options.order == 0 && !isMesh ? 2 : options.order;
     if (order) add({"-order", std::to_string(order)});
     if (options.meshSize > 0)
-        add({"-clmax", number(isMillimetres ? options.meshSize / kMillimetre : options.meshSize)});
+        add({"-clmax", number(isMillimetres ? options.meshSize / Millimetre : options.meshSize)});
     if (options.meshSize > 0 && !isMesh && !isScript)
         add({writeSizeCheck(options.meshSize, folder)});
     if (isIges)
@@ -172,7 +172,7 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
     if (options.lengthUnit > 0) {
         add({"-setnumber", "Mesh.ScalingFactor", number(options.lengthUnit)});
     } else if (isMillimetres) {
-        add({"-setnumber", "Mesh.ScalingFactor", number(kMillimetre)});
+        add({"-setnumber", "Mesh.ScalingFactor", number(Millimetre)});
     } else if (isStep) {
         add({"-setstring", "Geometry.OCCTargetUnit", "M"});
     }
@@ -200,10 +200,10 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
         waitForProgram(process, isMesh ? "Gmsh converts the mesh" : "Gmsh meshes the part",
                        options.calculix.progress);
     const std::string errors = readErrors(run.log);
-    if (end.isSuccess() && errors.empty() && fs::exists(folder / kMeshName)) return;
+    if (end.isSuccess() && errors.empty() && fs::exists(folder / MeshName)) return;
     std::string message =
         path + ": Gmsh could not mesh the part:" + (end.signal ? " it " + end.describe() : "") +
-        (errors.empty() ? readLastLines(run.log, kMostGmshLines) : errors);
+        (errors.empty() ? readLastLines(run.log, MostGmshLines) : errors);
     const auto says = [&](const char* words) { return errors.find(words) != std::string::npos; };
     if (isInSandbox && (says("Unable to open file") || says("/bin/sh") || says("socket")))
         message +=
@@ -233,7 +233,7 @@ void writeDeck(const std::string& path, const fs::path& mesh, const Material& ma
                 continue;
             }
             card.parameters["TYPE"] = chooseType(card.get("TYPE"));
-            card.parameters["ELSET"] = kSolidsSet;
+            card.parameters["ELSET"] = SolidsSet;
             types.insert(card.get("TYPE"));
         } else if (card.keyword != "NODE" && card.keyword != "NSET") {
             continue;
@@ -247,7 +247,7 @@ void writeDeck(const std::string& path, const fs::path& mesh, const Material& ma
             "physical groups, one must be a Physical Volume)");
     out << "*MATERIAL, NAME=" << material.name << "\n*ELASTIC\n"
         << number(material.E) << "," << number(material.nu) << "\n*DENSITY\n"
-        << number(material.rho) << "\n*SOLID SECTION, ELSET=" << kSolidsSet
+        << number(material.rho) << "\n*SOLID SECTION, ELSET=" << SolidsSet
         << ", MATERIAL=" << material.name << "\n";
     if (!out.flush())
         throw std::runtime_error("cannot write the deck '" + deck.string() +
@@ -262,7 +262,7 @@ bool isGmshScript(const std::string& path) {
 
 std::vector<std::string> listScriptFiles(const std::string& path) {
     std::vector<std::string> files = {path, path + ".opt"};
-    for (size_t k = 0; k < files.size() && k < kMostScripts; ++k) {
+    for (size_t k = 0; k < files.size() && k < MostScripts; ++k) {
         const std::string file = files[k], suffix = suffixOf(file);
         const auto add = [&](const std::string& name) {
             if (std::find(files.begin(), files.end(), name) == files.end()) files.push_back(name);
@@ -291,7 +291,7 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
     runGmsh(path, options, folder.path());
     const fs::path deck =
         options.keepDeck.empty() ? folder.path() / "part.inp" : fs::path(options.keepDeck);
-    writeDeck(path, folder.path() / kMeshName, options.material, deck);
+    writeDeck(path, folder.path() / MeshName, options.material, deck);
 
     FeModel model;
     try {

@@ -1,19 +1,18 @@
 #include "InpCards.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kDeepestInclude = 20;
+constexpr int DeepestInclude = 20;
 
 std::string trimmed(const std::string& text) {
     const auto begin = text.find_first_not_of(" \t\r");
@@ -68,7 +67,7 @@ public:
         // A device may have no end.
         if (!in || fs::is_directory(path) || (depth > 0 && !fs::is_regular_file(path)))
             throw std::runtime_error(includedFrom + "cannot read deck '" + path.string() + "'");
-        if (depth > kDeepestInclude)
+        if (depth > DeepestInclude)
             throw std::runtime_error(includedFrom + "*INCLUDE goes " + std::to_string(depth) +
                                      " files deep; does a file include itself?");
         std::string text;
@@ -140,21 +139,15 @@ std::vector<DeckCard> readDeckCards(const std::string& path) {
 }
 
 double parseDeckNumber(const std::string& field, const std::string& where) {
-    std::string text = field[0] == '+' ? field.substr(1) : field;
-    std::replace(text.begin(), text.end(), 'D', 'E');
     double value = 0;
-    const auto end = text.data() + text.size();
-    const auto result = std::from_chars(text.data(), end, value);
-    if (result.ec != std::errc() || result.ptr != end || !std::isfinite(value))
+    if (!readNumber(field, value))
         throw std::invalid_argument(where + "'" + field + "' is not a finite number");
     return value;
 }
 
 int parseDeckInteger(const std::string& field, const std::string& where) {
     int value = 0;
-    const auto end = field.data() + field.size();
-    const auto result = std::from_chars(field.data(), end, value);
-    if (result.ec != std::errc() || result.ptr != end)
+    if (!readInteger(field, value))
         throw std::invalid_argument(where + "'" + field + "' is not a whole number");
     return value;
 }

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {

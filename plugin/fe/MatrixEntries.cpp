@@ -9,7 +9,7 @@ namespace simflex {
 namespace {
 
 /** Difference of two entries that should be the same, over the largest entry. **/
-constexpr double kSame = 1e-10;
+constexpr double Same = 1e-10;
 
 double findLargest(const std::vector<double>& values) {
     double largest = 0;
@@ -60,7 +60,7 @@ SymmetricMatrix makeSymmetric(const MatrixEntries& entries, MatrixForm form, con
     for (size_t k = 0; k < lower.values.size(); ++k)
         onlyUpper = onlyUpper && lower.rows[k] == lower.columns[k];
     const bool isGeneral = form == MatrixForm::General && !onlyUpper;
-    const double tolerance = kSame * findLargest(entries.values);
+    const double tolerance = Same * findLargest(entries.values);
 
     SymmetricMatrix A;
     A.size = size;
@@ -82,7 +82,7 @@ SymmetricMatrix makeSymmetric(const MatrixEntries& entries, MatrixForm form, con
 }
 
 SymmetricMatrix takeNodalMass(const SymmetricMatrix& M, const Mesh& mesh) {
-    const double tolerance = kSame * findLargest(M.values);
+    const double tolerance = Same * findLargest(M.values);
     SymmetricMatrix axes[3];
     for (SymmetricMatrix& m : axes) m.size = mesh.numNodes();
     for (int column = 0; column < M.size; ++column) {

@@ -13,7 +13,7 @@
 namespace simflex {
 namespace {
 
-constexpr long kLinesPerReport = 200000;
+constexpr long LinesPerReport = 200000;
 
 MatrixForm readHeader(TextLines& lines) {
     const std::string cure =
@@ -81,7 +81,7 @@ MatrixFile readMatrix(const std::string& path, const char* what, const std::vect
             lines.refuse(
                 "the matrix is declared symmetric, but has entries below and above the "
                 "diagonal; write one triangle, or declare it general");
-        if (count % kLinesPerReport == 0) reportProgress(progress, phase, lines.fraction());
+        if (count % LinesPerReport == 0) reportProgress(progress, phase, lines.fraction());
     }
     if (count != numEntries)
         throw std::invalid_argument(path + ": the file has " + std::to_string(count) +
@@ -134,27 +134,27 @@ std::vector<int> findDofs(const NodeTable& nodes, const std::string& path) {
 class OutputFile {
 public:
     explicit OutputFile(const std::string& path)
-        : _path(path), _file(std::fopen(path.c_str(), "w")) {
-        if (!_file) throw std::runtime_error("cannot write '" + path + "'");
+        : m_path(path), m_file(std::fopen(path.c_str(), "w")) {
+        if (!m_file) throw std::runtime_error("cannot write '" + path + "'");
     }
     ~OutputFile() {
-        if (_file) std::fclose(_file);
+        if (m_file) std::fclose(m_file);
     }
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
 
-    operator std::FILE*() const { return _file; }
+    operator std::FILE*() const { return m_file; }
 
     void close() {
-        const bool failed = std::ferror(_file) != 0;
-        const bool closed = std::fclose(std::exchange(_file, nullptr)) == 0;
+        const bool failed = std::ferror(m_file) != 0;
+        const bool closed = std::fclose(std::exchange(m_file, nullptr)) == 0;
         if (failed || !closed)
-            throw std::runtime_error("cannot write all of '" + _path + "'; is the disk full?");
+            throw std::runtime_error("cannot write all of '" + m_path + "'; is the disk full?");
     }
 
 private:
-    std::string _path;
-    std::FILE* _file;
+    std::string m_path;
+    std::FILE* m_file;
 };
 
 /** @param copies  3 for m ⊗ 1₃, 1 for a matrix as it is. **/
@@ -191,7 +191,7 @@ const char* calculixNameOf(ElementType type) {
 
 /** One data line a number but for elements, whose nodes stand on lines of eight. **/
 void writeMesh(const std::string& path, const Mesh& mesh) {
-    constexpr int kPerLine = 8;
+    constexpr int PerLine = 8;
     OutputFile out(path);
     std::fprintf(out, "*NODE\n");
     for (int node = 0; node < mesh.numNodes(); ++node) {
@@ -207,7 +207,7 @@ void writeMesh(const std::string& path, const Mesh& mesh) {
         for (int e = 0; e < block.numElements(); ++e) {
             std::fprintf(out, "%d", ++element);
             for (int k = 0; k < size; ++k)
-                std::fprintf(out, k > 0 && k % kPerLine == 0 ? ",\n%d" : ",%d",
+                std::fprintf(out, k > 0 && k % PerLine == 0 ? ",\n%d" : ",%d",
                              mesh.nodeNumbers[size_t(block.nodes[size_t(size * e + k)])]);
             std::fprintf(out, "\n");
         }

@@ -9,7 +9,7 @@
 namespace simflex {
 namespace {
 
-constexpr long kEntriesPerReport = 50000;
+constexpr long EntriesPerReport = 50000;
 
 /** Form and type of the matrix from its header. **/
 MatrixForm readHeader(const BulkCards& cards, const BulkCard& card, const std::string& name) {
@@ -35,7 +35,7 @@ MatrixFile readMatrix(const std::string& path, const std::string& wanted, const 
     std::set<std::string> others;
     long count = 0;
     for (BulkCard card; cards.next(card);) {
-        if (count++ % kEntriesPerReport == 0)
+        if (count++ % EntriesPerReport == 0)
             reportProgress(progress, phase, cards.lines().fraction());
         if (upperCase(card.field(0)) != name) {
             if (others.size() < 20) others.insert(upperCase(card.field(0)));

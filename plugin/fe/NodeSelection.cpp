@@ -1,6 +1,7 @@
 #include "simflex/fe/NodeSelection.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/part/TextLines.h"
 
 #include <Eigen/Dense>
@@ -21,7 +22,7 @@ namespace simflex {
 namespace {
 
 /** Of the mesh's size: what round-off may move a node. **/
-constexpr double kSlack = 1e-6;
+constexpr double Slack = 1e-6;
 
 std::string listNodeSets(const Mesh& mesh) {
     std::string list;
@@ -202,9 +203,9 @@ Vec3d calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
 there is one: by Gauss and Newton from each principal direction of the nodes. **/
 std::optional<AxisLine> findCylinderAxis(const Mesh& mesh, const std::vector<int>& nodes,
                                          const Vec3d& center) {
-    constexpr size_t kFewest = 8;  // five numbers make a cylinder
-    constexpr double kOnCylinder = 1e-5;
-    if (nodes.size() < kFewest) return {};
+    constexpr size_t Fewest = 8;  // five numbers make a cylinder
+    constexpr double OnCylinder = 1e-5;
+    if (nodes.size() < Fewest) return {};
     const Eigen::Index count = Eigen::Index(nodes.size());
     Eigen::Matrix3Xd x(3, count);
     for (Eigen::Index k = 0; k < count; ++k)
@@ -252,7 +253,7 @@ std::optional<AxisLine> findCylinderAxis(const Mesh& mesh, const std::vector<int
         std::sort(angles.begin(), angles.end());
         double gap = angles.front() + 2 * M_PI - angles.back();
         for (size_t k = 1; k < angles.size(); ++k) gap = std::max(gap, angles[k] - angles[k - 1]);
-        if (!(worst <= kOnCylinder * radius) || gap >= M_PI) continue;
+        if (!(worst <= OnCylinder * radius) || gap >= M_PI) continue;
         return AxisLine{{center[0] + foot[0], center[1] + foot[1], center[2] + foot[2]},
                         {axis[0], axis[1], axis[2]}};
     }
@@ -281,7 +282,7 @@ std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection) {
         return {int(found - mesh.nodeNumbers.begin())};
     }
     const auto outside = makeShape(selection, kind, colon);
-    const double slack = kSlack * calcSize(mesh);
+    const double slack = Slack * calcSize(mesh);
     std::vector<int> nodes;
     double nearest = std::numeric_limits<double>::infinity();
     for (int node = 0; node < mesh.numNodes(); ++node) {

@@ -12,6 +12,7 @@
 #include "DeckVocabulary.h"
 #include "InpCards.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {
@@ -110,23 +111,23 @@ NodeTable readGrids(const std::string& path) {
  **/
 class DeckNodes {
 public:
-    explicit DeckNodes(const std::string& path) : _path(path), _cards(readDeckCards(path)) {}
+    explicit DeckNodes(const std::string& path) : m_path(path), m_cards(readDeckCards(path)) {}
 
     NodeTable read() {
-        for (const DeckCard& card : _cards) {
+        for (const DeckCard& card : m_cards) {
             if (card.keyword == "STEP") break;
             if (card.keyword == "NODE") addNodes(card);
             if (card.keyword == "ELEMENT") addElements(card);
             if (card.keyword == "NSET") addSet(card);
-            if (card.keyword == "PART" && ++_numParts > 1)
+            if (card.keyword == "PART" && ++m_numParts > 1)
                 refuse(card, card.line,
                        "the deck has several parts, whose node numbers are not those of the "
                        "matrices; write a deck without parts and instances");
             if (card.keyword == "INSTANCE") checkInstance(card);
         }
-        NodeTable table = sortNodes(_path, _listed);
-        for (auto& [type, nodes] : _elements) addBlock(type, nodes, table.mesh);
-        for (auto& [name, numbers] : _sets) {
+        NodeTable table = sortNodes(m_path, m_listed);
+        for (auto& [type, nodes] : m_elements) addBlock(type, nodes, table.mesh);
+        for (auto& [name, numbers] : m_sets) {
             std::vector<int> nodes;
             for (const int number : numbers) {
                 const int index = find(table.mesh, number);
@@ -152,7 +153,7 @@ private:
     }
 
     void checkInstance(const DeckCard& card) {
-        if (++_numInstances > 1)
+        if (++m_numInstances > 1)
             refuse(card, card.line,
                    "the deck has several instances, whose node numbers are not those of the "
                    "matrices; write a deck without parts and instances");
@@ -165,7 +166,7 @@ private:
     void addNodes(const DeckCard& card) {
         if (card.has("SYSTEM") && card.get("SYSTEM") != "R")
             refuse(card, card.line, "*NODE with SYSTEM is not known here: give plain coordinates");
-        std::vector<int>* set = card.has("NSET") ? &_sets[card.get("NSET")] : nullptr;
+        std::vector<int>* set = card.has("NSET") ? &m_sets[card.get("NSET")] : nullptr;
         for (const DeckLine& data : card.data) {
             const std::string where = card.where(data.line);
             ListedNode node;
@@ -175,7 +176,7 @@ private:
             for (size_t a = 0; a < 3 && a + 1 < data.fields.size(); ++a)
                 if (!data.fields[a + 1].empty())
                     node.position[a] = parseDeckNumber(data.fields[a + 1], where);
-            _listed.push_back(node);
+            m_listed.push_back(node);
             if (set) set->push_back(node.number);
         }
     }
@@ -198,7 +199,7 @@ private:
                        "element " + std::to_string(numbers[0]) + " has more nodes than its type " +
                            card.get("TYPE"));
             if (numbers.size() < size) continue;
-            auto& nodes = _elements[type];
+            auto& nodes = m_elements[type];
             nodes.insert(nodes.end(), numbers.begin() + 1, numbers.end());
             numbers.clear();
         }
@@ -223,7 +224,7 @@ private:
                                      : 1;
                 if (step < 1) refuse(card, data.line, "the step of GENERATE must be positive");
                 // Only nodes that are there: a range may be wider than memory.
-                for (const ListedNode& node : _listed)
+                for (const ListedNode& node : m_listed)
                     if (node.number >= first && node.number <= last &&
                         (long(node.number) - first) % step == 0)
                         members.push_back(node.number);
@@ -231,8 +232,8 @@ private:
             }
             for (const std::string& field : data.fields) {
                 if (field.empty()) continue;
-                const auto other = _sets.find(field);
-                if (other != _sets.end()) {
+                const auto other = m_sets.find(field);
+                if (other != m_sets.end()) {
                     if (!included.insert(field).second) continue;
                     members.insert(members.end(), other->second.begin(), other->second.end());
                 } else if (isDigit(field[0])) {
@@ -240,7 +241,7 @@ private:
                 }
             }
         }
-        std::vector<int>& set = _sets[card.get("NSET")];
+        std::vector<int>& set = m_sets[card.get("NSET")];
         set.insert(set.end(), members.begin(), members.end());
         std::sort(set.begin(), set.end());
         set.erase(std::unique(set.begin(), set.end()), set.end());
@@ -252,7 +253,7 @@ private:
         for (const int number : numbers) {
             const int index = find(mesh, number);
             if (index < 0)
-                throw std::invalid_argument(_path + ": an element uses node " +
+                throw std::invalid_argument(m_path + ": an element uses node " +
                                             std::to_string(number) +
                                             ", which the deck does not define");
             block.nodes.push_back(index);
@@ -260,12 +261,12 @@ private:
         mesh.elements.push_back(std::move(block));
     }
 
-    std::string _path;
-    std::vector<DeckCard> _cards;
-    std::vector<ListedNode> _listed;
-    std::map<ElementType, std::vector<int>> _elements;
-    Sets _sets;
-    int _numParts = 0, _numInstances = 0;
+    std::string m_path;
+    std::vector<DeckCard> m_cards;
+    std::vector<ListedNode> m_listed;
+    std::map<ElementType, std::vector<int>> m_elements;
+    Sets m_sets;
+    int m_numParts = 0, m_numInstances = 0;
 };
 
 /** Keeps the marked nodes, the elements all of whose nodes are marked and what is left of node
@@ -329,13 +330,14 @@ NodeTable readNodeTable(const std::string& path) {
 }
 
 NodalEntries::NodalEntries(const NodeTable& nodes) {
-    _indexOf.reserve(nodes.mesh.nodeNumbers.size());
-    for (const int number : nodes.mesh.nodeNumbers) _indexOf.emplace(number, int(_indexOf.size()));
+    m_indexOf.reserve(nodes.mesh.nodeNumbers.size());
+    for (const int number : nodes.mesh.nodeNumbers)
+        m_indexOf.emplace(number, int(m_indexOf.size()));
 }
 
 int NodalEntries::findDof(const TextLines& at, int node, int direction) const {
-    const auto found = _indexOf.find(node);
-    if (found == _indexOf.end())
+    const auto found = m_indexOf.find(node);
+    if (found == m_indexOf.end())
         at.refuse("the matrix names node " + std::to_string(node) +
                   (node < 1 ? ", an internal one of the FE program (Lagrange multipliers, "
                               "distributing couplings): take what makes it out of the model"

@@ -44,7 +44,7 @@ public:
 private:
     int findDof(const TextLines& at, int node, int direction) const;
 
-    std::unordered_map<int, int> _indexOf;
+    std::unordered_map<int, int> m_indexOf;
 };
 
 /** A matrix and what its file says of its form. **/

@@ -14,7 +14,7 @@
 namespace simflex {
 namespace {
 
-constexpr auto kProgramPollInterval = std::chrono::milliseconds(20);
+constexpr auto ProgramPollInterval = std::chrono::milliseconds(20);
 
 /** An open file, closed at the end. **/
 struct LogFile {
@@ -63,7 +63,7 @@ const ChildEnd& waitForProgram(ChildProcess& process, const std::string& phase,
                                const ProgressCallback& progress) {
     while (!process.hasEnded()) {
         reportProgress(progress, phase, -1);
-        std::this_thread::sleep_for(kProgramPollInterval);
+        std::this_thread::sleep_for(ProgramPollInterval);
     }
     return process.getEnd();
 }

@@ -19,12 +19,12 @@ struct WeightedPoint {
     double weight;
 };
 
-constexpr int kHexCorners[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                                   {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
-constexpr int kHexEdges[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
-                                  {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
-constexpr int kTetEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
-constexpr int kTriangleEdges[3][2] = {{0, 1}, {1, 2}, {2, 0}};
+constexpr int HexCorners[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                  {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+constexpr int HexEdges[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
+                                 {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+constexpr int TetEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+constexpr int TriangleEdges[3][2] = {{0, 1}, {1, 2}, {2, 0}};
 
 /** Values of the shape functions. **/
 std::vector<Complex> calcShapes(ElementType type, const Point& x) {
@@ -36,7 +36,7 @@ std::vector<Complex> calcShapes(ElementType type, const Point& x) {
             for (const Complex& l : L)
                 N.push_back(type == ElementType::Tet4 ? l : l * (2.0 * l - 1.0));
             if (type == ElementType::Tet10)
-                for (const auto& edge : kTetEdges) N.push_back(4.0 * L[edge[0]] * L[edge[1]]);
+                for (const auto& edge : TetEdges) N.push_back(4.0 * L[edge[0]] * L[edge[1]]);
             break;
         }
         case ElementType::Wedge6:
@@ -49,7 +49,7 @@ std::vector<Complex> calcShapes(ElementType type, const Point& x) {
                                 (quadratic ? 0.5 * l * bubble : 0.0));
             if (!quadratic) break;
             for (const double end : {-1.0, 1.0})
-                for (const auto& edge : kTriangleEdges)
+                for (const auto& edge : TriangleEdges)
                     N.push_back(2.0 * L[edge[0]] * L[edge[1]] * (1.0 + end * x[2]));
             for (const Complex& l : L) N.push_back(l * bubble);
             break;
@@ -57,17 +57,17 @@ std::vector<Complex> calcShapes(ElementType type, const Point& x) {
         case ElementType::Hex8:
         case ElementType::Hex20: {
             const bool quadratic = type == ElementType::Hex20;
-            for (const auto& c : kHexCorners) {
+            for (const auto& c : HexCorners) {
                 const Complex a = double(c[0]) * x[0], b = double(c[1]) * x[1],
                               d = double(c[2]) * x[2];
                 N.push_back(0.125 * (1.0 + a) * (1.0 + b) * (1.0 + d) *
                             (quadratic ? a + b + d - 2.0 : 1.0));
             }
             if (!quadratic) break;
-            for (const auto& edge : kHexEdges) {
+            for (const auto& edge : HexEdges) {
                 Complex value = 0.25;
                 for (int axis = 0; axis < 3; ++axis) {
-                    const int at = (kHexCorners[edge[0]][axis] + kHexCorners[edge[1]][axis]) / 2;
+                    const int at = (HexCorners[edge[0]][axis] + HexCorners[edge[1]][axis]) / 2;
                     value *= at == 0 ? 1.0 - x[size_t(axis)] * x[size_t(axis)]
                                      : 1.0 + double(at) * x[size_t(axis)];
                 }
@@ -144,20 +144,20 @@ std::vector<Node> getNodes(ElementType type) {
     if (linear == ElementType::Tet4) {
         for (int k = 0; k < 4; ++k)
             nodes.push_back({{double(k == 1), double(k == 2), double(k == 3)}, {k, k}});
-        for (const auto& edge : kTetEdges) edges.push_back({edge[0], edge[1]});
+        for (const auto& edge : TetEdges) edges.push_back({edge[0], edge[1]});
     } else if (linear == ElementType::Wedge6) {
         for (int k = 0; k < 6; ++k)
             nodes.push_back({{double(k % 3 == 1), double(k % 3 == 2), k < 3 ? -1.0 : 1.0}, {k, k}});
         for (const int first : {0, 3})
-            for (const auto& edge : kTriangleEdges)
+            for (const auto& edge : TriangleEdges)
                 edges.push_back({first + edge[0], first + edge[1]});
         for (int k = 0; k < 3; ++k) edges.push_back({k, k + 3});
     } else {
         for (int k = 0; k < 8; ++k) {
-            const auto& c = kHexCorners[k];
+            const auto& c = HexCorners[k];
             nodes.push_back({{double(c[0]), double(c[1]), double(c[2])}, {k, k}});
         }
-        for (const auto& edge : kHexEdges) edges.push_back({edge[0], edge[1]});
+        for (const auto& edge : HexEdges) edges.push_back({edge[0], edge[1]});
     }
     if (type == linear) return nodes;
     for (const auto& ends : edges) {
@@ -170,7 +170,7 @@ std::vector<Node> getNodes(ElementType type) {
 }
 
 std::vector<IntegrationPoint> makePoints(const std::vector<WeightedPoint>& rule, ElementType type) {
-    constexpr double kStep = 1e-30;  // derivatives by a complex step are exact
+    constexpr double Step = 1e-30;  // derivatives by a complex step are exact
     std::vector<IntegrationPoint> points;
     for (const WeightedPoint& at : rule) {
         IntegrationPoint point;
@@ -178,9 +178,9 @@ std::vector<IntegrationPoint> makePoints(const std::vector<WeightedPoint>& rule,
         point.gradients.resize(size_t(numNodesOf(type)));
         for (size_t axis = 0; axis < 3; ++axis) {
             Point x{at.xi[0], at.xi[1], at.xi[2]};
-            x[axis] += Complex(0, kStep);
+            x[axis] += Complex(0, Step);
             const auto N = calcShapes(type, x);
-            for (size_t k = 0; k < N.size(); ++k) point.gradients[k][axis] = N[k].imag() / kStep;
+            for (size_t k = 0; k < N.size(); ++k) point.gradients[k][axis] = N[k].imag() / Step;
             if (axis > 0) continue;
             for (const Complex& value : N) point.values.push_back(value.real());
         }

@@ -7,8 +7,8 @@
 namespace simflex {
 namespace {
 
-constexpr double kFirstStep = 0.25, kLastStep = 1e-10;
-constexpr double kSnap = 1e-7;  // places so near to a corner or middle are put there
+constexpr double FirstStep = 0.25, LastStep = 1e-10;
+constexpr double Snap = 1e-7;  // places so near to a corner or middle are put there
 
 double distanceSquared(const Vec3d& a, const Vec3d& b) {
     const Vec3d d = sumOf(a, -1, b);
@@ -29,9 +29,9 @@ std::array<double, 2> searchNearest(const std::vector<Vec3d>& nodes, const Vec3d
         best = {xi, eta};
         return true;
     };
-    for (double xi = lowest; xi <= 1; xi += kFirstStep)
-        for (double eta = lowest; eta <= 1; eta += kFirstStep) tryPlace(xi, eta);
-    for (double step = kFirstStep; step > kLastStep;) {
+    for (double xi = lowest; xi <= 1; xi += FirstStep)
+        for (double eta = lowest; eta <= 1; eta += FirstStep) tryPlace(xi, eta);
+    for (double step = FirstStep; step > LastStep;) {
         const auto center = best;
         bool moved = false;
         for (int i = -1; i <= 1; ++i)
@@ -52,7 +52,7 @@ std::array<double, 2> searchNearest(const std::vector<Vec3d>& nodes, const Vec3d
     }
     for (double& x : best) {
         const double near = std::round(2 * x) / 2;
-        if (std::abs(x - near) < kSnap) x = near;
+        if (std::abs(x - near) < Snap) x = near;
     }
     return best;
 }
@@ -73,10 +73,10 @@ std::array<double, 2> tangentPart(const FacePoint& at, const Vec3d& gap) {
 
 }  // namespace
 
-TieSurface::TieSurface(std::vector<TieFace> faces) : _faces(std::move(faces)) {
+TieSurface::TieSurface(std::vector<TieFace> faces) : m_faces(std::move(faces)) {
     double sum = 0;
     size_t numTriangles = 0;
-    for (const TieFace& face : _faces) {
+    for (const TieFace& face : m_faces) {
         Box box{face.positions[0], face.positions[0]};
         double reach = 0;
         for (const Vec3d& x : face.positions) {
@@ -91,7 +91,7 @@ TieSurface::TieSurface(std::vector<TieFace> faces) : _faces(std::move(faces)) {
             box.low[a] -= 0.25 * reach;
             box.high[a] += 0.25 * reach;
         }
-        _boxes.push_back(box);
+        m_boxes.push_back(box);
         const size_t numCorners = face.nodes.size() % 4 ? 3 : 4;
         for (size_t k = 2; k < numCorners; ++k) {
             const Vec3d &p = face.positions[0], &q = face.positions[k - 1], &r = face.positions[k];
@@ -100,17 +100,17 @@ TieSurface::TieSurface(std::vector<TieFace> faces) : _faces(std::move(faces)) {
             ++numTriangles;
         }
     }
-    if (numTriangles) _defaultTolerance = 0.025 * sum / double(numTriangles);
+    if (numTriangles) m_defaultTolerance = 0.025 * sum / double(numTriangles);
 }
 
 TiePlace TieSurface::findPlace(const Vec3d& point) const {
     std::vector<std::pair<double, int>> order;
-    order.reserve(_boxes.size());
-    for (size_t face = 0; face < _boxes.size(); ++face) {
+    order.reserve(m_boxes.size());
+    for (size_t face = 0; face < m_boxes.size(); ++face) {
         double distance = 0;
         for (size_t a = 0; a < 3; ++a) {
             const double outside =
-                std::max({0.0, _boxes[face].low[a] - point[a], point[a] - _boxes[face].high[a]});
+                std::max({0.0, m_boxes[face].low[a] - point[a], point[a] - m_boxes[face].high[a]});
             distance += outside * outside;
         }
         order.emplace_back(distance, int(face));
@@ -123,8 +123,8 @@ TiePlace TieSurface::findPlace(const Vec3d& point) const {
         const auto [nearest, face] = order.back();
         order.pop_back();
         if (nearest > least) break;
-        const auto at = searchNearest(_faces[size_t(face)].positions, point);
-        const FacePoint place = calcFacePoint(_faces[size_t(face)].positions, at[0], at[1]);
+        const auto at = searchNearest(m_faces[size_t(face)].positions, point);
+        const FacePoint place = calcFacePoint(m_faces[size_t(face)].positions, at[0], at[1]);
         const double distance = distanceSquared(place.position, point);
         if (!(distance < least)) continue;
         least = distance;
@@ -141,13 +141,13 @@ TiePlace TieSurface::findPlace(const Vec3d& point) const {
 
 std::vector<std::array<double, 9>> calcTieCoefficients(const std::vector<Vec3d>& face, double xi,
                                                        double eta, const Vec3d& slave) {
-    constexpr double kNoGap = 1e-13;
+    constexpr double NoGap = 1e-13;
     const FacePoint at = calcFacePoint(face, xi, eta);
     Vec3d gap = sumOf(slave, -1, at.position);
     const Vec3d normal = cross(at.tangentXi, at.tangentEta);
     const double area = normOf(normal);
     const Vec3d n = sumOf({0, 0, 0}, 1 / area, normal);
-    if (normOf(gap) <= kNoGap * (std::sqrt(area) + normOf(slave))) gap = {0, 0, 0};
+    if (normOf(gap) <= NoGap * (std::sqrt(area) + normOf(slave))) gap = {0, 0, 0};
     const double d = dot(gap, n);
     const auto [a, b] = tangentPart(at, gap);
     std::vector<std::array<double, 9>> W(face.size());

@@ -38,7 +38,7 @@ public:
 
     /** As CalculiX takes it where no POSITION TOLERANCE is given, and for places beyond the
     border: 2.5 % of a face's size. **/
-    double calcDefaultTolerance() const { return _defaultTolerance; }
+    double calcDefaultTolerance() const { return m_defaultTolerance; }
 
     /** The nearest place; its gaps tell how far. O(faces near) **/
     TiePlace findPlace(const Vec3d& point) const;
@@ -47,9 +47,9 @@ private:
     struct Box {
         Vec3d low, high;
     };
-    std::vector<TieFace> _faces;
-    std::vector<Box> _boxes;
-    double _defaultTolerance = 0;
+    std::vector<TieFace> m_faces;
+    std::vector<Box> m_boxes;
+    double m_defaultTolerance = 0;
 };
 
 /** Coefficients W of u_p = Σ W_k u_k, 3×3 by rows, one for each node of a face: for a slave node at

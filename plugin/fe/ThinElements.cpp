@@ -8,24 +8,24 @@
 namespace simflex {
 namespace {
 
-constexpr double kSameNormal = 0.939693;  // cosine of 20°, CalculiX's digits
-constexpr double kSameThickness = 1e-10;  // thicknesses [m] and offsets, CalculiX's too
-constexpr double kFlat = 1e-8;            // share of the largest moment that counts as none
+constexpr double SameNormal = 0.939693;  // cosine of 20°, CalculiX's digits
+constexpr double SameThickness = 1e-10;  // thicknesses [m] and offsets, CalculiX's too
+constexpr double Flat = 1e-8;            // share of the largest moment that counts as none
 
-const std::map<std::string, ThinType> kThin = {
+const std::map<std::string, ThinType> Thin = {
     {"S3", {false, 3, "C3D6"}},  {"S4R", {false, 4, "C3D8R"}},  {"S6", {false, 6, "C3D15"}},
     {"S8", {false, 8, "C3D20"}}, {"S8R", {false, 8, "C3D20R"}}, {"B32", {true, 3, "C3D20"}},
     {"B32R", {true, 3, "B32R"}}};
 
 /** Places of a beam's expanded nodes in its section, ξ along n₁ and η along n₂ of −1…1: corners,
 then the middles of the sides. **/
-constexpr double kSection[8][2] = {{-1, 1}, {-1, -1}, {1, -1}, {1, 1},
-                                   {-1, 0}, {0, -1},  {1, 0},  {0, 1}};
+constexpr double Section[8][2] = {{-1, 1}, {-1, -1}, {1, -1}, {1, 1},
+                                  {-1, 0}, {0, -1},  {1, 0},  {0, 1}};
 
 /** Of a quadratic beam's hexahedron: section place and node along the beam. **/
-constexpr int kBeamHex[20][2] = {{0, 0}, {0, 2}, {1, 2}, {1, 0}, {3, 0}, {3, 2}, {2, 2},
-                                 {2, 0}, {0, 1}, {4, 2}, {1, 1}, {4, 0}, {3, 1}, {6, 2},
-                                 {2, 1}, {6, 0}, {7, 0}, {7, 2}, {5, 2}, {5, 0}};
+constexpr int BeamHex[20][2] = {{0, 0}, {0, 2}, {1, 2}, {1, 0}, {3, 0}, {3, 2}, {2, 2},
+                                {2, 0}, {0, 1}, {4, 2}, {1, 1}, {4, 0}, {3, 1}, {6, 2},
+                                {2, 1}, {6, 0}, {7, 0}, {7, 2}, {5, 2}, {5, 0}};
 
 Vec3d unit(const Vec3d& a) {
     return sumOf({0, 0, 0}, 1 / normOf(a), a);
@@ -57,30 +57,30 @@ public:
     Expander(const std::map<int, std::array<double, 3>>& nodes,
              const std::vector<ThinElement>& elements,
              const std::map<int, std::array<double, 2>>& nodeThickness)
-        : _nodes(nodes), _elements(elements), _nodeThickness(nodeThickness) {
-        _nextNumber = nodes.empty() ? 1 : nodes.rbegin()->first + 1;
+        : m_nodes(nodes), m_elements(elements), m_nodeThickness(nodeThickness) {
+        m_nextNumber = nodes.empty() ? 1 : nodes.rbegin()->first + 1;
     }
 
     ThinExpansion expand() {
-        for (const ThinElement& element : _elements)
+        for (const ThinElement& element : m_elements)
             for (int k = 0; k < int(element.nodes.size()); ++k)
-                _corners[element.nodes[size_t(k)]].push_back(makeCorner(element, k));
-        for (auto& [node, corners] : _corners) {
+                m_corners[element.nodes[size_t(k)]].push_back(makeCorner(element, k));
+        for (auto& [node, corners] : m_corners) {
             std::stable_sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
                 return a.element->number < b.element->number;
             });
             groupShells(node, corners);
             groupBeams(node, corners);
         }
-        for (const ThinElement& element : _elements) addSolid(element);
-        for (auto& [node, expansions] : _expansions) {
+        for (const ThinElement& element : m_elements) addSolid(element);
+        for (auto& [node, expansions] : m_expansions) {
             if (expansions.size() > 1) {
                 addKnot(node, expansions);
             } else {
                 addBetween(node, expansions[0]);
             }
         }
-        return std::move(_result);
+        return std::move(m_result);
     }
 
 private:
@@ -88,7 +88,7 @@ private:
 
     std::vector<Vec3d> positionsOf(const ThinElement& element) const {
         std::vector<Vec3d> x;
-        for (const int node : element.nodes) x.push_back(_nodes.at(node));
+        for (const int node : element.nodes) x.push_back(m_nodes.at(node));
         return x;
     }
 
@@ -97,8 +97,8 @@ private:
         corner.thickness = element.thickness;
         const int node = element.nodes[size_t(local)];
         if (element.hasNodalThickness) {
-            const auto given = _nodeThickness.find(node);
-            if (given == _nodeThickness.end())
+            const auto given = m_nodeThickness.find(node);
+            if (given == m_nodeThickness.end())
                 throw std::invalid_argument(element.where + "element " +
                                             std::to_string(element.number) +
                                             " takes the thickness of its nodes, but node " +
@@ -143,7 +143,7 @@ private:
                                     "; do its nodes coincide?");
     }
 
-    static bool isSame(double a, double b) { return std::abs(a - b) < kSameThickness; }
+    static bool isSame(double a, double b) { return std::abs(a - b) < SameThickness; }
 
     /** Groups of shells with nearly the same normal; corners come by element number. **/
     void groupShells(int node, std::vector<Corner>& corners) {
@@ -151,11 +151,11 @@ private:
             const Corner& lead = corners[first];
             if (isBeam(*lead.element) || lead.expansion >= 0) continue;
             Expansion expansion;
-            const int index = int(_expansions[node].size());
+            const int index = int(m_expansions[node].size());
             for (size_t k = first; k < corners.size(); ++k) {
                 Corner& other = corners[k];
                 if (isBeam(*other.element) || other.expansion >= 0) continue;
-                if (k != first && !(dot(other.normal, lead.normal) > kSameNormal &&
+                if (k != first && !(dot(other.normal, lead.normal) > SameNormal &&
                                     isSame(other.thickness[0], lead.thickness[0]) &&
                                     isSame(other.element->offset[0], lead.element->offset[0])))
                     continue;
@@ -165,7 +165,7 @@ private:
             expansion.normal = unit(expansion.normal);
             expansion.thickness = lead.thickness;
             expansion.offset = lead.element->offset;
-            _expansions[node].push_back(expansion);
+            m_expansions[node].push_back(expansion);
         }
     }
 
@@ -176,12 +176,12 @@ private:
             if (!isBeam(*lead.element) || lead.expansion >= 0) continue;
             Expansion expansion;
             Vec3d tangent{};
-            const int index = int(_expansions[node].size());
+            const int index = int(m_expansions[node].size());
             for (size_t k = 0; k < corners.size(); ++k) {
                 Corner& other = corners[k];
                 if (!isBeam(*other.element)) continue;
-                if (k != first && !(dot(other.normal, lead.normal) > kSameNormal &&
-                                    dot(other.tangent, lead.tangent) > kSameNormal &&
+                if (k != first && !(dot(other.normal, lead.normal) > SameNormal &&
+                                    dot(other.tangent, lead.tangent) > SameNormal &&
                                     isSame(other.thickness[0], lead.thickness[0]) &&
                                     isSame(other.thickness[1], lead.thickness[1]) &&
                                     isSame(other.element->offset[0], lead.element->offset[0]) &&
@@ -200,7 +200,7 @@ private:
             expansion.offset = lead.element->offset;
             expansion.section = lead.element->section;
             expansion.isBeam = true;
-            _expansions[node].push_back(expansion);
+            m_expansions[node].push_back(expansion);
         }
     }
 
@@ -208,7 +208,7 @@ private:
     static Vec3d armOf(const Expansion& e, int place) {
         if (!e.isBeam)
             return sumOf({0, 0, 0}, e.thickness[0] * (0.5 * (place - 1) - e.offset[0]), e.normal);
-        const auto& at = kSection[place];
+        const auto& at = Section[place];
         // Corners of a circle's hexahedron lie on the circle.
         const double reach =
             place < 4 && e.section == BeamSection::Circle ? 0.5 / std::sqrt(2.0) : 0.5;
@@ -219,12 +219,12 @@ private:
 
     /** Number of an expanded node, made when first asked for. **/
     int numberOf(int node, int expansion, int place) {
-        Expansion& e = _expansions[node][size_t(expansion)];
+        Expansion& e = m_expansions[node][size_t(expansion)];
         int& number = e.numbers[size_t(place)];
         if (number == 0) {
-            number = _nextNumber++;
-            _result.nodes[number] = sumOf(_nodes.at(node), 1, armOf(e, place));
-            _result.expandedOf[node].push_back(number);
+            number = m_nextNumber++;
+            m_result.nodes[number] = sumOf(m_nodes.at(node), 1, armOf(e, place));
+            m_result.expandedOf[node].push_back(number);
         }
         return number;
     }
@@ -233,7 +233,7 @@ private:
         const size_t count = element.nodes.size();
         std::vector<int> expansion;
         for (size_t k = 0; k < count; ++k) {
-            const auto& corners = _corners.at(element.nodes[k]);
+            const auto& corners = m_corners.at(element.nodes[k]);
             expansion.push_back(std::find_if(corners.begin(), corners.end(), [&](const Corner& c) {
                                     return c.element == &element && c.local == int(k);
                                 })->expansion);
@@ -244,7 +244,7 @@ private:
         };
         if (isBeam(element)) {
             for (int k = 0; k < (count == 3 ? 20 : 8); ++k)
-                add(size_t(std::min(kBeamHex[k][1], int(count) - 1)), kBeamHex[k][0]);
+                add(size_t(std::min(BeamHex[k][1], int(count) - 1)), BeamHex[k][0]);
         } else {
             const size_t edges = count == 3 || count == 6 ? 3 : 4;
             for (const int place : {0, 2})
@@ -253,7 +253,7 @@ private:
                 for (size_t k = edges; k < count; ++k) add(k, place);
             for (size_t k = 0; count > edges && k < edges; ++k) add(k, 1);
         }
-        _result.solids.push_back(std::move(solid));
+        m_result.solids.push_back(std::move(solid));
     }
 
     void addBetween(int node, const Expansion& e) {
@@ -266,17 +266,17 @@ private:
             for (size_t place = 0; place < 4; ++place) {
                 double weight = 1;
                 for (size_t a = 0; a < 2; ++a)
-                    weight *= 0.5 + kSection[place][a] * e.offset[a] / (2 * reach);
+                    weight *= 0.5 + Section[place][a] * e.offset[a] / (2 * reach);
                 between.weights.emplace_back(e.numbers[place], weight);
             }
         }
-        _result.betweens.push_back(std::move(between));
+        m_result.betweens.push_back(std::move(between));
     }
 
     void addKnot(int node, const std::vector<Expansion>& expansions) {
         ThinExpansion::Knot knot;
         knot.node = node;
-        knot.members = _result.expandedOf[node];
+        knot.members = m_result.expandedOf[node];
         // Scatter of all places, also of those that no solid needs.
         bool hasBeam = false;
         Eigen::Matrix3d about = Eigen::Matrix3d::Zero();  // Σ r rᵀ about the node
@@ -295,8 +295,8 @@ private:
 
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> scatter(about -
                                                                      sum * sum.transpose() / count);
-        const bool isPlanar = scatter.eigenvalues()[0] < kFlat * scatter.eigenvalues()[2];
-        const bool isLine = scatter.eigenvalues()[1] < kFlat * scatter.eigenvalues()[2];
+        const bool isPlanar = scatter.eigenvalues()[0] < Flat * scatter.eigenvalues()[2];
+        const bool isLine = scatter.eigenvalues()[1] < Flat * scatter.eigenvalues()[2];
         if (hasBeam && isPlanar && !isLine) {
             for (const Eigen::Index axis : {1, 2}) {
                 const Eigen::Vector3d e = scatter.eigenvectors().col(axis);
@@ -310,11 +310,11 @@ private:
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(
             about.trace() * Eigen::Matrix3d::Identity() - about);
         for (Eigen::Index k = 0; k < 3; ++k)
-            if (moments.eigenvalues()[k] > kFlat * moments.eigenvalues()[2]) {
+            if (moments.eigenvalues()[k] > Flat * moments.eigenvalues()[2]) {
                 const Eigen::Vector3d axis = moments.eigenvectors().col(k);
                 knot.turns.push_back({axis[0], axis[1], axis[2]});
             }
-        _result.knots.push_back(std::move(knot));
+        m_result.knots.push_back(std::move(knot));
     }
 
     static void addStretch(ThinExpansion::Knot& knot, const Eigen::Matrix3d& A) {
@@ -324,20 +324,20 @@ private:
         knot.stretches.push_back(rows);
     }
 
-    const std::map<int, std::array<double, 3>>& _nodes;
-    const std::vector<ThinElement>& _elements;
-    const std::map<int, std::array<double, 2>>& _nodeThickness;
-    std::map<int, std::vector<Corner>> _corners;
-    std::map<int, std::vector<Expansion>> _expansions;
-    ThinExpansion _result;
-    int _nextNumber = 1;
+    const std::map<int, std::array<double, 3>>& m_nodes;
+    const std::vector<ThinElement>& m_elements;
+    const std::map<int, std::array<double, 2>>& m_nodeThickness;
+    std::map<int, std::vector<Corner>> m_corners;
+    std::map<int, std::vector<Expansion>> m_expansions;
+    ThinExpansion m_result;
+    int m_nextNumber = 1;
 };
 
 }  // namespace
 
 const ThinType* findThinType(const std::string& type) {
-    const auto found = kThin.find(type);
-    return found == kThin.end() ? nullptr : &found->second;
+    const auto found = Thin.find(type);
+    return found == Thin.end() ? nullptr : &found->second;
 }
 
 ThinExpansion expandThinElements(const std::map<int, std::array<double, 3>>& nodes,

@@ -11,12 +11,12 @@ namespace simflex {
 namespace {
 
 /** Solids: foams to osmium, rubber to diamond; both with room for the roughness of the figures. **/
-constexpr double kLightest = 5, kHeaviest = 30000;
-constexpr double kSlowest = 20, kFastest = 40000;
+constexpr double Lightest = 5, Heaviest = 30000;
+constexpr double Slowest = 20, Fastest = 40000;
 /** Parts: micromechanics to bridges [m]. **/
-constexpr double kSmallest = 1e-5, kLargest = 1000, kAbsurd = 1e5;
+constexpr double Smallest = 1e-5, Largest = 1000, Absurd = 1e5;
 /** Ranges within which a guess at the units is worth naming. **/
-constexpr double kLikelyDensity[2] = {300, 23000}, kLikelySpeed[2] = {300, 20000};
+constexpr double LikelyDensity[2] = {300, 23000}, LikelySpeed[2] = {300, 20000};
 
 bool isWithin(double value, double low, double high) {
     return value >= low && value <= high;
@@ -37,15 +37,15 @@ double calcTripleProduct(const Mesh& mesh, int a, int b, int c, int d) {
 
 /** Volume by the corner nodes of the elements. **/
 double calcVolume(const Mesh& mesh) {
-    static constexpr int kTet[1][4] = {{0, 1, 2, 3}};
-    static constexpr int kWedge[3][4] = {{0, 1, 2, 3}, {1, 2, 3, 4}, {2, 3, 4, 5}};
-    static constexpr int kHex[5][4] = {
+    static constexpr int Tet[1][4] = {{0, 1, 2, 3}};
+    static constexpr int Wedge[3][4] = {{0, 1, 2, 3}, {1, 2, 3, 4}, {2, 3, 4, 5}};
+    static constexpr int Hex[5][4] = {
         {0, 1, 3, 4}, {1, 2, 3, 6}, {1, 4, 5, 6}, {3, 4, 6, 7}, {1, 3, 4, 6}};
     double sixfold = 0;
     for (const ElementBlock& block : mesh.elements) {
         const bool isTet = block.type == ElementType::Tet4 || block.type == ElementType::Tet10;
         const bool isHex = block.type == ElementType::Hex8 || block.type == ElementType::Hex20;
-        const int(*parts)[4] = isTet ? kTet : isHex ? kHex : kWedge;
+        const int(*parts)[4] = isTet ? Tet : isHex ? Hex : Wedge;
         const int numParts = isTet ? 1 : isHex ? 5 : 3, size = numNodesOf(block.type);
         for (int e = 0; e < block.numElements(); ++e) {
             const int* nodes = &block.nodes[size_t(size) * size_t(e)];
@@ -102,15 +102,15 @@ PartFigures withUnits(const PartFigures& figures, const UnitSystem& units) {
 }
 
 bool isPlausible(const PartFigures& f) {
-    if (f.size > 0 && !isWithin(f.size, kSmallest, kLargest)) return false;
-    if (f.density > kHeaviest || (f.isDensityExact && f.density < kLightest)) return false;
-    return f.waveSpeed == 0 || isWithin(f.waveSpeed, kSlowest, kFastest);
+    if (f.size > 0 && !isWithin(f.size, Smallest, Largest)) return false;
+    if (f.density > Heaviest || (f.isDensityExact && f.density < Lightest)) return false;
+    return f.waveSpeed == 0 || isWithin(f.waveSpeed, Slowest, Fastest);
 }
 
 bool isLikely(const PartFigures& f) {
     return isPlausible(f) &&
-           isWithin(f.density, f.isDensityExact ? kLikelyDensity[0] : 1, kLikelyDensity[1]) &&
-           (f.waveSpeed == 0 || isWithin(f.waveSpeed, kLikelySpeed[0], kLikelySpeed[1]));
+           isWithin(f.density, f.isDensityExact ? LikelyDensity[0] : 1, LikelyDensity[1]) &&
+           (f.waveSpeed == 0 || isWithin(f.waveSpeed, LikelySpeed[0], LikelySpeed[1]));
 }
 
 std::string describe(const PartFigures& f) {
@@ -187,7 +187,7 @@ std::vector<std::string> checkUnits(const FeModel& model) {
                   describe(other) + ": --units " + units.name + ")";
     }
     if (!likely.empty()) likely += ".";
-    if (figures.size > kAbsurd)
+    if (figures.size > Absurd)
         throw std::invalid_argument(model.source + ": the part is " +
                                     writeGeneral(figures.size / 1e3, 3) + " km long in SI units." +
                                     likely);

@@ -30,6 +30,6 @@ inline Vec3d sumOf(const Vec3d& a, double factor, const Vec3d& b) {
 }
 
 /** Rows and columns of a symmetric tensor's six components: xx, yy, zz, xy, xz, yz. **/
-constexpr int kTensorPairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+constexpr int TensorPairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 
 }  // namespace simflex

@@ -13,7 +13,7 @@
 namespace simflex {
 namespace {
 
-constexpr size_t kBlock = size_t(1) << 20;  // a multiple of eight bytes
+constexpr size_t Block = size_t(1) << 20;  // a multiple of eight bytes
 
 struct Trailer {
     char mark[8] = {'S', 'F', 'L', 'X', 'S', 'U', 'M', '1'};
@@ -22,10 +22,10 @@ struct Trailer {
 
 std::uint64_t calcChecksum(std::ifstream& in, size_t size) {
     Hash hash;
-    std::vector<char> block(std::min(size, kBlock));
+    std::vector<char> block(std::min(size, Block));
     in.seekg(0);
-    for (size_t start = 0; start < size; start += kBlock) {
-        const size_t count = std::min(kBlock, size - start);
+    for (size_t start = 0; start < size; start += Block) {
+        const size_t count = std::min(Block, size - start);
         if (!in.read(block.data(), std::streamsize(count)))
             throw std::runtime_error("it cannot be read");
         hash.addBytes(block.data(), count);

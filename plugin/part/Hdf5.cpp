@@ -10,10 +10,10 @@ namespace hdf5 {
 namespace {
 
 /** Longest text attribute: HDF5 keeps attributes in the object header, which holds 64 KiB. **/
-constexpr size_t kLongestText = 60000;
+constexpr size_t LongestText = 60000;
 
 /** Most numbers a data set can hold, so that a damaged file asks for no absurd memory. **/
-constexpr double kMostNumbers = 1e11;
+constexpr double MostNumbers = 1e11;
 
 void check(herr_t status, const std::string& what) {
     if (status < 0) throw std::runtime_error(describeFailure(what));
@@ -60,7 +60,7 @@ std::vector<Number> readAny(hid_t parent, const std::string& name,
     }
     if (H5Tget_class(type) != kind)
         throw std::runtime_error("'" + name + "' holds another type of number");
-    if (size > kMostNumbers ||
+    if (size > MostNumbers ||
         (size > 0 && double(H5Dget_storage_size(data)) < size * double(H5Tget_size(type))))
         throw std::runtime_error("'" + name + "' claims more numbers than the file holds");
     std::vector<Number> values(size_t(size), Number(0));
@@ -79,21 +79,22 @@ std::string describeFailure(const std::string& what) {
     return "cannot " + what + (isTheDisks ? std::string(": ") + std::strerror(reason) : "");
 }
 
-Handle::Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what) : _id(id), _close(close) {
+Handle::Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what)
+    : m_id(id), m_close(close) {
     if (id < 0) throw std::runtime_error(describeFailure(what));
 }
 
 Handle::~Handle() {
-    if (_id >= 0) _close(_id);
+    if (m_id >= 0) m_close(m_id);
 }
 
 Quiet::Quiet() {
-    H5Eget_auto2(H5E_DEFAULT, &_function, &_data);
+    H5Eget_auto2(H5E_DEFAULT, &m_function, &m_data);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
 Quiet::~Quiet() {
-    H5Eset_auto2(H5E_DEFAULT, _function, _data);
+    H5Eset_auto2(H5E_DEFAULT, m_function, m_data);
 }
 
 Handle createFile(const std::string& path) {
@@ -131,7 +132,7 @@ size_t countLinks(hid_t group) {
 }
 
 void writeText(hid_t object, const std::string& name, const std::string& value) {
-    if (value.size() > kLongestText)
+    if (value.size() > LongestText)
         throw std::runtime_error("the text of '" + name + "' is too long");
     const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "describe '" + name + "'");
     check(H5Tset_size(type, value.size() + 1), "describe '" + name + "'");
@@ -148,7 +149,7 @@ std::string readText(hid_t object, const std::string& name) {
     const Handle stored(H5Aget_type(attribute), H5Tclose, "read the type of '" + name + "'");
     const Handle space(H5Aget_space(attribute), H5Sclose, "read the shape of '" + name + "'");
     if (H5Tget_class(stored) != H5T_STRING || H5Tis_variable_str(stored) > 0 ||
-        H5Sget_simple_extent_npoints(space) != 1 || H5Tget_size(stored) > kLongestText + 1)
+        H5Sget_simple_extent_npoints(space) != 1 || H5Tget_size(stored) > LongestText + 1)
         throw std::runtime_error("'" + name + "' is no text");
     std::string value(H5Tget_size(stored) + 1, '\0');
     check(H5Aread(attribute, stored, value.data()), "read '" + name + "'");

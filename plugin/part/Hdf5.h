@@ -15,15 +15,15 @@ namespace hdf5 {
 class Handle {
 public:
     Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what);
-    Handle(Handle&& other) noexcept : _id(std::exchange(other._id, -1)), _close(other._close) {}
+    Handle(Handle&& other) noexcept : m_id(std::exchange(other.m_id, -1)), m_close(other.m_close) {}
     Handle(const Handle&) = delete;
     Handle& operator=(const Handle&) = delete;
     ~Handle();
-    operator hid_t() const { return _id; }
+    operator hid_t() const { return m_id; }
 
 private:
-    hid_t _id;
-    herr_t (*_close)(hid_t);
+    hid_t m_id;
+    herr_t (*m_close)(hid_t);
 };
 
 /** Keeps HDF5 from printing its own error stack while this lives. **/
@@ -35,8 +35,8 @@ public:
     Quiet& operator=(const Quiet&) = delete;
 
 private:
-    H5E_auto2_t _function = nullptr;
-    void* _data = nullptr;
+    H5E_auto2_t m_function = nullptr;
+    void* m_data = nullptr;
 };
 
 /** "cannot create the file: No space left on device": with the system's reason where it is the

@@ -26,11 +26,11 @@ using Eigen::VectorXd;
 
 /** Modes whose products differ from those of orthonormal mean-axis modes by less are kept as they
 are. **/
-constexpr double kRoundOff = 1e-11;
+constexpr double RoundOff = 1e-11;
 /** A combination of modes with a smaller part of its mass left beside rigid motion is rigid. **/
-constexpr double kRigid = 1e-9;
+constexpr double RigidLimit = 1e-9;
 
-constexpr int kMostNodes = 100000000, kMostModes = 1000000, kMostNumber = 2000000000;
+constexpr int MostNodes = 100000000, MostModes = 1000000, MostNumber = 2000000000;
 
 Matrix3d crossMatrix(const Vector3d& a) {
     Matrix3d A;
@@ -51,14 +51,14 @@ Matrix3d symmetricMatrix(const Components& c) {
 /** Text of a file with numbers of 17 digits. **/
 class FemText {
 public:
-    void line(const std::string& text) { _text += text + "\n"; }
+    void line(const std::string& text) { m_text += text + "\n"; }
     void group(int number, const char* what) {
         line("**");
         line("** RECORD GROUP " + std::to_string(number) + ", " + what);
     }
     void number(double value, char after) {
-        _text += writeScientific(value, 16);
-        _text += after;
+        m_text += writeScientific(value, 16);
+        m_text += after;
     }
     /** One row a line. **/
     template <class Matrix>
@@ -67,10 +67,10 @@ public:
             for (Eigen::Index j = 0; j < A.cols(); ++j)
                 number(A(i, j), j + 1 < A.cols() ? ' ' : '\n');
     }
-    const std::string& text() const { return _text; }
+    const std::string& text() const { return m_text; }
 
 private:
-    std::string _text;
+    std::string m_text;
 };
 
 /** Names in comments: what would end the line or the quotes is replaced. **/
@@ -90,7 +90,7 @@ struct RecordGroup {
 /** The numbers of a file by record group, and the interfaces that its comments name. **/
 class FemFile {
 public:
-    explicit FemFile(const std::string& path) : _path(path) {
+    explicit FemFile(const std::string& path) : m_path(path) {
         TextLines lines(path, "MBDyn modal data file");
         std::vector<std::string_view> fields;
         int group = 0;
@@ -102,7 +102,7 @@ public:
             }
             if (group == 0) lines.refuse("data before the first '** RECORD GROUP' line");
             splitFields(line, fields);
-            auto& numbers = _groups[group].numbers;
+            auto& numbers = m_groups[group].numbers;
             for (size_t k = 0; k < fields.size(); ++k) {
                 const bool isRevision =
                     group == 1 && numbers.empty() && k == 0 && fields[0].substr(0, 3) == "REV";
@@ -111,13 +111,13 @@ public:
         }
     }
 
-    bool has(int group) const { return _groups.count(group) > 0; }
+    bool has(int group) const { return m_groups.count(group) > 0; }
 
     /** The numbers of a group that must have so many. **/
     const std::vector<double>& get(int group, const char* what, size_t count) const {
-        const auto found = _groups.find(group);
-        if (found == _groups.end())
-            throw std::invalid_argument(_path + ": record group " + std::to_string(group) + " (" +
+        const auto found = m_groups.find(group);
+        if (found == m_groups.end())
+            throw std::invalid_argument(m_path + ": record group " + std::to_string(group) + " (" +
                                         what + ") is missing");
         if (found->second.numbers.size() != count)
             refuse(group,
@@ -129,7 +129,7 @@ public:
     }
 
     [[noreturn]] void refuse(int group, const std::string& why) const {
-        throw std::invalid_argument(_path + ":" + std::to_string(_groups.at(group).line) +
+        throw std::invalid_argument(m_path + ":" + std::to_string(m_groups.at(group).line) +
                                     ": record group " + std::to_string(group) + " " + why);
     }
 
@@ -153,10 +153,10 @@ private:
         if (at != std::string::npos && std::sscanf(text.c_str() + at, "RECORD GROUP %d", &number)) {
             if (number < 1 || number > 99)
                 lines.refuse("there is no record group " + std::to_string(number));
-            if (_groups.count(number))
+            if (m_groups.count(number))
                 lines.refuse("record group " + std::to_string(number) + " comes twice");
             group = number;
-            _groups[group].line = lines.number();
+            m_groups[group].line = lines.number();
             return;
         }
         // ** INTERFACE 'name' IS NODE 123
@@ -166,8 +166,8 @@ private:
             interfaces.emplace_back(text.substr(open + 1, close - open - 1), number);
     }
 
-    std::string _path;
-    std::map<int, RecordGroup> _groups;
+    std::string m_path;
+    std::map<int, RecordGroup> m_groups;
 };
 
 /** Everything bilinear in s (from the centre of mass) and the mode shapes. **/
@@ -341,7 +341,7 @@ MatrixXd solvePencil(const FemFile& file, const MatrixXd& M, const VectorXd& who
         file.refuse(9,
                     "is no mass matrix of these modes: with their rigid motion taken out it is "
                     "not positive");
-    const long numRigid = (mu.array() < kRigid * mu[mu.size() - 1]).count();
+    const long numRigid = (mu.array() < RigidLimit * mu[mu.size() - 1]).count();
     const long n = mu.size() - numRigid;
     const MatrixXd W = scale.asDiagonal() * mass.vectors.rightCols(n) *
                        mu.tail(n).cwiseSqrt().cwiseInverse().asDiagonal();
@@ -368,11 +368,11 @@ void setInvariants(const ModalSums& sums, const MatrixXd& V, ReducedBody& body) 
     body.mass = sums.mass;
     body.centerOfMass = {sums.center.x(), sums.center.y(), sums.center.z()};
     body.inertia = {I0(0, 0), I0(1, 1), I0(2, 2), I0(0, 1), I0(0, 2), I0(1, 2)};
-    constexpr size_t kAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    constexpr size_t TensorAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
     body.I1.resize(6 * size_t(n));
     Eigen::Map<MatrixXd> I1(body.I1.data(), 6, n);
     for (size_t c = 0; c < 6; ++c) {
-        const size_t a = kAxes[c][0], b = kAxes[c][1];
+        const size_t a = TensorAxes[c][0], b = TensorAxes[c][1];
         MatrixXd I2;
         if (a == b) {
             const size_t p = (a + 1) % 3, q = (a + 2) % 3;
@@ -487,11 +487,11 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
                          std::vector<std::string>* notes, std::vector<std::string>* warnings) {
     const FemFile file(path);
     const auto& header = file.get(1, "header", 5);
-    const int numNodes = file.toCount(1, header[0], "a number of nodes of", 1, kMostNodes);
+    const int numNodes = file.toCount(1, header[0], "a number of nodes of", 1, MostNodes);
     int n = 0;
     for (size_t k = 1; k < 4; ++k)
-        n += file.toCount(1, header[k], "a number of modes of", 0, kMostModes);
-    n -= file.toCount(1, header[4], "a number of rejected modes of", 0, kMostModes);
+        n += file.toCount(1, header[k], "a number of modes of", 0, MostModes);
+    n -= file.toCount(1, header[4], "a number of rejected modes of", 0, MostModes);
     if (n < 1) file.refuse(1, "has no modes");
 
     // Nodes by ascending number.
@@ -502,7 +502,7 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
               [&](int a, int b) { return listed[size_t(a)] < listed[size_t(b)]; });
     ReducedBody body;
     for (const int k : order) {
-        const int number = file.toCount(2, listed[size_t(k)], "a node number of", 1, kMostNumber);
+        const int number = file.toCount(2, listed[size_t(k)], "a node number of", 1, MostNumber);
         if (!body.mesh.nodeNumbers.empty() && body.mesh.nodeNumbers.back() == number)
             file.refuse(2, "lists node " + std::to_string(number) + " twice");
         body.mesh.nodeNumbers.push_back(number);
@@ -546,12 +546,12 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
         sums.mass * (rigid.a.squaredNorm() + radius * radius * rigid.b.squaredNorm());
 
     const VectorXd stiffness = modes.K.diagonal();
-    const bool isOrthonormal = calcDefect(modes.M, MatrixXd::Identity(n, n)) < kRoundOff &&
-                               calcDefect(MatrixXd(stiffness.asDiagonal()), modes.K) < kRoundOff &&
+    const bool isOrthonormal = calcDefect(modes.M, MatrixXd::Identity(n, n)) < RoundOff &&
+                               calcDefect(MatrixXd(stiffness.asDiagonal()), modes.K) < RoundOff &&
                                std::is_sorted(stiffness.data(), stiffness.data() + n);
     MatrixXd V = MatrixXd::Identity(n, n);
     VectorXd omegaSquared = stiffness;
-    const bool isMeanAxis = isOrthonormal && rigidShare < kRoundOff * kRoundOff * n;
+    const bool isMeanAxis = isOrthonormal && rigidShare < RoundOff * RoundOff * n;
     if (!isMeanAxis) {
         removeRigid(rigid, sums, modes.M);
         V = solvePencil(file, modes.M, wholeMass, modes.K, omegaSquared);

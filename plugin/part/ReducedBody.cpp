@@ -47,12 +47,12 @@ void checkSymmetry(const std::string& part, const char* quantity, const std::vec
 void checkMassNormalized(const std::string& part, const std::array<std::vector<double>, 6>& I2,
                          size_t n) {
     // Reductions meet it to 1e-12; in files with lumped masses the modal masses are of others.
-    constexpr double kTolerance = 0.1;
+    constexpr double Tolerance = 0.1;
     for (size_t j = 0; j < n; ++j)
         for (size_t i = 0; i <= j; ++i) {
             const size_t at = i + j * n;
             const double mass = 0.5 * (I2[0][at] + I2[1][at] + I2[2][at]);
-            if (std::abs(mass - (i == j ? 1 : 0)) <= kTolerance) continue;
+            if (std::abs(mass - (i == j ? 1 : 0)) <= Tolerance) continue;
             std::ostringstream text;
             text << "the modal mass of modes " << i + 1 << " and " << j + 1 << " is " << mass
                  << " by the trace of I2, must be " << (i == j ? 1 : 0)

@@ -13,20 +13,20 @@ namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kFormat = "simflex reduced body";
-constexpr std::pair<ElementType, const char*> kElementNames[] = {
+constexpr const char* Format = "simflex reduced body";
+constexpr std::pair<ElementType, const char*> ElementNames[] = {
     {ElementType::Tet4, "Tet4"},     {ElementType::Tet10, "Tet10"},
     {ElementType::Hex8, "Hex8"},     {ElementType::Hex20, "Hex20"},
     {ElementType::Wedge6, "Wedge6"}, {ElementType::Wedge15, "Wedge15"}};
 
 const char* nameOf(ElementType type) {
-    for (const auto& [candidate, name] : kElementNames)
+    for (const auto& [candidate, name] : ElementNames)
         if (candidate == type) return name;
     throw std::invalid_argument("unknown element type");
 }
 
 ElementType elementTypeOf(const std::string& text) {
-    for (const auto& [type, name] : kElementNames)
+    for (const auto& [type, name] : ElementNames)
         if (text == name) return type;
     throw std::runtime_error("unknown element type '" + text + "'");
 }
@@ -103,7 +103,7 @@ void writeModalStress(hid_t file, const ReducedBody::ModalStress& modal, hsize_t
 }
 
 void writeBody(hid_t file, const ReducedBody& body) {
-    hdf5::writeText(file, "format", kFormat);
+    hdf5::writeText(file, "format", Format);
     hdf5::writeInteger(file, "version", findVersion(body));
     hdf5::writeText(file, "name", body.name);
     hdf5::writeText(file, "units", body.provenance.units);
@@ -220,13 +220,12 @@ ReducedBody readBody(hid_t file) {
     } catch (const std::runtime_error&) {
         // Any other HDF5 file has no such attribute.
     }
-    if (format != kFormat)
-        throw std::runtime_error("it is an HDF5 file, but not of a reduced part");
+    if (format != Format) throw std::runtime_error("it is an HDF5 file, but not of a reduced part");
     const int version = hdf5::readInteger(file, "version");
-    if (version < 1 || version > kReducedBodyFileVersion)
+    if (version < 1 || version > ReducedBodyFileVersion)
         throw std::runtime_error("its format has version " + std::to_string(version) +
                                  ", this simflex reads versions 1 to " +
-                                 std::to_string(kReducedBodyFileVersion) + "; use a newer simflex");
+                                 std::to_string(ReducedBodyFileVersion) + "; use a newer simflex");
     ReducedBody body;
     body.name = hdf5::readText(file, "name");
     body.provenance.units = hdf5::readText(file, "units");

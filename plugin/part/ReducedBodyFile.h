@@ -43,7 +43,7 @@ namespace simflex {
 version that can hold its part, so that older programs read it or refuse it, but never leave part of
 it out: 1 without anything optional, 2 with geometric stiffness, 3 with distributing ties,
 modal stress or a report. **/
-constexpr int kReducedBodyFileVersion = 3;
+constexpr int ReducedBodyFileVersion = 3;
 
 /** Writes a part. The file appears under its name only when it is complete: it is written beside
 it first and then renamed; nothing is left behind after an error. The same part gives the same

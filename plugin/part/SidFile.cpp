@@ -20,19 +20,19 @@ enum class Structure { Zero = 0, Diagonal = 1, General = 3, Unit = 4 };
 
 class SidText {
 public:
-    SidText(int numNodes, int numModes, const std::string& comment) : _numModes(numModes) {
+    SidText(int numNodes, int numModes, const std::string& comment) : m_numModes(numModes) {
         line(0, std::to_string(numNodes) + " " + std::to_string(numModes) +
                     " : No. nodes, No. modes: " + comment);
     }
 
     void line(int indent, const std::string& text) {
-        _text += std::string(size_t(indent), ' ') + text + "\n";
+        m_text += std::string(size_t(indent), ' ') + text + "\n";
     }
     void assign(int indent, const std::string& name, const std::string& value) {
-        constexpr size_t kColumn = 48;
+        constexpr size_t Column = 48;
         std::string left = std::string(size_t(indent), ' ') + name;
-        if (left.size() < kColumn) left.resize(kColumn, ' ');
-        _text += left + "=" + value + "\n";
+        if (left.size() < Column) left.resize(Column, ' ');
+        m_text += left + "=" + value + "\n";
     }
     void assign(int indent, const std::string& name, double value) {
         std::string number = writeFortran(value, 11);
@@ -50,7 +50,7 @@ public:
         assign(inner, "order", " " + std::to_string(m1 ? 1 : 0));
         assign(inner, "nrow", " " + std::to_string(numRows));
         assign(inner, "ncol", " " + std::to_string(numColumns));
-        assign(inner, "nq", " " + std::to_string(_numModes));
+        assign(inner, "nq", " " + std::to_string(m_numModes));
         assign(inner, "nqn", " 0");
         assign(inner, "structure", " " + std::to_string(int(structure)));
         const bool hasEntries = structure == Structure::Diagonal || structure == Structure::General;
@@ -61,14 +61,14 @@ public:
             }
         for (int j = 0; m1 && j < numColumns; ++j)
             for (int i = 0; i < numRows; ++i)
-                for (int k = 0; k < _numModes; ++k) {
+                for (int k = 0; k < m_numModes; ++k) {
                     const double value = m1(i, k, j);
                     if (value != 0) assign(inner, "m1" + places({i, k, j}), value);
                 }
         line(indent, "end " + name);
     }
 
-    const std::string& text() const { return _text; }
+    const std::string& text() const { return m_text; }
 
 private:
     static std::string places(std::initializer_list<int> indices) {
@@ -78,8 +78,8 @@ private:
         return text + ")";
     }
 
-    std::string _text;
-    int _numModes;
+    std::string m_text;
+    int m_numModes;
 };
 
 /** A node: its number, position in the deck, Phi and Psi (3×n_f, columns of `stride`). **/
@@ -147,22 +147,21 @@ void writeSid(const std::string& path, const ReducedBody& body, ExchangeNodes wh
 
     out.line(11, "frame");
     for (const SidNode& node : nodes) {
-        constexpr int kIndent = 21;
+        constexpr int Indent = 21;
         const auto phi = [&](int a, int i) {
             return node.Phi[node.stride * size_t(i) + size_t(a)];
         };
         const auto psi = [&](int a, int i) { return node.Psi ? node.Psi[3 * i + a] : 0.0; };
         out.assign(16, "new node", " " + std::to_string(node.number));
-        out.assign(kIndent, "rframe", " body ref");
+        out.assign(Indent, "rframe", " body ref");
         out.taylor(
-            kIndent, "origin", 3, 1, Structure::General,
+            Indent, "origin", 3, 1, Structure::General,
             [&](int a, int) { return node.position[size_t(a)]; },
             [&](int a, int i, int) { return phi(a, i); });
-        out.taylor(kIndent, "phi", 3, n, Structure::General, phi);
-        out.taylor(kIndent, "psi", 3, n, node.Psi ? Structure::General : Structure::Zero, psi);
+        out.taylor(Indent, "phi", 3, n, Structure::General, phi);
+        out.taylor(Indent, "psi", 3, n, node.Psi ? Structure::General : Structure::Zero, psi);
         out.taylor(
-            kIndent, "AP", 3, 3, Structure::General,
-            [](int a, int b) { return a == b ? 1.0 : 0.0; },
+            Indent, "AP", 3, 3, Structure::General, [](int a, int b) { return a == b ? 1.0 : 0.0; },
             [&](int a, int i, int b) {
                 return node.Psi ? crossEntry(node.Psi + 3 * size_t(i), a, b) : 0.0;
             });
@@ -172,51 +171,51 @@ void writeSid(const std::string& path, const ReducedBody& body, ExchangeNodes wh
 
     const auto& c = body.centerOfMass;
     const double cc = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-    constexpr size_t kAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    constexpr size_t TensorAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
     /** Place of each product ωₐω_b of Oe (xx yy zz xy yz xz) among the components of I. **/
-    constexpr size_t kProducts[6] = {0, 1, 2, 3, 5, 4};
+    constexpr size_t Products[6] = {0, 1, 2, 3, 5, 4};
     const auto I1 = [&](size_t component, int i) { return body.I1[6 * size_t(i) + component]; };
     const auto at = [n](const std::vector<double>& A, int i, int j) {
         return A[size_t(i) + size_t(n) * size_t(j)];
     };
-    constexpr int kIndent = 11;
+    constexpr int Indent = 11;
     out.taylor(
-        kIndent, "mdCM", 3, 1, Structure::General,
+        Indent, "mdCM", 3, 1, Structure::General,
         [&](int a, int) { return body.mass * c[size_t(a)]; }, [](int, int, int) { return 0.0; });
     out.taylor(
-        kIndent, "J", 6, 1, Structure::General,
+        Indent, "J", 6, 1, Structure::General,
         [&](int k, int) {
-            const size_t a = kAxes[k][0], b = kAxes[k][1];
+            const size_t a = TensorAxes[k][0], b = TensorAxes[k][1];
             return body.inertia[size_t(k)] + body.mass * ((a == b ? cc : 0) - c[a] * c[b]);
         },
         [&](int k, int i, int) { return I1(size_t(k), i); });
-    out.taylor(kIndent, "Ct", n, 3, Structure::Zero, {});
+    out.taylor(Indent, "Ct", n, 3, Structure::Zero, {});
     out.taylor(
-        kIndent, "Cr", n, 3, Structure::General, [](int, int) { return 0.0; },
+        Indent, "Cr", n, 3, Structure::General, [](int, int) { return 0.0; },
         [&](int i, int j, int a) { return at(body.N[size_t(a)], j, i); });
-    out.taylor(kIndent, "Me", n, n, Structure::Unit, {});
-    out.taylor(kIndent, "Gr", 3, 3 * n, Structure::General, [&](int a, int column) {
+    out.taylor(Indent, "Me", n, n, Structure::Unit, {});
+    out.taylor(Indent, "Gr", 3, 3 * n, Structure::General, [&](int a, int column) {
         const int b = column % 3;
         const size_t component = a == b ? size_t(a) : a + b == 1 ? 3 : a + b == 2 ? 4 : 5;
         return I1(component, column / 3);
     });
-    out.taylor(kIndent, "Ge", n, 3 * n, Structure::General, [&](int i, int column) {
+    out.taylor(Indent, "Ge", n, 3 * n, Structure::General, [&](int i, int column) {
         return -2 * at(body.N[size_t(column % 3)], i, column / 3);
     });
     out.taylor(
-        kIndent, "Oe", n, 6, Structure::General,
-        [&](int i, int product) { return -(product < 3 ? 0.5 : 1.0) * I1(kProducts[product], i); },
+        Indent, "Oe", n, 6, Structure::General,
+        [&](int i, int product) { return -(product < 3 ? 0.5 : 1.0) * I1(Products[product], i); },
         [&](int i, int j, int product) {
-            const size_t component = kProducts[product];
+            const size_t component = Products[product];
             const double share = product < 3 ? 1 : 2;
             const double stiffening =
                 body.stiffening ? at(body.stiffening->turning[component], i, j) : 0.0;
             return share * (stiffening - at(body.I2[component], i, j));
         });
-    out.taylor(kIndent, "ksigma", n, 1, Structure::Zero, {});
-    out.taylor(kIndent, "Ke", n, n, Structure::Diagonal,
+    out.taylor(Indent, "ksigma", n, 1, Structure::Zero, {});
+    out.taylor(Indent, "Ke", n, n, Structure::Diagonal,
                [&](int i, int j) { return i == j ? body.omegaSquared[size_t(i)] : 0.0; });
-    out.taylor(kIndent, "De", n, n, Structure::Zero, {});
+    out.taylor(Indent, "De", n, n, Structure::Zero, {});
     out.line(6, "end modal");
     out.line(1, "end part");
     replaceFile(path, out.text());

@@ -11,9 +11,9 @@
 namespace simflex {
 namespace {
 
-constexpr auto kWriteInterval = std::chrono::seconds(1);
-constexpr size_t kMostKept = 1 << 17;  // numbers kept back
-constexpr hsize_t kChunkNumbers = 1 << 13;
+constexpr auto WriteInterval = std::chrono::seconds(1);
+constexpr size_t MostKept = 1 << 17;  // numbers kept back
+constexpr hsize_t ChunkNumbers = 1 << 13;
 
 bool endsIn(const std::string& path, const std::string& ending) {
     return path.size() > ending.size() &&
@@ -70,7 +70,7 @@ std::vector<std::string> splitCsv(const std::string& line) {
 /** A data set of one row a time that can grow. **/
 void createGrowing(hid_t file, const char* name, hsize_t columns, int numDimensions) {
     const hsize_t now[2] = {0, columns}, most[2] = {H5S_UNLIMITED, columns},
-                  chunk[2] = {std::max<hsize_t>(1, kChunkNumbers / std::max<hsize_t>(1, columns)),
+                  chunk[2] = {std::max<hsize_t>(1, ChunkNumbers / std::max<hsize_t>(1, columns)),
                               std::max<hsize_t>(1, columns)};
     const hdf5::Handle space(H5Screate_simple(numDimensions, now, most), H5Sclose, "shape");
     const hdf5::Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "create properties");
@@ -237,8 +237,8 @@ void TableFile::append(double time, const double* values) {
     }
     m_times.push_back(time);
     m_values.insert(m_values.end(), values, values + m_numColumns);
-    if (m_values.size() > kMostKept ||
-        std::chrono::steady_clock::now() - m_lastWrite > kWriteInterval)
+    if (m_values.size() > MostKept ||
+        std::chrono::steady_clock::now() - m_lastWrite > WriteInterval)
         flush();
 }
 

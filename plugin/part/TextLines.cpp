@@ -1,19 +1,17 @@
 #include "simflex/part/TextLines.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
+
 namespace simflex {
 namespace {
 
-constexpr size_t kLongestNumber = 64, kLongestQuote = 40;
+constexpr size_t LongestQuote = 40;
 
 bool isSeparator(char c) {
     return c == ' ' || c == '\t' || c == ',' || c == ';' || c == '\r';
@@ -21,29 +19,29 @@ bool isSeparator(char c) {
 
 }  // namespace
 
-TextLines::TextLines(std::string path, const std::string& kind) : _path(std::move(path)) {
-    std::ifstream in(_path, std::ios::binary);
-    if (!in || std::filesystem::is_directory(_path))
-        throw std::runtime_error("cannot read " + kind + " '" + _path + "'");
+TextLines::TextLines(std::string path, const std::string& kind) : m_path(std::move(path)) {
+    std::ifstream in(m_path, std::ios::binary);
+    if (!in || std::filesystem::is_directory(m_path))
+        throw std::runtime_error("cannot read " + kind + " '" + m_path + "'");
     std::ostringstream text;
     text << in.rdbuf();
-    _text = std::move(text).str();
+    m_text = std::move(text).str();
 }
 
 bool TextLines::next() {
-    if (_at >= _text.size()) return false;
-    _begin = _at;
-    const size_t end = std::min(_text.find('\n', _at), _text.size());
-    _line = std::string_view(_text).substr(_at, end - _at);
-    if (!_line.empty() && _line.back() == '\r') _line.remove_suffix(1);
-    _at = end + 1;
-    ++_number;
+    if (m_at >= m_text.size()) return false;
+    m_begin = m_at;
+    const size_t end = std::min(m_text.find('\n', m_at), m_text.size());
+    m_line = std::string_view(m_text).substr(m_at, end - m_at);
+    if (!m_line.empty() && m_line.back() == '\r') m_line.remove_suffix(1);
+    m_at = end + 1;
+    ++m_number;
     return true;
 }
 
 bool TextLines::nextFilled() {
     while (next())
-        if (!trimBlanks(_line).empty()) return true;
+        if (!trimBlanks(m_line).empty()) return true;
     return false;
 }
 
@@ -81,34 +79,9 @@ void splitFields(std::string_view line, std::vector<std::string_view>& fields) {
     }
 }
 
-bool readNumber(std::string_view field, double& value) {
-    if (field.empty() || field.size() > kLongestNumber) return false;
-    char text[kLongestNumber + 1];
-    std::copy(field.begin(), field.end(), text);
-    for (size_t k = 0; k < field.size(); ++k)
-        if (text[k] == 'd' || text[k] == 'D') text[k] = 'e';
-    text[field.size()] = 0;
-    const char* begin = text + (text[0] == '+' && field.size() > 1 && text[1] != '-');
-    const char* end = text + field.size();
-    const auto result = std::from_chars(begin, end, value);
-    if (result.ptr != end) return false;
-    if (result.ec == std::errc::result_out_of_range) {
-        value = 0;
-        return std::strstr(begin, "e-") || std::strstr(begin, "E-");  // too small, not too large
-    }
-    return result.ec == std::errc() && std::isfinite(value);
-}
-
-bool readInteger(std::string_view field, int& value) {
-    if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
-    const char* end = field.data() + field.size();
-    const auto result = std::from_chars(field.data(), end, value);
-    return result.ec == std::errc() && result.ptr == end;
-}
-
 std::string quoteField(std::string_view field) {
-    std::string text = "'" + std::string(field.substr(0, kLongestQuote)) +
-                       (field.size() > kLongestQuote ? "…'" : "'");
+    std::string text = "'" + std::string(field.substr(0, LongestQuote)) +
+                       (field.size() > LongestQuote ? "…'" : "'");
     for (char& c : text)
         if ((unsigned char)(c) < ' ' || c == 0x7f) c = '?';
     return text;

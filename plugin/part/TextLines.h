@@ -21,16 +21,16 @@ public:
     /** The next line that holds something other than blanks. **/
     bool nextFilled();
     /** Makes the line at hand the next one again. **/
-    void stepBack() { _at = _begin, --_number; }
+    void stepBack() { m_at = m_begin, --m_number; }
 
-    std::string_view line() const { return _line; }
-    int number() const { return _number; }
-    const std::string& path() const { return _path; }
+    std::string_view line() const { return m_line; }
+    int number() const { return m_number; }
+    const std::string& path() const { return m_path; }
     /** Part of the file that is read, 0…1. **/
-    double fraction() const { return double(_at) / double(_text.size() + 1); }
+    double fraction() const { return double(m_at) / double(m_text.size() + 1); }
 
     /** "FILE:LINE: ". **/
-    std::string where() const { return _path + ":" + std::to_string(_number) + ": "; }
+    std::string where() const { return m_path + ":" + std::to_string(m_number) + ": "; }
     /** @throws std::invalid_argument that begins with where(). **/
     [[noreturn]] void refuse(const std::string& why) const;
 
@@ -40,10 +40,10 @@ public:
     int parseInteger(std::string_view field, const char* what) const;
 
 private:
-    std::string _path, _text;
-    std::string_view _line;
-    size_t _begin = 0, _at = 0;
-    int _number = 0;
+    std::string m_path, m_text;
+    std::string_view m_line;
+    size_t m_begin = 0, m_at = 0;
+    int m_number = 0;
 };
 
 /** The line without blanks at either end. **/
@@ -51,12 +51,6 @@ std::string_view trimBlanks(std::string_view text);
 
 /** Splits a line at blanks, tabs, commas and semicolons, several of them counting as one. **/
 void splitFields(std::string_view line, std::vector<std::string_view>& fields);
-
-/** Reads a whole field as a finite number. Too small a number is zero. @returns false if it is
- *none.
- **/
-bool readNumber(std::string_view field, double& value);
-bool readInteger(std::string_view field, int& value);
 
 /** A field as messages show it: quoted, cut short, without what a terminal would obey. **/
 std::string quoteField(std::string_view field);

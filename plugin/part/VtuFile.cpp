@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kVertex = 1;  // VTK's cell types
+constexpr int Vertex = 1;  // VTK's cell types
 
 struct VtkCell {
     int type;
@@ -45,8 +45,8 @@ VtkCell describeCell(ElementType type) {
 }
 
 /** Where VTK's XX YY ZZ XY YZ XZ lie among xx yy zz xy xz yz. **/
-constexpr std::array<int, 6> kTensorOrder = {0, 1, 2, 3, 5, 4};
-constexpr const char* kTensorNames =
+constexpr std::array<int, 6> TensorOrder = {0, 1, 2, 3, 5, 4};
+constexpr const char* TensorNames =
     R"( ComponentName0="XX" ComponentName1="YY" ComponentName2="ZZ")"
     R"( ComponentName3="XY" ComponentName4="YZ" ComponentName5="XZ")";
 
@@ -76,37 +76,37 @@ const char* nameOfType<std::uint8_t>() {
 /** Header first, with the offsets that the data will have, then the data in the same order. **/
 class AppendedWriter {
 public:
-    explicit AppendedWriter(const fs::path& path) : _out(path, std::ios::binary) {
-        _out.imbue(std::locale::classic());
+    explicit AppendedWriter(const fs::path& path) : m_out(path, std::ios::binary) {
+        m_out.imbue(std::locale::classic());
     }
 
-    void text(const std::string& line) { _out << line; }
+    void text(const std::string& line) { m_out << line; }
 
     /** Announces an array; `values` must live until writeData(). **/
     template <class Number>
     void announce(const std::string& attributes, const std::vector<Number>& values) {
-        _out << "<DataArray type=\"" << nameOfType<Number>() << "\" " << attributes
-             << " format=\"appended\" offset=\"" << _offset << "\"/>\n";
+        m_out << "<DataArray type=\"" << nameOfType<Number>() << "\" " << attributes
+              << " format=\"appended\" offset=\"" << m_offset << "\"/>\n";
         const std::uint64_t size = values.size() * sizeof(Number);
-        _blocks.push_back({reinterpret_cast<const char*>(values.data()), size});
-        _offset += sizeof size + size;
+        m_blocks.push_back({reinterpret_cast<const char*>(values.data()), size});
+        m_offset += sizeof size + size;
     }
 
     void writeData() {
-        _out << "<AppendedData encoding=\"raw\">\n_";
-        for (const auto& [data, size] : _blocks) {
-            _out.write(reinterpret_cast<const char*>(&size), sizeof size);
-            _out.write(data, std::streamsize(size));
+        m_out << "<AppendedData encoding=\"raw\">\n_";
+        for (const auto& [data, size] : m_blocks) {
+            m_out.write(reinterpret_cast<const char*>(&size), sizeof size);
+            m_out.write(data, std::streamsize(size));
         }
-        _out << "\n</AppendedData>\n";
+        m_out << "\n</AppendedData>\n";
     }
 
-    bool finish() { return bool(_out.flush()); }
+    bool finish() { return bool(m_out.flush()); }
 
 private:
-    std::ofstream _out;
-    std::uint64_t _offset = 0;
-    std::vector<std::pair<const char*, std::uint64_t>> _blocks;
+    std::ofstream m_out;
+    std::uint64_t m_offset = 0;
+    std::vector<std::pair<const char*, std::uint64_t>> m_blocks;
 };
 
 const char* nameOfByteOrder() {
@@ -170,16 +170,16 @@ double calcVonMises(const std::array<double, 6>& s) {
 }
 
 void VtuFile::checkSize(const std::string& what, size_t found, size_t perNode) const {
-    const size_t wanted = perNode * size_t(_mesh.numNodes());
+    const size_t wanted = perNode * size_t(m_mesh.numNodes());
     if (found != wanted)
         throw std::invalid_argument("VtuFile: " + what + " has " + std::to_string(found) +
-                                    " numbers, the mesh of " + std::to_string(_mesh.numNodes()) +
+                                    " numbers, the mesh of " + std::to_string(m_mesh.numNodes()) +
                                     " nodes needs " + std::to_string(wanted));
 }
 
 void VtuFile::setPoints(std::vector<double> positions) {
     checkSize("points", positions.size(), 3);
-    _points = std::move(positions);
+    m_points = std::move(positions);
 }
 
 void VtuFile::addPointField(const std::string& name, int components, std::vector<float> values) {
@@ -187,41 +187,41 @@ void VtuFile::addPointField(const std::string& name, int components, std::vector
     if (components == 6) {
         for (size_t at = 0; at < values.size(); at += 6) {
             std::array<float, 6> tensor;
-            for (size_t k = 0; k < 6; ++k) tensor[k] = values[at + size_t(kTensorOrder[k])];
+            for (size_t k = 0; k < 6; ++k) tensor[k] = values[at + size_t(TensorOrder[k])];
             std::copy(tensor.begin(), tensor.end(), values.begin() + std::ptrdiff_t(at));
         }
     }
-    _fields.push_back({name, components, std::move(values)});
+    m_fields.push_back({name, components, std::move(values)});
 }
 
 void VtuFile::addPointNumbers(const std::string& name, std::vector<int> values) {
     checkSize("field '" + name + "'", values.size(), 1);
-    _indices.push_back({name, 1, std::move(values)});
+    m_indices.push_back({name, 1, std::move(values)});
 }
 
 void VtuFile::addNumbers(const std::string& name, std::vector<double> values) {
-    _numbers.push_back({name, 1, std::move(values)});
+    m_numbers.push_back({name, 1, std::move(values)});
 }
 
 void VtuFile::addTexts(const std::string& name, std::vector<std::string> values) {
-    _texts.emplace_back(name, std::move(values));
+    m_texts.emplace_back(name, std::move(values));
 }
 
 void VtuFile::write(const std::string& path) const {
     std::vector<int> connectivity;
     std::vector<std::int64_t> offsets;
     std::vector<std::uint8_t> types;
-    for (const ElementBlock& block : _mesh.elements) {
+    for (const ElementBlock& block : m_mesh.elements) {
         const VtkCell cell = describeCell(block.type);
         const size_t perElement = size_t(numNodesOf(block.type));
         for (size_t e = 0; e < size_t(block.numElements()); ++e) {
             for (size_t k = 0; k < perElement; ++k) {
                 const size_t place = cell.order.empty() ? k : size_t(cell.order[k]);
                 const int node = block.nodes[e * perElement + place];
-                if (node < 0 || node >= _mesh.numNodes())
+                if (node < 0 || node >= m_mesh.numNodes())
                     throw std::invalid_argument("VtuFile: an element uses node index " +
                                                 std::to_string(node) + ", the mesh has " +
-                                                std::to_string(_mesh.numNodes()) + " nodes");
+                                                std::to_string(m_mesh.numNodes()) + " nodes");
                 connectivity.push_back(node);
             }
             offsets.push_back(std::int64_t(connectivity.size()));
@@ -229,10 +229,10 @@ void VtuFile::write(const std::string& path) const {
         }
     }
     if (types.empty())
-        for (int node = 0; node < _mesh.numNodes(); ++node) {
+        for (int node = 0; node < m_mesh.numNodes(); ++node) {
             connectivity.push_back(node);
             offsets.push_back(node + 1);
-            types.push_back(kVertex);
+            types.push_back(Vertex);
         }
 
     UnfinishedFile unfinished(path);
@@ -243,11 +243,11 @@ void VtuFile::write(const std::string& path) const {
         std::string(nameOfByteOrder()) +
         "\" header_type=\"UInt64\">\n"
         "<UnstructuredGrid>\n<FieldData>\n");
-    for (const auto& array : _numbers)
+    for (const auto& array : m_numbers)
         out.announce("Name=" + quote(array.name) + " NumberOfTuples=\"" +
                          std::to_string(array.values.size()) + "\"",
                      array.values);
-    for (const auto& [name, values] : _texts) {
+    for (const auto& [name, values] : m_texts) {
         std::string codes;
         for (const std::string& value : values) {
             for (const char c : value) codes += std::to_string(int((unsigned char)(c))) + " ";
@@ -256,17 +256,17 @@ void VtuFile::write(const std::string& path) const {
         out.text("<Array type=\"String\" Name=" + quote(name) + " NumberOfTuples=\"" +
                  std::to_string(values.size()) + "\" format=\"ascii\">" + codes + "</Array>\n");
     }
-    out.text("</FieldData>\n<Piece NumberOfPoints=\"" + std::to_string(_mesh.numNodes()) +
+    out.text("</FieldData>\n<Piece NumberOfPoints=\"" + std::to_string(m_mesh.numNodes()) +
              "\" NumberOfCells=\"" + std::to_string(types.size()) + "\">\n<PointData>\n");
-    for (const auto& array : _indices) out.announce("Name=" + quote(array.name), array.values);
-    for (const auto& array : _fields)
+    for (const auto& array : m_indices) out.announce("Name=" + quote(array.name), array.values);
+    for (const auto& array : m_fields)
         out.announce("Name=" + quote(array.name) + " NumberOfComponents=\"" +
                          std::to_string(array.components) + "\"" +
-                         (array.components == 6 ? kTensorNames : ""),
+                         (array.components == 6 ? TensorNames : ""),
                      array.values);
     out.text("</PointData>\n<Points>\n");
     out.announce("Name=\"Points\" NumberOfComponents=\"3\"",
-                 _points.empty() ? _mesh.positions : _points);
+                 m_points.empty() ? m_mesh.positions : m_points);
     out.text("</Points>\n<Cells>\n");
     out.announce("Name=\"connectivity\"", connectivity);
     out.announce("Name=\"offsets\"", offsets);

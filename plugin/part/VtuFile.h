@@ -26,7 +26,7 @@ namespace simflex {
 class VtuFile {
 public:
     /** Points are the mesh's positions until setPoints() is called. The mesh must outlive this. **/
-    explicit VtuFile(const Mesh& mesh) : _mesh(mesh) {}
+    explicit VtuFile(const Mesh& mesh) : m_mesh(mesh) {}
 
     /** Coordinates x y z of each node [m].
     @throws std::invalid_argument if there are not 3×numNodes, as all of these for a wrong size. **/
@@ -59,12 +59,12 @@ private:
 
     void checkSize(const std::string& what, size_t found, size_t perNode) const;
 
-    const Mesh& _mesh;
-    std::vector<double> _points;
-    std::vector<Array<float>> _fields;
-    std::vector<Array<int>> _indices;
-    std::vector<Array<double>> _numbers;
-    std::vector<std::pair<std::string, std::vector<std::string>>> _texts;
+    const Mesh& m_mesh;
+    std::vector<double> m_points;
+    std::vector<Array<float>> m_fields;
+    std::vector<Array<int>> m_indices;
+    std::vector<Array<double>> m_numbers;
+    std::vector<std::pair<std::string, std::vector<std::string>>> m_texts;
 };
 
 /** Writes the undeformed part in deck coordinates, with

@@ -16,40 +16,40 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kDenseSize = 400;   // below this a dense eigensolver is as quick
-constexpr double kNothing = 1e-14;  // eigenvalues over the largest that are nothing but round-off
-constexpr double kCoincide = 1e-8;  // eigenvalues this close to each other may be one, many times
-constexpr double kNearlyThere = 1e-3;  // residual over the eigenvalue of what will not change much
-constexpr double kIllScaled = 1e-6;    // squared singular values of a block that need another pass
-constexpr int kStepsOfFreshBlock = 8;
-constexpr int kMostRestarts = 300;
-constexpr Index kChunk = 512;                 // rows that stay in the cache
-constexpr Index kVectorWorthThreads = 20000;  // rows
-constexpr Index kSums = 64;                   // partial sums, of consecutive chunks each
+constexpr Index DenseSize = 400;      // below this a dense eigensolver is as quick
+constexpr double Nothing = 1e-14;     // eigenvalues over the largest that are nothing but round-off
+constexpr double Coincide = 1e-8;     // eigenvalues this close to each other may be one, many times
+constexpr double NearlyThere = 1e-3;  // residual over the eigenvalue of what will not change much
+constexpr double IllScaled = 1e-6;    // squared singular values of a block that need another pass
+constexpr int StepsOfFreshBlock = 8;
+constexpr int MostRestarts = 300;
+constexpr Index ChunkRows = 512;             // rows that stay in the cache
+constexpr Index VectorWorthThreads = 20000;  // rows
+constexpr Index Sums = 64;                   // partial sums, of consecutive chunks each
 
 /** The basis V and what is done with all of it, in chunks of rows. **/
 class Basis {
 public:
-    Basis(Index size, Index capacity) : _V(size, capacity) {}
+    Basis(Index size, Index capacity) : m_V(size, capacity) {}
 
-    Index size() const { return _V.rows(); }
-    Index count() const { return _count; }
-    Index capacity() const { return _V.cols(); }
+    Index size() const { return m_V.rows(); }
+    Index count() const { return m_count; }
+    Index capacity() const { return m_V.cols(); }
 
-    void grow(Index capacity) { _V.conservativeResize(Eigen::NoChange, capacity); }
+    void grow(Index capacity) { m_V.conservativeResize(Eigen::NoChange, capacity); }
 
     void append(const MatrixXd& block) {
-        _V.middleCols(_count, block.cols()) = block;
-        _count += block.cols();
+        m_V.middleCols(m_count, block.cols()) = block;
+        m_count += block.cols();
     }
 
     /** W ← W − V VᵀW, twice. @returns the coefficients taken out, count×k. **/
     MatrixXd orthogonalize(MatrixXd& W) const {
-        const auto V = _V.leftCols(_count);
-        MatrixXd first = sum(_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
+        const auto V = m_V.leftCols(m_count);
+        MatrixXd first = sum(m_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
             part.noalias() += V.middleRows(row, rows).transpose() * W.middleRows(row, rows);
         });
-        const MatrixXd second = sum(_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
+        const MatrixXd second = sum(m_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
             W.middleRows(row, rows).noalias() -= V.middleRows(row, rows) * first;
             part.noalias() += V.middleRows(row, rows).transpose() * W.middleRows(row, rows);
         });
@@ -89,8 +89,8 @@ public:
                 Q.middleRows(row, rows).noalias() = W.middleRows(row, rows) * toQ;
             });
             W.swap(Q);
-            const bool good = dropped == 0 && lambda[0] > kIllScaled &&
-                              norms.minCoeff() > std::sqrt(kIllScaled) * longest;
+            const bool good = dropped == 0 && lambda[0] > IllScaled &&
+                              norms.minCoeff() > std::sqrt(IllScaled) * longest;
             if (kept == 0 || (pass > 0 && good)) break;
             if (!good) orthogonalize(W);
             if (pass > 8) throw std::runtime_error("a block of Lanczos vectors lost its rank");
@@ -100,7 +100,7 @@ public:
 
     /** V S. **/
     MatrixXd combine(const MatrixXd& S) const {
-        const auto V = _V.leftCols(_count);
+        const auto V = m_V.leftCols(m_count);
         MatrixXd result(size(), S.cols());
         forChunks([&](Index row, Index rows) {
             result.middleRows(row, rows).noalias() = V.middleRows(row, rows) * S;
@@ -111,35 +111,35 @@ public:
     /** V ← V S. **/
     void replaceBy(const MatrixXd& S) {
         forChunks([&](Index row, Index rows) {
-            const MatrixXd part = _V.block(row, 0, rows, _count) * S;
-            _V.block(row, 0, rows, S.cols()) = part;
+            const MatrixXd part = m_V.block(row, 0, rows, m_count) * S;
+            m_V.block(row, 0, rows, S.cols()) = part;
         });
-        _count = S.cols();
+        m_count = S.cols();
     }
 
 private:
-    int chooseThreads() const { return size() >= kVectorWorthThreads ? omp_get_max_threads() : 1; }
+    int chooseThreads() const { return size() >= VectorWorthThreads ? omp_get_max_threads() : 1; }
 
     template <class Work>
     void forChunks(const Work& work) const {
-        const Index numChunks = (size() + kChunk - 1) / kChunk;
+        const Index numChunks = (size() + ChunkRows - 1) / ChunkRows;
         parallelFor(numChunks, chooseThreads(), [&](Index chunk) {
-            const Index row = chunk * kChunk;
-            work(row, std::min(kChunk, size() - row));
+            const Index row = chunk * ChunkRows;
+            work(row, std::min(ChunkRows, size() - row));
         });
     }
 
     template <class Work>
     MatrixXd sum(Index numRows, Index numColumns, const Work& work) const {
-        const Index numChunks = (size() + kChunk - 1) / kChunk,
-                    numSums = std::min(kSums, numChunks);
+        const Index numChunks = (size() + ChunkRows - 1) / ChunkRows,
+                    numSums = std::min(Sums, numChunks);
         std::vector<MatrixXd> parts(static_cast<size_t>(numSums));
         parallelFor(numSums, chooseThreads(), [&](Index k) {
             MatrixXd part = MatrixXd::Zero(numRows, numColumns);
             const Index end = (k + 1) * numChunks / numSums;
             for (Index chunk = k * numChunks / numSums; chunk < end; ++chunk) {
-                const Index row = chunk * kChunk;
-                work(row, std::min(kChunk, size() - row), part);
+                const Index row = chunk * ChunkRows;
+                work(row, std::min(ChunkRows, size() - row), part);
             }
             parts[size_t(k)] = std::move(part);
         });
@@ -147,8 +147,8 @@ private:
         return parts[0];
     }
 
-    MatrixXd _V;  // columns from _count on are not touched, and take no memory
-    Index _count = 0;
+    MatrixXd m_V;  // columns from m_count on are not touched, and take no memory
+    Index m_count = 0;
 };
 
 /** Numbers in −½…½ that are the same everywhere. **/
@@ -157,12 +157,12 @@ public:
     MatrixXd make(Index size, Index width) {
         MatrixXd block(size, width);
         for (Index k = 0; k < block.size(); ++k)
-            block.data()[k] = double(_generator() >> 11) * 0x1p-53 - 0.5;
+            block.data()[k] = double(m_generator() >> 11) * 0x1p-53 - 0.5;
         return block;
     }
 
 private:
-    std::mt19937_64 _generator{20250401};
+    std::mt19937_64 m_generator{20250401};
 };
 
 /** Ritz values and vectors of T, descending, with their residuals. **/
@@ -187,12 +187,12 @@ struct Verdict {
 Verdict judge(const Ritz& ritz, const ModeRange& range, double accuracy, Index blockSize) {
     Verdict verdict;
     const Index n = ritz.values.size();
-    const double nothing = kNothing * ritz.values[0];
+    const double nothing = Nothing * ritz.values[0];
     for (Index k = 0; k < n && !verdict.complete; ++k) {
         const double value = ritz.values[k], residual = ritz.residuals[k];
         if (value <= nothing && residual <= nothing) {
             verdict.complete = verdict.suspicious = true;  // are these all?
-        } else if (value + residual < range.smallest && residual <= kNearlyThere * value && k > 0) {
+        } else if (value + residual < range.smallest && residual <= NearlyThere * value && k > 0) {
             verdict.complete = true;  // early on, the largest are not seen yet
         } else if (value > nothing && residual <= accuracy * value) {
             if (value < range.smallest) {
@@ -206,7 +206,7 @@ Verdict judge(const Ritz& ritz, const ModeRange& range, double accuracy, Index b
         }
     }
     for (Index k = blockSize - 1; k < verdict.numFound; ++k)
-        if (ritz.values[k - blockSize + 1] - ritz.values[k] <= kCoincide * ritz.values[k])
+        if (ritz.values[k - blockSize + 1] - ritz.values[k] <= Coincide * ritz.values[k])
             verdict.suspicious = true;
     return verdict;
 }
@@ -225,7 +225,7 @@ Eigenpairs solveDensely(const SymmetricOperator& C, const ModeRange& range,
     }
     const SymmetricEigen eigen = calcSymmetricEigen(0.5 * (full + full.transpose()));
     const VectorXd values = eigen.values.reverse();
-    const double least = std::max(range.smallest, kNothing * values[0]);
+    const double least = std::max(range.smallest, Nothing * values[0]);
     Index count = 0;
     while (count < std::min<Index>(range.count, size) && values[count] > 0 &&
            values[count] >= least)
@@ -245,7 +245,7 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
                                  const LanczosOptions& options) {
     const Index size = C.size();
     const bool bounded = range.count < size;
-    if (size <= kDenseSize || (bounded && range.smallest == 0 && range.count > size / 3) ||
+    if (size <= DenseSize || (bounded && range.smallest == 0 && range.count > size / 3) ||
         (!bounded && range.smallest == 0))
         return solveDensely(C, range, phase, progress);
 
@@ -264,7 +264,7 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
     VectorXd found;                                                   // before the last fresh block
     double largest = 0;                                               // of |C|, from below
     Index numApplied = 0, nextJudgement = bounded ? range.count : 0;  // vectors
-    int sinceFresh = kStepsOfFreshBlock, numRestarts = 0;
+    int sinceFresh = StepsOfFreshBlock, numRestarts = 0;
     for (;;) {
         // One step: V takes the block W, which becomes C W less what V spans.
         const Index width = W.cols(), before = basis.count();
@@ -295,12 +295,11 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
         Verdict verdict = judge(ritz, range, options.accuracy, blockSize);
         if (exhausted) verdict.suspicious = true;
         bool wantsFresh = exhausted;
-        if ((verdict.complete && (sinceFresh >= kStepsOfFreshBlock || exhausted)) ||
-            count == size) {
+        if ((verdict.complete && (sinceFresh >= StepsOfFreshBlock || exhausted)) || count == size) {
             const VectorXd values = ritz.values.head(verdict.numFound);
             const bool confirmed =
                 values.size() == found.size() &&
-                ((values - found).array().abs() <= kCoincide * values.array()).all();
+                ((values - found).array().abs() <= Coincide * values.array()).all();
             if (!verdict.suspicious || confirmed || count == size) {
                 result.values = values;
                 result.vectors = basis.combine(ritz.vectors.leftCols(verdict.numFound));
@@ -310,9 +309,9 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
             wantsFresh = true;
         }
         if (full || (wantsFresh && count + W.cols() + blockSize > capacity)) {
-            if (++numRestarts > kMostRestarts)
+            if (++numRestarts > MostRestarts)
                 throw std::runtime_error("Lanczos did not converge in " +
-                                         std::to_string(kMostRestarts) + " restarts");
+                                         std::to_string(MostRestarts) + " restarts");
             if (verdict.numFound > capacity / 2 && capacity < size) {
                 capacity = std::min(2 * capacity, size);
                 basis.grow(capacity);

@@ -10,7 +10,7 @@ namespace simflex {
 namespace {
 
 /** Of a rigid motion of unit size: by how much T q may miss it. **/
-constexpr double kNoRigidMotion = 1e-9;
+constexpr double NoRigidMotion = 1e-9;
 
 /** Place of each coordinate in the list, −1 if it is not listed. **/
 std::vector<int> invertList(const std::vector<int>& listed, int size) {
@@ -22,7 +22,7 @@ std::vector<int> invertList(const std::vector<int>& listed, int size) {
 }  // namespace
 
 int Coordinates::size() const {
-    return constraints().empty() ? _model.K.size : constraints().numCoordinates;
+    return constraints().empty() ? m_model.K.size : constraints().numCoordinates;
 }
 
 SymmetricMatrix Coordinates::assemble(const SymmetricMatrix& K) const {
@@ -56,7 +56,7 @@ SymmetricMatrix Coordinates::assemble(const SymmetricMatrix& K) const {
 }
 
 Shapes Coordinates::expand(const std::vector<int>& listed, const Eigen::MatrixXd& q) const {
-    Shapes u = Shapes::Zero(_model.K.size, q.cols());
+    Shapes u = Shapes::Zero(m_model.K.size, q.cols());
     const Eigen::Index count = q.cols();
     if (constraints().empty()) {
 #pragma omp parallel for schedule(static)
@@ -67,7 +67,7 @@ Shapes Coordinates::expand(const std::vector<int>& listed, const Eigen::MatrixXd
     const NodalConstraints& T = constraints();
     const std::vector<int> place = invertList(listed, size());
 #pragma omp parallel for schedule(static)
-    for (int row = 0; row < _model.K.size; ++row)
+    for (int row = 0; row < m_model.K.size; ++row)
         for (auto k = T.rowStarts[row]; k < T.rowStarts[row + 1]; ++k) {
             const int at = place[size_t(T.columns[k])];
             if (at >= 0) u.row(row) += T.coefficients[k] * q.row(at);
@@ -87,7 +87,7 @@ Eigen::MatrixXd Coordinates::contract(const std::vector<int>& listed, const Shap
     const NodalConstraints& T = constraints();
     const std::vector<int> place = invertList(listed, size());
     g.setZero();
-    for (int row = 0; row < _model.K.size; ++row)
+    for (int row = 0; row < m_model.K.size; ++row)
         for (auto k = T.rowStarts[row]; k < T.rowStarts[row + 1]; ++k) {
             const int at = place[size_t(T.columns[k])];
             if (at >= 0) g.row(at) += T.coefficients[k] * f.row(row);
@@ -98,7 +98,7 @@ Eigen::MatrixXd Coordinates::contract(const std::vector<int>& listed, const Shap
 Shapes Coordinates::solveRigid(const Shapes& R) const {
     if (constraints().empty()) return R;
     SymmetricMatrix identity;
-    identity.size = _model.K.size;
+    identity.size = m_model.K.size;
     for (int dof = 0; dof <= identity.size; ++dof) identity.columnStarts.push_back(dof);
     for (int dof = 0; dof < identity.size; ++dof) {
         identity.rows.push_back(dof);
@@ -111,7 +111,7 @@ Shapes Coordinates::solveRigid(const Shapes& R) const {
         normal.factor(assemble(identity));
     } catch (const SparseCholesky::SingularMatrix& singular) {
         throw std::invalid_argument(
-            _model.source + ": the constraints have a coordinate that moves no node" +
+            m_model.source + ": the constraints have a coordinate that moves no node" +
             (singular.row >= 0 ? " (number " + std::to_string(singular.row) + ")" : std::string()));
     }
     Eigen::MatrixXd q = normal.solve(contract(all, R));
@@ -121,11 +121,11 @@ Shapes Coordinates::solveRigid(const Shapes& R) const {
     for (Eigen::Index j = 0; j < 6; ++j) {
         Eigen::Index row = 0;
         const double largest = missed.col(j).cwiseAbs().maxCoeff(&row);
-        if (largest <= kNoRigidMotion * R.col(j).cwiseAbs().maxCoeff()) continue;
+        if (largest <= NoRigidMotion * R.col(j).cwiseAbs().maxCoeff()) continue;
         std::ostringstream text;
-        text << _model.source << ": the constraints resist rigid "
+        text << m_model.source << ": the constraints resist rigid "
              << (j < 3 ? "translation along " : "rotation about ") << "xyz"[j % 3] << " at node "
-             << _model.mesh.nodeNumbers[size_t(row / 3)]
+             << m_model.mesh.nodeNumbers[size_t(row / 3)]
              << "; a part must be free: take constraints to ground out of the model";
         throw std::invalid_argument(text.str());
     }
@@ -157,7 +157,7 @@ int Coordinates::nodeNumberOf(int coordinate) const {
                   constraints().rowStarts.begin()) -
               1;
     }
-    return _model.mesh.nodeNumbers[size_t(row / 3)];
+    return m_model.mesh.nodeNumbers[size_t(row / 3)];
 }
 
 }  // namespace simflex

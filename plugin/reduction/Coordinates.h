@@ -10,7 +10,7 @@ namespace simflex {
 class Coordinates {
 public:
     /** Keeps a reference to the model. **/
-    explicit Coordinates(const FeModel& model) : _model(model) {}
+    explicit Coordinates(const FeModel& model) : m_model(model) {}
 
     int size() const;
 
@@ -35,9 +35,9 @@ public:
     int nodeNumberOf(int coordinate) const;
 
 private:
-    const NodalConstraints& constraints() const { return _model.constraints; }
+    const NodalConstraints& constraints() const { return m_model.constraints; }
 
-    const FeModel& _model;
+    const FeModel& m_model;
 };
 
 }  // namespace simflex

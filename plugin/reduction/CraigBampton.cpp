@@ -22,7 +22,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 /** Part of an attachment mode's energy below which the normal modes hold all of it. **/
-constexpr double kNothingNew = 1e-12;
+constexpr double NothingNew = 1e-12;
 
 [[noreturn]] void refuse(const ReductionOptions& options, const std::string& what) {
     throw std::invalid_argument("part '" + options.name + "': " + what);
@@ -34,10 +34,10 @@ class FreeModesOperator : public SymmetricOperator {
 public:
     FreeModesOperator(const FeProducts& products, const RigidMotion& rigid,
                       const FixedInterfaces& held, const Shapes& constraint)
-        : _m(products.m), _held(held), _R(rigid.R), _MR(products.m.multiplyPerAxis(rigid.R)) {
-        _RMR = Eigen::LDLT<MatrixXd>(MatrixXd(_R.transpose() * _MR));
+        : m_m(products.m), m_held(held), m_R(rigid.R), m_MR(products.m.multiplyPerAxis(rigid.R)) {
+        m_RMR = Eigen::LDLT<MatrixXd>(MatrixXd(m_R.transpose() * m_MR));
         if (constraint.cols() <= 6) {
-            _static = Shapes::Zero(constraint.rows(), 0);
+            m_static = Shapes::Zero(constraint.rows(), 0);
             return;
         }
         const MatrixXd K = constraint.transpose() * products.K.multiply(constraint);
@@ -45,35 +45,36 @@ public:
         const SymmetricEigen eigen = calcSymmetricEigen(
             scale.asDiagonal() * (0.5 * (K + K.transpose())) * scale.asDiagonal());
         const Index elastic = K.rows() - 6;
-        _static = constraint * (scale.asDiagonal() * eigen.vectors.rightCols(elastic) *
-                                eigen.values.tail(elastic).cwiseSqrt().cwiseInverse().asDiagonal());
+        m_static =
+            constraint * (scale.asDiagonal() * eigen.vectors.rightCols(elastic) *
+                          eigen.values.tail(elastic).cwiseSqrt().cwiseInverse().asDiagonal());
     }
 
-    Index size() const override { return _static.cols() + _held.size(); }
+    Index size() const override { return m_static.cols() + m_held.size(); }
 
     /** Ξ x. **/
     Shapes toShapes(const MatrixXd& X) const {
-        Shapes u = _held.toShapes(X.bottomRows(_held.size()));
-        u.noalias() += _static * X.topRows(_static.cols());
-        u -= _R * _RMR.solve(MatrixXd(_MR.transpose() * u));
+        Shapes u = m_held.toShapes(X.bottomRows(m_held.size()));
+        u.noalias() += m_static * X.topRows(m_static.cols());
+        u -= m_R * m_RMR.solve(MatrixXd(m_MR.transpose() * u));
         return u;
     }
 
     void apply(const MatrixXd& X, MatrixXd& Y) const override {
-        Shapes f = _m.multiplyPerAxis(toShapes(X));
-        f -= _MR * _RMR.solve(MatrixXd(_R.transpose() * f));
+        Shapes f = m_m.multiplyPerAxis(toShapes(X));
+        f -= m_MR * m_RMR.solve(MatrixXd(m_R.transpose() * f));
         Y.resize(X.rows(), X.cols());
-        Y.topRows(_static.cols()) = _static.transpose() * f;
-        Y.bottomRows(_held.size()) = _held.fromForces(f);
+        Y.topRows(m_static.cols()) = m_static.transpose() * f;
+        Y.bottomRows(m_held.size()) = m_held.fromForces(f);
     }
 
 private:
-    const FullRows& _m;
-    const FixedInterfaces& _held;
-    const Shapes& _R;
-    const Shapes _MR;
-    Eigen::LDLT<MatrixXd> _RMR;
-    Shapes _static;
+    const FullRows& m_m;
+    const FixedInterfaces& m_held;
+    const Shapes& m_R;
+    const Shapes m_MR;
+    Eigen::LDLT<MatrixXd> m_RMR;
+    Shapes m_static;
 };
 
 /** Unit forces at the load points, a column for each direction. **/
@@ -120,7 +121,7 @@ Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
         before.unaryExpr([](double twice) { return twice > 0 ? 1 / std::sqrt(twice) : 0.0; });
     const SymmetricEigen energy =
         calcSymmetricEigen(scale.asDiagonal() * symmetricGram(loads, u) * scale.asDiagonal());
-    const Index kept = (energy.values.array() > kNothingNew).count();
+    const Index kept = (energy.values.array() > NothingNew).count();
     return u * (scale.asDiagonal() * energy.vectors.rightCols(kept) *
                 energy.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal());
 }
@@ -129,45 +130,45 @@ Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
 class Stages {
 public:
     Stages(const FeModel& model, const ReductionOptions& options)
-        : _checkpoint(options.checkpoint) {
-        if (!_checkpoint) return;
+        : m_checkpoint(options.checkpoint) {
+        if (!m_checkpoint) return;
         for (const SymmetricMatrix* A : {&model.K, &model.m}) {
-            _key.add(A->columnStarts);
-            _key.add(A->rows);
-            _key.add(A->values);
+            m_key.add(A->columnStarts);
+            m_key.add(A->rows);
+            m_key.add(A->values);
         }
-        _key.add(model.mesh.positions);
-        _key.add(model.constraints.rowStarts);
-        _key.add(model.constraints.columns);
-        _key.add(model.constraints.coefficients);
+        m_key.add(model.mesh.positions);
+        m_key.add(model.constraints.rowStarts);
+        m_key.add(model.constraints.columns);
+        m_key.add(model.constraints.coefficients);
         for (const InterfaceOptions& interface : options.interfaces) {
-            _key.add(interface.name);
-            _key.add(selectNodes(model.mesh, interface.nodes));
-            _key.add(interface.tie == TieType::Rigid ? 0.0 : 1.0);
+            m_key.add(interface.name);
+            m_key.add(selectNodes(model.mesh, interface.nodes));
+            m_key.add(interface.tie == TieType::Rigid ? 0.0 : 1.0);
             if (interface.master)
-                for (const double x : *interface.master) _key.add(x);
+                for (const double x : *interface.master) m_key.add(x);
         }
         for (const LoadPoint& point : options.loadPoints) {
-            _key.add(selectNodes(model.mesh, point.nodes));
-            _key.add(point.axes);
+            m_key.add(selectNodes(model.mesh, point.nodes));
+            m_key.add(point.axes);
         }
-        _key.add(double(options.numModes));
-        _key.add(options.highestFrequency.value_or(-1));
-        _key.add(options.solver ? 1.0 : 0.0);
+        m_key.add(double(options.numModes));
+        m_key.add(options.highestFrequency.value_or(-1));
+        m_key.add(options.solver ? 1.0 : 0.0);
     }
 
     template <class Make>
     void run(const char* name, const std::vector<Shapes*>& shapes,
              const std::vector<Eigen::VectorXd*>& vectors, const Make& make) const {
-        if (!_checkpoint) return make();
+        if (!m_checkpoint) return make();
         const auto visitAll = [&](Archive& archive) {
             for (Eigen::VectorXd* x : vectors) visit(archive, *x);
             for (Shapes* X : shapes) visit(archive, *X);
         };
-        if (_checkpoint->load(name, _key.get(), visitAll)) return;
+        if (m_checkpoint->load(name, m_key.get(), visitAll)) return;
         auto start = std::chrono::steady_clock::now();
         make();
-        _checkpoint->save(name, _key.get(), lapTime(start), visitAll);
+        m_checkpoint->save(name, m_key.get(), lapTime(start), visitAll);
     }
 
 private:
@@ -187,8 +188,8 @@ private:
         archive.visitBytes(X.data(), size_t(X.size()) * sizeof(double));
     }
 
-    const ReductionCheckpoint* _checkpoint;
-    Hash _key;
+    const ReductionCheckpoint* m_checkpoint;
+    Hash m_key;
 };
 
 /** How many normal modes are wanted, and down to which 1/ω². **/

@@ -22,10 +22,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 /** Part of the largest singular value below which a direction of loads counts as none. **/
-constexpr double kRank = 1e-10;
+constexpr double Rank = 1e-10;
 
 /** Writing a factor and reading it again, about. **/
-constexpr double kBytesPerSecond = 4e8;
+constexpr double BytesPerSecond = 4e8;
 
 std::uint64_t calcKey(const SymmetricMatrix& A) {
     Hash hash;
@@ -101,15 +101,15 @@ SymmetricMatrix tripleAxes(const SymmetricMatrix& m) {
 /** Θᵀ M Θ: its eigenvalues are 1/ω² of the normal modes. **/
 class NormalModesOperator : public SymmetricOperator {
 public:
-    NormalModesOperator(const FixedInterfaces& held, const FullRows& m) : _held(held), _m(m) {}
-    Index size() const override { return _held.size(); }
+    NormalModesOperator(const FixedInterfaces& held, const FullRows& m) : m_held(held), m_m(m) {}
+    Index size() const override { return m_held.size(); }
     void apply(const MatrixXd& X, MatrixXd& Y) const override {
-        Y = _held.fromForces(_m.multiplyPerAxis(_held.toShapes(X)));
+        Y = m_held.fromForces(m_m.multiplyPerAxis(m_held.toShapes(X)));
     }
 
 private:
-    const FixedInterfaces& _held;
-    const FullRows& _m;
+    const FixedInterfaces& m_held;
+    const FullRows& m_m;
 };
 
 }  // namespace
@@ -317,7 +317,7 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
         // Not where reading it again would take as long.
         if (options.checkpoint &&
             (options.checkpoint->worthSeconds() == 0 ||
-             spent.count() >= double(prediction.factorBytes) / kBytesPerSecond))
+             spent.count() >= double(prediction.factorBytes) / BytesPerSecond))
             options.checkpoint->save("factor", key, spent.count(),
                                      [&](Archive& out) { cholesky.save(out); });
     } catch (const SparseCholesky::SingularMatrix& singular) {
@@ -338,7 +338,7 @@ void FixedInterfaces::Data::prepareMeans() {
     N = MatrixXd::Identity(count, count);
     if (isSupported()) {
         const MatrixXd DR = calcMean(rigid.R);
-        ColumnSpace space = calcColumnSpace(DR, kRank * kRank);
+        ColumnSpace space = calcColumnSpace(DR, Rank * Rank);
         if (space.rank < 6)
             refuse("its interfaces do not hold it: a rigid motion moves none of them");
         N = std::move(space.complement);
@@ -356,23 +356,23 @@ void FixedInterfaces::Data::prepareMeans() {
 FixedInterfaces::FixedInterfaces(const std::string& part, const FeModel& model,
                                  const FeProducts& products, const RigidMotion& rigid,
                                  const InterfaceTies& ties)
-    : _data(std::make_unique<Data>(part, model, products, rigid, ties)) {}
+    : m_data(std::make_unique<Data>(part, model, products, rigid, ties)) {}
 
 FixedInterfaces::~FixedInterfaces() = default;
 
 void FixedInterfaces::factor(int numModes, const ReductionOptions& options,
                              const ProgressCallback& progress) {
-    _data->findCoordinates();
-    if (!_data->free.empty()) _data->factorFree(numModes, options, progress);
-    _data->prepareMeans();
+    m_data->findCoordinates();
+    if (!m_data->free.empty()) m_data->factorFree(numModes, options, progress);
+    m_data->prepareMeans();
 }
 
 Index FixedInterfaces::size() const {
-    return Index(_data->free.size());
+    return Index(m_data->free.size());
 }
 
 Shapes FixedInterfaces::toShapes(const MatrixXd& z) const {
-    const Data& d = *_data;
+    const Data& d = *m_data;
     if (d.free.empty()) return Shapes::Zero(d.model.K.size, z.cols());
     MatrixXd x = z;
     if (d.Q.cols() > 0) x.noalias() -= d.Q * (d.Q.transpose() * z);
@@ -381,7 +381,7 @@ Shapes FixedInterfaces::toShapes(const MatrixXd& z) const {
 }
 
 MatrixXd FixedInterfaces::fromForces(const Shapes& f) const {
-    const Data& d = *_data;
+    const Data& d = *m_data;
     if (d.free.empty()) return MatrixXd::Zero(0, f.cols());
     MatrixXd y = d.takeForces(f);
     d.cholesky.solveLower(y, y);
@@ -390,7 +390,7 @@ MatrixXd FixedInterfaces::fromForces(const Shapes& f) const {
 }
 
 Shapes FixedInterfaces::solve(const Shapes& f) const {
-    const Data& d = *_data;
+    const Data& d = *m_data;
     if (d.free.empty() || f.cols() == 0) return Shapes::Zero(d.model.K.size, f.cols());
     MatrixXd x = d.solveFree(d.takeForces(f));
     if (d.C.cols() > 0) x -= d.Y * d.CY.solve(d.C.transpose() * x);
@@ -398,7 +398,7 @@ Shapes FixedInterfaces::solve(const Shapes& f) const {
 }
 
 Shapes FixedInterfaces::calcConstraintModes() const {
-    const Data& d = *_data;
+    const Data& d = *m_data;
     const Index numBoundary = d.ties.numBoundaryDofs(), numMeans = d.numMeans();
     MatrixXd prescribed = MatrixXd::Zero(numMeans, numBoundary);  // D u of each mode
     for (size_t k = 0; k < d.means.size(); ++k)
@@ -419,14 +419,14 @@ Shapes FixedInterfaces::calcConstraintModes() const {
 
 FixedInterfaces::NormalModes FixedInterfaces::calcNormalModes(
     const ModeRange& range, const ProgressCallback& progress) const {
-    const Data& d = *_data;
-    constexpr const char* kPhase = "normal modes";
+    const Data& d = *m_data;
+    constexpr const char* Phase = "normal modes";
     if (d.free.empty() || range.count == 0)
         return {Eigen::VectorXd(0), Shapes::Zero(d.model.K.size, 0), 0};
     if (!d.solver) {
         const OneBlasThread oneThread;
-        const Eigenpairs pairs = calcLargestEigenpairs(NormalModesOperator(*this, d.products.m),
-                                                       range, kPhase, progress);
+        const Eigenpairs pairs =
+            calcLargestEigenpairs(NormalModesOperator(*this, d.products.m), range, Phase, progress);
         return {pairs.values.cwiseInverse(), toShapes(pairs.vectors), pairs.numBlocks};
     }
     // The mass of x with the rigid motion of makeShapes() in it, (1 − R Aᵀ)ᵀ M (1 − R Aᵀ).
@@ -441,17 +441,18 @@ FixedInterfaces::NormalModes FixedInterfaces::calcNormalModes(
         S.topRightCorner(6, 6) = S.bottomLeftCorner(6, 6) = -MatrixXd::Identity(6, 6);
         S.bottomRightCorner(6, 6) = symmetricGram(d.rigid.R, MR);
     }
-    const Eigenpairs pairs = d.solver->calcModes({M, U, S}, d.C, range, kPhase, progress);
+    const Eigenpairs pairs = d.solver->calcModes({M, U, S}, d.C, range, Phase, progress);
     return {pairs.values.cwiseInverse(), d.makeShapes(pairs.vectors), pairs.numBlocks};
 }
 
 long FixedInterfaces::numFactorEntries() const {
-    if (_data->free.empty()) return 0;
-    return _data->solver ? _data->solver->numFactorEntries() : _data->cholesky.numFactorEntries();
+    if (m_data->free.empty()) return 0;
+    return m_data->solver ? m_data->solver->numFactorEntries()
+                          : m_data->cholesky.numFactorEntries();
 }
 
 double FixedInterfaces::estimateConditionNumber() const {
-    const Data& d = *_data;
+    const Data& d = *m_data;
     if (d.free.empty()) return 1;
     // Hager's estimate of ‖K⁻¹‖₁ (N. J. Higham, Accuracy and Stability of Numerical
     // Algorithms, 15.2).

@@ -12,11 +12,11 @@ namespace simflex {
 namespace {
 
 /** Second singular value of the node positions over the first, below which nodes are collinear. **/
-constexpr double kCollinear = 1e-6;
+constexpr double Collinear = 1e-6;
 
 /** How far a master point may be from its nodes, in sizes of the part: without a word, and at all.
  * **/
-constexpr double kNear = 0.5, kFarthest = 10;
+constexpr double Near = 0.5, Farthest = 10;
 
 double calcDiagonal(const Mesh& mesh) {
     const Eigen::Map<const Eigen::Matrix3Xd> x(mesh.positions.data(), 3, mesh.numNodes());
@@ -59,7 +59,7 @@ void checkNodes(const std::string& where, const std::string& selection, const Me
     const Eigen::Vector3d spread =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(x * x.transpose(), Eigen::EigenvaluesOnly)
             .eigenvalues();
-    if (spread[1] <= kCollinear * kCollinear * spread[2] || !(spread[2] > 0))
+    if (spread[1] <= Collinear * Collinear * spread[2] || !(spread[2] > 0))
         throw std::invalid_argument(where + "the " + std::to_string(nodes.size()) + " nodes of '" +
                                     selection + "' are collinear" + cure);
 }
@@ -67,14 +67,14 @@ void checkNodes(const std::string& where, const std::string& selection, const Me
 }  // namespace
 
 InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& options)
-    : _rigidTieOf(size_t(model.mesh.numNodes()), -1) {
+    : m_rigidTieOf(size_t(model.mesh.numNodes()), -1) {
     const Mesh& mesh = model.mesh;
     std::vector<int> tieOf(size_t(mesh.numNodes()), -1);
     for (const InterfaceOptions& wanted : options.interfaces) {
         const std::string where = "part '" + options.name + "', interface '" + wanted.name + "': ";
         if (wanted.name.empty())
             throw std::invalid_argument("part '" + options.name + "': an interface has no name");
-        for (const Tie& other : _ties)
+        for (const Tie& other : m_ties)
             if (other.name == wanted.name)
                 throw std::invalid_argument(where + "the name is given to two interfaces");
         Tie tie;
@@ -87,7 +87,7 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
         }
         checkNodes(where, wanted.nodes, mesh, tie.nodes);
         tie.master = wanted.master ? *wanted.master : findMiddle(mesh, wanted.nodes);
-        if (calcDistance(mesh, tie) > kFarthest * calcDiagonal(mesh))
+        if (calcDistance(mesh, tie) > Farthest * calcDiagonal(mesh))
             throw std::invalid_argument(where + describeDistance(mesh, tie) +
                                         "; it is given in metres, where the mesh is");
         for (const int node : tie.nodes) {
@@ -95,25 +95,25 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
             if (owner >= 0)
                 throw std::invalid_argument(where + "node " +
                                             std::to_string(mesh.nodeNumbers[size_t(node)]) +
-                                            " belongs to interface '" + _ties[size_t(owner)].name +
+                                            " belongs to interface '" + m_ties[size_t(owner)].name +
                                             "' as well; interfaces must not overlap");
-            owner = int(_ties.size());
-            if (tie.type == TieType::Rigid) _rigidTieOf[size_t(node)] = owner;
+            owner = int(m_ties.size());
+            if (tie.type == TieType::Rigid) m_rigidTieOf[size_t(node)] = owner;
         }
-        _ties.push_back(std::move(tie));
+        m_ties.push_back(std::move(tie));
     }
 }
 
 std::vector<std::string> InterfaceTies::listWarnings(const Mesh& mesh) const {
     std::vector<std::string> warnings;
-    for (const Tie& tie : _ties)
-        if (calcDistance(mesh, tie) > kNear * calcDiagonal(mesh))
+    for (const Tie& tie : m_ties)
+        if (calcDistance(mesh, tie) > Near * calcDiagonal(mesh))
             warnings.push_back("interface '" + tie.name + "': " + describeDistance(mesh, tie));
     return warnings;
 }
 
 bool InterfaceTies::hasRigid() const {
-    return std::any_of(_ties.begin(), _ties.end(),
+    return std::any_of(m_ties.begin(), m_ties.end(),
                        [](const Tie& tie) { return tie.type == TieType::Rigid; });
 }
 

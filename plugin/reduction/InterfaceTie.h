@@ -32,19 +32,19 @@ public:
     /** What is odd about the master points, for people. **/
     std::vector<std::string> listWarnings(const Mesh& mesh) const;
 
-    const std::vector<Tie>& ties() const { return _ties; }
-    int numBoundaryDofs() const { return 6 * int(_ties.size()); }
+    const std::vector<Tie>& ties() const { return m_ties; }
+    int numBoundaryDofs() const { return 6 * int(m_ties.size()); }
     bool hasRigid() const;
 
     /** The rigid tie that a node belongs to, −1 if none. **/
-    int rigidTieOf(int node) const { return _rigidTieOf[size_t(node)]; }
+    int rigidTieOf(int node) const { return m_rigidTieOf[size_t(node)]; }
 
     /** D of a distributing tie: 6×(3·its nodes). **/
     Eigen::MatrixXd calcMean(const Mesh& mesh, const Tie& tie) const;
 
 private:
-    std::vector<Tie> _ties;
-    std::vector<int> _rigidTieOf;  ///< per node
+    std::vector<Tie> m_ties;
+    std::vector<int> m_rigidTieOf;  ///< per node
 };
 
 }  // namespace simflex

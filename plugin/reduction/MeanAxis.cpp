@@ -10,10 +10,10 @@ namespace {
 
 /** An eigenvalue of the pencil counts as zero below the largest of these: the energy that K itself
 gives a rigid motion (ccx writes 14 digits) and the round-off of the largest eigenvalue. **/
-constexpr double kRigidNoise = 1e3, kRoundOff = 1e-13;
+constexpr double RigidNoise = 1e3, RoundOff = 1e-13;
 
 /** Two entries within this of each other are equally large, for the sign of a mode. **/
-constexpr double kSameSize = 1e-6;
+constexpr double SameSize = 1e-6;
 
 /** ω² of the rigid motions with the K at hand, the largest: round-off of K. **/
 double calcRigidNoise(const FeProducts& products, const RigidMotion& rigid) {
@@ -37,7 +37,7 @@ void fixSigns(MeanAxisModes& modes) {
     for (Eigen::Index i = 0; i < modes.Phi.cols(); ++i) {
         const double largest = modes.Phi.col(i).cwiseAbs().maxCoeff();
         Eigen::Index row = 0;
-        while (std::abs(modes.Phi(row, i)) < (1 - kSameSize) * largest) ++row;
+        while (std::abs(modes.Phi(row, i)) < (1 - SameSize) * largest) ++row;
         if (modes.Phi(row, i) > 0) continue;
         modes.Phi.col(i) *= -1;
         modes.boundary.col(i) *= -1;
@@ -61,8 +61,8 @@ MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& produ
             "part '" + part +
             "': the reduced mass matrix is singular: a mode moves no "
             "mass, or two modes are the same; ask for fewer modes or refine the mesh");
-    const double threshold = std::max(kRigidNoise * calcRigidNoise(products, rigid),
-                                      kRoundOff * lambda[lambda.size() - 1]);
+    const double threshold = std::max(RigidNoise * calcRigidNoise(products, rigid),
+                                      RoundOff * lambda[lambda.size() - 1]);
     const long numZeros = (lambda.array() < threshold).count();
     if (numZeros != 6) {
         std::ostringstream text;

@@ -8,7 +8,7 @@
 namespace simflex {
 namespace {
 
-constexpr std::int64_t kUnknown = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t UnknownMemory = std::numeric_limits<std::int64_t>::max();
 
 /** The number behind `key` in a file of "key number" lines; behind nothing, if key is empty. **/
 std::int64_t readNumber(const std::string& path, const std::string& key = "") {
@@ -18,13 +18,13 @@ std::int64_t readNumber(const std::string& path, const std::string& key = "") {
     if (!key.empty())
         while (in >> word && word != key) {
         }
-    return in >> number ? number : kUnknown;
+    return in >> number ? number : UnknownMemory;
 }
 
 /** What the control group of this process, or one above it, still allows. **/
 std::int64_t calcGroupMemory() {
     std::ifstream in("/proc/self/cgroup");
-    std::int64_t least = kUnknown;
+    std::int64_t least = UnknownMemory;
     for (std::string line; std::getline(in, line);) {
         const size_t first = line.find(':'), second = line.find(':', first + 1);
         if (second == std::string::npos) continue;
@@ -38,10 +38,10 @@ std::int64_t calcGroupMemory() {
                 readNumber(folder + (unified ? "/memory.max" : "/memory.limit_in_bytes"));
             const std::int64_t used =
                 readNumber(folder + (unified ? "/memory.current" : "/memory.usage_in_bytes"));
-            if (limit != kUnknown && used != kUnknown) {
+            if (limit != UnknownMemory && used != UnknownMemory) {
                 const std::int64_t cached = readNumber(
                     folder + "/memory.stat", unified ? "inactive_file" : "total_inactive_file");
-                least = std::min(least, limit - used + (cached == kUnknown ? 0 : cached));
+                least = std::min(least, limit - used + (cached == UnknownMemory ? 0 : cached));
             }
             if (group.empty() || group.rfind('/') == std::string::npos) break;
         }
@@ -53,7 +53,8 @@ std::int64_t calcGroupMemory() {
 
 std::int64_t calcAvailableMemory() {
     const std::int64_t kilobytes = readNumber("/proc/meminfo", "MemAvailable:");
-    return std::min(kilobytes == kUnknown ? kUnknown : 1024 * kilobytes, calcGroupMemory());
+    return std::min(kilobytes == UnknownMemory ? UnknownMemory : 1024 * kilobytes,
+                    calcGroupMemory());
 }
 
 std::string formatMemory(double bytes) {

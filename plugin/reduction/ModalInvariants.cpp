@@ -7,7 +7,7 @@ namespace simflex {
 namespace {
 
 /** ∑m φ over √m and ∑m s×φ over √I, allowed for a mode of unit modal mass. **/
-constexpr double kZero = 1e-9;
+constexpr double ZeroPart = 1e-9;
 
 /** Rows 3·node + axis of shapes. **/
 auto axisRows(const Shapes& X, int axis) {
@@ -18,10 +18,10 @@ auto axisRows(const Shapes& X, int axis) {
 
 void checkZero(const std::string& part, const char* quantity, int mode, double found,
                double scale) {
-    if (std::abs(found) <= kZero * scale) return;
+    if (std::abs(found) <= ZeroPart * scale) return;
     std::ostringstream text;
     text << "part '" << part << "': " << quantity << " of mode " << mode + 1 << " is " << found
-         << ", must vanish to " << kZero * scale << " in the mean-axis frame";
+         << ", must vanish to " << ZeroPart * scale << " in the mean-axis frame";
     throw std::invalid_argument(text.str());
 }
 
@@ -53,7 +53,7 @@ void setModalInvariants(const FeModel& model, const FeProducts& products, const 
     const Eigen::VectorXd firstMoment =
         rigid.R.leftCols<3>().transpose() * products.m.multiplyPerAxis(s);
     for (int a = 0; a < 3; ++a)
-        if (std::abs(firstMoment[a]) > kZero * rigid.mass * length)
+        if (std::abs(firstMoment[a]) > ZeroPart * rigid.mass * length)
             throw std::invalid_argument("part '" + body.name +
                                         "': the origin is not the centre of mass");
     for (int i = 0; i < n; ++i)
@@ -70,11 +70,11 @@ void setModalInvariants(const FeModel& model, const FeProducts& products, const 
             P[a][b] = axisRows(MPhi, b).transpose() * axisRows(s, a).col(0);
             if (a <= b) G[a][b] = axisRows(modes.Phi, a).transpose() * axisRows(MPhi, b);
         }
-    constexpr int kAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    constexpr int TensorAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
     body.I1.resize(6 * size_t(n));
     Eigen::Map<Eigen::MatrixXd> I1(body.I1.data(), 6, n);
     for (int c = 0; c < 6; ++c) {
-        const int a = kAxes[c][0], b = kAxes[c][1];
+        const int a = TensorAxes[c][0], b = TensorAxes[c][1];
         Eigen::MatrixXd I2;
         if (a == b) {
             const int p = (a + 1) % 3, q = (a + 2) % 3;

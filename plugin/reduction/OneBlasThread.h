@@ -10,14 +10,14 @@ namespace simflex {
 bound by memory, and its waiting threads made them 1.2 to 4 times slower. **/
 class OneBlasThread {
 public:
-    OneBlasThread() : _set(find<void (*)(int)>("openblas_set_num_threads")) {
+    OneBlasThread() : m_set(find<void (*)(int)>("openblas_set_num_threads")) {
         const auto get = find<int (*)()>("openblas_get_num_threads");
-        if (!_set || !get) return;
-        _before = get();
-        _set(1);
+        if (!m_set || !get) return;
+        m_before = get();
+        m_set(1);
     }
     ~OneBlasThread() {
-        if (_before > 0) _set(_before);
+        if (m_before > 0) m_set(m_before);
     }
     OneBlasThread(const OneBlasThread&) = delete;
     OneBlasThread& operator=(const OneBlasThread&) = delete;
@@ -28,8 +28,8 @@ private:
         return reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, name));
     }
 
-    void (*_set)(int);
-    int _before = 0;
+    void (*m_set)(int);
+    int m_before = 0;
 };
 
 }  // namespace simflex

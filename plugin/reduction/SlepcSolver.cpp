@@ -14,8 +14,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr double kAccuracy = 1e-12;  // residual of the eigenpairs
-constexpr int kLargestSolve = 16;    // right-hand sides at a time
+constexpr double Accuracy = 1e-12;  // residual of the eigenpairs
+constexpr int LargestSolve = 16;    // right-hand sides at a time
 
 /** What rank 0 asks the others to do. **/
 enum class Request : int { Factor, Solve, Modes, Free, End };
@@ -57,17 +57,17 @@ struct Rows {
 /** Sends more than an int can count. **/
 template <class Number>
 void sendAll(const Number* values, std::int64_t count, int to) {
-    constexpr std::int64_t kMost = 1 << 27;
-    for (std::int64_t at = 0; at < count; at += kMost)
-        MPI_Send(values + at, int(std::min(kMost, count - at) * std::int64_t(sizeof(Number))),
+    constexpr std::int64_t Most = 1 << 27;
+    for (std::int64_t at = 0; at < count; at += Most)
+        MPI_Send(values + at, int(std::min(Most, count - at) * std::int64_t(sizeof(Number))),
                  MPI_BYTE, to, 0, PETSC_COMM_WORLD);
 }
 
 template <class Number>
 void receiveAll(Number* values, std::int64_t count) {
-    constexpr std::int64_t kMost = 1 << 27;
-    for (std::int64_t at = 0; at < count; at += kMost)
-        MPI_Recv(values + at, int(std::min(kMost, count - at) * std::int64_t(sizeof(Number))),
+    constexpr std::int64_t Most = 1 << 27;
+    for (std::int64_t at = 0; at < count; at += Most)
+        MPI_Recv(values + at, int(std::min(Most, count - at) * std::int64_t(sizeof(Number))),
                  MPI_BYTE, 0, 0, PETSC_COMM_WORLD, MPI_STATUS_IGNORE);
 }
 
@@ -143,9 +143,9 @@ void gatherRows(const MatrixXd& local, MatrixXd* whole) {
     for (int rank = 1; rank < countProcesses(); ++rank) {
         const Rows theirs(whole->rows(), rank);
         MatrixXd part(theirs.count(), whole->cols());
-        constexpr std::int64_t kMost = 1 << 27;
-        for (std::int64_t at = 0; at < part.size(); at += kMost)
-            MPI_Recv(part.data() + at, int(std::min<std::int64_t>(kMost, part.size() - at) * 8),
+        constexpr std::int64_t Most = 1 << 27;
+        for (std::int64_t at = 0; at < part.size(); at += Most)
+            MPI_Recv(part.data() + at, int(std::min<std::int64_t>(Most, part.size() - at) * 8),
                      MPI_BYTE, rank, 0, PETSC_COMM_WORLD, MPI_STATUS_IGNORE);
         whole->middleRows(theirs.first, theirs.count()) = part;
     }
@@ -163,18 +163,18 @@ MatrixXd gramOf(const MatrixXd& X, const MatrixXd& Y) {
 /** A PETSc vector's own rows, to read or to write. **/
 class VecView {
 public:
-    VecView(Vec vector, Index size) : _vector(vector) {
-        check(VecGetArray(vector, &_data), "read a vector");
-        new (&map) Eigen::Map<Eigen::VectorXd>(_data, size);
+    VecView(Vec vector, Index size) : m_vector(vector) {
+        check(VecGetArray(vector, &m_data), "read a vector");
+        new (&map) Eigen::Map<Eigen::VectorXd>(m_data, size);
     }
-    ~VecView() { VecRestoreArray(_vector, &_data); }
+    ~VecView() { VecRestoreArray(m_vector, &m_data); }
     VecView(const VecView&) = delete;
     VecView& operator=(const VecView&) = delete;
     Eigen::Map<Eigen::VectorXd> map{nullptr, 0};
 
 private:
-    Vec _vector;
-    PetscScalar* _data = nullptr;
+    Vec m_vector;
+    PetscScalar* m_data = nullptr;
 };
 
 /** What every process holds of the factored matrix and of the eigenproblem. **/
@@ -312,7 +312,7 @@ void calcModesTogether(const CorrectedMatrix* M, const MatrixXd* D, int numWante
     check(EPSSetOperators(eps, shared.K, mass), "set the eigenproblem");
     check(EPSSetProblemType(eps, EPS_GHEP), "set the eigenproblem");
     check(EPSSetType(eps, EPSKRYLOVSCHUR), "choose the eigensolver");
-    check(EPSSetTolerances(eps, kAccuracy, 500), "set the accuracy");
+    check(EPSSetTolerances(eps, Accuracy, 500), "set the accuracy");
     check(EPSSetDimensions(eps, PetscInt(shared.numWanted), PETSC_DEFAULT, PETSC_DEFAULT),
           "set the number of modes");
     check(EPSSetTarget(eps, 0), "set the target");
@@ -410,21 +410,21 @@ int runWithSlepc(int argc, char** argv, const std::function<int()>& program) {
 }
 
 SlepcSolver::~SlepcSolver() {
-    if (_size == 0 || !isRunning) return;
+    if (m_size == 0 || !isRunning) return;
     broadcast(Request::Free);
     shared.freeFactor();
 }
 
 void SlepcSolver::factor(const SymmetricMatrix& K) {
-    _size = K.size;
+    m_size = K.size;
     broadcast(Request::Factor);
     factorTogether(&K);
 }
 
 MatrixXd SlepcSolver::solve(const MatrixXd& B) const {
     MatrixXd X(B.rows(), B.cols());
-    for (Index column = 0; column < B.cols(); column += kLargestSolve) {
-        const Index count = std::min<Index>(kLargestSolve, B.cols() - column);
+    for (Index column = 0; column < B.cols(); column += LargestSolve) {
+        const Index count = std::min<Index>(LargestSolve, B.cols() - column);
         const MatrixXd part = B.middleCols(column, count);
         MatrixXd solved(B.rows(), count);
         broadcast(Request::Solve);
@@ -442,7 +442,7 @@ Eigenpairs SlepcSolver::calcModes(const CorrectedMatrix& M, const MatrixXd& D,
     Eigenpairs pairs;
     int wanted = std::min(range.count, range.smallest > 0 ? 40 : range.count);
     for (;;) {
-        wanted = std::min(wanted, _size);
+        wanted = std::min(wanted, m_size);
         broadcast(Request::Modes);
         calcModesTogether(&M, &D, wanted, &pairs);
         if (shared.cancelled) throw Cancelled();
@@ -450,7 +450,7 @@ Eigenpairs SlepcSolver::calcModes(const CorrectedMatrix& M, const MatrixXd& D,
             throw std::runtime_error("SLEPc found " + std::to_string(pairs.values.size()) + " of " +
                                      std::to_string(wanted) + " modes; ask for fewer");
         // All of them down to the smallest, or twice as many.
-        if (wanted >= range.count || wanted >= _size ||
+        if (wanted >= range.count || wanted >= m_size ||
             pairs.values[pairs.values.size() - 1] < range.smallest)
             break;
         wanted = std::min(2 * wanted, range.count);

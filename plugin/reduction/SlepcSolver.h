@@ -36,7 +36,7 @@ public:
     long numFactorEntries() const override;
 
 private:
-    int _size = 0;
+    int m_size = 0;
 };
 
 }  // namespace simflex

@@ -19,12 +19,12 @@ namespace simflex {
 namespace {
 
 /** A reciprocal condition below this means that pivots are nothing but round-off. **/
-constexpr double kSingular = 1e-15;
+constexpr double Singular = 1e-15;
 
 /** A guess, for the progress: of one processor. **/
-constexpr double kFlopsPerSecond = 1e10;
-constexpr Eigen::Index kRowsWorthThreads = 30000;  // rows to copy
-constexpr auto kFactorPollInterval = std::chrono::milliseconds(50);
+constexpr double FlopsPerSecond = 1e10;
+constexpr Eigen::Index RowsWorthThreads = 30000;  // rows to copy
+constexpr auto FactorPollInterval = std::chrono::milliseconds(50);
 
 }  // namespace
 
@@ -46,21 +46,21 @@ struct SparseCholesky::Data {
     template <class Solve>
     void solve(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y, const SuiteSparse_long* take,
                const SuiteSparse_long* give, const Solve& solveBlock) {
-        constexpr int kWidth = SupernodalSolve::kWidth;
+        constexpr int Width = SupernodalSolve::Width;
         const Eigen::Index size = X.rows();
         if (!solver) prepareSolves();  // a loaded factor, found undamaged
         Y.resize(size, X.cols());
         block.resize(size_t(size));
-        for (Eigen::Index first = 0; first < X.cols(); first += kWidth) {
-            const int width = int(std::min<Eigen::Index>(kWidth, X.cols() - first));
-#pragma omp parallel for schedule(static) if (size >= kRowsWorthThreads)
+        for (Eigen::Index first = 0; first < X.cols(); first += Width) {
+            const int width = int(std::min<Eigen::Index>(Width, X.cols() - first));
+#pragma omp parallel for schedule(static) if (size >= RowsWorthThreads)
             for (Eigen::Index k = 0; k < size; ++k) {
                 const Eigen::Index row = take ? take[k] : k;
                 for (int j = 0; j < width; ++j) block[size_t(k)].x[j] = X(row, first + j);
-                for (int j = width; j < kWidth; ++j) block[size_t(k)].x[j] = 0;
+                for (int j = width; j < Width; ++j) block[size_t(k)].x[j] = 0;
             }
             solveBlock(block[0].x);
-#pragma omp parallel for schedule(static) if (size >= kRowsWorthThreads)
+#pragma omp parallel for schedule(static) if (size >= RowsWorthThreads)
             for (Eigen::Index k = 0; k < size; ++k) {
                 const Eigen::Index row = give ? give[k] : k;
                 for (int j = 0; j < width; ++j) Y(row, first + j) = block[size_t(k)].x[j];
@@ -91,12 +91,12 @@ struct SparseCholesky::Data {
     Prediction prediction;
     std::unique_ptr<SupernodalSolve> solver;
     struct alignas(64) Eight {
-        double x[SupernodalSolve::kWidth];
+        double x[SupernodalSolve::Width];
     };
     std::vector<Eight> block;
 };
 
-SparseCholesky::SparseCholesky() : _data(std::make_unique<Data>()) {}
+SparseCholesky::SparseCholesky() : m_data(std::make_unique<Data>()) {}
 SparseCholesky::~SparseCholesky() = default;
 
 namespace {
@@ -105,12 +105,12 @@ namespace {
 class LongView {
 public:
     explicit LongView(const SymmetricMatrix& A)
-        : _rows(A.rows.begin(), A.rows.end()),
-          _starts(A.columnStarts.begin(), A.columnStarts.end()) {
+        : m_rows(A.rows.begin(), A.rows.end()),
+          m_starts(A.columnStarts.begin(), A.columnStarts.end()) {
         view.nrow = view.ncol = size_t(A.size);
         view.nzmax = A.values.size();
-        view.p = _starts.data();
-        view.i = _rows.data();
+        view.p = m_starts.data();
+        view.i = m_rows.data();
         view.x = const_cast<double*>(A.values.data());
         view.stype = -1;
         view.itype = CHOLMOD_LONG;
@@ -122,7 +122,7 @@ public:
     cholmod_sparse view{};
 
 private:
-    std::vector<SuiteSparse_long> _rows, _starts;
+    std::vector<SuiteSparse_long> m_rows, m_starts;
 };
 
 /** Calls progress while a thread works, by what it is expected to take. **/
@@ -141,7 +141,7 @@ void reportWhile(const ProgressCallback& progress, double expectedSeconds,
     });
     const auto start = std::chrono::steady_clock::now();
     bool wanted = true;
-    while (done.wait_for(kFactorPollInterval) != std::future_status::ready) {
+    while (done.wait_for(FactorPollInterval) != std::future_status::ready) {
         const double spent =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         // Towards the end more slowly, should it take longer.
@@ -161,7 +161,7 @@ void reportWhile(const ProgressCallback& progress, double expectedSeconds,
 }  // namespace
 
 const SparseCholesky::Prediction& SparseCholesky::analyze(const SymmetricMatrix& A) {
-    Data& d = *_data;
+    Data& d = *m_data;
     d.solver.reset();
     cholmod_l_free_factor(&d.factor, &d.common);
     LongView view(A);
@@ -182,18 +182,18 @@ const SparseCholesky::Prediction& SparseCholesky::analyze(const SymmetricMatrix&
 }
 
 void SparseCholesky::factor(const SymmetricMatrix& A, const ProgressCallback& progress) {
-    Data& d = *_data;
+    Data& d = *m_data;
     if (!d.factor || d.factor->x || d.factor->n != size_t(A.size)) analyze(A);
     {
         LongView view(A);
         const double threads = std::max(1u, std::thread::hardware_concurrency());
-        reportWhile(progress, 0.2 + d.prediction.flops / (kFlopsPerSecond * threads),
+        reportWhile(progress, 0.2 + d.prediction.flops / (FlopsPerSecond * threads),
                     [&] { cholmod_l_factorize(&view.view, d.factor, &d.common); });
     }
     if (d.common.status == CHOLMOD_NOT_POSDEF)
         throw SingularMatrix(int(d.order()[std::min(d.factor->minor, d.factor->n - 1)]));
     if (d.common.status < CHOLMOD_OK) d.fail("factor", A.size);
-    if (estimateReciprocalCondition() < kSingular) throw SingularMatrix(-1);
+    if (estimateReciprocalCondition() < Singular) throw SingularMatrix(-1);
     d.prepareSolves();
 }
 
@@ -210,14 +210,14 @@ void visitArrays(Archive& archive, const cholmod_factor& L) {
 }  // namespace
 
 void SparseCholesky::save(Archive& out) const {
-    const cholmod_factor& L = *_data->factor;
+    const cholmod_factor& L = *m_data->factor;
     std::uint64_t sizes[] = {L.n, L.nsuper, L.ssize, L.xsize, L.maxcsize, L.maxesize};
     out.visitBytes(sizes, sizeof sizes);
     visitArrays(out, L);
 }
 
 void SparseCholesky::load(Archive& in) {
-    Data& d = *_data;
+    Data& d = *m_data;
     d.solver.reset();
     cholmod_l_free_factor(&d.factor, &d.common);
     std::uint64_t sizes[6];
@@ -248,7 +248,7 @@ void SparseCholesky::load(Archive& in) {
 }
 
 Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {
-    Data& d = *_data;
+    Data& d = *m_data;
     Eigen::MatrixXd X;
     d.solve(B, X, d.order(), d.order(), [&](double* x) {
         d.solver->solveLower(x);
@@ -258,25 +258,25 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {
 }
 
 void SparseCholesky::solveLower(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
-    Data& d = *_data;
+    Data& d = *m_data;
     d.solve(X, Y, d.order(), nullptr, [&](double* x) { d.solver->solveLower(x); });
 }
 
 void SparseCholesky::solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
-    Data& d = *_data;
+    Data& d = *m_data;
     d.solve(X, Y, nullptr, d.order(), [&](double* x) { d.solver->solveUpper(x); });
 }
 
 double SparseCholesky::estimateReciprocalCondition() const {
-    return cholmod_l_rcond(_data->factor, &_data->common);
+    return cholmod_l_rcond(m_data->factor, &m_data->common);
 }
 
 int SparseCholesky::size() const {
-    return int(_data->factor->n);
+    return int(m_data->factor->n);
 }
 
 long SparseCholesky::numFactorEntries() const {
-    return long(_data->factor->is_super ? _data->factor->xsize : _data->factor->nzmax);
+    return long(m_data->factor->is_super ? m_data->factor->xsize : m_data->factor->nzmax);
 }
 
 }  // namespace simflex

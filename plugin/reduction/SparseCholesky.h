@@ -72,7 +72,7 @@ public:
 
 private:
     struct Data;
-    std::unique_ptr<Data> _data;
+    std::unique_ptr<Data> m_data;
 };
 
 }  // namespace simflex

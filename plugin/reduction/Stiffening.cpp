@@ -16,7 +16,7 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-constexpr int kAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+constexpr int TensorAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 
 /** The loads, a column each. **/
 struct Loads {
@@ -39,7 +39,7 @@ Loads makeLoads(const FeModel& model, const FeProducts& products, const RigidMot
     MatrixXd resultant = MatrixXd::Zero(6, count);  // about the centre of mass
     loads.onTies = MatrixXd::Zero(6 * numTies, count);
     for (int c = 0; c < 6; ++c) {
-        const int a = kAxes[c][0], b = kAxes[c][1];
+        const int a = TensorAxes[c][0], b = TensorAxes[c][1];
         loads.names.push_back(std::string("turning ") + "xyz"[a] + "xyz"[b]);
         for (int node = 0; node < model.mesh.numNodes(); ++node)
             acceleration.block<3, 1>(3 * node, c) = calcCentrifugalAcceleration(
@@ -99,13 +99,13 @@ std::vector<double> toVector(const MatrixXd& A) {
 /** Memory of a run of CalculiX 2.20 with SPOOLES, 1.4 times what was measured on boxes of 7000 to
 52000 degrees of freedom: for an entry of the factor (by CHOLMOD's order) and of K, and for each
 degree of freedom. **/
-constexpr double kBytesPerFactorEntry = 12, kBytesPerStiffness = 40, kBytesPerDof = 500;
+constexpr double BytesPerFactorEntry = 12, BytesPerStiffness = 40, BytesPerDof = 500;
 
 }  // namespace
 
 double predictCalculixMemory(double numFactorEntries, double numDofs, double numStiffnessEntries) {
-    return kBytesPerFactorEntry * numFactorEntries + kBytesPerDof * numDofs +
-           kBytesPerStiffness * numStiffnessEntries;
+    return BytesPerFactorEntry * numFactorEntries + BytesPerDof * numDofs +
+           BytesPerStiffness * numStiffnessEntries;
 }
 
 int chooseNumProcesses(int wanted, double bytesPerRun, double available) {
@@ -179,7 +179,7 @@ ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& p
 
     ReducedBody::Stiffening stiffening;
     for (size_t c = 0; c < 6; ++c)
-        stiffening.turning[c] = toVector(kAxes[c][0] == kAxes[c][1] ? K[c] : 0.5 * K[c]);
+        stiffening.turning[c] = toVector(TensorAxes[c][0] == TensorAxes[c][1] ? K[c] : 0.5 * K[c]);
     stiffening.interfaces.resize(ties.ties().size());
     for (size_t k = 0; k < 6 * ties.ties().size(); ++k)
         stiffening.interfaces[k / 6][k % 6] = toVector(K[6 + k]);

@@ -10,15 +10,15 @@ namespace {
 
 using Index = std::int64_t;
 
-constexpr int kWidth = SupernodalSolve::kWidth;
-constexpr int kPanel = 8;                       // columns whose right-hand sides stay in registers
-constexpr int kShared = 64;                     // columns of a large supernode between two barriers
-constexpr Index kWorthSharing = 65536;          // entries for which threads are woken
-constexpr Index kFactorWorthThreads = 1000000;  // entries of the whole factor for the same
-constexpr Index kRowsPerShare = 256;
-constexpr Index kSubtrees = 24;  // the largest subtree has one part in so many of all entries
+constexpr int Width = SupernodalSolve::Width;
+constexpr int Panel = 8;                       // columns whose right-hand sides stay in registers
+constexpr int SharedColumns = 64;              // columns of a large supernode between two barriers
+constexpr Index WorthSharing = 65536;          // entries for which threads are woken
+constexpr Index FactorWorthThreads = 1000000;  // entries of the whole factor for the same
+constexpr Index RowsPerShare = 256;
+constexpr Index Subtrees = 24;  // the largest subtree has one part in so many of all entries
 
-typedef double Row __attribute__((vector_size(kWidth * sizeof(double))));
+typedef double Row __attribute__((vector_size(Width * sizeof(double))));
 
 using Buffer = std::vector<Row>;
 
@@ -37,8 +37,8 @@ inline void subtractProduct(const double* L, Index stride, Index numRows, const 
 inline void subtractProduct(const double* L, Index stride, Index numRows, int numColumns,
                             const Row* x, Row* y) {
     int c = 0;
-    for (; c + kPanel <= numColumns; c += kPanel)
-        subtractProduct<kPanel>(L + c * stride, stride, numRows, x + c, y);
+    for (; c + Panel <= numColumns; c += Panel)
+        subtractProduct<Panel>(L + c * stride, stride, numRows, x + c, y);
     for (; c + 3 <= numColumns; c += 3)
         subtractProduct<3>(L + c * stride, stride, numRows, x + c, y);
     for (; c < numColumns; ++c) subtractProduct<1>(L + c * stride, stride, numRows, x + c, y);
@@ -59,8 +59,8 @@ inline void subtractTransposed(const double* L, Index stride, Index numRows, con
 inline void subtractTransposed(const double* L, Index stride, Index numRows, int numColumns,
                                const Row* y, Row* x) {
     int c = 0;
-    for (; c + kPanel <= numColumns; c += kPanel)
-        subtractTransposed<kPanel>(L + c * stride, stride, numRows, y, x + c);
+    for (; c + Panel <= numColumns; c += Panel)
+        subtractTransposed<Panel>(L + c * stride, stride, numRows, y, x + c);
     for (; c + 3 <= numColumns; c += 3)
         subtractTransposed<3>(L + c * stride, stride, numRows, y, x + c);
     for (; c < numColumns; ++c) subtractTransposed<1>(L + c * stride, stride, numRows, y, x + c);
@@ -68,8 +68,8 @@ inline void subtractTransposed(const double* L, Index stride, Index numRows, int
 
 /** x ← L⁻¹ x with the triangle of `size` columns. **/
 inline void solveTriangle(const double* L, Index stride, int size, Row* x) {
-    for (int first = 0; first < size; first += kPanel) {
-        const int end = std::min(first + kPanel, size);
+    for (int first = 0; first < size; first += Panel) {
+        const int end = std::min(first + Panel, size);
         for (int c = first; c < end; ++c) {
             const double* column = L + c * stride;
             x[c] /= column[c];
@@ -82,8 +82,8 @@ inline void solveTriangle(const double* L, Index stride, int size, Row* x) {
 
 /** x ← L⁻ᵀ x with the triangle of `size` columns. **/
 inline void solveTransposedTriangle(const double* L, Index stride, int size, Row* x) {
-    for (int first = (size - 1) / kPanel * kPanel; first >= 0; first -= kPanel) {
-        const int end = std::min(first + kPanel, size);
+    for (int first = (size - 1) / Panel * Panel; first >= 0; first -= Panel) {
+        const int end = std::min(first + Panel, size);
         subtractTransposed(L + first * stride + end, stride, size - end, end - first, x + end,
                            x + first);
         for (int c = end - 1; c >= first; --c) {
@@ -106,28 +106,28 @@ struct SupernodalSolve::Workspace {
 };
 
 SupernodalSolve::SupernodalSolve(const SupernodalFactor& L)
-    : _L(L), _work(std::make_unique<Workspace>()) {
+    : m_L(L), m_work(std::make_unique<Workspace>()) {
     findSubtrees();
     for (Index s = 0; s < L.numSupernodes; ++s)
-        _mostRows = std::max<Index>(_mostRows, numRowsOf(s));
-    _work->shared.resize(size_t(_mostRows));
-    _shared = L.valueStarts[L.numSupernodes] >= kFactorWorthThreads;
+        m_mostRows = std::max<Index>(m_mostRows, numRowsOf(s));
+    m_work->shared.resize(size_t(m_mostRows));
+    m_shared = L.valueStarts[L.numSupernodes] >= FactorWorthThreads;
 }
 
 SupernodalSolve::~SupernodalSolve() = default;
 
 void SupernodalSolve::findSubtrees() {
-    const Index n = _L.numSupernodes;
-    std::vector<Index> supernodeOf(static_cast<size_t>(_L.size));
+    const Index n = m_L.numSupernodes;
+    std::vector<Index> supernodeOf(static_cast<size_t>(m_L.size));
     for (Index s = 0; s < n; ++s)
-        std::fill(supernodeOf.begin() + _L.super[s], supernodeOf.begin() + _L.super[s + 1], s);
+        std::fill(supernodeOf.begin() + m_L.super[s], supernodeOf.begin() + m_L.super[s + 1], s);
     std::vector<Index> parent(size_t(n), -1), entries(size_t(n), 0), first(static_cast<size_t>(n));
     std::vector<std::vector<Index>> children(static_cast<size_t>(n));
     for (Index s = 0; s < n; ++s) first[s] = s;
     for (Index s = 0; s < n; ++s) {
         entries[s] += Index(numRowsOf(s)) * numColumnsOf(s);
         if (numRowsOf(s) == numColumnsOf(s)) continue;
-        parent[s] = supernodeOf[_L.rows[_L.rowStarts[s] + numColumnsOf(s)]];
+        parent[s] = supernodeOf[m_L.rows[m_L.rowStarts[s] + numColumnsOf(s)]];
         entries[parent[s]] += entries[s];
         first[parent[s]] = std::min(first[parent[s]], first[s]);
         children[parent[s]].push_back(s);
@@ -156,37 +156,37 @@ void SupernodalSolve::findSubtrees() {
     while (!open.empty()) {
         const Index s = open.back();
         open.pop_back();
-        if (entries[s] * kSubtrees <= total && isRun(s)) {
+        if (entries[s] * Subtrees <= total && isRun(s)) {
             Subtree subtree;
             subtree.first = first[s];
             subtree.root = s;
             subtree.above.resize(size_t(numRowsOf(s) - numColumnsOf(s)));
-            _subtrees.push_back(std::move(subtree));
+            m_subtrees.push_back(std::move(subtree));
         } else {
             inTop[s] = 1;
             open.insert(open.end(), children[s].begin(), children[s].end());
         }
     }
     for (Index s = 0; s < n; ++s)
-        if (inTop[s]) _top.push_back(s);
+        if (inTop[s]) m_top.push_back(s);
     // The largest first, so that none is left over at the end.
-    std::sort(_subtrees.begin(), _subtrees.end(), [&](const Subtree& a, const Subtree& b) {
+    std::sort(m_subtrees.begin(), m_subtrees.end(), [&](const Subtree& a, const Subtree& b) {
         return entries[a.root] != entries[b.root] ? entries[a.root] > entries[b.root]
                                                   : a.root < b.root;
     });
 
-    _rows.assign(_L.rows, _L.rows + _L.rowStarts[n]);
-    for (const Subtree& subtree : _subtrees) {
+    m_rows.assign(m_L.rows, m_L.rows + m_L.rowStarts[n]);
+    for (const Subtree& subtree : m_subtrees) {
         // What lies above the subtree are the rows below its root.
-        const Index* above = _L.rows + _L.rowStarts[subtree.root] + numColumnsOf(subtree.root);
-        const Index* end = _L.rows + _L.rowStarts[subtree.root + 1];
-        const Index limit = _L.super[subtree.root + 1];
+        const Index* above = m_L.rows + m_L.rowStarts[subtree.root] + numColumnsOf(subtree.root);
+        const Index* end = m_L.rows + m_L.rowStarts[subtree.root + 1];
+        const Index limit = m_L.super[subtree.root + 1];
         for (Index s = subtree.first; s <= subtree.root; ++s) {
             const Index* at = above;
-            for (Index k = _L.rowStarts[s] + numColumnsOf(s); k < _L.rowStarts[s + 1]; ++k) {
-                if (_L.rows[k] < limit) continue;
-                at = std::lower_bound(at, end, _L.rows[k]);
-                _rows[k] = std::int32_t(-1 - (at - above));
+            for (Index k = m_L.rowStarts[s] + numColumnsOf(s); k < m_L.rowStarts[s + 1]; ++k) {
+                if (m_L.rows[k] < limit) continue;
+                at = std::lower_bound(at, end, m_L.rows[k]);
+                m_rows[k] = std::int32_t(-1 - (at - above));
             }
         }
     }
@@ -194,22 +194,22 @@ void SupernodalSolve::findSubtrees() {
 
 void SupernodalSolve::solveLower(double* values) {
     Row* x = reinterpret_cast<Row*>(values);
-    std::vector<Buffer> buffers(size_t(_shared ? omp_get_max_threads() : 1),
-                                Buffer(size_t(_mostRows)));
-#pragma omp parallel for schedule(dynamic, 1) if (_shared)
-    for (size_t t = 0; t < _subtrees.size(); ++t) {
+    std::vector<Buffer> buffers(size_t(m_shared ? omp_get_max_threads() : 1),
+                                Buffer(size_t(m_mostRows)));
+#pragma omp parallel for schedule(dynamic, 1) if (m_shared)
+    for (size_t t = 0; t < m_subtrees.size(); ++t) {
         Buffer& below = buffers[size_t(omp_get_thread_num())];
-        Subtree& subtree = _subtrees[t];
+        Subtree& subtree = m_subtrees[t];
         std::fill(subtree.above.begin(), subtree.above.end(), Row{});
         for (Index s = subtree.first; s <= subtree.root; ++s) {
             const int numColumns = numColumnsOf(s), numBelow = numRowsOf(s) - numColumns;
             const Index stride = numRowsOf(s);
-            const double* L = _L.values + _L.valueStarts[s];
-            Row* own = x + _L.super[s];
+            const double* L = m_L.values + m_L.valueStarts[s];
+            Row* own = x + m_L.super[s];
             solveTriangle(L, stride, numColumns, own);
             std::fill_n(below.begin(), numBelow, Row{});
             subtractProduct(L + numColumns, stride, numBelow, numColumns, own, below.data());
-            const std::int32_t* rows = _rows.data() + _L.rowStarts[s] + numColumns;
+            const std::int32_t* rows = m_rows.data() + m_L.rowStarts[s] + numColumns;
             for (int r = 0; r < numBelow; ++r)
                 if (rows[r] >= 0)
                     x[rows[r]] += below[size_t(r)];
@@ -217,27 +217,27 @@ void SupernodalSolve::solveLower(double* values) {
                     subtree.above[size_t(-1 - rows[r])] += below[size_t(r)];
         }
     }
-    for (const Subtree& subtree : _subtrees) {
-        const Index* rows = _L.rows + _L.rowStarts[subtree.root] + numColumnsOf(subtree.root);
+    for (const Subtree& subtree : m_subtrees) {
+        const Index* rows = m_L.rows + m_L.rowStarts[subtree.root] + numColumnsOf(subtree.root);
         for (size_t r = 0; r < subtree.above.size(); ++r) x[rows[r]] += subtree.above[r];
     }
-    Row* below = _work->shared.data();
-    for (const Index s : _top) {
+    Row* below = m_work->shared.data();
+    for (const Index s : m_top) {
         const int numColumns = numColumnsOf(s);
         const Index stride = numRowsOf(s), numBelow = stride - numColumns;
-        const double* L = _L.values + _L.valueStarts[s];
-        Row* own = x + _L.super[s];
+        const double* L = m_L.values + m_L.valueStarts[s];
+        Row* own = x + m_L.super[s];
         std::fill_n(below, numBelow, Row{});
-        for (int first = 0; first < numColumns; first += kShared) {
-            const int width = std::min(kShared, numColumns - first), end = first + width;
+        for (int first = 0; first < numColumns; first += SharedColumns) {
+            const int width = std::min(SharedColumns, numColumns - first), end = first + width;
             const double* panel = L + first * stride;
             solveTriangle(panel + first, stride, width, own + first);
             const Index numInside = numColumns - end;  // rows of the supernode's own columns
-            const Index numShares = (stride - end + kRowsPerShare - 1) / kRowsPerShare;
-#pragma omp parallel for schedule(static) if (_shared && stride * width >= kWorthSharing)
+            const Index numShares = (stride - end + RowsPerShare - 1) / RowsPerShare;
+#pragma omp parallel for schedule(static) if (m_shared && stride * width >= WorthSharing)
             for (Index share = 0; share < numShares; ++share) {
-                const Index begin = share * kRowsPerShare,
-                            stop = std::min(begin + kRowsPerShare, stride - end);
+                const Index begin = share * RowsPerShare,
+                            stop = std::min(begin + RowsPerShare, stride - end);
                 const Index middle = std::clamp(numInside, begin, stop);
                 subtractProduct(panel + end + begin, stride, middle - begin, width, own + first,
                                 own + end + begin);
@@ -245,29 +245,30 @@ void SupernodalSolve::solveLower(double* values) {
                                 below + (middle - numInside));
             }
         }
-        const Index* rows = _L.rows + _L.rowStarts[s] + numColumns;
+        const Index* rows = m_L.rows + m_L.rowStarts[s] + numColumns;
         for (Index r = 0; r < numBelow; ++r) x[rows[r]] += below[r];
     }
 }
 
 void SupernodalSolve::solveUpper(double* values) {
     Row* x = reinterpret_cast<Row*>(values);
-    Row* below = _work->shared.data();
-    for (auto at = _top.rbegin(); at != _top.rend(); ++at) {
+    Row* below = m_work->shared.data();
+    for (auto at = m_top.rbegin(); at != m_top.rend(); ++at) {
         const Index s = *at;
         const int numColumns = numColumnsOf(s);
         const Index stride = numRowsOf(s), numBelow = stride - numColumns;
-        const double* L = _L.values + _L.valueStarts[s];
-        Row* own = x + _L.super[s];
-        const Index* rows = _L.rows + _L.rowStarts[s] + numColumns;
+        const double* L = m_L.values + m_L.valueStarts[s];
+        Row* own = x + m_L.super[s];
+        const Index* rows = m_L.rows + m_L.rowStarts[s] + numColumns;
         for (Index r = 0; r < numBelow; ++r) below[r] = x[rows[r]];
-        for (int first = (numColumns - 1) / kShared * kShared; first >= 0; first -= kShared) {
-            const int width = std::min(kShared, numColumns - first), end = first + width;
+        for (int first = (numColumns - 1) / SharedColumns * SharedColumns; first >= 0;
+             first -= SharedColumns) {
+            const int width = std::min(SharedColumns, numColumns - first), end = first + width;
             const double* panel = L + first * stride;
-            const int numPanels = (width + kPanel - 1) / kPanel;
-#pragma omp parallel for schedule(static) if (_shared && stride * width >= kWorthSharing)
+            const int numPanels = (width + Panel - 1) / Panel;
+#pragma omp parallel for schedule(static) if (m_shared && stride * width >= WorthSharing)
             for (int k = 0; k < numPanels; ++k) {
-                const int column = k * kPanel, columns = std::min(kPanel, width - column);
+                const int column = k * Panel, columns = std::min(Panel, width - column);
                 const double* part = panel + column * stride;
                 subtractTransposed(part + end, stride, numColumns - end, columns, own + end,
                                    own + first + column);
@@ -277,18 +278,18 @@ void SupernodalSolve::solveUpper(double* values) {
             solveTransposedTriangle(panel + first, stride, width, own + first);
         }
     }
-    std::vector<Buffer> buffers(size_t(_shared ? omp_get_max_threads() : 1),
-                                Buffer(size_t(_mostRows)));
-#pragma omp parallel for schedule(dynamic, 1) if (_shared)
-    for (size_t t = 0; t < _subtrees.size(); ++t) {
+    std::vector<Buffer> buffers(size_t(m_shared ? omp_get_max_threads() : 1),
+                                Buffer(size_t(m_mostRows)));
+#pragma omp parallel for schedule(dynamic, 1) if (m_shared)
+    for (size_t t = 0; t < m_subtrees.size(); ++t) {
         Buffer& gathered = buffers[size_t(omp_get_thread_num())];
-        const Subtree& subtree = _subtrees[t];
+        const Subtree& subtree = m_subtrees[t];
         for (Index s = subtree.root; s >= subtree.first; --s) {
             const int numColumns = numColumnsOf(s), numBelow = numRowsOf(s) - numColumns;
             const Index stride = numRowsOf(s);
-            const double* L = _L.values + _L.valueStarts[s];
-            Row* own = x + _L.super[s];
-            const Index* rows = _L.rows + _L.rowStarts[s] + numColumns;
+            const double* L = m_L.values + m_L.valueStarts[s];
+            Row* own = x + m_L.super[s];
+            const Index* rows = m_L.rows + m_L.rowStarts[s] + numColumns;
             for (int r = 0; r < numBelow; ++r) gathered[size_t(r)] = x[rows[r]];
             subtractTransposed(L + numColumns, stride, numBelow, numColumns, gathered.data(), own);
             solveTransposedTriangle(L, stride, numColumns, own);

@@ -29,7 +29,7 @@ struct SupernodalFactor {
 
 class SupernodalSolve {
 public:
-    static constexpr int kWidth = 8;
+    static constexpr int Width = 8;
 
     /** @param L  must live as long as this. **/
     explicit SupernodalSolve(const SupernodalFactor& L);
@@ -45,17 +45,18 @@ private:
     struct Subtree;
     struct Workspace;
 
-    int numColumnsOf(std::int64_t s) const { return int(_L.super[s + 1] - _L.super[s]); }
-    int numRowsOf(std::int64_t s) const { return int(_L.rowStarts[s + 1] - _L.rowStarts[s]); }
+    int numColumnsOf(std::int64_t s) const { return int(m_L.super[s + 1] - m_L.super[s]); }
+    int numRowsOf(std::int64_t s) const { return int(m_L.rowStarts[s + 1] - m_L.rowStarts[s]); }
     void findSubtrees();
 
-    SupernodalFactor _L;
-    std::vector<Subtree> _subtrees;
-    std::vector<std::int64_t> _top;  ///< supernodes of no subtree, ascending
-    std::vector<std::int32_t> _rows;  ///< as L.rows; where a row lies above its subtree, −1 − place
-    std::int64_t _mostRows = 0;
-    bool _shared = false;  ///< among threads: worth it
-    std::unique_ptr<Workspace> _work;
+    SupernodalFactor m_L;
+    std::vector<Subtree> m_subtrees;
+    std::vector<std::int64_t> m_top;  ///< supernodes of no subtree, ascending
+    std::vector<std::int32_t>
+        m_rows;  ///< as L.rows; where a row lies above its subtree, −1 − place
+    std::int64_t m_mostRows = 0;
+    bool m_shared = false;  ///< among threads: worth it
+    std::unique_ptr<Workspace> m_work;
 };
 
 }  // namespace simflex

@@ -19,7 +19,7 @@ class FullRows {
 public:
     explicit FullRows(const SymmetricMatrix& lower);
 
-    int size() const { return int(_starts.size()) - 1; }
+    int size() const { return int(m_starts.size()) - 1; }
 
     /** A·X, X and the result size×k. Bits do not depend on the number of threads. **/
     Shapes multiply(const Shapes& X) const { return multiplyBlocks(X, 1); }
@@ -30,9 +30,9 @@ public:
 private:
     Shapes multiplyBlocks(const Shapes& X, int rowsPerEntry) const;
 
-    std::vector<std::int64_t> _starts;
-    std::vector<std::int32_t> _columns;
-    std::vector<double> _values;
+    std::vector<std::int64_t> m_starts;
+    std::vector<std::int32_t> m_columns;
+    std::vector<double> m_values;
 };
 
 /** Products with a symmetric matrix of which the lower triangle is at hand: slower than those of
@@ -40,13 +40,13 @@ FullRows for few vectors, but it takes no memory. **/
 class LowerTriangle {
 public:
     /** Keeps a reference. **/
-    explicit LowerTriangle(const SymmetricMatrix& lower) : _lower(lower) {}
+    explicit LowerTriangle(const SymmetricMatrix& lower) : m_lower(lower) {}
 
     /** A·X, X and the result size×k. Bits do not depend on the number of threads. **/
     Shapes multiply(const Shapes& X) const;
 
 private:
-    const SymmetricMatrix& _lower;
+    const SymmetricMatrix& m_lower;
 };
 
 /** The finite element matrices in the form that the reduction multiplies with. **/

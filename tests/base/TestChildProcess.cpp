@@ -15,6 +15,7 @@ Programs that are started: what they are given, how they end. **/
 #include <thread>
 
 #include "simflex/base/ChildProcess.h"
+#include "simflex/base/ProgramOutput.h"
 #include "simflex/base/TemporaryFolder.h"
 
 namespace simflex {
@@ -158,6 +159,16 @@ TEST(ChildProcess, SignalsAreNewToAProgram) {
     }
     sigaction(SIGUSR1, &before, nullptr);
     signal(SIGUSR2, ignored);
+}
+
+TEST(ProgramOutput, HoldsWhatAProgramSaid) {
+    const ProgramOutput said;
+    ChildSetup setup;
+    setup.arguments = {"sh", "-c", "echo one; echo two >&2; head -c 200000 /dev/zero"};
+    setup.output = setup.error = said.getDescriptor();
+    EXPECT_TRUE(ChildProcess(setup).wait().isSuccess());
+    EXPECT_EQ(said.read(8), "one\ntwo\n");
+    EXPECT_EQ(said.read().size(), 4096u);
 }
 
 }  // namespace

@@ -212,9 +212,9 @@ TEST_F(ReducedBodyFileTest, WarningsGoWithThePart) {
 }
 
 TEST_F(ReducedBodyFileTest, ANewerVersionIsAnErrorThatSaysSo) {
-    writeChanged("version", kReducedBodyFileVersion + 1);
+    writeChanged("version", ReducedBodyFileVersion + 1);
     EXPECT_THAT(errorOf(file),
-                AllOf(HasSubstr("version " + std::to_string(kReducedBodyFileVersion + 1)),
+                AllOf(HasSubstr("version " + std::to_string(ReducedBodyFileVersion + 1)),
                       HasSubstr("newer simflex")));
 }
 

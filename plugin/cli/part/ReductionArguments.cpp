@@ -1,4 +1,5 @@
 #include "simflex/cli/part/ReductionArguments.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/cli/NumberCheck.h"
 #include "simflex/part/TextLines.h"
 

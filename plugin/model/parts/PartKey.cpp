@@ -58,7 +58,7 @@ std::vector<std::string> findDeckIncludes(const std::string& text) {
 PartKey::PartKey() {
     _second.add(std::string("second"));
     add(std::string(SIMFLEX_VERSION));
-    add(double(kReducedBodyFileVersion));
+    add(double(ReducedBodyFileVersion));
 }
 
 void PartKey::add(const std::string& text) {

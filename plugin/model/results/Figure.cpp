@@ -12,6 +12,7 @@
 
 #include "simflex/base/ChildProcess.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/base/ProgramOutput.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/render/ProbePlot.h"
 
@@ -256,9 +257,10 @@ void drawFigure(const std::string& path, const Figure& figure) {
     if (figure.panels.empty())
         throw std::runtime_error("cannot draw '" + path + "': there is nothing to draw");
     UnfinishedFile unfinished(path);
-    const File script(std::tmpfile(), std::fclose), errors(std::tmpfile(), std::fclose);
+    const File script(std::tmpfile(), std::fclose);
+    const ProgramOutput errors;
     const File picture(std::fopen(unfinished.getPath().c_str(), "wb"), std::fclose);
-    if (!script || !errors || !picture)
+    if (!script || !picture)
         throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
     const std::string text = makeGnuplotScript(kind, figure);
     std::fwrite(text.data(), 1, text.size(), script.get());
@@ -267,7 +269,7 @@ void drawFigure(const std::string& path, const Figure& figure) {
     setup.arguments = {"gnuplot", "--default-settings", "-"};
     setup.input = fileno(script.get());
     setup.output = fileno(picture.get());
-    setup.error = fileno(errors.get());
+    setup.error = errors.getDescriptor();
     ChildEnd end;
     try {
         end = ChildProcess(setup).wait();
@@ -275,12 +277,8 @@ void drawFigure(const std::string& path, const Figure& figure) {
         throw std::runtime_error(std::string(error.what()) +
                                  " (plots are drawn by gnuplot: package gnuplot-nox)");
     }
-    if (!end.isSuccess() || fs::file_size(unfinished.getPath()) == 0) {
-        std::string said(2000, '\0');
-        std::rewind(errors.get());
-        said.resize(std::fread(said.data(), 1, said.size(), errors.get()));
-        throw std::runtime_error("gnuplot failed to draw '" + path + "': " + said);
-    }
+    if (!end.isSuccess() || fs::file_size(unfinished.getPath()) == 0)
+        throw std::runtime_error("gnuplot failed to draw '" + path + "': " + errors.read(2000));
     unfinished.finish(Durability::ProcessEnd);
 }
 

@@ -22,7 +22,6 @@
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/part/FileChecksum.h"
 #include "simflex/part/Hdf5.h"
-#include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace model {
