@@ -6,7 +6,7 @@ Ground.
 The transform is the identity whatever q is, H = 2⁴⁰·1₆ constant, and the carrier has mass 2⁻⁸⁰,
 centre of mass 0 and inertia 2⁻⁸⁰·1₃. Powers of two make `HᵀMH = 1` exactly, so Simbody's mass
 matrix has an exact identity block for mass-normalised modes, there is no bias force, and q̇ = u = ξ̇.
-(DESIGN §3.) **/
+**/
 
 #include "Simbody.h"
 

@@ -2,10 +2,10 @@
 /** @file
 Reads a finite element model from whatever there is, by the name of the file:
 
-    .inp                            CalculiX deck                      CalculixDeck.h
-    .mtx + mass matrix + nodes      Matrix Market, or Abaqus           MatrixMarket.h,
-AbaqusMatrices.h .pch [+ mass matrix] + nodes    Nastran DMIG                       NastranDmig.h
-    .msh .geo .step .stp .brep .iges .igs      Gmsh mesh or geometry + material   GmshPart.h
+- .inp: a CalculiX deck (CalculixDeck.h);
+- .mtx + mass matrix + nodes: Matrix Market (MatrixMarket.h) or Abaqus (AbaqusMatrices.h);
+- .pch [+ mass matrix] + nodes: Nastran DMIG (NastranDmig.h);
+- .msh .geo .step .stp .brep .iges .igs + material: Gmsh mesh or geometry (GmshPart.h);
 
 then converts it to SI and warns if its numbers cannot be that. **/
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The few HDF5 operations that the part file needs, as values that clean up. Internal to part. **/
+The few HDF5 operations that the part file needs, as values that clean up. (Private header.) **/
 
 #include <hdf5.h>
 

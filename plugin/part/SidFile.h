@@ -8,8 +8,9 @@ Frame: the deck's axes and origin, moving with the mean axes. Taylor series in q
     mdCM = m c                  J = I₀ + m(c² 1 − c cᵀ), m1: I₁     (xx yy zz xy xz yz)
     Ct = 0                      Cr: m1(i, j, a) = N_a,ji
     Me = 1                      Gr_i = I₁ᵢ (3 columns a mode)
-    Ge(i, 3j + a) = −2 N_a,ij   Oe(i): −½ I₁xx −½ I₁yy −½ I₁zz −I₁xy −I₁yz −I₁xz, m1 the same of 2
-I₂ Ke = Ω²                     De, ksigma = 0
+    Ge(i, 3j + a) = −2 N_a,ij
+    Oe(i): −½ I₁xx  −½ I₁yy  −½ I₁zz  −I₁xy  −I₁yz  −I₁xz,  m1: the same of 2 I₂
+    Ke = Ω²                     De, ksigma = 0
 
 With c the centre of mass. Geometric stiffness by rotation, if the part has it, is added to m1 of
 Oe; that of interface loads is left out. Per node: origin, phi, psi and the attitude AP = 1 + [ψ×].

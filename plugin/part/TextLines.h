@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A text file line by line, with messages that name file and line. Internal to part and fe. **/
+A text file line by line, with messages that name file and line. (Private header.) **/
 
 #include <string>
 #include <string_view>

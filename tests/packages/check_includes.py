@@ -3,7 +3,7 @@
 
     check_includes.py --source .
 
-A room includes headers of the rooms below it, directly or through others, and of no other (DESIGN: the second plan).
+A room includes headers of the rooms below it, directly or through others, and of no other.
 """
 
 import argparse
