@@ -9,7 +9,7 @@ constexpr char Kind[] = "simflex checkpoint";
 /** Of the format that is written; older ones are not read, there are none. **/
 constexpr std::uint32_t Version = 4;
 
-std::string read(std::istream& stream) {
+std::string readBytes(std::istream& stream) {
     try {
         return readArchive(stream, Kind, Version);
     } catch (const std::runtime_error& error) {
@@ -23,7 +23,7 @@ void Checkpoint::refuse(const std::string& reason) {
     throw std::runtime_error("the checkpoint cannot be used: " + reason);
 }
 
-Checkpoint::Checkpoint(std::istream& stream) : Archive(read(stream)) {}
+Checkpoint::Checkpoint(std::istream& stream) : Archive(readBytes(stream)) {}
 
 void Checkpoint::write(std::ostream& stream) const {
     writeArchive(stream, Kind, Version, getBytes());
