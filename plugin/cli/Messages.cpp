@@ -1,6 +1,7 @@
 #include "simflex/cli/Messages.h"
 
 #include <cstdio>
+#include <memory>
 
 #include "simflex/cli/ProgressBar.h"
 
@@ -31,6 +32,14 @@ std::function<void(const std::string&)> Messages::getNote() const {
 
 std::function<void(const std::string&)> Messages::getWarn() const {
     return [*this](const std::string& text) { warn(text); };
+}
+
+Listener Messages::makeListener(bool showsProgress) const {
+    const auto bar = std::make_shared<ProgressBar>(!showsProgress);
+    return {[bar](const std::string& phase, double fraction, const Listener::Detail& detail) {
+                return bar->show(phase, fraction, detail);
+            },
+            getNote(), getWarn()};
 }
 
 }  // namespace cli

@@ -13,6 +13,8 @@ What the program says on standard error besides errors:
 #include <functional>
 #include <string>
 
+#include "simflex/model/Listener.h"
+
 namespace simflex {
 namespace cli {
 
@@ -32,6 +34,9 @@ public:
     /**@{**/
     std::function<void(const std::string&)> getNote() const;
     std::function<void(const std::string&)> getWarn() const;
+    /** Messages, and a progress bar if there are notes; Ctrl-C stops the work. **/
+    Listener makeListener() const { return makeListener(_notes == Notes::Shown); }
+    Listener makeListener(bool showsProgress) const;
     /**@}**/
 
 private:

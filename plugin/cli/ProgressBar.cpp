@@ -44,8 +44,9 @@ bool ProgressBar::show(const std::string& phase, double fraction,
     if (wasInterrupted()) return false;
     if (_quiet) return true;
     const bool isNew = phase != _phase;
-    if (_doneBefore < 0) {
+    if (_doneBefore < 0 || (isNew && _phases.empty())) {
         _phase = phase;
+        _begun = Clock::now();
         _doneBefore = calcDone(fraction);
     }
     if (isNew) {
@@ -72,6 +73,7 @@ double ProgressBar::calcTimeLeft(double elapsed, double doneBefore, double done)
 }
 
 double ProgressBar::calcDone(double fraction) const {
+    if (_phases.empty()) return std::clamp(fraction, 0.0, 1.0);
     double before = 0, whole = 0;
     bool reached = false;
     for (const auto& [phase, share] : _phases) {
@@ -88,7 +90,7 @@ double ProgressBar::calcDone(double fraction) const {
 
 void ProgressBar::draw(double fraction, const std::string& status) {
     _drawn = Clock::now();
-    const double elapsed = secondsSince(_started), done = calcDone(fraction);
+    const double elapsed = secondsSince(_begun), done = calcDone(fraction);
     const int filled = int(done * kBarWidth);
     std::string line = "[" + std::string(size_t(filled), '=') +
                        std::string(size_t(kBarWidth - filled), ' ') + "] " + _phase;

@@ -14,8 +14,8 @@ namespace cli {
 class ProgressBar {
 public:
     /** @param phases  the phases in their order, with their usual shares of the whole time (any
-            scale): the time left is reckoned from them. **/
-    ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases);
+            scale): the time left is reckoned from them; without them each phase is a whole **/
+    explicit ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases = {});
     ~ProgressBar();
 
     /** Shows where the work is. @returns false once Ctrl-C was pressed.
@@ -44,7 +44,7 @@ private:
     bool _quiet, _terminal;
     std::vector<std::pair<std::string, double>> _phases;
     std::string _phase;
-    Clock::time_point _started, _drawn;
+    Clock::time_point _started, _begun, _drawn;  ///< _begun: of the whole
     double _doneBefore = -1;  ///< part of the whole at the first show(); negative: not shown yet
 };
 

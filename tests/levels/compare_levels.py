@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 LOADER = "/lib64/ld-linux-x86-64.so.2"
-LIBRARIES = ["libsimflex.so", "libsimflex_part.so", "libsimflex_reduction.so", "libsimflex_render.so"]
+LIBRARIES = ["libsimflex.so", "libsimflex_model.so", "libsimflex_part.so", "libsimflex_reduction.so", "libsimflex_render.so"]
 ANY = "any"
 MODEL = """
 simflex: 1

@@ -7,9 +7,10 @@ simflex run: does the analyses of a model file. **/
 
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/cli/model/RunSummary.h"
 #include "simflex/cli/part/SourceArguments.h"
 #include "simflex/model/analyses/ModelRun.h"
-#include "simflex/model/analyses/RunSummary.h"
 
 namespace simflex {
 namespace cli {
@@ -27,39 +28,52 @@ std::string quote(const std::string& text) {
     return quoted + "'";
 }
 
+struct RunArguments {
+    std::string model;
+    std::vector<std::string> settings;
+    RunOptions options;
+    bool isRigidToo = false, isQuiet = false;
+};
+
 /** The command that goes on with such a run. **/
-std::string makeResumeCommand(const RunOptions& options) {
-    std::string command = "simflex run " + quote(options.model);
+std::string makeResumeCommand(const RunArguments& arguments) {
+    const RunOptions& options = arguments.options;
+    std::string command = "simflex run " + quote(arguments.model);
     if (!options.output.empty()) command += " -o " + quote(options.output);
-    for (const std::string& setting : options.settings) command += " --set " + quote(setting);
+    for (const std::string& setting : arguments.settings) command += " --set " + quote(setting);
     for (const std::string& name : options.only) command += " --only " + quote(name);
-    if (options.isRigidToo) command += " --rigid";
+    if (arguments.isRigidToo) command += " --rigid";
     if (options.writesCsv) command += " --csv";
     if (!options.drawsPictures) command += " --no-pictures";
     if (options.allowsScripts) command += " --allow-scripts";
     return command + " --resume";
 }
 
-void perform(RunOptions options) {
-    options.resumeCommand = makeResumeCommand(options);
+void perform(const RunArguments& arguments) {
     const auto started = std::chrono::steady_clock::now();
-    const Messages messages = Messages::makeQuietIf(options.isQuiet);
-    const ModelText text = loadModelText(options.model, options.settings);
+    const Messages messages = Messages::makeQuietIf(arguments.isQuiet);
+    RunOptions options = arguments.options;
+    options.resumeCommand = makeResumeCommand(arguments);
+    options.listener = messages.makeListener();
+    const ModelText text = loadModelText(arguments.model, arguments.settings);
     ModelRun run(text, ModelOptions::Bodies::AsGiven, options);
     if (options.onlyChecks) {
-        run.check();
+        ProgressBar::clearLine();
+        printAssembly(run);
         return;
     }
-    const bool isRigidToo = options.isRigidToo && run.canBend();
-    if (options.isRigidToo && !isRigidToo)
+    const bool isRigidToo = arguments.isRigidToo && run.canBend();
+    if (arguments.isRigidToo && !isRigidToo)
         messages.warn(
             "no body of the model can bend: it is rigid as it is, so --rigid changes nothing and "
             "it is run once");
     run.perform();
-    run.printSummary();
+    ProgressBar::clearLine();
+    printSummary(run);
     if (isRigidToo) {
         ModelRun rigid(text, ModelOptions::Bodies::Rigid, options);
         rigid.perform();
+        ProgressBar::clearLine();
         printDifference(readResults(run.getResultPath(), ReadStates::No),
                         readResults(rigid.getResultPath(), ReadStates::No));
         std::printf("results of the rigid model: %s\n", rigid.getResultPath().c_str());
@@ -77,8 +91,9 @@ void perform(RunOptions options) {
 
 void addRunCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand("run", "Run the analyses of a model file");
-    auto options = std::make_shared<RunOptions>();
-    command->add_option("model", options->model, "The model (YAML)")
+    auto arguments = std::make_shared<RunArguments>();
+    RunOptions* options = &arguments->options;
+    command->add_option("model", arguments->model, "The model (YAML)")
         ->required()
         ->check(CLI::ExistingFile)
         ->type_name("MODEL.yaml");
@@ -87,7 +102,7 @@ void addRunCommand(CLI::App& app) {
                      "Result file (default: MODEL.results.h5 here); one that is there is replaced")
         ->type_name("FILE");
     command
-        ->add_option("--set", options->settings,
+        ->add_option("--set", arguments->settings,
                      "Another value for a key of the model, as solver.accuracy=1e-5")
         ->type_name("PATH=VALUE")
         ->allow_extra_args(false);
@@ -95,13 +110,13 @@ void addRunCommand(CLI::App& app) {
         ->delimiter(',')
         ->type_name("NAME")
         ->allow_extra_args(false);
-    command->add_flag("--rigid", options->isRigidToo,
+    command->add_flag("--rigid", arguments->isRigidToo,
                       "The model with all bodies rigid as well, and the differences");
     command->add_flag("--resume", options->resumes,
                       "Go on where the last run of this model was stopped");
     command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");
     command->add_flag_callback(
-        "--no-pictures", [options] { options->drawsPictures = false; },
+        "--no-pictures", [arguments] { arguments->options.drawsPictures = false; },
         "Leave the model's pictures out");
     command->add_flag("--check", options->onlyChecks,
                       "Build and assemble the model, list what it has, run nothing");
@@ -109,9 +124,9 @@ void addRunCommand(CLI::App& app) {
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
     addScriptsFlag(*command, options->allowsScripts);
-    command->add_flag("-q,--quiet", options->isQuiet,
+    command->add_flag("-q,--quiet", arguments->isQuiet,
                       "No progress and notes: only warnings and what came out");
-    command->callback([options] { perform(*options); });
+    command->callback([arguments] { perform(*arguments); });
 }
 
 }  // namespace cli

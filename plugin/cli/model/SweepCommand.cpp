@@ -11,6 +11,8 @@ simflex sweep: many runs of one model, each with other values. **/
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Messages.h"
+#include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/part/SourceArguments.h"
 #include "simflex/model/sweep/SweepPlan.h"
 #include "simflex/model/sweep/SweepRunner.h"
@@ -28,7 +30,7 @@ struct SweepArguments {
     std::string model, list, analysis;
     std::vector<std::string> settings, vary, only, of;
     SweepOptions options;
-    bool isDry = false;
+    bool isDry = false, isQuiet = false;
 };
 
 /** The program `simflex` that this process runs, or that stands beside simflex_mpi. **/
@@ -87,9 +89,9 @@ void report(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
                                      plan.cases[k].folder + ": " + outcomes[k].error);
 }
 
-void runSweepCommand(SweepArguments& arguments) {
+void runSweepCommand(const SweepArguments& arguments) {
     const SweepPlan plan = makePlan(arguments);
-    SweepOptions& options = arguments.options;
+    SweepOptions options = arguments.options;
     if (options.folder.empty())
         options.folder = fs::path(arguments.model).stem().string() + ".sweep";
     if (arguments.isDry) {
@@ -99,12 +101,14 @@ void runSweepCommand(SweepArguments& arguments) {
         return;
     }
     options.program = findProgram();
+    options.listener = Messages::makeQuietIf(arguments.isQuiet).makeListener();
     options.share = SweepShare::fromEnvironment();
     const std::vector<SweepOutcome> outcomes = runSweep(plan, options);
     // mpirun ends all ranks as soon as one of them fails: the first one tells.
     const bool isHelper = options.share.kind == SweepShare::Kind::Rank && options.share.index > 0;
     if (isHelper) return;
-    const std::string table = writeSweepTable(plan, options.folder);
+    const std::string table = writeSweepTable(plan, options.folder, options.listener);
+    ProgressBar::clearLine();
     report(plan, outcomes, table);
 }
 
@@ -166,7 +170,7 @@ void addSweepCommand(CLI::App& app) {
     sweep->add_flag("--pictures", arguments->options.hasPictures,
                     "Draws the pictures of the model for each case");
     addScriptsFlag(*sweep, arguments->options.allowsScripts);
-    sweep->add_flag("-q,--quiet", arguments->options.isQuiet, "No progress");
+    sweep->add_flag("-q,--quiet", arguments->isQuiet, "No progress");
     sweep->callback([arguments] { runSweepCommand(*arguments); });
 }
 

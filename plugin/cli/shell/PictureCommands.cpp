@@ -380,7 +380,7 @@ void film(Shell& shell, const Words& words) {
     if (outcome == ShellModel::Outcome::Interrupted)
         throw Cancelled("the time is " + formatNumber(model.getTime()) + " s; there is no video");
     if (!drawMotion(model.getModel(), motion, makeAnalysis(model), visualizer,
-                    !shell.showsProgress()))
+                    shell.makeListener()))
         throw Cancelled("the time is " + formatNumber(model.getTime()) + " s; there is no video");
     shell.print("%s: %d pictures, t = %s s\n", words[0].c_str(), motion.getNumStates(),
                 formatNumber(model.getTime()).c_str());

@@ -172,13 +172,9 @@ ShellModel& Shell::updModel() const {
 
 std::unique_ptr<ShellModel> Shell::makeModel(const ModelText& text) const {
     ModelOptions options = _options.model;
-    ProgressBar bar(!showsProgress(), {});
-    options.progress = [&](const std::string& phase, double fraction) {
-        return bar.show(phase, fraction);
-    };
-    options.note = _messages.getNote();
-    options.warn = _messages.getWarn();
+    options.listener = makeListener();
     auto model = std::make_unique<ShellModel>(text, options);
+    ProgressBar::clearLine();
     if (model->getModel().getFile().get("initial").get("start").getText() == "static") {
         const std::string lost = describeLostSpeeds(model->getModel());
         if (!lost.empty()) warn("the model " + lost);

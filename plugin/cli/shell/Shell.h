@@ -67,6 +67,7 @@ public:
     void note(const std::string& text) const { _messages.note(text); }
     void warn(const std::string& text) const { _messages.warn(text); }
     bool showsProgress() const;
+    Listener makeListener() const { return _messages.makeListener(showsProgress()); }
     std::vector<std::string> getHistory() const;
 
     /** Constants with the model's parameters: `30*deg`, `[0, 0, L/2]`. **/

@@ -44,7 +44,7 @@ ShellModel::ShellModel(const ModelText& text, const ModelOptions& options)
       _probes(Probes::make(_model)),
       _start(findStart(*_model)),
       _turns(*_model),
-      _warn(options.warn ? options.warn : [](const std::string&) {}) {
+      _warn(options.listener.warn ? options.listener.warn : [](const std::string&) {}) {
     reset();
 }
 

@@ -30,7 +30,7 @@ class ShellModel {
 public:
     enum class Outcome { ReachedTime, Terminated, Interrupted };
 
-    /** Reads and builds the model, and goes to its start; options.warn is told of the motion, too.
+    /** Reads and builds the model, and goes to its start; the listener is told of the motion, too.
     @throws ModelError and what findStart()
     and ImplicitIntegrator::initialize() throw. **/
     ShellModel(const ModelText& text, const ModelOptions& options);

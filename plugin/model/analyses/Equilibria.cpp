@@ -6,7 +6,6 @@ The analyses without time: static, eigen, campbell. **/
 #include <sstream>
 
 #include "simflex/base/NumberText.h"
-#include "simflex/cli/ProgressBar.h"
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/analyses/Session.h"
@@ -71,7 +70,6 @@ Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
 
 void ModelRun::runStatic(const ModelValue& analysis) {
     const std::string name = analysis.getName();
-    ProgressBar(_options.isQuiet, {}).show(name, 0);
     const Equilibrium& equilibrium = obtainEquilibrium(analysis);
     const Vector atRest;
     const Moment moment{equilibrium.state, atRest, equilibrium.multipliers, 0};
@@ -92,7 +90,6 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const ModelValue wanted = analysis.get("count");
     const int count = wanted.isGiven() ? wanted.getInteger() : kUsualModes;
-    ProgressBar(_options.isQuiet, {}).show(name, 0);
     const State about = assembleState(*_model, findNamedState(analysis.get("about"), name));
     const Linearization linear =
         calcLinearization(_model->getSystem(), about, [this] { stopIfAsked(); });
@@ -113,7 +110,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     }
     if (analysis.get("pictures").getBool() && _options.drawsPictures)
         _remarks[name].push_back(
-            drawModes(*_model, linear, modes, name, getUsualFolder(), _options.isQuiet));
+            drawModes(*_model, linear, modes, name, getUsualFolder(), _options.listener));
     _writer->addEigen(name, frequency, damping);
     _writer->setStatistics(name,
                            {{"rigid_motions", double(numRigid)}, {"highest_frequency", highest}});
@@ -129,12 +126,11 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
     const std::vector<std::string> known = _model->getFile().get("parameters").getKeys();
     if (std::find(known.begin(), known.end(), parameter) == known.end())
         analysis.get("parameter").failUnknown("parameter", parameter, known);
-    ProgressBar bar(_options.isQuiet, {{name, 1}});
     int done = 0;
     CampbellDiagram diagram;
     try {
         diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
-            bar.show(name, double(done++) / double(speeds.size()));
+            _fraction = double(done++) / double(speeds.size());
             stopIfAsked();
             return linearizeAt(_text, _modelOptions, parameter, speed, [this] { stopIfAsked(); });
         });
@@ -143,7 +139,6 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         throw;
     }
     stopIfAsked();
-    bar.clear();
     int numFailures = 0;
     for (size_t k = 0; k < speeds.size(); ++k) {
         if (diagram.failures[k].empty()) continue;

@@ -8,12 +8,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/body/LinearRangeReporter.h"
-#include "simflex/cli/ProgressBar.h"
-#include "simflex/model/analyses/RunSummary.h"
 #include "simflex/model/analyses/Session.h"
 #include "simflex/model/analyses/TransientRun.h"
 #include "simflex/model/file/ModelTexts.h"
@@ -83,19 +80,14 @@ void checkNamedState(const ModelValue& name, const ModelValue& analyses,
 }  // namespace
 
 ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options)
-    : _text(text), _options(options), _messages(Messages::makeQuietIf(options.isQuiet)) {
+    : _text(text), _options(options) {
     _modelOptions.bodies = bodies;
     _modelOptions.allowsScripts = options.allowsScripts;
-    _resumeCommand = options.resumeCommand;
     // Pictures of the same names would replace those of the model as given.
     if (bodies == ModelOptions::Bodies::Rigid) _options.drawsPictures = false;
-    ProgressBar bar(options.isQuiet, {});
-    _modelOptions.progress = [&](const std::string& phase, double fraction) {
-        return bar.show(phase, fraction);
-    };
-    _modelOptions.note = _messages.getNote();
-    _modelOptions.warn = [this](const std::string& warning) {
-        _messages.warn(warning);
+    _modelOptions.listener = options.listener;
+    _modelOptions.listener.warn = [this](const std::string& warning) {
+        _options.listener.tellWarning(warning);
         _modelWarnings.push_back(warning);
     };
     const ModelValue file = readModel(text);
@@ -110,8 +102,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     checkWishes(file);
     if (!options.onlyChecks) readEarlier();
     _model = std::make_shared<const Model>(file, _modelOptions);
-    _modelOptions.progress = {};
-    _modelOptions.note = _modelOptions.warn = {};
+    _modelOptions.listener = {};
     _probes = Probes::make(_model);
     // What cannot be drawn is refused before hours of simulation.
     if (_options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*_model);
@@ -120,7 +111,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
 ModelRun::~ModelRun() = default;
 
 void ModelRun::warn(const std::string& analysis, const std::string& message) {
-    _messages.warn(analysis + ": " + message);
+    _options.listener.tellWarning(analysis + ": " + message);
     if (_writer) _writer->addWarning(analysis, message);
 }
 
@@ -242,7 +233,7 @@ void ModelRun::openResults() {
         return;
     }
     if (_options.resumes)
-        _messages.note("there is no '" + _resultPath + "' to go on with: begins anew");
+        _options.listener.tellNote("there is no '" + _resultPath + "' to go on with: begins anew");
     removeRunCheckpoint(getCheckpointPath());
     ResultHeader header;
     header.title = getModelTitle(_model->getFile());
@@ -265,31 +256,36 @@ std::vector<ResultColumn> ModelRun::makeColumns() const {
 // what is done
 
 void ModelRun::stopIfAsked() const {
-    if (!wasInterrupted()) return;
-    throw Cancelled("what was complete is in '" + _resultPath + "'; go on with: " + _resumeCommand);
+    if (_options.listener.tellProgress(_work, _fraction)) return;
+    throw Cancelled("what was complete is in '" + _resultPath +
+                    "'; go on with: " + _options.resumeCommand);
+}
+
+void ModelRun::beginWork(const std::string& name) {
+    _work = name;
+    _fraction = 0;
+    stopIfAsked();
 }
 
 void ModelRun::perform() {
     openResults();
     for (const std::string& warning : _modelWarnings) _writer->addWarning(warning);
+    const std::map<std::string, void (ModelRun::*)(const ModelValue&)> ways{
+        {"transient", &ModelRun::runTransient},
+        {"static", &ModelRun::runStatic},
+        {"eigen", &ModelRun::runEigen},
+        {"campbell", &ModelRun::runCampbell}};
     const ModelValue analyses = _model->getFile().get("analyses");
     for (const std::string& name : analyses.getKeys()) {
         const ModelValue analysis = analyses.get(name);
         if (!isWanted(name) || isComplete(name)) continue;
-        const std::string type = analysis.get("type").getText();
-        stopIfAsked();
-        if (type == "transient")
-            runTransient(analysis);
-        else if (type == "static")
-            runStatic(analysis);
-        else if (type == "eigen")
-            runEigen(analysis);
-        else if (type == "campbell")
-            runCampbell(analysis);
-        else {
-            _messages.note("analysis '" + name + "' is left to 'simflex sweep'");
+        const auto way = ways.find(analysis.get("type").getText());
+        if (way == ways.end()) {
+            _options.listener.tellNote("analysis '" + name + "' is left to 'simflex sweep'");
             continue;
         }
+        beginWork(name);
+        (this->*way->second)(analysis);
         for (const ModelValue& value : analysis.findUnread())
             warn(name, value.getPath() + " has had no effect");
     }
@@ -414,66 +410,26 @@ State ModelRun::findNamedState(const ModelValue& name, const std::string& forAna
 //-------------------------------------------------------------------------------------------------
 // what is said
 
-void ModelRun::printSummary() const {
-    const ResultData results = readResults(_resultPath, ReadStates::No);
-    for (const std::string& warning : results.warnings)
-        std::printf("warning: %s\n", warning.c_str());
-    for (const ResultData::Analysis& analysis : results.analyses) {
-        if (!isWanted(analysis.name)) continue;
-        const auto remarks = _remarks.find(analysis.name);
-        printAnalysis(analysis,
-                      remarks != _remarks.end() ? remarks->second : std::vector<std::string>());
-    }
-    std::printf("results: %s\n", _resultPath.c_str());
-}
-
 void ModelRun::refuseFailures() const {
     if (!_failures.empty()) throw std::runtime_error(join(_failures, "; "));
 }
 
-void ModelRun::check() {
-    const Model& model = *_model;
-    const auto integrator = makeIntegrator(model);
+std::vector<std::string> ModelRun::getRemarks(const std::string& analysis) const {
+    const auto found = _remarks.find(analysis);
+    return found != _remarks.end() ? found->second : std::vector<std::string>();
+}
+
+ModelRun::Assembly ModelRun::assemble() {
+    const auto integrator = makeIntegrator(*_model);
     integrator->initialize(getStart());
-    const State& state = integrator->getState();
-    const auto count = [](size_t n, const char* one, const char* many) {
-        return std::to_string(n) + " " + (n == 1 ? one : many);
-    };
-    std::printf("%s: %s, %s, %s\n", _text.path.c_str(),
-                count(model.getBodies().size(), "body", "bodies").c_str(),
-                count(model.getJoints().size(), "joint", "joints").c_str(),
-                count(model.getMotions().size(), "motion", "motions").c_str());
-    for (const Model::BodyEntry& body : model.getBodies()) {
-        if (body.flexible)
-            std::printf("  body %s: flexible, %s%s\n", body.name.c_str(),
-                        count(size_t(body.flexible->getNumModes()), "mode", "modes").c_str(),
-                        body.flexible->isRigid(state) ? ", held rigid" : "");
-        else
-            std::printf("  body %s: rigid, %.6g kg\n", body.name.c_str(),
-                        double(body.mobod.getBodyMass(state)));
-    }
-    for (const Model::JointEntry& entry : model.getJoints())
-        std::printf("  joint %s: %s of %s and %s, %s\n", entry.name.c_str(),
-                    entry.joint.getEquations().getKind(),
-                    nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
-                    nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
-                    count(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
+    Assembly assembly{integrator->getState(), {}, {}, integrator->getLargestConstraintError()};
+    _model->getSystem().realize(assembly.state, SimTK::Stage::Velocity);
     for (const std::string& line : integrator->getRedundantConstraints())
-        std::printf("  redundant: %s\n", nameBodies(model, line).c_str());
-    for (const Probe& probe : _probes.getProbes())
-        std::printf("  probe %s: %s%s%s\n", probe.name.c_str(),
-                    count(probe.columns.size(), "column", "columns").c_str(),
-                    probe.unit.empty() ? "" : ", ", probe.unit.c_str());
-    const ModelValue analyses = model.getFile().get("analyses");
-    for (const std::string& name : analyses.getKeys())
-        std::printf("  analysis %s: %s%s\n", name.c_str(),
-                    analyses.get(name).get("type").getText().c_str(),
-                    isWanted(name) ? "" : ", left out");
-    LinearRangeReporter(model.getFlexibleBodies(), 1, [](const std::string& message) {
-        std::printf("  warning: %s %s\n", message.c_str(), MotionWarnings::getAdviceAtStart());
-    }).handleEvent(state);
-    std::printf("assembled: largest error of a joint %.2g; results would go to %s\n",
-                double(integrator->getLargestConstraintError()), _resultPath.c_str());
+        assembly.redundant.push_back(nameBodies(*_model, line));
+    LinearRangeReporter(_model->getFlexibleBodies(), 1, [&](const std::string& message) {
+        assembly.warnings.push_back(message + " " + MotionWarnings::getAdviceAtStart());
+    }).handleEvent(integrator->getState());
+    return assembly;
 }
 
 }  // namespace model

@@ -4,7 +4,7 @@ All analyses of a model, one after the other, into one result file.
 
     ModelRun run(loadModelText("crank.yaml"), ModelOptions::Bodies::AsGiven, options);
     run.perform();
-    run.printSummary();  **/
+    const ResultData results = readResults(run.getResultPath());  **/
 
 #include <map>
 #include <memory>
@@ -13,7 +13,6 @@ All analyses of a model, one after the other, into one result file.
 #include <utility>
 #include <vector>
 
-#include "simflex/cli/Messages.h"
 #include "simflex/model/analyses/RunOptions.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/probes/Probe.h"
@@ -22,8 +21,6 @@ All analyses of a model, one after the other, into one result file.
 namespace simflex {
 namespace model {
 
-using namespace cli;
-
 class ModelRun {
 public:
     /** Reads and builds the model, and finds out which analyses there are to do.
@@ -31,16 +28,20 @@ public:
     ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options);
     ~ModelRun();
 
-    /** Says on standard output what the model is made of and what would be done; assembles it. **/
-    void check();
+    /** How the model is assembled. **/
+    struct Assembly {
+        SimTK::State state;                  ///< realized to Stage::Velocity
+        std::vector<std::string> redundant;  ///< equations, in words
+        std::vector<std::string> warnings;
+        double largestError = 0;  ///< of a joint
+    };
+    /** Runs nothing. **/
+    Assembly assemble();
 
     /** Begins the result file, or goes on with it.
-    @throws Cancelled when Ctrl-C was pressed, after everything was kept; std::runtime_error if
-        something fails. **/
+    @throws Cancelled when the listener asked for it, after everything was kept; std::runtime_error
+    if something fails. **/
     void perform();
-
-    /** What has been found, on standard output. The same run prints the same. **/
-    void printSummary() const;
 
     /** What could be done in part only, in words. @throws std::runtime_error if there is any. **/
     void refuseFailures() const;
@@ -49,11 +50,18 @@ public:
     bool canBend() const;
 
     const std::string& getResultPath() const { return _resultPath; }
+    const ModelText& getText() const { return _text; }
+    const Model& getModel() const { return *_model; }
+    const Probes& getProbes() const { return _probes; }
+    /** Whether an analysis is among those that are to be done. **/
+    bool isWanted(const std::string& analysis) const;
+    /** What was found besides results: "slider along x: nothing holds it". **/
+    std::vector<std::string> getRemarks(const std::string& analysis) const;
 
 private:
     friend class TransientRun;
 
-    /** Says on standard error, and keeps with the analysis' results, what changes their meaning.
+    /** Says, and keeps with the analysis' results, what changes their meaning.
      * **/
     void warn(const std::string& analysis, const std::string& message);
     /** Warns of flexible bodies that are bent beyond what modes describe. **/
@@ -67,8 +75,10 @@ private:
         std::vector<std::string> freeMotions;
     };
 
-    /** @throws Cancelled once Ctrl-C was pressed; between analyses and where they take long. **/
+    /** Tells where the work is. @throws Cancelled if it is to stop; between analyses and where they
+    take long. **/
     void stopIfAsked() const;
+    void beginWork(const std::string& name);
     void checkWishes(const ModelValue& file) const;
     void readEarlier();
     void openResults();
@@ -78,7 +88,6 @@ private:
     std::string getUsualFolder() const;
     std::string getCheckpointPath() const { return _resultPath + ".checkpoint"; }
     bool isComplete(const std::string& analysis) const;
-    bool isWanted(const std::string& analysis) const;
 
     const SimTK::State& getStart();
     const Equilibrium& obtainEquilibrium(const ModelValue& analysis);
@@ -101,11 +110,12 @@ private:
     ModelText _text;
     ModelOptions _modelOptions;
     RunOptions _options;
-    Messages _messages;
     std::vector<std::string> _modelWarnings;  ///< told before there was a result file
     std::shared_ptr<const Model> _model;
     Probes _probes;
-    std::string _resultPath, _resumeCommand;
+    std::string _resultPath;
+    std::string _work;  ///< what is being done, and how much of it
+    double _fraction = 0;
     std::unique_ptr<ResultWriter> _writer;
     std::optional<ResultData> _earlier;       ///< of the run that is gone on with
     std::vector<ResultData::Analysis> _kept;  ///< earlier results that stay: others are wanted

@@ -54,7 +54,6 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
       _turns(*run._model),
       _warnings(*run._model, run._probes,
                 [this](const std::string& message) { _run.warn(_name, message); }),
-      _bar(run._options.isQuiet, {{analysis.getName(), 1}}),
       _kept(Clock::now()) {
     if (!(_duration > 0)) analysis.get("duration").fail("must be positive");
     const ModelValue interval = analysis.get("interval");
@@ -98,7 +97,6 @@ void TransientRun::start(const State& state) {
     _progress.inputs = calcInputChecksums(*_run._model);
     _progress.analysis = _name;
     _startTime = state.getTime();
-    _bar.show(_name, 0);
     checkMotions(_run._model->getFile(), _startTime, _startTime + _duration);
     _integrator->initialize(state);
     const Moment moment{_integrator->getState(), _integrator->getUDot(),
@@ -117,8 +115,8 @@ void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
     std::ostringstream note;
     note << "analysis '" << _name << "' goes on at t = " << _integrator->getTime() << " of "
          << _startTime + _duration << " s";
-    _run._messages.note(note.str());
-    _bar.show(_name, (_integrator->getTime() - _startTime) / _duration);
+    _run._options.listener.tellNote(note.str());
+    _run._options.listener.tellProgress(_name, (_integrator->getTime() - _startTime) / _duration);
 }
 
 double TransientRun::calcRowTime(int row) const {
@@ -150,7 +148,6 @@ void TransientRun::perform() {
 }
 
 void TransientRun::failWith(const std::exception& error) {
-    _bar.clear();
     _run._writer->flush();
     throw std::runtime_error("analysis '" + _name + "': " + nameBodies(*_run._model, error.what()) +
                              "; the rows before stay in '" + _run._resultPath + "'");
@@ -167,18 +164,17 @@ void TransientRun::advance(double time) {
         failWith(error);
     }
     if (status != ImplicitIntegrator::StepStatus::Interrupted) return;
-    _bar.clear();
     keep();
     std::ostringstream text;
     text << "analysis '" << _name << "' has reached t = " << _reached << " of "
          << _startTime + _duration << " s, which '" << _run._resultPath
-         << "' holds; go on with: " << _run._resumeCommand;
+         << "' holds; go on with: " << _run._options.resumeCommand;
     throw Cancelled(text.str());
 }
 
 bool TransientRun::watchStep(double time) {
     _reached = time;
-    return _bar.show(_name, (time - _startTime) / _duration, [&] {
+    return _run._options.listener.tellProgress(_name, (time - _startTime) / _duration, [&] {
         char text[120];
         std::snprintf(text, sizeof text, "t = %.5g s, h = %.2g s, order %d", time,
                       double(_integrator->getLastStepSize()), _integrator->getLastOrder());
@@ -255,7 +251,6 @@ void TransientRun::keep() {
 }
 
 void TransientRun::finish() {
-    _bar.clear();
     checkEnergy();
     const IntegratorStatistics& statistics = _integrator->getStatistics();
     _run._writer->setStatistics(
@@ -284,8 +279,8 @@ void TransientRun::finish() {
                 if (analysis.name == _name) rows = std::move(analysis);
         rows.name = _name;
         _run._remarks[_name].push_back(drawFrames(*_run._model, _progress.frames, rows,
-                                                  _run.getUsualFolder(), _run._options.isQuiet,
-                                                  _run._resumeCommand));
+                                                  _run.getUsualFolder(), _run._options.listener,
+                                                  _run._options.resumeCommand));
     }
     _run._writer->setComplete(_name);
     removeRunCheckpoint(_run.getCheckpointPath());

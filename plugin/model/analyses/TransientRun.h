@@ -5,7 +5,6 @@ One transient analysis: rows of probes at regular times, States for pictures, ch
 #include <chrono>
 #include <memory>
 
-#include "simflex/cli/ProgressBar.h"
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
@@ -59,7 +58,6 @@ private:
     TurnCounter _turns;
     MotionWarnings _warnings;
     RunCheckpoint _progress;
-    ProgressBar _bar;
     Clock::time_point _kept;
 };
 

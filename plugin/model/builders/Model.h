@@ -8,7 +8,6 @@ that the file gives them.
     State state = model.makeInitialState();
     BdfIntegrator integrator(model.getSystem());  **/
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,6 +17,7 @@ that the file gives them.
 #include "Simbody.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/model/Listener.h"
 #include "simflex/model/file/ModelValue.h"
 
 namespace simflex {
@@ -31,12 +31,7 @@ struct ModelOptions {
     else
     ~/.cache/simflex. **/
     std::string cacheFolder;
-    /** Told what is being done (phase, fraction 0…1) while parts are reduced; false stops it. **/
-    std::function<bool(const std::string& phase, double fraction)> progress;
-    /** Told what the user should know ("part 'rod' taken from the cache"). **/
-    std::function<void(const std::string& note)> note;
-    /** Told what may change the meaning of results ("joint 'pin' is not closed as placed"). **/
-    std::function<void(const std::string& warning)> warn;
+    Listener listener;  ///< told while parts are reduced and the system is built
 };
 
 class Model {

@@ -90,10 +90,6 @@ State ModelBuilder::makeInitialState(const ModelSystem& system) const {
 }
 
 void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) const {
-    const auto tell = [](const std::function<void(const std::string&)>& to,
-                         const std::string& text) {
-        if (to) to(text);
-    };
     std::set<int> held;
     for (const std::string section : {"joints", "motions", "connectors"})
         for (const std::string& name : _file.get(section).getKeys()) {
@@ -103,8 +99,8 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
         }
     for (size_t i = 0; i < system.bodies.size(); ++i)
         if (MobilizedBody::Free::isInstanceOf(system.bodies[i].mobod) && !held.count(int(i)))
-            tell(_options.note, "body '" + system.bodies[i].name +
-                                    "' is held by no joint or connector: it is free");
+            _options.listener.tellNote("body '" + system.bodies[i].name +
+                                       "' is held by no joint or connector: it is free");
     const double size = _placement.calcSize();
     for (const Model::JointEntry& joint : system.joints) {
         const ModelValue value = _file.get("joints").get(joint.name);
@@ -117,12 +113,12 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
         const Transform X_FM = ~joint.joint.getFrameF().calcMotion(state).X *
                                joint.joint.getFrameM().calcMotion(state).X;
         const double angle = std::abs(X_FM.R().convertRotationToAngleAxis()[0]);
-        tell(_options.warn,
-             "joint '" + joint.name + "' is not closed as placed: its error is " +
-                 writeGeneral(largest, 3) + ", its frames are " + writeGeneral(X_FM.p().norm(), 3) +
-                 " m apart and turned by " + writeGeneral(angle * 180 / Pi, 3) +
-                 " degrees; assembly will move the bodies" +
-                 (type == "rod" ? "" : ", 'as_placed: true' takes them as they are"));
+        _options.listener.tellWarning(
+            "joint '" + joint.name + "' is not closed as placed: its error is " +
+            writeGeneral(largest, 3) + ", its frames are " + writeGeneral(X_FM.p().norm(), 3) +
+            " m apart and turned by " + writeGeneral(angle * 180 / Pi, 3) +
+            " degrees; assembly will move the bodies" +
+            (type == "rod" ? "" : ", 'as_placed: true' takes them as they are"));
     }
 }
 

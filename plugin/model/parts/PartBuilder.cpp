@@ -30,9 +30,9 @@ ReducedBody readPart(const ModelValue& value, const ModelOptions& options) {
     if (!std::filesystem::exists(path))
         file.fail("there is no part file '" + path + "'; `simflex reduce` makes one");
     try {
-        if (options.warn)
+        if (options.listener.warn)
             for (const std::string& warning : readPartWarnings(path))
-                options.warn("part '" + value.getName() + "': " + warning);
+                options.listener.warn("part '" + value.getName() + "': " + warning);
         return readReducedBody(path);
     } catch (const std::exception& error) {
         file.fail(error.what());

@@ -8,7 +8,7 @@ namespace simflex {
 namespace model {
 
 /** All parts by name, with the modes that the file keeps of them.
-@throws ModelError; Cancelled if options.progress asks to stop. **/
+@throws ModelError; Cancelled if the listener asks to stop. **/
 Parts makeParts(const ModelValue& file, const ModelOptions& options);
 
 }  // namespace model

@@ -218,10 +218,10 @@ PartCache::Kept runReduction(const ModelValue& part, Request& request,
                              const ModelOptions& options) {
     const std::string name = request.reduction.name;
     const auto note = [&](const std::string& text) {
-        if (options.note) options.note("part '" + name + "': " + text);
+        options.listener.tellNote("part '" + name + "': " + text);
     };
     const ProgressCallback progress = [&](const std::string& phase, double fraction) {
-        return !options.progress || options.progress(name + ": " + phase, fraction);
+        return options.listener.tellProgress(name + ": " + phase, fraction);
     };
     SourceOptions& source = request.source;
     source.calculix.note = note;
@@ -252,8 +252,8 @@ void waitFor(FileLock& lock, const std::string& part, const ModelOptions& option
     const std::string what = "waiting for another run that reduces part '" + part + "'";
     bool isTold = false;
     while (lock.tryToHold() == FileLock::State::Busy) {
-        if (options.progress && !options.progress(what, 0)) throw Cancelled();
-        if (!options.progress && !isTold && options.note) options.note(what);
+        if (!options.listener.tellProgress(what, 0)) throw Cancelled();
+        if (!options.listener.progress && !isTold) options.listener.tellNote(what);
         isTold = true;
         std::this_thread::sleep_for(kWait);
     }
@@ -263,13 +263,13 @@ void waitFor(FileLock& lock, const std::string& part, const ModelOptions& option
 
 ReducedBody reducePart(const ModelValue& value, const ModelOptions& options) {
     Request request = readRequest(value);
-    const PartCache cache(options.cacheFolder, options.note);
+    const PartCache cache(options.cacheFolder, options.listener.note);
     const auto warn = [&](const PartCache::Kept& kept) {
         for (const std::string& warning : kept.warnings)
-            if (options.warn) options.warn("part '" + value.getName() + "': " + warning);
+            options.listener.tellWarning("part '" + value.getName() + "': " + warning);
     };
     const auto take = [&](PartCache::Kept kept) {
-        if (options.note) options.note("part '" + value.getName() + "' is taken from the cache");
+        options.listener.tellNote("part '" + value.getName() + "' is taken from the cache");
         warn(kept);
         kept.part.name = value.getName();
         return std::move(kept.part);

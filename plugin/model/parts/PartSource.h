@@ -10,7 +10,7 @@ namespace model {
 
 /** From the cache if it has been reduced before, see PartCache.h.
 @param value  of `parts`
-@throws ModelError; Cancelled if options.progress asks to stop. **/
+@throws ModelError; Cancelled if the listener asks to stop. **/
 ReducedBody reducePart(const ModelValue& value, const ModelOptions& options);
 
 }  // namespace model

@@ -7,7 +7,6 @@
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
-#include "simflex/cli/ProgressBar.h"
 #include "simflex/model/analyses/Session.h"
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/pictures/ForcePictures.h"
@@ -15,8 +14,6 @@
 
 namespace simflex {
 namespace model {
-
-using namespace cli;
 
 namespace fs = std::filesystem;
 using SimTK::Pi;
@@ -267,7 +264,7 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
 
 std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
                        const ResultData::Analysis& rows, const std::string& usualFolder,
-                       bool isQuiet, const std::string& resumeCommand) {
+                       const Listener& listener, const std::string& resumeCommand) {
     const ModelValue pictures = model.getFile().get("pictures"), video = pictures.get("video");
     const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
     std::string places;
@@ -297,7 +294,7 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
         model.getSystem().realize(state, SimTK::Stage::Velocity);
         motion.record(state);
     }
-    if (!drawMotion(model, motion, rows, *viz, isQuiet)) stopDrawing(resumeCommand);
+    if (!drawMotion(model, motion, rows, *viz, listener)) stopDrawing(resumeCommand);
     return "pictures: " + places;
 }
 
@@ -309,18 +306,16 @@ void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& 
 }
 
 bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
-                OffscreenVisualizer& viz, bool isQuiet) {
+                OffscreenVisualizer& viz, const Listener& listener) {
     addPlots(model, rows, viz);
     viz.fitToMotion(motion);
     if (isText(model.getFile().get("pictures").get("exaggeration"), "auto") &&
         viz.getDeformationFactor() > kLargestFactor)
         viz.setDeformationFactor(kLargestFactor).fitToMotion(motion);
-    ProgressBar bar(isQuiet, {{"pictures", 1}});
-    bar.show("pictures", 0);
+    listener.tellProgress("pictures", 0);
     const int numDrawn = viz.reportAll(motion, [&](int numComplete, int numFrames) {
-        return bar.show("pictures", double(numComplete) / numFrames);
+        return listener.tellProgress("pictures", double(numComplete) / numFrames);
     });
-    bar.clear();
     if (numDrawn < motion.getNumStates()) return false;
     viz.finish();
     return true;
@@ -328,7 +323,7 @@ bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultDa
 
 std::string drawModes(const Model& model, const Linearization& linear,
                       const std::vector<Eigenmode>& modes, const std::string& analysis,
-                      const std::string& usualFolder, bool isQuiet) {
+                      const std::string& usualFolder, const Listener& listener) {
     const ModelValue pictures = model.getFile().get("pictures");
     const fs::path folder =
         pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder;
@@ -341,7 +336,6 @@ std::string drawModes(const Model& model, const Linearization& linear,
         size = std::max(size, double(body.mobod.getBodyTransform(linear.state).p().norm()));
     }
     if (size == 0) size = 1;
-    ProgressBar bar(isQuiet, {{"pictures of modes", 1}});
     for (size_t k = 0; k < modes.size(); ++k) {
         const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
         const std::string title = "mode " + std::to_string(k + 1) + ": " +
@@ -357,10 +351,10 @@ std::string drawModes(const Model& model, const Linearization& linear,
                                                          kModeAmplitude * size, kPicturesPerPeriod);
         viz->fitToMotion(period);
         const int numDrawn = viz->reportAll(period, [&](int numComplete, int numFrames) {
-            return bar.show("pictures of modes",
-                            (double(k) + double(numComplete) / numFrames) / double(modes.size()));
+            return listener.tellProgress(
+                "pictures of modes",
+                (double(k) + double(numComplete) / numFrames) / double(modes.size()));
         });
-        bar.clear();
         if (numDrawn < int(period.size()))
             throw Cancelled("modes were drawn up to the " + std::to_string(k) + ". one");
         viz->finish();

@@ -18,26 +18,26 @@ range of colours. Frames that are there already and show the same are kept.
 @param usualFolder  for single pictures, where the model names none; model after model must not
     remove each other's
 @param rows  of the analysis, for plots; its name is in that of files where a model has several
-@param resumeCommand  told to the user when Ctrl-C stops it
+@param resumeCommand  told to the user when it is stopped
 @return where they are, for people
 @throws Cancelled, std::runtime_error. **/
 std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
                        const ResultData::Analysis& rows, const std::string& usualFolder,
-                       bool isQuiet, const std::string& resumeCommand);
+                       const Listener& listener, const std::string& resumeCommand);
 
 /** Adds a video at the model's rate. @throws as OffscreenVisualizer::addVideo(). **/
 void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz);
 
 /** Draws a motion with its plots, camera and colours fitted to all of it.
-@return false if Ctrl-C stopped it **/
+@return false if the listener stopped it **/
 bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
-                OffscreenVisualizer& viz, bool isQuiet);
+                OffscreenVisualizer& viz, const Listener& listener);
 
 /** A film of each mode: FOLDER/ANALYSIS_mode_1.gif …
 @return where they are, for people @throws Cancelled, std::runtime_error. **/
 std::string drawModes(const Model& model, const Linearization& linear,
                       const std::vector<Eigenmode>& modes, const std::string& analysis,
-                      const std::string& usualFolder, bool isQuiet);
+                      const std::string& usualFolder, const Listener& listener);
 
 }  // namespace model
 }  // namespace simflex

@@ -17,15 +17,10 @@
 #include <stdexcept>
 
 #include "simflex/base/ChildProcess.h"
-#include "simflex/base/Interruption.h"
 #include "simflex/base/UnfinishedFile.h"
-#include "simflex/cli/Messages.h"
-#include "simflex/cli/ProgressBar.h"
 
 namespace simflex {
 namespace model {
-
-using namespace cli;
 namespace {
 
 namespace fs = std::filesystem;
@@ -91,8 +86,7 @@ public:
         : _plan(plan),
           _options(options),
           _outcomes(plan.cases.size()),
-          _isOver(plan.cases.size(), false),
-          _bar(options.isQuiet, {{"", 1}}) {
+          _isOver(plan.cases.size(), false) {
         const int numCores = countCores(), numCases = int(plan.cases.size());
         _numJobs = options.numJobs > 0 ? options.numJobs
                                        : std::max(1, numCores / std::max(1, options.numThreads));
@@ -124,15 +118,13 @@ public:
 
     std::vector<SweepOutcome> run() {
         for (;;) {
-            if (_isStopped || wasInterrupted()) askToStop();
+            if (_isStopped || !showProgress()) askToStop();
             while (!_isStopped && int(_running.size()) < _numJobs && startNext()) {
             }
-            showProgress();
             const bool hasEnded = waitForSome();
             if (_running.empty() && (_isStopped || !hasWork())) break;
             if (!hasEnded) usleep(_running.empty() ? kLongPause : kPause);
         }
-        _bar.clear();
         return _outcomes;
     }
 
@@ -280,8 +272,8 @@ private:
             outcome.status = Status::Failed;
             outcome.error = end.signal ? "it " + end.describe() : findLastLine(log);
             keep(job.index, "failed: " + outcome.error);
-            Messages::makeQuietIf(_options.isQuiet)
-                .warn(_plan.cases[job.index].folder + " failed: " + outcome.error);
+            _options.listener.tellWarning(_plan.cases[job.index].folder +
+                                          " failed: " + outcome.error);
         }
         _isOver[job.index] = true;
         close(job.log);
@@ -295,7 +287,8 @@ private:
         _isAsked = true;
     }
 
-    void showProgress() {
+    /** @returns false if it is to stop. **/
+    bool showProgress() {
         int numOver = 0, numFailed = 0;
         for (const size_t k : _order) {
             numOver += _isOver[k];
@@ -306,7 +299,8 @@ private:
         if (numFailed > 0) text += ", " + std::to_string(numFailed) + " failed";
         const std::string share = _options.share.describe();
         if (!share.empty()) text += " (" + share + ")";
-        _bar.show(text, double(numOver) / double(std::max<size_t>(1, _order.size())));
+        return _options.listener.tellProgress(
+            text, double(numOver) / double(std::max<size_t>(1, _order.size())));
     }
 
     const SweepPlan& _plan;
@@ -317,7 +311,6 @@ private:
     std::set<size_t> _isElsewhere;
     std::list<Job> _running;
     fs::file_time_type _started;
-    ProgressBar _bar;
     int _numJobs = 1, _numThreads = 1;
     bool _isStopped = false, _isAsked = false;
 };

@@ -14,6 +14,7 @@ lock goes with the process, however that ends. **/
 #include <string>
 #include <vector>
 
+#include "simflex/model/Listener.h"
 #include "simflex/model/sweep/SweepPlan.h"
 #include "simflex/model/sweep/SweepShare.h"
 
@@ -27,7 +28,7 @@ struct SweepOptions {
     int numThreads = 0;          ///< of each; 0: the cores shared out
     bool hasPictures = false;    ///< cases draw the pictures of the model
     bool allowsScripts = false;  ///< cases may run Gmsh's scripts outside the sandbox
-    bool isQuiet = false;
+    Listener listener;
     SweepShare share;
 };
 
@@ -42,7 +43,8 @@ struct SweepOutcome {
 std::string nameOf(SweepOutcome::Status status);
 
 /** Runs what is left to do. @returns what is known of each case at the end; other processes may be
-busy with those that are Waiting. Ctrl-C stops the cases that run, each with what it has.
+busy with those that are Waiting. When the listener asks
+for it the cases that run are stopped, each with what it has.
 @throws std::runtime_error if a folder cannot be made or the program not be started. **/
 std::vector<SweepOutcome> runSweep(const SweepPlan& plan, const SweepOptions& options);
 

@@ -16,7 +16,6 @@
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
-#include "simflex/cli/Messages.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/CriticalSpeeds.h"
 #include "simflex/model/results/ProbeChoice.h"
@@ -25,8 +24,6 @@
 
 namespace simflex {
 namespace model {
-
-using namespace cli;
 namespace {
 
 namespace fs = std::filesystem;
@@ -298,7 +295,8 @@ bool SweepTable::hasWarnings() const {
                        [](const std::string& text) { return !text.empty(); });
 }
 
-std::string writeSweepTable(const SweepPlan& plan, const std::string& folder) {
+std::string writeSweepTable(const SweepPlan& plan, const std::string& folder,
+                            const Listener& listener) {
     const TableLock lock(folder);
     const std::vector<SweepOutcome> outcomes = readSweepOutcomes(plan, folder);
     const SweepTable table = makeSweepTable(plan, outcomes, folder);
@@ -308,10 +306,9 @@ std::string writeSweepTable(const SweepPlan& plan, const std::string& folder) {
     writeHdf5(file.getPath(), plan, outcomes, table);
     appendChecksum(file.getPath());
     file.finish();
-    const Messages messages(Messages::Notes::Hidden);
     for (size_t k = 0; k < plan.cases.size(); ++k)
         if (!table.warnings[k].empty())
-            messages.warn(plan.cases[k].folder + ": " + table.warnings[k]);
+            listener.tellWarning(plan.cases[k].folder + ": " + table.warnings[k]);
     return csv;
 }
 

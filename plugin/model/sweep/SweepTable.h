@@ -31,12 +31,13 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
                           const std::string& folder);
 
 /** Writes FOLDER/sweep.csv and FOLDER/sweep.h5; processes that share the folder one after the
-other, and tells the cases' warnings. The HDF5 file has, one number for each case: values/KEY,
-columns/NAME (attribute unit), status (0 complete, 1 failed, 2 not finished); one text for each:
-texts/KEY (values as given), folders, warnings (left out where there are none); and the attribute
-simflex_sweep = 2.
+other, and tells the cases' warnings to `listener`. The HDF5 file has, one number for each case:
+values/KEY, columns/NAME (attribute unit), status (0 complete, 1 failed, 2 not finished); one text
+for each: texts/KEY (values as given), folders, warnings (left out where there are none); and the
+attribute simflex_sweep = 2.
 @returns the table's path. **/
-std::string writeSweepTable(const SweepPlan& plan, const std::string& folder);
+std::string writeSweepTable(const SweepPlan& plan, const std::string& folder,
+                            const Listener& listener = {});
 
 }  // namespace model
 }  // namespace simflex

@@ -33,8 +33,8 @@ void BuiltModelTest::SetUp() {
     writeReducedBody(folder / "bar.h5", *makeBar());
     writeReducedBody(folder / "stiffened.h5", *makeStiffenedBar());
     options.cacheFolder = folder / "cache";
-    options.note = [this](const std::string& note) { notes.push_back(note); };
-    options.warn = [this](const std::string& warning) { warnings.push_back(warning); };
+    options.listener.note = [this](const std::string& note) { notes.push_back(note); };
+    options.listener.warn = [this](const std::string& warning) { warnings.push_back(warning); };
 }
 
 std::unique_ptr<model::Model> BuiltModelTest::build(const std::string& text) {

@@ -37,7 +37,7 @@ protected:
         brick.elements = {4, 1, 1};
         brick.type = "C3D20";
         testing::writeText(folder / "brick.inp", brick.text());
-        options.progress = [this](const std::string& phase, double) {
+        options.listener.progress = [this](const std::string& phase, double, const auto&) {
             phases.push_back(phase);
             return true;
         };
@@ -144,13 +144,13 @@ TEST_F(PartCacheTest, WhoNeedsAPartThatAnotherReducesWaitsForItAndTakesIt) {
     std::set<std::string> phasesOfSecond;
     std::promise<void> isWaiting;
     ModelOptions second = options;
-    second.progress = [&](const std::string& phase, double) {
+    second.listener.progress = [&](const std::string& phase, double, const auto&) {
         if (phasesOfSecond.insert(phase).second) isWaiting.set_value();
         return true;
     };
     std::shared_ptr<const ReducedBody> taken;
     std::thread other;
-    options.progress = [&](const std::string&, double) {
+    options.listener.progress = [&](const std::string&, double, const auto&) {
         if (other.joinable()) return true;
         other = std::thread([&] { taken = make(second); });
         isWaiting.get_future().wait();
@@ -168,11 +168,11 @@ TEST_F(PartCacheTest, WhoNeedsAPartThatAnotherReducesWaitsForItAndTakesIt) {
 TEST_F(PartCacheTest, WaitingCanBeStopped) {
     bool isTried = false;
     ModelOptions second = options;
-    second.progress = [&](const std::string& phase, double) {
+    second.listener.progress = [&](const std::string& phase, double, const auto&) {
         EXPECT_THAT(phase, HasSubstr("waiting"));
         return false;
     };
-    options.progress = [&](const std::string&, double) {
+    options.listener.progress = [&](const std::string&, double, const auto&) {
         if (isTried) return true;
         isTried = true;
         const std::string text = "simflex: 1\nparts: {beam: {" + keys + "}}\n";
@@ -250,10 +250,10 @@ TEST_F(PartCacheTest, AFolderThatCannotBeWrittenIsNotedAndDoneWithout) {
 }
 
 TEST_F(PartCacheTest, ReductionStopsOnRequestAndItsErrorsNameTheFilesLine) {
-    options.progress = [](const std::string&, double) { return false; };
+    options.listener.progress = [](const std::string&, double, const auto&) { return false; };
     EXPECT_THROW(makePart(keys), Cancelled);
     EXPECT_TRUE(listCache().empty());
-    options.progress = {};
+    options.listener.progress = {};
     EXPECT_THAT(messageOf("parts:\n  beam: {deck: brick.inp, interfaces: {left: LEFTT}}\n"),
                 AllOf(HasSubstr("model.yaml:3:46: parts.beam.interfaces.left"),
                       HasSubstr("no node set 'LEFTT'"), HasSubstr("Did you mean 'LEFT'?")));

@@ -46,7 +46,9 @@ protected:
         options.folder = folder / "sweep";
         options.program = SWING_PROGRAM;
         options.numJobs = 2;
-        options.isQuiet = true;
+        options.listener.progress = [](const std::string&, double, const auto&) {
+            return !wasInterrupted();
+        };
         return options;
     }
     std::vector<Status> run(const SweepPlan& plan) {

@@ -1,15 +1,17 @@
-#include "simflex/model/analyses/RunSummary.h"
+#include "simflex/cli/model/RunSummary.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
+#include "simflex/body/JointEquations.h"
+#include "simflex/model/analyses/Session.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/CriticalSpeeds.h"
 
 namespace simflex {
-namespace model {
+namespace cli {
 
 namespace {
 
@@ -142,8 +144,7 @@ void printCampbell(const ResultData::Analysis& analysis) {
     std::printf("\n");
 }
 
-}  // namespace
-
+/** @param remarks  more lines **/
 void printAnalysis(const ResultData::Analysis& analysis, const std::vector<std::string>& remarks) {
     if (analysis.type == "transient") printTransient(analysis);
     if (analysis.type == "static") printStatic(analysis);
@@ -152,6 +153,59 @@ void printAnalysis(const ResultData::Analysis& analysis, const std::vector<std::
     for (const std::string& warning : analysis.warnings)
         std::printf("  warning: %s\n", warning.c_str());
     for (const std::string& remark : remarks) std::printf("  %s\n", remark.c_str());
+}
+
+}  // namespace
+
+void printAssembly(ModelRun& run) {
+    const Model& model = run.getModel();
+    const ModelRun::Assembly assembly = run.assemble();
+    const auto count = [](size_t n, const char* one, const char* many) {
+        return std::to_string(n) + " " + (n == 1 ? one : many);
+    };
+    std::printf("%s: %s, %s, %s\n", run.getText().path.c_str(),
+                count(model.getBodies().size(), "body", "bodies").c_str(),
+                count(model.getJoints().size(), "joint", "joints").c_str(),
+                count(model.getMotions().size(), "motion", "motions").c_str());
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        if (body.flexible)
+            std::printf("  body %s: flexible, %s%s\n", body.name.c_str(),
+                        count(size_t(body.flexible->getNumModes()), "mode", "modes").c_str(),
+                        body.flexible->isRigid(assembly.state) ? ", held rigid" : "");
+        else
+            std::printf("  body %s: rigid, %.6g kg\n", body.name.c_str(),
+                        double(body.mobod.getBodyMass(assembly.state)));
+    }
+    for (const Model::JointEntry& entry : model.getJoints())
+        std::printf("  joint %s: %s of %s and %s, %s\n", entry.name.c_str(),
+                    entry.joint.getEquations().getKind(),
+                    nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
+                    nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
+                    count(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
+    for (const std::string& line : assembly.redundant)
+        std::printf("  redundant: %s\n", line.c_str());
+    for (const Probe& probe : run.getProbes().getProbes())
+        std::printf("  probe %s: %s%s%s\n", probe.name.c_str(),
+                    count(probe.columns.size(), "column", "columns").c_str(),
+                    probe.unit.empty() ? "" : ", ", probe.unit.c_str());
+    const ModelValue analyses = model.getFile().get("analyses");
+    for (const std::string& name : analyses.getKeys())
+        std::printf("  analysis %s: %s%s\n", name.c_str(),
+                    analyses.get(name).get("type").getText().c_str(),
+                    run.isWanted(name) ? "" : ", left out");
+    for (const std::string& warning : assembly.warnings)
+        std::printf("  warning: %s\n", warning.c_str());
+    std::printf("assembled: largest error of a joint %.2g; results would go to %s\n",
+                assembly.largestError, run.getResultPath().c_str());
+}
+
+void printSummary(const ModelRun& run) {
+    const ResultData results = readResults(run.getResultPath(), ReadStates::No);
+    for (const std::string& warning : results.warnings)
+        std::printf("warning: %s\n", warning.c_str());
+    for (const ResultData::Analysis& analysis : results.analyses)
+        if (run.isWanted(analysis.name)) printAnalysis(analysis, run.getRemarks(analysis.name));
+    std::printf("results: %s\n", run.getResultPath().c_str());
 }
 
 void printDifference(const ResultData& flexible, const ResultData& rigid) {
@@ -187,5 +241,5 @@ void printDifference(const ResultData& flexible, const ResultData& rigid) {
                     accuracy);
 }
 
-}  // namespace model
+}  // namespace cli
 }  // namespace simflex

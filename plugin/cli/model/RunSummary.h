@@ -1,0 +1,23 @@
+#pragma once
+/** @file
+What a model is made of and what a run has found, on standard output. **/
+
+#include "simflex/model/analyses/ModelRun.h"
+
+namespace simflex {
+namespace cli {
+
+using namespace model;
+
+/** What the model is made of and what would be done; assembles it. **/
+void printAssembly(ModelRun& run);
+
+/** Extremes and last values of probes, frequencies, what it cost. The same run prints the same. **/
+void printSummary(const ModelRun& run);
+
+/** Largest and root-mean-square difference of each probe between a model and the same all rigid.
+ * **/
+void printDifference(const ResultData& flexible, const ResultData& rigid);
+
+}  // namespace cli
+}  // namespace simflex
