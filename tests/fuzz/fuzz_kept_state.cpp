@@ -5,8 +5,8 @@ written. **/
 #include <cmath>
 
 #include "Fuzz.h"
-#include "simflex/cli/shell/KeptState.h"
 #include "simflex/model/file/ModelReader.h"
+#include "simflex/model/session/KeptState.h"
 
 using namespace simflex;
 
@@ -21,16 +21,15 @@ constexpr const char* kModel =
     "  pin: {type: pin, between: [ground, a]}\n"
     "  ball: {type: ball, between: [a, b]}\n";
 
-const model::Model& getModel() {
-    static const model::Model model(
-        model::readModel(model::ModelText{fuzz::getFolder() / "model.yaml", kModel, {}}));
+const Model& getModel() {
+    static const Model model(readModel(ModelText{fuzz::getFolder() / "model.yaml", kModel, {}}));
     return model;
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    const model::Model& model = getModel();
+    const Model& model = getModel();
     const std::string path = fuzz::getFolder().write(
         "kept.state", std::string(reinterpret_cast<const char*>(data), size));
     SimTK::State state;

@@ -61,9 +61,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         std::unique_ptr<model::ModelValue> model;
         const bool isAccepted = fuzz::accepts([&] {
             try {
-                model = std::make_unique<model::ModelValue>(
-                    model::readModel({path, files[0], settings}));
-            } catch (const model::ModelError& error) {
+                model = std::make_unique<model::ModelValue>(readModel({path, files[0], settings}));
+            } catch (const ModelError& error) {
                 const std::string message = error.what();
                 if (message.compare(0, 9, "setting '") != 0) throw;  // these name no file
             }

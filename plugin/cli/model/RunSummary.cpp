@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "simflex/body/JointEquations.h"
-#include "simflex/model/analyses/Session.h"
+#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/CriticalSpeeds.h"

@@ -107,12 +107,6 @@ std::string formatMarkdownHelp() {
     return text;
 }
 
-std::string describeUnknown(const std::string& what, const std::string& name,
-                            const std::vector<std::string>& known) {
-    const std::string proposal = known.empty() ? "the model has none" : proposeName(name, known);
-    return "there is no " + what + " '" + name + "'" + (proposal.empty() ? "" : "; " + proposal);
-}
-
 std::vector<std::string> completePath(const std::string& begin,
                                       const std::vector<std::string>& suffixes) {
     const size_t slash = begin.rfind('/');

@@ -48,10 +48,6 @@ void addPictureCommands(std::vector<Command>& commands);  ///< show, save, plot,
 void addGeneralCommands(std::vector<Command>& commands);  ///< open, source, help, quit …
 /**@}**/
 
-/** "there is no joint 'bearng'; did you mean 'bearing'?" or a list of all if they are few. **/
-std::string describeUnknown(const std::string& what, const std::string& name,
-                            const std::vector<std::string>& known);
-
 /** Files and folders that begin like this; folders end with a slash.
 @param suffixes  of files wanted, with their dots; empty: all **/
 std::vector<std::string> completePath(const std::string& begin,

@@ -10,8 +10,10 @@ Commands of the prompt that list what the model has, and what it does now. **/
 #include "simflex/base/Progress.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/cli/shell/Format.h"
-#include "simflex/cli/shell/JointDrag.h"
 #include "simflex/cli/shell/Shell.h"
+#include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/session/JointDrag.h"
 #include "simflex/solver/Eigenmodes.h"
 
 namespace simflex {
@@ -60,62 +62,62 @@ std::string getPlaceName(const Model& model, const Attachment& frame) {
 // ---- list
 
 void listBodies(Shell& shell) {
-    const ShellModel& model = shell.updModel();
+    const Session& session = shell.updSession();
     TextTable table({"body", "kind", "mass [kg]", "place [m]", "largest displacement [m]"});
-    for (const Model::BodyEntry& body : model.getModel().getBodies()) {
+    for (const Model::BodyEntry& body : session.getModel().getBodies()) {
         std::string kind = "rigid", displacement = "-";
         if (body.flexible) {
             kind = std::to_string(body.flexible->getNumModes()) + " modes";
-            if (body.flexible->isRigid(model.getState())) kind += ", held rigid";
-            displacement = formatShort(body.flexible->calcLargestDisplacement(model.getState()));
+            if (body.flexible->isRigid(session.getState())) kind += ", held rigid";
+            displacement = formatShort(body.flexible->calcLargestDisplacement(session.getState()));
         }
-        const SimTK::Transform X_GP = body.mobod.getBodyTransform(model.getState()) * body.X_BP;
+        const SimTK::Transform X_GP = body.mobod.getBodyTransform(session.getState()) * body.X_BP;
         table.add({body.name, kind,
-                   formatShort(body.mobod.getBodyMassProperties(model.getState()).getMass()),
+                   formatShort(body.mobod.getBodyMassProperties(session.getState()).getMass()),
                    formatShort(toValues(X_GP.p())), displacement});
     }
     shell.print("%s", table.format().c_str());
 }
 
 void listJoints(Shell& shell) {
-    const ShellModel& model = shell.updModel();
+    const Session& session = shell.updSession();
     TextTable table({"joint", "type", "from", "to", "coordinates", "error"});
-    for (const Model::JointEntry& entry : model.getModel().getJoints()) {
+    for (const Model::JointEntry& entry : session.getModel().getJoints()) {
         const Joint& joint = entry.joint;
         const std::vector<std::string> names = getCoordinateNames(joint);
         const SimTK::Vector values =
-            names.empty() ? SimTK::Vector() : joint.calcCoordinates(model.getState());
+            names.empty() ? SimTK::Vector() : joint.calcCoordinates(session.getState());
         std::string coordinates;
         for (size_t i = 0; i < names.size(); ++i)
             coordinates += (i ? ", " : "") + names[i] + ' ' + formatShort(values[int(i)]);
         const bool isCoupler = joint.getEquations().isCoupler();
         table.add(
             {entry.name, joint.getEquations().getKind(),
-             isCoupler ? "-" : getPlaceName(model.getModel(), joint.getFrameF()),
-             isCoupler ? "-" : getPlaceName(model.getModel(), joint.getFrameM()), coordinates,
-             formatShort(SimTK::max(SimTK::abs(joint.calcPositionErrors(model.getState()))))});
+             isCoupler ? "-" : getPlaceName(session.getModel(), joint.getFrameF()),
+             isCoupler ? "-" : getPlaceName(session.getModel(), joint.getFrameM()), coordinates,
+             formatShort(SimTK::max(SimTK::abs(joint.calcPositionErrors(session.getState()))))});
     }
     shell.print("%s", table.format().c_str());
-    for (const std::string& line : model.getIntegrator().getRedundantConstraints())
-        shell.print("%s\n", nameBodies(model.getModel(), line).c_str());
+    for (const std::string& line : session.getIntegrator().getRedundantConstraints())
+        shell.print("%s\n", nameBodies(session.getModel(), line).c_str());
 }
 
 void listMotions(Shell& shell) {
-    const ShellModel& model = shell.updModel();
+    const Session& session = shell.updSession();
     TextTable table({"motion", "now", "position"});
-    for (const Model::MotionEntry& motion : model.getModel().getMotions())
-        table.add({motion.name, formatShort(motion.position.calcValue(model.getTime())),
+    for (const Model::MotionEntry& motion : session.getModel().getMotions())
+        table.add({motion.name, formatShort(motion.position.calcValue(session.getTime())),
                    motion.position.getText()});
     shell.print("%s", table.format().c_str());
 }
 
 void listModes(Shell& shell, const std::string& name) {
-    const ShellModel& model = shell.updModel();
-    const Model::BodyEntry& body = findBody(model.getModel(), name);
+    const Session& session = shell.updSession();
+    const Model::BodyEntry& body = findBody(session.getModel(), name);
     if (!body.flexible) throw std::runtime_error("'" + name + "' is rigid: it has no modes");
     const FlexibleBody& flexible = *body.flexible;
-    const SimTK::Vector xi = flexible.getModalCoordinates(model.getState());
-    const SimTK::Vector energies = flexible.calcModalStrainEnergies(model.getState());
+    const SimTK::Vector xi = flexible.getModalCoordinates(session.getState());
+    const SimTK::Vector energies = flexible.calcModalStrainEnergies(session.getState());
     TextTable table({"mode", "frequency [Hz]", "coordinate", "strain energy [J]"});
     for (int i = 0; i < flexible.getNumModes(); ++i) {
         const double omegaSquared = flexible.getPart().omegaSquared[size_t(i)];
@@ -127,7 +129,7 @@ void listModes(Shell& shell, const std::string& name) {
 
 void listProbes(Shell& shell) {
     TextTable table({"probe", "unit", "parts"});
-    for (const Probe& probe : shell.updModel().getProbes()) {
+    for (const Probe& probe : shell.updSession().getProbes()) {
         std::string columns;
         for (const std::string& column : probe.columns)
             columns += (columns.empty() ? "" : ", ") + column;
@@ -137,7 +139,7 @@ void listProbes(Shell& shell) {
 }
 
 void listParameters(Shell& shell) {
-    const ModelValue parameters = shell.updModel().getModel().getFile().get("parameters");
+    const ModelValue parameters = shell.updSession().getModel().getFile().get("parameters");
     TextTable table({"parameter", "value"});
     for (const std::string& name : parameters.getKeys())
         table.add({name, formatNumber(parameters.get(name).getNumber())});
@@ -145,15 +147,15 @@ void listParameters(Shell& shell) {
 }
 
 void listFrames(Shell& shell) {
-    const ShellModel& model = shell.updModel();
+    const Session& session = shell.updSession();
     TextTable table({"frame", "on", "place [m]"});
     const auto add = [&](const std::string& name) {
-        const Attachment frame = model.getModel().findFrame(name);
-        const SimTK::Vec3 place = frame.calcMotion(model.getState()).X.p();
-        table.add({name, getPlaceName(model.getModel(), frame), formatShort(toValues(place))});
+        const Attachment frame = session.getModel().findFrame(name);
+        const SimTK::Vec3 place = frame.calcMotion(session.getState()).X.p();
+        table.add({name, getPlaceName(session.getModel(), frame), formatShort(toValues(place))});
     };
-    for (const std::string& name : model.getModel().getFile().get("frames").getKeys()) add(name);
-    for (const Model::BodyEntry& body : model.getModel().getBodies())
+    for (const std::string& name : session.getModel().getFile().get("frames").getKeys()) add(name);
+    for (const Model::BodyEntry& body : session.getModel().getBodies())
         if (body.flexible)
             for (const auto& interface : body.flexible->getPart().interfaces)
                 add(body.name + '.' + interface.name);
@@ -179,35 +181,35 @@ void list(Shell& shell, const Words& words) {
 // ---- probe, energy
 
 void printProbes(Shell& shell, const Words& words) {
-    const ShellModel& model = shell.updModel();
+    const Session& session = shell.updSession();
     std::vector<std::string> known;
-    for (const Probe& probe : model.getProbes()) known.push_back(probe.name);
+    for (const Probe& probe : session.getProbes()) known.push_back(probe.name);
     for (const std::string& name : words.empty() ? known : words) {
         const auto found = std::find(known.begin(), known.end(), name);
         if (found == known.end()) throw std::runtime_error(describeUnknown("probe", name, known));
-        const Probe& probe = model.getProbes()[size_t(found - known.begin())];
+        const Probe& probe = session.getProbes()[size_t(found - known.begin())];
         std::vector<double> values(probe.columns.size());
-        probe.calc(model.makeMoment(), values.data());
+        values = session.calcProbe(probe);
         shell.print("%s = %s\n", name.c_str(), formatValues(values, probe.unit).c_str());
     }
 }
 
 void printEnergy(Shell& shell, const Words&) {
-    const ShellModel& model = shell.updModel();
-    const FlexibleBodySubsystem& bodies = model.getModel().getFlexibleBodies();
-    const State& state = model.getState();
-    model.getModel().getSystem().realize(state, Stage::Dynamics);
+    const Session& session = shell.updSession();
+    const FlexibleBodySubsystem& bodies = session.getModel().getFlexibleBodies();
+    const State& state = session.getState();
+    session.getModel().getSystem().realize(state, Stage::Dynamics);
     double strain = 0;
-    for (const Model::BodyEntry& body : model.getModel().getBodies())
+    for (const Model::BodyEntry& body : session.getModel().getBodies())
         if (body.flexible) strain += body.flexible->calcStrainEnergy(state);
-    const double total = model.calcEnergy(), work = model.getIntegrator().getWork();
+    const double total = session.calcEnergy(), work = session.getIntegrator().getWork();
     const std::pair<const char*, double> lines[] = {
         {"kinetic", bodies.calcKineticEnergy(state)},
         {"strain", strain},
         {"gravity, springs", bodies.calcPotentialEnergy(state) - strain},
         {"total", total},
         {"work of loads, motions and dampers", work},
-        {"error of the balance", total - model.getEnergyBefore() - work}};
+        {"error of the balance", total - session.getEnergyBefore() - work}};
     for (const auto& [name, value] : lines)
         shell.print("%-34s  %s J\n", name, formatNumber(value).c_str());
 }
@@ -242,10 +244,10 @@ constexpr double kFreeMotion = 3e-7;
 /** A row of the table for each motion: a free one may have two eigenvalues, ±what rounding left.
  * **/
 void printEigenmodes(Shell& shell, const Words& words) {
-    const ShellModel& model = shell.updModel();
+    const Session& session = shell.updSession();
     const int count = words.empty() ? 10 : shell.calcCount(words[0], 10000);
     const Linearization linear =
-        calcLinearization(model.getModel().getSystem(), model.copyState(), [] {
+        calcLinearization(session.getModel().getSystem(), session.copyState(), [] {
             if (wasInterrupted()) throw Cancelled("nothing has changed");
         });
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
@@ -265,19 +267,19 @@ void printEigenmodes(Shell& shell, const Words& words) {
                                     : mode.dampingRatio > 0 ? "dies down"
                                                             : "grows";
         table.add({std::to_string(numMotions), isFree ? "0" : formatNumber(mode.frequency), damping,
-                   findLargest(model.getModel(), linear, mode)});
+                   findLargest(session.getModel(), linear, mode)});
     }
     shell.print("%s", table.format().c_str());
     if (numMotions > count) shell.print("%d modes in all\n", numMotions);
-    for (const std::string& line : model.getIntegrator().getRedundantConstraints())
-        shell.print("%s\n", nameBodies(model.getModel(), line).c_str());
+    for (const std::string& line : session.getIntegrator().getRedundantConstraints())
+        shell.print("%s\n", nameBodies(session.getModel(), line).c_str());
 }
 
 std::vector<std::string> completeList(const Shell& shell, const Words& before, const std::string&) {
     if (before.empty()) return kLists;
     std::vector<std::string> names;
-    if (before[0] == "modes" && before.size() == 1 && shell.hasModel())
-        for (const Model::BodyEntry& body : shell.updModel().getModel().getBodies())
+    if (before[0] == "modes" && before.size() == 1 && shell.hasSession())
+        for (const Model::BodyEntry& body : shell.updSession().getModel().getBodies())
             if (body.flexible) names.push_back(body.name);
     return names;
 }
@@ -293,8 +295,8 @@ void addListCommands(std::vector<Command>& commands) {
                         "", 0, 1000, printProbes,
                         [](const Shell& shell, const Words&, const std::string&) {
                             std::vector<std::string> names;
-                            if (shell.hasModel())
-                                for (const Probe& probe : shell.updModel().getProbes())
+                            if (shell.hasSession())
+                                for (const Probe& probe : shell.updSession().getProbes())
                                     names.push_back(probe.name);
                             return names;
                         }});

@@ -10,7 +10,6 @@ Commands of the prompt that move the model: run, step, static, reset. **/
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/shell/Format.h"
 #include "simflex/cli/shell/Shell.h"
-#include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
 namespace cli {
@@ -24,21 +23,21 @@ struct Span {
 };
 
 /** The first transient analysis of the model. **/
-Span findAnalysis(const ShellModel& model) {
-    const ModelValue analyses = model.getModel().getFile().get("analyses");
+Span findAnalysis(const Session& session) {
+    const ModelValue analyses = session.getModel().getFile().get("analyses");
     for (const std::string& name : analyses.getKeys()) {
         const ModelValue analysis = analyses.get(name);
         if (analysis.get("type").getText() != "transient") continue;
         const double duration = analysis.get("duration").getNumber();
         const ModelValue interval = analysis.get("interval");
-        return {model.getTime() + duration,
+        return {session.getTime() + duration,
                 interval.isGiven() ? interval.getNumber() : duration / kRowsOfRun};
     }
     throw std::runtime_error("the model has no transient analysis: write 'run TIME'");
 }
 
 Span readSpan(Shell& shell, Words words) {
-    const double now = shell.updModel().getTime();
+    const double now = shell.updSession().getTime();
     double interval = 0;
     if (words.size() >= 2 && words[words.size() - 2] == "every") {
         interval = shell.calcNumber(words.back());
@@ -47,7 +46,7 @@ Span readSpan(Shell& shell, Words words) {
     }
     Span span{};
     if (words.empty()) {
-        span = findAnalysis(shell.updModel());
+        span = findAnalysis(shell.updSession());
     } else if (words.size() == 1) {
         span.end = shell.calcNumber(words[0]);
     } else if (words.size() == 2 && (words[0] == "for" || words[0] == "to")) {
@@ -68,58 +67,51 @@ Span readSpan(Shell& shell, Words words) {
     return span;
 }
 
-void reportOutcome(Shell& shell, ShellModel::Outcome outcome) {
-    const double time = shell.updModel().getTime();
-    if (outcome == ShellModel::Outcome::Interrupted)
+void reportOutcome(Shell& shell, Session::Outcome outcome) {
+    const double time = shell.updSession().getTime();
+    if (outcome == Session::Outcome::Stopped)
         throw Cancelled("the time is " + formatNumber(time) + " s");
-    if (outcome == ShellModel::Outcome::Terminated)
+    if (outcome == Session::Outcome::Terminated)
         shell.print("the model ended its motion at t = %s s\n", formatNumber(time).c_str());
 }
 
 void run(Shell& shell, const Words& words) {
     const Span span = readSpan(shell, words);
-    ShellModel& model = shell.updModel();
-    const IntegratorStatistics before = model.getIntegrator().getStatistics();
+    Session& session = shell.updSession();
+    const IntegratorStatistics before = session.getIntegrator().getStatistics();
     const std::string phase = "to t = " + formatNumber(span.end) + " s";
     ProgressBar bar(!shell.showsProgress(), {{phase, 1}});
-    const ShellModel::Outcome outcome = model.runTo(
+    const Session::Outcome outcome = session.runTo(
         span.end, span.interval, [&](double fraction) { return bar.show(phase, fraction); });
     bar.clear();
     reportOutcome(shell, outcome);
-    const IntegratorStatistics& now = model.getIntegrator().getStatistics();
+    const IntegratorStatistics& now = session.getIntegrator().getStatistics();
     shell.print("t = %s s: %ld steps, %ld Newton iterations\n",
-                formatNumber(model.getTime()).c_str(), now.stepsTaken - before.stepsTaken,
+                formatNumber(session.getTime()).c_str(), now.stepsTaken - before.stepsTaken,
                 now.newtonIterations - before.newtonIterations);
 }
 
 void step(Shell& shell, const Words& words) {
-    ShellModel& model = shell.updModel();
+    Session& session = shell.updSession();
     const int count = words.empty() ? 1 : shell.calcCount(words[0], kMostSteps);
-    const ShellModel::Outcome outcome = model.step(count, [](double) { return !wasInterrupted(); });
+    const Session::Outcome outcome = session.step(count, [](double) { return !wasInterrupted(); });
     reportOutcome(shell, outcome);
-    shell.print("t = %s s: last step %s s, order %d\n", formatNumber(model.getTime()).c_str(),
-                formatNumber(model.getIntegrator().getLastStepSize()).c_str(),
-                model.getIntegrator().getLastOrder());
+    shell.print("t = %s s: last step %s s, order %d\n", formatNumber(session.getTime()).c_str(),
+                formatNumber(session.getIntegrator().getLastStepSize()).c_str(),
+                session.getIntegrator().getLastOrder());
 }
 
 void findStatic(Shell& shell, const Words&) {
-    ShellModel& model = shell.updModel();
-    StaticEquilibrium equilibrium(model.getModel().getSystem());
-    equilibrium.setObserver([] {
-        if (wasInterrupted()) throw Cancelled("nothing has changed");
-    });
-    equilibrium.solve(model.copyState());
-    SimTK::State state = equilibrium.getState();
-    state.updU() = 0;
-    model.setState(state);
-    shell.print("at rest after %d iterations\n", equilibrium.getNumIterations());
-    for (const std::string& motion : equilibrium.getFreeMotions())
-        shell.print("%s\n", nameBodies(model.getModel(), motion).c_str());
+    Session& session = shell.updSession();
+    const Session::Equilibrium found = session.settle([] { return !wasInterrupted(); });
+    shell.print("at rest after %d iterations\n", found.numIterations);
+    for (const std::string& motion : found.freeMotions) shell.print("%s\n", motion.c_str());
 }
 
 void reset(Shell& shell, const Words&) {
-    shell.updModel().reset();
-    shell.print("back at the start, t = %s s\n", formatNumber(shell.updModel().getTime()).c_str());
+    shell.updSession().reset();
+    shell.print("back at the start, t = %s s\n",
+                formatNumber(shell.updSession().getTime()).c_str());
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ Commands of the prompt that draw: pictures and plots, in the terminal and to fil
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/cli/shell/TerminalPicture.h"
 #include "simflex/cli/shell/TerminalPlot.h"
+#include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/results/ResultFigure.h"
 
@@ -56,9 +57,9 @@ void show(Shell& shell, const Words& words) {
             throw std::runtime_error(
                 describeUnknown("kind of picture", name, {"symbols", "sixel", "kitty"}));
     }
-    const SimTK::State& state = shell.updModel().getState();
+    const SimTK::State& state = shell.updSession().getState();
     const Terminal terminal = Terminal::detect();
-    OffscreenVisualizer visualizer = shell.updVisualizer();
+    OffscreenVisualizer visualizer = *shell.makeVisualizer();
     if (choosePictureKind(kind, terminal) == PictureKind::Symbols) simplify(visualizer);
     if (!terminal.hasColor)  // light is all there is: none where there is nothing
         visualizer.setTheme(OffscreenVisualizer::Theme::Dark)
@@ -70,8 +71,8 @@ void show(Shell& shell, const Words& words) {
 
 void save(Shell& shell, const Words& words) {
     checkPng(words[0]);
-    const SimTK::State& state = shell.updModel().getState();
-    const Image image = shell.updVisualizer().drawFrame(state);
+    const SimTK::State& state = shell.updSession().getState();
+    const Image image = shell.makeVisualizer()->drawFrame(state);
     image.writePng(words[0]);
     shell.print("%s: %d x %d pixels\n", words[0].c_str(), image.getWidth(), image.getHeight());
 }
@@ -114,7 +115,7 @@ void setFollowed(Shell& shell, const Words& words) {
         settings.followedFrame.clear();
         return;
     }
-    shell.updModel().getModel().findFrame(words[1]);  // which refuses others
+    shell.updSession().getModel().findFrame(words[1]);  // which refuses others
     const double size = words.size() > 2 ? shell.calcNumber(words[2]) : 0;
     if (size < 0) throw std::runtime_error("the height of what is seen must be positive");
     settings.followedFrame = words[1];
@@ -159,9 +160,9 @@ Names completeCamera(const Shell& shell, const Words& before, const std::string&
     Names names;
     if (before.size() == 1 && before[0] == "view")
         for (const NamedView& view : getNamedViews()) names.push_back(view.name);
-    if (before.size() == 1 && before[0] == "follow" && shell.hasModel()) {
+    if (before.size() == 1 && before[0] == "follow" && shell.hasSession()) {
         names.push_back("none");
-        for (const Model::BodyEntry& body : shell.updModel().getModel().getBodies())
+        for (const Model::BodyEntry& body : shell.updSession().getModel().getBodies())
             names.push_back(body.name);
     }
     return names;
@@ -190,7 +191,7 @@ void setContour(Shell& shell, const Words& words) {
     const std::optional<Contour> before = contour;
     contour = getNamedContours()[size_t(found - names.begin())].contour;
     try {
-        if (shell.hasModel()) shell.updVisualizer();  // which refuses stress that a part lacks
+        if (shell.hasSession()) shell.makeVisualizer();  // which refuses stress that a part lacks
     } catch (...) {
         contour = before;
         throw;
@@ -251,10 +252,10 @@ struct NamedColumns {
 };
 
 /** Whole probes and single parts of them, "slider.x". **/
-std::vector<NamedColumns> listColumns(const ShellModel& model) {
+std::vector<NamedColumns> listColumns(const Session& session) {
     std::vector<NamedColumns> all;
     size_t column = 0;
-    for (const Probe& probe : model.getProbes()) {
+    for (const Probe& probe : session.getProbes()) {
         NamedColumns whole{probe.name, probe.unit, {}};
         for (const std::string& part : probe.columns) {
             if (!part.empty()) all.push_back({probe.name + '.' + part, probe.unit, {column}});
@@ -265,9 +266,9 @@ std::vector<NamedColumns> listColumns(const ShellModel& model) {
     return all;
 }
 
-std::vector<TerminalCurve> collectCurves(const ShellModel& model, const PlotRequest& request) {
-    const std::vector<NamedColumns> all = listColumns(model);
-    const ProbeRecord& record = model.getRecord();
+std::vector<TerminalCurve> collectCurves(const Session& session, const PlotRequest& request) {
+    const std::vector<NamedColumns> all = listColumns(session);
+    const ProbeRecord& record = session.getRecord();
     std::vector<TerminalCurve> curves;
     for (const std::string& name : request.names) {
         const auto found = std::find_if(all.begin(), all.end(),
@@ -297,15 +298,15 @@ std::vector<TerminalCurve> collectCurves(const ShellModel& model, const PlotRequ
 }
 
 /** The record as `simflex run` would write it. **/
-ResultData::Analysis makeAnalysis(const ShellModel& model) {
+ResultData::Analysis makeAnalysis(const Session& session) {
     ResultData::Analysis analysis;
     analysis.name = "record";
     analysis.type = "transient";
-    analysis.time = model.getRecord().time;
+    analysis.time = session.getRecord().time;
     size_t first = 0;
-    for (const Probe& probe : model.getProbes()) {
+    for (const Probe& probe : session.getProbes()) {
         ResultData::Series series{{probe.name, probe.unit, probe.columns}, {}};
-        for (const std::vector<double>& row : model.getRecord().rows)
+        for (const std::vector<double>& row : session.getRecord().rows)
             series.rows.emplace_back(row.begin() + long(first),
                                      row.begin() + long(first + probe.columns.size()));
         first += probe.columns.size();
@@ -316,19 +317,19 @@ ResultData::Analysis makeAnalysis(const ShellModel& model) {
 
 void plot(Shell& shell, const Words& words) {
     const PlotRequest request = readPlot(shell, words);
-    const ShellModel& model = shell.updModel();
-    const std::vector<TerminalCurve> curves = collectCurves(model, request);
+    const Session& session = shell.updSession();
+    const std::vector<TerminalCurve> curves = collectCurves(session, request);
     if (request.file.empty()) {
         std::fputs(drawTerminalPlot(curves, Terminal::detect()).c_str(), stdout);
         return;
     }
-    const ResultData::Analysis rows = makeAnalysis(model);
+    const ResultData::Analysis rows = makeAnalysis(session);
     FigureWishes wishes;
     wishes.probes = request.names;
     wishes.from = request.from;
     wishes.to = request.to;
     Figure figure = makeResultFigure({{"", &rows}}, wishes);
-    figure.title = model.getTitle();
+    figure.title = session.getTitle();
     drawFigure(request.file, figure);
     shell.print("%s\n", request.file.c_str());
 }
@@ -336,9 +337,10 @@ void plot(Shell& shell, const Words& words) {
 Names completePlot(const Shell& shell, const Words& before, const std::string& word) {
     if (!before.empty() && before.back() == "into")
         return completePath(word, {".png", ".svg", ".pdf"});
-    if (!shell.hasModel()) return {};
+    if (!shell.hasSession()) return {};
     Names names;
-    for (const NamedColumns& columns : listColumns(shell.updModel())) names.push_back(columns.name);
+    for (const NamedColumns& columns : listColumns(shell.updSession()))
+        names.push_back(columns.name);
     if (!before.empty()) names.insert(names.end(), {"from", "to", "into"});
     return names;
 }
@@ -347,8 +349,8 @@ Names completePlot(const Shell& shell, const Words& before, const std::string& w
 
 void film(Shell& shell, const Words& words) {
     constexpr int mostFrames = 100000;
-    ShellModel& model = shell.updModel();
-    const ModelValue pictures = model.getModel().getFile().get("pictures");
+    Session& session = shell.updSession();
+    const ModelValue pictures = session.getModel().getFile().get("pictures");
     const double seconds = shell.calcNumber(words[1]),
                  slowMotion = words.size() > 2 ? shell.calcNumber(words[2])
                                                : pictures.get("slow_motion").getNumber();
@@ -359,31 +361,30 @@ void film(Shell& shell, const Words& words) {
         throw std::runtime_error("these are " + formatNumber(wanted) + " pictures, more than " +
                                  std::to_string(mostFrames));
     const int numFrames = std::max(1, int(wanted));
-    OffscreenVisualizer visualizer = shell.updVisualizer();
-    addVideo(model.getModel(), words[0], visualizer);  // which refuses what cannot be one
+    OffscreenVisualizer visualizer = *shell.makeVisualizer();
+    addVideo(session.getModel(), words[0], visualizer);  // which refuses what cannot be one
 
-    MotionRecorder motion(model.getModel().getSystem());
-    motion.record(model.getState());
-    const double begin = model.getTime();
+    MotionRecorder motion(session.getModel().getSystem());
+    motion.record(session.getState());
+    const double begin = session.getTime();
     const std::string phase = "to t = " + formatNumber(begin + seconds) + " s";
     ProgressBar bar(!shell.showsProgress(), {{phase, 1}});
-    ShellModel::Outcome outcome = ShellModel::Outcome::ReachedTime;
-    for (int frame = 1; frame <= numFrames && outcome == ShellModel::Outcome::ReachedTime;
-         ++frame) {
+    Session::Outcome outcome = Session::Outcome::ReachedTime;
+    for (int frame = 1; frame <= numFrames && outcome == Session::Outcome::ReachedTime; ++frame) {
         const double time = begin + seconds * frame / numFrames;
-        outcome = model.runTo(time, time - model.getTime(), [&](double fraction) {
+        outcome = session.runTo(time, time - session.getTime(), [&](double fraction) {
             return bar.show(phase, (frame - 1 + fraction) / numFrames);
         });
-        if (outcome != ShellModel::Outcome::Interrupted) motion.record(model.getState());
+        if (outcome != Session::Outcome::Stopped) motion.record(session.getState());
     }
     bar.clear();
-    if (outcome == ShellModel::Outcome::Interrupted)
-        throw Cancelled("the time is " + formatNumber(model.getTime()) + " s; there is no video");
-    if (!drawMotion(model.getModel(), motion, makeAnalysis(model), visualizer,
+    if (outcome == Session::Outcome::Stopped)
+        throw Cancelled("the time is " + formatNumber(session.getTime()) + " s; there is no video");
+    if (!drawMotion(session.getModel(), motion, makeAnalysis(session), visualizer,
                     shell.makeListener()))
-        throw Cancelled("the time is " + formatNumber(model.getTime()) + " s; there is no video");
+        throw Cancelled("the time is " + formatNumber(session.getTime()) + " s; there is no video");
     shell.print("%s: %d pictures, t = %s s\n", words[0].c_str(), motion.getNumStates(),
-                formatNumber(model.getTime()).c_str());
+                formatNumber(session.getTime()).c_str());
 }
 
 Names completeVideo(const Shell&, const Words& before, const std::string& word) {

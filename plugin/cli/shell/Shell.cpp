@@ -12,7 +12,9 @@
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
 #include "simflex/cli/ProgressBar.h"
+#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/Formula.h"
+#include "simflex/model/pictures/Pictures.h"
 
 namespace simflex {
 namespace cli {
@@ -133,11 +135,12 @@ void Shell::runCommand(const Words& words) {
     }
     try {
         command.run(*this, arguments);
+        ProgressBar::clearLine();
     } catch (const Cancelled&) {
         throw;
     } catch (const std::exception& error) {
         const std::string what =
-            _model ? nameBodies(_model->getModel(), error.what()) : error.what();
+            _session ? nameBodies(_session->getModel(), error.what()) : error.what();
         throw std::runtime_error(command.name + ": " + what);
     }
 }
@@ -165,61 +168,40 @@ Completion Shell::complete(const std::string& text) const {
     return completion;
 }
 
-ShellModel& Shell::updModel() const {
-    if (!_model) throw std::runtime_error("there is no model yet: open MODEL.yaml");
-    return *_model;
-}
-
-std::unique_ptr<ShellModel> Shell::makeModel(const ModelText& text) const {
-    ModelOptions options = _options.model;
-    options.listener = makeListener();
-    auto model = std::make_unique<ShellModel>(text, options);
-    ProgressBar::clearLine();
-    if (model->getModel().getFile().get("initial").get("start").getText() == "static") {
-        const std::string lost = describeLostSpeeds(model->getModel());
-        if (!lost.empty()) warn("the model " + lost);
-    }
-    return model;
-}
-
-void Shell::use(std::unique_ptr<ShellModel> model) {
-    _visualizer.reset();  // before the system that it refers to
-    _model = std::move(model);
+Session& Shell::updSession() const {
+    if (!_session) throw std::runtime_error("there is no model yet: open MODEL.yaml");
+    return *_session;
 }
 
 void Shell::open(const ModelText& text) {
-    use(makeModel(text));
+    ModelOptions options = _options.model;
+    options.listener = makeListener();
+    _session = std::make_unique<Session>(text, options);
 }
 
-void Shell::reopen(const ModelText& text) {
-    std::unique_ptr<ShellModel> model = makeModel(text);
-    model->continueFrom(updModel());
-    use(std::move(model));
-}
-
-const OffscreenVisualizer& Shell::updVisualizer() {
-    const ShellModel& model = updModel();
-    const Model& built = model.getModel();
-    _visualizer = makeVisualizer(built);
+std::unique_ptr<OffscreenVisualizer> Shell::makeVisualizer() {
+    const Session& session = updSession();
+    std::unique_ptr<OffscreenVisualizer> visualizer = model::makeVisualizer(session.getModel());
     std::optional<Attachment> followed;
-    if (!_pictures.followedFrame.empty()) followed = built.findFrame(_pictures.followedFrame);
-    _pictures.apply(*_visualizer, followed);
-    _visualizer->setOutputFolder("");
-    _visualizer->fitToMotion(model.getPath());
-    return *_visualizer;
+    if (!_pictures.followedFrame.empty())
+        followed = session.getModel().findFrame(_pictures.followedFrame);
+    _pictures.apply(*visualizer, followed);
+    visualizer->setOutputFolder("");
+    visualizer->fitToMotion(session.getPath());
+    return visualizer;
 }
 
 void Shell::printSummary() {
-    const ShellModel& model = updModel();
-    const std::string title = model.getTitle();
+    const Session& session = updSession();
+    const std::string title = session.getTitle();
     const auto count = [](size_t n, const char* one, const char* many) {
         return std::to_string(n) + ' ' + (n == 1 ? one : many);
     };
     print("%s: %s, %s, %s; t = %g s\n",
-          title.empty() ? model.getText().path.c_str() : title.c_str(),
-          count(model.getModel().getBodies().size(), "body", "bodies").c_str(),
-          count(model.getModel().getJoints().size(), "joint", "joints").c_str(),
-          count(model.getProbes().size(), "probe", "probes").c_str(), model.getTime());
+          title.empty() ? session.getText().path.c_str() : title.c_str(),
+          count(session.getModel().getBodies().size(), "body", "bodies").c_str(),
+          count(session.getModel().getJoints().size(), "joint", "joints").c_str(),
+          count(session.getProbes().size(), "probe", "probes").c_str(), session.getTime());
 }
 
 void Shell::print(const char* format, ...) {
@@ -240,8 +222,8 @@ std::vector<std::string> Shell::getHistory() const {
 double Shell::calcNumber(const std::string& text) const {
     double value = 0;
     try {
-        value = _model ? calcConstant(_model->getModel().getFile(), text)
-                       : calcConstant(text, formula::Scope());
+        value = _session ? calcConstant(_session->getModel().getFile(), text)
+                         : calcConstant(text, formula::Scope());
     } catch (const std::exception& error) {
         throw std::runtime_error("'" + text + "' is no number: " + error.what());
     }

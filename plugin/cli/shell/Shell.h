@@ -12,11 +12,13 @@ The prompt: commands typed or read, run one after the other on a model. **/
 #include "simflex/cli/shell/CommandTable.h"
 #include "simflex/cli/shell/LineEditor.h"
 #include "simflex/cli/shell/PictureSettings.h"
-#include "simflex/cli/shell/ShellModel.h"
 #include "simflex/cli/shell/Terminal.h"
+#include "simflex/model/Session.h"
 
 namespace simflex {
 namespace cli {
+
+using namespace model;
 
 struct ShellOptions {
     ModelOptions model;
@@ -50,15 +52,13 @@ public:
     /**@{**/
     void quit() { _isOver = true; }
     bool isOver() const { return _isOver; }
-    bool hasModel() const { return _model != nullptr; }
+    bool hasSession() const { return _session != nullptr; }
     /** @throws std::runtime_error if there is none. **/
-    ShellModel& updModel() const;
+    Session& updSession() const;
     /** Reads a model; the one before stays if that fails. **/
     void open(const ModelText& text);
-    /** The same with a text that moves alike: the new model goes on where this one is. **/
-    void reopen(const ModelText& text);
     /** The visualizer of the model, with the settings made here. **/
-    const OffscreenVisualizer& updVisualizer();
+    std::unique_ptr<OffscreenVisualizer> makeVisualizer();
     PictureSettings& updPictureSettings() { return _pictures; }
 
     /** Which model it is and what it has, in a line. **/
@@ -80,13 +80,10 @@ private:
     /** Notes a line of input; returns its commands. **/
     std::vector<Words> takeLine(const std::string& line);
     void runCommand(const Words& words);
-    std::unique_ptr<ShellModel> makeModel(const ModelText& text) const;
-    void use(std::unique_ptr<ShellModel> model);
 
     ShellOptions _options;
     Messages _messages;
-    std::unique_ptr<ShellModel> _model;
-    std::unique_ptr<OffscreenVisualizer> _visualizer;
+    std::unique_ptr<Session> _session;
     PictureSettings _pictures;
     std::unique_ptr<LineEditor> _editor;
     std::vector<std::string> _lines;  ///< of scripts, for `history`

@@ -5,19 +5,21 @@ Commands of the prompt that read and change the model and its State: get, set, d
 #include <stdexcept>
 
 #include "simflex/cli/shell/Format.h"
-#include "simflex/cli/shell/JointDrag.h"
+#include "simflex/cli/shell/ModelPaths.h"
 #include "simflex/cli/shell/Shell.h"
-#include "simflex/cli/shell/ShellVariables.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/session/JointDrag.h"
+#include "simflex/model/session/Quantities.h"
 
 namespace simflex {
 namespace cli {
 namespace {
 
 /** The names of all that `get` knows. **/
-std::vector<std::string> listNames(const ShellModel& model) {
-    std::vector<std::string> names = listVariables(model);
-    for (const Probe& probe : model.getProbes()) names.push_back(probe.name);
-    const ModelValue file = model.getModel().getFile();
+std::vector<std::string> listNames(const Session& session) {
+    std::vector<std::string> names = session.listQuantities();
+    for (const Probe& probe : session.getProbes()) names.push_back(probe.name);
+    const ModelValue file = session.getModel().getFile();
     for (const std::string& section : file.getKeys()) {
         names.push_back(section);
         for (const std::string& key : file.get(section).getKeys())
@@ -27,48 +29,42 @@ std::vector<std::string> listNames(const ShellModel& model) {
 }
 
 /** A path without its section: "shoulder", "crank.modes.3". **/
-std::optional<ShellVariable> findByName(const ShellModel& model, const std::string& path) {
+std::optional<Quantity> findByName(const Session& session, const std::string& path) {
     const std::string name = path.substr(0, path.find('.'));
-    for (const Model::JointEntry& entry : model.getModel().getJoints())
-        if (entry.name == name) return findVariable(model, "joints." + path);
-    for (const Model::BodyEntry& entry : model.getModel().getBodies())
-        if (entry.name == name) return findVariable(model, "bodies." + path);
+    for (const Model::JointEntry& entry : session.getModel().getJoints())
+        if (entry.name == name) return session.findQuantity("joints." + path);
+    for (const Model::BodyEntry& entry : session.getModel().getBodies())
+        if (entry.name == name) return session.findQuantity("bodies." + path);
     return {};
 }
 
-void printVariable(Shell& shell, const ShellVariable& variable) {
+void printVariable(Shell& shell, const Quantity& variable) {
     shell.print("%s = %s\n", variable.path.c_str(),
                 formatValues(variable.get(), variable.unit).c_str());
 }
 
-std::vector<double> calcProbe(const ShellModel& model, const Probe& probe) {
-    std::vector<double> values(probe.columns.size());
-    probe.calc(model.makeMoment(), values.data());
-    return values;
-}
-
 void get(Shell& shell, const Words& words) {
-    const ShellModel& model = shell.updModel();
+    const Session& session = shell.updSession();
     for (const std::string& path : words) {
-        if (const auto variable = findVariable(model, path)) {
+        if (const auto variable = session.findQuantity(path)) {
             printVariable(shell, *variable);
             continue;
         }
         std::string full = normalizePath(path);
-        const auto probe = std::find_if(model.getProbes().begin(), model.getProbes().end(),
+        const auto probe = std::find_if(session.getProbes().begin(), session.getProbes().end(),
                                         [&](const Probe& p) { return p.name == path; });
-        if (probe != model.getProbes().end()) {
+        if (probe != session.getProbes().end()) {
             shell.print("%s = %s\n", path.c_str(),
-                        formatValues(calcProbe(model, *probe), probe->unit).c_str());
+                        formatValues(session.calcProbe(*probe), probe->unit).c_str());
             continue;
         }
-        const ModelValue file = model.getModel().getFile();
+        const ModelValue file = session.getModel().getFile();
         std::optional<std::string> text = formatModelValue(file, full);
         if (!text) text = formatModelValue(file, full = "parameters." + full);
         if (!text) {
-            const auto variable = findByName(model, path);
+            const auto variable = findByName(session, path);
             if (!variable)
-                throw std::runtime_error(describeUnknown("value", path, listNames(model)));
+                throw std::runtime_error(describeUnknown("value", path, listNames(session)));
             printVariable(shell, *variable);
             continue;
         }
@@ -76,55 +72,24 @@ void get(Shell& shell, const Words& words) {
     }
 }
 
-void checkSize(const ShellVariable& variable, size_t given) {
-    const size_t wanted = variable.get().size();
-    if (wanted == given) return;
-    throw std::runtime_error("'" + variable.path + "' has " + std::to_string(wanted) +
-                             (wanted == 1 ? " value" : " values, as in [1, 2, 3]") + ", not " +
-                             std::to_string(given));
-}
-
-void setVariable(Shell& shell, const ShellVariable& variable, const std::string& text) {
-    ShellModel& model = shell.updModel();
+void setVariable(Shell& shell, const Quantity& variable, const std::string& text) {
+    Session& session = shell.updSession();
     if (!variable.calcStateWith)
         throw std::runtime_error("'" + variable.path + "' cannot be set" +
                                  (variable.path == "time" ? ": write 'run TIME' or 'reset'" : ""));
     const std::vector<double> values = text == "true"    ? std::vector<double>{1}
                                        : text == "false" ? std::vector<double>{0}
                                                          : shell.calcNumbers(text);
-    checkSize(variable, values.size());
-    model.setState(variable.calcStateWith(values));
+    session.set(variable.path, values);
     printVariable(shell, variable);
 }
 
-/** Whether a value of the model file says how it is computed or shown, not what moves. **/
-bool isBesideMotion(const std::string& path) {
-    const std::string section = path.substr(0, path.find('.'));
-    const std::string sections[] = {"title",    "description", "pictures", "output",
-                                    "analyses", "probes",      "solver"};
-    const std::string color = ".color";
-    return std::find(std::begin(sections), std::end(sections), section) != std::end(sections) ||
-           (section == "bodies" && path.size() > color.size() &&
-            path.compare(path.size() - color.size(), color.size(), color) == 0);
-}
-
-/** Changes the model file's text by a setting; the model is made anew. **/
+/** The model is made anew with another value. **/
 void setModelValue(Shell& shell, const std::string& path, const std::string& value) {
-    ModelText text = shell.updModel().getText();
-    const auto isSame = [&](const std::string& setting) {
-        return setting.compare(0, path.size() + 1, path + '=') == 0;
-    };
-    text.settings.erase(std::remove_if(text.settings.begin(), text.settings.end(), isSame),
-                        text.settings.end());
-    text.settings.push_back(path + '=' + value);
-    const bool staysThere = isBesideMotion(path);
-    if (staysThere)
-        shell.reopen(text);
-    else
-        shell.open(text);
+    const bool isAtStart = shell.updSession().change(path, value);
     shell.print("the model was built anew with %s = %s; %s, t = %s s\n", path.c_str(),
-                value.c_str(), staysThere ? "it stays where it is" : "back at the start",
-                formatNumber(shell.updModel().getTime()).c_str());
+                value.c_str(), isAtStart ? "back at the start" : "it stays where it is",
+                formatNumber(shell.updSession().getTime()).c_str());
 }
 
 void set(Shell& shell, const Words& words) {
@@ -135,29 +100,30 @@ void set(Shell& shell, const Words& words) {
                                  "[1, 2, 3], and a text with blanks in quotes");
     const std::string& path = words[0];
     const std::string& value = words.back();
-    const ShellModel& model = shell.updModel();
-    if (const auto variable = findVariable(model, path))
+    const Session& session = shell.updSession();
+    if (const auto variable = session.findQuantity(path))
         return setVariable(shell, *variable, value);
     std::string full = normalizePath(path);
-    if (formatModelValue(model.getModel().getFile(), "parameters." + full))
+    if (formatModelValue(session.getModel().getFile(), "parameters." + full))
         full = "parameters." + full;
-    else if (const auto variable = findByName(model, path))
+    else if (const auto variable = findByName(session, path))
         return setVariable(shell, *variable, value);
-    if (full.find('.') == std::string::npos && !formatModelValue(model.getModel().getFile(), full))
-        throw std::runtime_error(describeUnknown("value", path, listNames(model)));
+    if (full.find('.') == std::string::npos &&
+        !formatModelValue(session.getModel().getFile(), full))
+        throw std::runtime_error(describeUnknown("value", path, listNames(session)));
     setModelValue(shell, full, value);
 }
 
 void drag(Shell& shell, const Words& words) {
     const std::string path = normalizePath("joint." + words[0]);
-    const auto variable = findVariable(shell.updModel(), path);
+    const auto variable = shell.updSession().findQuantity(path);
     if (!variable || variable->get().size() != 1) {
         const Joint& joint = [&]() -> const Joint& {
             const std::string name = words[0].substr(0, words[0].find('.'));
-            for (const Model::JointEntry& entry : shell.updModel().getModel().getJoints())
+            for (const Model::JointEntry& entry : shell.updSession().getModel().getJoints())
                 if (entry.name == name) return entry.joint;
             std::vector<std::string> names;
-            for (const Model::JointEntry& entry : shell.updModel().getModel().getJoints())
+            for (const Model::JointEntry& entry : shell.updSession().getModel().getJoints())
                 names.push_back(entry.name);
             throw std::runtime_error(describeUnknown("joint", name, names));
         }();
@@ -173,14 +139,14 @@ void drag(Shell& shell, const Words& words) {
 }
 
 void keep(Shell& shell, const Words& words) {
-    shell.updModel().keepState(words[0]);
+    shell.updSession().keepState(words[0]);
     shell.print("%s: t = %s s\n", words[0].c_str(),
-                formatNumber(shell.updModel().getTime()).c_str());
+                formatNumber(shell.updSession().getTime()).c_str());
 }
 
 void restore(Shell& shell, const Words& words) {
-    shell.updModel().restoreState(words[0]);
-    shell.print("t = %s s\n", formatNumber(shell.updModel().getTime()).c_str());
+    shell.updSession().restoreState(words[0]);
+    shell.print("t = %s s\n", formatNumber(shell.updSession().getTime()).c_str());
 }
 
 std::vector<std::string> completeFile(const Shell&, const Words& before, const std::string& word) {
@@ -188,9 +154,9 @@ std::vector<std::string> completeFile(const Shell&, const Words& before, const s
 }
 
 std::vector<std::string> completeValues(const Shell& shell, const std::string& word, bool hasAll) {
-    if (!shell.hasModel()) return {};
-    const ShellModel& model = shell.updModel();
-    std::vector<std::string> found = listVariables(model);
+    if (!shell.hasSession()) return {};
+    const Session& session = shell.updSession();
+    std::vector<std::string> found = session.listQuantities();
     const size_t point = word.find('.');
     const std::string section = normalizePath(word).substr(0, normalizePath(word).find('.') + 1);
     if (point != std::string::npos)
@@ -198,8 +164,8 @@ std::vector<std::string> completeValues(const Shell& shell, const std::string& w
             if (path.compare(0, section.size(), section) == 0)
                 path = word.substr(0, point + 1) + path.substr(section.size());
     if (hasAll)
-        for (const Probe& probe : model.getProbes()) found.push_back(probe.name);
-    for (const std::string& path : completeModelPath(model.getModel().getFile(), word))
+        for (const Probe& probe : session.getProbes()) found.push_back(probe.name);
+    for (const std::string& path : completeModelPath(session.getModel().getFile(), word))
         found.push_back(path);
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -242,8 +208,8 @@ void addStateCommands(std::vector<Command>& commands) {
          "needed.",
          2, 2, drag, [](const Shell& shell, const Words& before, const std::string&) {
              std::vector<std::string> names;
-             if (!before.empty() || !shell.hasModel()) return names;
-             for (const Model::JointEntry& entry : shell.updModel().getModel().getJoints()) {
+             if (!before.empty() || !shell.hasSession()) return names;
+             for (const Model::JointEntry& entry : shell.updSession().getModel().getJoints()) {
                  const std::vector<std::string> coordinates = getCoordinateNames(entry.joint);
                  if (coordinates.size() == 1) names.push_back(entry.name);
                  if (coordinates.size() > 1)

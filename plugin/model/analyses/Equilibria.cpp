@@ -6,9 +6,9 @@ The analyses without time: static, eigen, campbell. **/
 #include <sstream>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/analyses/MotionWarnings.h"
-#include "simflex/model/analyses/Session.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/StaticEquilibrium.h"

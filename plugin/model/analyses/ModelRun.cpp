@@ -11,10 +11,11 @@
 #include "simflex/base/Progress.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/body/LinearRangeReporter.h"
-#include "simflex/model/analyses/Session.h"
+#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/TransientRun.h"
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/file/NearestName.h"
+#include "simflex/model/pictures/Pictures.h"
 #include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {

@@ -7,7 +7,7 @@ Where a transient analysis was when it was last kept: all that the rest of it de
 #include <string>
 #include <vector>
 
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 
 namespace simflex {
 namespace model {

@@ -6,7 +6,7 @@
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
-#include "simflex/model/analyses/Session.h"
+#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/KnownTimes.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/probes/ProbeKinds.h"

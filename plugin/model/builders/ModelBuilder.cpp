@@ -21,10 +21,6 @@ constexpr double kFarApart = 1e-3;  ///< error of a joint, as a part of the mode
 
 }  // namespace
 
-ModelSystem::ModelSystem() : matter(system), forces(system), flexible(system, matter) {
-    matter.setShowDefaultGeometry(false);
-}
-
 ModelBuilder::ModelBuilder(const ModelValue& file, const ModelOptions& options)
     : _file(file),
       _options(options),
@@ -48,6 +44,7 @@ std::unique_ptr<ModelSystem> ModelBuilder::build(const std::vector<JointStart>& 
     addLoads(_file, _frames, *system);
     addConnectors(_file, _frames, _placement, *system);
     if (leader) leader->addTo(*system, starts, _frames, joints);
+    if (_options.extend) _options.extend(*system);
     system->system.realizeTopology();
     return system;
 }

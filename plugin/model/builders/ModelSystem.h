@@ -1,31 +1,19 @@
 #pragma once
 /** @file
-What a model file becomes (private header): a Simbody system with the file's names. **/
+What builders of a model's system share (private header). **/
 
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {
 namespace model {
 
 using Parts = std::map<std::string, std::shared_ptr<const ReducedBody>>;
-
-struct ModelSystem {
-    ModelSystem();
-
-    SimTK::MultibodySystem system;
-    SimTK::SimbodyMatterSubsystem matter;
-    SimTK::GeneralForceSubsystem forces;
-    FlexibleBodySubsystem flexible;
-    std::vector<Model::BodyEntry> bodies;
-    std::vector<Model::JointEntry> joints;
-    std::vector<Model::MotionEntry> motions;
-};
 
 /** @throws ModelError by value.failUnknown() if `entries` has none of that name. **/
 template <class Entry>

@@ -6,7 +6,6 @@ What is wrong with a model file, and where. **/
 #include <string>
 
 namespace simflex {
-namespace model {
 
 /** Its text begins with file, line and column: "crank.yaml:12:9: joints.bearing: …". **/
 class ModelError : public std::runtime_error {
@@ -14,5 +13,4 @@ public:
     explicit ModelError(const std::string& message) : std::runtime_error(message) {}
 };
 
-}  // namespace model
 }  // namespace simflex

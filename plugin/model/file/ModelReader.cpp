@@ -1,4 +1,5 @@
 #include "simflex/model/file/ModelReader.h"
+#include "simflex/base/NumberText.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -110,6 +111,27 @@ void checkProbeNames(const ModelValue& model) {
 }
 
 }  // namespace
+}  // namespace model
+
+using namespace model;
+
+void ModelText::set(const std::string& key, const std::string& value) {
+    const auto isSame = [&](const std::string& setting) {
+        return setting.compare(0, key.size() + 1, key + '=') == 0;
+    };
+    settings.erase(std::remove_if(settings.begin(), settings.end(), isSame), settings.end());
+    settings.push_back(key + '=' + value);
+}
+
+void ModelText::set(const std::string& key, double value) {
+    set(key, writeGeneral(value));
+}
+
+void ModelText::set(const std::string& key, const std::vector<double>& values) {
+    std::string list;
+    for (const double value : values) list += (list.empty() ? "[" : ", ") + writeGeneral(value);
+    set(key, list + "]");
+}
 
 ModelText loadModelText(const std::string& path, const std::vector<std::string>& settings) {
     std::error_code error;
@@ -149,5 +171,4 @@ ModelValue readModel(const ModelText& text) {
     return model;
 }
 
-}  // namespace model
 }  // namespace simflex

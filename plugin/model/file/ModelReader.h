@@ -9,23 +9,32 @@ anything is built. Nothing in a file is executed. **/
 #include "simflex/model/file/ModelValue.h"
 
 namespace simflex {
-namespace model {
 
-/** A model as read. **/
+/** A model as a file has it, or as a program writes it key by key:
+
+    ModelText pendulum;
+    pendulum.set("bodies.bob", "{shape: {sphere: {radius: 0.05}}, density: 7800}");
+    pendulum.set("joints.pin.axis", {0, 0, 1});
+    pendulum.set("solver.accuracy", 1e-6);  **/
 struct ModelText {
     std::string path;                   ///< of the file; its folder is where relative paths begin
-    std::string text;                   ///< the file's bytes
+    std::string text = "simflex: 1\n";  ///< the file's bytes
     std::vector<std::string> settings;  ///< "solver.accuracy=1e-5", in order of application
+
+    /** Gives what stands at a path another value, in YAML; replaces an earlier setting of it. **/
+    void set(const std::string& key, const std::string& value);
+    void set(const std::string& key, const char* value) { set(key, std::string(value)); }
+    void set(const std::string& key, double value);
+    void set(const std::string& key, const std::vector<double>& values);
 };
 
 /** @param settings  "PATH=VALUE", VALUE in YAML: replaces or adds what stands at PATH
         ("solver.accuracy=1e-5", "joints.bearing.axis=[0,0,1]", "analyses.run.duration=2")
 @throws ModelError with file, line and column, or naming the setting; std::runtime_error if the file
     cannot be read. **/
-ModelValue readModel(const ModelText& text);
+model::ModelValue readModel(const ModelText& text);
 
 /** Reads the file's bytes. @throws std::runtime_error. **/
 ModelText loadModelText(const std::string& path, const std::vector<std::string>& settings = {});
 
-}  // namespace model
 }  // namespace simflex

@@ -75,5 +75,11 @@ std::string joinNames(const std::vector<std::string>& names, const std::string& 
     return text;
 }
 
+std::string describeUnknown(const std::string& what, const std::string& name,
+                            const std::vector<std::string>& known) {
+    const std::string proposal = known.empty() ? "the model has none" : proposeName(name, known);
+    return "there is no " + what + " '" + name + "'" + (proposal.empty() ? "" : "; " + proposal);
+}
+
 }  // namespace model
 }  // namespace simflex

@@ -14,6 +14,10 @@ std::string findNearestName(const std::string& name, const std::vector<std::stri
 /** "did you mean 'x'?", or "there is: a, b, c" if they are few, or "". **/
 std::string proposeName(const std::string& name, const std::vector<std::string>& known);
 
+/** "there is no joint 'bearng'; did you mean 'bearing'?" or a list of all if they are few. **/
+std::string describeUnknown(const std::string& what, const std::string& name,
+                            const std::vector<std::string>& known);
+
 /** "a, b, c". **/
 std::string joinNames(const std::vector<std::string>& names, const std::string& separator = ", ");
 

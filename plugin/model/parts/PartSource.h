@@ -2,7 +2,7 @@
 /** @file
 Reduction of a part that a model file gives by its deck, geometry or matrices. **/
 
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {

@@ -2,7 +2,7 @@
 /** @file
 Connectors and loads of a model in its pictures (private to this room). **/
 
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
 namespace simflex {

@@ -7,7 +7,7 @@
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
-#include "simflex/model/analyses/Session.h"
+#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/pictures/ForcePictures.h"
 #include "simflex/model/results/UnitScale.h"

@@ -13,6 +13,10 @@ Pictures of a run and of mode shapes. **/
 namespace simflex {
 namespace model {
 
+/** A visualizer that draws the model as its `pictures` say: flexible bodies with contours, rigid
+ones with their shapes, cameras, joints, reactions. Not fitted to anything yet. **/
+std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model);
+
 /** Draws the frames of an analysis as the model's `pictures` say, all seen by one camera and in one
 range of colours. Frames that are there already and show the same are kept.
 @param usualFolder  for single pictures, where the model names none; model after model must not

@@ -8,7 +8,7 @@ energies, and formulas of other probes. **/
 #include <string>
 #include <vector>
 
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 
 namespace simflex {
 namespace model {

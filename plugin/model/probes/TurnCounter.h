@@ -6,7 +6,7 @@ turn only. **/
 #include <string>
 #include <vector>
 
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 
 namespace simflex {
 namespace model {

@@ -37,20 +37,20 @@ void BuiltModelTest::SetUp() {
     options.listener.warn = [this](const std::string& warning) { warnings.push_back(warning); };
 }
 
-std::unique_ptr<model::Model> BuiltModelTest::build(const std::string& text) {
-    model::ModelText model;
+std::unique_ptr<Model> BuiltModelTest::build(const std::string& text) {
+    ModelText model;
     model.path = folder / "model.yaml";
     model.text = "simflex: 1\n";
     if (text.find("parts:") == std::string::npos)
         model.text += "parts: {bar: {file: bar.h5}, stiffened: {file: stiffened.h5}}\n";
     model.text += text;
-    return std::make_unique<model::Model>(model::readModel(model), options);
+    return std::make_unique<Model>(readModel(model), options);
 }
 
 std::string BuiltModelTest::messageOf(const std::string& text) {
     try {
         build(text);
-    } catch (const model::ModelError& error) {
+    } catch (const ModelError& error) {
         return error.what();
     }
     return "";

@@ -10,7 +10,7 @@ Models built from text, in a folder with a few parts of point masses. **/
 #include <vector>
 
 #include "fe/TestDecks.h"
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 #include "simflex/model/file/ModelReader.h"
 
 namespace simflex::test {
@@ -24,12 +24,12 @@ protected:
     void SetUp() override;
 
     /** `simflex: 1`, the parts bar and stiffened, and `text`. **/
-    std::unique_ptr<model::Model> build(const std::string& text);
+    std::unique_ptr<Model> build(const std::string& text);
     /** The message of the error that building it gives; "" if there is none. **/
     std::string messageOf(const std::string& text);
 
     testing::TestFolder folder;
-    model::ModelOptions options;
+    ModelOptions options;
     std::vector<std::string> notes, warnings;
 };
 

@@ -14,7 +14,7 @@ namespace testing {
 
 inline model::ModelValue readModelText(const std::string& text,
                                        const std::vector<std::string>& settings = {}) {
-    return model::readModel({"m.yaml", text, settings});
+    return readModel({"m.yaml", text, settings});
 }
 
 /** The same for what follows `simflex: 1` in the first line. **/
@@ -27,7 +27,7 @@ inline model::ModelValue readRest(const std::string& text,
 inline std::string refuse(const std::string& text, const std::vector<std::string>& settings = {}) {
     try {
         readModelText(text, settings);
-    } catch (const model::ModelError& error) {
+    } catch (const ModelError& error) {
         return error.what();
     }
     ADD_FAILURE() << "accepted:\n" << text;

@@ -6,7 +6,7 @@ reads is refused. **/
 #include <set>
 
 #include "BuiltModel.h"
-#include "simflex/model/analyses/Session.h"
+#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/ModelNode.h"
 #include "simflex/model/probes/Probe.h"
 

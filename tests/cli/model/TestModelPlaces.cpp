@@ -7,7 +7,7 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-using model::Model;
+using Model;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 

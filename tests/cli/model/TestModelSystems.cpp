@@ -15,7 +15,7 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-using model::Model;
+using Model;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -249,7 +249,7 @@ initial: {bodies: {boom: {modes: {1: 1e-3}, modal_speeds: {2: 1}}}}
     EXPECT_FALSE(blade.isStiffeningEnabled(state));
     EXPECT_EQ(boom.getModalCoordinates(state)[0], 1e-3);
     EXPECT_EQ(boom.getModalSpeeds(state)[1], 1);
-    options.bodies = model::ModelOptions::Bodies::Rigid;
+    options.bodies = ModelOptions::Bodies::Rigid;
     const auto rigid = build(text);
     const State held = rigid->makeInitialState();
     EXPECT_TRUE(rigid->getBodies()[0].flexible->isRigid(held));

@@ -1,4 +1,4 @@
-#include "simflex/model/analyses/Session.h"
+#include "simflex/model/analyses/Beginning.h"
 
 #include <regex>
 

@@ -1,14 +1,12 @@
 #pragma once
 /** @file
-A model that is being run: what `simflex run` and `simflex shell` share. **/
+How a model begins to move: its integrator, its start, and its names in messages. **/
 
 #include <functional>
 #include <memory>
 #include <string>
 
-#include "simflex/model/file/ModelReader.h"
-#include "simflex/model/probes/Probe.h"
-#include "simflex/render/OffscreenVisualizer.h"
+#include "simflex/model/Model.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 
 namespace simflex {
@@ -31,10 +29,6 @@ std::string describeLostSpeeds(const Model& model);
 "the motion of joint 'swing' jumps by 1 m or rad" becomes "the motion 'swing' of joint 'pin' jumps
 by 1 rad". **/
 std::string nameBodies(const Model& model, const std::string& message);
-
-/** A visualizer that draws the model as its `pictures` say: flexible bodies with contours, rigid
-ones with their shapes, cameras, joints, reactions. Not fitted to anything yet. **/
-std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model);
 
 }  // namespace model
 }  // namespace simflex

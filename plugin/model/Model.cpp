@@ -1,12 +1,16 @@
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 
 #include "simflex/model/builders/ModelBuilder.h"
 #include "simflex/model/file/NearestName.h"
 
 namespace simflex {
-namespace model {
 
 using namespace SimTK;
+using namespace model;
+
+ModelSystem::ModelSystem() : matter(system), forces(system), flexible(system, matter) {
+    matter.setShowDefaultGeometry(false);
+}
 
 struct Model::Contents {
     Contents(const ModelValue& file, const ModelOptions& options)
@@ -30,6 +34,9 @@ struct Model::Contents {
     std::unique_ptr<ModelSystem> system;
     State initialState;
 };
+
+Model::Model(const ModelText& text, const ModelOptions& options)
+    : Model(readModel(text), options) {}
 
 Model::Model(const ModelValue& file, const ModelOptions& options)
     : _contents(std::make_unique<Contents>(file, options)) {}
@@ -99,5 +106,4 @@ State Model::makeInitialState() const {
     return state;
 }
 
-}  // namespace model
 }  // namespace simflex

@@ -4,12 +4,10 @@ States of a model in files: text, with all digits. **/
 
 #include <string>
 
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 
 namespace simflex {
-namespace cli {
-
-using namespace model;
+namespace model {
 
 /** Replaces the file as a whole. @throws std::runtime_error. **/
 void writeKeptState(const std::string& path, const Model& model, const SimTK::State& state);
@@ -18,5 +16,5 @@ void writeKeptState(const std::string& path, const Model& model, const SimTK::St
 it. **/
 SimTK::State readKeptState(const std::string& path, const Model& model);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

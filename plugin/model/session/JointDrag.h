@@ -11,12 +11,10 @@ the joints cannot be closed with these they deform, and as little as needed: the
 modal coordinates since the start counts, a thousandfold. The coordinate is led to its value in
 steps of 0.1 rad or a tenth of the way. Redundant equations are allowed. O(m²n) each. **/
 
-#include "simflex/model/builders/Model.h"
+#include "simflex/model/Model.h"
 
 namespace simflex {
-namespace cli {
-
-using namespace model;
+namespace model {
 
 /** Leads the coordinate to `value`; its rate stays, other speeds are made consistent. An angle goes
 the shorter way round.
@@ -31,5 +29,5 @@ SimTK::State setJointRate(const Model& model, const SimTK::State& state, const J
 /** Names of a joint's coordinates: "angle", "displacement", "x", "angle_1" … **/
 std::vector<std::string> getCoordinateNames(const Joint& joint);
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

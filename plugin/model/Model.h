@@ -3,11 +3,11 @@
 A Simbody system made of a model file: bodies, joints, motions, loads and connectors by the names
 that the file gives them.
 
-    const ModelText text = loadModelText("crank.yaml", {"solver.accuracy=1e-5"});
-    Model model(readModel(text));
+    Model model(loadModelText("crank.yaml", {"solver.accuracy=1e-5"}));
     State state = model.makeInitialState();
     BdfIntegrator integrator(model.getSystem());  **/
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,10 +18,11 @@ that the file gives them.
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/model/Listener.h"
-#include "simflex/model/file/ModelValue.h"
+#include "simflex/model/file/ModelReader.h"
 
 namespace simflex {
-namespace model {
+
+struct ModelSystem;
 
 struct ModelOptions {
     enum class Bodies { AsGiven, Rigid };
@@ -32,18 +33,22 @@ struct ModelOptions {
     ~/.cache/simflex. **/
     std::string cacheFolder;
     Listener listener;  ///< told while parts are reduced and the system is built
+    /** Adds what a file cannot say (forces, constraints, handlers) to every system that is made of
+    the model, before its topology is realized. **/
+    std::function<void(ModelSystem&)> extend;
 };
 
 class Model {
 public:
     /** Reduces what must be, builds the system and realizes its topology.
     @throws ModelError naming file, line and column. **/
-    explicit Model(const ModelValue& file, const ModelOptions& options = {});
+    explicit Model(const ModelText& text, const ModelOptions& options = {});
+    explicit Model(const model::ModelValue& file, const ModelOptions& options = {});
     ~Model();
     Model(const Model&) = delete;
     Model& operator=(const Model&) = delete;
 
-    const ModelValue& getFile() const;
+    const model::ModelValue& getFile() const;
     const SimTK::MultibodySystem& getSystem() const;
     const SimTK::SimbodyMatterSubsystem& getMatter() const;
     const FlexibleBodySubsystem& getFlexibleBodies() const;
@@ -62,7 +67,7 @@ public:
     struct MotionEntry {
         std::string name;
         Joint joint;  ///< the prescribed motion
-        Expression position;
+        model::Expression position;
     };
 
     /** @name What the file names, in its order. find…() throw ModelError by value.failUnknown().
@@ -71,11 +76,11 @@ public:
     const std::vector<BodyEntry>& getBodies() const;
     const std::vector<JointEntry>& getJoints() const;
     const std::vector<MotionEntry>& getMotions() const;
-    const BodyEntry& findBody(const ModelValue& name) const;
-    const JointEntry& findJoint(const ModelValue& name) const;
-    const MotionEntry& findMotion(const ModelValue& name) const;
+    const BodyEntry& findBody(const model::ModelValue& name) const;
+    const JointEntry& findJoint(const model::ModelValue& name) const;
+    const MotionEntry& findMotion(const model::ModelValue& name) const;
     /** The attachment that a frame of the file means, see "frame" in the key reference. **/
-    Attachment findFrame(const ModelValue& frame) const;
+    Attachment findFrame(const model::ModelValue& frame) const;
     /** The same from text, as typed at a prompt; throws std::invalid_argument. **/
     Attachment findFrame(const std::string& name) const;
     /**@}**/
@@ -91,5 +96,17 @@ private:
     std::unique_ptr<Contents> _contents;
 };
 
-}  // namespace model
+/** The Simbody system that a model becomes, with the names of its file. **/
+struct ModelSystem {
+    ModelSystem();
+
+    SimTK::MultibodySystem system;
+    SimTK::SimbodyMatterSubsystem matter;
+    SimTK::GeneralForceSubsystem forces;
+    FlexibleBodySubsystem flexible;
+    std::vector<Model::BodyEntry> bodies;
+    std::vector<Model::JointEntry> joints;
+    std::vector<Model::MotionEntry> motions;
+};
+
 }  // namespace simflex

@@ -1,4 +1,4 @@
-#include "simflex/cli/shell/KeptState.h"
+#include "simflex/model/session/KeptState.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
 
@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using SimTK::State;
 using SimTK::Vector;
@@ -109,5 +109,5 @@ State readKeptState(const std::string& path, const Model& model) {
     return state;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

@@ -1,4 +1,4 @@
-#include "simflex/cli/shell/JointDrag.h"
+#include "simflex/model/session/JointDrag.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "simflex/body/JointEquations.h"
 
 namespace simflex {
-namespace cli {
+namespace model {
 
 using namespace SimTK;
 
@@ -313,5 +313,5 @@ std::vector<std::string> getCoordinateNames(const Joint& joint) {
     return names;
 }
 
-}  // namespace cli
+}  // namespace model
 }  // namespace simflex

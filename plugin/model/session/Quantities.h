@@ -1,0 +1,28 @@
+#pragma once
+/** @file
+Names of what a Session can tell and change while its model moves: `joints.bearing.angle`,
+`bodies.crank.modes.3`, `time`. The singular works as well: `joint.bearing.angle`. **/
+
+#include "simflex/model/Session.h"
+
+namespace simflex {
+namespace model {
+
+using PathParts = std::vector<std::string>;
+PathParts splitPath(const std::string& path);
+
+/** The number of an element, counted from `first`. @throws std::runtime_error that names the
+range. **/
+int readIndex(const std::string& text, int first, int count, const std::string& what);
+
+/** With "joints", "bodies", "parameters" instead of their singulars. **/
+std::string normalizePath(const std::string& path);
+
+/** As Session::findQuantity(). **/
+std::optional<Quantity> findQuantity(const Session& session, const std::string& path);
+
+/** As Session::listQuantities(). **/
+std::vector<std::string> listQuantities(const Session& session);
+
+}  // namespace model
+}  // namespace simflex
