@@ -8,7 +8,7 @@ namespace simflex {
 namespace cli {
 
 /** Parses the command line and runs the subcommand. @returns the exit status: 0 done, 1 failed, 2
-wrong usage, 130 stopped by Ctrl-C. **/
+wrong usage, 3 changed since what was to be gone on with, 130 stopped by Ctrl-C. **/
 int runCommandLine(CLI::App& app, int argc, char** argv);
 
 }  // namespace cli

@@ -126,7 +126,14 @@ void addRunCommand(CLI::App& app) {
     addScriptsFlag(*command, options->allowsScripts);
     command->add_flag("-q,--quiet", arguments->isQuiet,
                       "No progress and notes: only warnings and what came out");
-    command->callback([arguments] { perform(*arguments); });
+    command->callback([arguments] {
+        try {
+            perform(*arguments);
+        } catch (const CannotResume& error) {
+            std::fprintf(stderr, "simflex: %s\n", error.what());
+            throw CLI::RuntimeError(CannotResume::kExitStatus);
+        }
+    });
 }
 
 }  // namespace cli

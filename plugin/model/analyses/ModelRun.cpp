@@ -209,9 +209,7 @@ void ModelRun::readEarlier() {
     }
     const std::string change = findChange(data.header);
     if (_options.resumes) {
-        if (!change.empty())
-            throw std::runtime_error("cannot go on with '" + _resultPath + "': " + change +
-                                     "; run without --resume to begin anew");
+        if (!change.empty()) throw CannotResume(_resultPath, change);
         _earlier = std::move(data);
         return;
     }
@@ -319,8 +317,7 @@ void ModelRun::runTransient(const ModelValue& analysis) {
         for (const auto& [what, sum] : inputs) {
             const auto then = checkpoint.inputs.find(what);
             if (then == checkpoint.inputs.end() || then->second != sum)
-                throw std::runtime_error("cannot go on with '" + _resultPath + "': " + what +
-                                         " has changed since; run without --resume to begin anew");
+                throw CannotResume(_resultPath, what + " has changed since");
         }
         if (checkpoint.analysis == name) {
             run.resume(start, checkpoint);

@@ -2,6 +2,7 @@
 /** @file
 What is asked of the analyses of a model. **/
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,16 @@ What is asked of the analyses of a model. **/
 
 namespace simflex {
 namespace model {
+
+/** What an earlier run has left does not fit any more. **/
+class CannotResume : public std::runtime_error {
+public:
+    static constexpr int kExitStatus = 3;  ///< of `simflex run --resume`
+
+    CannotResume(const std::string& path, const std::string& change)
+        : std::runtime_error("cannot go on with '" + path + "': " + change +
+                             "; run without --resume to begin anew") {}
+};
 
 struct RunOptions {
     std::string output;             ///< path of the result file; empty: as the model says

@@ -75,14 +75,14 @@ public:
 private:
     std::shared_ptr<const ModelFile> _file;
     ModelFile* _newFile = nullptr;  ///< while parameters and tables are read
-    std::vector<PlacedError> _mistakes;
+    std::vector<ModelError> _mistakes;
 
     /** Goes on after a mistake. **/
     template <class Check>
     void attempt(const Check& checkPart) {
         try {
             checkPart();
-        } catch (const PlacedError& mistake) {
+        } catch (const ModelError& mistake) {
             _mistakes.push_back(mistake);
         }
         if (_mistakes.size() >= kMaxMistakes) throwMistakes();
@@ -90,16 +90,21 @@ private:
 
     void throwMistakes() {
         if (_mistakes.empty()) return;
-        std::stable_sort(_mistakes.begin(), _mistakes.end(),
-                         [](const PlacedError& a, const PlacedError& b) {
-                             return std::make_pair(a.place.line, a.place.column) <
-                                    std::make_pair(b.place.line, b.place.column);
-                         });
+        const auto getPlace = [](const ModelError& mistake) {
+            const ModelPlace& place = mistake.getMistakes().at(0).place;
+            return std::make_pair(place.line, place.column);
+        };
+        std::stable_sort(
+            _mistakes.begin(), _mistakes.end(),
+            [&](const ModelError& a, const ModelError& b) { return getPlace(a) < getPlace(b); });
         std::string text;
-        for (const PlacedError& mistake : _mistakes)
+        std::vector<ModelError::Mistake> mistakes;
+        for (const ModelError& mistake : _mistakes) {
             text += (text.empty() ? "" : "\n") + std::string(mistake.what());
+            mistakes.push_back(mistake.getMistakes()[0]);
+        }
         if (_mistakes.size() >= kMaxMistakes) text += "\nThere may be more mistakes than these.";
-        throw ModelError(text);
+        throw ModelError(text, mistakes);
     }
 
     static const SchemaForm* findForm(const YamlTree& tree, const Node& node,
@@ -170,9 +175,9 @@ private:
             key->forms.begin(), key->forms.end(),
             [](const SchemaForm& f) { return f.kind == Form::Map || f.kind == Form::Entries; });
         if (!canBeEmpty)
-            throw PlacedError(entry.place,
-                              path + ": the value is missing" +
-                                  (key->example.empty() ? "" : ", for example " + key->example));
+            throw ModelError(entry.place, path,
+                             "the value is missing" +
+                                 (key->example.empty() ? "" : ", for example " + key->example));
     }
 
     static bool isGiven(const YamlTree& tree) { return tree.kind != YamlTree::Kind::Empty; }
@@ -216,8 +221,9 @@ private:
             const auto fail = [&](const std::string& message) {
                 for (const YamlTree::Entry& entry : tree.entries)
                     if (entry.key == key.name)
-                        throw PlacedError(entry.place, (node.path.empty() ? "" : node.path + ".") +
-                                                           key.name + ": " + message);
+                        throw ModelError(entry.place,
+                                         (node.path.empty() ? "" : node.path + ".") + key.name,
+                                         message);
                 throw std::logic_error("a key has no place");
             };
             if (!applies)
@@ -245,9 +251,9 @@ private:
             proposal =
                 findNearestName(entry.key, known).empty() ? hint : proposal + " (" + hint + ")";
         }
-        throw PlacedError(entry.place, (node.path.empty() ? "" : node.path + ": ") +
-                                           "unknown key '" + shorten(entry.key) + "'" +
-                                           (proposal.empty() ? "" : "; " + proposal));
+        throw ModelError(
+            entry.place, node.path,
+            "unknown key '" + shorten(entry.key) + "'" + (proposal.empty() ? "" : "; " + proposal));
     }
 
     // --- Entries ---
@@ -267,7 +273,7 @@ private:
             std::any_of(form.items.begin(), form.items.end(),
                         [](const SchemaForm& f) { return f.kind == Form::Map; });
         if (!isGiven(entry.value) && !canBeEmpty)
-            throw PlacedError(entry.place, path + ": the value is missing");
+            throw ModelError(entry.place, path, "the value is missing");
         const std::size_t numMistakes = _mistakes.size();
         const NodePointer child = check(isGiven(entry.value) ? entry.value : nothing, form.items,
                                         nullptr, path, entry.key);
@@ -281,7 +287,7 @@ private:
     static void checkEntryName(const SchemaForm& form, const YamlTree::Entry& entry,
                                const std::string& path) {
         const auto fail = [&](const std::string& message) {
-            throw PlacedError(entry.place, path + ": " + message);
+            throw ModelError(entry.place, path, message);
         };
         const std::string name = "'" + shorten(entry.key) + "'";
         if (form.hasNumbers) {
@@ -349,14 +355,14 @@ NodePointer ModelValue::Node::find(const std::string& wanted) const {
 }
 
 void ModelValue::Node::fail(const std::string& message) const {
-    throw PlacedError(place, (path.empty() ? "" : path + ": ") + message);
+    throw ModelError(place, path, message);
 }
 
 void ModelValue::Node::failAt(int position, const std::string& message) const {
-    YamlPlace there = place;
+    ModelPlace there = place;
     const bool isOneLine = scalar.find('\n') == std::string::npos;
     if (isPlainText && isOneLine && there.line > 0) there.column += position;
-    throw PlacedError(there, path + ": " + message);
+    throw ModelError(there, path, message);
 }
 
 NodePointer checkModelValue(const std::shared_ptr<const ModelFile>& file, const YamlTree& tree,

@@ -4,13 +4,39 @@ What is wrong with a model file, and where. **/
 
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace simflex {
+
+/** Where something stands: line and column from 1 in the model file, or in a setting. **/
+struct ModelPlace {
+    std::string file;  ///< or "setting 'solver.accuracy=1e-5'"
+    int line = 0;      ///< 0: no place within the file
+    int column = 0;
+
+    /** "crank.yaml:12:9". **/
+    std::string getText() const;
+};
 
 /** Its text begins with file, line and column: "crank.yaml:12:9: joints.bearing: …". **/
 class ModelError : public std::runtime_error {
 public:
-    explicit ModelError(const std::string& message) : std::runtime_error(message) {}
+    struct Mistake {
+        ModelPlace place;
+        std::string key;  ///< "joints.bearing.axis"; may be empty
+    };
+    explicit ModelError(const std::string& message, std::vector<Mistake> mistakes = {})
+        : std::runtime_error(message), _mistakes(std::move(mistakes)) {}
+    ModelError(const ModelPlace& place, const std::string& key, const std::string& message)
+        : ModelError(place.getText() + ": " + (key.empty() ? "" : key + ": ") + message,
+                     {{place, key}}) {}
+
+    /** One for each line of the text that tells of one; empty if they have no place. **/
+    const std::vector<Mistake>& getMistakes() const { return _mistakes; }
+
+private:
+    std::vector<Mistake> _mistakes;
 };
 
 }  // namespace simflex

@@ -21,18 +21,10 @@ struct ModelFile {
     formula::Scope scope;
 };
 
-/** A mistake at a place of a file. **/
-class PlacedError : public ModelError {
-public:
-    PlacedError(const YamlPlace& where, const std::string& message)
-        : ModelError(where.getText() + ": " + message), place(where) {}
-    YamlPlace place;
-};
-
 struct ModelValue::Node {
     std::shared_ptr<const ModelFile> file;
     Kind kind = Kind::Missing;
-    YamlPlace place;
+    ModelPlace place;
     std::string path, name;
     bool isPlainText = false;
     const std::vector<SchemaForm>* forms = nullptr;  ///< that it may have

@@ -26,23 +26,24 @@ const std::uintmax_t kMaxBytes = 16000000;
 /** Refuses files of newer formats before anything else of them is judged. **/
 void checkFormat(const YamlTree& tree, const std::string& path) {
     if (tree.kind == YamlTree::Kind::Empty)
-        throw ModelError(path + ": the file is empty; a model begins with 'simflex: 1'");
+        throw ModelError({path}, "", "the file is empty; a model begins with 'simflex: 1'");
     if (tree.kind != YamlTree::Kind::Map)
         throw ModelError(
-            tree.place.getText() +
-            ": this is no model: it begins with 'simflex: 1', then other keys and values");
+            tree.place, "",
+            "this is no model: it begins with 'simflex: 1', then other keys and values");
     const YamlTree* version = tree.find("simflex");
     if (!version)
-        throw ModelError(tree.place.getText() +
-                         ": 'simflex: 1' is missing, which tells the format of the file");
+        throw ModelError(tree.place, "",
+                         "'simflex: 1' is missing, which tells the format of the file");
     double number = 0;
     if (version->kind != YamlTree::Kind::Scalar ||
         !formula::readPlainNumber(version->scalar, number))
         return;
     if (number > kFormat)
-        throw ModelError(version->place.getText() + ": the file has format " + version->scalar +
-                         " and needs a newer simflex; this one reads format " +
-                         std::to_string(kFormat));
+        throw ModelError(version->place, "",
+                         "the file has format " + version->scalar +
+                             " and needs a newer simflex; this one reads format " +
+                             std::to_string(kFormat));
 }
 
 /** A setting changes parameters that are there: others would change nothing. **/
@@ -56,8 +57,9 @@ void checkSetting(const YamlTree& tree, const std::string& setting) {
         for (const YamlTree::Entry& entry : parameters->entries) known.push_back(entry.key);
     if (std::find(known.begin(), known.end(), name) != known.end()) return;
     const std::string proposal = proposeName(name, known);
-    throw ModelError("setting '" + setting + "': the model has no parameter '" + name + "'" +
-                     (proposal.empty() ? "" : "; " + proposal));
+    throw ModelError(
+        {"setting '" + setting + "'"}, "",
+        "the model has no parameter '" + name + "'" + (proposal.empty() ? "" : "; " + proposal));
 }
 
 struct Word {
@@ -127,7 +129,7 @@ void ModelText::set(const std::string& key, double value) {
     set(key, writeGeneral(value));
 }
 
-void ModelText::set(const std::string& key, const std::vector<double>& values) {
+void ModelText::set(const std::string& key, std::initializer_list<double> values) {
     std::string list;
     for (const double value : values) list += (list.empty() ? "[" : ", ") + writeGeneral(value);
     set(key, list + "]");
@@ -153,8 +155,8 @@ ModelText loadModelText(const std::string& path, const std::vector<std::string>&
 
 ModelValue readModel(const ModelText& text) {
     if (text.text.compare(0, kHdf5.size(), kHdf5) == 0)
-        throw ModelError(text.path +
-                         ": this is an HDF5 file, such as results and parts are, and no model: a "
+        throw ModelError({text.path}, "",
+                         "this is an HDF5 file, such as results and parts are, and no model: a "
                          "model is a text that begins with 'simflex: 1'");
     YamlTree tree = parseYaml(text.text, text.path);
     checkFormat(tree, text.path);

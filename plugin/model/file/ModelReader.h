@@ -3,6 +3,7 @@
 Reads model files (YAML) and checks every key, kind and range against the schema (Schema.h) before
 anything is built. Nothing in a file is executed. **/
 
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -14,18 +15,19 @@ namespace simflex {
 
     ModelText pendulum;
     pendulum.set("bodies.bob", "{shape: {sphere: {radius: 0.05}}, density: 7800}");
-    pendulum.set("joints.pin.axis", {0, 0, 1});
+    pendulum.set("gravity", {0, -9.81, 0});
     pendulum.set("solver.accuracy", 1e-6);  **/
 struct ModelText {
     std::string path;                   ///< of the file; its folder is where relative paths begin
     std::string text = "simflex: 1\n";  ///< the file's bytes
     std::vector<std::string> settings;  ///< "solver.accuracy=1e-5", in order of application
 
-    /** Gives what stands at a path another value, in YAML; replaces an earlier setting of it. **/
+    /** Gives what stands at a path another value, in YAML; replaces an earlier setting of it. A
+    single parameter can be changed, not added. **/
     void set(const std::string& key, const std::string& value);
     void set(const std::string& key, const char* value) { set(key, std::string(value)); }
     void set(const std::string& key, double value);
-    void set(const std::string& key, const std::vector<double>& values);
+    void set(const std::string& key, std::initializer_list<double> values);
 };
 
 /** @param settings  "PATH=VALUE", VALUE in YAML: replaces or adds what stands at PATH

@@ -204,10 +204,13 @@ std::vector<ModelValue> ModelValue::findUnread() const {
 
 void ModelValue::checkRead() const {
     std::string text;
-    for (const ModelValue& value : findUnread())
+    std::vector<ModelError::Mistake> mistakes;
+    for (const ModelValue& value : findUnread()) {
+        mistakes.push_back({value.getNode().place, value.getPath()});
         text += (text.empty() ? "" : "\n") + value.getPlace() + ": " + value.getPath() +
                 ": nothing reads this here, it has no effect: remove it";
-    if (!text.empty()) throw ModelError(text);
+    }
+    if (!text.empty()) throw ModelError(text, mistakes);
 }
 
 void ModelValue::fail(const std::string& message) const {

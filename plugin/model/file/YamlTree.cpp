@@ -22,8 +22,8 @@ const std::size_t kMaxBytes = 16000000;
 const int kMaxValues = 200000;
 const int kMaxDepth = 64;
 
-[[noreturn]] void fail(const YamlPlace& place, const std::string& message) {
-    throw ModelError(place.getText() + ": " + message);
+[[noreturn]] void fail(const ModelPlace& place, const std::string& message) {
+    throw ModelError(place, "", message);
 }
 
 /** A formula without quotes in {…} or […] falls apart at its commas. **/
@@ -44,7 +44,7 @@ public:
 
     YamlTree takeRoot() { return std::move(_root); }
 
-    YamlPlace makePlace(const YAML::Mark& mark) const {
+    ModelPlace makePlace(const YAML::Mark& mark) const {
         if (mark.is_null()) return {_name, 0, 0};
         return {_name, mark.line + 1, mark.column + 1};
     }
@@ -112,7 +112,7 @@ private:
     std::map<YAML::anchor_t, YamlTree> _anchors;
     int _numDocuments = 0, _numValues = 0;
 
-    void countValue(const YamlPlace& place) {
+    void countValue(const ModelPlace& place) {
         if (++_numValues > kMaxValues)
             fail(place, "the file has more than " + std::to_string(kMaxValues) +
                             " values once its aliases are expanded (large tables belong in CSV "
@@ -242,10 +242,10 @@ std::size_t findLine(const std::string& text, int line) {
 }
 
 /** The last '[' or '{' before a line's end that is not closed; column 0: none. **/
-YamlPlace findOpenBracket(const std::string& text, const std::string& name, int lastLine) {
-    std::vector<YamlPlace> open;
+ModelPlace findOpenBracket(const std::string& text, const std::string& name, int lastLine) {
+    std::vector<ModelPlace> open;
     std::string ends;  // of those open
-    YamlPlace place{name, 1, 0};
+    ModelPlace place{name, 1, 0};
     char quote = 0, before = '\n';  // last that is no space
     bool afterSpace = true, isComment = false;
     for (const char c : text) {
@@ -272,15 +272,15 @@ YamlPlace findOpenBracket(const std::string& text, const std::string& name, int 
         afterSpace = c == ' ' || c == '\n';
         if (c != ' ') before = c;
     }
-    return open.empty() ? YamlPlace{name, 0, 0} : open.back();
+    return open.empty() ? ModelPlace{name, 0, 0} : open.back();
 }
 
 /** What the parser's words mean for who wrote the file. **/
-[[noreturn]] void explain(const std::string& text, const std::string& name, const YamlPlace& place,
+[[noreturn]] void explain(const std::string& text, const std::string& name, const ModelPlace& place,
                           const std::string& words) {
     const auto says = [&](const char* part) { return words.find(part) != std::string::npos; };
     if (says("flow")) {
-        const YamlPlace open = findOpenBracket(text, name, place.line);
+        const ModelPlace open = findOpenBracket(text, name, place.line);
         const bool isList =
             open.line > 0 ? text[findLine(text, open.line) + std::size_t(open.column - 1)] == '['
                           : says("sequence");
@@ -346,7 +346,7 @@ std::size_t measureCharacter(const std::string& text, std::size_t at) {
 }
 
 void checkEncoding(const std::string& text, const std::string& name) {
-    YamlPlace place{name, 1, 1};
+    ModelPlace place{name, 1, 1};
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t length = measureCharacter(text, at);
         if (length == 0 || text[at] == '\0')
@@ -378,11 +378,6 @@ int findTab(const std::string& text) {
 }
 
 }  // namespace
-
-std::string YamlPlace::getText() const {
-    if (line == 0) return file;
-    return file + ":" + std::to_string(line) + ":" + std::to_string(column);
-}
 
 const YamlTree* YamlTree::find(const std::string& key) const {
     for (const Entry& entry : entries)
@@ -458,4 +453,10 @@ void applySetting(YamlTree& tree, const std::string& setting) {
 }
 
 }  // namespace model
+
+std::string ModelPlace::getText() const {
+    if (line == 0) return file;
+    return file + ":" + std::to_string(line) + ":" + std::to_string(column);
+}
+
 }  // namespace simflex

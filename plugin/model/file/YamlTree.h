@@ -7,25 +7,17 @@ place. **/
 #include <utility>
 #include <vector>
 
+#include "simflex/model/file/ModelError.h"
+
 namespace simflex {
 namespace model {
-
-/** Where something stands: line and column from 1 in the model file, or in a setting. **/
-struct YamlPlace {
-    std::string file;
-    int line = 0;  ///< 0: no place within the file
-    int column = 0;
-
-    /** "crank.yaml:12:9". **/
-    std::string getText() const;
-};
 
 struct YamlTree {
     enum class Kind { Empty, Scalar, List, Map };
     struct Entry;
 
     Kind kind = Kind::Empty;
-    YamlPlace place;
+    ModelPlace place;
     std::string scalar;
     bool isQuoted = false;
     /** The text stands in the file just as it is in `scalar`, from `place` (behind a quote). **/
@@ -38,7 +30,7 @@ struct YamlTree {
 };
 struct YamlTree::Entry {
     std::string key;
-    YamlPlace place;
+    ModelPlace place;
     YamlTree value;
 };
 

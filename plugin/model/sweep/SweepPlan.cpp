@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -223,7 +222,11 @@ void checkSweepSettings(const ModelText& model) {
             const size_t equals = setting.find('=');
             if (equals == std::string::npos) continue;
             const std::string values = setting.substr(equals + 1);
-            const bool isWrong = std::strstr(error.what(), setting.c_str()) != nullptr;
+            const auto& mistakes = error.getMistakes();
+            const bool isWrong = std::any_of(
+                mistakes.begin(), mistakes.end(), [&](const ModelError::Mistake& mistake) {
+                    return mistake.place.file == "setting '" + setting + "'";
+                });
             if (!isWrong || (split(values).size() < 2 && !looksLikeRange(values))) continue;
             throw ModelError(std::string(error.what()) +
                              "\n--set gives all cases one value; several are varied by --vary " +

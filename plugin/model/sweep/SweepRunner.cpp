@@ -18,6 +18,7 @@
 
 #include "simflex/base/ChildProcess.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/model/analyses/RunOptions.h"
 
 namespace simflex {
 namespace model {
@@ -264,7 +265,7 @@ private:
             outcome.status = Status::Interrupted;
             keep(job.index, "interrupted");
             _isStopped = true;  // Ctrl-C reached the case alone: the sweep ends as well
-        } else if (!job.isFresh && log.find("cannot go on with") != std::string::npos) {
+        } else if (!job.isFresh && end.exitCode == CannotResume::kExitStatus) {
             fs::remove(getFolder(job.index) + "/" + kCaseFile);
             close(job.log);  // what was left does not fit any more: from the beginning
             return;

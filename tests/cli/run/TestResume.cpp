@@ -183,12 +183,12 @@ TEST_F(ResumeTest, ChangedModelsAreNotGoneOnWith) {
     awaitCheckpoint(child);
     kill(child, SIGTERM);
     ASSERT_EQ(WEXITSTATUS(await(child)), 130);
-    EXPECT_EQ(runModel("--resume"), 1);
+    EXPECT_EQ(runModel("--resume"), 3);
     EXPECT_THAT(err, HasSubstr("other settings (then: solver.accuracy=1e-7; now: none)"));
     std::string text = kModel;
     text.replace(text.find("9.81"), 4, "1.62");
     writeModel(text);
-    EXPECT_EQ(runModel("--resume --set solver.accuracy=1e-7"), 1);
+    EXPECT_EQ(runModel("--resume --set solver.accuracy=1e-7"), 3);
     EXPECT_THAT(err, HasSubstr("has changed since, first in line 2"));
     // Anew is always possible.
     EXPECT_EQ(runModel("--set analyses.long.duration=0.1"), 0) << err;

@@ -1,0 +1,155 @@
+/** @file
+Models that a program moves by Session alone. **/
+
+#include "simflex/model/Session.h"
+
+#include "cli/run/RunTest.h"
+
+namespace simflex {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using Values = std::vector<double>;
+
+const std::string kMore =
+    "probes: {tip: {position: {on: rod, position: [0, -0.5, 0]}}, swing: {coordinate: pivot}}\n"
+    "solver: {accuracy: 1e-6, maximum_step: 0.01}\n"
+    "analyses: {run: {type: transient, duration: 0.5, interval: 0.01}}\n";
+
+class SessionTest : public RunTest {
+protected:
+    ModelText readPendulum(const std::vector<std::string>& settings = {}) {
+        writeModel(makePendulum("0.5", kMore));
+        return loadModelText(folder / "model.yaml", settings);
+    }
+};
+
+/** Holds the record to the results of `simflex run`, bit by bit. **/
+void expectSameRows(const ProbeRecord& record, const model::ResultData::Analysis& run) {
+    ASSERT_GT(record.time.size(), 10u);
+    EXPECT_EQ(record.time, run.time);
+    for (size_t i = 0; i < record.rows.size(); ++i) {
+        Values row;
+        for (const model::ResultData::Series& series : run.probes)
+            row.insert(row.end(), series.rows[i].begin(), series.rows[i].end());
+        ASSERT_EQ(record.rows[i], row) << "row " << i;
+    }
+}
+
+TEST_F(SessionTest, AFileMovesAsSimflexRunMovesItToTheLastBit) {
+    Session session(readPendulum());
+    EXPECT_EQ(session.runTo(0.5, 0.01), Session::Outcome::ReachedTime);
+    ASSERT_EQ(runModel(), 0) << err;
+    expectSameRows(session.getRecord(), read("run"));
+}
+
+TEST_F(SessionTest, AModelWrittenInCppMovesAsTheFileThatSaysTheSame) {
+    const ModelText file = readPendulum();
+    ModelText written;
+    written.set("gravity", {0, -9.81, 0});
+    written.set("parameters", "{angle: 0.5}");
+    for (const char* key : {"bodies", "joints", "probes"}) {
+        const size_t begin = file.text.find(std::string("\n") + key + ":") + 1;
+        size_t end = begin;
+        do end = file.text.find('\n', end) + 1;
+        while (end < file.text.size() && file.text[end] == ' ');
+        const std::string block = file.text.substr(begin, end - begin);
+        written.text += block;
+    }
+    written.set("solver.accuracy", 1e-6);
+    written.set("solver.maximum_step", 0.01);
+    Session session(written);
+    session.runTo(0.5, 0.01);
+    ASSERT_EQ(runModel(), 0) << err;
+    expectSameRows(session.getRecord(), read("run"));
+}
+
+TEST_F(SessionTest, WhatIsRestoredGoesOnWithTheSameBits) {
+    Session session(readPendulum());
+    session.runTo(0.2, 0.01);
+    const SavedState saved = session.save();
+    session.runTo(0.5, 0.01);
+    const Values tip = session.get("tip"), angle = session.get("joints.pivot.angle");
+    const double energy = session.calcEnergy();
+    session.setState(session.copyState());
+    session.step(20);
+    session.restore(saved);
+    EXPECT_EQ(session.getTime(), 0.2);
+    EXPECT_EQ(session.getRecord().time.back(), 0.2);
+    session.runTo(0.5, 0.01);
+    EXPECT_EQ(session.get("tip"), tip);
+    EXPECT_EQ(session.get("joints.pivot.angle"), angle);
+    EXPECT_EQ(session.calcEnergy(), energy);
+}
+
+TEST_F(SessionTest, QuantitiesAreSetAndJointsStayClosed) {
+    Session session(readPendulum());
+    EXPECT_THAT(session.listQuantities(), Contains("joints.pivot.angle"));
+    session.set("joints.pivot.angle", {-0.3});
+    session.set("joints.pivot.angle_rate", {2});
+    EXPECT_NEAR(session.get("joints.pivot.angle")[0], -0.3, 1e-12);
+    EXPECT_NEAR(session.get("joints.pivot.angle_rate")[0], 2, 1e-12);
+    const Values tip = session.get("tip");
+    EXPECT_NEAR(std::hypot(tip[0], tip[1]), 1, 1e-9);
+    try {
+        session.set("joints.pivot.angel", {0});
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("joints.pivot.angle"));
+    }
+    EXPECT_THROW(session.set("joints.pivot.angle", {0, 1}), std::runtime_error);
+    EXPECT_THROW(session.get("joints.pin.angle"), std::runtime_error);
+}
+
+TEST_F(SessionTest, AChangedParameterRestartsAndAnInputDoesNot) {
+    Session session(readPendulum());
+    session.runTo(0.2, 0.01);
+    const Values tip = session.get("tip");
+    EXPECT_FALSE(session.change("solver.accuracy", "1e-7"));
+    EXPECT_EQ(session.getTime(), 0.2);
+    EXPECT_FALSE(session.change("gravity", "[0, -1.62, 0]", Session::Restart::Never));
+    EXPECT_EQ(session.get("tip"), tip);
+    EXPECT_EQ(session.getRecord().time.size(), 21u);
+    EXPECT_TRUE(session.change("parameters.angle", "0.1"));
+    EXPECT_EQ(session.getTime(), 0);
+    EXPECT_EQ(session.get("parameters.angle"), Values{0.1});
+    EXPECT_NEAR(session.get("tip")[0], std::sin(0.1), 1e-9);
+    // What cannot be built leaves the Session as it was.
+    EXPECT_THROW(session.change("bodies.rod.mass", "heavy"), ModelError);
+    EXPECT_NEAR(session.get("tip")[0], std::sin(0.1), 1e-9);
+}
+
+TEST_F(SessionTest, ForcesThatOnlyCppCanSayActAsThoseOfTheFile) {
+    Session file(readPendulum());
+    ModelOptions options;
+    options.extend = [](ModelSystem& system) {
+        SimTK::Force::Gravity(system.forces, system.matter, SimTK::Vec3(0, -9.81, 0));
+    };
+    Session extended(readPendulum({"gravity=[0, 0, 0]"}), options);
+    file.runTo(0.5, 0.01);
+    extended.runTo(0.5, 0.01);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(extended.get("tip")[i], file.get("tip")[i], 1e-12);
+}
+
+TEST_F(SessionTest, TheListenerStopsAMotionAndIsTold) {
+    ModelOptions options;
+    Session session(readPendulum(), options);
+    int numAsked = 0;
+    const auto outcome = session.runTo(0.5, 0.01, [&](double) { return ++numAsked < 3; });
+    EXPECT_EQ(outcome, Session::Outcome::Stopped);
+    EXPECT_EQ(numAsked, 3);
+    EXPECT_LT(session.getTime(), 0.5);
+    EXPECT_THROW(session.runTo(0, 0.01), std::invalid_argument);
+}
+
+TEST_F(SessionTest, DrawsWhereItIs) {
+    Session session(readPendulum({"pictures={size: [80, 60]}"}));
+    const Image before = session.draw();
+    EXPECT_EQ(before.getWidth(), 80);
+    session.runTo(0.3, 0.01);
+    EXPECT_NE(session.draw(), before);
+}
+
+}  // namespace
+}  // namespace simflex
