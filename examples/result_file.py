@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Reads a result file of `simflex run` with h5py: what it holds, and the values of probes. The layout
-of the file is described in plugin/model/results/ResultFile.h.
+of the file is described in plugin/model/Results.h.
 
     examples/result_file.py run.h5                       # analyses and probes
     examples/result_file.py run.h5 slider_x crank        # their values, one line for each time

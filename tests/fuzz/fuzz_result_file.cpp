@@ -3,7 +3,7 @@ Result files: bytes changed behind the checksum must be found out; objects chang
 program give results or a refusal; a damaged journal gives rows that were written, or none. **/
 
 #include "FuzzHdf5.h"
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/results/ResultWriter.h"
 
 using namespace simflex;
 
@@ -20,8 +20,7 @@ const Files& getFiles() {
     static const Files files = [] {
         const std::string path = fuzz::getFolder() / "base.h5";
         Files made;
-        const std::vector<model::ResultColumn> probes = {{"tip", "m", {"x", "y"}},
-                                                         {"angle", "rad", {""}}};
+        const std::vector<ResultColumn> probes = {{"tip", "m", {"x", "y"}}, {"angle", "rad", {""}}};
         {
             model::ResultWriter writer(path,
                                        {"Title", "m.yaml", "simflex: 1\n", {"speed=1"}, false});
@@ -75,7 +74,7 @@ const char* const kAttributes[] = {"simflex_results", "version", "title",   "pat
                                    "complete",        "steps"};
 
 /** Rows that can be read must be those that were written. **/
-void checkRows(const model::ResultData& data) {
+void checkRows(const Results& data) {
     for (const auto& analysis : data.analyses) {
         if (analysis.name != "run") continue;
         for (size_t k = 0; k < analysis.time.size(); ++k)
@@ -104,10 +103,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
     if (kind > 1) fuzz::changeHdf5(path, kObjects, kAttributes, input);
     const bool accepted = fuzz::accepts([&] {
-        const model::ResultData results = model::readResults(path);
+        const Results results = readResults(path);
         if (kind == 1) checkRows(results);
         for (const auto& analysis : results.analyses)
-            model::writeResultCsv(fuzz::getFolder() / "run.csv", analysis);
+            writeResultCsv(fuzz::getFolder() / "run.csv", analysis);
     });
     if (accepted && kind == 0) fuzz::fail("a damaged file was accepted");
     if (!accepted && kind == 1) fuzz::fail("a damaged journal spoiled its file");

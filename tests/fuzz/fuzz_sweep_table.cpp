@@ -54,7 +54,7 @@ const char* const kAttributes[] = {"simflex_sweep", "unit", "texts"};
 void checkCurves(const model::SweepResults& sweep) {
     if (sweep.labels.size() != sweep.results.size() || sweep.results.empty())
         fuzz::fail("curves without labels");
-    for (const model::ResultData& results : sweep.results) {
+    for (const Results& results : sweep.results) {
         const auto& analysis = results.analyses.at(0);
         for (size_t k = 0; k < analysis.time.size(); ++k)
             if (std::isnan(analysis.time[k]) || (k > 0 && analysis.time[k] < analysis.time[k - 1]))

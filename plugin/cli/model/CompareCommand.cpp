@@ -107,14 +107,14 @@ void drawDifference(const std::string& path, const ResultComparison& comparison,
     drawFigure(path, figure);
 }
 
-void keepAnalysis(ResultData& data, const std::string& path, const std::string& name) {
-    if (!name.empty()) data.analyses = {ResultData::Analysis(chooseAnalysis(data, path, name))};
+void keepAnalysis(Results& data, const std::string& path, const std::string& name) {
+    if (!name.empty()) data.analyses = {Results::Analysis(chooseAnalysis(data, path, name))};
 }
 
 void runCompare(const CompareArguments& arguments) {
     const std::vector<std::string> labels = makeFileLabels({arguments.first, arguments.second});
-    ResultData first = readResults(arguments.first, ReadStates::No),
-               second = readResults(arguments.second, ReadStates::No);
+    Results first = readResults(arguments.first, ReadStates::No),
+            second = readResults(arguments.second, ReadStates::No);
     keepAnalysis(first, arguments.first, arguments.analysis);
     keepAnalysis(second, arguments.second, arguments.analysis);
     const ResultComparison comparison =

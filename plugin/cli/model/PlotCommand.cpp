@@ -43,7 +43,7 @@ void parseSize(const std::string& text, Figure& figure) {
 
 /** The curves of a sweep's table in place of results. **/
 void takeSweep(const std::vector<std::string>& paths, PlotArguments& arguments,
-               std::vector<std::string>& labels, std::vector<ResultData>& results) {
+               std::vector<std::string>& labels, std::vector<Results>& results) {
     if (paths.size() > 1)
         throw std::runtime_error("'" + paths[0] + "' is the table of a sweep: it is drawn alone");
     SweepResults sweep = readSweepTable(paths[0], arguments.wishes.xProbe);
@@ -73,7 +73,7 @@ void runPlot(PlotArguments& arguments) {
     if (arguments.stacked) arguments.wishes.panels = FigureWishes::Panels::Stacked;
 
     std::vector<std::string> labels = makeFileLabels(paths);
-    std::vector<ResultData> results;
+    std::vector<Results> results;
     if (isSweepTable(paths[0])) {
         takeSweep(paths, arguments, labels, results);
     } else {

@@ -15,7 +15,7 @@ namespace cli {
 
 namespace {
 
-double getStatistic(const ResultData::Analysis& analysis, const std::string& name) {
+double getStatistic(const Results::Analysis& analysis, const std::string& name) {
     const auto found = analysis.statistics.find(name);
     return found == analysis.statistics.end() ? 0 : found->second;
 }
@@ -27,15 +27,15 @@ std::string makeLabel(const ResultColumn& column, size_t k) {
     return column.unit.empty() ? label : label + " [" + column.unit + "]";
 }
 
-int findLongestLabel(const ResultData::Analysis& analysis) {
+int findLongestLabel(const Results::Analysis& analysis) {
     size_t longest = 5;
-    for (const ResultData::Series& series : analysis.probes)
+    for (const Results::Series& series : analysis.probes)
         for (size_t k = 0; k < series.column.columns.size(); ++k)
             longest = std::max(longest, makeLabel(series.column, k).size());
     return int(longest);
 }
 
-void printTransient(const ResultData::Analysis& analysis) {
+void printTransient(const Results::Analysis& analysis) {
     std::printf("%s: transient", analysis.name.c_str());
     if (!analysis.time.empty())
         std::printf(", t = %.6g to %.6g s in %zu rows", analysis.time.front(), analysis.time.back(),
@@ -55,7 +55,7 @@ void printTransient(const ResultData::Analysis& analysis) {
     const int width = findLongestLabel(analysis);
     std::printf("  %-*s %13s %11s %13s %11s %13s\n", width, "probe", "least", "at [s]", "largest",
                 "at [s]", "at the end");
-    for (const ResultData::Series& series : analysis.probes)
+    for (const Results::Series& series : analysis.probes)
         for (size_t k = 0; k < series.column.columns.size(); ++k) {
             size_t least = 0, largest = 0;
             for (size_t i = 1; i < series.rows.size(); ++i) {
@@ -73,11 +73,11 @@ void printTransient(const ResultData::Analysis& analysis) {
         }
 }
 
-void printStatic(const ResultData::Analysis& analysis) {
+void printStatic(const Results::Analysis& analysis) {
     std::printf("%s: static equilibrium, %.0f iterations\n", analysis.name.c_str(),
                 getStatistic(analysis, "iterations"));
     const int width = findLongestLabel(analysis);
-    for (const ResultData::Series& series : analysis.probes)
+    for (const Results::Series& series : analysis.probes)
         for (size_t k = 0; k < series.column.columns.size() && !series.rows.empty(); ++k)
             std::printf("  %-*s %13.6g\n", width, makeLabel(series.column, k).c_str(),
                         series.rows[0][k]);
@@ -88,7 +88,7 @@ constexpr double kAperiodic = 1 - 1e-9;  // damping ratio of what does not oscil
 // Of eigenvalues λ², whose errors are those of the largest: of frequencies its root.
 constexpr double kEigenvalueError = 1e-7;
 
-void printEigen(const ResultData::Analysis& analysis) {
+void printEigen(const Results::Analysis& analysis) {
     const double numRigid = getStatistic(analysis, "rigid_motions");
     std::printf("%s: natural modes", analysis.name.c_str());
     if (numRigid > 0)
@@ -121,7 +121,7 @@ void printEigen(const ResultData::Analysis& analysis) {
     }
 }
 
-void printCampbell(const ResultData::Analysis& analysis) {
+void printCampbell(const Results::Analysis& analysis) {
     std::printf("%s: natural frequencies [Hz] over speed\n", analysis.name.c_str());
     for (size_t i = 0; i < analysis.speeds.size(); ++i) {
         std::printf("  %12.6g:", analysis.speeds[i]);
@@ -145,7 +145,7 @@ void printCampbell(const ResultData::Analysis& analysis) {
 }
 
 /** @param remarks  more lines **/
-void printAnalysis(const ResultData::Analysis& analysis, const std::vector<std::string>& remarks) {
+void printAnalysis(const Results::Analysis& analysis, const std::vector<std::string>& remarks) {
     if (analysis.type == "transient") printTransient(analysis);
     if (analysis.type == "static") printStatic(analysis);
     if (analysis.type == "eigen") printEigen(analysis);
@@ -200,15 +200,15 @@ void printAssembly(ModelRun& run) {
 }
 
 void printSummary(const ModelRun& run) {
-    const ResultData results = readResults(run.getResultPath(), ReadStates::No);
+    const Results results = readResults(run.getResultPath(), ReadStates::No);
     for (const std::string& warning : results.warnings)
         std::printf("warning: %s\n", warning.c_str());
-    for (const ResultData::Analysis& analysis : results.analyses)
+    for (const Results::Analysis& analysis : results.analyses)
         if (run.isWanted(analysis.name)) printAnalysis(analysis, run.getRemarks(analysis.name));
     std::printf("results: %s\n", run.getResultPath().c_str());
 }
 
-void printDifference(const ResultData& flexible, const ResultData& rigid) {
+void printDifference(const Results& flexible, const Results& rigid) {
     const ResultHeader& header = flexible.header;
     const double accuracy = readModel({header.modelPath, header.modelText, header.settings})
                                 .get("solver")
@@ -219,7 +219,7 @@ void printDifference(const ResultData& flexible, const ResultData& rigid) {
         return column.unit == "m" && column.largest <= accuracy;
     };
     bool hasSmall = false;
-    for (const ResultData::Analysis& a : flexible.analyses) {
+    for (const Results::Analysis& a : flexible.analyses) {
         if (a.probes.empty()) continue;
         const int width = findLongestLabel(a);
         std::printf("%s: flexible against rigid\n  %-*s %13s %13s %13s\n", a.name.c_str(), width,

@@ -17,7 +17,7 @@ void printSummary(const ModelRun& run);
 
 /** Largest and root-mean-square difference of each probe between a model and the same all rigid.
  * **/
-void printDifference(const ResultData& flexible, const ResultData& rigid);
+void printDifference(const Results& flexible, const Results& rigid);
 
 }  // namespace cli
 }  // namespace simflex

@@ -298,14 +298,14 @@ std::vector<TerminalCurve> collectCurves(const Session& session, const PlotReque
 }
 
 /** The record as `simflex run` would write it. **/
-ResultData::Analysis makeAnalysis(const Session& session) {
-    ResultData::Analysis analysis;
+Results::Analysis makeAnalysis(const Session& session) {
+    Results::Analysis analysis;
     analysis.name = "record";
     analysis.type = "transient";
     analysis.time = session.getRecord().time;
     size_t first = 0;
     for (const Probe& probe : session.getProbes()) {
-        ResultData::Series series{{probe.name, probe.unit, probe.columns}, {}};
+        Results::Series series{{probe.name, probe.unit, probe.columns}, {}};
         for (const std::vector<double>& row : session.getRecord().rows)
             series.rows.emplace_back(row.begin() + long(first),
                                      row.begin() + long(first + probe.columns.size()));
@@ -323,7 +323,7 @@ void plot(Shell& shell, const Words& words) {
         std::fputs(drawTerminalPlot(curves, Terminal::detect()).c_str(), stdout);
         return;
     }
-    const ResultData::Analysis rows = makeAnalysis(session);
+    const Results::Analysis rows = makeAnalysis(session);
     FigureWishes wishes;
     wishes.probes = request.names;
     wishes.from = request.from;

@@ -141,7 +141,7 @@ std::string ModelRun::getUsualFolder() const {
 
 bool ModelRun::isComplete(const std::string& analysis) const {
     if (!_earlier) return false;
-    for (const ResultData::Analysis& done : _earlier->analyses)
+    for (const Results::Analysis& done : _earlier->analyses)
         if (done.name == analysis) return done.isComplete;
     return false;
 }
@@ -198,7 +198,7 @@ void ModelRun::checkWishes(const ModelValue& file) const {
 
 void ModelRun::readEarlier() {
     if (!fs::exists(_resultPath) && !fs::exists(_resultPath + ".rows")) return;
-    ResultData data;
+    Results data;
     try {
         data = readResults(_resultPath, _options.resumes ? ReadStates::No : ReadStates::Yes);
     } catch (const std::exception& error) {
@@ -215,7 +215,7 @@ void ModelRun::readEarlier() {
     }
     if (_options.only.empty()) return;
     std::vector<std::string> others;
-    for (ResultData::Analysis& analysis : data.analyses) {
+    for (Results::Analysis& analysis : data.analyses) {
         if (isWanted(analysis.name)) continue;
         others.push_back(analysis.name);
         _kept.push_back(std::move(analysis));
@@ -290,7 +290,7 @@ void ModelRun::perform() {
     }
     _writer.reset();
     if (_options.writesCsv || _model->getFile().get("output").get("csv").getBool())
-        for (const ResultData::Analysis& analysis :
+        for (const Results::Analysis& analysis :
              readResults(_resultPath, ReadStates::No).analyses) {
             if (!isWanted(analysis.name)) continue;
             writeResultCsv(
@@ -307,9 +307,9 @@ void ModelRun::runTransient(const ModelValue& analysis) {
         if (!lost.empty()) warn(name, lost);
     }
     TransientRun run(*this, analysis);
-    const ResultData::Analysis* begun = nullptr;
+    const Results::Analysis* begun = nullptr;
     if (_earlier)
-        for (const ResultData::Analysis& earlier : _earlier->analyses)
+        for (const Results::Analysis& earlier : _earlier->analyses)
             if (earlier.name == name) begun = &earlier;
     if (begun && fs::exists(getCheckpointPath())) {
         const RunCheckpoint checkpoint = readRunCheckpoint(getCheckpointPath());
@@ -368,7 +368,7 @@ State ModelRun::findEnd(const std::string& name) const {
     const auto found = _ends.find(name);
     if (found != _ends.end()) return found->second;
     // Of a run that is gone on with.
-    for (const ResultData::Analysis& analysis : readResults(_resultPath).analyses) {
+    for (const Results::Analysis& analysis : readResults(_resultPath).analyses) {
         if (analysis.name != name || !analysis.isComplete || analysis.q.empty()) continue;
         State state = _model->makeInitialState();
         state.setTime(analysis.time.back());

@@ -4,7 +4,7 @@ All analyses of a model, one after the other, into one result file.
 
     ModelRun run(loadModelText("crank.yaml"), ModelOptions::Bodies::AsGiven, options);
     run.perform();
-    const ResultData results = readResults(run.getResultPath());  **/
+    const Results results = readResults(run.getResultPath());  **/
 
 #include <map>
 #include <memory>
@@ -13,10 +13,10 @@ All analyses of a model, one after the other, into one result file.
 #include <utility>
 #include <vector>
 
-#include "simflex/model/analyses/RunOptions.h"
+#include "simflex/model/RunOptions.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/probes/Probe.h"
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/results/ResultWriter.h"
 
 namespace simflex {
 namespace model {
@@ -117,8 +117,8 @@ private:
     std::string _work;  ///< what is being done, and how much of it
     double _fraction = 0;
     std::unique_ptr<ResultWriter> _writer;
-    std::optional<ResultData> _earlier;       ///< of the run that is gone on with
-    std::vector<ResultData::Analysis> _kept;  ///< earlier results that stay: others are wanted
+    std::optional<Results> _earlier;       ///< of the run that is gone on with
+    std::vector<Results::Analysis> _kept;  ///< earlier results that stay: others are wanted
     std::optional<SimTK::State> _start;
     std::map<std::string, Equilibrium> _equilibria;
     std::map<std::string, SimTK::State> _ends;                 ///< of transient analyses

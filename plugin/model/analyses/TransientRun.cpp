@@ -272,9 +272,9 @@ void TransientRun::finish() {
     if (_lastFrame >= 0) {
         // Drawing can be stopped as well.
         keep();
-        ResultData::Analysis rows;
+        Results::Analysis rows;
         if (_run._model->getFile().get("pictures").get("plots").isGiven())
-            for (ResultData::Analysis& analysis :
+            for (Results::Analysis& analysis :
                  readResults(_run._resultPath, ReadStates::No).analyses)
                 if (analysis.name == _name) rows = std::move(analysis);
         rows.name = _name;

@@ -77,12 +77,19 @@ private:
     ModelFile* _newFile = nullptr;  ///< while parameters and tables are read
     std::vector<ModelError> _mistakes;
 
+    struct AllMistakes : ModelError {
+        using ModelError::ModelError;
+    };
+
     /** Goes on after a mistake. **/
     template <class Check>
     void attempt(const Check& checkPart) {
         try {
             checkPart();
+        } catch (const AllMistakes&) {
+            throw;
         } catch (const ModelError& mistake) {
+            if (mistake.getMistakes().empty()) throw;  // it has no place
             _mistakes.push_back(mistake);
         }
         if (_mistakes.size() >= kMaxMistakes) throwMistakes();
@@ -104,7 +111,7 @@ private:
             mistakes.push_back(mistake.getMistakes()[0]);
         }
         if (_mistakes.size() >= kMaxMistakes) text += "\nThere may be more mistakes than these.";
-        throw ModelError(text, mistakes);
+        throw AllMistakes(text, mistakes);
     }
 
     static const SchemaForm* findForm(const YamlTree& tree, const Node& node,

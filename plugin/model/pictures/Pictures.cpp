@@ -172,7 +172,7 @@ struct PlotPanel {
 };
 
 /** Plots beside the pictures, of the analysis' rows up to now. **/
-void addPlots(const Model& model, const ResultData::Analysis& rows, OffscreenVisualizer& viz) {
+void addPlots(const Model& model, const Results::Analysis& rows, OffscreenVisualizer& viz) {
     const ModelValue plots = model.getFile().get("pictures").get("plots");
     for (int i = 0; i < plots.getSize(); ++i) {
         const ModelValue plot = plots.at(i), names = plot.get("probes");
@@ -181,7 +181,7 @@ void addPlots(const Model& model, const ResultData::Analysis& rows, OffscreenVis
             const std::string name = names.at(k).getText();
             std::vector<std::string> known;
             bool isFound = false;
-            for (const ResultData::Series& series : rows.probes)
+            for (const Results::Series& series : rows.probes)
                 for (size_t c = 0; c < series.column.columns.size(); ++c) {
                     const std::string column = series.column.columns[c];
                     const std::string label =
@@ -263,7 +263,7 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
 }
 
 std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
-                       const ResultData::Analysis& rows, const std::string& usualFolder,
+                       const Results::Analysis& rows, const std::string& usualFolder,
                        const Listener& listener, const std::string& resumeCommand) {
     const ModelValue pictures = model.getFile().get("pictures"), video = pictures.get("video");
     const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
@@ -305,7 +305,7 @@ void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& 
     viz.addVideo(file, options);
 }
 
-bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
+bool drawMotion(const Model& model, const MotionRecorder& motion, const Results::Analysis& rows,
                 OffscreenVisualizer& viz, const Listener& listener) {
     addPlots(model, rows, viz);
     viz.fitToMotion(motion);

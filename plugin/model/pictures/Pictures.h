@@ -5,8 +5,8 @@ Pictures of a run and of mode shapes. **/
 #include <string>
 #include <vector>
 
+#include "simflex/model/Results.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
-#include "simflex/model/results/ResultFile.h"
 #include "simflex/render/OffscreenVisualizer.h"
 #include "simflex/solver/Eigenmodes.h"
 
@@ -26,7 +26,7 @@ range of colours. Frames that are there already and show the same are kept.
 @return where they are, for people
 @throws Cancelled, std::runtime_error. **/
 std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
-                       const ResultData::Analysis& rows, const std::string& usualFolder,
+                       const Results::Analysis& rows, const std::string& usualFolder,
                        const Listener& listener, const std::string& resumeCommand);
 
 /** Adds a video at the model's rate. @throws as OffscreenVisualizer::addVideo(). **/
@@ -34,7 +34,7 @@ void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& 
 
 /** Draws a motion with its plots, camera and colours fitted to all of it.
 @return false if the listener stopped it **/
-bool drawMotion(const Model& model, const MotionRecorder& motion, const ResultData::Analysis& rows,
+bool drawMotion(const Model& model, const MotionRecorder& motion, const Results::Analysis& rows,
                 OffscreenVisualizer& viz, const Listener& listener);
 
 /** A film of each mode: FOLDER/ANALYSIS_mode_1.gif …

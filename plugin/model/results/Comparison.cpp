@@ -65,7 +65,7 @@ public:
              const std::string& nameB)
         : _patterns(patterns), _nameA(nameA), _nameB(nameB) {}
 
-    void compare(const ResultData::Analysis& a, const ResultData::Analysis& b) {
+    void compare(const Results::Analysis& a, const Results::Analysis& b) {
         if (a.type != b.type) {
             result.missing.push_back("analysis '" + a.name + "' is " + a.type + " in " + _nameA +
                                      ", " + b.type + " in " + _nameB);
@@ -79,7 +79,7 @@ public:
     ResultComparison result;
 
 private:
-    std::vector<ChosenColumn> choose(const ResultData::Analysis& analysis) {
+    std::vector<ChosenColumn> choose(const Results::Analysis& analysis) {
         std::vector<ChosenColumn> columns;
         std::set<std::string> names;
         if (_patterns.empty()) return chooseColumns(analysis, {});
@@ -94,7 +94,7 @@ private:
         return columns;
     }
 
-    void compareProbes(const ResultData::Analysis& a, const ResultData::Analysis& b) {
+    void compareProbes(const Results::Analysis& a, const Results::Analysis& b) {
         const std::vector<ChosenColumn> first = choose(a), second = choose(b);
         const std::vector<double> time = findCommonTimes(a, b);
         const auto find = [](const std::vector<ChosenColumn>& columns, const std::string& name) {
@@ -149,8 +149,7 @@ private:
     }
 
     /** Times of the first that the second covers. **/
-    std::vector<double> findCommonTimes(const ResultData::Analysis& a,
-                                        const ResultData::Analysis& b) {
+    std::vector<double> findCommonTimes(const Results::Analysis& a, const Results::Analysis& b) {
         if (a.time == b.time) return a.time;
         std::vector<double> common;
         for (const double t : a.time)
@@ -170,7 +169,7 @@ private:
         return common;
     }
 
-    void compareModes(const ResultData::Analysis& a, const ResultData::Analysis& b) {
+    void compareModes(const Results::Analysis& a, const Results::Analysis& b) {
         if (a.type == "campbell" && a.speeds != b.speeds) {
             result.missing.push_back("the speeds of analysis '" + a.name + "' differ");
             return;
@@ -188,7 +187,7 @@ private:
         }
     }
 
-    void addModes(const ResultData::Analysis& a, const std::string& name, const std::string& unit,
+    void addModes(const Results::Analysis& a, const std::string& name, const std::string& unit,
                   size_t mode, const std::vector<std::vector<double>>& first,
                   const std::vector<std::vector<double>>& second, double range) {
         ColumnDifference difference;
@@ -224,11 +223,11 @@ double ColumnDifference::getRelative() const {
     return range > 0 ? largest / range : INFINITY;
 }
 
-ResultComparison compareResults(const ResultData& a, const ResultData& b,
+ResultComparison compareResults(const Results& a, const Results& b,
                                 const std::vector<std::string>& patterns, const std::string& nameA,
                                 const std::string& nameB) {
     Comparer comparer(patterns, nameA, nameB);
-    const auto find = [](const ResultData& data, const std::string& name) {
+    const auto find = [](const Results& data, const std::string& name) {
         return std::find_if(data.analyses.begin(), data.analyses.end(),
                             [&](const auto& analysis) { return analysis.name == name; });
     };

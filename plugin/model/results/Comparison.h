@@ -5,7 +5,7 @@ By how much the probes of two results differ. **/
 #include <string>
 #include <vector>
 
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/Results.h"
 
 namespace simflex {
 namespace model {
@@ -32,7 +32,7 @@ struct ResultComparison {
 cubics) to the first's times.
 @param patterns  of probes; none: all
 @param nameA, nameB  how the files are called in texts **/
-ResultComparison compareResults(const ResultData& a, const ResultData& b,
+ResultComparison compareResults(const Results& a, const Results& b,
                                 const std::vector<std::string>& patterns, const std::string& nameA,
                                 const std::string& nameB);
 

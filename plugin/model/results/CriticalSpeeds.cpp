@@ -6,7 +6,7 @@
 namespace simflex {
 namespace model {
 
-std::vector<double> findCriticalSpeeds(const ResultData::Analysis& campbell) {
+std::vector<double> findCriticalSpeeds(const Results::Analysis& campbell) {
     constexpr double kTwoPi = 6.28318530717958647692;
     const std::vector<double>& speeds = campbell.speeds;
     std::vector<double> critical(campbell.frequency.empty() ? 0 : campbell.frequency[0].size(),

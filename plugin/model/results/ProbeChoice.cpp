@@ -22,7 +22,7 @@ std::string listNames(const std::vector<std::string>& names, size_t most) {
     return names.size() > most ? list + " …" : list;
 }
 
-std::vector<ChosenColumn> chooseColumns(const ResultData::Analysis& analysis,
+std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
                                         const std::vector<std::string>& patterns) {
     std::vector<ChosenColumn> chosen;
     std::vector<std::string> probes;
@@ -52,8 +52,8 @@ std::vector<ChosenColumn> chooseColumns(const ResultData::Analysis& analysis,
     return chosen;
 }
 
-const ResultData::Analysis& chooseAnalysis(const ResultData& results, const std::string& path,
-                                           const std::string& name) {
+const Results::Analysis& chooseAnalysis(const Results& results, const std::string& path,
+                                        const std::string& name) {
     std::vector<std::string> names;
     for (const auto& analysis : results.analyses) {
         if (analysis.name == name) return analysis;

@@ -5,7 +5,7 @@ Analyses and probes of result files by the names that a user gives. **/
 #include <string>
 #include <vector>
 
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/Results.h"
 
 namespace simflex {
 namespace model {
@@ -22,13 +22,13 @@ struct ChosenColumn {
 /** Columns whose name, or whose probe's name, is one of `patterns`, in the file's order; a pattern
 may have `*`, `?` and `[…]`. No patterns: all. @throws std::runtime_error listing the probes if a
 pattern fits none. **/
-std::vector<ChosenColumn> chooseColumns(const ResultData::Analysis& analysis,
+std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
                                         const std::vector<std::string>& patterns);
 
 /** The analysis of that name; with no name the first transient one, else the first.
 @throws std::runtime_error naming the file and the analyses that it has. **/
-const ResultData::Analysis& chooseAnalysis(const ResultData& results, const std::string& path,
-                                           const std::string& name);
+const Results::Analysis& chooseAnalysis(const Results& results, const std::string& path,
+                                        const std::string& name);
 
 /** "a, b, c" — at most so many, then "…". **/
 std::string listNames(const std::vector<std::string>& names, size_t most = 20);

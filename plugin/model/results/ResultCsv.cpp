@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/Results.h"
 
 namespace simflex {
 namespace model {
@@ -27,7 +27,7 @@ void append(std::string& line, double value) {
     append(line, writeGeneral(value));
 }
 
-std::string makeTitles(const ResultData::Analysis& analysis) {
+std::string makeTitles(const Results::Analysis& analysis) {
     std::string titles;
     if (analysis.type == "eigen") return "mode,frequency [Hz],damping ratio";
     if (analysis.type == "campbell") {
@@ -47,7 +47,7 @@ std::string makeTitles(const ResultData::Analysis& analysis) {
     return titles;
 }
 
-std::vector<std::string> makeLines(const ResultData::Analysis& analysis) {
+std::vector<std::string> makeLines(const Results::Analysis& analysis) {
     std::vector<std::string> lines;
     if (analysis.type == "eigen") {
         for (size_t k = 0; k < analysis.frequency.at(0).size(); ++k) {
@@ -79,7 +79,11 @@ std::vector<std::string> makeLines(const ResultData::Analysis& analysis) {
 
 }  // namespace
 
-void writeResultCsv(const std::string& path, const ResultData::Analysis& analysis) {
+}  // namespace model
+
+using namespace model;
+
+void writeResultCsv(const std::string& path, const Results::Analysis& analysis) {
     const std::unique_ptr<FILE, int (*)(FILE*)> file(std::fopen(path.c_str(), "w"), std::fclose);
     if (!file) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
     std::fprintf(file.get(), "%s\n", makeTitles(analysis).c_str());
@@ -89,5 +93,4 @@ void writeResultCsv(const std::string& path, const ResultData::Analysis& analysi
         throw std::runtime_error("cannot write all of '" + path + "'; is the disk full?");
 }
 
-}  // namespace model
 }  // namespace simflex

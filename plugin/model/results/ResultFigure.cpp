@@ -250,7 +250,7 @@ Figure makeCampbellFigure(const std::vector<FigureSource>& sources, const Figure
         damping{"damping ratio [%]", {}, false};
     double highest = 0;
     for (size_t s = 0; s < sources.size(); ++s) {
-        const ResultData::Analysis& analysis = *sources[s].analysis;
+        const Results::Analysis& analysis = *sources[s].analysis;
         const size_t numModes = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
         for (size_t mode = 0; mode < numModes; ++mode) {
             const bool isSeveral = sources.size() > 1;

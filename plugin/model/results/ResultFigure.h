@@ -6,8 +6,8 @@ Figures of results. **/
 #include <string>
 #include <vector>
 
+#include "simflex/model/Results.h"
 #include "simflex/model/results/Figure.h"
-#include "simflex/model/results/ResultFile.h"
 
 namespace simflex {
 namespace model {
@@ -15,7 +15,7 @@ namespace model {
 /** An analysis of one result file. **/
 struct FigureSource {
     std::string label;  ///< of the file, where there are several
-    const ResultData::Analysis* analysis;
+    const Results::Analysis* analysis;
 };
 
 struct FigureWishes {

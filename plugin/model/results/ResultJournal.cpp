@@ -68,13 +68,13 @@ void visit(Archive& archive, ResultHeader& header) {
 
 /** All but the rows. **/
 void visit(Archive& archive, ResultJournal::Analysis& analysis) {
-    ResultData::Analysis& contents = analysis.contents;
+    Results::Analysis& contents = analysis.contents;
     archive.visit(contents.name, contents.type);
     archive.visitCount(analysis.numQ);
     archive.visitCount(analysis.numU);
     contents.probes.resize(archive.visitSize(contents.probes.size(), kLeastSeries));
     analysis.numColumns = 0;
-    for (ResultData::Series& series : contents.probes) {
+    for (Results::Series& series : contents.probes) {
         ResultColumn& column = series.column;
         archive.visit(column.name, column.unit, column.columns, series.rows);
         analysis.numColumns += int(column.columns.size());

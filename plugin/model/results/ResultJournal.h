@@ -9,7 +9,7 @@ Internal to results. **/
 #include <string>
 #include <vector>
 
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/Results.h"
 
 namespace simflex {
 namespace model {
@@ -18,7 +18,7 @@ class ResultJournal {
 public:
     /** An analysis; the rows of a transient one stay in the file. **/
     struct Analysis {
-        ResultData::Analysis contents;
+        Results::Analysis contents;
         int numColumns = 0, numQ = 0, numU = 0;
         struct Segment {
             std::uint64_t offset;  ///< of its first row's record

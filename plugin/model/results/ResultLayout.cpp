@@ -179,7 +179,7 @@ void writeMatrix(hid_t parent, const std::string& name, const Rows& rows) {
 
 void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& analysis,
                    const ResultJournal& journal) {
-    const ResultData::Analysis& contents = analysis.contents;
+    const Results::Analysis& contents = analysis.contents;
     const auto group = hdf5::createGroup(analyses, contents.name);
     hdf5::writeText(group, "type", contents.type);
     hdf5::writeInteger(group, "index", index);
@@ -262,10 +262,10 @@ Rows readMatrix(hid_t parent, const std::string& name, hsize_t numRows, hsize_t 
     return rows;
 }
 
-void readProbes(hid_t group, hsize_t numRows, ResultData::Analysis& analysis) {
+void readProbes(hid_t group, hsize_t numRows, Results::Analysis& analysis) {
     const auto probes = hdf5::openGroup(group, "probes");
     for (const std::string& name : listInOrder(probes)) {
-        ResultData::Series series;
+        Results::Series series;
         const auto data = openData(probes, name);
         series.column.name = name;
         series.column.unit = hdf5::readText(data, "unit");
@@ -276,16 +276,16 @@ void readProbes(hid_t group, hsize_t numRows, ResultData::Analysis& analysis) {
     }
 }
 
-void readStates(hid_t group, hsize_t numRows, ResultData::Analysis& analysis) {
+void readStates(hid_t group, hsize_t numRows, Results::Analysis& analysis) {
     if (numRows == 0 || !hdf5::hasLink(group, "states")) return;
     const auto states = hdf5::openGroup(group, "states");
     analysis.q = readMatrix(states, "q", numRows, 0);
     if (hdf5::hasLink(states, "u")) analysis.u = readMatrix(states, "u", numRows, 0);
 }
 
-ResultData::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStates states) {
+Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStates states) {
     const auto group = hdf5::openGroup(analyses, name);
-    ResultData::Analysis analysis;
+    Results::Analysis analysis;
     analysis.name = name;
     analysis.type = hdf5::readText(group, "type");
     analysis.isComplete = hdf5::readInteger(group, "complete") != 0;
@@ -351,7 +351,7 @@ void writeResultLayout(const std::string& path, const ResultJournal& journal) {
         throw std::runtime_error("cannot write all of it; is the disk full?");
 }
 
-ResultData readResultLayout(const std::string& path, ReadStates states) {
+Results readResultLayout(const std::string& path, ReadStates states) {
     const hdf5::Quiet quiet;
     const auto file = hdf5::openFile(path);
     if (H5Aexists(file, "simflex_results") <= 0)
@@ -363,7 +363,7 @@ ResultData readResultLayout(const std::string& path, ReadStates states) {
                                  ": it needs a newer simflex");
     if (format < 1)
         throw std::runtime_error("'simflex_results' is " + std::to_string(format) + ", not 1");
-    ResultData data;
+    Results data;
     data.header.title = hdf5::readText(file, "title");
     const auto model = openData(file, "model");
     data.header.modelText = readLongText(model, "model");

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The HDF5 file of ResultFile.h, made of a journal. Internal to results. **/
+The HDF5 file of Results.h, made of a journal. Internal to results. **/
 
 #include <string>
 
@@ -19,7 +19,7 @@ std::string getJournalPath(const std::string& path);
 void writeResultLayout(const std::string& path, const ResultJournal& journal);
 
 /** Reads it. @throws std::runtime_error that names the object, not the file. **/
-ResultData readResultLayout(const std::string& path, ReadStates states);
+Results readResultLayout(const std::string& path, ReadStates states);
 
 }  // namespace model
 }  // namespace simflex

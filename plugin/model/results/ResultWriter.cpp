@@ -1,3 +1,5 @@
+#include "simflex/model/results/ResultWriter.h"
+
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -32,7 +34,7 @@ bool isSameRun(const ResultHeader& a, const ResultHeader& b) {
 }
 
 /** Whether the journal has everything that the file has, and is of the same run. **/
-bool continues(const ResultJournal& journal, const ResultData& file) {
+bool continues(const ResultJournal& journal, const Results& file) {
     if (!isSameRun(journal.getHeader(), file.header)) return false;
     for (const auto& analysis : file.analyses) {
         const auto* found = journal.find(analysis.name);
@@ -46,7 +48,7 @@ bool continues(const ResultJournal& journal, const ResultData& file) {
 
 /** The rows of a journal over time, as the file would have them. **/
 void fillRows(const ResultJournal& journal, const ResultJournal::Analysis& analysis,
-              ReadStates states, ResultData::Analysis& result) {
+              ReadStates states, Results::Analysis& result) {
     constexpr int kBlock = 256;
     const size_t rowSize = size_t(analysis.getRowSize());
     for (int first = 0; first < analysis.numRows; first += kBlock) {
@@ -68,8 +70,8 @@ void fillRows(const ResultJournal& journal, const ResultJournal::Analysis& analy
     }
 }
 
-ResultData readJournal(const ResultJournal& journal, ReadStates states) {
-    ResultData data;
+Results readJournal(const ResultJournal& journal, ReadStates states) {
+    Results data;
     data.header = journal.getHeader();
     data.warnings = journal.getWarnings("");
     for (const auto& analysis : journal.getAnalyses()) {
@@ -112,7 +114,7 @@ void checkCount(const char* what, size_t found, size_t expected) {
 class ResultWriter::Implementation {
 public:
     Implementation(const std::string& path, const ResultHeader* header,
-                   const std::vector<ResultData::Analysis>& kept)
+                   const std::vector<Results::Analysis>& kept)
         : _path(path) {
         guard([&] {
             const fs::path file(path);
@@ -120,7 +122,7 @@ public:
             if (header) {
                 _journal.emplace(getJournalPath(path), ResultJournal::Access::Create);
                 _journal->addHeader(*header);
-                for (const ResultData::Analysis& analysis : kept) copy(analysis);
+                for (const Results::Analysis& analysis : kept) copy(analysis);
             } else {
                 reopen();
             }
@@ -208,7 +210,7 @@ public:
 private:
     /** Takes the journal that a killed run left; else makes one of the file. **/
     void reopen() {
-        const ResultData file = readResultLayout(_path, ReadStates::Yes);
+        const Results file = readResultLayout(_path, ReadStates::Yes);
         const std::string path = getJournalPath(_path);
         if (fs::exists(path)) {
             _journal.emplace(path, ResultJournal::Access::Append);
@@ -218,10 +220,10 @@ private:
         _journal.emplace(path, ResultJournal::Access::Create);
         _journal->addHeader(file.header);
         for (const std::string& warning : file.warnings) _journal->addWarning("", warning);
-        for (const ResultData::Analysis& analysis : file.analyses) copy(analysis);
+        for (const Results::Analysis& analysis : file.analyses) copy(analysis);
     }
 
-    void copy(const ResultData::Analysis& source) {
+    void copy(const Results::Analysis& source) {
         ResultJournal::Analysis analysis;
         const bool isTransient = source.type == "transient";
         for (const auto& series : source.probes) {
@@ -261,11 +263,11 @@ private:
 };
 
 ResultWriter::ResultWriter(const std::string& path, const ResultHeader& header,
-                           const std::vector<ResultData::Analysis>& kept)
+                           const std::vector<Results::Analysis>& kept)
     : _impl(std::make_unique<Implementation>(path, &header, kept)) {}
 
 ResultWriter::ResultWriter(const std::string& path)
-    : _impl(std::make_unique<Implementation>(path, nullptr, std::vector<ResultData::Analysis>())) {}
+    : _impl(std::make_unique<Implementation>(path, nullptr, std::vector<Results::Analysis>())) {}
 
 ResultWriter::~ResultWriter() = default;
 
@@ -370,12 +372,16 @@ void ResultWriter::setComplete(const std::string& name) {
     });
 }
 
-ResultData readResults(const std::string& path, ReadStates states) {
+}  // namespace model
+
+using namespace model;
+
+Results readResults(const std::string& path, ReadStates states) {
     if (!fs::is_regular_file(path))
         throw std::runtime_error("result file '" + path + "' does not exist");
     try {
         checkChecksum(path);
-        ResultData file = readResultLayout(path, states);
+        Results file = readResultLayout(path, states);
         const std::string journalPath = getJournalPath(path);
         if (!fs::exists(journalPath)) return file;
         try {
@@ -389,5 +395,4 @@ ResultData readResults(const std::string& path, ReadStates states) {
     }
 }
 
-}  // namespace model
 }  // namespace simflex

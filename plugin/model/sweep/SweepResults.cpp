@@ -155,7 +155,7 @@ SweepResults readSweepTable(const std::string& path, const std::string& key) {
                          [&](size_t a, size_t b) { return x[a] < x[b]; });
         sweep.results.emplace_back();
         sweep.results.back().analyses.emplace_back();
-        ResultData::Analysis& analysis = sweep.results.back().analyses[0];
+        Results::Analysis& analysis = sweep.results.back().analyses[0];
         analysis.name = "sweep";
         analysis.type = "transient";
         const auto add = [&](const std::string& name, const std::string& unit,

@@ -5,7 +5,7 @@ The table of a sweep as results that can be drawn. **/
 #include <string>
 #include <vector>
 
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/Results.h"
 
 namespace simflex {
 namespace model {
@@ -15,7 +15,7 @@ times are the key's values; the key is its first probe. **/
 struct SweepResults {
     std::string key;
     std::vector<std::string> labels;  ///< "load=2"
-    std::vector<ResultData> results;
+    std::vector<Results> results;
 };
 
 /** Whether the file is sweep.h5 of a sweep. **/

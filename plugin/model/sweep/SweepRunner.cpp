@@ -18,7 +18,7 @@
 
 #include "simflex/base/ChildProcess.h"
 #include "simflex/base/UnfinishedFile.h"
-#include "simflex/model/analyses/RunOptions.h"
+#include "simflex/model/RunOptions.h"
 
 namespace simflex {
 namespace model {

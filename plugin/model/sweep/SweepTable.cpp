@@ -79,7 +79,7 @@ std::vector<Wish> parseWishes(const std::vector<std::string>& of) {
     return wishes;
 }
 
-void addStatistics(const ResultData::Analysis& analysis, std::vector<Wish>& wishes,
+void addStatistics(const Results::Analysis& analysis, std::vector<Wish>& wishes,
                    std::vector<TableEntry>& entries) {
     const std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
     const auto add = [&](const ChosenColumn& column, const std::string& statistic) {
@@ -100,7 +100,7 @@ void addStatistics(const ResultData::Analysis& analysis, std::vector<Wish>& wish
 }
 
 /** @param where  behind the names of the columns **/
-void addModes(const ResultData::Analysis& analysis, size_t row, const std::string& where,
+void addModes(const Results::Analysis& analysis, size_t row, const std::string& where,
               std::vector<TableEntry>& entries) {
     for (size_t k = 0; k < analysis.frequency.at(row).size(); ++k) {
         const std::string name = std::to_string(k + 1) + where;
@@ -110,7 +110,7 @@ void addModes(const ResultData::Analysis& analysis, size_t row, const std::strin
     }
 }
 
-void addCampbell(const ResultData::Analysis& analysis, std::vector<TableEntry>& entries) {
+void addCampbell(const Results::Analysis& analysis, std::vector<TableEntry>& entries) {
     if (analysis.frequency.empty()) return;
     addModes(analysis, 0, " at first speed", entries);
     addModes(analysis, analysis.frequency.size() - 1, " at last speed", entries);
@@ -120,7 +120,7 @@ void addCampbell(const ResultData::Analysis& analysis, std::vector<TableEntry>& 
             {analysis.name, "critical speed " + std::to_string(k + 1), "rad/s", critical[k]});
 }
 
-std::vector<TableEntry> collectEntries(const ResultData& results, std::vector<Wish>& wishes) {
+std::vector<TableEntry> collectEntries(const Results& results, std::vector<Wish>& wishes) {
     std::vector<TableEntry> entries;
     for (const auto& analysis : results.analyses) {
         if (analysis.type == "transient") addStatistics(analysis, wishes, entries);
@@ -134,7 +134,7 @@ std::vector<TableEntry> collectEntries(const ResultData& results, std::vector<Wi
 }
 
 /** All in one line. **/
-std::string joinWarnings(const ResultData& results) {
+std::string joinWarnings(const Results& results) {
     std::string text;
     const auto add = [&](const std::string& warning) {
         text += (text.empty() ? "" : "; ") + warning;
@@ -261,7 +261,7 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
         all.emplace_back();
         table.warnings.emplace_back();
         if (outcomes[k].status != SweepOutcome::Status::Complete) continue;
-        const ResultData results =
+        const Results results =
             readResults(folder + "/" + plan.cases[k].folder + "/results.h5", ReadStates::No);
         all.back() = collectEntries(results, wishes);
         table.warnings.back() = joinWarnings(results);

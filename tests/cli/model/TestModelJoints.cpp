@@ -9,7 +9,6 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-using Model;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 

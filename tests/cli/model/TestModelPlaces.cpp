@@ -7,7 +7,6 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-using Model;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 

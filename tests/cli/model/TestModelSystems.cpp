@@ -15,7 +15,6 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
-using Model;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 

@@ -28,10 +28,10 @@ using ::testing::StartsWith;
 constexpr double pi = 3.14159265358979323846;
 
 /** A run of one probe: value(t), at `count` times from 0 to 1 s. **/
-ResultData makeData(int count, const std::function<double(double)>& value) {
-    ResultData data;
+Results makeData(int count, const std::function<double(double)>& value) {
+    Results data;
     data.analyses.emplace_back();
-    ResultData::Analysis& run = data.analyses[0];
+    Results::Analysis& run = data.analyses[0];
     run.name = "run";
     run.type = "transient";
     run.probes.push_back({{"wave", "m", {""}}, {}});
@@ -75,7 +75,7 @@ TEST(Comparison, InterpolationBetweenOtherTimesIsOfFourthOrder) {
 }
 
 TEST(Comparison, WhatOnlyOneFileHasIsNamed) {
-    ResultData a = makeData(5, wave), b = makeData(5, wave);
+    Results a = makeData(5, wave), b = makeData(5, wave);
     a.analyses[0].probes[0].column.name = "tip";
     b.analyses.push_back(b.analyses[0]);
     b.analyses[1].name = "walk";
@@ -86,8 +86,8 @@ TEST(Comparison, WhatOnlyOneFileHasIsNamed) {
 }
 
 TEST(Comparison, AComponentThatIsZeroIsMeasuredByItsProbesRange) {
-    ResultData a = makeData(101, wave), b = a;
-    for (ResultData* data : {&a, &b}) {
+    Results a = makeData(101, wave), b = a;
+    for (Results* data : {&a, &b}) {
         data->analyses[0].probes[0].column.columns = {"x", "z"};
         for (auto& row : data->analyses[0].probes[0].rows) row.push_back(data == &b ? 1e-14 : 0);
     }
@@ -133,7 +133,7 @@ TEST(UnitScale, PrefixesAreThoseThatPeopleUse) {
 }
 
 TEST(ResultFigure, ProbesOfOneUnitButOtherSizesHavePanelsOfTheirOwn) {
-    ResultData data = makeData(11, wave);
+    Results data = makeData(11, wave);
     auto& probes = data.analyses[0].probes;
     probes.push_back(probes[0]);
     probes[1].column.name = "small";

@@ -15,9 +15,9 @@ using namespace model;
 constexpr double kTwoPi = 2 * M_PI;
 
 /** Each branch: 2π f = a + b Ω. **/
-ResultData::Analysis makeDiagram(const std::vector<double>& speeds,
-                                 const std::vector<std::pair<double, double>>& branches) {
-    ResultData::Analysis campbell;
+Results::Analysis makeDiagram(const std::vector<double>& speeds,
+                              const std::vector<std::pair<double, double>>& branches) {
+    Results::Analysis campbell;
     campbell.speeds = speeds;
     for (const double speed : speeds) {
         campbell.frequency.emplace_back();

@@ -43,7 +43,7 @@ protected:
 TEST_F(ResultFileTest, WarningsStayThroughFlushResumeAndCut) {
     const std::string bent = "'boom' is bent too far", open = "joint 'pin' is not closed";
     const auto check = [&] {
-        const ResultData data = readResults(path);
+        const Results data = readResults(path);
         EXPECT_THAT(data.warnings, ElementsAre(open));
         ASSERT_EQ(data.analyses.size(), 1u);
         EXPECT_THAT(data.analyses[0].warnings, ElementsAre(bent));
@@ -76,7 +76,7 @@ TEST_F(ResultFileTest, WarningsStayThroughFlushResumeAndCut) {
 
 TEST_F(ResultFileTest, EverythingWrittenIsReadBackInTheSameOrder) {
     writeRun(path);
-    const ResultData data = readResults(path);
+    const Results data = readResults(path);
     EXPECT_EQ(data.header.title, "Swing");
     EXPECT_EQ(data.header.modelPath, "swing.yaml");
     EXPECT_EQ(data.header.modelText, "simflex: 1\n# a swing\n");
@@ -146,7 +146,7 @@ TEST_F(ResultFileTest, GoingOnDropsWhatCameAfter) {
         ResultWriter writer(path);
         writer.resumeTransient("run", 10);
     }
-    const ResultData data = readResults(path);
+    const Results data = readResults(path);
     ASSERT_EQ(data.analyses.size(), 2u);
     EXPECT_EQ(data.analyses[1].time.size(), 10u);
     EXPECT_FALSE(data.analyses[1].isComplete);
@@ -216,7 +216,7 @@ TEST_F(ResultFileTest, AWriterKilledAtAnyMomentLeavesEveryFlushedRow) {
                 told = k + 1;
             }
         });
-        const ResultData data = readResults(path);
+        const Results data = readResults(path);
         ASSERT_EQ(data.analyses.size(), 1u);
         EXPECT_GE(int(data.analyses[0].time.size()), flushed);
         EXPECT_TRUE(isCircle(data.analyses[0]));
@@ -254,7 +254,7 @@ TEST_F(ResultFileTest, AFullDiskIsToldAndLosesNothingOfBefore) {
     waitpid(child, &status, 0);
     EXPECT_THAT(readText(folder / "error"), AllOf(HasSubstr(path), HasSubstr("File too large")));
     ASSERT_TRUE(WIFEXITED(status));
-    const ResultData data = readResults(path);
+    const Results data = readResults(path);
     EXPECT_EQ(int(data.analyses.at(0).time.size()) / 10, WEXITSTATUS(status));
     EXPECT_GT(data.analyses[0].time.size(), 400u);
     EXPECT_TRUE(isCircle(data.analyses[0]));
@@ -333,7 +333,7 @@ TEST_F(ResultFileTest, NamesThatWouldMakeFoldersOfTheirOwnAreRefused) {
 
 TEST_F(ResultFileTest, CsvHasOneTitledColumnForEachNumberAndAllDigits) {
     writeRun(path, 3);
-    const ResultData data = readResults(path, ReadStates::No);
+    const Results data = readResults(path, ReadStates::No);
     EXPECT_TRUE(data.analyses[1].q.empty());
     writeResultCsv(folder / "run.csv", data.analyses[1]);
     const std::string text = readText(folder / "run.csv");

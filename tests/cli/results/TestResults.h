@@ -7,19 +7,19 @@ Result files of a swinging point, whose every value is known. **/
 #include <vector>
 
 #include "fe/TestDecks.h"
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/results/ResultWriter.h"
 
 namespace simflex {
 namespace testing {
 
 constexpr double kStep = 0.01;  // [s]
 
-inline model::ResultHeader makeHeader() {
+inline ResultHeader makeHeader() {
     return {
         "Swing", "swing.yaml", "simflex: 1\n# a swing\n", {"speed=3", "solver.threads=1"}, false};
 }
 
-inline std::vector<model::ResultColumn> makeProbes() {
+inline std::vector<ResultColumn> makeProbes() {
     return {{"swing", "m", {"x", "y"}}, {"angle", "rad", {""}}};
 }
 
@@ -34,7 +34,7 @@ inline void addCircle(model::ResultWriter& writer, int first, int end) {
 }
 
 /** Whether the first rows are those of addCircle(). **/
-inline bool isCircle(const model::ResultData::Analysis& analysis) {
+inline bool isCircle(const Results::Analysis& analysis) {
     if (analysis.probes.size() != 2) return false;
     for (size_t k = 0; k < analysis.time.size(); ++k) {
         const double t = int(k) * kStep;

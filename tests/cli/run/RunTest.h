@@ -7,7 +7,7 @@ Models that are run by the built program, and what it leaves. **/
 #include <cmath>
 
 #include "cli/CliTest.h"
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/Results.h"
 
 namespace simflex {
 
@@ -21,25 +21,25 @@ protected:
                           "run model.yaml --quiet " + arguments);
     }
 
-    model::ResultData::Analysis read(const std::string& analysis,
-                                     const std::string& file = "model.results.h5") {
-        for (const model::ResultData::Analysis& found : model::readResults(folder / file).analyses)
+    Results::Analysis read(const std::string& analysis,
+                           const std::string& file = "model.results.h5") {
+        for (const Results::Analysis& found : readResults(folder / file).analyses)
             if (found.name == analysis) return found;
         ADD_FAILURE() << "there is no analysis " << analysis << " in " << file;
         return {};
     }
 
-    static const model::ResultData::Series& find(const model::ResultData::Analysis& analysis,
-                                                 const std::string& probe) {
-        static const model::ResultData::Series none;
-        for (const model::ResultData::Series& series : analysis.probes)
+    static const Results::Series& find(const Results::Analysis& analysis,
+                                       const std::string& probe) {
+        static const Results::Series none;
+        for (const Results::Series& series : analysis.probes)
             if (series.column.name == probe) return series;
         ADD_FAILURE() << "there is no probe " << probe;
         return none;
     }
 
     /** Derivative of a column at row i, of fourth order. **/
-    static double differentiate(const model::ResultData::Series& series, size_t i, size_t column,
+    static double differentiate(const Results::Series& series, size_t i, size_t column,
                                 double interval) {
         const auto at = [&](int shift) { return series.rows[size_t(int(i) + shift)][column]; };
         return (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * interval);

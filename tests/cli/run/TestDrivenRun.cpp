@@ -6,8 +6,6 @@ Runs that are driven by functions of time which rest, switch, have kinks, or no 
 namespace simflex {
 namespace {
 
-using model::ResultData;
-
 /** A body of 1 kg that slides along x, without gravity. **/
 std::string makeCart(const std::string& more) {
     return "simflex: 1\n"
@@ -75,7 +73,7 @@ TEST_F(DrivenRunTest, LobesOfACamBetweenDwellsDriveWithTheirOwnForce) {
                  "solver: {accuracy: 1e-8}\n"
                  "analyses: {run: {type: transient, interval: 1e-4, duration: 0.03}}\n"));
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     double highest = 0, fastest = 0;
     for (size_t i = 0; i < run.time.size(); ++i) {
         const double s = std::max(0.0, std::sin(600 * run.time[i])),

@@ -8,7 +8,6 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
-using model::ResultData;
 using ::testing::HasSubstr;
 
 TEST_F(RunTest, RatesAreDerivativesOfPositionsInAnyFrame) {
@@ -34,7 +33,7 @@ solver: {accuracy: 1e-9}
 analyses: {run: {type: transient, duration: 0.2, interval: 0.005}}
 )"));
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     const double h = 0.005;
     // Differences of rows leave h⁴/30 of fifth derivatives (below 1e3 here) and rows' errors over
     // h.
@@ -95,7 +94,7 @@ solver: {accuracy: 1e-8}
 analyses: {run: {type: transient, duration: 0.2, interval: 0.01}}
 )"));
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     const auto value = [&](const char* probe, size_t i, size_t k = 0) {
         return find(run, probe).rows[i][k];
     };
@@ -177,7 +176,7 @@ analyses:
   modes: {type: eigen, about: rest, count: 4}
 )");
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis rest = read("rest");
+    const Results::Analysis rest = read("rest");
     const auto value = [&](const char* probe, size_t k = 0) {
         return find(rest, probe).rows[0][k];
     };
@@ -238,7 +237,7 @@ analyses:
     ASSERT_EQ(runModel("--rigid"), 0) << err;
     EXPECT_THAT(out, HasSubstr("* less than the accuracy of the simulation, 1e-06 m"));
     EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "tip").rows[0][0], 0, 1e-12);
-    EXPECT_TRUE(model::readResults(folder / "model.results.rigid.h5").header.isRigid);
+    EXPECT_TRUE(readResults(folder / "model.results.rigid.h5").header.isRigid);
     EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "force").rows[0][0], 100, 1e-6);
     EXPECT_THAT(out, HasSubstr("rest: flexible against rigid"));
     EXPECT_THAT(out, ::testing::ContainsRegex("tip \\[m\\] +8[.]5[0-9]*e-05 "));
@@ -268,7 +267,7 @@ solver: {fixed_step: 1e-5}
 analyses: {run: {type: transient, duration: 4e-3, interval: 2e-5}}
 )");
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     const double h = 2e-5;
     const auto compare = [&](const char* rate, const char* of, size_t k) {
         double largest = 0, difference = 0;
@@ -331,7 +330,7 @@ analyses: {run: {type: transient, duration: 0.5}}
                        "wheel}}, speed: {rate: {body: wheel}}}' -o chosen.h5"),
               0)
         << err;
-    const ResultData::Analysis chosen = read("run", "chosen.h5");
+    const Results::Analysis chosen = read("run", "chosen.h5");
     EXPECT_EQ(find(chosen, "all").column.columns, (std::vector<std::string>{"0", "1", "2"}));
     EXPECT_EQ(find(chosen, "first").column.unit, "rad");
     EXPECT_EQ(find(chosen, "speed").column.unit, "rad/s");

@@ -15,7 +15,6 @@ Runs that are stopped, by whatever, and gone on with. **/
 namespace simflex {
 namespace {
 
-using model::ResultData;
 using ::testing::HasSubstr;
 
 /** Two pendulums, the second on the first: no two runs that differ by a bit stay together. A wheel
@@ -104,7 +103,7 @@ TEST_F(ResumeTest, KilledRunsGoOnToTheSameBytes) {
         arguments = {"--resume"};
         if (kill_ == 0) {
             // What has been recorded can be read at once.
-            EXPECT_FALSE(model::readResults(folder / "model.results.h5").analyses.empty());
+            EXPECT_FALSE(readResults(folder / "model.results.h5").analyses.empty());
         }
     }
     EXPECT_GT(numKilled, 0);
@@ -127,7 +126,7 @@ TEST_F(ResumeTest, CtrlCFinishesTheStepAndSaysHowToGoOn) {
     const std::string log = testing::readText(folder / "child.log");
     EXPECT_THAT(log, HasSubstr("stopped"));
     EXPECT_THAT(log, HasSubstr("simflex run model.yaml --resume"));
-    const ResultData kept = model::readResults(folder / "model.results.h5");
+    const Results kept = readResults(folder / "model.results.h5");
     // It may have been stopped between the two.
     EXPECT_TRUE(kept.analyses.size() == 1 || !kept.analyses.back().isComplete);
     ASSERT_EQ(runModel("--resume --threads 2"), 0) << err;
@@ -160,7 +159,7 @@ TEST_F(ResumeTest, CtrlCStopsAnalysesWithoutTimeAndKeepsWhatIsComplete) {
         const pid_t child = start({});
         const auto isFirstKept = [&] {
             if (access((folder / "model.results.h5").c_str(), F_OK) != 0) return false;
-            const auto kept = model::readResults(folder / "model.results.h5").analyses;
+            const auto kept = readResults(folder / "model.results.h5").analyses;
             return !kept.empty() && kept[0].isComplete;
         };
         testing::await("the first analysis",
@@ -173,7 +172,7 @@ TEST_F(ResumeTest, CtrlCStopsAnalysesWithoutTimeAndKeepsWhatIsComplete) {
         EXPECT_THAT(log, HasSubstr("stopped; what was complete is in 'model.results.h5'; go on "
                                    "with: simflex run model.yaml --resume"));
         EXPECT_TRUE(read("first").isComplete);
-        EXPECT_EQ(model::readResults(folder / "model.results.h5").analyses.size(), 1u);
+        EXPECT_EQ(readResults(folder / "model.results.h5").analyses.size(), 1u);
     }
 }
 
@@ -278,7 +277,7 @@ TEST_F(ResumeTest, ARunWithoutRoomKeepsWhatItHas) {
                    "run model.yaml --quiet");
     EXPECT_EQ(status, 1) << err;
     EXPECT_THAT(err, HasSubstr("model.results.h5"));
-    const ResultData kept = model::readResults(folder / "model.results.h5");
+    const Results kept = readResults(folder / "model.results.h5");
     EXPECT_FALSE(kept.analyses.back().isComplete);
     EXPECT_GT(kept.analyses.back().time.size(), 10u);
     ASSERT_EQ(runModel("--resume"), 0) << err;

@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846, kGravity = 9.81;
 
-using model::ResultData;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -37,11 +36,11 @@ TEST_F(RunTest, PendulumReturnsAfterItsPeriod) {
                                                "analyses: {run: {type: transient, duration: ") +
                                        duration + "}}\n"));
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     ASSERT_EQ(run.time.size(), 201u);
     EXPECT_TRUE(run.isComplete);
     EXPECT_DOUBLE_EQ(run.time.back(), period);
-    const ResultData::Series &tip = find(run, "tip"), &swing = find(run, "swing");
+    const Results::Series &tip = find(run, "tip"), &swing = find(run, "swing");
     EXPECT_EQ(tip.column.unit, "m");
     EXPECT_EQ(tip.column.columns, (std::vector<std::string>{"x", "y", "z"}));
     // Slope 2/3 of a second-order method: errors of about 1e-9^(2/3).
@@ -81,7 +80,7 @@ analyses:
   run: {type: transient, duration: 0.3, interval: 0.01}
 )");
     ASSERT_EQ(runModel("--csv"), 0) << err;
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     const double r = 0.06, l = 0.18, speed = 20;
     for (size_t i = 0; i < run.time.size(); ++i) {
         const double angle = speed * run.time[i],
@@ -106,12 +105,12 @@ TEST_F(RunTest, SettingsChangeTheModelAndAreKept) {
     ASSERT_EQ(runModel("--set parameters.angle=0.2 --set analyses.run.duration=0.05 -o other.h5"),
               0)
         << err;
-    const ResultData::Analysis run = read("run", "other.h5");
+    const Results::Analysis run = read("run", "other.h5");
     EXPECT_NEAR(find(run, "tip").rows[0][0], 0.5 * std::sin(0.2), 1e-9);
     ASSERT_EQ(run.time.size(), 201u);
     for (int k = 0; k < 200; ++k) EXPECT_EQ(run.time[size_t(k)], k * (0.05 / 200));
     EXPECT_EQ(run.time.back(), 0.05);
-    EXPECT_EQ(model::readResults(folder / "other.h5").header.settings,
+    EXPECT_EQ(readResults(folder / "other.h5").header.settings,
               (std::vector<std::string>{"parameters.angle=0.2", "analyses.run.duration=0.05"}));
     EXPECT_NE(access((folder / "model.results.h5").c_str(), F_OK), 0);
     EXPECT_EQ(runModel("--set solver.acuracy=1"), 1);
@@ -203,12 +202,12 @@ analyses:
     const double sag = 2 * kGravity / 100;
     EXPECT_NEAR(find(read("rest"), "y").rows[0][0], -1 - sag, 1e-9);
     EXPECT_NEAR(find(read("rest"), "free_fall").rows[0][0], -sag, 1e-9);
-    const ResultData::Analysis modes = read("modes");
+    const Results::Analysis modes = read("modes");
     ASSERT_EQ(modes.frequency.at(0).size(), 1u);
     EXPECT_NEAR(modes.frequency[0][0], std::sqrt(100.0 / 2) / (2 * kPi), 1e-7);
-    const ResultData::Analysis stay = read("stay");
+    const Results::Analysis stay = read("stay");
     for (const std::vector<double>& row : find(stay, "y").rows) EXPECT_NEAR(row[0], -1 - sag, 1e-9);
-    const ResultData::Analysis stiffness = read("stiffness");
+    const Results::Analysis stiffness = read("stiffness");
     EXPECT_EQ(stiffness.speeds, (std::vector<double>{100, 400}));
     EXPECT_NEAR(stiffness.frequency.at(1).at(0), std::sqrt(400.0 / 2) / (2 * kPi), 1e-7);
     EXPECT_THAT(out, HasSubstr("rest: static equilibrium"));
@@ -236,7 +235,7 @@ analyses:
                                        "speeds\n")));
     EXPECT_THAT(out, AllOf(HasSubstr("\n            -1:           -\n"),
                            HasSubstr("\n  warning: no modes at m = -1: ")));
-    const ResultData::Analysis diagram = read("over_mass");
+    const Results::Analysis diagram = read("over_mass");
     EXPECT_TRUE(diagram.isComplete);
     EXPECT_EQ(diagram.speeds, (std::vector<double>{1, -1, 4}));
     EXPECT_NEAR(diagram.frequency.at(0).at(0), 10 / (2 * kPi), 1e-7);
@@ -288,7 +287,7 @@ TEST_F(RunTest, ARotorOfPiecesWhirlsAsInClosedForm) {
         "  over_speed: {type: campbell, parameter: speed, speeds: [0, 100, 300], count: 6}\n"
         "  modes: {type: eigen, about: start, count: 6}\n"));
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis diagram = read("over_speed");
+    const Results::Analysis diagram = read("over_speed");
     const auto expectRotor = [](std::vector<double> found, double speed) {
         std::sort(found.begin(), found.end());
         const std::vector<double> expected = calcRotorFrequencies(speed);
@@ -345,7 +344,7 @@ analyses:
   modes: {type: eigen, about: rest, count: 1}
 )"));
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis whole = read("whole"), second = read("second");
+    const Results::Analysis whole = read("whole"), second = read("second");
     EXPECT_DOUBLE_EQ(second.time.front(), 0.3);
     EXPECT_DOUBLE_EQ(second.time.back(), 0.4);
     for (size_t k = 0; k < 2; ++k)
@@ -395,7 +394,7 @@ TEST_F(RunTest, OnlyChoosesAnalyses) {
                             "  first: {type: transient, duration: 0.1}\n"
                             "  second: {type: transient, duration: 0.1}\n"));
     ASSERT_EQ(runModel("--only second"), 0) << err;
-    ASSERT_EQ(model::readResults(folder / "model.results.h5").analyses.size(), 1u);
+    ASSERT_EQ(readResults(folder / "model.results.h5").analyses.size(), 1u);
     EXPECT_EQ(runModel("--only secund"), 1);
     EXPECT_THAT(err, HasSubstr("there is no analysis 'secund'; did you mean 'second'?\n"));
 }
@@ -420,7 +419,7 @@ TEST_F(RunTest, AFailingAnalysisNamesItselfAndKeepsItsRows) {
     EXPECT_THAT(err, StartsWith("simflex: analysis 'run': model.yaml:11:34: loads.push.force.0: "
                                 "'if(t < 0.05, 1, 1e300*1e300)' has no finite value at t = 0.05"));
     EXPECT_THAT(err, HasSubstr("; the rows before stay in 'model.results.h5'\n"));
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     EXPECT_FALSE(run.isComplete);
     EXPECT_GE(run.time.size(), 5u);
     EXPECT_LE(run.time.size(), 6u);
@@ -495,7 +494,7 @@ analyses: {run: {type: transient, duration: 1.6}}
     EXPECT_EQ(err.find(what), err.rfind(what));
     // It is zero where the rod hangs straight, a quarter of the period after the start.
     const double time = std::stod(err.substr(err.find(what) + what.size()));
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     size_t first = 0;
     while (find(run, "swing").rows[first][0] >= -0.5) ++first;
     EXPECT_NEAR(time, run.time[first], 1e-5);
@@ -533,14 +532,14 @@ TEST_F(RunTest, OnlyKeepsTheResultsOfOtherAnalyses) {
 )";
     writeModel(makePendulum("0.5", analyses));
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData before = model::readResults(folder / "model.results.h5");
+    const Results before = readResults(folder / "model.results.h5");
     ASSERT_EQ(runModel("--only modes"), 0) << err;
     EXPECT_THAT(out, AllOf(HasSubstr("modes: natural modes"), Not(HasSubstr("transient"))));
     const auto check = [&] {
-        const ResultData after = model::readResults(folder / "model.results.h5");
+        const Results after = readResults(folder / "model.results.h5");
         ASSERT_EQ(after.analyses.size(), 4u);
-        for (const ResultData::Analysis& analysis : before.analyses) {
-            const ResultData::Analysis kept = read(analysis.name);
+        for (const Results::Analysis& analysis : before.analyses) {
+            const Results::Analysis kept = read(analysis.name);
             EXPECT_TRUE(kept.isComplete);
             EXPECT_EQ(kept.time, analysis.time);
             EXPECT_EQ(kept.q, analysis.q);
@@ -615,8 +614,7 @@ joints: {base: {type: weld, between: [ground, post])") +
     };
     write("");
     ASSERT_EQ(runModel(), 0) << err;
-    const std::vector<std::string> warnings =
-        model::readResults(folder / "model.results.h5").warnings;
+    const std::vector<std::string> warnings = readResults(folder / "model.results.h5").warnings;
     ASSERT_EQ(warnings.size(), 1u);
     EXPECT_EQ(
         warnings[0],
@@ -624,12 +622,12 @@ joints: {base: {type: weld, between: [ground, post])") +
         "turned by 30 degrees; assembly will move the bodies, 'as_placed: true' takes them as "
         "they are");
     EXPECT_EQ(err, "simflex: warning: " + warnings[0] + "\n");
-    const ResultData::Analysis moved = read("run");
+    const Results::Analysis moved = read("run");
     EXPECT_NEAR(find(moved, "turned").rows[0][0], 0, 1e-9);
     write(", as_placed: true");
     ASSERT_EQ(runModel(), 0) << err;
     EXPECT_EQ(err, "");
-    const ResultData::Analysis kept = read("run");
+    const Results::Analysis kept = read("run");
     for (const auto& row : find(kept, "turned").rows)
         EXPECT_NEAR(row[0], 30 * 3.14159265358979323846 / 180, 1e-9);
 }
@@ -703,7 +701,7 @@ TEST_F(RunTest, TheEnergyBalanceOfAModelWithoutProbesStaysWhatItWas) {
                            Not(HasSubstr("balance_energy"))));
     // At rest, 0.5 m cos(0.5) below the pin.
     const double start = -2 * kGravity * 0.5 * std::cos(0.5);
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     for (const auto& row : find(run, "energy_balance").rows) EXPECT_NEAR(row[0], start, 1e-4);
 }
 
@@ -726,7 +724,7 @@ TEST_F(RunTest, AnEnergyBalanceThatDoesNotCloseIsWarnedOfThoughQuiet) {
     };
     write("0.1");
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis coarse = read("run");
+    const Results::Analysis coarse = read("run");
     const double error = coarse.statistics.at("largest_energy_error");
     EXPECT_GT(error, 0.1 * coarse.statistics.at("largest_kinetic_energy"));
     EXPECT_THAT(err,

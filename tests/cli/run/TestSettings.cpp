@@ -45,7 +45,7 @@ TEST_F(RunSettingsTest, SolversAgreeOnTheMotion) {
                                           "solver: ") +
                                   solver + "\n"));
         ASSERT_EQ(runModel(), 0) << err;
-        const model::ResultData::Analysis run = read("run");
+        const Results::Analysis run = read("run");
         EXPECT_NEAR(find(run, "angle").rows.back()[0], exact, 2e-5);
         EXPECT_TRUE(run.q.empty());
     }
@@ -58,7 +58,7 @@ TEST_F(RunSettingsTest, RunsThatStartStaticStayAtRest) {
                             "solver: {accuracy: 1e-8}\n"
                             "analyses: {run: {type: transient, duration: 0.2}}\n"));
     ASSERT_EQ(runModel(), 0) << err;
-    const model::ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     for (const std::vector<double>& row : find(run, "tip").rows) {
         EXPECT_NEAR(row[0], 0, 1e-6);
         EXPECT_NEAR(row[1], -1, 1e-6);

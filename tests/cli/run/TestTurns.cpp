@@ -6,7 +6,6 @@ Angles of more than half a turn. **/
 namespace simflex {
 namespace {
 
-using model::ResultData;
 using ::testing::HasSubstr;
 
 /** A wheel of 0.01 kg m² on a pin. **/
@@ -26,7 +25,7 @@ TEST_F(RunTest, AngleOfADrivenJointIsThatOfItsMotion) {
         makeWheel("motions: {drive: {joint: bearing, position: 10*t + 20*sin(3*t)}}\n"
                   "analyses: {run: {type: transient, duration: 4, interval: 0.1}}\n"));
     ASSERT_EQ(runModel(), 0) << err;
-    const ResultData::Analysis run = read("run");
+    const Results::Analysis run = read("run");
     for (size_t i = 0; i < run.time.size(); ++i) {
         const double t = run.time[i], angle = 10 * t + 20 * std::sin(3 * t);
         EXPECT_NEAR(find(run, "angle").rows[i][0], angle, 1e-7) << t;
@@ -44,7 +43,7 @@ TEST_F(RunTest, AngleOfAFreeJointCountsTurnsOfEachRun) {
     ASSERT_EQ(runModel(), 0) << err;
     // The integrator's errors add up; a turn would be 6.3.
     EXPECT_NEAR(find(read("run"), "angle").rows.back()[0], -500, 1e-2);
-    const ResultData::Analysis again = read("again");
+    const Results::Analysis again = read("again");
     EXPECT_NEAR(find(again, "angle").rows.back()[0] - find(again, "angle").rows.front()[0], -50,
                 1e-3);
 }

@@ -10,8 +10,9 @@
 #include <fstream>
 #include <string>
 
-#include "simflex/model/results/ResultFile.h"
+#include "simflex/model/results/ResultWriter.h"
 
+using namespace simflex;
 using namespace simflex::model;
 
 int main(int argc, char** argv) {

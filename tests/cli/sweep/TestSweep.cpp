@@ -241,7 +241,7 @@ TEST_F(SweepTest, TheTableHasCriticalSpeedsOfCampbellDiagrams) {
     ASSERT_EQ(run("sweep model.yaml --vary pull=1.62,9.81,98.1 --only whirl -o out -q"), 0) << err;
     const SweepResults sweep = readSweepTable(folder / "out/sweep.h5", "pull");
     const auto find = [&](const std::string& name, size_t k) {
-        for (const ResultData::Series& series : sweep.results.at(0).analyses.at(0).probes)
+        for (const Results::Series& series : sweep.results.at(0).analyses.at(0).probes)
             if (series.column.name == name) return series.rows.at(k).at(0);
         ADD_FAILURE() << "there is no column " << name;
         return 0.0;
@@ -269,7 +269,7 @@ TEST_F(SweepTest, TheTableIsDrawnOverAParameter) {
     EXPECT_EQ(sweep.key, "mass");
     EXPECT_THAT(sweep.labels, ElementsAre("gravity=[0,-1.62,0]", "gravity=[0,-9.81,0]"));
     for (size_t g = 0; g < 2; ++g) {
-        const ResultData::Analysis& analysis = sweep.results.at(g).analyses.at(0);
+        const Results::Analysis& analysis = sweep.results.at(g).analyses.at(0);
         EXPECT_EQ(analysis.time, (std::vector<double>{1, 2, 3}));
         const auto frequency =
             std::find_if(analysis.probes.begin(), analysis.probes.end(),

@@ -9,7 +9,6 @@ What is asked of the analyses of a model. **/
 #include "simflex/model/Listener.h"
 
 namespace simflex {
-namespace model {
 
 /** What an earlier run has left does not fit any more. **/
 class CannotResume : public std::runtime_error {
@@ -34,5 +33,4 @@ struct RunOptions {
     std::string resumeCommand;  ///< that goes on with such a run: told where it was stopped
 };
 
-}  // namespace model
 }  // namespace simflex

@@ -24,12 +24,14 @@ row being written, and a power cut what came after the last flush(). Nothing car
 the same run gives the same bytes, flushed and resumed or not. **/
 
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
+#include "simflex/model/RunOptions.h"
+
 namespace simflex {
-namespace model {
+
+struct ModelText;
 
 /** Name, unit and columns of a probe. **/
 struct ResultColumn {
@@ -46,8 +48,11 @@ struct ResultHeader {
     bool isRigid = false;
 };
 
-/** What a file holds. **/
-struct ResultData {
+/** What a file holds.
+
+    const Results results = runAnalyses(loadModelText("crank.yaml"));
+    for (const auto& row : results.findAnalysis("swing").findProbe("tip").rows) plot(row[0]);  **/
+struct Results {
     struct Series {
         ResultColumn column;
         std::vector<std::vector<double>> rows;  ///< n×k; static: one row
@@ -62,68 +67,29 @@ struct ResultData {
         std::vector<std::vector<double>> frequency, dampingRatio;  ///< eigen: one row
         std::map<std::string, double> statistics;
         std::vector<std::string> warnings;
+
+        /** @throws std::out_of_range naming those there are. **/
+        const Series& findProbe(const std::string& probe) const;
     };
     ResultHeader header;
     std::vector<std::string> warnings;  ///< of all analyses
     std::vector<Analysis> analyses;
-};
 
-/** Writes. Every method throws std::runtime_error naming the file (no space left …); rows flushed
-before stay readable. **/
-class ResultWriter {
-public:
-    /** Makes the file anew, with the analyses `kept` of an earlier run of the same model.
-    @throws also if another run is writing it. **/
-    ResultWriter(const std::string& path, const ResultHeader& header,
-                 const std::vector<ResultData::Analysis>& kept = {});
-    /** Goes on with a file that was left by a run: reopens it. **/
-    explicit ResultWriter(const std::string& path);
-    ~ResultWriter();
-    ResultWriter(const ResultWriter&) = delete;
-    ResultWriter& operator=(const ResultWriter&) = delete;
-
-    /** Begins an analysis of rows over time. **/
-    void beginTransient(const std::string& analysis, const std::vector<ResultColumn>& probes,
-                        int numQ, int numU);
-    /** Goes on with one after its first `numRows` rows; later ones are dropped. **/
-    void resumeTransient(const std::string& analysis, int numRows);
-    /** @param values  of all probes, column after column
-    @param q, u  empty where states are not kept **/
-    void addRow(double time, const std::vector<double>& values, const std::vector<double>& q,
-                const std::vector<double>& u);
-    int getNumRows() const;
-    /** Everything so far is on the disk, where readResults() finds it. The HDF5 file is replaced
-    too, unless that would take more than a tenth of the time. **/
-    void flush();
-
-    void addStatic(const std::string& analysis, const std::vector<ResultColumn>& probes,
-                   const std::vector<double>& values, const std::vector<double>& q);
-    void addEigen(const std::string& analysis, const std::vector<double>& frequency,
-                  const std::vector<double>& dampingRatio);
-    /** @param frequency, dampingRatio  one row a speed **/
-    void addCampbell(const std::string& analysis, const std::vector<double>& speeds,
-                     const std::vector<std::vector<double>>& frequency,
-                     const std::vector<std::vector<double>>& dampingRatio);
-    void setStatistics(const std::string& analysis, const std::map<std::string, double>& values);
-    /** Each text counts once. **/
-    void addWarning(const std::string& text);
-    /** @param analysis  need not have begun **/
-    void addWarning(const std::string& analysis, const std::string& text);
-    /** Replaces the HDF5 file, too. **/
-    void setComplete(const std::string& analysis);
-
-private:
-    class Implementation;
-    std::unique_ptr<Implementation> _impl;
+    /** @throws std::out_of_range naming those there are. **/
+    const Analysis& findAnalysis(const std::string& analysis) const;
 };
 
 enum class ReadStates { Yes, No };
 /** Reads; checks every shape. @throws std::runtime_error naming file and object. **/
-ResultData readResults(const std::string& path, ReadStates states = ReadStates::Yes);
+Results readResults(const std::string& path, ReadStates states = ReadStates::Yes);
 
 /** One CSV file: time, then every column as "probe.x [m]"; of eigen and campbell the frequencies.
 Numbers with 17 digits. @throws std::runtime_error. **/
-void writeResultCsv(const std::string& path, const ResultData::Analysis& analysis);
+void writeResultCsv(const std::string& path, const Results::Analysis& analysis);
 
-}  // namespace model
+/** Does the analyses of a model and writes their result file, as `simflex run` does.
+@throws ModelError; Cancelled if the listener stops it, after everything was kept; CannotResume;
+    std::runtime_error if something fails, or could be done in part only. **/
+Results runAnalyses(const ModelText& text, const RunOptions& options = {});
+
 }  // namespace simflex
