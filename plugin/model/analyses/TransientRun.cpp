@@ -55,10 +55,8 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
       _warnings(*run._model, run._probes,
                 [this](const std::string& message) { _run.warn(_name, message); }),
       _kept(Clock::now()) {
-    if (!(_duration > 0)) analysis.get("duration").fail("must be positive");
     const ModelValue interval = analysis.get("interval");
     _interval = interval.isGiven() ? interval.getNumber() : _duration / kUsualRows;
-    if (!(_interval > 0)) interval.fail("must be positive");
     if (_interval > _duration) {
         std::ostringstream text;
         text << _interval << " s is longer than the duration, " << _duration

@@ -17,12 +17,7 @@ constexpr double kLargestTurn = 0.15;     ///< of one assembly [rad]
 constexpr double kLargestShift = 0.05;    ///< of one assembly [m]
 
 int readMode(const ModelValue& modes, const std::string& key, int count) {
-    int mode = 0;
-    for (const char c : key) {
-        if (c < '0' || c > '9' || mode > 100000) mode = -1;
-        if (mode < 0) break;
-        mode = 10 * mode + (c - '0');
-    }
+    const int mode = std::stoi(key);  // the schema lets whole numbers pass
     if (mode < 1 || mode > count)
         modes.get(key).fail("'" + key + "' is none of its modes, which are numbered from 1 to " +
                             std::to_string(count));

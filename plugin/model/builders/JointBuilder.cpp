@@ -17,20 +17,6 @@ bool isCoupling(const std::string& type) {
     return type == "gear" || type == "coupler";
 }
 
-void refuse(const ModelValue& joint, const std::string& type,
-            std::initializer_list<const char*> keys) {
-    for (const char* key : keys)
-        if (joint.has(key)) joint.get(key).fail("a joint of type " + type + " has none");
-}
-
-/** The axis of F that an `axis` turns; none of a joint that has no direction. **/
-const CoordinateAxis* findNamedAxis(const std::string& type) {
-    static const CoordinateAxis x = XAxis, z = ZAxis;
-    if (type == "slider" || type == "universal") return &x;
-    if (type == "ball" || type == "weld" || type == "rod") return nullptr;
-    return &z;
-}
-
 double readNonZero(const ModelValue& value) {
     const double number = value.getNumber();
     if (number == 0) value.fail("it is 0, and must not be");
@@ -40,8 +26,6 @@ double readNonZero(const ModelValue& value) {
 }  // namespace
 
 FramePair readBetween(const ModelValue& between, const ModelFrames& frames) {
-    if (!between.isList() || between.getSize() != 2)
-        between.fail("it is a pair of frames, [ground, crank.shaft]");
     FramePair pair{findSeat(between.at(0), frames), findSeat(between.at(1), frames)};
     if (pair.F.body == pair.M.body)
         between.fail(
@@ -59,11 +43,9 @@ const FramePair* JointBuilder::findFrames(const std::string& name) const {
 FramePair JointBuilder::turn(const ModelValue& axis, const std::string& type,
                              const FramePair& pair) const {
     if (!axis.isGiven()) return pair;
-    const CoordinateAxis* named = findNamedAxis(type);
-    if (!named) axis.fail("a joint of type " + type + " has none");
     const UnitVec3 direction = readDirection(axis);
     // The shortest turn of Ground's axes that brings the named one there.
-    const UnitVec3 from(*named);
+    const UnitVec3 from(type == "slider" || type == "universal" ? XAxis : ZAxis);
     const Vec3 across = from % direction;
     const double sine = across.norm(), cosine = dot(from, direction);
     Rotation R_GJ;
@@ -80,9 +62,6 @@ FramePair JointBuilder::turn(const ModelValue& axis, const std::string& type,
 Joint JointBuilder::addJoint(const ModelValue& value, const std::string& type,
                              ModelSystem& system) {
     const std::string& name = value.getName();
-    refuse(value, type, {"wheels", "teeth", "phase", "terms", "constant"});
-    if (type != "screw") refuse(value, type, {"pitch"});
-    if (type != "rod") refuse(value, type, {"length"});
     FramePair pair = turn(value.get("axis"), type, readBetween(value.get("between"), _frames));
     if (value.get("as_placed").getBool())
         pair.M = pair.M.moved(~_placement.calcPose(pair.M) * _placement.calcPose(pair.F));
@@ -99,18 +78,14 @@ Joint JointBuilder::addJoint(const ModelValue& value, const std::string& type,
         if (type == "planar") return Joint::Planar(flexible, F, M, name);
         if (type == "point_on_line") return Joint::PointOnLine(flexible, F, M, name);
         if (type == "point_in_plane") return Joint::PointInPlane(flexible, F, M, name);
-        if (type == "screw") {
-            if (!value.has("pitch")) value.fail("a screw needs its pitch [m/rad]");
+        if (type == "screw")
             return Joint::Screw(flexible, F, M, readNonZero(value.get("pitch")), name);
-        }
-        if (type != "rod") value.get("type").fail("there is no joint of type '" + type + "'");
         double length = (_placement.calcPose(pair.F).p() - _placement.calcPose(pair.M).p()).norm();
         const ModelValue given = value.get("length");
         if (value.has("length"))
             length = given.getNumber();
         else if (length == 0)
             value.fail("its ends are at one point at the placement: give the length of the rod");
-        if (!(length > 0)) given.fail("the length of a rod must be more than 0");
         return Joint::Rod(flexible, F, M, length, name);
     });
 }
@@ -118,7 +93,6 @@ Joint JointBuilder::addJoint(const ModelValue& value, const std::string& type,
 Joint JointBuilder::addCoupling(const ModelValue& value, const std::string& type,
                                 ModelSystem& system) {
     const std::string& name = value.getName();
-    refuse(value, type, {"between", "axis", "pitch", "length"});
     const auto readCoordinate = [&](const ModelValue& of) {
         const ModelValue joint = of.isMap() ? of.get("joint") : of;
         if (joint.getText() == name) joint.fail("a joint cannot couple itself");
@@ -131,27 +105,21 @@ Joint JointBuilder::addCoupling(const ModelValue& value, const std::string& type
         });
     };
     if (type == "gear") {
-        refuse(value, type, {"terms", "constant"});
         const ModelValue wheels = value.get("wheels"), teeth = value.get("teeth");
-        if (wheels.getSize() != 2) wheels.fail("a gear has two wheels: [JOINT, JOINT]");
-        if (teeth.getSize() != 2) teeth.fail("a gear has two numbers of teeth: [17, 43]");
         const Joint::Coordinate A = readCoordinate(wheels.at(0)), B = readCoordinate(wheels.at(1));
-        const double phase = value.has("phase") ? value.get("phase").getNumber() : 0;
+        const double phase = value.get("phase").getNumber();
         return withPlace(value, [&] {
             return Joint::Gear(system.flexible, A, teeth.at(0).getInteger(), B,
                                teeth.at(1).getInteger(), phase, name);
         });
     }
-    refuse(value, type, {"wheels", "teeth", "phase"});
     std::vector<Joint::Coupler::Term> terms;
     const ModelValue list = value.get("terms");
     for (int i = 0; i < list.getSize(); ++i) {
         const ModelValue term = list.at(i);
-        const double coefficient =
-            term.has("coefficient") ? readNonZero(term.get("coefficient")) : 1;
-        terms.push_back({readCoordinate(term), coefficient});
+        terms.push_back({readCoordinate(term), readNonZero(term.get("coefficient"))});
     }
-    const double constant = value.has("constant") ? value.get("constant").getNumber() : 0;
+    const double constant = value.get("constant").getNumber();
     return withPlace(value, [&] { return Joint::Coupler(system.flexible, terms, constant, name); });
 }
 

@@ -10,7 +10,7 @@ using namespace SimTK;
 Mobilizer readMobilizer(const ModelValue& value, const ModelFrames& frames) {
     Mobilizer mobilizer;
     if (!value.isGiven()) return mobilizer;
-    if (value.has("type")) mobilizer.type = value.get("type").getText();
+    mobilizer.type = value.get("type").getText();
     if (value.has("parent")) {
         mobilizer.parent = frames.find(value.get("parent"));
         if (mobilizer.parent.body >= 0 && frames.getPart(mobilizer.parent.body))
@@ -24,11 +24,8 @@ Mobilizer readMobilizer(const ModelValue& value, const ModelFrames& frames) {
     mobilizer.X_BM = readPose(value.get("outboard"));
     const ModelValue pitch = value.get("pitch");
     if (mobilizer.type == "screw") {
-        if (!pitch.isGiven()) value.fail("a screw needs its pitch [m/rad]");
         mobilizer.pitch = pitch.getNumber();
         if (mobilizer.pitch == 0) pitch.fail("the pitch of a screw is not 0");
-    } else if (pitch.isGiven()) {
-        pitch.fail("only a screw has a pitch");
     }
     return mobilizer;
 }

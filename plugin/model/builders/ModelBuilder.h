@@ -15,7 +15,6 @@ public:
 
     const ModelValue& getFile() const { return _file; }
     const ModelFrames& getFrames() const { return _frames; }
-    const Placement& getPlacement() const { return _placement; }
 
     /** The system, with its topology realized.
     @param leader  if not null, gets an equation for each of `starts` **/

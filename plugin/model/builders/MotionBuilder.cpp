@@ -80,20 +80,15 @@ void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBu
         const bool hasJoint = value.has("joint"), hasAngle = value.has("angle");
         if (hasJoint == value.has("between"))
             value.fail("give either the joint whose coordinate it leads, or the frames (between)");
-        if (hasAngle == value.has("position"))
-            value.fail("give either position or angle, as a function of time");
-        if (value.has("coordinate") && !hasJoint)
-            value.get("coordinate").fail("only joints have coordinates");
         const ModelValue function = value.get(hasAngle ? "angle" : "position");
         const Expression expression = function.getExpression();
         const Joint::MotionFunction motion = makeMotionFunction(expression);
         if (hasJoint) {
-            if (value.has("axis")) value.get("axis").fail("it goes with `between`");
             const ModelValue jointName = value.get("joint");
             const FramePair& pair = findJointFrames(jointName, joints, system);
             const Joint& joint =
                 findEntry(system.joints, "joint", jointName.getText(), jointName).joint;
-            const int index = value.has("coordinate") ? value.get("coordinate").getInteger() : 0;
+            const int index = value.get("coordinate").getInteger();
             const auto isNew = led.emplace(std::make_pair(jointName.getText(), index), name);
             if (!isNew.second)
                 value.fail("coordinate " + std::to_string(index) + " of '" + jointName.getText() +
@@ -108,8 +103,6 @@ void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBu
                  expression});
             continue;
         }
-        if (hasAngle && value.has("axis"))
-            value.get("axis").fail("an angle is about the z axis of the first frame");
         const FramePair pair = readBetween(value.get("between"), frames);
         const Joint joint = withPlace(value.get("between"), [&]() -> Joint {
             const Attachment M = frames.attach(pair.M, system);
