@@ -52,6 +52,7 @@ struct SliderCrank : examples::SliderCrankModel {
     static constexpr double accuracy = 1e-6;   ///< the example's own
     static constexpr int systemInterval = 25;  ///< every 25th Newton system is kept
 
+    static void adapt(NewtonSystem&) {}
     SliderCrank() : SliderCrankModel({}, getCrankPart(), getRodPart()) {}
 };
 
@@ -62,6 +63,7 @@ struct Stator : examples::StatorModel {
     static constexpr double accuracy = 1e-8;
     static constexpr int systemInterval = 250;
 
+    static void adapt(NewtonSystem&) {}
     Stator() : StatorModel({}, getParts()) {}
 
     static const std::vector<std::shared_ptr<const ReducedBody>>& getParts() {
@@ -91,7 +93,9 @@ struct DumpedSystems {
         int count = 0;
         integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
             // A refreshed Newton matrix may have another form; one pattern is wanted.
-            if (count++ % Model::systemInterval == 0) systems.push_back(system);
+            if (count++ % Model::systemInterval != 0) return;
+            systems.push_back(system);
+            Model::adapt(systems.back());
         });
         integrator.initialize(model.makeInitialState());
         integrator.stepTo(Model::runTime);
@@ -126,6 +130,45 @@ template <class Model>
 struct DenseBlocks : Model {
     static inline const std::string name = std::string(Model::name) + "_dense";
     static constexpr bool hasDenseBlocks = true;
+};
+
+/** The same systems as if the bodies were stiffened: shapes change with the deformation, so that
+each has columns of its own. **/
+template <class Model>
+struct Stiffened : Model {
+    static inline const std::string name = std::string(Model::name) + "_stiffened";
+
+    static void adapt(NewtonSystem& system) {
+        for (NewtonSystem::Block& block : system.blocks) {
+            if (block.columns == NewtonSystem::Block::Columns::Own) continue;
+            std::vector<double> Gt(size_t(block.size) * block.rows.size());
+            system.expandGt(block, Gt.data());
+            block.columns = NewtonSystem::Block::Columns::Own;
+            block.sides.clear();
+            block.coefficients.clear();
+            block.Gt = Gt;
+        }
+    }
+};
+
+/** What these were solved as before arrows had columns of their own: full symmetric matrices. **/
+template <class Model>
+struct StiffenedFull : Model {
+    static inline const std::string name = std::string(Model::name) + "_stiffened_full";
+
+    static void adapt(NewtonSystem& system) {
+        for (NewtonSystem::Block& block : system.blocks) {
+            if (block.part < 0) continue;
+            const MatrixXd J = test::assembleBlock(system, block);
+            const MatrixXd Gt = test::assembleGt(system, block);
+            NewtonSystem::Block full;
+            full.resize(block.size, block.rows);
+            full.form = NewtonSystem::Block::Form::Symmetric;
+            std::copy_n(J.data(), J.size(), full.matrix.begin());
+            std::copy_n(Gt.data(), Gt.size(), full.Gt.begin());
+            block = full;
+        }
+    }
 };
 
 template <class Model>
@@ -403,6 +446,10 @@ void registerBenchmarks() {
     registerSolves<Stator>();
     registerSolves<DenseBlocks<SliderCrank>>();
     registerSolves<DenseBlocks<Stator>>();
+    registerSolves<Stiffened<SliderCrank>>();
+    registerSolves<StiffenedFull<SliderCrank>>();
+    registerSolves<Stiffened<Stator>>();
+    registerSolves<StiffenedFull<Stator>>();
     addLong("slider_crank_run", runExample<SliderCrank>)->Iterations(5);
     addLong("stator_run", runExample<Stator>)->Iterations(2);
     addLong("reduce_crank", reduceCrank)->Iterations(1);

@@ -60,7 +60,11 @@ private:
         for (Block& block : m_system.blocks) {
             if (!m_system.parts.empty() && pick(0, 2) > 0) {
                 const int part = pick(0, int(m_system.parts.size()) - 1);
-                block.resize(part, m_system.parts[size_t(part)].numModes, {}, {});
+                const int numModes = m_system.parts[size_t(part)].numModes;
+                if (pick(0, 2) == 0)
+                    block.resize(part, numModes, std::vector<int>());
+                else
+                    block.resize(part, numModes, {}, {});
             } else {
                 block.resize(pick(6, 9), {});
             }
@@ -100,10 +104,10 @@ private:
      * **/
     void addColumns(int b, int first, int count) {
         Block& block = m_system.blocks[size_t(b)];
-        const int height = block.part >= 0 ? 6 : block.size;
+        const int height = block.heightOfGt();
         for (int k = 0; k < count; ++k) block.rows.push_back(first + k);
         for (int k = 0; k < height * count; ++k) block.Gt.push_back(uniform());
-        if (block.part < 0) return;
+        if (block.columns == Block::Columns::Own) return;
         const int frames = m_system.parts[size_t(block.part)].numFrames;
         block.sides.push_back({pick(0, frames - 1), count});
         for (int k = 0; k < 6 * count; ++k) block.coefficients.push_back(uniform());
@@ -166,11 +170,11 @@ private:
                 }
                 first += side.numColumns;
             }
-            const size_t height = block.part >= 0 ? 6 : size_t(block.size);
+            const size_t height = size_t(block.heightOfGt());
             block.rows.push_back(copy);
             for (size_t a = 0; a < height; ++a)
                 block.Gt.push_back(double(block.Gt[column * height + a]));
-            if (block.part < 0) continue;
+            if (block.columns == Block::Columns::Own) continue;
             block.sides.push_back({frame, 1});
             for (size_t a = 0; a < 6; ++a)
                 block.coefficients.push_back(double(block.coefficients[column * 6 + a]));

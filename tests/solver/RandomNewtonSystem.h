@@ -32,9 +32,9 @@ struct RandomSystemOptions {
     int numCouplers = 0;    ///< rows over up to four bodies, some twice on one of them
 };
 
-/** Bodies are flexible (arrow, of a few shared parts), flexible with a general J_b, rigid or hubs;
-joints have 1 to 6 rows. Without copied rows G has full rank wherever a joint's bodies have speeds
-enough. **/
+/** Bodies are flexible (arrow, of a few shared parts, a third with columns of their own), flexible
+with a general J_b, rigid or hubs; joints have 1 to 6 rows. Without copied rows G has full rank
+wherever a joint's bodies have speeds enough. **/
 NewtonSystem makeRandomNewtonSystem(std::mt19937& random, const RandomSystemOptions& options);
 
 }  // namespace simflex::test

@@ -140,7 +140,8 @@ TEST(StiffenedBodies, SolverHasTheConstraintsThatSimbodyHas) {
     equations.calcVelocityErrors(&before[0]);
     int first = 0;
     for (const NewtonSystem::Block& block : system.blocks) {
-        EXPECT_LT(block.part, 0);  // shapes of its own
+        EXPECT_EQ(block.form, NewtonSystem::Block::Form::Arrow);
+        EXPECT_EQ(block.columns, NewtonSystem::Block::Columns::Own);
         const Eigen::MatrixXd Gt = assembleGt(system, block);
         for (int j = 0; j < block.size; ++j) {
             std::vector<double> moved = u;

@@ -32,7 +32,8 @@ MatrixXd assembleBlock(const NewtonSystem& system, const NewtonSystem::Block& bl
 }
 
 MatrixXd assembleGt(const NewtonSystem& system, const NewtonSystem::Block& block) {
-    if (block.part < 0) return matrix(block.Gt, block.size, block.numColumns());
+    if (block.columns == NewtonSystem::Block::Columns::Own)
+        return matrix(block.Gt, block.size, block.numColumns());
     const NewtonSystem::Part& part = system.parts[size_t(block.part)];
     const auto shapes = matrix(*part.shapes, part.numModes, 6 * part.numFrames);
     const auto coefficients = matrix(block.coefficients, 6, block.numColumns());

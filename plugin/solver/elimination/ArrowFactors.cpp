@@ -73,9 +73,14 @@ ArrowFactors::ArrowFactors(const NewtonSystem::Block& block, PartFactors& part)
       m_stride(part.getStride()),
       m_numColumns(block.numColumns()),
       m_columns(2 * block.rows.size(), Chunk{}),
+      m_ownsColumns(block.columns == NewtonSystem::Block::Columns::Own),
       m_dE(3 * size_t(part.getStride())),
       m_products(3 * size_t(part.getNumProductRows())) {
     m_inverseHead.fill(Chunk{});
+    if (m_ownsColumns) {
+        m_g.assign(size_t(m_stride) * block.rows.size(), 0);
+        m_dg = m_g;
+    }
     for (const NewtonSystem::Side& side : block.sides) {
         m_frames.push_back(side.frame);
         for (const NewtonSystem::Side& other : block.sides)
@@ -138,10 +143,57 @@ void ArrowFactors::condenseColumns(const NewtonSystem::Block& block) {
     }
 }
 
+void ArrowFactors::condenseOwnColumns(const NewtonSystem::Block& block) {
+    const double *E = block.coupling.data(), *inverseDiagonal = m_part->getInverseDiagonal();
+    for (int k = 0; k < m_numColumns; ++k) {
+        const double* column = block.Gt.data() + size_t(k) * size_t(block.size);
+        double *g = m_g.data() + k * m_stride, *dg = m_dg.data() + k * m_stride;
+        Chunk sums[3] = {};
+        for (int i = 0; i < m_numModes; i += ChunkSize) {
+            const int count = std::min(m_numModes - i, ChunkSize);
+            const Chunk chunk = loadChunk(column + 6 + i, count);
+            const Chunk scaled = loadChunk(inverseDiagonal + i) * chunk;
+            storeChunk(chunk, g + i);
+            storeChunk(scaled, dg + i);
+            for (int a = 0; a < 3; ++a)
+                sums[a] += loadChunk(E + a * m_numModes + i, count) * scaled;
+        }
+        m_columns[size_t(2 * k + 1)] =
+            loadSix(column) -
+            Chunk{sumChunk(sums[0]), sumChunk(sums[1]), sumChunk(sums[2]), 0, 0, 0, 0, 0};
+    }
+}
+
+bool ArrowFactors::formOwnSchur(double* schur) const {
+    const int m = m_numColumns;
+    double sum = 0;
+    for (int k = 0; k < m; ++k) {
+        const Chunk Y = multiply(m_inverseHead.data(), m_columns[size_t(2 * k + 1)]);
+        const double* dg = m_dg.data() + k * m_stride;
+        for (int i = 0; i <= k; ++i) {
+            const double* g = m_g.data() + i * m_stride;
+            Chunk product = m_columns[size_t(2 * i + 1)] * Y;
+            for (int j = 0; j < m_stride; j += ChunkSize)
+                product += loadChunk(g + j) * loadChunk(dg + j);
+            schur[i + m * k] = schur[k + m * i] = sumChunk(product);
+            sum += schur[i + m * k];
+        }
+    }
+    return std::isfinite(sum);
+}
+
 bool ArrowFactors::factor(const NewtonSystem::Block& block, double* schur) {
     if (!condenseHead(block)) return false;
     if (m_numColumns == 0) return true;
+    if (m_ownsColumns) {
+        condenseOwnColumns(block);
+        return formOwnSchur(schur);
+    }
     condenseColumns(block);
+    return formSchur(schur);
+}
+
+bool ArrowFactors::formSchur(double* schur) const {
     const int m = m_numColumns;
     double sum = 0;
     for (const Side& side : m_sides)
@@ -179,6 +231,17 @@ void ArrowFactors::eliminate(const double* r, double* Gz) {
                     0};
     m_top = multiply(m_inverseHead.data(), top);
     if (m_numColumns == 0) return;
+    if (m_ownsColumns) {
+        for (int k = 0; k < m_numColumns; ++k) {
+            const double* dg = m_dg.data() + k * m_stride;
+            Chunk product = m_columns[size_t(2 * k + 1)] * m_top;
+            for (int i = 0; i < m_numModes; i += ChunkSize)
+                product +=
+                    loadChunk(dg + i) * loadChunk(modes + i, std::min(m_numModes - i, ChunkSize));
+            Gz[k] = sumChunk(product);
+        }
+        return;
+    }
     double* products = m_products.data();
     m_part->multiplyByFlexibility(1, &modes, &products);
     for (const Side& side : m_sides) {
@@ -197,6 +260,8 @@ void ArrowFactors::substitute(const double* r, const double* lambda, double* del
             m_frameForces[size_t(side.place)] += m_columns[size_t(2 * k)] * lambda[k];
             columns += m_columns[size_t(2 * k + 1)] * lambda[k];
         }
+    if (m_ownsColumns)
+        for (int k = 0; k < m_numColumns; ++k) columns += m_columns[size_t(2 * k + 1)] * lambda[k];
     Chunk top = multiply(m_inverseHead.data(), columns);
     if (r) top += m_top;
     storeChunk(-top, deltaU, 6);
@@ -206,6 +271,8 @@ void ArrowFactors::substitute(const double* r, const double* lambda, double* del
         Chunk delta{};
         if (r) delta = -loadChunk(inverseDiagonal + i) * loadChunk(r + 6 + i, count);
         for (int a = 0; a < 3; ++a) delta += loadChunk(m_dE.data() + a * m_stride + i) * top[a];
+        for (int k = 0; m_ownsColumns && k < m_numColumns; ++k)
+            delta -= loadChunk(m_dg.data() + k * m_stride + i) * lambda[k];
         for (size_t f = 0; f < m_frames.size(); ++f) {
             const double* flexibility = m_part->getFlexibility(m_frames[f]) + i;
             for (int a = 0; a < 6; ++a)

@@ -10,7 +10,8 @@ H̃ = H − Eᵀd⁻¹E:
     S_b = Kᵀ (Aᵀd⁻¹A) K + Yᵀ H̃⁻¹ Y
 
 Aᵀd⁻¹A is computed once per part: what is left costs O(n_f) with small factors, whatever the number
-of constraints. Modes are worked on eight at a time, columns of 6 entries as one chunk. **/
+of constraints. Columns of a block's own, g in its modes, cost O(n_f) for each pair: gᵀd⁻¹g stands
+for Kᵀ (Aᵀd⁻¹A) K. Modes are worked on eight at a time, columns of 6 entries as one chunk. **/
 
 #include <array>
 #include <vector>
@@ -44,12 +45,18 @@ private:
     /** d⁻¹E, and H̃⁻¹ from H − Eᵀd⁻¹E. @returns false if that is not positive definite. **/
     bool condenseHead(const NewtonSystem::Block& block);
     void condenseColumns(const NewtonSystem::Block& block);
+    /** The same of own columns. **/
+    void condenseOwnColumns(const NewtonSystem::Block& block);
+    bool formSchur(double* schur) const;
+    bool formOwnSchur(double* schur) const;
 
     const PartFactors* m_part;
     int m_numModes, m_stride, m_numColumns;
     std::array<Chunk, 6> m_inverseHead;  ///< H̃⁻¹ by columns
     Chunk m_top{};  ///< H̃⁻¹(r − Eᵀd⁻¹r), rigid rows of −Δu without Δλ
-    std::vector<Chunk> m_columns;      ///< K and Y, by turns
+    std::vector<Chunk> m_columns;  ///< K and Y, by turns
+    bool m_ownsColumns;
+    std::vector<double> m_g, m_dg;     ///< own columns' modal rows g, and d⁻¹g, padded
     std::vector<double> m_dE;          ///< d⁻¹E, 3 columns
     std::vector<double> m_products;    ///< (d⁻¹A)ᵀE, or (d⁻¹A)ᵀr in its first column
     std::vector<Chunk> m_frameForces;  ///< KΔλ summed by frame

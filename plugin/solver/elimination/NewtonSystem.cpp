@@ -15,20 +15,28 @@ void NewtonSystem::Block::resize(int numSpeeds, std::vector<int> constraintRows)
     size = numSpeeds;
     part = -1;
     form = Form::General;
+    columns = Columns::Own;
     const size_t n = size_t(numSpeeds);
     matrix.assign(n * n, 0);
     rows = std::move(constraintRows);
     Gt.assign(n * rows.size(), 0);
 }
 
-void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<Side> columnSides,
-                                 std::vector<int> constraintRows) {
+void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<int> constraintRows) {
     size = 6 + numModes;
     part = partIndex;
     form = Form::Arrow;
+    columns = Columns::Own;
     head.assign(36, 0);
     coupling.assign(3 * size_t(numModes), 0);
     rows = std::move(constraintRows);
+    Gt.assign(size_t(size) * rows.size(), 0);
+}
+
+void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<Side> columnSides,
+                                 std::vector<int> constraintRows) {
+    resize(partIndex, numModes, std::move(constraintRows));
+    columns = Columns::Shared;
     sides = std::move(columnSides);
     Gt.assign(6 * rows.size(), 0);
     coefficients.assign(6 * rows.size(), 0);
@@ -41,7 +49,7 @@ int NewtonSystem::numSpeeds() const {
 }
 
 void NewtonSystem::expandGt(const Block& block, double* Gt) const {
-    if (block.part < 0) {
+    if (block.columns == Block::Columns::Own) {
         std::copy(block.Gt.begin(), block.Gt.end(), Gt);
         return;
     }
@@ -75,13 +83,15 @@ void NewtonSystem::checkSizes() const {
         const std::string name = "block " + std::to_string(b);
         const size_t n = size_t(block.size), m = block.rows.size();
         bool fits = block.size >= 0;
+        fits = fits && block.Gt.size() == size_t(block.heightOfGt()) * m;
         if (block.part < 0) {
             fits = fits && block.form != Block::Form::Arrow && block.matrix.size() == n * n &&
-                   block.Gt.size() == n * m;
+                   block.columns == Block::Columns::Own;
         } else {
             if (block.part >= int(parts.size())) refuse(name + " names a part that is not there");
             const Part& part = parts[size_t(block.part)];
-            int columns = 0;
+            const bool isShared = block.columns == Block::Columns::Shared;
+            int columns = isShared ? 0 : int(m);
             for (const Side& side : block.sides) {
                 if (side.frame < 0 || side.frame >= part.numFrames)
                     refuse(name + " names frame " + std::to_string(side.frame) + " of " +
@@ -90,7 +100,7 @@ void NewtonSystem::checkSizes() const {
             }
             fits = fits && block.size == 6 + part.numModes && columns == int(m) &&
                    block.head.size() == 36 && block.coupling.size() == 3 * (n - 6) &&
-                   block.Gt.size() == 6 * m && block.coefficients.size() == 6 * m &&
+                   block.coefficients.size() == (isShared ? 6 * m : 0) &&
                    (block.form == Block::Form::Arrow || block.matrix.size() == n * n);
         }
         if (!fits) refuse("the sizes of " + name + " do not fit together");
@@ -140,14 +150,15 @@ void readArray(std::istream& stream, std::vector<T>& values) {
 
 void NewtonSystem::write(std::ostream& stream) const {
     const std::streamsize precision = stream.precision(std::numeric_limits<double>::max_digits10);
-    stream << "simflex-newton-system 3\n" << parts.size() << ' ' << blocks.size() << '\n';
+    stream << "simflex-newton-system 4\n" << parts.size() << ' ' << blocks.size() << '\n';
     for (const Part& part : parts) {
         stream << part.numModes << ' ' << part.numFrames << '\n';
         writeArray(stream, part.diagonal);
         writeArray(stream, *part.shapes);
     }
     for (const Block& block : blocks) {
-        stream << block.size << ' ' << block.part << ' ' << int(block.form) << '\n';
+        stream << block.size << ' ' << block.part << ' ' << int(block.form) << ' '
+               << int(block.columns) << '\n';
         stream << block.sides.size();
         for (const Side& side : block.sides) stream << ' ' << side.frame << ' ' << side.numColumns;
         stream << '\n';
@@ -168,8 +179,8 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
     std::string magic;
     int version = 0;
     stream >> magic >> version;
-    if (magic != "simflex-newton-system" || version != 3)
-        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 3");
+    if (magic != "simflex-newton-system" || version != 4)
+        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 4");
     NewtonSystem system;
     const int numParts = readInteger(stream, 0), numBlocks = readInteger(stream, 0);
     system.parts.resize(size_t(numParts));
@@ -186,6 +197,7 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
         block.size = readInteger(stream, 0);
         block.part = readInteger(stream, -1);
         block.form = Block::Form(std::min(readInteger(stream, 0), int(Block::Form::General)));
+        block.columns = Block::Columns(std::min(readInteger(stream, 0), int(Block::Columns::Own)));
         block.sides.resize(size_t(readInteger(stream, 0)));
         for (Side& side : block.sides) {
             side.frame = readInteger(stream, 0);

@@ -16,7 +16,9 @@ body's J is an *arrow*,
 
 or dense when gyroscopic terms are wanted. Its constraints act through frames: the modal part of a
 column of Gᵀ is (shapes of the frame)·(6 coefficients), so that only 12 numbers a column are stored
-and a part's shapes once. Standard types only; matrices are column-major. **/
+and a part's shapes once. Where shapes change with the deformation (stiffening), and where modes are
+constrained or held, the columns are the block's own; J is an arrow all the same. Standard types
+only; matrices are column-major. **/
 
 #include <iosfwd>
 #include <memory>
@@ -48,23 +50,33 @@ struct NewtonSystem {
             Symmetric,  ///< matrix, symmetric and positive definite
             General     ///< matrix
         };
+        /** Of Gᵀ, whatever the form of J. **/
+        enum class Columns {
+            Shared,  ///< through frames of the part
+            Own      ///< written out
+        };
 
         int size = 0;   ///< n: speeds of the block; 6 + n_f if it has a part
-        int part = -1;  ///< index of its part; −1: none, Gt then has all n rows
+        int part = -1;  ///< index of its part; −1: none, columns are its own then
         Form form = Form::General;
+        Columns columns = Columns::Own;
         std::vector<double> head;          ///< 6×6, if there is a part
         std::vector<double> coupling;      ///< n_f×3, if there is a part: Eᵀ
         std::vector<double> matrix;        ///< n×n; empty as long as the form is Arrow
         std::vector<int> rows;             ///< the row of Δλ that each column of Gt belongs to
-        std::vector<Side> sides;           ///< in the order of the columns, if there is a part
-        std::vector<double> Gt;            ///< with a part: 6×m, rigid rows of Gᵀ; else n×m
-        std::vector<double> coefficients;  ///< with a part: 6×m
+        std::vector<Side> sides;           ///< in the order of the columns, if they are shared
+        std::vector<double> Gt;            ///< shared: 6×m, rigid rows of Gᵀ; else n×m
+        std::vector<double> coefficients;  ///< shared: 6×m
 
         int numColumns() const { return int(rows.size()); }
+        /** Rows of Gt. **/
+        int heightOfGt() const { return columns == Columns::Shared ? 6 : size; }
 
         /** Sizes a block without part. **/
         void resize(int numSpeeds, std::vector<int> constraintRows);
-        /** Sizes a block of system.parts[partIndex]. **/
+        /** Sizes a block of system.parts[partIndex] with columns of its own. **/
+        void resize(int partIndex, int numModes, std::vector<int> constraintRows);
+        /** The same with shared ones. **/
         void resize(int partIndex, int numModes, std::vector<Side> columnSides,
                     std::vector<int> constraintRows);
     };

@@ -32,7 +32,7 @@ bool Blocks::findRigidSlots(const Topology& topology, MobilizedBodyIndex body, i
 void Blocks::setColumn(int b, int frame, int column, const SpatialVec& d,
                        NewtonSystem::Block& block) const {
     const size_t k = size_t(column);
-    if (block.part < 0)
+    if (block.columns == NewtonSystem::Block::Columns::Own)
         all[size_t(b)]->addInRow(frame, d, block.Gt.data() + k * size_t(block.size));
     else
         flexible[size_t(b)]->calcColumn(frame, d, block.Gt.data() + 6 * k,

@@ -43,7 +43,7 @@ struct Blocks {
         const Block& block = *all[size_t(frame.block)];
         block.subtractForce(frame.frame, F_G, r + block.firstU);
     }
-    /** Writes (or, in a block without part, adds) a column of Gᵀ: the coefficients of d·(ω, v). **/
+    /** Writes (or, of own columns, adds) a column of Gᵀ: the coefficients of d·(ω, v). **/
     void setColumn(int b, int frame, int column, const SimTK::SpatialVec& d,
                    NewtonSystem::Block& block) const;
 

@@ -104,7 +104,8 @@ void JointTerms::addInForces(int b, const double* lambda, double* r) const {
 }
 
 void JointTerms::formColumns(int b, NewtonSystem::Block& block) const {
-    if (block.part < 0) std::fill(block.Gt.begin(), block.Gt.end(), 0.0);
+    if (block.columns == NewtonSystem::Block::Columns::Own)
+        std::fill(block.Gt.begin(), block.Gt.end(), 0.0);
     for (const Topology::BlockSide& side : m_topology.blockSides[size_t(b)]) {
         const Topology::Joint& joint = m_topology.joints[size_t(side.owner)];
         const SpatialVec* D = rowsOf(side);

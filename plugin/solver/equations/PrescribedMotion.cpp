@@ -205,9 +205,16 @@ void PrescribedMotion::mask(MotionLevel level, int firstU, NewtonSystem::Block& 
     const size_t n = size_t(block.size), m = size_t(block.numColumns());
     for (size_t i = 0; i < n; ++i) {
         if (m_levelOfU[size_t(firstU) + i] < rankOf(level)) continue;
-        for (size_t j = 0; j < n; ++j) block.matrix[i + j * n] = block.matrix[j + i * n] = 0;
-        block.matrix[i + i * n] = 1;
         for (size_t column = 0; column < m; ++column) block.Gt[i + column * n] = 0;
+        const bool isArrow = block.form == NewtonSystem::Block::Form::Arrow;
+        std::vector<double>& matrix = isArrow ? block.head : block.matrix;
+        const size_t size = isArrow ? 6 : n;
+        for (size_t j = 0; j < size && i < size; ++j)
+            matrix[i + j * size] = matrix[j + i * size] = i == j ? 1 : 0;
+        if (!isArrow) continue;
+        // Rotation rows of the coupling, or the mode's.
+        for (size_t mode = 0; mode < n - 6 && i < 3; ++mode) block.coupling[mode + i * (n - 6)] = 0;
+        for (size_t a = 0; a < 3 && i >= 6; ++a) block.coupling[i - 6 + a * (n - 6)] = 0;
     }
 }
 

@@ -71,7 +71,8 @@ public:
     /** Zeroes what is known exactly in errors of q and u. **/
     void clearErrors(double* errorQ, double* errorU) const;
 
-    /** Turns prescribed rows and columns of a block without part into the identity's.
+    /** Turns prescribed rows and columns of a block with own columns into the identity's; a held
+    mode of an arrow keeps its entry of the part's diagonal, as its row of r is zero.
     @param level  what must be known: at Position, only speeds whose q is prescribed too **/
     void mask(MotionLevel level, int firstU, NewtonSystem::Block& block) const;
     bool touches(int firstU, int numU) const;

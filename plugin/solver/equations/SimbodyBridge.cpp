@@ -160,7 +160,7 @@ void SimbodyBridge::formDifferencedColumns(const NewtonFactors& factors, NewtonS
                 column.assign(size_t(block.size), 0.0);
                 m_blocks.all[size_t(side.block)]->subtractSimbodyForces(bodyForces, mobilityForces,
                                                                         column.data());
-                const int rows = block.part < 0 ? block.size : 6;
+                const int rows = block.heightOfGt();
                 std::copy_n(column.data(), rows,
                             block.Gt.data() + size_t(side.firstColumn + term) * size_t(rows));
                 for (int s : side.speeds) mobilityForces[differences.getSpeeds()[size_t(s)].u] = 0;
@@ -174,7 +174,7 @@ void SimbodyBridge::clearDifferencedColumns(NewtonSystem& system) const {
     for (const Topology::DifferencedForce& forces : m_topology.differenced)
         for (const Topology::DifferencedForce::Side& side : forces.sides) {
             NewtonSystem::Block& block = system.blocks[size_t(side.block)];
-            const int rows = block.part < 0 ? block.size : 6;
+            const int rows = block.heightOfGt();
             std::fill_n(block.Gt.data() + size_t(side.firstColumn) * size_t(rows),
                         rows * forces.numTerms, 0.0);
         }

@@ -36,6 +36,10 @@ NewtonSystem Topology::makeNewtonSystem() const {
             made.blocks[b].resize(blockSizes[b], blockRows[b]);
             continue;
         }
+        if (hasOwnColumns[b]) {
+            made.blocks[b].resize(partOfBlock[b], blockSizes[b] - 6, blockRows[b]);
+            continue;
+        }
         std::vector<NewtonSystem::Side> sides;
         for (const BlockSide& side : blockSides[b])
             sides.push_back({side.partFrame, joints[size_t(side.owner)].numRows()});

@@ -103,6 +103,8 @@ struct Topology {
     std::vector<std::vector<int>> batches;
     std::vector<std::vector<int>> blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> parts;
+    std::vector<char>
+        hasOwnColumns;             ///< by block: its constraints do not act through a part's shapes
     std::vector<int> partOfBlock;  ///< −1: none
 
     std::vector<Joint> joints;

@@ -448,16 +448,35 @@ void TopologyBuilder::makeBatches() {
     }
 }
 
+int TopologyBuilder::findPart(int b, const std::vector<const FrameShapes*>& used) {
+    // Products are with all frames of a group: few more than the body has itself.
+    const auto suits = [&](const Topology::PartGroup& part) {
+        if (!sharesPart(b, part.firstBlock)) return false;
+        std::vector<const FrameShapes*> all = part.frames;
+        for (const FrameShapes* shapes : used) addOnce(all, shapes);
+        return used.empty() || all.size() <= LargestShare * used.size();
+    };
+    std::vector<Topology::PartGroup>& parts = m_topology.parts;
+    const int index = int(std::find_if(parts.begin(), parts.end(), suits) - parts.begin());
+    if (index == int(parts.size())) parts.push_back({b, {}, nullptr});
+    return index;
+}
+
 void TopologyBuilder::makeParts() {
     m_topology.partOfBlock.assign(m_blocks.all.size(), -1);
+    m_topology.hasOwnColumns.assign(m_blocks.all.size(), 0);
     for (int b = 0; b < int(m_blocks.flexible.size()); ++b) {
-        // Constrained or prescribed modes have no place in an arrow, nor shapes that change.
         const Block& block = *m_blocks.all[size_t(b)];
-        if (m_blocks.flexible[size_t(b)]->getModel().n == 0 ||
-            m_blocks.flexible[size_t(b)]->hasCurvedFrames() ||
+        if (m_blocks.flexible[size_t(b)]->getModel().n == 0) continue;
+        // Constrained or prescribed modes have columns of their own, and so have shapes that
+        // change.
+        if (m_blocks.flexible[size_t(b)]->hasCurvedFrames() ||
             !m_topology.simbodyColumns[size_t(b)].empty() || hasDifferencedModes(b) ||
-            (m_simbody.m_prescribed && m_simbody.m_prescribed->touches(block.firstU, block.numU)))
+            (m_simbody.m_prescribed && m_simbody.m_prescribed->touches(block.firstU, block.numU))) {
+            m_topology.hasOwnColumns[size_t(b)] = 1;
+            m_topology.partOfBlock[size_t(b)] = findPart(b, {});
             continue;
+        }
         const auto visitSides = [&](const auto& visit) {
             const auto visitSide = [&](int& partFrame, int frame) {
                 visit(partFrame, m_blocks.flexible[size_t(b)]->getShapes(frame));
@@ -471,17 +490,7 @@ void TopologyBuilder::makeParts() {
         };
         std::vector<const FrameShapes*> used;
         visitSides([&](int&, const FrameShapes* shapes) { addOnce(used, shapes); });
-        // Products are with all frames of a group: few more than the body has itself.
-        const auto found = std::find_if(m_topology.parts.begin(), m_topology.parts.end(),
-                                        [&](const Topology::PartGroup& part) {
-                                            if (!sharesPart(b, part.firstBlock)) return false;
-                                            std::vector<const FrameShapes*> all = part.frames;
-                                            for (const FrameShapes* shapes : used)
-                                                addOnce(all, shapes);
-                                            return all.size() <= LargestShare * used.size();
-                                        });
-        m_topology.partOfBlock[size_t(b)] = int(found - m_topology.parts.begin());
-        if (found == m_topology.parts.end()) m_topology.parts.push_back({b, {}, nullptr});
+        m_topology.partOfBlock[size_t(b)] = findPart(b, used);
         std::vector<const FrameShapes*>& frames =
             m_topology.parts[size_t(m_topology.partOfBlock[size_t(b)])].frames;
         visitSides([&](int& partFrame, const FrameShapes* shapes) {

@@ -66,6 +66,8 @@ private:
     /** True for the modes of a body that is rigid: they have no speeds here. **/
     bool isHeld(SimTK::MobilizedBodyIndex body) const;
     bool sharesPart(int block, int other) const;
+    /** The part of a block that needs these shapes, a new one if none suits. **/
+    int findPart(int b, const std::vector<const FrameShapes*>& used);
 
     const SimTK::MultibodySystem& m_system;
     std::string m_owner;  ///< for messages
