@@ -9,6 +9,7 @@
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/equations/Evaluation.h"
+#include "simflex/solver/integration/BdfScheme.h"
 #include "simflex/solver/integration/NewtonMatrixReuse.h"
 #include "simflex/solver/integration/SolutionHistory.h"
 #include "simflex/solver/integration/StepController.h"
@@ -97,7 +98,7 @@ TEST(SolutionHistory, PolynomialsThroughADoubleNodeReproduceCubics) {
     // all four nodes.
     for (int order : {3, 4}) {
         SolutionHistory::Weights weights;
-        const double gamma = history.calcBdf(order, 2, weights);
+        const double gamma = BdfScheme::calcCoefficients(history, order, 2, weights);
         history.combineQ(weights, value);
         EXPECT_NEAR((y(2) - value[0]) / gamma, yDot(2), 1e-12) << "order " << order;
     }
@@ -112,7 +113,7 @@ TEST(SolutionHistory, Bdf2FromADoubleNodeIsTheTrapezoidalRule) {
     point.qDot[0] = 3;
     history.startAtNewest();
     SolutionHistory::Weights weights;
-    EXPECT_NEAR(history.calcBdf(2, 1.4, weights), 0.2, 1e-15);
+    EXPECT_NEAR(BdfScheme::calcCoefficients(history, 2, 1.4, weights), 0.2, 1e-15);
     std::vector<double> value(1);
     history.combineQ(weights, value);
     EXPECT_NEAR(value[0], 5 + 0.2 * 3, 1e-14);

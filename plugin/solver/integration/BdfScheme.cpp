@@ -17,10 +17,41 @@ int BdfScheme::getHighestOrder(const SolutionHistory& history) const {
     return std::min(fixedOrder > 0 ? fixedOrder : getMaximumOrder(), history.numNodes());
 }
 
+double BdfScheme::calcCoefficients(const SolutionHistory& history, int order, double tNew,
+                                   SolutionHistory::Weights& past) {
+    double times[SolutionHistory::Capacity];
+    bool isDouble = false;
+    past = SolutionHistory::Weights();
+    past.numPoints = history.collectNodes(order, times, isDouble);
+    const int points = past.numPoints, oldest = points - 1;
+    double alpha0 = 0;
+    for (int i = 0; i < points; ++i) alpha0 += 1 / (tNew - times[i]);
+    if (isDouble) alpha0 += 1 / (tNew - times[oldest]);
+    const double gamma = 1 / alpha0;
+
+    // The node polynomial of tNew and all nodes, differentiated at tNew.
+    for (int j = 0; j < points; ++j) {
+        double alpha = 1 / (times[j] - tNew);
+        for (int i = 0; i < points; ++i)
+            if (i != j) alpha *= (tNew - times[i]) / (times[j] - times[i]);
+        if (isDouble && j != oldest) alpha *= (tNew - times[oldest]) / (times[j] - times[oldest]);
+        past.value[j] = -gamma * alpha;
+    }
+    if (isDouble) {
+        // With R(t) = (t − t_new)Π_{i≠0}(t − t_i)/(t_new − …): derivative weight (t_new − t₀)R'.
+        double slope = 1 / (times[oldest] - tNew);
+        for (int i = 0; i < oldest; ++i) slope += 1 / (times[oldest] - times[i]);
+        const double span = tNew - times[oldest], weight = past.value[oldest];
+        past.derivative = weight * span;
+        past.value[oldest] = weight * (1 - span * slope);
+    }
+    return gamma;
+}
+
 void BdfScheme::calcFormula(const SolutionHistory& history, int order, double tNew,
                             StepFormula& formula) {
     SolutionHistory::Weights weights;
-    const double gamma = history.calcBdf(order, tNew, weights);
+    const double gamma = calcCoefficients(history, order, tNew, weights);
     formula.t = tNew;
     formula.h = tNew - history[0].t;
     formula.factors = gamma;
@@ -35,7 +66,7 @@ void BdfScheme::calcFormula(const SolutionHistory& history, int order, double tN
 IntegrationScheme::ErrorFactors BdfScheme::calcErrorFactors(const SolutionHistory& history,
                                                             int order, double tNew) const {
     SolutionHistory::Weights unused;
-    const double gamma = history.calcBdf(order, tNew, unused);
+    const double gamma = calcCoefficients(history, order, tNew, unused);
     const double oldest = history[std::min(order, history.size() - 1)].t;
     const double factor = gamma / (tNew - oldest);
     return {factor, factor};

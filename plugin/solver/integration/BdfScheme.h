@@ -17,6 +17,12 @@ public:
     int maximumOrder = 0;  ///< 0: follows the system
     int fixedOrder = 0;    ///< 0: none
 
+    /** y_hist of ẏ = (y − y_hist)/γ at tNew, from the newest `order` nodes, as weights of the
+    points.
+    @returns γ **/
+    static double calcCoefficients(const SolutionHistory& history, int order, double tNew,
+                                   SolutionHistory::Weights& past);
+
     bool suit(Suitability suitability) override;
 
     const char* getName() const override { return "Bdf"; }

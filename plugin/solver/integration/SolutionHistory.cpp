@@ -103,36 +103,6 @@ SolutionHistory::Weights SolutionHistory::calcDerivative(int nodes, double t) co
     return weights;
 }
 
-double SolutionHistory::calcBdf(int order, double tNew, Weights& history) const {
-    double times[Capacity];
-    bool isDouble = false;
-    history = Weights();
-    history.numPoints = collectNodes(order, times, isDouble);
-    const int points = history.numPoints, oldest = points - 1;
-    double alpha0 = 0;
-    for (int i = 0; i < points; ++i) alpha0 += 1 / (tNew - times[i]);
-    if (isDouble) alpha0 += 1 / (tNew - times[oldest]);
-    const double gamma = 1 / alpha0;
-
-    // The node polynomial of tNew and all nodes, differentiated at tNew.
-    for (int j = 0; j < points; ++j) {
-        double alpha = 1 / (times[j] - tNew);
-        for (int i = 0; i < points; ++i)
-            if (i != j) alpha *= (tNew - times[i]) / (times[j] - times[i]);
-        if (isDouble && j != oldest) alpha *= (tNew - times[oldest]) / (times[j] - times[oldest]);
-        history.value[j] = -gamma * alpha;
-    }
-    if (isDouble) {
-        // With R(t) = (t − t_new)Π_{i≠0}(t − t_i)/(t_new − …): derivative weight (t_new − t₀)R'.
-        double slope = 1 / (times[oldest] - tNew);
-        for (int i = 0; i < oldest; ++i) slope += 1 / (times[oldest] - times[i]);
-        const double past = tNew - times[oldest], weight = history.value[oldest];
-        history.derivative = weight * past;
-        history.value[oldest] = weight * (1 - past * slope);
-    }
-    return gamma;
-}
-
 double SolutionHistory::calcNodeProduct(int nodes, double t) const {
     double times[Capacity];
     bool isDouble = false;

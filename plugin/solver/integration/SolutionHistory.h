@@ -61,13 +61,14 @@ public:
         double derivative = 0;  ///< of the oldest point among numPoints
     };
 
+    /** Times of the points among the newest `nodes` nodes, and whether the oldest is a double one.
+    @returns their number **/
+    int collectNodes(int nodes, double* times, bool& isDouble) const;
+
     /** Value at t of the polynomial through the newest `nodes` nodes. @pre nodes ≤ numNodes(). **/
     Weights calcInterpolation(int nodes, double t) const;
     /** Its derivative at t. **/
     Weights calcDerivative(int nodes, double t) const;
-
-    /** BDF: y_hist of ẏ = (y − y_hist)/γ at tNew, from `order` nodes; returns γ. **/
-    double calcBdf(int order, double tNew, Weights& history) const;
 
     /** Π (t − t_i) over the newest `nodes` nodes. **/
     double calcNodeProduct(int nodes, double t) const;
@@ -86,7 +87,6 @@ public:
 private:
     using Member = std::vector<double> SolutionPoint::*;
     bool hasDoubleNode() const { return m_size > 0 && m_startsDouble && m_pushed < Capacity; }
-    int collectNodes(int nodes, double* times, bool& isDouble) const;
     void combine(const Weights& weights, Member value, Member derivative,
                  std::vector<double>& sum) const;
 
