@@ -33,7 +33,7 @@ struct RandomSystemOptions {
 };
 
 /** Bodies are flexible (arrow, of a few shared parts, a third with columns of their own), flexible
-with a general J_b, rigid or hubs; joints have 1 to 6 rows. Without copied rows G has full rank
+with a general J_b, rigid or late; joints have 1 to 6 rows. Without copied rows G has full rank
 wherever a joint's bodies have speeds enough. **/
 NewtonSystem makeRandomNewtonSystem(std::mt19937& random, const RandomSystemOptions& options);
 

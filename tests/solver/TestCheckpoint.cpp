@@ -387,7 +387,7 @@ TEST(Checkpoint, WhatSimbodyEvaluatesGoesOnWithTheSameBits) {
     }
 }
 
-TEST(Checkpoint, RedundantConstraintsBesideAHubGoOnWithTheSameBits) {
+TEST(Checkpoint, RedundantConstraintsBesideALateBlockGoOnWithTheSameBits) {
     // One axle on twenty pins: so many columns that its speeds stay unknowns of the last step,
     // which is given up where redundancies are found.
     MultibodySystem system;

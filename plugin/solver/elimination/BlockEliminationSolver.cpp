@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 using Clock = std::chrono::steady_clock;
 
 /** A block with so many columns that its speeds stay unknowns of step 3. **/
-bool isHub(const NewtonSystem::Block& block) {
+bool isLate(const NewtonSystem::Block& block) {
     return block.numColumns() > 4 * block.size + 64;
 }
 
@@ -53,8 +53,8 @@ public:
         const auto schurStart = Clock::now();
         m_timing.factor += std::chrono::duration<double>(schurStart - start).count();
         factorSchurComplement(system);
-        if (!m_hubs.empty() && !m_fronts->getRedundantUnknowns().empty()) {
-            // Beside a hub a pivot may vanish that the hub itself would fill: look again without.
+        if (!m_lateBlocks.empty() && !m_fronts->getRedundantUnknowns().empty()) {
+            // Beside a late block a pivot may vanish that the block would fill: look again without.
             analyse(system, false);
             factorBlocks(system);
             factorSchurComplement(system);
@@ -70,7 +70,7 @@ public:
         const auto start = Clock::now();
         const int count = int(m_blocks.size());
         parallelFor(hasResidual ? count : 0, m_threads, [&](int b) {
-            if (m_isHub[size_t(b)]) return;
+            if (m_isLate[size_t(b)]) return;
             m_blocks[size_t(b)].eliminate(system.r.data() + m_firstSpeed[size_t(b)],
                                           m_Gz.data() + m_firstColumn[size_t(b)]);
         });
@@ -78,15 +78,15 @@ public:
 
         std::copy(system.c.begin(), system.c.end(), m_x.begin());
         for (int b = 0; b < count && hasResidual; ++b) {
-            if (m_isHub[size_t(b)]) continue;
+            if (m_isLate[size_t(b)]) continue;
             for (int k = m_firstColumn[size_t(b)]; k < m_firstColumn[size_t(b) + 1]; ++k)
                 m_x[size_t(m_rows[size_t(k)])] -= m_Gz[size_t(k)];
         }
-        for (const Hub& hub : m_hubs) {
-            const int size = system.blocks[size_t(hub.block)].size;
-            double* rows = m_x.data() + hub.firstUnknown;
+        for (const LateBlock& late : m_lateBlocks) {
+            const int size = system.blocks[size_t(late.block)].size;
+            double* rows = m_x.data() + late.firstUnknown;
             if (hasResidual)
-                std::copy_n(system.r.data() + m_firstSpeed[size_t(hub.block)], size, rows);
+                std::copy_n(system.r.data() + m_firstSpeed[size_t(late.block)], size, rows);
             else
                 std::fill_n(rows, size, 0.0);
         }
@@ -94,7 +94,7 @@ public:
         const auto substitutionStart = Clock::now();
 
         parallelFor(count, m_threads, [&](int b) {
-            if (m_isHub[size_t(b)]) return;
+            if (m_isLate[size_t(b)]) return;
             const int first = m_firstSpeed[size_t(b)];
             const int begin = m_firstColumn[size_t(b)], end = m_firstColumn[size_t(b) + 1];
             double* lambda = m_columnLambda.data();
@@ -102,9 +102,9 @@ public:
             m_blocks[size_t(b)].substitute(hasResidual ? system.r.data() + first : nullptr,
                                            lambda + begin, m_deltaU.data() + first);
         });
-        for (const Hub& hub : m_hubs)
-            std::copy_n(m_x.data() + hub.firstUnknown, system.blocks[size_t(hub.block)].size,
-                        m_deltaU.data() + m_firstSpeed[size_t(hub.block)]);
+        for (const LateBlock& late : m_lateBlocks)
+            std::copy_n(m_x.data() + late.firstUnknown, system.blocks[size_t(late.block)].size,
+                        m_deltaU.data() + m_firstSpeed[size_t(late.block)]);
         const auto end = Clock::now();
         m_timing.schur += std::chrono::duration<double>(substitutionStart - schurStart).count();
         m_timing.backSubstitution +=
@@ -122,15 +122,15 @@ public:
     }
     const Timing& getTiming() const { return m_timing; }
     bool isFactored() const { return m_isFactored; }
-    bool hasHubs() const { return !m_hubs.empty(); }
-    void dissolveHubs(const NewtonSystem& system) {
+    bool hasLateBlocks() const { return !m_lateBlocks.empty(); }
+    void dissolveLateBlocks(const NewtonSystem& system) {
         m_isFactored = false;
         analyse(system, false);
     }
 
 private:
     /** A block whose speeds are unknowns of step 3: rows −J Δu − Gᵀ Δλ = r. **/
-    struct Hub {
+    struct LateBlock {
         int block;
         int firstUnknown;
         int selfClique;  ///< −J
@@ -143,33 +143,33 @@ private:
     };
 
     /** Lays out the unknowns and cliques of step 3. **/
-    void analyse(const NewtonSystem& system, bool keepHubs) {
+    void analyse(const NewtonSystem& system, bool keepLateBlocks) {
         m_work = 0;
         CliquePattern pattern;
         pattern.numUnknowns = m_numMultipliers;
-        m_hubs.clear();
-        m_isHub.assign(m_blocks.size(), 0);
+        m_lateBlocks.clear();
+        m_isLate.assign(m_blocks.size(), 0);
         m_isRegular.assign(m_blocks.size(), 1);
-        m_hubMatrices.clear();
+        m_lateMatrices.clear();
         std::vector<std::vector<int>> blocksOfRow(static_cast<size_t>(m_numMultipliers));
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             const NewtonSystem::Block& block = system.blocks[b];
             m_work += double(block.size) * block.size + 20.0 * block.size * block.numColumns();
-            m_isHub[b] = keepHubs && isHub(block);
-            pattern.cliques.push_back(m_isHub[b] ? std::vector<int>() : block.rows);
+            m_isLate[b] = keepLateBlocks && isLate(block);
+            pattern.cliques.push_back(m_isLate[b] ? std::vector<int>() : block.rows);
             for (int row : block.rows) blocksOfRow[size_t(row)].push_back(int(b));
         }
         for (size_t b = 0; b < m_blocks.size(); ++b) {
-            if (!m_isHub[b]) continue;
+            if (!m_isLate[b]) continue;
             const NewtonSystem::Block& block = system.blocks[b];
-            Hub hub;
-            hub.block = int(b);
-            hub.firstUnknown = pattern.numUnknowns;
+            LateBlock late;
+            late.block = int(b);
+            late.firstUnknown = pattern.numUnknowns;
             pattern.numUnknowns += block.size;
             std::vector<int> speeds;
-            for (int i = 0; i < block.size; ++i) speeds.push_back(hub.firstUnknown + i);
+            for (int i = 0; i < block.size; ++i) speeds.push_back(late.firstUnknown + i);
             pattern.lastUnknowns.insert(pattern.lastUnknowns.end(), speeds.begin(), speeds.end());
-            hub.selfClique = int(pattern.cliques.size());
+            late.selfClique = int(pattern.cliques.size());
             pattern.cliques.push_back(speeds);
             // Columns of one joint together: those that act on the same blocks.
             for (int first = 0; first < block.numColumns();) {
@@ -180,27 +180,27 @@ private:
                 while (first + columns < block.numColumns() &&
                        blocksOf(first + columns) == blocksOf(first))
                     ++columns;
-                hub.couplings.push_back({int(pattern.cliques.size()), first, columns});
+                late.couplings.push_back({int(pattern.cliques.size()), first, columns});
                 std::vector<int> clique = speeds;
                 clique.insert(clique.end(), block.rows.begin() + first,
                               block.rows.begin() + first + columns);
                 pattern.cliques.push_back(clique);
                 first += columns;
             }
-            hub.minusJ.setZero(block.size, block.size);
-            hub.Gt.setZero(block.size, block.numColumns());
-            m_hubs.push_back(std::move(hub));
+            late.minusJ.setZero(block.size, block.size);
+            late.Gt.setZero(block.size, block.numColumns());
+            m_lateBlocks.push_back(std::move(late));
         }
         m_firstComplianceClique = int(pattern.cliques.size());
         for (size_t row = 0; row < system.compliance.size(); ++row)
             if (system.compliance[row] != 0) pattern.cliques.push_back({int(row)});
-        // Rows that act on hubs alone have no diagonal until the hubs are eliminated.
-        for (int row = 0; row < m_numMultipliers && !m_hubs.empty(); ++row)
+        // Rows that act on late blocks alone have no diagonal until the late blocks are eliminated.
+        for (int row = 0; row < m_numMultipliers && !m_lateBlocks.empty(); ++row)
             if (std::all_of(blocksOfRow[size_t(row)].begin(), blocksOfRow[size_t(row)].end(),
-                            [&](int b) { return m_isHub[size_t(b)]; }))
+                            [&](int b) { return m_isLate[size_t(b)]; }))
                 pattern.lastUnknowns.push_back(row);
         m_cliqueValues.assign(pattern.cliques.size(), nullptr);
-        m_hubMatrices.resize(pattern.cliques.size());
+        m_lateMatrices.resize(pattern.cliques.size());
         m_x.assign(size_t(pattern.numUnknowns), 0);
         m_fronts = std::make_unique<FrontSolver>(pattern);
         m_work += m_fronts->getTree().work();
@@ -218,7 +218,7 @@ private:
         const int count = int(m_blocks.size());
         parallelFor(count, m_threads, [&](int b) {
             m_isRegular[size_t(b)] =
-                m_isHub[size_t(b)] || m_blocks[size_t(b)].factor(system, system.blocks[size_t(b)]);
+                m_isLate[size_t(b)] || m_blocks[size_t(b)].factor(system, system.blocks[size_t(b)]);
         });
         const int culprit =
             int(std::find(m_isRegular.begin(), m_isRegular.end(), 0) - m_isRegular.begin());
@@ -231,11 +231,11 @@ private:
     void factorSchurComplement(const NewtonSystem& system) {
         bool isSymmetric = true;
         for (size_t b = 0; b < m_blocks.size(); ++b) {
-            m_cliqueValues[b] = m_isHub[b] ? nullptr : m_blocks[b].getSchur();
+            m_cliqueValues[b] = m_isLate[b] ? nullptr : m_blocks[b].getSchur();
             isSymmetric =
                 isSymmetric && system.blocks[b].form != NewtonSystem::Block::Form::General;
         }
-        for (Hub& hub : m_hubs) fillHub(system, hub);
+        for (LateBlock& late : m_lateBlocks) fillLateBlock(system, late);
         size_t clique = size_t(m_firstComplianceClique);
         for (const double& compliance : system.compliance)
             if (compliance != 0) m_cliqueValues.at(clique++) = &compliance;
@@ -244,26 +244,27 @@ private:
         m_fronts->factor(m_cliqueValues, m_threads);
     }
 
-    void fillHub(const NewtonSystem& system, Hub& hub) {
-        const NewtonSystem::Block& block = system.blocks[size_t(hub.block)];
+    void fillLateBlock(const NewtonSystem& system, LateBlock& late) {
+        const NewtonSystem::Block& block = system.blocks[size_t(late.block)];
         const int n = block.size;
         if (block.form == NewtonSystem::Block::Form::Arrow) {
             const NewtonSystem::Part& part = system.parts[size_t(block.part)];
-            hub.minusJ.topLeftCorner<6, 6>() = -Map<const MatrixXd>(block.head.data(), 6, 6);
-            hub.minusJ.bottomLeftCorner(n - 6, 3) =
+            late.minusJ.topLeftCorner<6, 6>() = -Map<const MatrixXd>(block.head.data(), 6, 6);
+            late.minusJ.bottomLeftCorner(n - 6, 3) =
                 -Map<const MatrixXd>(block.coupling.data(), n - 6, 3);
-            hub.minusJ.topRightCorner(3, n - 6) = hub.minusJ.bottomLeftCorner(n - 6, 3).transpose();
-            hub.minusJ.diagonal().tail(n - 6) = -Map<const VectorXd>(part.diagonal.data(), n - 6);
+            late.minusJ.topRightCorner(3, n - 6) =
+                late.minusJ.bottomLeftCorner(n - 6, 3).transpose();
+            late.minusJ.diagonal().tail(n - 6) = -Map<const VectorXd>(part.diagonal.data(), n - 6);
         } else {
-            hub.minusJ = -Map<const MatrixXd>(block.matrix.data(), n, n);
+            late.minusJ = -Map<const MatrixXd>(block.matrix.data(), n, n);
         }
-        system.expandGt(block, hub.Gt.data());
-        m_cliqueValues[size_t(hub.selfClique)] = hub.minusJ.data();
-        for (const Hub::Coupling& coupling : hub.couplings) {
-            MatrixXd& values = m_hubMatrices[size_t(coupling.clique)];
+        system.expandGt(block, late.Gt.data());
+        m_cliqueValues[size_t(late.selfClique)] = late.minusJ.data();
+        for (const LateBlock::Coupling& coupling : late.couplings) {
+            MatrixXd& values = m_lateMatrices[size_t(coupling.clique)];
             const int k = coupling.numColumns;
             values.setZero(n + k, n + k);
-            values.topRightCorner(n, k) = -hub.Gt.middleCols(coupling.firstColumn, k);
+            values.topRightCorner(n, k) = -late.Gt.middleCols(coupling.firstColumn, k);
             values.bottomLeftCorner(k, n) = values.topRightCorner(n, k).transpose();
             m_cliqueValues[size_t(coupling.clique)] = values.data();
         }
@@ -272,9 +273,9 @@ private:
     int m_numMultipliers;
     std::vector<PartFactors> m_parts;
     std::vector<BlockFactors> m_blocks;
-    std::vector<char> m_isHub, m_isRegular, m_isPartUsed;
-    std::vector<Hub> m_hubs;
-    std::vector<MatrixXd> m_hubMatrices;  ///< by clique
+    std::vector<char> m_isLate, m_isRegular, m_isPartUsed;
+    std::vector<LateBlock> m_lateBlocks;
+    std::vector<MatrixXd> m_lateMatrices;  ///< by clique
     std::vector<const double*> m_cliqueValues;
     int m_firstComplianceClique = 0;
     std::unique_ptr<FrontSolver> m_fronts;
@@ -283,7 +284,7 @@ private:
     std::vector<int> m_rows;                       ///< all blocks' columns, one after another
     std::vector<double> m_deltaU;
     std::vector<double> m_Gz, m_columnLambda;  ///< by column
-    std::vector<double> m_x;                   ///< Δλ, then hubs' Δu
+    std::vector<double> m_x;                   ///< Δλ, then late blocks' Δu
     double m_work = 0;                         ///< of one factor() with arrows
     int m_threads = 1;
     bool m_isFactored = false;
@@ -320,11 +321,11 @@ const double* BlockEliminationSolver::getDeltaLambda() const {
 bool BlockEliminationSolver::isFactored() const {
     return m_impl->isFactored();
 }
-bool BlockEliminationSolver::hasHubs() const {
-    return m_impl->hasHubs();
+bool BlockEliminationSolver::hasLateBlocks() const {
+    return m_impl->hasLateBlocks();
 }
-void BlockEliminationSolver::dissolveHubs(const NewtonSystem& system) {
-    m_impl->dissolveHubs(system);
+void BlockEliminationSolver::dissolveLateBlocks(const NewtonSystem& system) {
+    m_impl->dissolveLateBlocks(system);
 }
 int BlockEliminationSolver::getNumRedundant() const {
     return int(getRedundantRows().size());

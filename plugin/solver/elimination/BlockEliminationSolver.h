@@ -9,7 +9,7 @@ Solves a NewtonSystem by block Gaussian elimination over bodies, then over multi
 
 An arrow block costs O(36 n). S is factored by fronts in a nested-dissection order found once, or as
 one dense matrix if it is small; LDLᵀ if every block is symmetric, else LU. A body with very many
-joints (a hub) would couple them all: its speeds stay in step 3 as unknowns instead.
+joints would couple them all: it is late, its speeds stay in step 3 as unknowns instead.
 
 Redundant constraints leave S singular: then Δλ is the least-squares solution of least norm, and
 getRedundantRows() names them. Sums over blocks have a fixed order, so results are the same to the
@@ -62,9 +62,9 @@ public:
     bool isFactored() const;
     /** True while blocks with very many columns stay unknowns of step 3; factor() gives that up for
     good where it finds redundancies beside them. **/
-    bool hasHubs() const;
+    bool hasLateBlocks() const;
     /** Gives it up now. **/
-    void dissolveHubs(const NewtonSystem& system);
+    void dissolveLateBlocks(const NewtonSystem& system);
 
     /** Factors every J_b and S. @pre same topology as in the constructor.
     @throws std::runtime_error that names the block if a J_b is singular or not finite. **/

@@ -17,7 +17,10 @@ evaluated here; Simbody is asked only for rigid trees with other mobilizers and 
 
     Evaluation equations(system, state);
     equations.realize(t, q, u);
-    equations.calcResidual(q, u, uDot, lambda, r); **/
+    equations.calcResidual(q, u, uDot, lambda, r);
+
+It has more than 25 methods because it hands out what it is made of: half of them give access to a
+part. **/
 
 #include <memory>
 #include <vector>

@@ -583,13 +583,13 @@ void ImplicitStep::visit(Checkpoint& checkpoint) {
     checkpoint.visit(m_lastUDot, m_multiplierFloor, m_canProject, m_mayLoseCount);
     checkpoint.visit(m_renewsDerivatives);
     checkpoint.visit(m_denseStepsLeft, m_densePeriod);
-    bool isFactored = m_solver.isFactored(), hasHubs = m_solver.hasHubs();
-    checkpoint.visit(isFactored, hasHubs);
+    bool isFactored = m_solver.isFactored(), hasLateBlocks = m_solver.hasLateBlocks();
+    checkpoint.visit(isFactored, hasLateBlocks);
     if (!isFactored && (m_canProject || m_reuse.hasMatrix()))
         Checkpoint::refuse("it has no matrix to go on with");
     if (isFactored) m_system.visit(checkpoint);
     if (!checkpoint.isReading() || !isFactored) return;
-    if (!hasHubs && m_solver.hasHubs()) m_solver.dissolveHubs(m_system);
+    if (!hasLateBlocks && m_solver.hasLateBlocks()) m_solver.dissolveLateBlocks(m_system);
     m_solver.factor(m_system);
     m_timed = m_solver.getTiming();
 }
