@@ -33,11 +33,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::string path = fuzz::getFolder().write(
         "kept.state", std::string(reinterpret_cast<const char*>(data), size));
     SimTK::State state;
-    if (!fuzz::accepts([&] { state = cli::readKeptState(path, model); })) return 0;
+    if (!fuzz::accepts([&] { state = model::readKeptState(path, model); })) return 0;
     for (int i = 0; i < state.getNY(); ++i)
         if (!std::isfinite(state.getY()[i])) fuzz::fail("a value is not finite");
-    cli::writeKeptState(path, model, state);
-    const SimTK::State same = cli::readKeptState(path, model);
+    model::writeKeptState(path, model, state);
+    const SimTK::State same = model::readKeptState(path, model);
     for (int i = 0; i < state.getNY(); ++i)
         if (same.getY()[i] != state.getY()[i]) fuzz::fail("a state that was written is another");
     return 0;

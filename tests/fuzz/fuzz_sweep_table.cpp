@@ -5,6 +5,7 @@ checksum must be found out; objects changed by another program give curves or a 
 #include <cmath>
 
 #include "FuzzHdf5.h"
+#include "simflex/model/results/ResultWriter.h"
 #include "simflex/model/sweep/SweepResults.h"
 #include "simflex/model/sweep/SweepTable.h"
 
