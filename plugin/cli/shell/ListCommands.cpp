@@ -162,7 +162,7 @@ void listFrames(Shell& shell) {
     shell.print("%s", table.format().c_str());
 }
 
-void list(Shell& shell, const Words& words) {
+void printList(Shell& shell, const Words& words) {
     const std::string& what = words[0];
     if (what == "modes") {
         if (words.size() < 2) throw std::runtime_error("of which body? write 'list modes BODY'");
@@ -288,9 +288,9 @@ std::vector<std::string> completeList(const Shell& shell, const Words& before, c
 
 void addListCommands(std::vector<Command>& commands) {
     const std::string group = "What there is";
-    commands.push_back({group, "list",
-                        "bodies | joints | motions | modes BODY | probes | parameters | frames",
-                        "Lists what the model has, as it is now.", "", 1, 2, list, completeList});
+    commands.push_back(
+        {group, "list", "bodies | joints | motions | modes BODY | probes | parameters | frames",
+         "Lists what the model has, as it is now.", "", 1, 2, printList, completeList});
     commands.push_back({group, "probe", "[NAME ...]", "Prints probes as they are now; alone: all.",
                         "", 0, 1000, printProbes,
                         [](const Shell& shell, const Words&, const std::string&) {

@@ -19,7 +19,7 @@ namespace model {
 
 namespace {
 
-using Kind = ModelValue::Kind;
+using ValueKind = ModelValue::Kind;
 using Form = SchemaForm::Kind;
 using Node = ModelValue::Node;
 using NodePointer = std::shared_ptr<const Node>;
@@ -43,17 +43,17 @@ public:
         node->isPlainText = tree.isPlainText;
         switch (tree.kind) {
             case YamlTree::Kind::Scalar:
-                node->kind = Kind::Scalar;
+                node->kind = ValueKind::Scalar;
                 node->scalar = tree.scalar;
                 checkScalar(tree, *node);
                 break;
             case YamlTree::Kind::List:
-                node->kind = Kind::List;
+                node->kind = ValueKind::List;
                 node->form = findForm(tree, *node, {Form::List});
                 checkList(tree, *node);
                 break;
             default:
-                node->kind = Kind::Map;
+                node->kind = ValueKind::Map;
                 node->form = findForm(tree, *node, {Form::Map, Form::Entries});
                 if (node->form->kind == Form::Map)
                     checkMap(tree, *node);

@@ -21,7 +21,7 @@ const double kPi = 3.14159265358979323846;
 const double kGravity = 9.80665;
 const int kFormat = 1;
 const std::string kHdf5 = "\x89HDF\r\n";
-const std::uintmax_t kMaxBytes = 16000000;
+const std::uintmax_t kLargestFile = 16000000;
 
 /** Refuses files of newer formats before anything else of them is judged. **/
 void checkFormat(const YamlTree& tree, const std::string& path) {
@@ -145,9 +145,9 @@ ModelText loadModelText(const std::string& path, const std::vector<std::string>&
     char block[65536];
     while (file.read(block, sizeof block) || file.gcount() > 0) {
         text.append(block, static_cast<std::size_t>(file.gcount()));
-        if (text.size() > kMaxBytes)
+        if (text.size() > kLargestFile)
             throw std::runtime_error("the model file " + path + " has more than " +
-                                     std::to_string(kMaxBytes) +
+                                     std::to_string(kLargestFile) +
                                      " bytes (large tables belong in CSV files)");
     }
     return {path, text, settings};

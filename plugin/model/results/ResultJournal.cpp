@@ -22,7 +22,7 @@ constexpr std::uint64_t kMarkSize = sizeof kMark - 1;
 constexpr std::uint64_t kFrame = 3 * sizeof(std::uint64_t);  // kind and size before, sum behind
 constexpr size_t kLeastSeries = 4 * sizeof(std::uint64_t),
                  kLeastStatistic = 2 * sizeof(std::uint64_t);
-enum Kind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete, Warning };
+enum EntryKind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete, Warning };
 
 std::uint64_t calcSum(const char* bytes, size_t size) {
     Hash hash;
