@@ -29,14 +29,14 @@ FrameMotion calcRelativeMotion(const FrameMotion& F, const FrameMotion& M) {
     return motion;
 }
 
-struct Quantity {
+struct FrameQuantity {
     const char* unit;
     Vec3 (*take)(const FrameMotion& motion);
 };
 
-const std::map<std::string, Quantity>& getQuantities() {
+const std::map<std::string, FrameQuantity>& getQuantities() {
     using Motion = FrameMotion;
-    static const std::map<std::string, Quantity> quantities{
+    static const std::map<std::string, FrameQuantity> quantities{
         {"position", {"m", [](const Motion& m) { return m.X.p(); }}},
         {"velocity", {"m/s", [](const Motion& m) { return m.V[1]; }}},
         {"acceleration", {"m/s^2", [](const Motion& m) { return m.A[1]; }}},
@@ -48,7 +48,7 @@ const std::map<std::string, Quantity>& getQuantities() {
 }
 
 /** The quantity that an entry asks for, or null. **/
-const std::pair<const std::string, Quantity>* findQuantity(const ModelValue& entry) {
+const std::pair<const std::string, FrameQuantity>* findQuantity(const ModelValue& entry) {
     for (const auto& quantity : getQuantities())
         if (entry.has(quantity.first)) return &quantity;
     return nullptr;

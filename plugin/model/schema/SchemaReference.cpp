@@ -16,7 +16,7 @@ namespace {
 
 using Kind = SchemaForm::Kind;
 
-std::vector<std::string> splitPath(const std::string& path) {
+std::vector<std::string> splitKeys(const std::string& path) {
     std::vector<std::string> parts;
     std::size_t begin = 0;
     while (begin < path.size()) {
@@ -234,7 +234,7 @@ bool hasItemKey(const std::vector<const SchemaForm*>& forms, const std::string& 
 
 /** "joints.NAME.type" for "joints.type": a key of what is named, where a name was left out. **/
 std::string addNames(const std::string& path) {
-    const std::vector<std::string> parts = splitPath(path);
+    const std::vector<std::string> parts = splitKeys(path);
     std::vector<std::string> full;
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const std::vector<const SchemaForm*> forms = findSchemaForms(joinNames(full, "."));
@@ -249,7 +249,7 @@ std::string addNames(const std::string& path) {
 
 std::vector<const SchemaForm*> findSchemaForms(const std::string& path) {
     std::vector<const SchemaForm*> forms{&getModelSchema()};
-    for (const std::string& part : splitPath(path)) forms = findBelow(forms, part);
+    for (const std::string& part : splitKeys(path)) forms = findBelow(forms, part);
     return forms;
 }
 
@@ -272,7 +272,7 @@ std::vector<std::string> getSchemaChoices(const std::string& path) {
 std::string writeKeyReference(const std::string& shortPath, ReferenceFormat format) {
     const std::string path = addNames(shortPath);
     Reference reference(format);
-    const std::vector<std::string> parts = splitPath(path);
+    const std::vector<std::string> parts = splitKeys(path);
     const std::vector<const SchemaForm*> forms = findSchemaForms(path);
     if (forms.empty()) failUnknownPath(parts);
     if (!parts.empty()) {  // the key itself
