@@ -24,7 +24,7 @@ std::string describeDefault(const ModelValue& value) {
 
 std::optional<std::string> formatModelValue(const ModelValue& file, const std::string& path) {
     ModelValue value = file;
-    for (const std::string& part : splitPath(path)) {
+    for (const std::string& part : splitAtPoints(path)) {
         if (value.isList()) {
             value = value.at(readIndex(part, 0, value.getSize(), "item"));
             continue;
@@ -63,7 +63,7 @@ std::vector<std::string> completeModelPath(const ModelValue& file, const std::st
         }
         return inner;
     };
-    PathParts parts = splitPath(begin);
+    PathParts parts = splitAtPoints(begin);
     parts.pop_back();
     Forms forms{&getModelSchema()};
     std::optional<ModelValue> value = file;

@@ -261,7 +261,7 @@ std::optional<Quantity> findBodyQuantity(const Session& session, const PathParts
 
 }  // namespace
 
-PathParts splitPath(const std::string& path) {
+PathParts splitAtPoints(const std::string& path) {
     PathParts parts(1);
     for (const char c : path) {
         if (c == '.')
@@ -294,7 +294,7 @@ std::string normalizePath(const std::string& path) {
 }
 
 std::optional<Quantity> findQuantity(const Session& session, const std::string& path) {
-    const PathParts parts = splitPath(normalizePath(path));
+    const PathParts parts = splitAtPoints(normalizePath(path));
     if (path == "time") {
         Quantity quantity;
         quantity.path = "time";

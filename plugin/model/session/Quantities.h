@@ -9,7 +9,7 @@ namespace simflex {
 namespace model {
 
 using PathParts = std::vector<std::string>;
-PathParts splitPath(const std::string& path);
+PathParts splitAtPoints(const std::string& path);
 
 /** The number of an element, counted from `first`. @throws std::runtime_error that names the
 range. **/
