@@ -1,6 +1,15 @@
 #pragma once
 /** @file
-The state of an ImplicitIntegrator (private header). **/
+The state of an ImplicitIntegrator, and what it does (private header):
+
+    IntegratorSettings.cpp    what may be set when
+    IntegratorStart.cpp       equations, a consistent point, the first step's length
+    StepTaking.cpp            a step: tries, their error, order and length of the next one
+    UnseenError.cpp           what loads and motions do inside of a step
+    EventLoop.cpp             time goes on: steps, triggers, reports and handlers
+    ReturnedEvents.cpp        for programs that handle events themselves
+    ShownState.cpp            States, accelerations and multipliers at a time
+    IntegratorCheckpoint.cpp  an integration written and read **/
 
 #include <algorithm>
 #include <chrono>

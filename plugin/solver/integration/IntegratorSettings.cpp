@@ -1,0 +1,104 @@
+// An integrator is made, and what may be set when.
+#include <utility>
+
+#include "simflex/solver/integration/ImplicitIntegratorImpl.h"
+
+namespace simflex {
+
+using SimTK::Real;
+
+namespace {
+
+const SimTK::MultibodySystem& requireMultibodySystem(const SimTK::System& system,
+                                                     const std::string& integrator) {
+    if (!SimTK::MultibodySystem::isInstanceOf(system))
+        throw std::invalid_argument(integrator +
+                                    ": the System is not a SimTK::MultibodySystem; for other "
+                                    "equations take one of Simbody's integrators");
+    return SimTK::MultibodySystem::downcast(system);
+}
+
+}  // namespace
+
+ImplicitIntegrator::Implementation::Implementation(
+    std::string integratorName, const SimTK::System& system,
+    std::unique_ptr<IntegrationScheme> integrationScheme)
+    : name(std::move(integratorName)),
+      m_system(requireMultibodySystem(system, name)),
+      m_scheme(std::move(integrationScheme)),
+      m_events(m_system),
+      m_image(m_system) {}
+
+void ImplicitIntegrator::Implementation::requireInitialized(const char* method) const {
+    if (!m_isInitialized) throw std::logic_error(name + "::" + method + "() before initialize()");
+}
+
+void ImplicitIntegrator::Implementation::requireNotInitialized(const char* method) const {
+    if (m_isInitialized)
+        throw std::logic_error(name + "::" + method +
+                               "() after initialize(): an integration keeps the settings it was "
+                               "begun with; set them before, or make another integrator");
+}
+
+void ImplicitIntegrator::Implementation::setFinalTime(Real time) {
+    if (m_isInitialized && !(time >= m_history[0].t))
+        throw std::invalid_argument(name + "::setFinalTime(): time " + std::to_string(time) +
+                                    " s is before " + std::to_string(m_history[0].t) +
+                                    " s, which is reached already");
+    finalTime = time;
+    const bool isReached = !(m_visible.t < finalTime);
+    m_isFinished = m_isFinished && isReached;
+    m_isFinalTimeReturned = m_isFinalTimeReturned && isReached;
+    m_isOver = m_isOver && isReached;
+}
+
+void ImplicitIntegrator::Implementation::setWaiting(Real Waiting::*setting, Real value) {
+    m_waiting.*setting = value;
+    if (!m_isInitialized) adoptSettings();
+}
+
+void ImplicitIntegrator::Implementation::adoptSettings() {
+    accuracy = m_waiting.accuracy;
+    constraintTolerance = m_waiting.constraintTolerance;
+    initialStep = m_waiting.initialStep;
+}
+
+void ImplicitIntegrator::Implementation::setMinimumStep(Real h) {
+    if (m_isInitialized && maximumStep > 0 && h > maximumStep)
+        throw std::invalid_argument(name + "::setMinimumStepSize(): above setMaximumStepSize()");
+    minimumStep = h;
+}
+
+void ImplicitIntegrator::Implementation::setMaximumStep(Real h) {
+    if (m_isInitialized && h < std::max(minimumStep, fixedStep))
+        throw std::invalid_argument(name +
+                                    "::setMaximumStepSize(): below setMinimumStepSize() or "
+                                    "setFixedStep()");
+    maximumStep = h;
+    if (m_isInitialized) m_longestStep = h;
+}
+
+void ImplicitIntegrator::Implementation::setFixedStep(Real h) {
+    if (m_isInitialized && maximumStep > 0 && h > maximumStep)
+        throw std::invalid_argument(name + "::setFixedStep(): above setMaximumStepSize()");
+    fixedStep = m_nextStep = h;
+    m_longestStep = std::max(m_longestStep, double(h));
+}
+
+void ImplicitIntegrator::Implementation::setForceFullNewton(bool force) {
+    forceFullNewton = force;
+    if (m_step) m_step->forceFullNewton = force;
+}
+
+void ImplicitIntegrator::Implementation::setNumThreads(int threads) {
+    numThreads = threads;
+    if (m_isInitialized) m_step->setNumThreads(numThreads);
+}
+
+void ImplicitIntegrator::Implementation::setNewtonSystemObserver(
+    std::function<void(const NewtonSystem&)> newObserver) {
+    observer = std::move(newObserver);
+    if (m_isInitialized) m_step->observer = observer;
+}
+
+}  // namespace simflex

@@ -1,0 +1,269 @@
+// One step: tries, their error, order and length of the next one.
+#include <sstream>
+
+#include "simflex/solver/integration/FailureDiagnosis.h"
+#include "simflex/solver/integration/ImplicitIntegratorImpl.h"
+
+namespace simflex {
+
+using SimTK::State;
+
+bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double* error) {
+    ++statistics.stepsAttempted;
+    const long iterationsBefore = statistics.newtonIterations;
+    const double t = m_history[0].t + h;
+    m_equations->updErrorNorm().setReference(m_history[0].q.data(), m_history[0].u.data(),
+                                             m_history[0].z.data());
+    m_scheme->calcFormula(m_history, order, t, m_formula);
+    m_new.t = t;
+    const SolutionHistory::Weights prediction =
+        m_history.calcInterpolation(std::min(order + 1, m_history.numNodes()), t);
+    m_history.combineQ(prediction, m_new.q);
+    m_history.combineU(prediction, m_new.u);
+    m_history.combineZ(prediction, m_new.z);
+    const int pointsOfLambda =
+        m_equations->updErrorNorm().isInMetres() ? 2 : std::clamp(order, 2, 4);
+    m_history.extrapolateLambda(pointsOfLambda, t, m_new.lambda);
+
+    m_outcome = m_solvesPositions ? m_step->solveNearSingularity(m_formula, m_new)
+                                  : m_step->solve(m_formula, formulation, m_new);
+    if (!m_outcome.converged) {
+        statistics.divergentIterations += statistics.newtonIterations - iterationsBefore;
+        return false;
+    }
+
+    if (formulation == Formulation::StabilizedIndex2) {
+        m_new.constraintError = m_step->projectPositions(t, constraintTolerance, m_new.q, m_new.u,
+                                                         &m_worstProjectedRow);
+        if (!(m_new.constraintError <= constraintTolerance) || m_step->mayLoseCount()) return false;
+        if (m_solvesPositions && !m_step->projectStepSpeeds(m_formula, m_new, &m_worstProjectedRow))
+            return false;
+    } else {
+        m_new.constraintError = m_step->calcPositionError(t, m_new.q, m_new.u);
+    }
+    m_new.power = m_equations->calcPower(m_new.q.data(), m_new.u.data(), m_new.uDot.data(),
+                                         m_new.lambda.data());
+    m_new.work = m_formula.workHist + m_formula.quadrature * m_new.power;
+    m_equations->getBlocks().normalizeQ(m_new.q.data());
+    m_scheme->completePoint(m_history, m_formula, m_new);
+    if (fixedStep > 0)
+        *error = 0;
+    else
+        *error = m_history.numNodes() > order ? calcError(order) : calcFirstError();
+    if (fixedStep == 0 && *error <= 1) *error = std::max(*error, calcUnseenError(order));
+    return true;
+}
+
+double ImplicitIntegrator::Implementation::calcError(int order) {
+    const IntegrationScheme::ErrorFactors factors =
+        m_scheme->calcErrorFactors(m_history, order, m_new.t);
+    const SolutionHistory::Weights prediction = m_history.calcInterpolation(order + 1, m_new.t);
+    m_history.combineQ(prediction, m_errorQ);
+    m_history.combineU(prediction, m_errorU);
+    m_history.combineZ(prediction, m_errorZ);
+    for (size_t i = 0; i < m_errorQ.size(); ++i)
+        m_errorQ[i] = factors.q * (m_new.q[i] - m_errorQ[i]);
+    for (size_t i = 0; i < m_errorU.size(); ++i)
+        m_errorU[i] = factors.u * (m_new.u[i] - m_errorU[i]);
+    for (size_t i = 0; i < m_errorZ.size(); ++i)
+        m_errorZ[i] = factors.u * (m_new.z[i] - m_errorZ[i]);
+    m_equations->getSimbody().clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
+    return std::max(
+               m_equations->updErrorNorm().calcSize(m_errorQ.data(), m_errorU.data(),
+                                                    m_new.t - m_history[0].t, &m_worstErrorBlock),
+               m_equations->updErrorNorm().calcZSize(m_errorZ.data())) /
+           accuracy;
+}
+
+double ImplicitIntegrator::Implementation::calcFirstError() {
+    const SolutionPoint& last = m_history[0];
+    const double h = m_new.t - last.t, factor = m_scheme->getFirstErrorConstant() * h;
+    std::fill(m_errorQ.begin(), m_errorQ.end(), 0.0);
+    for (size_t i = 0; i < m_errorU.size(); ++i)
+        m_errorU[i] = factor * (m_new.uDot[i] - last.uDot[i]);
+    for (size_t i = 0; i < m_errorZ.size(); ++i)
+        m_errorZ[i] = factor * (m_new.zDot[i] - last.zDot[i]);
+    m_equations->getSimbody().clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
+    return std::max(m_equations->updErrorNorm().calcSize(m_errorQ.data(), m_errorU.data(), h,
+                                                         &m_worstErrorBlock),
+                    m_equations->updErrorNorm().calcZSize(m_errorZ.data())) /
+           accuracy;
+}
+
+void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, int order) {
+    const int lowest = m_scheme->getLowestOrder();
+    const int highest = m_scheme->getHighestOrder(m_history);
+    if (fixedStep > 0) {
+        m_nextStep = fixedStep;
+        m_order = std::min(std::max(order + 1, lowest), highest);
+        return;
+    }
+    // Candidate orders k−1, k, k+1; the one that allows the longest step wins. A higher one has to
+    // promise more: where error terms do not fall with the order, the method is near instability.
+    constexpr double Preference = 1.2;
+    const auto growth = [](double err, int k) {
+        return std::pow(StepController::Target / std::max(err, 1e-10), 1.0 / (k + 1));
+    };
+    ++m_stepsAtOrder;
+    double best = growth(error, order);
+    int bestOrder = order;
+    if (order > lowest && m_stepsAtOrder > 1) {
+        const double lower = growth(calcError(order - 1), order - 1);
+        if (lower > best) best = lower, bestOrder = order - 1;
+    }
+    if (order < highest && (order < lowest || m_stepsAtOrder > order) &&
+        m_history.numNodes() > order + 1) {
+        const double higher = growth(calcError(order + 1), order + 1);
+        if (higher > Preference * best || order < lowest) best = higher, bestOrder = order + 1;
+    }
+    // Ratios to which the formulas are zero-stable with some room.
+    const double largest = bestOrder <= 2 ? 2.0 : 1.5;
+    if (bestOrder == order) {
+        m_nextStep = h * m_controller.calcRatio(error, order, largest);
+    } else {
+        m_controller.restart();
+        m_stepsAtOrder = 0;
+        m_nextStep = h * std::clamp(best, 0.5, largest);
+    }
+    m_order = bestOrder;
+    m_nextStep = std::min(m_nextStep, m_longestStep);
+}
+
+void ImplicitIntegrator::Implementation::passBreak() {
+    // What does not depend on time is the same on both sides to the last bit.
+    constexpr double SmallestJump = 1e-9;
+    SolutionPoint& point = m_history.newest();
+    const std::vector<double> before = m_step->calcLoads(point.t, point.q, point.u);
+    enterSmoothSpan(point.t);
+    m_equations->prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
+    const std::vector<double> after = m_step->calcLoads(point.t, point.q, point.u);
+    bool jumps = false;
+    for (size_t i = 0; i < before.size(); ++i)
+        jumps = jumps || !(std::abs(after[i] - before[i]) <=
+                           SmallestJump * std::max(std::abs(before[i]), std::abs(after[i])));
+    if (!jumps) {
+        // There may be a kink, through which no polynomial of high order goes.
+        m_stepsAtOrder = 0;
+        m_order = std::min(m_order, m_scheme->getLowestOrder());
+        return;
+    }
+    restartAtNewest();
+    m_nextStep = chooseInitialStep(point, m_nextStep);
+}
+
+void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
+    if (lastStep > 0 && statistics.stepsTaken > 0) {
+        statistics.sumOfSquaredLogRatios += std::pow(std::log(h / lastStep), 2);
+        ++statistics.stepRatios;
+    }
+    // The whole point is copied: every array has its size already.
+    m_history.push() = m_new;
+    m_equations->updBlocks().followPose();
+    ++statistics.stepsTaken;
+    ++statistics.stepsAtOrder[size_t(order)];
+    statistics.timeCovered += h;
+    statistics.largestStep = std::max(statistics.largestStep, h);
+    statistics.smallestStep = statistics.stepsTaken == 1 ? h : std::min(statistics.smallestStep, h);
+    if (SimTK::isNaN(firstStep)) firstStep = h;
+    lastStep = h;
+    lastOrder = order;
+}
+
+void ImplicitIntegrator::Implementation::takeStep(double limit) {
+    double h = std::min(m_nextStep, m_longestStep);
+    bool isCut = false;
+    const double remaining = limit - m_history[0].t;
+    if (h >= remaining * (1 - 1e-10)) {
+        isCut = h > remaining * (1 + 1e-10);
+        h = remaining;
+    } else if (fixedStep == 0 && h > 0.5 * remaining) {
+        h = 0.5 * remaining;  // two equal steps rather than a long and a tiny one
+        isCut = true;
+    }
+    const double wanted = m_nextStep;
+    int order = std::min(m_order, m_history.numNodes());
+    int failures = 0, retries = 0;
+    m_solvesPositions = false;
+    for (;;) {
+        double error = 0;
+        const bool isSolved = attemptStep(h, order, &error);
+        if (isSolved && error <= 1) {
+            // m_history still lacks the new point: the estimates of other orders need it so.
+            chooseNextStep(error, h, order);
+            if (isCut && failures == 0 && m_nextStep < wanted)
+                m_nextStep = std::max(m_nextStep, std::min(wanted, 2 * h));
+            acceptStep(h, order);
+            return;
+        }
+        if (isSolved) {
+            ++statistics.errorTestFailures;
+            h *= m_controller.calcRatioAfterRejection(error, order);
+            ++failures;
+        } else {
+            ++(m_outcome.converged  ? statistics.projectionFailures
+               : m_outcome.isFinite ? statistics.convergenceFailures
+                                    : statistics.nonFiniteFailures);
+            if (!m_outcome.converged && m_outcome.retryWorthwhile && retries++ < 2) continue;
+            retries = 0;
+            // Near a singular position the velocity equations outrun the iteration.
+            if (!m_solvesPositions && !m_outcome.converged && m_outcome.isFinite &&
+                formulation == Formulation::StabilizedIndex2 &&
+                m_equations->getTopology().numMultipliers > 0) {
+                m_solvesPositions = true;
+                continue;
+            }
+            m_solvesPositions = false;
+            if (fixedStep > 0)
+                failStep(h, m_outcome.converged ? Failure::Projection : Failure::Convergence, 0);
+            m_controller.restart();
+            h *= 0.25;
+            ++failures;
+        }
+        m_stepsAtOrder = 0;
+        if (!(h >= minimumStep))
+            failStep(h,
+                     isSolved              ? Failure::ErrorTest
+                     : m_outcome.converged ? Failure::Projection
+                                           : Failure::Convergence,
+                     error);
+        if (failures == 3) {
+            // The past is no guide: something jumped here.
+            restartAtNewest();
+            order = m_order;
+        }
+    }
+}
+
+void ImplicitIntegrator::Implementation::failStep(double h, Failure failure, double error) {
+    const std::vector<std::string> redundancies = m_step->describeRedundancies();
+    const FailureDiagnosis diagnosis(*m_equations);
+    const FailureDiagnosis::FailedStep step{m_history[0],
+                                            m_new,
+                                            h,
+                                            m_outcome,
+                                            redundancies,
+                                            m_numRedundantAtStart,
+                                            !differentiated.empty(),
+                                            accuracy};
+    std::ostringstream text;
+    text << name << ": no step could be taken from t = " << m_history[0].t << " s (h = " << h
+         << " s): ";
+    if (!m_outcome.isFinite)
+        text << diagnosis.explainNonFinite(step);
+    else if (failure == Failure::ErrorTest)
+        text << "the error test keeps failing: "
+             << diagnosis.explainLargeError(step, error, m_errorQ.data(), m_errorU.data(),
+                                            m_errorZ);
+    else if (failure == Failure::Convergence)
+        text << "Newton's iteration does not converge: " << diagnosis.explainNoConvergence(step);
+    else if (m_step->mayLoseCount())
+        text << "it is too long to count the teeth and turns of gears and couplers; allow shorter "
+                "steps";
+    else if (m_worstProjectedRow >= 0)
+        text << "the positions cannot be brought back onto the joints: "
+             << diagnosis.explainNoProjection(step, m_worstProjectedRow, constraintTolerance);
+    text << ". The last good State is kept";
+    throw std::runtime_error(text.str());
+}
+
+}  // namespace simflex
