@@ -43,7 +43,7 @@ void help(Shell& shell, const Words& words) {
 void addGeneralCommands(std::vector<Command>& commands) {
     const std::string group = "The prompt";
     commands.push_back(
-        {group, "open", "[MODEL.yaml]", "Opens another session; alone: reads this one again.",
+        {group, "open", "[MODEL.yaml]", "Opens another model; alone: reads this one again.",
          "If the file is wrong, the model before stays. Values that were set stay when it is read "
          "again.",
          0, 1, open, [](const Shell&, const Words& before, const std::string& word) {

@@ -30,13 +30,13 @@ struct ModelText {
     void set(const std::string& key, std::initializer_list<double> values);
 };
 
-/** @param settings  "PATH=VALUE", VALUE in YAML: replaces or adds what stands at PATH
-        ("solver.accuracy=1e-5", "joints.bearing.axis=[0,0,1]", "analyses.run.duration=2")
-@throws ModelError with file, line and column, or naming the setting; std::runtime_error if the file
-    cannot be read. **/
+/** @throws ModelError with file, line and column, or naming the setting. **/
 model::ModelValue readModel(const ModelText& text);
 
-/** Reads the file's bytes. @throws std::runtime_error. **/
+/** Reads the file's bytes.
+@param settings  "PATH=VALUE", VALUE in YAML: replaces or adds what stands at PATH
+        ("solver.accuracy=1e-5", "joints.bearing.axis=[0,0,1]", "analyses.run.duration=2")
+@throws std::runtime_error if the file cannot be read. **/
 ModelText loadModelText(const std::string& path, const std::vector<std::string>& settings = {});
 
 }  // namespace simflex
