@@ -27,6 +27,9 @@ struct RunOptions {
     bool resumes = false;
     bool writesCsv = false;
     bool drawsPictures = true;
+    /** Of the longest step that an analysis chooses by itself, its interval: what verifies it has
+    shorter ones. **/
+    double longestStep = 1;
     bool allowsScripts = false;  ///< of Gmsh, outside the sandbox
     bool onlyChecks = false;
     Listener listener;

@@ -3,20 +3,25 @@ simflex run: does the analyses of a model file. **/
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/model/RunSummary.h"
 #include "simflex/cli/part/SourceArguments.h"
 #include "simflex/model/analyses/ModelRun.h"
+#include "simflex/model/file/ModelReader.h"
 
 namespace simflex {
 namespace cli {
 
 using namespace model;
 namespace {
+
+namespace fs = std::filesystem;
 
 /** As a shell takes it for one word. **/
 std::string quote(const std::string& text) {
@@ -32,7 +37,7 @@ struct RunArguments {
     std::string model;
     std::vector<std::string> settings;
     RunOptions options;
-    bool isRigidToo = false, isQuiet = false;
+    bool isRigidToo = false, verifies = false, isQuiet = false;
 };
 
 /** The command that goes on with such a run. **/
@@ -43,10 +48,42 @@ std::string makeResumeCommand(const RunArguments& arguments) {
     for (const std::string& setting : arguments.settings) command += " --set " + quote(setting);
     for (const std::string& name : options.only) command += " --only " + quote(name);
     if (arguments.isRigidToo) command += " --rigid";
+    if (arguments.verifies) command += " --verify";
     if (options.writesCsv) command += " --csv";
     if (!options.drawsPictures) command += " --no-pictures";
     if (options.allowsScripts) command += " --allow-scripts";
     return command + " --resume";
+}
+
+/** What makes the same model more accurate. **/
+std::vector<std::string> listFinerSettings(const ModelText& text) {
+    const ModelValue solver = readModel(text).get("solver");
+    const auto divide = [&](const char* key, double by) {
+        return std::string("solver.") + key + "=" +
+               writeGeneral(solver.get(key).getNumber() / by, 12);
+    };
+    if (solver.get("fixed_step").isGiven()) return {divide("fixed_step", 2)};
+    std::vector<std::string> settings{divide("accuracy", 10)};
+    if (solver.get("maximum_step").isGiven()) settings.push_back(divide("maximum_step", 2));
+    return settings;
+}
+
+/** The same once more with smaller steps, and by how much that changes every probe. **/
+void verify(const RunArguments& arguments, const ModelRun& run, RunOptions options) {
+    std::vector<std::string> settings = arguments.settings;
+    const std::vector<std::string> finer =
+        listFinerSettings(loadModelText(arguments.model, settings));
+    settings.insert(settings.end(), finer.begin(), finer.end());
+    options.output = fs::path(run.getResultPath()).replace_extension(".fine.h5").string();
+    options.longestStep = 0.5;  // where that is what limits the error
+    options.drawsPictures = options.writesCsv = false;
+    ModelRun fine(loadModelText(arguments.model, settings), ModelOptions::Bodies::AsGiven, options);
+    fine.perform();
+    ProgressBar::clearLine();
+    printVerification(readResults(run.getResultPath(), ReadStates::No),
+                      readResults(fine.getResultPath(), ReadStates::No), finer.front());
+    std::printf("results of the finer run: %s\n", fine.getResultPath().c_str());
+    fine.refuseFailures();
 }
 
 void perform(const RunArguments& arguments) {
@@ -79,6 +116,7 @@ void perform(const RunArguments& arguments) {
         std::printf("results of the rigid model: %s\n", rigid.getResultPath().c_str());
         rigid.refuseFailures();
     }
+    if (arguments.verifies) verify(arguments, run, options);
     run.refuseFailures();
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started;
     std::fflush(stdout);
@@ -112,6 +150,9 @@ void addRunCommand(CLI::App& app) {
         ->allow_extra_args(false);
     command->add_flag("--rigid", arguments->isRigidToo,
                       "The model with all bodies rigid as well, and the differences");
+    command->add_flag("--verify", arguments->verifies,
+                      "Once more with a tenth of solver.accuracy, and by how much that changes "
+                      "every probe: an estimate of the error");
     command->add_flag("--resume", options->resumes,
                       "Go on where the last run of this model was stopped");
     command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");

@@ -241,5 +241,44 @@ void printDifference(const Results& flexible, const Results& rigid) {
                     accuracy);
 }
 
+void printVerification(const Results& run, const Results& fine, const std::string& change) {
+    constexpr double Trusted = 0.01;
+    const ResultHeader& header = run.header;
+    const double accuracy = readModel({header.modelPath, header.modelText, header.settings})
+                                .get("solver")
+                                .get("accuracy")
+                                .getNumber();
+    const ResultComparison comparison = compareResults(run, fine, {}, "the run", "the finer run");
+    for (const Results::Analysis& a : run.analyses) {
+        if (a.probes.empty()) continue;
+        const int width = findLongestLabel(a);
+        std::printf("%s: changes with %s\n  %-*s %13s %11s %13s %13s\n", a.name.c_str(),
+                    change.c_str(), width, "probe", "largest", "at [s]", "rms", "of range");
+        for (const ColumnDifference& column : comparison.columns) {
+            if (column.analysis != a.name) continue;
+            const std::string label =
+                column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
+            std::printf("  %-*s %13.6g %11.5g %13.6g %11.3g %%\n", width, label.c_str(),
+                        column.largest, column.time, column.rms, 100 * column.getRelative());
+        }
+        // Of what is zero but for round-off, and of energies, a part of their own range says
+        // nothing.
+        const auto isTrusted = [&](const ColumnDifference& column) {
+            const bool isLength = column.unit == "m" || column.unit == "rad";
+            const double scale = column.unit == "J" ? getStatistic(a, "largest_kinetic_energy") : 0;
+            return column.getRelative() <= Trusted || (isLength && column.largest <= accuracy) ||
+                   column.largest <= Trusted * scale;
+        };
+        for (const ColumnDifference& column : comparison.columns)
+            if (column.analysis == a.name && !isTrusted(column))
+                std::printf(
+                    "  warning: '%s' is not resolved: more accuracy changes it by %.3g %% "
+                    "of its range\n",
+                    column.name.c_str(), 100 * column.getRelative());
+    }
+    for (const std::string& missing : comparison.missing)
+        std::printf("warning: %s\n", missing.c_str());
+}
+
 }  // namespace cli
 }  // namespace simflex

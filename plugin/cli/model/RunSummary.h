@@ -19,5 +19,10 @@ void printSummary(const ModelRun& run);
  * **/
 void printDifference(const Results& flexible, const Results& rigid);
 
+/** The same between a run and one of more accuracy: an estimate of the run's error. Warns of probes
+that more than a hundredth of their range is wrong with.
+@param change  what the second run was asked for, "solver.accuracy=1e-07" **/
+void printVerification(const Results& run, const Results& fine, const std::string& change);
+
 }  // namespace cli
 }  // namespace simflex

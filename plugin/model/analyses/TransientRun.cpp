@@ -83,9 +83,9 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
     const ModelValue solver = run._model->getFile().get("solver");
     if (!solver.get("maximum_step").isGiven() && !solver.get("fixed_step").isGiven()) {
         const ModelValue shortest = solver.get("minimum_step"), first = solver.get("initial_step");
-        _integrator->setMaximumStepSize(
-            std::max({_interval, shortest.isGiven() ? shortest.getNumber() : 0.0,
-                      first.isGiven() ? first.getNumber() : 0.0}));
+        _integrator->setMaximumStepSize(std::max({run._options.longestStep * _interval,
+                                                  shortest.isGiven() ? shortest.getNumber() : 0.0,
+                                                  first.isGiven() ? first.getNumber() : 0.0}));
     }
     if (run._options.threads > 0) _integrator->setNumThreads(run._options.threads);
     _integrator->setStepObserver([this](SimTK::Real time) { return watchStep(time); });

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "cli/run/RunTest.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/cli/ProgressBar.h"
 
 namespace simflex {
@@ -690,6 +691,48 @@ TEST_F(RunTest, AModelThatCannotBendIsRunOnceWithRigid) {
     EXPECT_THAT(out, Not(HasSubstr("flexible against rigid")));
     EXPECT_EQ(access((folder / "model.results.h5").c_str(), F_OK), 0);
     EXPECT_NE(access((folder / "model.results.rigid.h5").c_str(), F_OK), 0);
+}
+
+TEST_F(RunTest, VerifyEstimatesTheError) {
+    const auto write = [&](const std::string& solver) {
+        writeModel(makePendulum("2.5",
+                                "probes: {swing: {coordinate: pivot}}\n"
+                                "analyses: {run: {type: transient, duration: 4}}\n"
+                                "solver: {" +
+                                    solver + "}\n"));
+    };
+    const auto measure = [&](const std::string& file, const std::string& reference) {
+        const auto a = find(read("run", file), "swing"), b = find(read("run", reference), "swing");
+        double largest = 0;
+        for (size_t i = 0; i < a.rows.size(); ++i)
+            largest = std::max(largest, std::abs(a.rows[i][0] - b.rows[i][0]));
+        return largest;
+    };
+    write("accuracy: 1e-4");
+    ASSERT_EQ(runModel("-o exact.h5 --set solver.accuracy=1e-10"), 0);
+    // The accuracy limits the steps, the interval does, or a longest step.
+    for (const char* solver :
+         {"accuracy: 1e-6", "accuracy: 1e-3", "accuracy: 1e-5, maximum_step: 5e-3"}) {
+        write(solver);
+        ASSERT_EQ(runModel("--verify"), 0) << err;
+        EXPECT_THAT(out, HasSubstr("run: changes with solver.accuracy="));
+        EXPECT_THAT(out, HasSubstr("results of the finer run: model.results.fine.h5"));
+        const double error = measure("model.results.h5", "exact.h5");
+        const double estimate = measure("model.results.h5", "model.results.fine.h5");
+        EXPECT_GT(estimate, 0.5 * error) << solver;
+        EXPECT_LT(estimate, 1.5 * error) << solver;
+        EXPECT_THAT(out, HasSubstr(writeGeneral(estimate, 6)));
+    }
+
+    write("accuracy: 1e-2");
+    ASSERT_EQ(runModel("--verify -q"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("warning: 'swing' is not resolved"));
+    write("accuracy: 1e-8");
+    ASSERT_EQ(runModel("--verify"), 0) << err;
+    EXPECT_THAT(out, Not(HasSubstr("not resolved")));
+    write("fixed_step: 0.01");
+    ASSERT_EQ(runModel("--verify"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("run: changes with solver.fixed_step=0.005"));
 }
 
 TEST_F(RunTest, TheEnergyBalanceOfAModelWithoutProbesStaysWhatItWas) {
