@@ -250,7 +250,10 @@ void printVerification(const Results& run, const Results& fine, const std::strin
                                 .getNumber();
     const ResultComparison comparison = compareResults(run, fine, {}, "the run", "the finer run");
     for (const Results::Analysis& a : run.analyses) {
-        if (a.probes.empty()) continue;
+        // Analyses that were not asked for are of an earlier run.
+        const bool isBoth = std::any_of(fine.analyses.begin(), fine.analyses.end(),
+                                        [&](const auto& b) { return b.name == a.name; });
+        if (a.type != "transient" || a.probes.empty() || !isBoth) continue;
         const int width = findLongestLabel(a);
         std::printf("%s: changes with %s\n  %-*s %13s %11s %13s %13s\n", a.name.c_str(),
                     change.c_str(), width, "probe", "largest", "at [s]", "rms", "of range");
@@ -276,8 +279,6 @@ void printVerification(const Results& run, const Results& fine, const std::strin
                     "of its range\n",
                     column.name.c_str(), 100 * column.getRelative());
     }
-    for (const std::string& missing : comparison.missing)
-        std::printf("warning: %s\n", missing.c_str());
 }
 
 }  // namespace cli
