@@ -31,7 +31,7 @@ struct RunOptions {
     shorter ones. **/
     double longestStep = 1;
     bool allowsScripts = false;  ///< of Gmsh, outside the sandbox
-    bool onlyChecks = false;
+    bool onlyChecks = false;     ///< the model is built, nothing is run
     Listener listener;
     std::string resumeCommand;  ///< that goes on with such a run: told where it was stopped
 };

@@ -1,4 +1,5 @@
 #include "simflex/model/Session.h"
+#include "simflex/base/NumberText.h"
 
 #include <algorithm>
 #include <cmath>
@@ -90,6 +91,9 @@ double Session::calcEnergy() const {
 
 State Session::makeFresh(const State& state) const {
     State fresh = _model->makeInitialState();
+    if (state.getSystemStage() < Stage::Model || state.getNQ() != fresh.getNQ() ||
+        state.getNU() != fresh.getNU() || state.getNZ() != fresh.getNZ())
+        throw std::invalid_argument("the State is empty, or of another model");
     for (const Model::BodyEntry& body : _model->getBodies()) {
         if (!body.flexible) continue;
         if (body.flexible->isRigid(state))
@@ -132,13 +136,25 @@ void Session::setState(const State& state) {
     recordRow();
 }
 
+std::string Session::describeWhatMoves() const {
+    std::string description = _text.path + '\n' + _text.text;
+    for (const std::string& setting : _text.settings)
+        if (!isBesideMotion(setting)) description += '\n' + setting;
+    return description;
+}
+
 SavedState Session::save() const {
     std::ostringstream text;
     _integrator->writeCheckpoint(text);
-    return {_begun, text.str(), _turns->save(), _warnings->save(), _energyBefore};
+    return {describeWhatMoves(), _begun,       text.str(), _turns->save(),
+            _warnings->save(),   _energyBefore};
 }
 
 void Session::restore(const SavedState& saved) {
+    if (saved.model != describeWhatMoves())
+        throw std::invalid_argument(
+            "restore() wants what save() gave of the same model; this is of another one, or of "
+            "before a change()");
     std::unique_ptr<ImplicitIntegrator> integrator = makeIntegrator(*_model);
     std::istringstream text(saved.integrator);
     const State begun = makeFresh(saved.begun);
@@ -208,6 +224,9 @@ void Session::recordRow() {
 }
 
 Session::Outcome Session::step(int numSteps, const Progress& progress) {
+    if (numSteps < 0)
+        throw std::invalid_argument("step() goes forward, not by " + std::to_string(numSteps) +
+                                    " steps");
     for (int i = 0; i < numSteps; ++i) {
         const double before = getTime();
         const auto status = _integrator->stepOnce();
@@ -222,7 +241,9 @@ Session::Outcome Session::step(int numSteps, const Progress& progress) {
 Session::Outcome Session::runTo(double time, double interval, const Progress& progress) {
     const double begin = getTime(), span = time - begin;
     if (!(span > 0) || !(interval > 0))
-        throw std::invalid_argument("runTo() needs a later time and a positive interval");
+        throw std::invalid_argument("runTo() from t = " + writeGeneral(begin, 6) + " s to " +
+                                    writeGeneral(time, 6) + " s by " + writeGeneral(interval, 6) +
+                                    " s: it needs a later time and a positive interval");
     checkMotions(_model->getFile(), begin, time);
     const auto numRows = std::max(1L, std::lround(std::ceil(span / interval * (1 - 1e-12))));
     for (long row = 1; row <= numRows; ++row) {
@@ -294,7 +315,17 @@ std::vector<double> Session::get(const std::string& path) const {
 
 void Session::set(const std::string& path, const std::vector<double>& values) {
     const auto quantity = findQuantity(path);
-    if (!quantity) throw std::runtime_error(describeUnknown("quantity", path, listQuantities()));
+    if (!quantity) {
+        for (const Probe& probe : getProbes())
+            if (probe.name == path)
+                throw std::runtime_error("'" + path + "' is a probe: it tells, and cannot be set");
+        if (path.compare(0, 11, "parameters.") == 0)
+            throw std::runtime_error("'" + path + "' is a key of the model: change() it");
+        throw std::runtime_error(describeUnknown("quantity", path, listQuantities()));
+    }
+    for (const double value : values)
+        if (!std::isfinite(value))
+            throw std::runtime_error("'" + path + "' cannot be set to " + writeGeneral(value));
     if (!quantity->calcStateWith) throw std::runtime_error("'" + path + "' cannot be set");
     const size_t wanted = quantity->get().size();
     if (wanted != values.size())

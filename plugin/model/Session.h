@@ -51,6 +51,7 @@ struct Quantity {
 
 /** Where a Session was, to the last bit. **/
 struct SavedState {
+    std::string model;   ///< text and settings of what moved
     SimTK::State begun;  ///< where the integration began
     std::string integrator;
     std::vector<double> turns, warnings;
@@ -141,11 +142,13 @@ public:
     have cached together with its version numbers, which may be those of the copy once it has been
     changed as often. **/
     SimTK::State copyState() const { return makeFresh(getState()); }
-    /** Takes a State over; joints are assembled and speeds made consistent. @throws as
-    ImplicitIntegrator::initialize() does; the State stays what it was then. **/
+    /** Takes a State over; joints are assembled and speeds made consistent.
+    @throws std::invalid_argument for a State of another model, and as
+    ImplicitIntegrator::initialize(); the State stays what it was then. **/
     void setState(const SimTK::State& state);
     /** What goes on from restore() has the bits of what went on from save(); the record ends there.
-     * **/
+    @throws std::invalid_argument for another model, be it this one before a change() of what moves:
+    setState() takes its State over. **/
     SavedState save() const;
     void restore(const SavedState& saved);
     /** Writes time, coordinates and speeds to a file, which restoreState() reads: it goes on from
@@ -166,6 +169,7 @@ public:
 
 private:
     SimTK::State makeFresh(const SimTK::State& state) const;
+    std::string describeWhatMoves() const;
     void start(const SimTK::State& state);
     void goOnFrom(const Session& other);
     void forgetFrom(double time);

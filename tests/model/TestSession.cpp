@@ -113,6 +113,42 @@ TEST_F(SessionTest, WhatIsRestoredGoesOnWithTheSameBits) {
     EXPECT_EQ(session.calcEnergy(), energy);
 }
 
+TEST_F(SessionTest, WhatIsSavedOfAnotherModelIsRefused) {
+    Session session(readPendulum());
+    session.runTo(0.2, 0.01);
+    const SavedState saved = session.save();
+    session.change("title", "Swing");
+    session.restore(saved);
+    session.change("gravity", "[0, -1, 0]", Session::Restart::Never);
+    EXPECT_THROW(session.restore(saved), std::invalid_argument);
+    EXPECT_EQ(session.getTime(), 0.2);
+    EXPECT_THROW(session.restore(SavedState()), std::invalid_argument);
+
+    ModelText other;
+    other.set("bodies.ball", "{shape: {sphere: {radius: 0.1}}, density: 1000}");
+    other.set("bodies.second", "{shape: {sphere: {radius: 0.1}}, density: 1000}");
+    Session two(other);
+    EXPECT_THROW(two.setState(session.getState()), std::invalid_argument);
+    EXPECT_THROW(two.setState(SimTK::State()), std::invalid_argument);
+}
+
+TEST_F(SessionTest, WhatCannotBeSetSaysWhatCan) {
+    Session session(readPendulum());
+    const auto messageOf = [&](const std::string& path, double value) -> std::string {
+        try {
+            session.set(path, {value});
+        } catch (const std::exception& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_THAT(messageOf("tip", 1), HasSubstr("is a probe"));
+    EXPECT_THAT(messageOf("parameters.x", 1), HasSubstr("change() it"));
+    EXPECT_THAT(messageOf("joints.pivot.angle", NAN), HasSubstr("cannot be set to nan"));
+    EXPECT_THROW(session.step(-1), std::invalid_argument);
+    EXPECT_THROW(session.runTo(0, 0.1), std::invalid_argument);
+}
+
 TEST_F(SessionTest, QuantitiesAreSetAndJointsStayClosed) {
     Session session(readPendulum());
     EXPECT_THAT(session.listQuantities(), Contains("joints.pivot.angle"));

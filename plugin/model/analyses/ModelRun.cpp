@@ -31,10 +31,12 @@ namespace {
 std::string chooseResultPath(const ModelText& text, const ModelValue& model,
                              const RunOptions& options, bool isRigid) {
     const ModelValue file = model.get("output").get("file");
-    fs::path path = !options.output.empty() ? fs::path(options.output)
-                    : file.isGiven()
-                        ? fs::path(file.getText())
-                        : fs::path(fs::path(text.path).stem().string() + ".results.h5");
+    fs::path path =
+        !options.output.empty() ? fs::path(options.output)
+        : file.isGiven()
+            ? fs::path(file.getText())
+            : fs::path((text.path.empty() ? "model" : fs::path(text.path).stem().string()) +
+                       ".results.h5");
     if (isRigid) path.replace_extension(".rigid" + path.extension().string());
     return path.string();
 }
