@@ -139,7 +139,7 @@ void Session::setState(const State& state) {
 std::string Session::describeWhatMoves() const {
     std::string description = _text.path + '\n' + _text.text;
     for (const std::string& setting : _text.settings)
-        if (!isBesideMotion(setting)) description += '\n' + setting;
+        if (!isBesideMotion(setting.substr(0, setting.find('=')))) description += '\n' + setting;
     return description;
 }
 
