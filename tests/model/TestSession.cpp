@@ -125,8 +125,8 @@ TEST_F(SessionTest, WhatIsSavedOfAnotherModelIsRefused) {
     EXPECT_THROW(session.restore(SavedState()), std::invalid_argument);
 
     ModelText other;
-    other.set("bodies.ball", "{shape: {sphere: {radius: 0.1}}, density: 1000}");
-    other.set("bodies.second", "{shape: {sphere: {radius: 0.1}}, density: 1000}");
+    other.set("bodies.ball", "{shape: {sphere: 0.1}, density: 1000}");
+    other.set("bodies.second", "{shape: {sphere: 0.1}, density: 1000}");
     Session two(other);
     EXPECT_THROW(two.setState(session.getState()), std::invalid_argument);
     EXPECT_THROW(two.setState(SimTK::State()), std::invalid_argument);

@@ -14,7 +14,7 @@ namespace simflex {
 /** A model as a file has it, or as a program writes it key by key:
 
     ModelText pendulum;
-    pendulum.set("bodies.bob", "{shape: {sphere: {radius: 0.05}}, density: 7800}");
+    pendulum.set("bodies.bob", "{shape: {sphere: 0.05}, density: 7800}");
     pendulum.set("gravity", {0, -9.81, 0});
     pendulum.set("solver.accuracy", 1e-6);  **/
 struct ModelText {
