@@ -55,33 +55,27 @@ std::string makeResumeCommand(const RunArguments& arguments) {
     return command + " --resume";
 }
 
-/** What makes the same model more accurate. **/
-std::vector<std::string> listFinerSettings(const ModelText& text) {
+/** The same once more with smaller steps, and by how much that changes every probe.
+@param text  of the run: its file may have changed since **/
+void verify(ModelText text, const ModelRun& run, RunOptions options) {
     const ModelValue solver = readModel(text).get("solver");
     const auto divide = [&](const char* key, double by) {
-        return std::string("solver.") + key + "=" +
-               writeGeneral(solver.get(key).getNumber() / by, 12);
+        const std::string path = std::string("solver.") + key;
+        const std::string value = writeGeneral(solver.get(key).getNumber() / by, 12);
+        text.set(path, value);
+        return path + "=" + value;
     };
-    if (solver.get("fixed_step").isGiven()) return {divide("fixed_step", 2)};
-    std::vector<std::string> settings{divide("accuracy", 10)};
-    if (solver.get("maximum_step").isGiven()) settings.push_back(divide("maximum_step", 2));
-    return settings;
-}
-
-/** The same once more with smaller steps, and by how much that changes every probe. **/
-void verify(const RunArguments& arguments, const ModelRun& run, RunOptions options) {
-    std::vector<std::string> settings = arguments.settings;
-    const std::vector<std::string> finer =
-        listFinerSettings(loadModelText(arguments.model, settings));
-    settings.insert(settings.end(), finer.begin(), finer.end());
+    const bool isFixed = solver.get("fixed_step").isGiven();
+    const std::string change = isFixed ? divide("fixed_step", 2) : divide("accuracy", 10);
+    if (solver.get("maximum_step").isGiven()) divide("maximum_step", 2);
     options.output = fs::path(run.getResultPath()).replace_extension(".fine.h5").string();
     options.longestStep = 0.5;  // where that is what limits the error
     options.drawsPictures = options.writesCsv = false;
-    ModelRun fine(loadModelText(arguments.model, settings), ModelOptions::Bodies::AsGiven, options);
+    ModelRun fine(text, ModelOptions::Bodies::AsGiven, options);
     fine.perform();
     ProgressBar::clearLine();
     printVerification(readResults(run.getResultPath(), ReadStates::No),
-                      readResults(fine.getResultPath(), ReadStates::No), finer.front());
+                      readResults(fine.getResultPath(), ReadStates::No), change);
     std::printf("results of the finer run: %s\n", fine.getResultPath().c_str());
     fine.refuseFailures();
 }
@@ -116,7 +110,7 @@ void perform(const RunArguments& arguments) {
         std::printf("results of the rigid model: %s\n", rigid.getResultPath().c_str());
         rigid.refuseFailures();
     }
-    if (arguments.verifies) verify(arguments, run, options);
+    if (arguments.verifies) verify(text, run, options);
     run.refuseFailures();
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started;
     std::fflush(stdout);
@@ -151,8 +145,8 @@ void addRunCommand(CLI::App& app) {
     command->add_flag("--rigid", arguments->isRigidToo,
                       "The model with all bodies rigid as well, and the differences");
     command->add_flag("--verify", arguments->verifies,
-                      "Once more with a tenth of solver.accuracy, and by how much that changes "
-                      "every probe: an estimate of the error");
+                      "Once more with a tenth of solver.accuracy and half the longest step, and by "
+                      "how much that changes every probe: an estimate of the error");
     command->add_flag("--resume", options->resumes,
                       "Go on where the last run of this model was stopped");
     command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");

@@ -208,12 +208,23 @@ void printSummary(const ModelRun& run) {
     std::printf("results: %s\n", run.getResultPath().c_str());
 }
 
+namespace {
+
+double readAccuracy(const ResultHeader& header) {
+    return readModel({header.modelPath, header.modelText, header.settings})
+        .get("solver")
+        .get("accuracy")
+        .getNumber();
+}
+
+std::string makeLabel(const ColumnDifference& column) {
+    return column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
+}
+
+}  // namespace
+
 void printDifference(const Results& flexible, const Results& rigid) {
-    const ResultHeader& header = flexible.header;
-    const double accuracy = readModel({header.modelPath, header.modelText, header.settings})
-                                .get("solver")
-                                .get("accuracy")
-                                .getNumber();
+    const double accuracy = readAccuracy(flexible.header);
     const ResultComparison comparison = compareResults(flexible, rigid, {}, "flexible", "rigid");
     const auto isSmall = [&](const ColumnDifference& column) {
         return column.unit == "m" && column.largest <= accuracy;
@@ -226,9 +237,8 @@ void printDifference(const Results& flexible, const Results& rigid) {
                     "probe", "largest", "rms", "of range");
         for (const ColumnDifference& column : comparison.columns) {
             if (column.analysis != a.name) continue;
-            const std::string label =
-                column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
-            std::printf("  %-*s %13.6g %13.6g", width, label.c_str(), column.largest, column.rms);
+            std::printf("  %-*s %13.6g %13.6g", width, makeLabel(column).c_str(), column.largest,
+                        column.rms);
             if (isSmall(column))
                 std::printf(" %13s\n", column.largest > 0 ? "*" : "-");
             else
@@ -243,11 +253,7 @@ void printDifference(const Results& flexible, const Results& rigid) {
 
 void printVerification(const Results& run, const Results& fine, const std::string& change) {
     constexpr double Trusted = 0.01;
-    const ResultHeader& header = run.header;
-    const double accuracy = readModel({header.modelPath, header.modelText, header.settings})
-                                .get("solver")
-                                .get("accuracy")
-                                .getNumber();
+    const double accuracy = readAccuracy(run.header);
     const ResultComparison comparison = compareResults(run, fine, {}, "the run", "the finer run");
     for (const Results::Analysis& a : run.analyses) {
         // Analyses that were not asked for are of an earlier run.
@@ -259,9 +265,7 @@ void printVerification(const Results& run, const Results& fine, const std::strin
                     change.c_str(), width, "probe", "largest", "at [s]", "rms", "of range");
         for (const ColumnDifference& column : comparison.columns) {
             if (column.analysis != a.name) continue;
-            const std::string label =
-                column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
-            std::printf("  %-*s %13.6g %11.5g %13.6g %11.3g %%\n", width, label.c_str(),
+            std::printf("  %-*s %13.6g %11.5g %13.6g %11.3g %%\n", width, makeLabel(column).c_str(),
                         column.largest, column.time, column.rms, 100 * column.getRelative());
         }
         // Of what is zero but for round-off, and of energies, a part of their own range says
