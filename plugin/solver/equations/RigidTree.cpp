@@ -444,16 +444,21 @@ void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
     formMassMatrix(1, block);
 }
 
+std::optional<Vector> RigidTree::askForQDot(const EvaluationContext& context,
+                                            const double* u) const {
+    std::optional<Vector> qDot;  // a Vector takes memory even when empty
+    if (!m_hasUnknownTurning) return qDot;
+    Vector simbodyU(context.state->getNU(), Real(0));
+    for (const RigidBody& body : m_bodies)
+        for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
+    m_matter.multiplyByN(*context.state, false, simbodyU, qDot.emplace());
+    return qDot;
+}
+
 void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                            const double* u, double* q) const {
-    std::optional<Vector> simbodyQDot;  // a Vector takes memory even when empty
-    if (m_hasUnknownTurning) {
-        // q̇ = N(q)u with N at the q of the State; Newton's iteration brings q and N together.
-        Vector simbodyU(context.state->getNU(), Real(0));
-        for (const RigidBody& body : m_bodies)
-            for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
-        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot.emplace());
-    }
+    // Newton's iteration brings q and the State's together.
+    const std::optional<Vector> simbodyQDot = askForQDot(context, u);
     for (const RigidBody& body : m_bodies) {
         const double *history = qHist + body.q0, *speeds = u + body.u0;
         double* coordinates = q + body.q0;
@@ -492,13 +497,7 @@ void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist
 
 void RigidTree::calcQDot(const EvaluationContext& context, const double* q, const double* u,
                          double* qDot) const {
-    std::optional<Vector> simbodyQDot;  // a Vector takes memory even when empty
-    if (m_hasUnknownTurning) {
-        Vector simbodyU(context.state->getNU(), Real(0));
-        for (const RigidBody& body : m_bodies)
-            for (int k = 0; k < body.nu; ++k) simbodyU[body.stateU0 + k] = u[body.u0 + k];
-        m_matter.multiplyByN(*context.state, false, simbodyU, simbodyQDot.emplace());
-    }
+    const std::optional<Vector> simbodyQDot = askForQDot(context, u);
     for (const RigidBody& body : m_bodies) {
         if (body.turning != Turning::KnownToSimbodyOnly)
             multiplyByN(body, q + body.q0, u + body.u0, qDot + body.q0);

@@ -14,6 +14,8 @@ Simbody's mobilizers; a custom one with an N of its own asks Simbody.
 J_B, the columns H of B and its ancestors shifted to B's origin, is never formed: accelerations
 pass outwards and forces inwards in O(n), M by composite bodies in O(n·depth). **/
 
+#include <optional>
+
 #include "Simbody.h"
 #include "simflex/solver/equations/Block.h"
 
@@ -155,6 +157,9 @@ private:
     }
     /** N(q) of a body from what its turning is supposed to be. **/
     static void multiplyByN(const RigidBody& body, const double* q, const double* u, double* qDot);
+    /** All of Simbody's q̇ = N u, N at the State's q; nothing if every turning is known here. **/
+    std::optional<SimTK::Vector> askForQDot(const EvaluationContext& context,
+                                            const double* u) const;
     /** @throws std::invalid_argument if a mobilizer's velocities are not the rates of its
      * positions.
      * **/
