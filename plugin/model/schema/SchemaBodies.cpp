@@ -23,6 +23,17 @@ Forms keep() {
             {"lowest", "below"})};
 }
 
+SchemaForm loadPoint() {
+    return map("nodes that are loaded",
+               {
+                   SchemaKey("nodes", {text()}, "Node set.").required().such("SEAT"),
+                   SchemaKey("axes", {choice({"x", "y", "z", "xy", "xz", "yz", "xyz"})},
+                             "Directions of the loads.")
+                       .orElse("xyz")
+                       .such("xy"),
+               });
+}
+
 SchemaForm part() {
     const std::vector<std::string> sources{"deck", "geometry", "matrices"};
     return map(
@@ -138,27 +149,8 @@ SchemaForm part() {
                 .with(sources)
                 .without({"modes"})
                 .such("2000"),
-            SchemaKey(
-                "load_points",
-                {text(),
-                 map("nodes that are loaded",
-                     {
-                         SchemaKey("nodes", {text()}, "Node set.").required().such("SEAT"),
-                         SchemaKey("axes", {choice({"x", "y", "z", "xy", "xz", "yz", "xyz"})},
-                                   "Directions of the loads.")
-                             .orElse("xyz")
-                             .such("xy"),
-                     }),
-                 list({text(),
-                       map("nodes that are loaded",
-                           {
-                               SchemaKey("nodes", {text()}, "Node set.").required().such("SEAT"),
-                               SchemaKey("axes", {choice({"x", "y", "z", "xy", "xz", "yz", "xyz"})},
-                                         "Directions of the loads.")
-                                   .orElse("xyz")
-                                   .such("xy"),
-                           })})},
-                "Node sets under loads, for which the part gets modes of their own.")
+            SchemaKey("load_points", {text(), loadPoint(), list({text(), loadPoint()})},
+                      "Node sets under loads, for which the part gets modes of their own.")
                 .with(sources)
                 .such("[TIP, {nodes: SEAT, axes: xy}]"),
             SchemaKey("stiffening", {boolean()},
