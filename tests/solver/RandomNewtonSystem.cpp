@@ -221,4 +221,39 @@ NewtonSystem makeRandomNewtonSystem(std::mt19937& random, const RandomSystemOpti
     return Generator(random, options).make();
 }
 
+ComplexNewtonSystem makeComplex(std::mt19937& random, const NewtonSystem& real) {
+    const auto uniform = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
+    const auto addToVector = [&](const std::vector<double>& values, double scale) {
+        std::vector<std::complex<double>> result(values.begin(), values.end());
+        for (auto& value : result) value.imag(scale * uniform());
+        return result;
+    };
+    // The imaginary part may be large, but for what makes it unsymmetric.
+    const auto addToMatrix = [&](const std::vector<double>& values, int size, bool isSymmetric) {
+        auto result = addToVector(values, 3);
+        Map<Eigen::MatrixXcd> matrix(result.data(), values.empty() ? 0 : size, size);
+        MatrixXd imaginary = matrix.imag();
+        matrix.imag() += imaginary.transpose();
+        if (!isSymmetric) matrix.imag() += 0.02 * imaginary;
+        return result;
+    };
+    ComplexNewtonSystem system;
+    for (const NewtonSystem::Part& part : real.parts)
+        system.parts.push_back(
+            {part.numModes, part.numFrames, addToVector(part.diagonal, 3), part.shapes});
+    for (const NewtonSystem::Block& block : real.blocks) {
+        system.blocks.emplace_back();
+        ComplexNewtonSystem::Block& made = system.blocks.back();
+        static_cast<NewtonBlock&>(made) = block;
+        made.head = addToMatrix(block.head, 6, true);
+        made.coupling = addToVector(block.coupling, 0.2);
+        made.matrix =
+            addToMatrix(block.matrix, block.size, block.form == NewtonBlock::Form::Symmetric);
+    }
+    system.r = addToVector(real.r, 1);
+    for (double value : real.c) system.c.emplace_back(value, 0.5 * value);
+    for (double value : real.compliance) system.compliance.emplace_back(value, -0.7 * value);
+    return system;
+}
+
 }  // namespace simflex::test

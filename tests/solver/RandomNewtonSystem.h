@@ -37,4 +37,8 @@ with a general J_b, rigid or late; joints have 1 to 6 rows. Without copied rows 
 wherever a joint's bodies have speeds enough. **/
 NewtonSystem makeRandomNewtonSystem(std::mt19937& random, const RandomSystemOptions& options);
 
+/** Adds imaginary parts to all that may have one, symmetric where the real ones are. Rows that
+repeat each other still agree. **/
+ComplexNewtonSystem makeComplex(std::mt19937& random, const NewtonSystem& real);
+
 }  // namespace simflex::test

@@ -2,13 +2,18 @@
 
 #include <gmock/gmock.h>
 
+#include <complex>
 #include <cstdlib>
 #include <random>
 #include <sstream>
 #include <thread>
 
+#include "simflex/forces/Bushing.h"
+#include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/elimination/FrontTree.h"
+#include "simflex/solver/elimination/NewtonCombination.h"
+#include "simflex/solver/equations/Evaluation.h"
 #include "solver/RandomNewtonSystem.h"
 #include "solver/SliderCrankModel.h"
 #include "support/NewtonReference.h"
@@ -18,18 +23,23 @@ namespace simflex {
 namespace {
 
 using Eigen::VectorXd;
+using test::MatrixOf;
+using test::VectorOf;
+using Complex = std::complex<double>;
 
-VectorXd solveByElimination(const NewtonSystem& system, int threads = 1, int* redundant = nullptr) {
-    BlockEliminationSolver solver(system);
+template <class Scalar>
+VectorOf<Scalar> solveByElimination(const BasicNewtonSystem<Scalar>& system, int threads = 1,
+                                    int* redundant = nullptr) {
+    BlockElimination<Scalar> solver(system);
     solver.setNumThreads(threads);
     solver.factor(system);
     solver.solve(system);
     if (redundant) *redundant = solver.getNumRedundant();
-    VectorXd x(system.numSpeeds() + system.numMultipliers());
+    VectorOf<Scalar> x(system.numSpeeds() + system.numMultipliers());
     x.head(system.numSpeeds()) =
-        Eigen::Map<const VectorXd>(solver.getDeltaU().data(), system.numSpeeds());
+        Eigen::Map<const VectorOf<Scalar>>(solver.getDeltaU().data(), system.numSpeeds());
     x.tail(system.numMultipliers()) =
-        Eigen::Map<const VectorXd>(solver.getDeltaLambda(), system.numMultipliers());
+        Eigen::Map<const VectorOf<Scalar>>(solver.getDeltaLambda(), system.numMultipliers());
     return x;
 }
 
@@ -49,8 +59,9 @@ std::vector<NewtonSystem> dumpSliderCrank(BdfIntegrator::BlockForm form) {
 }
 
 /** Relative difference of the speeds and of the multipliers, each in its own scale. **/
-void expectEqualSolutions(const NewtonSystem& system, const VectorXd& x, const VectorXd& reference,
-                          double tolerance) {
+template <class Scalar>
+void expectEqualSolutions(const BasicNewtonSystem<Scalar>& system, const VectorOf<Scalar>& x,
+                          const VectorOf<Scalar>& reference, double tolerance) {
     const int n = system.numSpeeds(), m = system.numMultipliers();
     EXPECT_LT((x - reference).head(n).norm(), tolerance * reference.head(n).norm());
     EXPECT_LE((x - reference).tail(m).norm(), tolerance * reference.tail(m).norm());
@@ -77,8 +88,9 @@ TEST(BlockElimination, GivesTheSameBitsWithAnyNumberOfThreads) {
 }
 
 /** Rank by singular values. **/
-long rankOf(const Eigen::MatrixXd& A) {
-    const VectorXd values = Eigen::BDCSVD<Eigen::MatrixXd>(A).singularValues();
+template <class Scalar>
+long rankOf(const MatrixOf<Scalar>& A) {
+    const VectorXd values = Eigen::BDCSVD<MatrixOf<Scalar>>(A).singularValues();
     return (values.array() > 1e-11 * values[0]).count();
 }
 
@@ -98,22 +110,37 @@ NewtonSystem makeRandomSystem(std::mt19937& random, int mostBodies, int mostCopi
     return test::makeRandomNewtonSystem(random, options);
 }
 
-double relativeResidual(const NewtonSystem& system, const VectorXd& x) {
-    const Eigen::MatrixXd A = test::assembleDense(system);
-    const VectorXd b = test::assembleRightHandSide(system);
+template <class Scalar>
+double relativeResidual(const BasicNewtonSystem<Scalar>& system, const VectorOf<Scalar>& x) {
+    const MatrixOf<Scalar> A = test::assembleDense(system);
+    const VectorOf<Scalar> b = test::assembleRightHandSide(system);
     return (A * x - b).norm() / (A.norm() * x.norm() + b.norm());
 }
 
-TEST(BlockElimination, SolvesHundredsOfRandomMultibodyGraphs) {
+/** The system itself, or one with imaginary parts, too. **/
+template <class Scalar>
+BasicNewtonSystem<Scalar> makeOf(std::mt19937& random, const NewtonSystem& real) {
+    if constexpr (std::is_same_v<Scalar, double>)
+        return real;
+    else
+        return test::makeComplex(random, real);
+}
+
+template <class Scalar>
+class RandomGraphs : public testing::Test {};
+using Scalars = testing::Types<double, Complex>;
+TYPED_TEST_SUITE(RandomGraphs, Scalars, );
+
+TYPED_TEST(RandomGraphs, AreSolvedByTheHundred) {
     std::mt19937 random(7);
     int regular = 0;
     for (int trial = 0; trial < 300; ++trial) {
-        const NewtonSystem system = makeRandomSystem(random, 8);
-        const Eigen::MatrixXd A = test::assembleDense(system);
+        const auto system = makeOf<TypeParam>(random, makeRandomSystem(random, 8));
+        const MatrixOf<TypeParam> A = test::assembleDense(system);
         if (rankOf(A) < A.rows()) continue;
         ++regular;
         int redundant = -1;
-        const VectorXd x = solveByElimination(system, 1, &redundant);
+        const VectorOf<TypeParam> x = solveByElimination(system, 1, &redundant);
         EXPECT_EQ(redundant, 0) << "trial " << trial;
         EXPECT_LT(relativeResidual(system, x), 1e-9) << "trial " << trial;
         expectEqualSolutions(system, x, test::solveDense(system), 1e-7);  // A is ill-conditioned
@@ -121,18 +148,18 @@ TEST(BlockElimination, SolvesHundredsOfRandomMultibodyGraphs) {
     EXPECT_GT(regular, 200);
 }
 
-TEST(BlockElimination, RedundantConstraintsAreCountedAndStillSolved) {
+TYPED_TEST(RandomGraphs, HaveTheirRedundantConstraintsCountedAndAreSolvedStill) {
     std::mt19937 random(11);
     int found = 0;
     for (int trial = 0; trial < 100; ++trial) {
-        const NewtonSystem system = makeRandomSystem(random, 6, 4);
+        const auto system = makeOf<TypeParam>(random, makeRandomSystem(random, 6, 4));
         if (system.numMultipliers() < 2) continue;
         int redundant = 0;
-        const VectorXd x = solveByElimination(system, 1, &redundant);
-        const Eigen::MatrixXd A = test::assembleDense(system);
+        const VectorOf<TypeParam> x = solveByElimination(system, 1, &redundant);
+        const MatrixOf<TypeParam> A = test::assembleDense(system);
         EXPECT_EQ(redundant, A.rows() - rankOf(A)) << "trial " << trial;
         // Where the redundant rows do not contradict each other, the solution is exact.
-        const VectorXd reference = test::solveLeastNorm(system);
+        const VectorOf<TypeParam> reference = test::solveLeastNorm(system);
         if (relativeResidual(system, reference) > 1e-10) continue;
         EXPECT_LT(relativeResidual(system, x), 1e-9) << "trial " << trial;
         if (redundant > 0) ++found;
@@ -142,35 +169,47 @@ TEST(BlockElimination, RedundantConstraintsAreCountedAndStillSolved) {
 
 class LargeGraph : public testing::TestWithParam<test::Graph> {};
 
+template <class Scalar>
+void expectSolvedToRoundOff(const BasicNewtonSystem<Scalar>& system) {
+    int redundant = -1;
+    const VectorOf<Scalar> x = solveByElimination(system, 1, &redundant);
+    const VectorOf<Scalar> b = test::assembleRightHandSide(system);
+    EXPECT_LT((test::multiply(system, x) - b).norm(), 1e-9 * (x.norm() + b.norm()));
+    EXPECT_EQ(redundant, 0);
+    for (int threads : {2, 4}) EXPECT_EQ(solveByElimination(system, threads), x) << threads;
+}
+
 TEST_P(LargeGraph, IsSolvedToRoundOffWithTheSameBitsForAnyNumberOfThreads) {
     std::mt19937 random(5);
     for (bool hasGeneralBlocks : {false, true}) {
         const NewtonSystem system = test::makeRandomNewtonSystem(
             random, {GetParam(), 300, 12, hasGeneralBlocks, hasGeneralBlocks, 0, 20});
-        int redundant = -1;
-        const VectorXd x = solveByElimination(system, 1, &redundant);
-        const VectorXd b = test::assembleRightHandSide(system);
-        EXPECT_LT((test::multiply(system, x) - b).norm(), 1e-9 * (x.norm() + b.norm()));
-        EXPECT_EQ(redundant, 0);
-        for (int threads : {2, 4}) EXPECT_EQ(solveByElimination(system, threads), x) << threads;
+        expectSolvedToRoundOff(system);
+        expectSolvedToRoundOff(test::makeComplex(random, system));
     }
+}
+
+template <class Scalar>
+void expectMultipliersOfLeastNorm(const BasicNewtonSystem<Scalar>& system) {
+    int redundant = -1;
+    const VectorOf<Scalar> x = solveByElimination(system, 1, &redundant);
+    const VectorOf<Scalar> b = test::assembleRightHandSide(system);
+    EXPECT_LT((test::multiply(system, x) - b).norm(), 1e-9 * (x.norm() + b.norm()));
+    EXPECT_EQ(redundant, 12);
+    const int n = system.numSpeeds(), m = system.numMultipliers();
+    // Least norm: no part along the null space of Gᵀ, which A has on its last rows.
+    const Eigen::MatrixXd Gt = test::assembleDense(system).topRightCorner(n, m).real();
+    const Eigen::MatrixXd null = Eigen::FullPivLU<Eigen::MatrixXd>(Gt).setThreshold(1e-10).kernel();
+    ASSERT_EQ(null.cols(), 12);
+    EXPECT_LT((null.transpose() * x.tail(m)).norm(), 1e-9 * null.norm() * x.tail(m).norm());
 }
 
 TEST_P(LargeGraph, HasMultipliersOfLeastNormWhereRowsAreRepeated) {
     std::mt19937 random(6);
     test::RandomSystemOptions options{GetParam(), 60, 4, false, false, 12};
     const NewtonSystem system = test::makeRandomNewtonSystem(random, options);
-    int redundant = -1;
-    const VectorXd x = solveByElimination(system, 1, &redundant);
-    const VectorXd b = test::assembleRightHandSide(system);
-    EXPECT_LT((test::multiply(system, x) - b).norm(), 1e-9 * (x.norm() + b.norm()));
-    EXPECT_EQ(redundant, 12);
-    const int n = system.numSpeeds(), m = system.numMultipliers();
-    // Least norm: no part along the null space of Gᵀ, which A has on its last rows.
-    const Eigen::MatrixXd Gt = test::assembleDense(system).topRightCorner(n, m);
-    const Eigen::MatrixXd null = Eigen::FullPivLU<Eigen::MatrixXd>(Gt).setThreshold(1e-10).kernel();
-    ASSERT_EQ(null.cols(), 12);
-    EXPECT_LT((null.transpose() * x.tail(m)).norm(), 1e-9 * null.norm() * x.tail(m).norm());
+    expectMultipliersOfLeastNorm(system);
+    expectMultipliersOfLeastNorm(test::makeComplex(random, system));
 }
 
 std::string nameOf(const testing::TestParamInfo<test::Graph>& graph) {
@@ -182,6 +221,156 @@ INSTANTIATE_TEST_SUITE_P(Graphs, LargeGraph,
                          testing::Values(test::Graph::Chain, test::Graph::Tree, test::Graph::Star,
                                          test::Graph::Ring, test::Graph::Grid, test::Graph::Random),
                          nameOf);
+
+/** All of A but rows of force elements: they are eliminated. **/
+template <class Scalar>
+MatrixOf<Scalar> eliminateElements(const BasicNewtonSystem<Scalar>& system, int firstElementRow) {
+    const MatrixOf<Scalar> A = test::assembleDense(system);
+    const int kept = system.numSpeeds() + firstElementRow, rest = int(A.rows()) - kept;
+    const MatrixOf<Scalar> g = A.topRightCorner(kept, rest);
+    return A.topLeftCorner(kept, kept) -
+           g * A.bottomRightCorner(rest, rest).diagonal().cwiseInverse().asDiagonal() *
+               g.transpose();
+}
+
+/** Δu and Δλ of constraints of a combined system with r and c as given in their rows. **/
+VectorOf<Complex> solveCombined(ComplexNewtonSystem& combined, const NewtonSystem& real,
+                                int firstElementRow) {
+    combined.r.assign(real.r.begin(), real.r.end());
+    std::copy_n(real.c.begin(), firstElementRow, combined.c.begin());
+    combined.checkSizes();
+    return solveByElimination(combined).head(real.numSpeeds() + firstElementRow);
+}
+
+const Complex kWeights[3] = {{0.8, 1.1}, {0.6, -0.4}, {-0.4, -0.7}};
+
+TEST(NewtonCombination, IsTheSumOfThreeRandomSystems) {
+    std::mt19937 random(13);
+    const auto uniform = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
+    int solved = 0;
+    for (int trial = 0; trial < 100; ++trial) {
+        NewtonSystem systems[3] = {makeRandomSystem(random, 6)};
+        NewtonSystem& a = systems[0];
+        // The last joints are springs.
+        int first = a.numMultipliers() / 2;
+        for (bool isMoved = true; isMoved;) {
+            isMoved = false;
+            for (const NewtonSystem::Block& block : a.blocks) {
+                int column = 0;
+                for (const NewtonSystem::Side& side : block.sides) {
+                    const int from = block.rows[size_t(column)];
+                    column += side.numColumns;
+                    if (from >= first || block.rows[size_t(column) - 1] < first) continue;
+                    first = from;
+                    isMoved = true;
+                }
+            }
+        }
+        a.compliance.assign(a.c.size(), 0);
+        for (size_t row = size_t(first); row < a.c.size(); ++row) a.compliance[row] = 1;
+        for (NewtonSystem* other : {&systems[1], &systems[2]}) {
+            *other = a;
+            const ComplexNewtonSystem changed = test::makeComplex(random, a);
+            const auto change = [](const std::vector<Complex>& by, std::vector<double>& values) {
+                for (size_t i = 0; i < by.size(); ++i) values[i] += 0.05 * std::abs(by[i].imag());
+            };
+            for (size_t p = 0; p < a.parts.size(); ++p)
+                change(changed.parts[p].diagonal, other->parts[p].diagonal);
+            for (size_t b = 0; b < a.blocks.size(); ++b) {
+                NewtonSystem::Block& block = other->blocks[b];
+                change(changed.blocks[b].head, block.head);
+                change(changed.blocks[b].coupling, block.coupling);
+                change(changed.blocks[b].matrix, block.matrix);
+                if (other != &systems[1]) continue;
+                for (size_t column = 0; column < block.rows.size(); ++column) {
+                    if (block.rows[column] < first) continue;
+                    for (auto* columns : {&block.Gt, &block.coefficients}) {
+                        const size_t height = columns->size() / block.rows.size();
+                        for (size_t i = 0; i < height; ++i)
+                            (*columns)[i + column * height] = uniform();
+                    }
+                }
+            }
+        }
+        for (size_t row = size_t(first); row < a.c.size(); ++row)
+            systems[1].compliance[row] = uniform() < 0 ? -1 : 1;
+
+        ComplexNewtonSystem combined = makeCombined(a, first);
+        EXPECT_EQ(combined.numMultipliers(), 2 * a.numMultipliers() - first);
+        combine(a, systems[1], systems[2], kWeights, combined);
+        const int n = a.numSpeeds() + first;
+        MatrixOf<Complex> A = MatrixOf<Complex>::Zero(n, n);
+        for (int k = 0; k < 3; ++k) A += kWeights[k] * eliminateElements(systems[k], first);
+        A.bottomRows(first) = test::assembleDense(a).middleRows(a.numSpeeds(), first).leftCols(n);
+        A.rightCols(first) = A.bottomRows(first).transpose();
+        const MatrixOf<Complex> found = eliminateElements(combined, first);
+        EXPECT_LT((found - A).norm(), 1e-13 * A.norm()) << trial;
+
+        const VectorOf<Complex> x = solveCombined(combined, a, first);
+        const VectorOf<Complex> b = test::assembleRightHandSide(a).head(n);
+        if (rankOf(A) < n) continue;
+        ++solved;
+        EXPECT_LT((A * x - b).norm(), 1e-9 * (A.norm() * x.norm() + b.norm())) << trial;
+    }
+    EXPECT_GT(solved, 50);
+}
+
+/** J(γ) = M/γ + D + γK of bodies with a joint, a spring, a bushing and a lock. **/
+TEST(NewtonCombination, GivesTheNewtonMatrixOfAnyStepFromThree) {
+    using SimTK::Vec3;
+    SimTK::MultibodySystem model;
+    SimTK::SimbodyMatterSubsystem matter(model);
+    FlexibleBodySubsystem flexible(model, matter);
+    const auto part = test::makePointMassPart().body;
+    const FlexibleBody first(flexible, part), second(flexible, part);
+    const SimTK::MassProperties mass(2, Vec3(0.1, 0, 0), 2 * SimTK::UnitInertia(0.1, 0.2, 0.25));
+    SimTK::MobilizedBody::Slider brick(matter.Ground(), mass);
+    SimTK::MobilizedBody::Pin wheel(brick, SimTK::Transform(Vec3(0, 0.3, 0)), mass,
+                                    SimTK::Transform());
+    const Joint::Ball joint(flexible, matter.Ground(), first.interface("A"));
+    const TwoPointSpringDamper spring(flexible, first.interface("B"),
+                                      Attachment(wheel, Vec3(0.1, 0.2, 0.3)), 3e3, 20, 0.1);
+    const Bushing bushing(flexible, Attachment(brick, Vec3(0.1, 0, 0)), second.interface("A"),
+                          Bushing::diagonal(SimTK::Vec6(100, 200, 300, 1e5, 2e5, 3e5)),
+                          Bushing::diagonal(SimTK::Vec6(1, 2, 3, 100, 200, 300)));
+    SimTK::State state = model.realizeTopology();
+    brick.lock(state);
+    first.setPoseByInterface(state, "A", SimTK::Transform());
+    second.setPoseByInterface(state, "A", SimTK::Transform(Vec3(0.1, 0.02, 0.01)));
+    model.realize(state, SimTK::Stage::Velocity);
+    Evaluation equations(model, state);
+    const Topology& topology = equations.getTopology();
+    std::vector<double> q(size_t(topology.numQ)), u(size_t(topology.numU)),
+        uDot = u, r = u, lambda(size_t(topology.numMultipliers), 0);
+    equations.getBlocks().getFromState(state, q.data(), u.data());
+    std::mt19937 random(3);
+    for (double& value : u) value = std::uniform_real_distribution<double>(-1, 1)(random);
+    equations.realize(0, q.data(), u.data());
+    equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), r.data());
+    for (const bool isDense : {false, true}) {
+        const auto form = [&](double massFactor, double stiffnessFactor) {
+            NewtonSystem system = topology.makeNewtonSystem();
+            equations.formNewtonSystem(NewtonFactors(massFactor, stiffnessFactor), isDense,
+                                       q.data(), u.data(), uDot.data(), system);
+            system.r = r;
+            return system;
+        };
+        const double m[2] = {1e-3, 3e-3}, s[2] = {2e-3, 5e-4}, gamma = 1.5e-3;
+        const NewtonSystem a = form(m[0], s[0]), b = form(m[0], s[1]), c = form(m[1], s[0]);
+        const double second = (gamma - s[0]) / (s[1] - s[0]);
+        const double third = (1 / gamma - 1 / m[0]) / (1 / m[1] - 1 / m[0]);
+        const int firstElementRow = topology.numMultipliers;
+        ASSERT_GT(a.numMultipliers(), firstElementRow + 6);
+        ComplexNewtonSystem combined = makeCombined(a, firstElementRow);
+        combine(a, b, c, {1 - second - third, second, third}, combined);
+        const NewtonSystem expected = form(gamma, gamma);
+        const MatrixOf<double> A = eliminateElements(expected, firstElementRow);
+        EXPECT_LT((eliminateElements(combined, firstElementRow) - A).norm(), 1e-12 * A.norm());
+        const VectorOf<Complex> x = solveCombined(combined, a, firstElementRow);
+        const VectorXd reference = test::solveDense(expected).head(x.size());
+        EXPECT_LT((x - reference).norm(), 1e-9 * reference.norm());
+    }
+}
 
 TEST(BlockElimination, ASingularBlockIsNamed) {
     NewtonSystem system;

@@ -7,22 +7,25 @@ namespace {
 
 using Eigen::Map;
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
-Map<const MatrixXd> matrix(const std::vector<double>& entries, int rows, int columns) {
+template <class Scalar>
+Map<const MatrixOf<Scalar>> matrix(const std::vector<Scalar>& entries, int rows, int columns) {
     return {entries.data(), rows, columns};
 }
 
-Map<const VectorXd> vector(const std::vector<double>& entries) {
+template <class Scalar>
+Map<const VectorOf<Scalar>> vector(const std::vector<Scalar>& entries) {
     return {entries.data(), Eigen::Index(entries.size())};
 }
 
 }  // namespace
 
-MatrixXd assembleBlock(const NewtonSystem& system, const NewtonSystem::Block& block) {
+template <class Scalar>
+MatrixOf<Scalar> assembleBlock(const BasicNewtonSystem<Scalar>& system,
+                               const typename BasicNewtonSystem<Scalar>::Block& block) {
     const int n = block.size;
-    if (block.form != NewtonSystem::Block::Form::Arrow) return matrix(block.matrix, n, n);
-    MatrixXd J = MatrixXd::Zero(n, n);
+    if (block.form != NewtonBlock::Form::Arrow) return matrix(block.matrix, n, n);
+    MatrixOf<Scalar> J = MatrixOf<Scalar>::Zero(n, n);
     J.topLeftCorner(6, 6) = matrix(block.head, 6, 6);
     J.block(6, 0, n - 6, 3) = matrix(block.coupling, n - 6, 3);
     J.block(0, 6, 3, n - 6) = J.block(6, 0, n - 6, 3).transpose();
@@ -31,16 +34,17 @@ MatrixXd assembleBlock(const NewtonSystem& system, const NewtonSystem::Block& bl
     return J;
 }
 
-MatrixXd assembleGt(const NewtonSystem& system, const NewtonSystem::Block& block) {
-    if (block.columns == NewtonSystem::Block::Columns::Own)
+template <class Scalar>
+MatrixXd assembleGt(const BasicNewtonSystem<Scalar>& system, const NewtonBlock& block) {
+    if (block.columns == NewtonBlock::Columns::Own)
         return matrix(block.Gt, block.size, block.numColumns());
-    const NewtonSystem::Part& part = system.parts[size_t(block.part)];
+    const auto& part = system.parts[size_t(block.part)];
     const auto shapes = matrix(*part.shapes, part.numModes, 6 * part.numFrames);
     const auto coefficients = matrix(block.coefficients, 6, block.numColumns());
     MatrixXd Gt(block.size, block.numColumns());
     Gt.topRows(6) = matrix(block.Gt, 6, block.numColumns());
     int first = 0;
-    for (const NewtonSystem::Side& side : block.sides) {
+    for (const NewtonBlock::Side& side : block.sides) {
         Gt.block(6, first, part.numModes, side.numColumns) =
             shapes.middleCols(6 * side.frame, 6) * coefficients.middleCols(first, side.numColumns);
         first += side.numColumns;
@@ -48,17 +52,18 @@ MatrixXd assembleGt(const NewtonSystem& system, const NewtonSystem::Block& block
     return Gt;
 }
 
-MatrixXd assembleDense(const NewtonSystem& system) {
+template <class Scalar>
+MatrixOf<Scalar> assembleDense(const BasicNewtonSystem<Scalar>& system) {
     const int speeds = system.numSpeeds(), size = speeds + system.numMultipliers();
-    MatrixXd A = MatrixXd::Zero(size, size);
+    MatrixOf<Scalar> A = MatrixOf<Scalar>::Zero(size, size);
     int first = 0;
-    for (const NewtonSystem::Block& block : system.blocks) {
+    for (const auto& block : system.blocks) {
         A.block(first, first, block.size, block.size) = assembleBlock(system, block);
         const MatrixXd Gt = assembleGt(system, block);
         for (int k = 0; k < block.numColumns(); ++k) {
             const int row = speeds + block.rows[size_t(k)];
-            A.block(first, row, block.size, 1) += Gt.col(k);
-            A.block(row, first, 1, block.size) += Gt.col(k).transpose();
+            A.block(first, row, block.size, 1) += Gt.col(k).template cast<Scalar>();
+            A.block(row, first, 1, block.size) += Gt.col(k).transpose().template cast<Scalar>();
         }
         first += block.size;
     }
@@ -71,18 +76,19 @@ Eigen::SparseMatrix<double> assembleSparse(const NewtonSystem& system) {
     return assembleDense(system).sparseView();
 }
 
-VectorXd multiply(const NewtonSystem& system, const VectorXd& x) {
+template <class Scalar>
+VectorOf<Scalar> multiply(const BasicNewtonSystem<Scalar>& system, const VectorOf<Scalar>& x) {
     const int speeds = system.numSpeeds();
-    VectorXd product = VectorXd::Zero(x.size());
+    VectorOf<Scalar> product = VectorOf<Scalar>::Zero(x.size());
     int first = 0;
-    for (const NewtonSystem::Block& block : system.blocks) {
-        const VectorXd u = x.segment(first, block.size);
+    for (const auto& block : system.blocks) {
+        const VectorOf<Scalar> u = x.segment(first, block.size);
         const MatrixXd Gt = assembleGt(system, block);
         product.segment(first, block.size) = assembleBlock(system, block) * u;
         for (int k = 0; k < block.numColumns(); ++k) {
             const int row = speeds + block.rows[size_t(k)];
             product.segment(first, block.size) += Gt.col(k) * x[row];
-            product[row] += Gt.col(k).dot(u);
+            product[row] += (Gt.col(k).transpose() * u).value();
         }
         first += block.size;
     }
@@ -91,19 +97,45 @@ VectorXd multiply(const NewtonSystem& system, const VectorXd& x) {
     return product;
 }
 
-VectorXd assembleRightHandSide(const NewtonSystem& system) {
-    VectorXd b(system.numSpeeds() + system.numMultipliers());
+template <class Scalar>
+VectorOf<Scalar> assembleRightHandSide(const BasicNewtonSystem<Scalar>& system) {
+    VectorOf<Scalar> b(system.numSpeeds() + system.numMultipliers());
     b << -vector(system.r), -vector(system.c);
     return b;
 }
 
-VectorXd solveDense(const NewtonSystem& system) {
+template <class Scalar>
+VectorOf<Scalar> solveDense(const BasicNewtonSystem<Scalar>& system) {
     return assembleDense(system).partialPivLu().solve(assembleRightHandSide(system));
 }
 
-VectorXd solveLeastNorm(const NewtonSystem& system) {
+template <class Scalar>
+VectorOf<Scalar> solveLeastNorm(const BasicNewtonSystem<Scalar>& system) {
     return assembleDense(system).completeOrthogonalDecomposition().solve(
         assembleRightHandSide(system));
 }
+
+template MatrixOf<double> assembleBlock(const BasicNewtonSystem<double>&,
+                                        const BasicNewtonSystem<double>::Block&);
+template MatrixXd assembleGt(const BasicNewtonSystem<double>&, const NewtonBlock&);
+template MatrixOf<double> assembleDense(const BasicNewtonSystem<double>&);
+template VectorOf<double> multiply(const BasicNewtonSystem<double>&, const VectorOf<double>&);
+template VectorOf<double> assembleRightHandSide(const BasicNewtonSystem<double>&);
+template VectorOf<double> solveDense(const BasicNewtonSystem<double>&);
+template VectorOf<double> solveLeastNorm(const BasicNewtonSystem<double>&);
+
+template MatrixOf<std::complex<double>> assembleBlock(
+    const BasicNewtonSystem<std::complex<double>>&,
+    const BasicNewtonSystem<std::complex<double>>::Block&);
+template MatrixXd assembleGt(const BasicNewtonSystem<std::complex<double>>&, const NewtonBlock&);
+template MatrixOf<std::complex<double>> assembleDense(
+    const BasicNewtonSystem<std::complex<double>>&);
+template VectorOf<std::complex<double>> multiply(const BasicNewtonSystem<std::complex<double>>&,
+                                                 const VectorOf<std::complex<double>>&);
+template VectorOf<std::complex<double>> assembleRightHandSide(
+    const BasicNewtonSystem<std::complex<double>>&);
+template VectorOf<std::complex<double>> solveDense(const BasicNewtonSystem<std::complex<double>>&);
+template VectorOf<std::complex<double>> solveLeastNorm(
+    const BasicNewtonSystem<std::complex<double>>&);
 
 }  // namespace simflex::test

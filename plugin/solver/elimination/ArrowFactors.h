@@ -20,46 +20,60 @@ for Kᵀ (Aᵀd⁻¹A) K. Modes are worked on eight at a time, columns of 6 entr
 
 namespace simflex {
 
+template <class Scalar>
 class ArrowFactors {
 public:
+    using Block = typename BasicNewtonSystem<Scalar>::Block;
+
     /** @param part  of the block; asked for the compliances that the block needs **/
-    ArrowFactors(const NewtonSystem::Block& block, PartFactors& part);
+    ArrowFactors(const Block& block, PartFactors<Scalar>& part);
 
     /** Factors J_b and writes S_b (m×m). @returns false if J_b is singular or not finite. **/
-    bool factor(const NewtonSystem::Block& block, double* schur);
+    bool factor(const Block& block, Scalar* schur);
 
     /** Writes G_b J_b⁻¹ r_b (m), and keeps what substitute() needs. **/
-    void eliminate(const double* r, double* Gz);
+    void eliminate(const Scalar* r, Scalar* Gz);
 
     /** deltaU ← −J_b⁻¹ (r_b + G_bᵀ Δλ), Δλ by the block's columns.
     @param r  that of eliminate(), or null: zero, eliminate() is not called before **/
-    void substitute(const double* r, const double* lambda, double* deltaU);
+    void substitute(const Scalar* r, const Scalar* lambda, Scalar* deltaU);
 
 private:
+    using ScalarChunk = ChunkOf<Scalar>;
+
     /** Consecutive columns that act through one frame. **/
     struct Side {
         int frame, place;  ///< of the part; in m_frames
         int firstColumn, endColumn;
     };
 
-    /** d⁻¹E, and H̃⁻¹ from H − Eᵀd⁻¹E. @returns false if that is not positive definite. **/
-    bool condenseHead(const NewtonSystem::Block& block);
-    void condenseColumns(const NewtonSystem::Block& block);
+    /** d⁻¹E, and H̃⁻¹ from H − Eᵀd⁻¹E. @returns false if that is singular; a real one if it is not
+     * positive definite. **/
+    bool condenseHead(const Block& block);
+    void condenseColumns(const Block& block);
     /** The same of own columns. **/
-    void condenseOwnColumns(const NewtonSystem::Block& block);
-    bool formSchur(double* schur) const;
-    bool formOwnSchur(double* schur) const;
+    void condenseOwnColumns(const Block& block);
+    bool formSchur(Scalar* schur) const;
+    bool formOwnSchur(Scalar* schur) const;
+    /** m_products ← (d⁻¹A)ᵀ x, `count` columns.
+    @param x  unpadded, read if it is real
+    @param scaled  d⁻¹x, read if it is complex **/
+    void multiplyByFlexibility(int count, const Scalar* const* x,
+                               const PaddedColumns<Scalar>& scaled);
 
-    const PartFactors* m_part;
-    int m_numModes, m_stride, m_numColumns;
-    std::array<Chunk, 6> m_inverseHead;  ///< H̃⁻¹ by columns
-    Chunk m_top{};  ///< H̃⁻¹(r − Eᵀd⁻¹r), rigid rows of −Δu without Δλ
-    std::vector<Chunk> m_columns;  ///< K and Y, by turns
+    const PartFactors<Scalar>* m_part;
+    int m_numModes, m_numColumns;
+    std::array<ScalarChunk, 6> m_inverseHead;  ///< H̃⁻¹ by columns
+    ScalarChunk m_top{};     ///< H̃⁻¹(r − Eᵀd⁻¹r), rigid rows of −Δu without Δλ
+    std::vector<Chunk> m_K;  ///< by columns, if they are shared
+    std::vector<ScalarChunk> m_Y;  ///< by columns
     bool m_ownsColumns;
-    std::vector<double> m_g, m_dg;     ///< own columns' modal rows g, and d⁻¹g, padded
-    std::vector<double> m_dE;          ///< d⁻¹E, 3 columns
-    std::vector<double> m_products;    ///< (d⁻¹A)ᵀE, or (d⁻¹A)ᵀr in its first column
-    std::vector<Chunk> m_frameForces;  ///< KΔλ summed by frame
+    PaddedColumns<double> m_g;         ///< own columns' modal rows
+    PaddedColumns<Scalar> m_dg;        ///< d⁻¹g
+    PaddedColumns<Scalar> m_dE;        ///< d⁻¹E, 3 columns
+    PaddedColumns<Scalar> m_dr;        ///< d⁻¹r, if it is complex
+    PaddedColumns<Scalar> m_products;  ///< (d⁻¹A)ᵀE, or (d⁻¹A)ᵀr in its first column
+    std::vector<ScalarChunk> m_frameForces;  ///< KΔλ summed by frame
     std::vector<Side> m_sides;
     std::vector<int> m_frames;  ///< in use, without repetition
 };

@@ -15,25 +15,28 @@ namespace {
 
 using Eigen::Map;
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Clock = std::chrono::steady_clock;
 
 /** A block with so many columns that its speeds stay unknowns of step 3. **/
-bool isLate(const NewtonSystem::Block& block) {
+bool isLate(const NewtonBlock& block) {
     return block.numColumns() > 4 * block.size + 64;
 }
 
 }  // namespace
 
-class BlockEliminationSolver::Implementation {
+template <class Scalar>
+class BlockElimination<Scalar>::Implementation {
+    using Block = typename System::Block;
+    using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+    using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
 public:
-    explicit Implementation(const NewtonSystem& system)
-        : m_numMultipliers(system.numMultipliers()) {
+    explicit Implementation(const System& system) : m_numMultipliers(system.numMultipliers()) {
         system.checkSizes();
         m_parts.reserve(system.parts.size());
-        for (const NewtonSystem::Part& part : system.parts) m_parts.emplace_back(part);
+        for (const typename System::Part& part : system.parts) m_parts.emplace_back(part);
         m_blocks.reserve(system.blocks.size());
-        for (const NewtonSystem::Block& block : system.blocks) {
+        for (const Block& block : system.blocks) {
             m_blocks.emplace_back(block, m_parts);
             m_firstColumn.push_back(int(m_Gz.size()));
             m_firstSpeed.push_back(int(m_deltaU.size()));
@@ -46,7 +49,7 @@ public:
         analyse(system, true);
     }
 
-    void factor(const NewtonSystem& system) {
+    void factor(const System& system) {
         m_isFactored = false;
         const auto start = Clock::now();
         factorBlocks(system);
@@ -64,7 +67,7 @@ public:
     }
 
     /** @param hasResidual  false: r counts as zero **/
-    void solve(const NewtonSystem& system, bool hasResidual) {
+    void solve(const System& system, bool hasResidual) {
         if (!m_isFactored)
             throw std::logic_error("BlockEliminationSolver::solve() before factor()");
         const auto start = Clock::now();
@@ -84,11 +87,11 @@ public:
         }
         for (const LateBlock& late : m_lateBlocks) {
             const int size = system.blocks[size_t(late.block)].size;
-            double* rows = m_x.data() + late.firstUnknown;
+            Scalar* rows = m_x.data() + late.firstUnknown;
             if (hasResidual)
                 std::copy_n(system.r.data() + m_firstSpeed[size_t(late.block)], size, rows);
             else
-                std::fill_n(rows, size, 0.0);
+                std::fill_n(rows, size, Scalar(0));
         }
         if (!m_x.empty()) m_fronts->solve(m_x.data(), m_threads);
         const auto substitutionStart = Clock::now();
@@ -97,7 +100,7 @@ public:
             if (m_isLate[size_t(b)]) return;
             const int first = m_firstSpeed[size_t(b)];
             const int begin = m_firstColumn[size_t(b)], end = m_firstColumn[size_t(b) + 1];
-            double* lambda = m_columnLambda.data();
+            Scalar* lambda = m_columnLambda.data();
             for (int k = begin; k < end; ++k) lambda[k] = m_x[size_t(m_rows[size_t(k)])];
             m_blocks[size_t(b)].substitute(hasResidual ? system.r.data() + first : nullptr,
                                            lambda + begin, m_deltaU.data() + first);
@@ -111,10 +114,10 @@ public:
             std::chrono::duration<double>((schurStart - start) + (end - substitutionStart)).count();
     }
 
-    const std::vector<double>& getDeltaU() const { return m_deltaU; }
+    const std::vector<Scalar>& getDeltaU() const { return m_deltaU; }
 
-    const double* getDeltaLambda() const { return m_x.data(); }
-    const FrontSolver& getFronts() const { return *m_fronts; }
+    const Scalar* getDeltaLambda() const { return m_x.data(); }
+    const FrontSolver<Scalar>& getFronts() const { return *m_fronts; }
 
     void setNumThreads(int most) {
         constexpr double WorkPerThread = 1e5;  // multiplications in one factor()
@@ -123,7 +126,7 @@ public:
     const Timing& getTiming() const { return m_timing; }
     bool isFactored() const { return m_isFactored; }
     bool hasLateBlocks() const { return !m_lateBlocks.empty(); }
-    void dissolveLateBlocks(const NewtonSystem& system) {
+    void dissolveLateBlocks(const System& system) {
         m_isFactored = false;
         analyse(system, false);
     }
@@ -139,11 +142,12 @@ private:
             int firstColumn, numColumns;
         };
         std::vector<Coupling> couplings;
-        MatrixXd minusJ, Gt;
+        Matrix minusJ;
+        MatrixXd Gt;
     };
 
     /** Lays out the unknowns and cliques of step 3. **/
-    void analyse(const NewtonSystem& system, bool keepLateBlocks) {
+    void analyse(const System& system, bool keepLateBlocks) {
         m_work = 0;
         CliquePattern pattern;
         pattern.numUnknowns = m_numMultipliers;
@@ -153,7 +157,7 @@ private:
         m_lateMatrices.clear();
         std::vector<std::vector<int>> blocksOfRow(static_cast<size_t>(m_numMultipliers));
         for (size_t b = 0; b < m_blocks.size(); ++b) {
-            const NewtonSystem::Block& block = system.blocks[b];
+            const Block& block = system.blocks[b];
             m_work += double(block.size) * block.size + 20.0 * block.size * block.numColumns();
             m_isLate[b] = keepLateBlocks && isLate(block);
             pattern.cliques.push_back(m_isLate[b] ? std::vector<int>() : block.rows);
@@ -161,7 +165,7 @@ private:
         }
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             if (!m_isLate[b]) continue;
-            const NewtonSystem::Block& block = system.blocks[b];
+            const Block& block = system.blocks[b];
             LateBlock late;
             late.block = int(b);
             late.firstUnknown = pattern.numUnknowns;
@@ -193,7 +197,7 @@ private:
         }
         m_firstComplianceClique = int(pattern.cliques.size());
         for (size_t row = 0; row < system.compliance.size(); ++row)
-            if (system.compliance[row] != 0) pattern.cliques.push_back({int(row)});
+            if (system.compliance[row] != 0.0) pattern.cliques.push_back({int(row)});
         // Rows that act on late blocks alone have no diagonal until the late blocks are eliminated.
         for (int row = 0; row < m_numMultipliers && !m_lateBlocks.empty(); ++row)
             if (std::all_of(blocksOfRow[size_t(row)].begin(), blocksOfRow[size_t(row)].end(),
@@ -202,15 +206,14 @@ private:
         m_cliqueValues.assign(pattern.cliques.size(), nullptr);
         m_lateMatrices.resize(pattern.cliques.size());
         m_x.assign(size_t(pattern.numUnknowns), 0);
-        m_fronts = std::make_unique<FrontSolver>(pattern);
+        m_fronts = std::make_unique<FrontSolver<Scalar>>(pattern);
         m_work += m_fronts->getTree().work();
     }
 
-    void factorBlocks(const NewtonSystem& system) {
+    void factorBlocks(const System& system) {
         m_isPartUsed.assign(m_parts.size(), 0);
-        for (const NewtonSystem::Block& block : system.blocks)
-            if (block.form == NewtonSystem::Block::Form::Arrow)
-                m_isPartUsed[size_t(block.part)] = 1;
+        for (const Block& block : system.blocks)
+            if (block.form == NewtonBlock::Form::Arrow) m_isPartUsed[size_t(block.part)] = 1;
         for (size_t p = 0; p < m_parts.size(); ++p)
             if (m_isPartUsed[p] && !m_parts[p].factor(system.parts[p]))
                 throw std::runtime_error("BlockEliminationSolver: the diagonal of part " +
@@ -228,116 +231,137 @@ private:
                                              " is singular or not finite");
     }
 
-    void factorSchurComplement(const NewtonSystem& system) {
+    void factorSchurComplement(const System& system) {
         bool isSymmetric = true;
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             m_cliqueValues[b] = m_isLate[b] ? nullptr : m_blocks[b].getSchur();
-            isSymmetric =
-                isSymmetric && system.blocks[b].form != NewtonSystem::Block::Form::General;
+            isSymmetric = isSymmetric && system.blocks[b].form != NewtonBlock::Form::General;
         }
         for (LateBlock& late : m_lateBlocks) fillLateBlock(system, late);
         size_t clique = size_t(m_firstComplianceClique);
-        for (const double& compliance : system.compliance)
-            if (compliance != 0) m_cliqueValues.at(clique++) = &compliance;
+        for (const Scalar& compliance : system.compliance)
+            if (compliance != 0.0) m_cliqueValues.at(clique++) = &compliance;
         if (m_x.empty()) return;
         m_fronts->setSymmetric(isSymmetric);
         m_fronts->factor(m_cliqueValues, m_threads);
     }
 
-    void fillLateBlock(const NewtonSystem& system, LateBlock& late) {
-        const NewtonSystem::Block& block = system.blocks[size_t(late.block)];
+    void fillLateBlock(const System& system, LateBlock& late) {
+        const Block& block = system.blocks[size_t(late.block)];
         const int n = block.size;
-        if (block.form == NewtonSystem::Block::Form::Arrow) {
-            const NewtonSystem::Part& part = system.parts[size_t(block.part)];
-            late.minusJ.topLeftCorner<6, 6>() = -Map<const MatrixXd>(block.head.data(), 6, 6);
+        if (block.form == NewtonBlock::Form::Arrow) {
+            const typename System::Part& part = system.parts[size_t(block.part)];
+            late.minusJ.template topLeftCorner<6, 6>() =
+                -Map<const Matrix>(block.head.data(), 6, 6);
             late.minusJ.bottomLeftCorner(n - 6, 3) =
-                -Map<const MatrixXd>(block.coupling.data(), n - 6, 3);
+                -Map<const Matrix>(block.coupling.data(), n - 6, 3);
             late.minusJ.topRightCorner(3, n - 6) =
                 late.minusJ.bottomLeftCorner(n - 6, 3).transpose();
-            late.minusJ.diagonal().tail(n - 6) = -Map<const VectorXd>(part.diagonal.data(), n - 6);
+            late.minusJ.diagonal().tail(n - 6) = -Map<const Vector>(part.diagonal.data(), n - 6);
         } else {
-            late.minusJ = -Map<const MatrixXd>(block.matrix.data(), n, n);
+            late.minusJ = -Map<const Matrix>(block.matrix.data(), n, n);
         }
         system.expandGt(block, late.Gt.data());
         m_cliqueValues[size_t(late.selfClique)] = late.minusJ.data();
-        for (const LateBlock::Coupling& coupling : late.couplings) {
-            MatrixXd& values = m_lateMatrices[size_t(coupling.clique)];
+        for (const auto& coupling : late.couplings) {
+            Matrix& values = m_lateMatrices[size_t(coupling.clique)];
             const int k = coupling.numColumns;
             values.setZero(n + k, n + k);
-            values.topRightCorner(n, k) = -late.Gt.middleCols(coupling.firstColumn, k);
+            values.topRightCorner(n, k) =
+                -late.Gt.middleCols(coupling.firstColumn, k).template cast<Scalar>();
             values.bottomLeftCorner(k, n) = values.topRightCorner(n, k).transpose();
             m_cliqueValues[size_t(coupling.clique)] = values.data();
         }
     }
 
     int m_numMultipliers;
-    std::vector<PartFactors> m_parts;
-    std::vector<BlockFactors> m_blocks;
+    std::vector<PartFactors<Scalar>> m_parts;
+    std::vector<BlockFactors<Scalar>> m_blocks;
     std::vector<char> m_isLate, m_isRegular, m_isPartUsed;
     std::vector<LateBlock> m_lateBlocks;
-    std::vector<MatrixXd> m_lateMatrices;  ///< by clique
-    std::vector<const double*> m_cliqueValues;
+    std::vector<Matrix> m_lateMatrices;  ///< by clique
+    std::vector<const Scalar*> m_cliqueValues;
     int m_firstComplianceClique = 0;
-    std::unique_ptr<FrontSolver> m_fronts;
+    std::unique_ptr<FrontSolver<Scalar>> m_fronts;
 
     std::vector<int> m_firstColumn, m_firstSpeed;  ///< by block; all columns' end last
     std::vector<int> m_rows;                       ///< all blocks' columns, one after another
-    std::vector<double> m_deltaU;
-    std::vector<double> m_Gz, m_columnLambda;  ///< by column
-    std::vector<double> m_x;                   ///< Δλ, then late blocks' Δu
+    std::vector<Scalar> m_deltaU;
+    std::vector<Scalar> m_Gz, m_columnLambda;  ///< by column
+    std::vector<Scalar> m_x;                   ///< Δλ, then late blocks' Δu
     double m_work = 0;                         ///< of one factor() with arrows
     int m_threads = 1;
     bool m_isFactored = false;
     Timing m_timing;
 };
 
-BlockEliminationSolver::BlockEliminationSolver(const NewtonSystem& system)
+template <class Scalar>
+BlockElimination<Scalar>::BlockElimination(const System& system)
     : m_impl(std::make_unique<Implementation>(system)) {}
-BlockEliminationSolver::~BlockEliminationSolver() = default;
-BlockEliminationSolver::BlockEliminationSolver(BlockEliminationSolver&&) noexcept = default;
-BlockEliminationSolver& BlockEliminationSolver::operator=(BlockEliminationSolver&&) noexcept =
+template <class Scalar>
+BlockElimination<Scalar>::~BlockElimination() = default;
+template <class Scalar>
+BlockElimination<Scalar>::BlockElimination(BlockElimination&&) noexcept = default;
+template <class Scalar>
+BlockElimination<Scalar>& BlockElimination<Scalar>::operator=(BlockElimination&&) noexcept =
     default;
 
-void BlockEliminationSolver::setNumThreads(int threads) {
+template <class Scalar>
+void BlockElimination<Scalar>::setNumThreads(int threads) {
     if (threads < 1)
         throw std::invalid_argument("BlockEliminationSolver::setNumThreads: at least 1");
     m_impl->setNumThreads(threads);
 }
-void BlockEliminationSolver::factor(const NewtonSystem& system) {
+template <class Scalar>
+void BlockElimination<Scalar>::factor(const System& system) {
     m_impl->factor(system);
 }
-void BlockEliminationSolver::solve(const NewtonSystem& system) {
+template <class Scalar>
+void BlockElimination<Scalar>::solve(const System& system) {
     m_impl->solve(system, true);
 }
-void BlockEliminationSolver::solveForConstraints(const NewtonSystem& system) {
+template <class Scalar>
+void BlockElimination<Scalar>::solveForConstraints(const System& system) {
     m_impl->solve(system, false);
 }
-const std::vector<double>& BlockEliminationSolver::getDeltaU() const {
+template <class Scalar>
+const std::vector<Scalar>& BlockElimination<Scalar>::getDeltaU() const {
     return m_impl->getDeltaU();
 }
-const double* BlockEliminationSolver::getDeltaLambda() const {
+template <class Scalar>
+const Scalar* BlockElimination<Scalar>::getDeltaLambda() const {
     return m_impl->getDeltaLambda();
 }
-bool BlockEliminationSolver::isFactored() const {
+template <class Scalar>
+bool BlockElimination<Scalar>::isFactored() const {
     return m_impl->isFactored();
 }
-bool BlockEliminationSolver::hasLateBlocks() const {
+template <class Scalar>
+bool BlockElimination<Scalar>::hasLateBlocks() const {
     return m_impl->hasLateBlocks();
 }
-void BlockEliminationSolver::dissolveLateBlocks(const NewtonSystem& system) {
+template <class Scalar>
+void BlockElimination<Scalar>::dissolveLateBlocks(const System& system) {
     m_impl->dissolveLateBlocks(system);
 }
-int BlockEliminationSolver::getNumRedundant() const {
+template <class Scalar>
+int BlockElimination<Scalar>::getNumRedundant() const {
     return int(getRedundantRows().size());
 }
-const std::vector<int>& BlockEliminationSolver::getRedundantRows() const {
+template <class Scalar>
+const std::vector<int>& BlockElimination<Scalar>::getRedundantRows() const {
     return m_impl->getFronts().getRedundantUnknowns();
 }
-std::vector<int> BlockEliminationSolver::findInvolvedRows(int k) const {
+template <class Scalar>
+std::vector<int> BlockElimination<Scalar>::findInvolvedRows(int k) const {
     return m_impl->getFronts().findInvolvedUnknowns(k);
 }
-const BlockEliminationSolver::Timing& BlockEliminationSolver::getTiming() const {
+template <class Scalar>
+auto BlockElimination<Scalar>::getTiming() const -> const Timing& {
     return m_impl->getTiming();
 }
+
+template class BlockElimination<double>;
+template class BlockElimination<std::complex<double>>;
 
 }  // namespace simflex

@@ -21,8 +21,12 @@ bit for any number of threads.
     solver.getDeltaU(), solver.getDeltaLambda()
 
 States: symbolic (after construction) → factored (after factor()); solve() may follow any number of
-times. After the first of each, neither allocates memory (redundant constraints excepted). **/
+times. After the first of each, neither allocates memory (redundant constraints excepted).
 
+Complex systems take the same way, ComplexBlockEliminationSolver: a symmetric J is then complex
+symmetric, its real part positive definite. **/
+
+#include <complex>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -40,8 +44,11 @@ public:
     const int block;
 };
 
-class BlockEliminationSolver {
+template <class Scalar>
+class BlockElimination {
 public:
+    using System = BasicNewtonSystem<Scalar>;
+
     /** Wall time of the phases since construction [s]. **/
     struct Timing {
         double factor = 0;            ///< step 1
@@ -50,10 +57,10 @@ public:
     };
 
     /** Analyses sizes and rows; numbers are not looked at. **/
-    explicit BlockEliminationSolver(const NewtonSystem& system);
-    ~BlockEliminationSolver();
-    BlockEliminationSolver(BlockEliminationSolver&&) noexcept;
-    BlockEliminationSolver& operator=(BlockEliminationSolver&&) noexcept;
+    explicit BlockElimination(const System& system);
+    ~BlockElimination();
+    BlockElimination(BlockElimination&&) noexcept;
+    BlockElimination& operator=(BlockElimination&&) noexcept;
 
     /** Threads to use at most; small systems get fewer. **/
     void setNumThreads(int threads);
@@ -64,22 +71,22 @@ public:
     good where it finds redundancies beside them. **/
     bool hasLateBlocks() const;
     /** Gives it up now. **/
-    void dissolveLateBlocks(const NewtonSystem& system);
+    void dissolveLateBlocks(const System& system);
 
     /** Factors every J_b and S. @pre same topology as in the constructor.
     @throws std::runtime_error that names the block if a J_b is singular or not finite. **/
-    void factor(const NewtonSystem& system);
+    void factor(const System& system);
 
     /** Solves for the r and c of `system`; of its matrices only Gt is read. @pre factor().
     @throws std::logic_error if nothing was factored. **/
-    void solve(const NewtonSystem& system);
+    void solve(const System& system);
 
     /** The same with r = 0 whatever the system holds: the projection onto the constraints. **/
-    void solveForConstraints(const NewtonSystem& system);
+    void solveForConstraints(const System& system);
 
     /** Of all speeds, block after block. **/
-    const std::vector<double>& getDeltaU() const;
-    const double* getDeltaLambda() const;
+    const std::vector<Scalar>& getDeltaU() const;
+    const Scalar* getDeltaLambda() const;
     int getNumRedundant() const;
     /** Rows of Δλ that follow from others, one for each redundancy; of the last factor(). **/
     const std::vector<int>& getRedundantRows() const;
@@ -91,5 +98,8 @@ private:
     class Implementation;
     std::unique_ptr<Implementation> m_impl;
 };
+
+using BlockEliminationSolver = BlockElimination<double>;
+using ComplexBlockEliminationSolver = BlockElimination<std::complex<double>>;
 
 }  // namespace simflex

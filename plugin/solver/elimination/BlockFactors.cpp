@@ -6,21 +6,21 @@
 namespace simflex {
 
 using Eigen::Map;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
-BlockFactors::BlockFactors(const NewtonSystem::Block& block, std::vector<PartFactors>& parts)
-    : m_schur(MatrixXd::Zero(block.numColumns(), block.numColumns())) {
+template <class Scalar>
+BlockFactors<Scalar>::BlockFactors(const Block& block, std::vector<PartFactors<Scalar>>& parts)
+    : m_schur(Matrix::Zero(block.numColumns(), block.numColumns())) {
     if (block.part >= 0) m_arrow.emplace(block, parts[size_t(block.part)]);
 }
 
-bool BlockFactors::factor(const NewtonSystem& system, const NewtonSystem::Block& block) {
+template <class Scalar>
+bool BlockFactors<Scalar>::factor(const System& system, const Block& block) {
     m_form = block.form;
     const int n = block.size, m = block.numColumns();
     if (n == 0) return true;
     if (m_form == Form::Arrow) return m_arrow->factor(block, m_schur.data());
 
-    const Map<const MatrixXd> J(block.matrix.data(), n, n);
+    const Map<const Matrix> J(block.matrix.data(), n, n);
     m_Gt.resize(n, m);
     m_W.resize(n, m);
     m_r.resize(n);
@@ -28,10 +28,10 @@ bool BlockFactors::factor(const NewtonSystem& system, const NewtonSystem::Block&
     m_Gz.resize(m);
     m_lambda.resize(m);
     system.expandGt(block, m_Gt.data());
-    if (m_form == Form::Symmetric) {
+    if (hasCholesky()) {
         m_symmetric.compute(J);
         if (m_symmetric.info() != Eigen::Success ||
-            !std::isfinite(m_symmetric.matrixLLT().diagonal().sum()))
+            !isFinite(m_symmetric.matrixLLT().diagonal().sum()))
             return false;
         if (m == 0) return true;
         m_W = m_Gt;
@@ -42,7 +42,7 @@ bool BlockFactors::factor(const NewtonSystem& system, const NewtonSystem::Block&
         if (m_needsPivoting) {
             m_pivoting.compute(J);
             if (!(m_pivoting.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
-            m_W = m_pivoting.solve(m_Gt);
+            m_W = m_pivoting.solve(m_Gt.template cast<Scalar>());
         }
         if (m == 0) return true;
         m_schur.noalias() = m_Gt.transpose() * m_W;
@@ -50,10 +50,11 @@ bool BlockFactors::factor(const NewtonSystem& system, const NewtonSystem::Block&
     return m_schur.allFinite();
 }
 
-void BlockFactors::eliminate(const double* r, double* Gz) {
+template <class Scalar>
+void BlockFactors<Scalar>::eliminate(const Scalar* r, Scalar* Gz) {
     if (m_form == Form::Arrow) return m_arrow->eliminate(r, Gz);
     std::copy_n(r, m_z.size(), m_z.data());
-    if (m_form == Form::Symmetric) {
+    if (hasCholesky()) {
         m_symmetric.matrixL().solveInPlace(m_z);
         m_Gz.noalias() = m_W.transpose() * m_z;
     } else {
@@ -68,13 +69,17 @@ void BlockFactors::eliminate(const double* r, double* Gz) {
     std::copy_n(m_Gz.data(), m_Gz.size(), Gz);
 }
 
-void BlockFactors::substitute(const double* r, const double* lambda, double* deltaU) {
+template <class Scalar>
+void BlockFactors<Scalar>::substitute(const Scalar* r, const Scalar* lambda, Scalar* deltaU) {
     if (m_form == Form::Arrow) return m_arrow->substitute(r, lambda, deltaU);
     std::copy_n(lambda, m_lambda.size(), m_lambda.data());
     if (!r) m_z.setZero();
     m_z.noalias() += m_W * m_lambda;
-    if (m_form == Form::Symmetric) m_symmetric.matrixU().solveInPlace(m_z);
+    if (hasCholesky()) m_symmetric.matrixU().solveInPlace(m_z);
     for (Eigen::Index i = 0; i < m_z.size(); ++i) deltaU[i] = -m_z[i];
 }
+
+template class BlockFactors<double>;
+template class BlockFactors<std::complex<double>>;
 
 }  // namespace simflex

@@ -16,37 +16,47 @@ on an address, and results are the same to the bit from run to run. **/
 
 namespace simflex {
 
+template <class Scalar>
 class BlockFactors {
 public:
-    BlockFactors(const NewtonSystem::Block& block, std::vector<PartFactors>& parts);
+    using System = BasicNewtonSystem<Scalar>;
+    using Block = typename System::Block;
+
+    BlockFactors(const Block& block, std::vector<PartFactors<Scalar>>& parts);
 
     /** Factors J_b and forms S_b. @returns false if J_b is singular or not finite. **/
-    bool factor(const NewtonSystem& system, const NewtonSystem::Block& block);
+    bool factor(const System& system, const Block& block);
 
     /** The m×m matrix S_b. **/
-    const double* getSchur() const { return m_schur.data(); }
+    const Scalar* getSchur() const { return m_schur.data(); }
 
     /** First half of a solution: keeps what substitute() needs and writes G_b J_b⁻¹ r_b (m). **/
-    void eliminate(const double* r, double* Gz);
+    void eliminate(const Scalar* r, Scalar* Gz);
 
     /** Second half: deltaU ← −J_b⁻¹ (r_b + G_bᵀ Δλ), Δλ by the block's columns.
     @param r  that of eliminate(), or null: zero, eliminate() is not called before **/
-    void substitute(const double* r, const double* lambda, double* deltaU);
+    void substitute(const Scalar* r, const Scalar* lambda, Scalar* deltaU);
 
 private:
-    using Form = NewtonSystem::Block::Form;
+    using Form = NewtonBlock::Form;
+    using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+    using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
+    /** Eigen's LLᵀ is Hermitian: complex symmetric matrices go as general ones. **/
+    bool hasCholesky() const { return IsReal<Scalar> && m_form == Form::Symmetric; }
 
     Form m_form = Form::Symmetric;
-    Eigen::MatrixXd m_schur;
-    std::optional<ArrowFactors> m_arrow;  ///< if the block has a part
+    Matrix m_schur;
+    std::optional<ArrowFactors<Scalar>> m_arrow;  ///< if the block has a part
 
-    // Symmetric: W = L⁻¹Gᵀ, z = L⁻¹r; general: W = J⁻¹Gᵀ, z = J⁻¹r.
-    Eigen::LLT<Eigen::MatrixXd> m_symmetric;
-    ChunkedLu m_general;
-    Eigen::PartialPivLU<Eigen::MatrixXd> m_pivoting;  ///< where that fails
+    // By LLᵀ: W = L⁻¹Gᵀ, z = L⁻¹r; else W = J⁻¹Gᵀ, z = J⁻¹r.
+    Eigen::LLT<Matrix> m_symmetric;
+    ChunkedLu<Scalar> m_general;
+    Eigen::PartialPivLU<Matrix> m_pivoting;  ///< where that fails
     bool m_needsPivoting = false;
-    Eigen::MatrixXd m_Gt, m_W;
-    Eigen::VectorXd m_r, m_z, m_Gz, m_lambda;
+    Eigen::MatrixXd m_Gt;
+    Matrix m_W;
+    Vector m_r, m_z, m_Gz, m_lambda;
 };
 
 }  // namespace simflex

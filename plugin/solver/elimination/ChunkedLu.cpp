@@ -3,90 +3,93 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simflex/base/Chunk.h"
-
 namespace simflex {
 namespace {
 
-/** y −= a x, rows from `first` to `end`, both rounded down and up to whole chunks: x is zero in the
- * rows of the first chunk that are not meant. **/
-inline void subtract(double* y, const double* x, double a, int first, int end) {
-    for (int i = first / ChunkSize * ChunkSize; i < end; i += ChunkSize)
-        storeChunk(loadChunk(y + i) - loadChunk(x + i) * a, y + i);
+constexpr double LeastShare = 1e-8;
+
+bool isSafePivot(double pivot, double diagonal) {
+    return pivot > LeastShare * std::abs(diagonal) && std::isfinite(pivot);
+}
+bool isSafePivot(const Complex& pivot, const Complex& diagonal) {
+    return magnitude(pivot) > LeastShare * magnitude(diagonal) && isFinite(pivot);
 }
 
 }  // namespace
 
-bool ChunkedLu::factor(const double* J, int n, const Eigen::MatrixXd& B, Eigen::MatrixXd& W) {
+template <class Scalar>
+bool ChunkedLu<Scalar>::factor(const Scalar* J, int n, const Eigen::MatrixXd& B, Matrix& W) {
     const int m = int(B.cols()), rows = roundUpToChunks(n);
     m_n = n;
-    if (m_LU.rows() != rows || m_LU.cols() != n + m) m_LU.setZero(rows, n + m);
-    if (m_x.size() != rows) {
-        m_x.setZero(rows);
-        m_above.setZero(rows);
-    }
-    m_inverse.resize(n);
-    for (int j = 0; j < n; ++j) std::copy_n(J + j * n, n, column(j));
-    for (int j = 0; j < m; ++j) std::copy_n(B.col(j).data(), n, column(n + j));
+    m_LU.resize(n, n + m);
+    m_x.resize(n, 1);
+    m_above.resize(n, 1);
+    m_inverse.resize(size_t(n));
+    for (int j = 0; j < n; ++j) m_LU.setColumn(j, J + j * n, n);
+    for (int j = 0; j < m; ++j)
+        for (int i = 0; i < n; ++i) m_LU.set(n + j, i, B(i, j));
 
-    constexpr double LeastShare = 1e-8;
-    double* multipliers = m_x.data();
     for (int k = 0; k < n; ++k) {
-        double* pivotColumn = column(k);
-        const double pivot = pivotColumn[k];
-        if (!(pivot > LeastShare * std::abs(J[k + k * n])) || !std::isfinite(pivot)) return false;
-        m_inverse[k] = 1 / pivot;
+        const Scalar pivot = m_LU.get(k, k);
+        if (!isSafePivot(pivot, J[k + k * n])) return false;
+        const Scalar inverse = m_inverse[size_t(k)] = 1.0 / pivot;
         const int first = (k + 1) / ChunkSize * ChunkSize;
-        for (int i = first; i < rows; i += ChunkSize)
-            storeChunk(loadChunk(pivotColumn + i) * m_inverse[k], multipliers + i);
-        for (int i = first; i <= k && i < rows; ++i) multipliers[i] = 0;
-        for (int i = k + 1; i < n; ++i) pivotColumn[i] = multipliers[i];
+        for (int i = first; i < rows; i += ChunkSize) m_x.store(m_LU.load(k, i) * inverse, 0, i);
+        for (int i = first; i <= k && i < rows; ++i) m_x.set(0, i, 0);
+        for (int i = k + 1; i < n; ++i) m_LU.set(k, i, m_x.get(0, i));
         // Two columns at a time share the multipliers.
         int j = k + 1;
         for (; j + 2 <= n + m; j += 2) {
-            double *a = column(j), *b = column(j + 1);
-            const double ak = a[k], bk = b[k];
+            const Scalar a = m_LU.get(j, k), b = m_LU.get(j + 1, k);
             for (int i = first; i < rows; i += ChunkSize) {
-                const Chunk l = loadChunk(multipliers + i);
-                storeChunk(loadChunk(a + i) - l * ak, a + i);
-                storeChunk(loadChunk(b + i) - l * bk, b + i);
+                const ChunkOf<Scalar> l = m_x.load(0, i);
+                m_LU.store(m_LU.load(j, i) - l * a, j, i);
+                m_LU.store(m_LU.load(j + 1, i) - l * b, j + 1, i);
             }
         }
-        for (; j < n + m; ++j) subtract(column(j), multipliers, column(j)[k], first, rows);
+        for (; j < n + m; ++j) {
+            const Scalar a = m_LU.get(j, k);
+            for (int i = first; i < rows; i += ChunkSize)
+                m_LU.store(m_LU.load(j, i) - m_x.load(0, i) * a, j, i);
+        }
     }
-    substituteBack(column(n), m);
-    for (int j = 0; j < m; ++j) std::copy_n(column(n + j), n, W.col(j).data());
+    substituteBack(m_LU, n, m);
+    for (int j = 0; j < m; ++j) m_LU.getColumn(n + j, W.col(j).data(), n);
     return true;
 }
 
-void ChunkedLu::substituteBack(double* X, int count) {
-    double* above = m_above.data();
+template <class Scalar>
+void ChunkedLu<Scalar>::substituteBack(PaddedColumns<Scalar>& X, int first, int count) {
     for (int k = m_n - 1; k >= 0; --k) {
-        std::copy_n(column(k), k, above);
         const int end = roundUpToChunks(k);
-        std::fill(above + k, above + end, 0.0);
-        for (int j = 0; j < count; ++j) {
-            double* x = X + j * m_LU.rows();
-            const double value = x[k] *= m_inverse[k];
+        for (int i = 0; i < k; ++i) m_above.set(0, i, m_LU.get(k, i));
+        for (int i = k; i < end; ++i) m_above.set(0, i, 0);
+        for (int j = first; j < first + count; ++j) {
+            const Scalar value = X.get(j, k) * m_inverse[size_t(k)];
+            X.set(j, k, value);
             for (int i = 0; i < end; i += ChunkSize)
-                storeChunk(loadChunk(x + i) - loadChunk(above + i) * value, x + i);
+                X.store(X.load(j, i) - m_above.load(0, i) * value, j, i);
         }
     }
 }
 
-void ChunkedLu::solveInPlace(double* x) {
-    double* y = m_x.data();
-    std::copy_n(x, m_n, y);
+template <class Scalar>
+void ChunkedLu<Scalar>::solveInPlace(Scalar* x) {
+    const int rows = m_x.paddedHeight();
+    m_x.setColumn(0, x, m_n);
     for (int k = 0; k < m_n; ++k) {
-        const double* L = column(k);
-        const double value = y[k];
-        const int next = std::min(roundUpToChunks(k + 1), int(m_x.size()));
-        for (int i = k + 1; i < std::min(next, m_n); ++i) y[i] -= L[i] * value;
-        for (int i = next; i < int(m_x.size()); i += ChunkSize)
-            storeChunk(loadChunk(y + i) - loadChunk(L + i) * value, y + i);
+        const Scalar value = m_x.get(0, k);
+        const int next = std::min(roundUpToChunks(k + 1), rows);
+        for (int i = k + 1; i < std::min(next, m_n); ++i)
+            m_x.set(0, i, m_x.get(0, i) - m_LU.get(k, i) * value);
+        for (int i = next; i < rows; i += ChunkSize)
+            m_x.store(m_x.load(0, i) - m_LU.load(k, i) * value, 0, i);
     }
-    substituteBack(y, 1);
-    std::copy_n(y, m_n, x);
+    substituteBack(m_x, 0, 1);
+    m_x.getColumn(0, x, m_n);
 }
+
+template class ChunkedLu<double>;
+template class ChunkedLu<Complex>;
 
 }  // namespace simflex

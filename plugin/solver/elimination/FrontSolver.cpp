@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "simflex/base/Dot.h"
 #include "simflex/base/ParallelFor.h"
+#include "simflex/solver/elimination/ScalarChunk.h"
 
 namespace simflex {
 
 using Eigen::Map;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using StridedMatrix = Map<MatrixXd, 0, Eigen::OuterStride<>>;
 
 namespace {
 
@@ -19,9 +19,43 @@ constexpr int PanelWidth = 32;
 /** A diagonal that has kept this much of its first value is taken as pivot without a search. **/
 constexpr double GoodPivot = 0.1;
 
+/** y −= a x. **/
+inline void subtract(const double* x, double a, int size, double* y) {
+#pragma GCC ivdep
+    for (int i = 0; i < size; ++i) y[i] -= x[i] * a;
+}
+inline void subtract(const Complex* x, const Complex& a, int size, Complex* y) {
+    const double* from = reinterpret_cast<const double*>(x);
+    double* to = reinterpret_cast<double*>(y);
+    const double re = a.real(), im = a.imag();
+#pragma GCC ivdep
+    for (int i = 0; i < 2 * size; i += 2) {
+        to[i] -= from[i] * re - from[i + 1] * im;
+        to[i + 1] -= from[i + 1] * re + from[i] * im;
+    }
+}
+
+/** y = x/a; zero if a is. Not Eigen's: its last bits depend on addresses where numbers are complex.
+ * **/
+inline void divide(const double* x, double a, int size, double* y) {
+    for (int i = 0; i < size; ++i) y[i] = a == 0 ? 0 : x[i] / a;
+}
+inline void divide(const Complex* x, const Complex& a, int size, Complex* y) {
+    const Complex inverse = a == 0.0 ? 0.0 : 1.0 / a;
+    for (int i = 0; i < size; ++i) y[i] = x[i] * inverse;
+}
+
+/** aᵀb. **/
+Complex dot(const Complex* a, const Complex* b, int size) {
+    Complex sum = 0;
+    for (int i = 0; i < size; ++i) sum += a[i] * b[i];
+    return sum;
+}
+
 }  // namespace
 
-FrontSolver::FrontSolver(const CliquePattern& pattern) : m_tree(pattern) {
+template <class Scalar>
+FrontSolver<Scalar>::FrontSolver(const CliquePattern& pattern) : m_tree(pattern) {
     size_t matrices = 0, vectors = 0;
     for (const FrontTree::Front& front : m_tree.fronts()) {
         const size_t rows = size_t(front.numRows());
@@ -42,8 +76,9 @@ FrontSolver::FrontSolver(const CliquePattern& pattern) : m_tree(pattern) {
     for (size_t i = 0; i < unknowns; ++i) m_unknownAt[size_t(m_tree.positions()[i])] = int(i);
 }
 
+template <class Scalar>
 template <class Visit>
-void FrontSolver::visitUpwards(int threads, Visit visit) {
+void FrontSolver<Scalar>::visitUpwards(int threads, Visit visit) {
     const std::vector<int>& subtrees = m_tree.subtrees();
     parallelFor(int(subtrees.size()), threads, Schedule::WhoeverIsFree, [&](int s) {
         const int root = subtrees[size_t(s)];
@@ -52,8 +87,9 @@ void FrontSolver::visitUpwards(int threads, Visit visit) {
     for (int f : m_tree.frontsAboveSubtrees()) visit(f);
 }
 
+template <class Scalar>
 template <class Visit>
-void FrontSolver::visitDownwards(int threads, Visit visit) {
+void FrontSolver<Scalar>::visitDownwards(int threads, Visit visit) {
     const std::vector<int>&top = m_tree.frontsAboveSubtrees(), &subtrees = m_tree.subtrees();
     for (auto f = top.rbegin(); f != top.rend(); ++f) visit(*f);
     parallelFor(int(subtrees.size()), threads, Schedule::WhoeverIsFree, [&](int s) {
@@ -65,39 +101,43 @@ void FrontSolver::visitDownwards(int threads, Visit visit) {
 //--------------------------------------------------------------------------------------------------
 // factorization
 
-void FrontSolver::factor(const std::vector<const double*>& values, int threads) {
+template <class Scalar>
+void FrontSolver<Scalar>::factor(const std::vector<const Scalar*>& values, int threads) {
     visitUpwards(threads, [&](int f) { factorFront(f, values); });
     findNullVectors();
 }
 
-void FrontSolver::assembleFront(int f, const std::vector<const double*>& values) {
+template <class Scalar>
+void FrontSolver<Scalar>::assembleFront(int f, const std::vector<const Scalar*>& values) {
     const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
     const int rows = front.numRows();
-    double *F = matrixOf(f), *original = originalOf(f);
-    std::fill_n(F, size_t(rows) * size_t(rows), 0.0);
+    Scalar* F = matrixOf(f);
+    double* original = originalOf(f);
+    std::fill_n(F, size_t(rows) * size_t(rows), Scalar(0));
     std::fill_n(original, rows, 0.0);
 
     for (const FrontTree::Contribution& contribution : front.contributions) {
-        const double* column = values[size_t(contribution.clique)];
+        const Scalar* column = values[size_t(contribution.clique)];
         if (!column) continue;
         const std::vector<int>& at = contribution.positions;
         const size_t size = at.size();
         for (size_t j = 0; j < size; ++j, column += size) {
-            double* target = F + size_t(at[j]) * size_t(rows);
+            Scalar* target = F + size_t(at[j]) * size_t(rows);
             for (size_t i = 0; i < size; ++i)
                 if (!m_isSymmetric || at[i] >= at[j]) target[at[i]] += column[i];
-            original[at[j]] += std::abs(column[j]);
+            original[at[j]] += magnitude(column[j]);
         }
     }
     for (int c : front.children) {
         const FrontTree::Front& child = m_tree.fronts()[size_t(c)];
         const int childRows = child.numRows(), k = child.numPivots;
         const int border = childRows - k;
-        const double *C = matrixOf(c), *childOriginal = originalOf(c) + k;
+        const Scalar* C = matrixOf(c);
+        const double* childOriginal = originalOf(c) + k;
         const int* at = child.parentRows.data();
         for (int j = 0; j < border; ++j) {
-            const double* column = C + size_t(k + j) * size_t(childRows) + k;
-            double* target = F + size_t(at[j]) * size_t(rows);
+            const Scalar* column = C + size_t(k + j) * size_t(childRows) + k;
+            Scalar* target = F + size_t(at[j]) * size_t(rows);
             // Both borders ascend: the lower triangle stays the lower one.
             for (int i = m_isSymmetric ? j : 0; i < border; ++i) target[at[i]] += column[i];
             original[at[j]] += childOriginal[j];
@@ -105,7 +145,8 @@ void FrontSolver::assembleFront(int f, const std::vector<const double*>& values)
     }
 }
 
-void FrontSolver::factorFront(int f, const std::vector<const double*>& values) {
+template <class Scalar>
+void FrontSolver<Scalar>::factorFront(int f, const std::vector<const Scalar*>& values) {
     assembleFront(f, values);
     const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
     for (int i = 0; i < front.numPivots; ++i) m_pivotOrder[size_t(front.firstPivot + i)] = i;
@@ -120,11 +161,13 @@ void FrontSolver::factorFront(int f, const std::vector<const double*>& values) {
     }
 }
 
-void FrontSolver::swapPivots(int f, int p, int q) {
+template <class Scalar>
+void FrontSolver<Scalar>::swapPivots(int f, int p, int q) {
     const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
     const int rows = front.numRows();
-    double *F = matrixOf(f), *original = originalOf(f);
-    const auto at = [&](int i, int j) -> double& { return F[i + size_t(j) * size_t(rows)]; };
+    Scalar* F = matrixOf(f);
+    double* original = originalOf(f);
+    const auto at = [&](int i, int j) -> Scalar& { return F[i + size_t(j) * size_t(rows)]; };
     std::swap(m_pivotOrder[size_t(front.firstPivot + p)],
               m_pivotOrder[size_t(front.firstPivot + q)]);
     std::swap(original[p], original[q]);
@@ -140,15 +183,17 @@ void FrontSolver::swapPivots(int f, int p, int q) {
     std::swap(at(p, p), at(q, q));
 }
 
-void FrontSolver::eliminate(int f, int from, int to) {
+template <class Scalar>
+void FrontSolver<Scalar>::eliminate(int f, int from, int to) {
     const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
     const int rows = front.numRows();
     // A small front is updated as a whole, a large one within the panel.
     const int lastColumn = rows <= 2 * PanelWidth ? rows : to;
-    double *F = matrixOf(f), *original = originalOf(f);
+    Scalar* F = matrixOf(f);
+    double* original = originalOf(f);
     for (int p = from; p < to; ++p) {
         int best = p;
-        const auto diagonal = [&](int i) { return std::abs(F[size_t(i) * size_t(rows + 1)]); };
+        const auto diagonal = [&](int i) { return magnitude(F[size_t(i) * size_t(rows + 1)]); };
         if (!(original[p] > 0 && diagonal(p) > GoodPivot * original[p])) {
             // Rows that began without a diagonal wait for the others, which fill it.
             if (!(*std::max_element(original + p, original + to) > 0))
@@ -160,78 +205,78 @@ void FrontSolver::eliminate(int f, int from, int to) {
             }
         }
         if (best != p) swapPivots(f, p, best);
-        double* column = F + size_t(p) * size_t(rows);
-        const double pivot = column[p];
+        Scalar* column = F + size_t(p) * size_t(rows);
+        const Scalar pivot = column[p];
         const size_t place = size_t(front.firstPivot + p);
-        m_isRedundant[place] = !(std::abs(pivot) > RankThreshold * original[p]);
+        m_isRedundant[place] = !(magnitude(pivot) > RankThreshold * original[p]);
         if (m_isRedundant[place]) {
             m_inversePivots[place] = 0;
-            std::fill(column + p, column + rows, 0.0);
+            std::fill(column + p, column + rows, Scalar(0));
             continue;
         }
-        const double inverse = 1 / pivot;
+        const Scalar inverse = 1.0 / pivot;
         m_inversePivots[place] = inverse;
         if (m_isSymmetric) {
             for (int j = p + 1; j < lastColumn; ++j) {
-                const double factor = column[j] * inverse;
-                double* target = F + size_t(j) * size_t(rows);
-#pragma GCC ivdep
-                for (int i = j; i < rows; ++i) target[i] -= column[i] * factor;
+                const Scalar factor = column[j] * inverse;
+                Scalar* target = F + size_t(j) * size_t(rows);
+                subtract(column + j, factor, rows - j, target + j);
             }
             for (int i = p + 1; i < rows; ++i) column[i] *= inverse;
         } else {
             for (int i = p + 1; i < rows; ++i) column[i] *= inverse;
             for (int j = p + 1; j < lastColumn; ++j) {
-                double* target = F + size_t(j) * size_t(rows);
-                const double factor = target[p];
-#pragma GCC ivdep
-                for (int i = p + 1; i < rows; ++i) target[i] -= column[i] * factor;
+                Scalar* target = F + size_t(j) * size_t(rows);
+                const Scalar factor = target[p];
+                subtract(column + p + 1, factor, rows - p - 1, target + p + 1);
             }
         }
     }
 }
 
-void FrontSolver::updateTrailing(int f, int from, int to) {
+template <class Scalar>
+void FrontSolver<Scalar>::updateTrailing(int f, int from, int to) {
     const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
     const int rows = front.numRows(), width = to - from, rest = rows - to;
     if (rest == 0) return;
-    StridedMatrix F(matrixOf(f), rows, rows, Eigen::OuterStride<>(rows));
+    Map<Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>, 0, Eigen::OuterStride<>> F(
+        matrixOf(f), rows, rows, Eigen::OuterStride<>(rows));
     const auto L = F.block(to, from, rest, width);
     if (!m_isSymmetric) {
         // Rows of U to the right of the panel are still to be solved for.
         auto U = F.block(from, to, width, rest);
-        F.block(from, from, width, width).triangularView<Eigen::UnitLower>().solveInPlace(U);
+        F.block(from, from, width, width)
+            .template triangularView<Eigen::UnitLower>()
+            .solveInPlace(U);
         F.block(to, to, rest, rest).noalias() -= L * U;
         return;
     }
-    thread_local Eigen::Matrix<double, Eigen::Dynamic, PanelWidth> storage;  // L·D, kept for reuse
+    thread_local Eigen::Matrix<Scalar, Eigen::Dynamic, PanelWidth> storage;  // L·D, kept for reuse
     if (storage.rows() < rest) storage.resize(rest, PanelWidth);
     auto scaled = storage.topLeftCorner(rest, width);
     for (int k = 0; k < width; ++k) {
-        const double inverse = m_inversePivots[size_t(front.firstPivot + from + k)];
-        if (inverse == 0)
-            scaled.col(k).setZero();
-        else
-            scaled.col(k) = L.col(k) / inverse;
+        const Scalar inverse = m_inversePivots[size_t(front.firstPivot + from + k)];
+        divide(L.col(k).data(), inverse, rest, scaled.col(k).data());
     }
-    F.block(to, to, rest, rest).triangularView<Eigen::Lower>() -= L * scaled.transpose();
+    F.block(to, to, rest, rest).template triangularView<Eigen::Lower>() -= L * scaled.transpose();
 }
 
 //--------------------------------------------------------------------------------------------------
 // solution
 
-void FrontSolver::forwardFront(int f) {
+template <class Scalar>
+void FrontSolver<Scalar>::forwardFront(int f) {
     const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
     const int rows = front.numRows(), k = front.numPivots;
-    const double* F = matrixOf(f);
-    double* v = vectorOf(f);
+    const Scalar* F = matrixOf(f);
+    Scalar* v = vectorOf(f);
     const int* order = m_pivotOrder.data() + front.firstPivot;
     // Children's parts first, in the front's own order; then the pivots' permutation.
-    double* whole = m_x.data() + front.firstPivot;
-    std::fill(v + k, v + rows, 0.0);
+    Scalar* whole = m_x.data() + front.firstPivot;
+    std::fill(v + k, v + rows, Scalar(0));
     for (int c : front.children) {
         const FrontTree::Front& child = m_tree.fronts()[size_t(c)];
-        const double* from = vectorOf(c) + child.numPivots;
+        const Scalar* from = vectorOf(c) + child.numPivots;
         for (size_t i = 0; i < child.parentRows.size(); ++i) {
             const int at = child.parentRows[i];
             (at < k ? whole[at] : v[at]) += from[i];
@@ -239,27 +284,26 @@ void FrontSolver::forwardFront(int f) {
     }
     for (int p = 0; p < k; ++p) v[p] = whole[order[p]];
     for (int p = 0; p < k; ++p) {
-        const double* column = F + size_t(p) * size_t(rows);
-        const double value = v[p];
-#pragma GCC ivdep
-        for (int i = p + 1; i < rows; ++i) v[i] -= column[i] * value;
+        const Scalar* column = F + size_t(p) * size_t(rows);
+        subtract(column + p + 1, Scalar(v[p]), rows - p - 1, v + p + 1);
     }
 }
 
-void FrontSolver::backwardFront(int f, double* x) {
+template <class Scalar>
+void FrontSolver<Scalar>::backwardFront(int f, Scalar* x) {
     // In: v[0…k) holds L⁻¹b, or D times a null vector's start; x of the border is known.
     const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
     const int rows = front.numRows(), k = front.numPivots;
-    const double* F = matrixOf(f);
-    double* v = vectorOf(f);
+    const Scalar* F = matrixOf(f);
+    Scalar* v = vectorOf(f);
     for (size_t i = 0; i < front.border.size(); ++i) v[size_t(k) + i] = x[front.border[i]];
-    const double* inverse = m_inversePivots.data() + front.firstPivot;
+    const Scalar* inverse = m_inversePivots.data() + front.firstPivot;
     for (int p = k - 1; p >= 0; --p) {
         if (m_isSymmetric) {
-            const double* column = F + size_t(p) * size_t(rows);
+            const Scalar* column = F + size_t(p) * size_t(rows);
             v[p] = v[p] * inverse[p] - dot(column + p + 1, v + p + 1, rows - p - 1);
         } else {
-            double sum = 0;
+            Scalar sum = 0;
             for (int j = p + 1; j < rows; ++j) sum += F[p + size_t(j) * size_t(rows)] * v[j];
             v[p] = (v[p] - sum) * inverse[p];
         }
@@ -268,7 +312,8 @@ void FrontSolver::backwardFront(int f, double* x) {
     for (int p = 0; p < k; ++p) x[front.firstPivot + order[p]] = v[p];
 }
 
-void FrontSolver::solve(double* x, int threads) {
+template <class Scalar>
+void FrontSolver<Scalar>::solve(Scalar* x, int threads) {
     for (size_t i = 0; i < m_x.size(); ++i) m_x[i] = x[m_unknownAt[i]];
     if (!m_redundant.empty()) projectOffNullSpace(m_x.data());
     visitUpwards(threads, [&](int f) { forwardFront(f); });
@@ -280,11 +325,12 @@ void FrontSolver::solve(double* x, int threads) {
 //--------------------------------------------------------------------------------------------------
 // redundancy
 
-void FrontSolver::findNullVectors() {
+template <class Scalar>
+void FrontSolver<Scalar>::findNullVectors() {
     m_redundant.clear();
     if (std::find(m_isRedundant.begin(), m_isRedundant.end(), 1) == m_isRedundant.end()) return;
     m_nullVectors.clear();
-    std::vector<double> x(m_x.size(), 0.0);
+    std::vector<Scalar> x(m_x.size(), 0.0);
     for (int f = 0; f < int(m_tree.fronts().size()); ++f) {
         const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
         for (int p = 0; p < front.numPivots; ++p) {
@@ -295,10 +341,10 @@ void FrontSolver::findNullVectors() {
             // Back substitution from 1 at the pivot set aside; only its subtree is touched.
             NullVector null;
             null.first = m_tree.fronts()[size_t(front.firstDescendant)].firstPivot;
-            double* inverse = m_inversePivots.data() + front.firstPivot;
+            Scalar* inverse = m_inversePivots.data() + front.firstPivot;
             for (int g = f; g >= front.firstDescendant; --g) {
-                double* v = vectorOf(g);
-                std::fill_n(v, m_tree.fronts()[size_t(g)].numPivots, 0.0);
+                Scalar* v = vectorOf(g);
+                std::fill_n(v, m_tree.fronts()[size_t(g)].numPivots, Scalar(0));
                 if (g != f) {
                     backwardFront(g, x.data());
                     continue;
@@ -309,9 +355,11 @@ void FrontSolver::findNullVectors() {
                 backwardFront(g, x.data());
                 inverse[p] = 0;
             }
-            null.entries.assign(x.begin() + null.first,
-                                x.begin() + front.firstPivot + front.numPivots);
-            std::fill(x.begin() + null.first, x.begin() + front.firstPivot + front.numPivots, 0.0);
+            const auto begin = x.begin() + null.first;
+            const auto end = x.begin() + front.firstPivot + front.numPivots;
+            std::transform(begin, end, std::back_inserter(null.entries),
+                           [](const Scalar& entry) { return std::real(entry); });
+            std::fill(begin, end, Scalar(0));
             m_nullVectors.push_back(std::move(null));
         }
     }
@@ -330,18 +378,27 @@ void FrontSolver::findNullVectors() {
     m_gram.compute(Eigen::SparseMatrix<double>(m_nullSpace.transpose() * m_nullSpace));
 }
 
-void FrontSolver::projectOffNullSpace(double* x) const {
-    Map<VectorXd> vector(x, Eigen::Index(m_x.size()));
-    const VectorXd weights = m_gram.solve(m_nullSpace.transpose() * vector);
-    vector -= m_nullSpace * weights;
+template <class Scalar>
+void FrontSolver<Scalar>::projectOffNullSpace(Scalar* x) const {
+    constexpr int parts = sizeof(Scalar) / sizeof(double);
+    for (int part = 0; part < parts; ++part) {
+        Map<VectorXd, 0, Eigen::InnerStride<parts>> vector(reinterpret_cast<double*>(x) + part,
+                                                           Eigen::Index(m_x.size()));
+        const VectorXd weights = m_gram.solve(m_nullSpace.transpose() * vector);
+        vector -= m_nullSpace * weights;
+    }
 }
 
-std::vector<int> FrontSolver::findInvolvedUnknowns(int k) const {
+template <class Scalar>
+std::vector<int> FrontSolver<Scalar>::findInvolvedUnknowns(int k) const {
     std::vector<int> involved;
     for (Eigen::SparseMatrix<double>::InnerIterator entry(m_nullSpace, k); entry; ++entry)
         if (std::abs(entry.value()) > 1e-6) involved.push_back(m_unknownAt[size_t(entry.row())]);
     std::sort(involved.begin(), involved.end());
     return involved;
 }
+
+template class FrontSolver<double>;
+template class FrontSolver<Complex>;
 
 }  // namespace simflex

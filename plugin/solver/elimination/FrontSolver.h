@@ -9,7 +9,7 @@ A pivot that has shrunk below RankThreshold of its diagonal's first value belong
 unknown: it is set aside, its null vector is found, and solve() returns the least-squares solution
 of least norm.
 
-    FrontSolver solver(pattern);
+    FrontSolver<double> solver(pattern);
     solver.setSymmetric(true);
     solver.factor(values, threads);    // values[c]: k×k column-major, k = size of clique c
     solver.solve(x, threads);          // in place **/
@@ -22,6 +22,7 @@ of least norm.
 
 namespace simflex {
 
+template <class Scalar>
 class FrontSolver {
 public:
     static constexpr double RankThreshold = 1e-12;
@@ -32,10 +33,10 @@ public:
     void setSymmetric(bool symmetric) { m_isSymmetric = symmetric; }
 
     /** @param values  one pointer per clique; null: zero **/
-    void factor(const std::vector<const double*>& values, int threads);
+    void factor(const std::vector<const Scalar*>& values, int threads);
 
     /** Replaces the right-hand side by the solution. **/
-    void solve(double* x, int threads);
+    void solve(Scalar* x, int threads);
 
     /** Unknowns set aside, ascending. **/
     const std::vector<int>& getRedundantUnknowns() const { return m_redundant; }
@@ -47,23 +48,24 @@ public:
 
 private:
     struct NullVector {
-        int first = 0;                ///< elimination position of the first entry
-        std::vector<double> entries;  ///< consecutive positions
+        int first = 0;  ///< elimination position of the first entry
+        std::vector<double>
+            entries;  ///< consecutive positions; those of the columns, which are real
     };
 
-    double* matrixOf(int front) { return m_storage.data() + m_offsets[size_t(front)]; }
-    double* vectorOf(int front) { return m_vectors.data() + m_vectorOffsets[size_t(front)]; }
+    Scalar* matrixOf(int front) { return m_storage.data() + m_offsets[size_t(front)]; }
+    Scalar* vectorOf(int front) { return m_vectors.data() + m_vectorOffsets[size_t(front)]; }
     double* originalOf(int front) { return m_originals.data() + m_vectorOffsets[size_t(front)]; }
 
-    void factorFront(int f, const std::vector<const double*>& values);
-    void assembleFront(int f, const std::vector<const double*>& values);
+    void factorFront(int f, const std::vector<const Scalar*>& values);
+    void assembleFront(int f, const std::vector<const Scalar*>& values);
     void eliminate(int f, int from, int to);
     void swapPivots(int f, int p, int q);
     void updateTrailing(int f, int from, int to);
     void forwardFront(int f);
-    void backwardFront(int f, double* x);
+    void backwardFront(int f, Scalar* x);
     void findNullVectors();
-    void projectOffNullSpace(double* x) const;
+    void projectOffNullSpace(Scalar* x) const;
     template <class Visit>
     void visitUpwards(int threads, Visit visit);
     template <class Visit>
@@ -72,14 +74,14 @@ private:
     FrontTree m_tree;
     bool m_isSymmetric = true;
     std::vector<size_t> m_offsets, m_vectorOffsets;
-    Eigen::VectorXd
+    Eigen::Matrix<Scalar, Eigen::Dynamic, 1>
         m_storage;  ///< the fronts' matrices; aligned, so that sums never depend on addresses
-    std::vector<double> m_vectors;    ///< right-hand side of each front
+    std::vector<Scalar> m_vectors;    ///< right-hand side of each front
     std::vector<double> m_originals;  ///< diagonal before elimination, by row of each front
     std::vector<int> m_pivotOrder;    ///< position in the front of each pivot, by elimination place
-    std::vector<double> m_inversePivots;
+    std::vector<Scalar> m_inversePivots;
     std::vector<char> m_isRedundant;  ///< by elimination place after pivoting
-    std::vector<double> m_x;
+    std::vector<Scalar> m_x;
     std::vector<int> m_unknownAt;  ///< by elimination place
 
     std::vector<int> m_redundant;

@@ -11,7 +11,8 @@
 
 namespace simflex {
 
-void NewtonSystem::Block::resize(int numSpeeds, std::vector<int> constraintRows) {
+template <class Scalar>
+void BasicNewtonSystem<Scalar>::Block::resize(int numSpeeds, std::vector<int> constraintRows) {
     size = numSpeeds;
     part = -1;
     form = Form::General;
@@ -22,7 +23,9 @@ void NewtonSystem::Block::resize(int numSpeeds, std::vector<int> constraintRows)
     Gt.assign(n * rows.size(), 0);
 }
 
-void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<int> constraintRows) {
+template <class Scalar>
+void BasicNewtonSystem<Scalar>::Block::resize(int partIndex, int numModes,
+                                              std::vector<int> constraintRows) {
     size = 6 + numModes;
     part = partIndex;
     form = Form::Arrow;
@@ -33,8 +36,10 @@ void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<int> c
     Gt.assign(size_t(size) * rows.size(), 0);
 }
 
-void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<Side> columnSides,
-                                 std::vector<int> constraintRows) {
+template <class Scalar>
+void BasicNewtonSystem<Scalar>::Block::resize(int partIndex, int numModes,
+                                              std::vector<Side> columnSides,
+                                              std::vector<int> constraintRows) {
     resize(partIndex, numModes, std::move(constraintRows));
     columns = Columns::Shared;
     sides = std::move(columnSides);
@@ -42,14 +47,16 @@ void NewtonSystem::Block::resize(int partIndex, int numModes, std::vector<Side> 
     coefficients.assign(6 * rows.size(), 0);
 }
 
-int NewtonSystem::numSpeeds() const {
+template <class Scalar>
+int BasicNewtonSystem<Scalar>::numSpeeds() const {
     int total = 0;
     for (const Block& block : blocks) total += block.size;
     return total;
 }
 
-void NewtonSystem::expandGt(const Block& block, double* Gt) const {
-    if (block.columns == Block::Columns::Own) {
+template <class Scalar>
+void BasicNewtonSystem<Scalar>::expandGt(const NewtonBlock& block, double* Gt) const {
+    if (block.columns == NewtonBlock::Columns::Own) {
         std::copy(block.Gt.begin(), block.Gt.end(), Gt);
         return;
     }
@@ -68,7 +75,8 @@ void NewtonSystem::expandGt(const Block& block, double* Gt) const {
     }
 }
 
-void NewtonSystem::checkSizes() const {
+template <class Scalar>
+void BasicNewtonSystem<Scalar>::checkSizes() const {
     const auto refuse = [](const std::string& what) {
         throw std::invalid_argument("NewtonSystem: " + what);
     };
@@ -148,6 +156,7 @@ void readArray(std::istream& stream, std::vector<T>& values) {
 
 }  // namespace
 
+template <>
 void NewtonSystem::write(std::ostream& stream) const {
     const std::streamsize precision = stream.precision(std::numeric_limits<double>::max_digits10);
     stream << "simflex-newton-system 4\n" << parts.size() << ' ' << blocks.size() << '\n';
@@ -175,6 +184,7 @@ void NewtonSystem::write(std::ostream& stream) const {
     stream.precision(precision);
 }
 
+template <>
 NewtonSystem NewtonSystem::read(std::istream& stream) {
     std::string magic;
     int version = 0;
@@ -221,6 +231,7 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
     return system;
 }
 
+template <>
 void NewtonSystem::visit(Checkpoint& checkpoint) {
     for (Part& part : parts) checkpoint.visit(part.diagonal);
     for (Block& block : blocks) {
@@ -236,5 +247,8 @@ void NewtonSystem::visit(Checkpoint& checkpoint) {
     }
     checkpoint.visit(compliance);
 }
+
+template struct BasicNewtonSystem<double>;
+template struct BasicNewtonSystem<std::complex<double>>;
 
 }  // namespace simflex

@@ -2,59 +2,66 @@
 /** @file
 What the arrow blocks of one part share in the elimination, for one diagonal d (private header):
 d⁻¹, d⁻¹A with A = shapes of the part's frames, and the compliances Aᵀd⁻¹A between frames. Computed
-once per part, whatever the number of bodies. **/
+once per part, whatever the number of bodies. A is real: where d is complex, products are taken with
+A, and d⁻¹ is left to the vectors. **/
 
 #include <Eigen/Dense>
 #include <utility>
 #include <vector>
 
-#include "simflex/base/Chunk.h"
 #include "simflex/base/TiledMatrix.h"
 #include "simflex/solver/NewtonSystem.h"
+#include "simflex/solver/elimination/ScalarChunk.h"
 
 namespace simflex {
 
+template <class Scalar>
 class PartFactors {
 public:
-    explicit PartFactors(const NewtonSystem::Part& part);
+    using Part = typename BasicNewtonSystem<Scalar>::Part;
+
+    explicit PartFactors(const Part& part);
 
     /** Asks for the compliance between two frames. **/
     void requestPair(int frame, int other);
 
     /** @returns false if an entry of d is zero or not finite. **/
-    bool factor(const NewtonSystem::Part& part);
+    bool factor(const Part& part);
 
     int numModes() const { return m_numModes; }
 
-    /** d⁻¹, padded with zeros to whole chunks. **/
-    const double* getInverseDiagonal() const { return m_inverseDiagonal.data(); }
+    /** d⁻¹, one column. **/
+    const PaddedColumns<Scalar>& getInverseDiagonal() const { return m_inverseDiagonal; }
 
     /** Aᵀd⁻¹A of a requested pair: 6 columns of `other`, each with rows of `frame` and two zeros.
      * **/
-    const Chunk* getCompliance(int frame, int other) const {
+    const ChunkOf<Scalar>* getCompliance(int frame, int other) const {
         return m_compliances.data() + 6 * m_pairIndex[size_t(frame * m_numFrames + other)];
     }
 
-    /** d⁻¹A of a frame: 6 columns, getStride() apart, padded with zeros to whole chunks. **/
-    const double* getFlexibility(int frame) const {
-        return m_flexibility.data() + 6 * frame * getStride();
-    }
-    int getStride() const { return int(m_flexibility.rows()); }
+    /** Of a frame, 6 columns, getStride() apart, padded with zeros to whole chunks: d⁻¹A of a real
+     * part, A of a complex one. **/
+    const double* getColumns(int frame) const { return m_columns.data() + 6 * frame * getStride(); }
+    int getStride() const { return int(m_columns.rows()); }
 
-    /** (d⁻¹A)ᵀ x for `count` vectors x: 6 rows a frame, padded to getNumProductRows(). **/
-    void multiplyByFlexibility(int count, const double* const* x, double* const* y) const {
-        m_flexibilityTiles.multiply(count, x, y);
+    /** The same, transposed, times `count` real vectors x: 6 rows a frame, padded to
+     * getNumProductRows(). **/
+    void multiplyTransposed(int count, const double* const* x, double* const* y) const {
+        m_tiles.multiply(count, x, y);
     }
-    int getNumProductRows() const { return m_flexibilityTiles.paddedRows(); }
+    int getNumProductRows() const { return m_tiles.paddedRows(); }
 
 private:
+    /** Entry of a compliance. **/
+    Scalar calcProduct(int row, int column) const;
+
     int m_numModes, m_numFrames;
-    Eigen::VectorXd m_inverseDiagonal;
-    Eigen::MatrixXd m_shapes, m_flexibility;  ///< A, d⁻¹A
-    TiledMatrix m_flexibilityTiles;           ///< (d⁻¹A)ᵀ
+    PaddedColumns<Scalar> m_inverseDiagonal;
+    Eigen::MatrixXd m_shapes, m_columns;  ///< A; see getColumns()
+    TiledMatrix m_tiles;                  ///< of the columns, transposed
     std::vector<int> m_pairIndex;
     std::vector<std::pair<int, int>> m_pairs;
-    std::vector<Chunk> m_compliances;
+    std::vector<ChunkOf<Scalar>> m_compliances;
 };
 
 }  // namespace simflex

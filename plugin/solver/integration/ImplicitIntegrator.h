@@ -73,7 +73,9 @@ without bound towards such a position. **/
 
 namespace simflex {
 
-struct NewtonSystem;
+template <class Scalar>
+struct BasicNewtonSystem;
+using NewtonSystem = BasicNewtonSystem<double>;
 
 class ImplicitIntegrator : public IntegratorStatuses {
 public:
