@@ -151,7 +151,6 @@ Fall runFall(const Arguments& arguments, ChainModel& model, BdfIntegrator& integ
             break;
         }
         const State& state = integrator.getState();
-        model.system.realize(state, Stage::Dynamics);
         const Vec3 tip = model.calcTip(state);
         const double speed = i == 0 ? 0 : (tip - lastTip).norm() / (arguments.time / numSamples);
         const double energy = model.flexible.calcEnergy(state);

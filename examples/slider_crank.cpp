@@ -126,11 +126,12 @@ Probes runFlexible(const Arguments& arguments, SliderCrankModel& model, BdfInteg
 
         const auto start = Clock::now();
         const State& state = integrator.getState();
-        model.system.realize(state, Stage::Dynamics);
         const double angle =
             model.calcCrankAngle(state, probes.angle.empty() ? 0 : probes.angle.back());
         const double slider = model.calcSliderPosition(state);
-        const double energy = model.flexible.calcEnergy(state), work = integrator.getWork();
+        const double kinetic = model.flexible.calcKineticEnergy(state),
+                     energy = kinetic + model.flexible.calcPotentialEnergy(state),
+                     work = integrator.getWork();
         if (i == 0) initialEnergy = energy;
         const Vec3 bearing =
             model.mainBearing.calcForceOnM(state, integrator.getMultipliers(model.mainBearing))[1];
@@ -140,23 +141,19 @@ Probes runFlexible(const Arguments& arguments, SliderCrankModel& model, BdfInteg
         probes.rodDeflection.push_back(model.calcRodDeflection(state));
         probes.crankDeflection.push_back(model.calcCrankDeflection(state));
         probes.energyError.push_back(energy - initialEnergy - work);
-        probes.largestEnergy =
-            std::max(probes.largestEnergy, model.flexible.calcKineticEnergy(state));
+        probes.largestEnergy = std::max(probes.largestEnergy, kinetic);
         probes.largestConstraintError =
             std::max(probes.largestConstraintError, integrator.getLargestConstraintError());
         csv.write({time, angle, slider, rigid[i].sliderPosition, slider - rigid[i].sliderPosition,
                    probes.rodDeflection.back(), probes.crankDeflection.back(), bearing[0],
-                   bearing[1], rigid[i].bearingForce[0], rigid[i].bearingForce[1],
-                   model.flexible.calcKineticEnergy(state), model.crank.calcStrainEnergy(state),
-                   model.rod.calcStrainEnergy(state), energy, work, probes.energyError.back()});
-        if (i % arguments.samplesPerFrame() == 0) {
-            // These two look at every node.
-            probes.largestCrank =
-                std::max(probes.largestCrank, model.crank.calcLargestDisplacement(state));
-            probes.largestRod =
-                std::max(probes.largestRod, model.rod.calcLargestDisplacement(state));
-            if (!arguments.noFrames) probes.frames.push_back(state);
-        }
+                   bearing[1], rigid[i].bearingForce[0], rigid[i].bearingForce[1], kinetic,
+                   model.crank.calcStrainEnergy(state), model.rod.calcStrainEnergy(state), energy,
+                   work, probes.energyError.back()});
+        probes.largestCrank =
+            std::max(probes.largestCrank, model.crank.calcLargestDisplacement(state));
+        probes.largestRod = std::max(probes.largestRod, model.rod.calcLargestDisplacement(state));
+        if (i % arguments.samplesPerFrame() == 0 && !arguments.noFrames)
+            probes.frames.push_back(state);
         probes.outputSeconds += secondsSince(start);
         progress.show(double(i) / numSamples);
     }

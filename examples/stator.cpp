@@ -130,7 +130,6 @@ Probes runUp(const Arguments& arguments, const StatorModel& model, BdfIntegrator
 
         const auto start = Clock::now();
         const State& state = integrator.getState();
-        model.system.realize(state, Stage::Dynamics);
         const Vec3 rotor = arguments.model.calcAngle(time);
         probes.time.push_back(time);
         probes.angle.push_back(rotor[0]);

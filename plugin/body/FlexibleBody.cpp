@@ -214,9 +214,7 @@ Vec3 FlexibleBody::calcNodeDisplacement(const State& state, int nodeNumber) cons
     const ReducedBody& part = getPart();
     const int node = part.mesh.indexOf(nodeNumber);
     const Eigen::VectorXd xi = guts().getXi(state, guts().body(m_index));
-    const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(),
-                                                part.numModes);
-    return toSimTK(Phi.middleRows<3>(3 * node) * xi);
+    return toSimTK(calcDisplacement(part, node, xi.data()));
 }
 
 Vec3 FlexibleBody::calcNodeLocation(const State& state, int nodeNumber) const {
@@ -226,15 +224,8 @@ Vec3 FlexibleBody::calcNodeLocation(const State& state, int nodeNumber) const {
 }
 
 Real FlexibleBody::calcLargestDisplacement(const State& state) const {
-    const ReducedBody& part = getPart();
-    const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(),
-                                                part.numModes);
-    const Eigen::VectorXd displacement = Phi * guts().getXi(state, guts().body(m_index));
-    return std::sqrt(
-        Eigen::Map<const Eigen::Matrix3Xd>(displacement.data(), 3, part.mesh.numNodes())
-            .colwise()
-            .squaredNorm()
-            .maxCoeff());
+    const FlexibleBodyRecord& record = guts().body(m_index);
+    return record.model->findLargestDisplacement(guts().getXi(state, record).data()).displacement;
 }
 
 }  // namespace simflex

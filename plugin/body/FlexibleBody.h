@@ -123,7 +123,7 @@ public:
     SimTK::Vec3 calcNodeLocation(const SimTK::State& state, int nodeNumber) const;
     /** Elastic displacement Φξ of a mesh node in B [m]. @throws std::out_of_range. **/
     SimTK::Vec3 calcNodeDisplacement(const SimTK::State& state, int nodeNumber) const;
-    /** Largest |Φξ| over the mesh [m]. O(nodes·n_f). **/
+    /** Largest |Φξ| over the mesh [m]. Of large meshes it looks at small parts only. **/
     SimTK::Real calcLargestDisplacement(const SimTK::State& state) const;
     /**@}**/
 

@@ -28,7 +28,8 @@ FlexibleBodyModel::FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedP
     : part(std::move(reducedPart)),
       n(part->numModes),
       mass(part->mass),
-      radius(part->calcRadius()) {
+      radius(part->calcRadius()),
+      displacementSearch(std::make_shared<LazyDisplacementSearch>()) {
     inertia = symmetricMatrix(Map<const Eigen::Matrix<double, 6, 1>>(part->inertia.data()));
     I1Values.setZero(6 * n + ChunkSize);
     Map<MatrixXd>(I1Values.data(), n, 6) = Map<const MatrixXd>(part->I1.data(), 6, n).transpose();

@@ -13,6 +13,7 @@ workspace. **/
 #include <memory>
 
 #include "simflex/base/TiledMatrix.h"
+#include "simflex/body/DisplacementSearch.h"
 #include "simflex/body/InterfaceKinematics.h"
 #include "simflex/part/ReducedBody.h"
 
@@ -47,11 +48,17 @@ struct FlexibleBodyModel {
     Eigen::VectorXd omegaSquared;
     Eigen::VectorXd displacementPerMode;  ///< largest node displacement for ξ_i = 1 [m]
     double radius = 0;                    ///< of the part about its centre of mass [m]
+    std::shared_ptr<LazyDisplacementSearch> displacementSearch;
     std::vector<std::shared_ptr<const FrameShapes>> interfaceShapes;  ///< as part->interfaces
 
     /** @throws std::out_of_range that names the part, the interface asked for and those that exist.
      * **/
     const std::shared_ptr<const FrameShapes>& getInterfaceShapes(const std::string& name) const;
+
+    /** The node that is displaced most at ξ. Its search is made on the first call. **/
+    DisplacementSearch::Largest findLargestDisplacement(const double* xi) const {
+        return displacementSearch->get(*part).find(xi);
+    }
 
     /** I₁, n×6. **/
     auto getI1() const {

@@ -7,6 +7,7 @@
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/Joint.h"
 #include "simflex/body/LinearRangeReporter.h"
+#include "simflex/body/ModalMobilizer.h"
 
 namespace simflex {
 
@@ -259,10 +260,13 @@ void FlexibleBodySubsystem::Guts::addLoad(FlexibleBodyIndex index, BodyLoad load
 Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state,
                                                    const FlexibleBodyRecord& body) const {
     Eigen::VectorXd xi(body.numModes());
+    const SimbodyMatterSubsystem& matter = getMatter();
+    const Vector& q = matter.getQ(state);
     int i = 0;
     for (MobilizedBodyIndex carrier : body.carriers) {
-        const Vector q = getMatter().getMobilizedBody(carrier).getQAsVector(state);
-        for (int k = 0; k < q.size(); ++k) xi[i++] = q[k];
+        const int first = int(matter.getMobilizedBody(carrier).getFirstQIndex(state));
+        const int count = std::min(int(ModalMobilizer::MaxModes), body.numModes() - i);
+        for (int k = 0; k < count; ++k) xi[i++] = q[first + k];
     }
     return xi;
 }
@@ -270,10 +274,13 @@ Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state,
 Eigen::VectorXd FlexibleBodySubsystem::Guts::getXiDot(const State& state,
                                                       const FlexibleBodyRecord& body) const {
     Eigen::VectorXd xiDot(body.numModes());
+    const SimbodyMatterSubsystem& matter = getMatter();
+    const Vector& u = matter.getU(state);
     int i = 0;
     for (MobilizedBodyIndex carrier : body.carriers) {
-        const Vector u = getMatter().getMobilizedBody(carrier).getUAsVector(state);
-        for (int k = 0; k < u.size(); ++k) xiDot[i++] = u[k];
+        const int first = int(matter.getMobilizedBody(carrier).getFirstUIndex(state));
+        const int count = std::min(int(ModalMobilizer::MaxModes), body.numModes() - i);
+        for (int k = 0; k < count; ++k) xiDot[i++] = u[first + k];
     }
     return xiDot;
 }

@@ -88,9 +88,10 @@ public:
     /** Angular momentum about Ground's origin and linear momentum, in Ground [kg m²/s, kg m/s].
      * Stage::Velocity. **/
     SimTK::SpatialVec calcMomentum(const SimTK::State& state) const;
-    /** Strain energy, gravity and whatever else stores energy. Stage::Dynamics. **/
+    /** Strain energy, gravity and whatever else stores energy. Stage::Velocity; Stage::Dynamics
+    with elements of Simbody's that know their energy then only (HuntCrossleyForce, say). **/
     SimTK::Real calcPotentialEnergy(const SimTK::State& state) const;
-    /** Kinetic plus potential energy of the whole system. Stage::Dynamics. **/
+    /** Kinetic plus potential energy of the whole system. Stage as for the potential energy. **/
     SimTK::Real calcEnergy(const SimTK::State& state) const;
     /**@}**/
 

@@ -1,5 +1,7 @@
 #include "simflex/body/JointConstraint.h"
 
+#include <algorithm>
+
 namespace simflex {
 
 using namespace SimTK;
@@ -11,7 +13,8 @@ namespace {
 struct Side {
     Attachment attachment;
     ConstrainedBodyIndex body;
-    std::vector<ConstrainedMobilizerIndex> carriers;
+    std::vector<MobilizedBodyIndex> carriers;
+    int firstMode = 0;  ///< among the constrained q, which stand in the order of the carriers
     int numModes = 0;
 };
 
@@ -41,10 +44,7 @@ protected:
         const Motions motions(m_sides, [&](const Side& side) {
             FrameMotion body;
             body.X = getBodyTransform(X_AB, side.body);
-            const std::vector<Real> xi =
-                gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
-                    return getOneQ(state, q, m, i);
-                });
+            const std::vector<Real> xi = pick(side, q);
             return calcMotion(state, side, body, xi, std::vector<Real>(xi.size(), 0));
         });
         m_equations->calcErrors(getDrive(state), motions.frames(), errors.begin());
@@ -58,10 +58,7 @@ protected:
             FrameMotion body;
             body.X = getBodyTransformFromState(state, side.body);
             body.V = getBodyVelocity(V_AB, side.body);
-            return calcMotion(state, side, body, gatherXi(state, side),
-                              gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
-                                  return getOneQDot(state, qDot, m, i);
-                              }));
+            return calcMotion(state, side, body, gatherXi(state, side), pick(side, qDot));
         });
         m_equations->calcErrorDots(getDrive(state), motions.frames(), errors.begin());
     }
@@ -75,15 +72,9 @@ protected:
             body.X = getBodyTransformFromState(state, side.body);
             body.V = getBodyVelocityFromState(state, side.body);
             body.A = getBodyAcceleration(A_AB, side.body);
-            const std::vector<Real> xiDotDot =
-                gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
-                    return getOneQDotDot(state, qDotDot, m, i);
-                });
-            return calcMotion(
-                state, side, body, gatherXi(state, side),
-                gather(side, [&](ConstrainedMobilizerIndex m,
-                                 MobilizerQIndex i) { return getOneQDotFromState(state, m, i); }),
-                &xiDotDot);
+            const std::vector<Real> xiDotDot = pick(side, qDotDot);
+            return calcMotion(state, side, body, gatherXi(state, side),
+                              gather(state, side, getMatterSubsystem().getQDot(state)), &xiDotDot);
         });
         m_equations->calcErrorDotDots(getDrive(state), motions.frames(), errors.begin());
     }
@@ -146,27 +137,45 @@ private:
         Side side{attachment,
                   addConstrainedBody(matter.getMobilizedBody(attachment.getMobilizedBodyIndex())),
                   {},
+                  0,
                   0};
         if (!attachment.isFlexible()) return side;
         const FlexibleBodyRecord& body = guts.body(attachment.getFlexibleBodyIndex());
-        for (MobilizedBodyIndex carrier : body.carriers)
-            side.carriers.push_back(addConstrainedMobilizer(matter.getMobilizedBody(carrier)));
+        // Of several sides on a body, the first brings its modes in.
+        const auto known = std::find_if(m_sides.begin(), m_sides.end(), [&](const Side& other) {
+            return other.attachment.isFlexible() &&
+                   other.attachment.getFlexibleBodyIndex() == attachment.getFlexibleBodyIndex();
+        });
+        side.carriers = body.carriers;
         side.numModes = body.numModes();
+        side.firstMode = known == m_sides.end() ? m_numModes : known->firstMode;
+        if (known != m_sides.end()) return side;
+        for (MobilizedBodyIndex carrier : body.carriers)
+            addConstrainedMobilizer(matter.getMobilizedBody(carrier));
+        m_numModes += side.numModes;
         return side;
     }
 
-    template <class GetOne>
-    static std::vector<Real> gather(const Side& side, GetOne getOne) {
-        std::vector<Real> values(side.numModes);
-        for (int i = 0; i < side.numModes; ++i)
-            values[i] = getOne(side.carriers[i / 6], MobilizerQIndex(i % 6));
-        return values;
+    /** The side's modes among all constrained coordinates. **/
+    static std::vector<Real> pick(const Side& side, const Array_<Real, ConstrainedQIndex>& values) {
+        const Real* const first = values.cbegin() + side.firstMode;
+        return std::vector<Real>(first, first + side.numModes);
+    }
+
+    /** The same among all of the State. **/
+    std::vector<Real> gather(const State& state, const Side& side, const Vector& values) const {
+        std::vector<Real> gathered;
+        gathered.reserve(size_t(side.numModes));
+        for (const MobilizedBodyIndex carrier : side.carriers) {
+            const MobilizedBody& mobod = getMatterSubsystem().getMobilizedBody(carrier);
+            const int first = int(mobod.getFirstQIndex(state)), count = mobod.getNumQ(state);
+            for (int k = 0; k < count; ++k) gathered.push_back(values[first + k]);
+        }
+        return gathered;
     }
 
     std::vector<Real> gatherXi(const State& state, const Side& side) const {
-        return gather(side, [&](ConstrainedMobilizerIndex m, MobilizerQIndex i) {
-            return getOneQFromState(state, m, i);
-        });
+        return gather(state, side, getMatterSubsystem().getQ(state));
     }
 
     /** Motion of the side's frame from that of its body; accelerations too when `xiDotDot` is
@@ -203,11 +212,12 @@ private:
                         modal.data());
         bodyForces[side.body] += SpatialVec(R * torque_B, force_G);
         for (int i = 0; i < side.numModes; ++i)
-            addInOneQForce(state, side.carriers[i / 6], MobilizerQIndex(i % 6), modal[i], qForces);
+            qForces[ConstrainedQIndex(side.firstMode + i)] += modal[size_t(i)];
     }
 
     std::shared_ptr<const JointEquations> m_equations;
     std::vector<Side> m_sides;
+    int m_numModes = 0;  ///< of all sides
     mutable CacheEntryIndex m_drive;
 };
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "simflex/body/FlexibleBody.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/ReportInterval.h"
 
 namespace simflex {
@@ -26,23 +27,20 @@ struct Deformation {
     std::string interface;
 };
 
-Deformation calcDeformation(const FlexibleBody& body, const State& state) {
+/** @param least  share of the part's size; if the modes' own largest displacements add up to less
+than that, no node is looked at **/
+Deformation calcDeformation(const FlexibleBodySubsystem::Guts& guts, const State& state,
+                            FlexibleBodyIndex index, Real least) {
+    const FlexibleBodyRecord& record = guts.body(index);
+    const FlexibleBodyModel& model = *record.model;
+    const ReducedBody& part = *model.part;
+    const ::Eigen::VectorXd xi = guts.getXi(state, record);
     Deformation found;
-    const ReducedBody& part = body.getPart();
-    const Vector modes = body.getModalCoordinates(state);
-    ::Eigen::VectorXd xi(part.numModes);
-    for (int i = 0; i < part.numModes; ++i) xi[i] = modes[i];
-    found.size = 2 * part.calcRadius();
-    if (xi.isZero(0)) return found;
-    if (const int nodes = part.mesh.numNodes(); nodes > 0) {
-        const ::Eigen::VectorXd u =
-            Map<const MatrixXd>(part.Phi.data(), 3 * nodes, part.numModes) * xi;
-        int worst = 0;
-        found.displacement = std::sqrt(Map<const ::Eigen::Matrix3Xd>(u.data(), 3, nodes)
-                                           .colwise()
-                                           .squaredNorm()
-                                           .maxCoeff(&worst));
-        found.nodeNumber = part.mesh.nodeNumbers[size_t(worst)];
+    found.size = 2 * model.radius;
+    if (model.displacementPerMode.dot(xi.cwiseAbs()) > least * found.size) {
+        const DisplacementSearch::Largest largest = model.findLargestDisplacement(xi.data());
+        found.displacement = largest.displacement;
+        found.nodeNumber = part.mesh.nodeNumbers[size_t(largest.node)];
     }
     for (const ReducedBody::Interface& interface : part.interfaces) {
         const Real angle =
@@ -89,15 +87,15 @@ void LinearRangeReporter::warnOnce(int body, bool isRotation, const std::string&
 
 void LinearRangeReporter::handleEvent(const State& state) const {
     for (FlexibleBodyIndex b(0); b < m_subsystem.getNumBodies(); ++b) {
-        const FlexibleBody body = m_subsystem.getBody(b);
-        const Deformation found = calcDeformation(body, state);
-        const std::string at =
-            "'" + body.getName() + "' at t = " + toThreeDigits(state.getTime()) + " s: ";
+        const Deformation found = calcDeformation(m_subsystem.getGuts(), state, b, LargestShare);
+        const bool isDisplaced = found.displacement > LargestShare * found.size;
+        const bool isTurned = found.rotation > LargestRotation;
+        if (!isDisplaced && !isTurned) continue;
+        const std::string at = "'" + m_subsystem.getBody(b).getName() +
+                               "' at t = " + toThreeDigits(state.getTime()) + " s: ";
         const char* advice = ". Divide the part into several, or load it less.";
-        if (found.displacement > LargestShare * found.size)
-            warnOnce(int(b), false, at + describeDisplacement(found) + advice);
-        if (found.rotation > LargestRotation)
-            warnOnce(int(b), true, at + describeRotation(found) + advice);
+        if (isDisplaced) warnOnce(int(b), false, at + describeDisplacement(found) + advice);
+        if (isTurned) warnOnce(int(b), true, at + describeRotation(found) + advice);
     }
 }
 
@@ -106,7 +104,8 @@ void requireLinearRange(const FlexibleBodySubsystem& subsystem, const State& sta
     constexpr Real FarOutside = 5;
     for (FlexibleBodyIndex b(0); b < subsystem.getNumBodies(); ++b) {
         const FlexibleBody body = subsystem.getBody(b);
-        const Deformation found = calcDeformation(body, state);
+        const Deformation found = calcDeformation(subsystem.getGuts(), state, b,
+                                                  FarOutside * LinearRangeReporter::LargestShare);
         const bool isDisplaced =
             found.displacement > FarOutside * LinearRangeReporter::LargestShare * found.size;
         if (!isDisplaced && !(found.rotation > FarOutside * LinearRangeReporter::LargestRotation))

@@ -25,7 +25,8 @@ public:
 
     using Warn = std::function<void(const std::string& message)>;
 
-    /** @param interval  between looks at the State [s]; each costs O(nodes·n_f)
+    /** @param interval  between looks at the State [s]; each costs O(n_f) for bodies that are far
+    within it
     @param warn      takes the messages; default: a line on std::cerr
     @throws std::invalid_argument if the interval is not positive. **/
     LinearRangeReporter(const FlexibleBodySubsystem& subsystem, SimTK::Real interval,

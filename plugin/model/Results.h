@@ -12,7 +12,8 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
         probes/PROBE      n×k  attributes unit, columns (comma-separated; empty for k = 1), index;
                                static: n = 1
         states/q, u       n×…  Simbody's numbering; left out where states are not kept
-        statistics             attributes: steps, iterations …
+        statistics             attributes: steps, iterations …, of transient integration_seconds and
+                               output_seconds: what each took by the clock
         warnings               texts, as above: of this analysis
         speeds            n    campbell
         frequency, damping_ratio  n modes of eigen [Hz], n speeds × modes of campbell
@@ -21,7 +22,7 @@ The file is replaced as a whole, by renaming: at no moment is it half written. W
 stands in a journal beside it, FILE.rows, which a run that ends removes; readResults() takes what a
 killed run has left there, and a run that goes on begins with it. So a killed run loses at most the
 row being written, and a power cut what came after the last flush(). Nothing carries a time stamp:
-the same run gives the same bytes, flushed and resumed or not. **/
+but for these seconds the same run gives the same bytes, flushed and resumed or not. **/
 
 #include <map>
 #include <string>

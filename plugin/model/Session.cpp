@@ -82,7 +82,6 @@ std::string Session::getTitle() const {
 }
 
 double Session::calcEnergy() const {
-    _model->getSystem().realize(getState(), Stage::Dynamics);
     return _model->getFlexibleBodies().calcEnergy(getState());
 }
 

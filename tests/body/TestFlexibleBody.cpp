@@ -92,6 +92,67 @@ TEST_F(FlexibleBodyTest, NodesAreWhereTheMassesAre) {
     EXPECT_EQ(body.calcLargestDisplacement(state), largest);
 }
 
+/** Expects the largest displacement of all nodes at many ξ: of all modes, of few, of one. **/
+void expectLargestOfAll(const FlexibleBody& body, const SimTK::MultibodySystem& system) {
+    const ReducedBody& part = body.getPart();
+    SimTK::Random::Gaussian random;
+    for (int trial = 0; trial < 60; ++trial) {
+        Vector xi(part.numModes, Real(0));
+        for (int i = 0; i < part.numModes; ++i)
+            if (trial % 3 == 0 || i == trial % part.numModes || (trial % 3 == 1 && i % 4 == 1))
+                xi[i] = random.getValue() * (trial % 2 ? 1e-3 : 1 / (1.0 + i * i));
+        State state = system.getDefaultState();
+        body.setModalCoordinates(state, xi);
+        Real largest = 0;
+        for (const int number : part.mesh.nodeNumbers)
+            largest = std::max(largest, body.calcNodeDisplacement(state, number).norm());
+        EXPECT_EQ(body.calcLargestDisplacement(state), largest) << trial;
+    }
+}
+
+TEST_F(FlexibleBodyTest, LargestDisplacementIsThatOfAllNodesWhateverTheModesAndTheMesh) {
+    // Thousands of nodes: most are never looked at.
+    PointMassPartOptions options;
+    options.cells = {60, 12, 8};
+    const auto smooth = makePointMassPart(options).body;
+    // Modes of another size at every node, and modes that are the same at all.
+    auto rough = std::make_shared<ReducedBody>(*smooth),
+         even = std::make_shared<ReducedBody>(*smooth);
+    SimTK::Random::Uniform random(-1, 1);
+    for (double& value : rough->Phi) value = random.getValue();
+    for (size_t k = 0; k < even->Phi.size(); ++k) even->Phi[k] = 1 + double(k % 3);
+    // Nodes in a plane, on a line, at one place.
+    auto plane = std::make_shared<ReducedBody>(*smooth),
+         line = std::make_shared<ReducedBody>(*smooth),
+         point = std::make_shared<ReducedBody>(*smooth);
+    for (size_t k = 0; k < smooth->mesh.positions.size(); ++k) {
+        if (k % 3 == 2) plane->mesh.positions[k] = 0.3;
+        if (k % 3 > 0) line->mesh.positions[k] = -0.1;
+        point->mesh.positions[k] = 0.2;
+    }
+    std::vector<FlexibleBody> bodies;
+    for (const auto& part :
+         {std::shared_ptr<const ReducedBody>(smooth), std::shared_ptr<const ReducedBody>(rough),
+          std::shared_ptr<const ReducedBody>(even), std::shared_ptr<const ReducedBody>(plane),
+          std::shared_ptr<const ReducedBody>(line), std::shared_ptr<const ReducedBody>(point)})
+        bodies.emplace_back(flexible, part);
+    system.realizeTopology();
+    for (const FlexibleBody& body : bodies) {
+        SCOPED_TRACE(int(body.getIndex()));
+        expectLargestOfAll(body, system);
+    }
+}
+
+TEST_F(FlexibleBodyTest, LargestDisplacementOfWhatIsNotANumberIsNone) {
+    const FlexibleBody body(flexible, makePointMassPart().body);
+    State state = system.realizeTopology();
+    EXPECT_EQ(body.calcLargestDisplacement(state), 0);
+    Vector xi(body.getNumModes(), Real(0));
+    xi[3] = SimTK::NaN;
+    body.setModalCoordinates(state, xi);
+    EXPECT_TRUE(SimTK::isNaN(body.calcLargestDisplacement(state)));
+}
+
 TEST_F(FlexibleBodyTest, PoseByInterfacePutsTheInterfaceThere) {
     const FlexibleBody body(flexible, makePointMassPart().body);
     State state = system.realizeTopology();

@@ -116,7 +116,8 @@ void perform(const RunArguments& arguments) {
     std::fflush(stdout);
     char seconds[40];
     std::snprintf(seconds, sizeof seconds, "%.1f s", elapsed.count());
-    messages.note(seconds);
+    const std::string parts = describeSeconds(run);
+    messages.note(parts.empty() ? seconds : seconds + (": " + parts));
 }
 
 }  // namespace

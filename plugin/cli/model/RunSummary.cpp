@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/ModelReader.h"
@@ -199,6 +200,19 @@ void printAssembly(ModelRun& run) {
                 assembly.largestError, run.getResultPath().c_str());
 }
 
+std::string describeSeconds(const ModelRun& run) {
+    double integration = 0, output = 0;
+    for (const Results::Analysis& analysis :
+         readResults(run.getResultPath(), ReadStates::No).analyses) {
+        if (!run.isWanted(analysis.name)) continue;
+        integration += getStatistic(analysis, "integration_seconds");
+        output += getStatistic(analysis, "output_seconds");
+    }
+    if (integration == 0) return {};
+    return "integration " + writeGeneral(integration, 3) + " s, output " + writeGeneral(output, 3) +
+           " s";
+}
+
 void printSummary(const ModelRun& run) {
     const Results results = readResults(run.getResultPath(), ReadStates::No);
     for (const std::string& warning : results.warnings)
@@ -210,11 +224,12 @@ void printSummary(const ModelRun& run) {
 
 namespace {
 
+ModelValue readSolver(const ResultHeader& header) {
+    return readModel({header.modelPath, header.modelText, header.settings}).get("solver");
+}
+
 double readAccuracy(const ResultHeader& header) {
-    return readModel({header.modelPath, header.modelText, header.settings})
-        .get("solver")
-        .get("accuracy")
-        .getNumber();
+    return readSolver(header).get("accuracy").getNumber();
 }
 
 std::string makeLabel(const ColumnDifference& column) {
@@ -251,9 +266,53 @@ void printDifference(const Results& flexible, const Results& rigid) {
                     accuracy);
 }
 
+namespace {
+
+constexpr double kTrusted = 0.01;  // change of a probe, of its range
+
+/** Of how a run and one with finer steps differ. **/
+class Remedy {
+public:
+    Remedy(const Results& run, const Results& fine) {
+        const ModelValue solver = readSolver(run.header), finer = readSolver(fine.header);
+        if (solver.get("fixed_step").isGiven()) {
+            _key = "fixed_step";
+            _unit = " s";
+            _slope = 2;
+        }
+        _coarse = solver.get(_key).getNumber();
+        _fine = finer.get(_key).getNumber();
+    }
+
+    /** "between accuracy 1e-6 and 1e-7" **/
+    std::string describe() const {
+        return std::string("between ") + _key + " " + writeGeneral(_coarse, 4) + " and " +
+               writeGeneral(_fine, 4) + _unit;
+    }
+
+    /** Where a change of this part of the range should come down to what is trusted. **/
+    std::string propose(double change) const {
+        // Of a vibration that goes on, every phase is lost in the end.
+        constexpr double Finest = 1e-13;
+        const std::string damping =
+            "more damping of the parts, if it is vibration that nobody wants to see";
+        const double wanted = std::min(_fine, _coarse * std::pow(kTrusted / change, 1 / _slope));
+        if (!(wanted >= Finest)) return "no finer steps will do; try " + damping;
+        const double power = std::pow(10, std::floor(std::log10(wanted) + 1e-9));
+        return "try solver." + std::string(_key) + "=" + writeGeneral(power, 4) + ", or " + damping;
+    }
+
+private:
+    const char *_key = "accuracy", *_unit = "";
+    double _slope = 2.0 / 3;  ///< the error falls with this power of it
+    double _coarse = 0, _fine = 0;
+};
+
+}  // namespace
+
 void printVerification(const Results& run, const Results& fine, const std::string& change) {
-    constexpr double Trusted = 0.01;
     const double accuracy = readAccuracy(run.header);
+    const Remedy remedy(run, fine);
     const ResultComparison comparison = compareResults(run, fine, {}, "the run", "the finer run");
     for (const Results::Analysis& a : run.analyses) {
         // Analyses that were not asked for are of an earlier run.
@@ -273,15 +332,15 @@ void printVerification(const Results& run, const Results& fine, const std::strin
         const auto isTrusted = [&](const ColumnDifference& column) {
             const bool isLength = column.unit == "m" || column.unit == "rad";
             const double scale = column.unit == "J" ? getStatistic(a, "largest_kinetic_energy") : 0;
-            return column.getRelative() <= Trusted || (isLength && column.largest <= accuracy) ||
-                   column.largest <= Trusted * scale;
+            return column.getRelative() <= kTrusted || (isLength && column.largest <= accuracy) ||
+                   column.largest <= kTrusted * scale;
         };
         for (const ColumnDifference& column : comparison.columns)
             if (column.analysis == a.name && !isTrusted(column))
-                std::printf(
-                    "  warning: '%s' is not resolved: more accuracy changes it by %.3g %% "
-                    "of its range\n",
-                    column.name.c_str(), 100 * column.getRelative());
+                std::printf("  warning: probe '%s' changes by %.3g %% of its range %s; %s\n",
+                            column.name.c_str(), 100 * column.getRelative(),
+                            remedy.describe().c_str(),
+                            remedy.propose(column.getRelative()).c_str());
     }
 }
 

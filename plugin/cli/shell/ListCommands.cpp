@@ -19,7 +19,6 @@ Commands of the prompt that list what the model has, and what it does now. **/
 namespace simflex {
 namespace cli {
 
-using SimTK::Stage;
 using SimTK::State;
 
 namespace {
@@ -198,7 +197,6 @@ void printEnergy(Shell& shell, const Words&) {
     const Session& session = shell.updSession();
     const FlexibleBodySubsystem& bodies = session.getModel().getFlexibleBodies();
     const State& state = session.getState();
-    session.getModel().getSystem().realize(state, Stage::Dynamics);
     double strain = 0;
     for (const Model::BodyEntry& body : session.getModel().getBodies())
         if (body.flexible) strain += body.flexible->calcStrainEnergy(state);

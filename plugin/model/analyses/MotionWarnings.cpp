@@ -3,6 +3,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/base/NumberText.h"
+#include "simflex/body/StressRecovery.h"
+
 namespace simflex {
 namespace model {
 
@@ -12,6 +15,8 @@ MotionWarnings::MotionWarnings(const Model& model, const Probes& probes, Warn wa
                    [this](const std::string& message) {
                        _warn(_isAtStart ? message + ' ' + getAdviceAtStart() : message);
                    }),
+      _model(model),
+      _turnsFast(model.getBodies().size(), false),
       _isNotFinite(probes.getProbes().size(), false) {
     for (size_t k = 0; k < probes.getProbes().size(); ++k) {
         const Probe& probe = probes.getProbes()[k];
@@ -40,8 +45,40 @@ void MotionWarnings::check(const SimTK::State& state, const std::vector<double>&
         _warn(message.str());
     }
     _linearRange.handleEvent(state);
+    checkTurning(state);
     checkFinite(state.getTime(), values);
     _isAtStart = false;
+}
+
+void MotionWarnings::checkTurning(const SimTK::State& state) {
+    for (size_t b = 0; b < _turnsFast.size(); ++b) {
+        const Model::BodyEntry& entry = _model.getBodies()[b];
+        if (_turnsFast[b] || !entry.flexible || entry.flexible->getNumModes() == 0) continue;
+        const FlexibleBody& body = *entry.flexible;
+        const double least = kLargestStiffening * body.getPart().omegaSquared[0];
+        if (!(body.getFrameVelocity(state)[0].normSqr() > least)) continue;
+        const SimTK::Vec3 omega = ~body.getFramePose(state).R() * body.getFrameVelocity(state)[0];
+        const auto& I = body.getPart().inertia;
+        const SimTK::Inertia inertia(I[0], I[1], I[2], I[3], I[4], I[5]);
+        // A shaft that turns about itself is not pulled along.
+        const double largest = calcPrincipalValues(inertia.asSymMat33())[0];
+        const double stiffening =
+            ~omega * (inertia * omega) / (largest * body.getPart().omegaSquared[0]);
+        if (!(stiffening > kLargestStiffening) || body.isStiffeningEnabled(state) ||
+            body.isRigid(state))
+            continue;
+        _turnsFast[b] = true;
+        std::ostringstream text;
+        text << "'" << entry.name << "' turns at " << writeGeneral(omega.norm(), 3)
+             << " rad/s at t = " << writeGeneral(state.getTime(), 3)
+             << " s without geometric stiffening, which would change the stiffness of its lowest "
+                "mode by about "
+             << writeGeneral(100 * stiffening, 2) << " %: "
+             << (body.hasStiffening()
+                     ? "set 'stiffening: true' of the body"
+                     : "set 'stiffening: true' of its part, or 'simflex reduce --stiffening'");
+        _warn(text.str());
+    }
 }
 
 void MotionWarnings::checkFinite(double time, const std::vector<double>& values) {
@@ -59,20 +96,23 @@ void MotionWarnings::checkFinite(double time, const std::vector<double>& values)
 std::vector<double> MotionWarnings::save() const {
     std::vector<double> saved{double(_isAtStart), double(_numOverturned)};
     for (const bool isTold : _isNotFinite) saved.push_back(isTold);
+    for (const bool isTold : _turnsFast) saved.push_back(isTold);
     for (const auto& [body, isRotation] : _linearRange.getWarned())
         saved.insert(saved.end(), {double(body), double(isRotation)});
     return saved;
 }
 
 void MotionWarnings::restore(const std::vector<double>& saved) {
-    const size_t numProbes = _isNotFinite.size();
-    if (saved.size() < 2 + numProbes || (saved.size() - numProbes) % 2 != 0)
+    const size_t numProbes = _isNotFinite.size(), numBodies = _turnsFast.size(),
+                 numFlags = numProbes + numBodies;
+    if (saved.size() < 2 + numFlags || (saved.size() - numFlags) % 2 != 0)
         throw std::invalid_argument("its warnings are of another model");
     _isAtStart = saved[0] != 0;
     _numOverturned = size_t(saved[1]);
     for (size_t k = 0; k < numProbes; ++k) _isNotFinite[k] = saved[2 + k] != 0;
+    for (size_t k = 0; k < numBodies; ++k) _turnsFast[k] = saved[2 + numProbes + k] != 0;
     std::set<std::pair<int, bool>> warned;
-    for (size_t k = 2 + numProbes; k < saved.size(); k += 2)
+    for (size_t k = 2 + numFlags; k < saved.size(); k += 2)
         warned.emplace(int(saved[k]), saved[k + 1] != 0);
     _linearRange.setWarned(warned);
 }

@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-Warnings of a motion, each told once: flexible bodies that are bent beyond what modes describe,
-probes without a finite value, torsion springs that have been turned too far. What `simflex run` and
-the prompt tell alike. **/
+Warnings of a motion, each told once: flexible bodies that are bent beyond what modes describe, or
+turn so fast that they want geometric stiffening and have none, probes without a finite value,
+torsion springs that have been turned too far. What `simflex run` and the prompt tell alike. **/
 
 #include <functional>
 #include <string>
@@ -23,10 +23,14 @@ public:
     MotionWarnings(const MotionWarnings&) = delete;
     MotionWarnings& operator=(const MotionWarnings&) = delete;
 
-    /** Looks at a row of results. Costs O(nodes·n_f) for each flexible body. @pre Stage::Velocity.
-     **/
+    /** Looks at a row of results. @pre Stage::Velocity. **/
     void check(const SimTK::State& state, const std::vector<double>& values,
                const TurnCounter& turns);
+    /** Warns of bodies whose stiffness turning would change by more than this part, as far as
+    ω²/Ω₁² tells: of the lowest frequency, and of what is spread across the axis as it is at most.
+    **/
+    static constexpr double kLargestStiffening = 0.03;
+    void checkTurning(const SimTK::State& state);
     /** @param values  of all probes **/
     void checkFinite(double time, const std::vector<double>& values);
 
@@ -44,6 +48,8 @@ private:
     std::vector<std::string> _columns;  ///< of all probes: "tip.x"
     std::vector<int> _probeOfColumn;
     LinearRangeReporter _linearRange;
+    const Model& _model;
+    std::vector<bool> _turnsFast;    ///< by body
     std::vector<bool> _isNotFinite;  ///< by probe
     size_t _numOverturned = 0;
     bool _isAtStart = true;

@@ -20,7 +20,7 @@ namespace model {
 namespace {
 
 constexpr char kKind[] = "simflex checkpoint of a run";
-constexpr std::uint32_t kCheckpointVersion = 5;
+constexpr std::uint32_t kCheckpointVersion = 6;
 constexpr std::size_t kMostPacked = 1 << 24;  // bytes of frames that are written at once
 
 /** A file that is being written; errors name the checkpoint. **/
@@ -126,7 +126,7 @@ void visitCheckpoint(Archive& archive, RunCheckpoint& checkpoint) {
     RunCheckpoint::Energy& energy = checkpoint.energy;
     archive.visit(energy.balanceAtStart, energy.largestError, energy.largestKinetic,
                   energy.potentialAtStart, energy.largestPotentialChange, energy.largestWork,
-                  energy.timeOfError);
+                  energy.timeOfError, checkpoint.outputSeconds);
     archive.visit(checkpoint.kept.frames, checkpoint.kept.bytes);
     archive.visit(checkpoint.turns, checkpoint.warnings, checkpoint.integrator);
 }

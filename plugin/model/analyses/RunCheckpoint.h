@@ -25,6 +25,7 @@ struct RunCheckpoint {
         double timeOfError = 0;  ///< of the largest one
     };
     Energy energy;
+    double outputSeconds = 0;  ///< spent on rows and pictures' States
 
     /** States to be drawn: time, q and u. **/
     struct Frame {

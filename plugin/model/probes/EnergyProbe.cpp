@@ -7,7 +7,6 @@ namespace simflex {
 namespace model {
 
 using SimTK::SpatialVec;
-using SimTK::Stage;
 using SimTK::State;
 using SimTK::Vec3;
 
@@ -32,17 +31,26 @@ SpatialVec calcBodyMomentum(const Model::BodyEntry& body, const State& state) {
 
 double calcEnergy(const Model& model, const Moment& moment, const std::string& kind) {
     const FlexibleBodySubsystem& subsystem = model.getFlexibleBodies();
+    const auto getKinetic = [&] {
+        if (!moment.kineticEnergy) moment.kineticEnergy = subsystem.calcKineticEnergy(moment.state);
+        return *moment.kineticEnergy;
+    };
+    const auto getPotential = [&] {
+        // Gravity and simflex/forces are all that a model has.
+        if (!moment.potentialEnergy)
+            moment.potentialEnergy = subsystem.calcPotentialEnergy(moment.state);
+        return *moment.potentialEnergy;
+    };
     if (kind == "work") return moment.work;
-    if (kind == "kinetic") return subsystem.calcKineticEnergy(moment.state);
+    if (kind == "kinetic") return getKinetic();
     if (kind == "strain") {
         double strain = 0;
         for (const Model::BodyEntry& body : model.getBodies())
             if (body.flexible) strain += body.flexible->calcStrainEnergy(moment.state);
         return strain;
     }
-    model.getSystem().realize(moment.state, Stage::Dynamics);
-    if (kind == "potential") return subsystem.calcPotentialEnergy(moment.state);
-    const double total = subsystem.calcEnergy(moment.state);
+    if (kind == "potential") return getPotential();
+    const double total = getKinetic() + getPotential();
     return kind == "balance" ? total - moment.work : total;
 }
 

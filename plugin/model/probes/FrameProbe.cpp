@@ -29,21 +29,26 @@ FrameMotion calcRelativeMotion(const FrameMotion& F, const FrameMotion& M) {
     return motion;
 }
 
+enum class Needs { Velocities, Accelerations };
+
 struct FrameQuantity {
     const char* unit;
+    Needs needs;
     Vec3 (*take)(const FrameMotion& motion);
 };
 
 const std::map<std::string, FrameQuantity>& getQuantities() {
     using Motion = FrameMotion;
     static const std::map<std::string, FrameQuantity> quantities{
-        {"position", {"m", [](const Motion& m) { return m.X.p(); }}},
-        {"velocity", {"m/s", [](const Motion& m) { return m.V[1]; }}},
-        {"acceleration", {"m/s^2", [](const Motion& m) { return m.A[1]; }}},
+        {"position", {"m", Needs::Velocities, [](const Motion& m) { return m.X.p(); }}},
+        {"velocity", {"m/s", Needs::Velocities, [](const Motion& m) { return m.V[1]; }}},
+        {"acceleration", {"m/s^2", Needs::Accelerations, [](const Motion& m) { return m.A[1]; }}},
         {"orientation",
-         {"rad", [](const Motion& m) { return m.X.R().convertRotationToBodyFixedXYZ(); }}},
-        {"angular_velocity", {"rad/s", [](const Motion& m) { return m.V[0]; }}},
-        {"angular_acceleration", {"rad/s^2", [](const Motion& m) { return m.A[0]; }}}};
+         {"rad", Needs::Velocities,
+          [](const Motion& m) { return m.X.R().convertRotationToBodyFixedXYZ(); }}},
+        {"angular_velocity", {"rad/s", Needs::Velocities, [](const Motion& m) { return m.V[0]; }}},
+        {"angular_acceleration",
+         {"rad/s^2", Needs::Accelerations, [](const Motion& m) { return m.A[0]; }}}};
     return quantities;
 }
 
@@ -68,12 +73,17 @@ Probe makeFrameProbe(const ProbeSource& source) {
     Probe probe;
     probe.unit = quantity.unit;
     probe.columns = {"x", "y", "z"};
-    probe.calc = [model = source.model, frames, take = quantity.take](const Moment& moment,
-                                                                      double* values) {
-        const std::vector<FrameMotion> motions =
-            calcFrameMotions(model->getFlexibleBodies(), moment.state, moment.uDot, frames);
-        const Vec3 value =
-            take(frames.size() > 1 ? calcRelativeMotion(motions[1], motions[0]) : motions[0]);
+    probe.calc = [model = source.model, frames, quantity = quantity](const Moment& moment,
+                                                                     double* values) {
+        std::vector<FrameMotion> motions;
+        if (quantity.needs == Needs::Accelerations)
+            motions =
+                calcFrameMotions(model->getFlexibleBodies(), moment.state, moment.uDot, frames);
+        else
+            for (const Attachment& frame : frames)
+                motions.push_back(frame.calcMotion(moment.state));
+        const Vec3 value = quantity.take(
+            frames.size() > 1 ? calcRelativeMotion(motions[1], motions[0]) : motions[0]);
         for (int k = 0; k < 3; ++k) values[k] = value[k];
     };
     return selectComponent(source.entry, std::move(probe));

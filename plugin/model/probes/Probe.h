@@ -5,6 +5,7 @@ energies, and formulas of other probes. **/
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct Moment {
     const SimTK::Vector& multipliers;    ///< of all joints, then of Simbody's constraints
     double work = 0;                     ///< of loads and dampers since the start [J]
     const TurnCounter* turns = nullptr;  ///< in a motion; null: angles are within half a turn
+
+    /** Of the whole system, found when they are first asked for; see calcEnergy(). **/
+    mutable std::optional<double> kineticEnergy = {}, potentialEnergy = {};
 };
 
 /** One probe: `columns.size()` numbers. **/

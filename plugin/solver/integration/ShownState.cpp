@@ -16,8 +16,10 @@ void ImplicitIntegrator::Implementation::writeState(const SolutionPoint& point,
 }
 
 void ImplicitIntegrator::Implementation::showPoint(double t) {
+    const auto start_ = Clock::now();
     m_stateIsCurrent = false;
     calcPoint(t, m_visible);
+    statistics.outputSeconds += secondsSince(start_);
 }
 
 void ImplicitIntegrator::Implementation::calcPoint(double t, SolutionPoint& point) {

@@ -5,6 +5,8 @@ Models that are run by the built program, and what it leaves. **/
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "cli/CliTest.h"
 #include "simflex/model/Results.h"
@@ -27,6 +29,25 @@ protected:
             if (found.name == analysis) return found;
         ADD_FAILURE() << "there is no analysis " << analysis << " in " << file;
         return {};
+    }
+
+    /** Bytes of a result file, but for what the clock said. **/
+    std::string readWithoutSeconds(const std::string& file) {
+        std::string bytes = testing::readText(folder / file);
+        for (const Results::Analysis& analysis : readResults(folder / file).analyses)
+            for (const char* name : {"integration_seconds", "output_seconds"}) {
+                const auto found = analysis.statistics.find(name);
+                if (found == analysis.statistics.end()) continue;
+                EXPECT_GT(found->second, 0);
+                std::string pattern(sizeof(double), '\0');
+                std::memcpy(pattern.data(), &found->second, sizeof(double));
+                const size_t at = bytes.find(pattern);
+                EXPECT_NE(at, std::string::npos) << name;
+                if (at != std::string::npos)
+                    bytes.replace(at, sizeof(double), sizeof(double), '\0');
+            }
+        // And the checksum at the end, of all of them.
+        return bytes.substr(0, bytes.size() - sizeof(std::uint64_t));
     }
 
     static const Results::Series& find(const Results::Analysis& analysis,

@@ -30,7 +30,7 @@ pictures:
 )"));
     ASSERT_EQ(runModel("--no-pictures"), 0) << err;
     EXPECT_FALSE(isThere("shots"));
-    const std::string results = testing::readText(folder / "model.results.h5");
+    const std::string results = readWithoutSeconds("model.results.h5");
     ASSERT_EQ(runModel(), 0) << err;
     // 20 pictures for a simulated second, the last one at the end.
     const std::vector<std::string> files = testing::listFiles(folder / "shots");
@@ -41,7 +41,7 @@ pictures:
     EXPECT_EQ(testing::readText(folder / "run.gif").substr(0, 3), "GIF");
     EXPECT_THAT(out, HasSubstr("pictures: 11 in shots, run.gif\n"));
     // Pictures change nothing in the results.
-    EXPECT_TRUE(results == testing::readText(folder / "model.results.h5"));
+    EXPECT_TRUE(results == readWithoutSeconds("model.results.h5"));
 }
 
 TEST_F(RunPicturesTest, ModesAreDrawnWhereAsked) {

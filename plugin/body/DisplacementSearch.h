@@ -1,0 +1,85 @@
+#pragma once
+/** @file
+The node of a mesh that is displaced most (private header).
+
+Nodes stand in a tree of tiles. In a tile with box b about x̄ a mode is nearly linear, φ_i(x) = c_i +
+A_i (x − x̄) up to r_i, so that
+
+    |Φξ| ≤ max over the corners of b |Σ ξ_i c_i + Σ ξ_i A_i (x − x̄)| + Σ |ξ_i| r_i.
+
+Tiles whose bound is less than what a node has are passed over: of a large mesh most. The value
+found is the largest of all nodes, as calcDisplacement() has it, to the last bit. **/
+
+#include <Eigen/Dense>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "simflex/part/ReducedBody.h"
+
+namespace simflex {
+
+/** Φξ of a node in B [m]. @param node  mesh index **/
+::Eigen::Vector3d calcDisplacement(const ReducedBody& part, int node, const double* xi);
+
+class DisplacementSearch {
+public:
+    /** Reads Φ once. @param part  outlives this **/
+    explicit DisplacementSearch(const ReducedBody& part);
+
+    struct Largest {
+        double displacement = 0;  ///< |Φξ| [m]; NaN if ξ is not finite
+        int node = 0;             ///< mesh index, the first if there are several
+    };
+    /** @param xi  n_f **/
+    Largest find(const double* xi) const;
+
+private:
+    static constexpr int LeafSize = 16, RootSize = 4096;  // nodes
+    static constexpr int NumCoefficients = 16;            // c (3), A (9), r, padding
+
+    struct Tile {
+        int first, last;                                ///< of m_nodes
+        int children = -1;                              ///< the first of two; none: a leaf
+        ::Eigen::Vector3d center{0, 0, 0};              ///< x̄, the mean of its nodes
+        ::Eigen::Vector3d low{0, 0, 0}, high{0, 0, 0};  ///< corners of the box, from x̄
+    };
+    /** Displacements in a tile at ξ. **/
+    struct Field {
+        double linear[NumCoefficients];  ///< Σ ξ_i (c_i, A_i)
+        double rest = 0;                 ///< Σ |ξ_i| r_i
+    };
+
+    /** Sorts nodes into two halves along their longest direction; returns where the second begins.
+     * **/
+    int halve(int first, int last);
+    void divide(int first, int last);
+    void divideTile(int tile);
+    void fit(int tile);
+    Field calcField(int tile, const double* xi) const;
+    /** That no node of the tile is displaced beyond. **/
+    double calcBound(int tile, const double* xi) const;
+    /** Takes a node that is displaced more than the worst so far. **/
+    void searchLeaf(int tile, const double* xi, double& squared, int& worst) const;
+
+    const ReducedBody& m_part;
+    std::vector<int> m_nodes;  ///< mesh indices, tile by tile, ascending in leaves
+    std::vector<int> m_roots;
+    std::vector<Tile> m_tiles;
+    std::vector<float> m_coefficients;  ///< by tile, mode
+};
+
+/** Makes its search when it is first asked for, from any thread. **/
+class LazyDisplacementSearch {
+public:
+    const DisplacementSearch& get(const ReducedBody& part) {
+        std::call_once(m_once, [&] { m_search = std::make_unique<DisplacementSearch>(part); });
+        return *m_search;
+    }
+
+private:
+    std::once_flag m_once;
+    std::unique_ptr<const DisplacementSearch> m_search;
+};
+
+}  // namespace simflex
