@@ -51,7 +51,7 @@ struct IntegratorStatistics {
     double schurSeconds = 0;             ///< S formed, factored, solved
     double backSubstitutionSeconds = 0;  ///< z_b, Δu_b
     double simbodySeconds = 0;           ///< asking Simbody for what it alone knows, and events
-    double outputSeconds = 0;            ///< reporters
+    double outputSeconds = 0;            ///< reporters, and points between steps
     double totalSeconds = 0;
     /**@}**/
 
