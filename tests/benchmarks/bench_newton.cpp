@@ -18,6 +18,7 @@
 #include "simflex/render/OffscreenVisualizer.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/BlockEliminationSolver.h"
+#include "simflex/solver/elimination/NewtonCombination.h"
 #include "support/NewtonReference.h"
 #include "support/SliderCrankModel.h"
 #include "support/StatorModel.h"
@@ -218,6 +219,45 @@ void solveByBlockElimination(benchmark::State& state) {
         x.tail(system.numMultipliers()) =
             Eigen::Map<const VectorXd>(solver.getDeltaLambda(), system.numMultipliers());
     });
+}
+
+/** Complex matrices as Radau IIA wants them, of the same systems; rows of force elements come
+ * twice.
+ * **/
+template <class Model>
+void solveByComplexElimination(benchmark::State& state) {
+    const DumpedSystems& dumped = getDumpedSystems<Model>();
+    const NewtonSystem& first = dumped.systems[0];
+    const int firstElementRow =
+        int(std::find_if(first.compliance.begin(), first.compliance.end(),
+                         [](double compliance) { return compliance != 0; }) -
+            first.compliance.begin());
+    std::vector<ComplexNewtonSystem> systems;
+    for (const NewtonSystem& system : dumped.systems) {
+        systems.push_back(makeCombined(
+            system, first.compliance.empty() ? first.numMultipliers() : firstElementRow));
+        combine(system, system, system, {{0.5, 1}, {0.3, 0.4}, {0.2, -0.6}}, systems.back());
+        std::copy(system.r.begin(), system.r.end(), systems.back().r.begin());
+    }
+    ComplexBlockEliminationSolver solver(systems[0]);
+    solver.setNumThreads(int(state.range(0)));
+    double difference = 0;
+    for (const ComplexNewtonSystem& system : systems) {
+        solver.factor(system);
+        solver.solve(system);
+        const Eigen::VectorXcd x = test::solveDense(system).head(system.numSpeeds());
+        const Eigen::Map<const Eigen::VectorXcd> found(solver.getDeltaU().data(), x.size());
+        difference = std::max(difference, (found - x).norm() / x.norm());
+    }
+    size_t next = 0;
+    for (auto _ : state) {
+        solver.factor(systems[next]);
+        solver.solve(systems[next]);
+        benchmark::DoNotOptimize(solver.getDeltaU().data());
+        next = (next + 1) % systems.size();
+    }
+    state.counters["unknowns"] = double(systems[0].numSpeeds() + systems[0].numMultipliers());
+    state.counters["difference"] = difference;
 }
 
 template <class Model>
@@ -433,6 +473,7 @@ void registerSolves() {
         ->ArgName("threads")
         ->Arg(1)
         ->Arg(2);
+    addSolve("complex_elimination", solveByComplexElimination<Model>)->ArgName("threads")->Arg(1);
     addSolve("dense_lu", solveDense<Model>);
     addSolve("sparse_lu_colamd", solveBySparseLU<Model, Eigen::COLAMDOrdering<int>>);
     addSolve("sparse_lu_amd", solveBySparseLU<Model, Eigen::AMDOrdering<int>>);
@@ -468,13 +509,16 @@ std::string summarize(const Reporter& reporter, const std::string& model) {
         const double time = get(reporter.times, name);
         if (time > 0 && (sparse == 0 || time < sparse)) sparse = time;
     }
+    const double real = get(reporter.times, "block_elimination/threads:1");
+    const double complex = get(reporter.times, "complex_elimination/threads:1");
     char text[300];
     std::snprintf(text, sizeof text,
                   "\"%s\": {\"bge1_us\": %.2f, \"bge2_us\": %.2f, \"dense_us\": %.2f, "
-                  "\"best_sparse_us\": %.2f, \"newton_iteration_us\": %.2f}",
-                  model.c_str(), get(reporter.times, "block_elimination/threads:1"),
-                  get(reporter.times, "block_elimination/threads:2"),
-                  get(reporter.times, "dense_lu"), sparse, get(reporter.iteration, "run"));
+                  "\"best_sparse_us\": %.2f, \"newton_iteration_us\": %.2f, "
+                  "\"complex_over_real\": %.2f}",
+                  model.c_str(), real, get(reporter.times, "block_elimination/threads:2"),
+                  get(reporter.times, "dense_lu"), sparse, get(reporter.iteration, "run"),
+                  real > 0 ? complex / real : 0);
     return text;
 }
 

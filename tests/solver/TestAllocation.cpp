@@ -7,6 +7,8 @@
 
 #include "simflex/body/StressRecovery.h"
 #include "simflex/forces/AttachmentForce.h"
+#include "simflex/solver/BlockEliminationSolver.h"
+#include "simflex/solver/elimination/NewtonCombination.h"
 #include "solver/SliderCrankModel.h"
 #include "support/PointMassPart.h"
 
@@ -98,6 +100,32 @@ TEST(Allocation, NewtonLoopAndStepsAllocateNothing) {
         long iterations = 0;
         EXPECT_EQ(countAllocations(model.system, model.state, form, &iterations), 0);
         EXPECT_GT(iterations, 30);
+    }
+}
+
+TEST(Allocation, NorDoComplexSystems) {
+    for (auto form : {BdfIntegrator::BlockForm::Arrow, BdfIntegrator::BlockForm::Dense}) {
+        const test::FlexibleSliderCrank model;
+        BdfIntegrator integrator(model.system);
+        integrator.setBlockForm(form);
+        std::vector<NewtonSystem> systems;
+        integrator.setNewtonSystemObserver(
+            [&](const NewtonSystem& system) { systems.push_back(system); });
+        integrator.initialize(model.state);
+        integrator.stepTo(1e-3);
+        ASSERT_GT(systems.size(), 4u);
+        ComplexNewtonSystem combined = makeCombined(systems[0], systems[0].numMultipliers());
+        ComplexBlockEliminationSolver solver(combined);
+        numAllocations = 0;
+        for (size_t k = 0; k + 2 < systems.size(); ++k) {
+            isCounting = k > 0;
+            combine(systems[k], systems[k + 1], systems[k + 2], {{1, 2}, {0.5, -0.5}, {-0.5, -1.5}},
+                    combined);
+            solver.factor(combined);
+            solver.solve(combined);
+            isCounting = false;
+        }
+        EXPECT_EQ(numAllocations, 0);
     }
 }
 

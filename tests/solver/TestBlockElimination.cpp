@@ -167,6 +167,18 @@ TYPED_TEST(RandomGraphs, HaveTheirRedundantConstraintsCountedAndAreSolvedStill) 
     EXPECT_GT(found, 20);
 }
 
+TYPED_TEST(RandomGraphs, MayHaveBlocksThatNeedPivoting) {
+    BasicNewtonSystem<TypeParam> system;
+    system.blocks.resize(1);
+    system.blocks[0].resize(3, {0});
+    system.blocks[0].matrix = {0, 1, 2, -1, 0, 3, 2, 1, 1};
+    if constexpr (!std::is_same_v<TypeParam, double>) system.blocks[0].matrix[5] = {3, 2};
+    system.blocks[0].Gt = {1, 2, -1};
+    system.r = {3, -1, 2};
+    system.c = {0.5};
+    expectEqualSolutions(system, solveByElimination(system), test::solveDense(system), 1e-12);
+}
+
 class LargeGraph : public testing::TestWithParam<test::Graph> {};
 
 template <class Scalar>

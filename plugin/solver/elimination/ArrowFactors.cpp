@@ -136,16 +136,17 @@ template <class Scalar>
 bool ArrowFactors<Scalar>::condenseHead(const Block& block) {
     const int n = m_numModes;
     const Scalar* E = block.coupling.data();
-    const PaddedColumns<Scalar>& inverseDiagonal = m_part->getInverseDiagonal();
+    const auto inverseDiagonal = m_part->getInverseDiagonal()[0];
+    const typename PaddedColumns<Scalar>::Column dE[3] = {m_dE[0], m_dE[1], m_dE[2]};
     ScalarChunk sums[6] = {};
     for (int i = 0; i < n; i += ChunkSize) {
         const int count = std::min(n - i, ChunkSize);
-        const ScalarChunk inverse = inverseDiagonal.load(0, i);
+        const ScalarChunk inverse = inverseDiagonal.load(i);
         ScalarChunk columns[3];
         for (int a = 0, k = 0; a < 3; ++a) {
             columns[a] = loadChunk(E + a * n + i, count);
             const ScalarChunk scaled = inverse * columns[a];
-            m_dE.store(scaled, a, i);
+            dE[a].store(scaled, i);
             for (int b = 0; b <= a; ++b) sums[k++] += scaled * columns[b];
         }
     }
@@ -183,8 +184,8 @@ void ArrowFactors<Scalar>::condenseColumns(const Block& block) {
         ScalarChunk QTransposed[6];  // (d⁻¹A)ᵀE
         for (int c = 0; c < 6; ++c) {
             const int row = 6 * side.frame + c;
-            const Scalar entries[6] = {m_products.get(0, row), m_products.get(1, row),
-                                       m_products.get(2, row)};
+            const Scalar entries[6] = {m_products[0].get(row), m_products[1].get(row),
+                                       m_products[2].get(row)};
             QTransposed[c] = loadSix(entries);
         }
         for (int k = side.firstColumn; k < side.endColumn; ++k) {
@@ -198,16 +199,18 @@ void ArrowFactors<Scalar>::condenseColumns(const Block& block) {
 template <class Scalar>
 void ArrowFactors<Scalar>::condenseOwnColumns(const Block& block) {
     const Scalar* E = block.coupling.data();
-    const PaddedColumns<Scalar>& inverseDiagonal = m_part->getInverseDiagonal();
+    const auto inverseDiagonal = m_part->getInverseDiagonal()[0];
     for (int k = 0; k < m_numColumns; ++k) {
         const double* column = block.Gt.data() + size_t(k) * size_t(block.size);
+        const auto g = m_g[k];
+        const auto dg = m_dg[k];
         ScalarChunk sums[3] = {};
         for (int i = 0; i < m_numModes; i += ChunkSize) {
             const int count = std::min(m_numModes - i, ChunkSize);
             const Chunk chunk = loadChunk(column + 6 + i, count);
-            const ScalarChunk scaled = inverseDiagonal.load(0, i) * chunk;
-            m_g.store(chunk, k, i);
-            m_dg.store(scaled, k, i);
+            const ScalarChunk scaled = inverseDiagonal.load(i) * chunk;
+            g.store(chunk, i);
+            dg.store(scaled, i);
             for (int a = 0; a < 3; ++a)
                 sums[a] += loadChunk(E + a * m_numModes + i, count) * scaled;
         }
@@ -222,10 +225,10 @@ bool ArrowFactors<Scalar>::formOwnSchur(Scalar* schur) const {
     Scalar sum = 0;
     for (int k = 0; k < m; ++k) {
         const ScalarChunk Y = multiply(m_inverseHead.data(), m_Y[size_t(k)]);
+        const auto dg = m_dg[k];
         for (int i = 0; i <= k; ++i) {
             ScalarChunk product = m_Y[size_t(i)] * Y;
-            for (int j = 0; j < m_numModes; j += ChunkSize)
-                product += m_g.load(i, j) * m_dg.load(k, j);
+            for (int j = 0; j < m_numModes; j += ChunkSize) product += m_g[i].load(j) * dg.load(j);
             schur[i + m * k] = schur[k + m * i] = sumChunk(product);
             sum += schur[i + m * k];
         }
@@ -273,9 +276,9 @@ void ArrowFactors<Scalar>::eliminate(const Scalar* r, Scalar* Gz) {
     ScalarChunk sums[3] = {};
     for (int i = 0; i < m_numModes; i += ChunkSize) {
         const ScalarChunk chunk = loadChunk(modes + i, std::min(m_numModes - i, ChunkSize));
-        for (int a = 0; a < 3; ++a) sums[a] += m_dE.load(a, i) * chunk;
+        for (int a = 0; a < 3; ++a) sums[a] += m_dE[a].load(i) * chunk;
         if (!IsReal<Scalar> && !m_ownsColumns)
-            m_dr.store(m_part->getInverseDiagonal().load(0, i) * chunk, 0, i);
+            m_dr[0].store(m_part->getInverseDiagonal()[0].load(i) * chunk, i);
     }
     const Scalar top[6] = {r[0] - sumChunk(sums[0]),
                            r[1] - sumChunk(sums[1]),
@@ -290,7 +293,7 @@ void ArrowFactors<Scalar>::eliminate(const Scalar* r, Scalar* Gz) {
             ScalarChunk product = m_Y[size_t(k)] * m_top;
             for (int i = 0; i < m_numModes; i += ChunkSize)
                 product +=
-                    m_dg.load(k, i) * loadChunk(modes + i, std::min(m_numModes - i, ChunkSize));
+                    m_dg[k].load(i) * loadChunk(modes + i, std::min(m_numModes - i, ChunkSize));
             Gz[k] = sumChunk(product);
         }
         return;
@@ -298,7 +301,7 @@ void ArrowFactors<Scalar>::eliminate(const Scalar* r, Scalar* Gz) {
     multiplyByFlexibility(1, &modes, m_dr);
     for (const Side& side : m_sides) {
         Scalar entries[6];
-        for (int c = 0; c < 6; ++c) entries[c] = m_products.get(0, 6 * side.frame + c);
+        for (int c = 0; c < 6; ++c) entries[c] = m_products[0].get(6 * side.frame + c);
         const ScalarChunk force = loadSix(entries);
         for (int k = side.firstColumn; k < side.endColumn; ++k)
             Gz[k] = sumChunk(m_K[size_t(k)] * force + m_Y[size_t(k)] * m_top);
@@ -322,12 +325,12 @@ void ArrowFactors<Scalar>::substitute(const Scalar* r, const Scalar* lambda, Sca
     const int stride = m_part->getStride();
     for (int i = 0; i < m_numModes; i += ChunkSize) {
         const int count = std::min(m_numModes - i, ChunkSize);
-        const ScalarChunk inverse = m_part->getInverseDiagonal().load(0, i);
+        const ScalarChunk inverse = m_part->getInverseDiagonal()[0].load(i);
         ScalarChunk delta{};
         if (r) delta = -inverse * loadChunk(r + 6 + i, count);
-        for (int a = 0; a < 3; ++a) delta += m_dE.load(a, i) * getEntry(top, a);
+        for (int a = 0; a < 3; ++a) delta += m_dE[a].load(i) * getEntry(top, a);
         for (int k = 0; m_ownsColumns && k < m_numColumns; ++k)
-            delta -= m_dg.load(k, i) * lambda[k];
+            delta -= m_dg[k].load(i) * lambda[k];
         ScalarChunk load{};  // of complex parts, before d⁻¹
         for (size_t f = 0; f < m_frames.size(); ++f) {
             const double* A = m_part->getColumns(m_frames[f]) + i;

@@ -25,68 +25,74 @@ bool ChunkedLu<Scalar>::factor(const Scalar* J, int n, const Eigen::MatrixXd& B,
     m_x.resize(n, 1);
     m_above.resize(n, 1);
     m_inverse.resize(size_t(n));
-    for (int j = 0; j < n; ++j) m_LU.setColumn(j, J + j * n, n);
-    for (int j = 0; j < m; ++j)
-        for (int i = 0; i < n; ++i) m_LU.set(n + j, i, B(i, j));
+    for (int j = 0; j < n; ++j) m_LU[j].copyFrom(J + j * n, n);
+    for (int j = 0; j < m; ++j) m_LU[n + j].copyFrom(B.col(j).data(), n);
 
+    const auto multipliers = m_x[0];
     for (int k = 0; k < n; ++k) {
-        const Scalar pivot = m_LU.get(k, k);
+        const auto pivotColumn = m_LU[k];
+        const Scalar pivot = pivotColumn.get(k);
         if (!isSafePivot(pivot, J[k + k * n])) return false;
         const Scalar inverse = m_inverse[size_t(k)] = 1.0 / pivot;
         const int first = (k + 1) / ChunkSize * ChunkSize;
-        for (int i = first; i < rows; i += ChunkSize) m_x.store(m_LU.load(k, i) * inverse, 0, i);
-        for (int i = first; i <= k && i < rows; ++i) m_x.set(0, i, 0);
-        for (int i = k + 1; i < n; ++i) m_LU.set(k, i, m_x.get(0, i));
+        for (int i = first; i < rows; i += ChunkSize)
+            multipliers.store(pivotColumn.load(i) * inverse, i);
+        multipliers.clear(first, std::min(k + 1, rows));
+        for (int i = k + 1; i < n; ++i) pivotColumn.set(i, multipliers.get(i));
         // Two columns at a time share the multipliers.
         int j = k + 1;
         for (; j + 2 <= n + m; j += 2) {
-            const Scalar a = m_LU.get(j, k), b = m_LU.get(j + 1, k);
+            const auto a = m_LU[j], b = m_LU[j + 1];
+            const Scalar ak = a.get(k), bk = b.get(k);
             for (int i = first; i < rows; i += ChunkSize) {
-                const ChunkOf<Scalar> l = m_x.load(0, i);
-                m_LU.store(m_LU.load(j, i) - l * a, j, i);
-                m_LU.store(m_LU.load(j + 1, i) - l * b, j + 1, i);
+                const ChunkOf<Scalar> l = multipliers.load(i);
+                a.store(a.load(i) - l * ak, i);
+                b.store(b.load(i) - l * bk, i);
             }
         }
         for (; j < n + m; ++j) {
-            const Scalar a = m_LU.get(j, k);
+            const auto a = m_LU[j];
+            const Scalar ak = a.get(k);
             for (int i = first; i < rows; i += ChunkSize)
-                m_LU.store(m_LU.load(j, i) - m_x.load(0, i) * a, j, i);
+                a.store(a.load(i) - multipliers.load(i) * ak, i);
         }
     }
     substituteBack(m_LU, n, m);
-    for (int j = 0; j < m; ++j) m_LU.getColumn(n + j, W.col(j).data(), n);
+    for (int j = 0; j < m; ++j) m_LU[n + j].copyTo(W.col(j).data(), n);
     return true;
 }
 
 template <class Scalar>
 void ChunkedLu<Scalar>::substituteBack(PaddedColumns<Scalar>& X, int first, int count) {
+    const auto above = m_above[0];
     for (int k = m_n - 1; k >= 0; --k) {
+        const auto column = m_LU[k];
         const int end = roundUpToChunks(k);
-        for (int i = 0; i < k; ++i) m_above.set(0, i, m_LU.get(k, i));
-        for (int i = k; i < end; ++i) m_above.set(0, i, 0);
+        above.copyFrom(column, k);
+        above.clear(k, end);
         for (int j = first; j < first + count; ++j) {
-            const Scalar value = X.get(j, k) * m_inverse[size_t(k)];
-            X.set(j, k, value);
-            for (int i = 0; i < end; i += ChunkSize)
-                X.store(X.load(j, i) - m_above.load(0, i) * value, j, i);
+            const auto x = X[j];
+            const Scalar value = x.get(k) * m_inverse[size_t(k)];
+            x.set(k, value);
+            for (int i = 0; i < end; i += ChunkSize) x.store(x.load(i) - above.load(i) * value, i);
         }
     }
 }
 
 template <class Scalar>
 void ChunkedLu<Scalar>::solveInPlace(Scalar* x) {
+    const auto y = m_x[0];
     const int rows = m_x.paddedHeight();
-    m_x.setColumn(0, x, m_n);
+    y.copyFrom(x, m_n);
     for (int k = 0; k < m_n; ++k) {
-        const Scalar value = m_x.get(0, k);
+        const auto L = m_LU[k];
+        const Scalar value = y.get(k);
         const int next = std::min(roundUpToChunks(k + 1), rows);
-        for (int i = k + 1; i < std::min(next, m_n); ++i)
-            m_x.set(0, i, m_x.get(0, i) - m_LU.get(k, i) * value);
-        for (int i = next; i < rows; i += ChunkSize)
-            m_x.store(m_x.load(0, i) - m_LU.load(k, i) * value, 0, i);
+        for (int i = k + 1; i < std::min(next, m_n); ++i) y.set(i, y.get(i) - L.get(i) * value);
+        for (int i = next; i < rows; i += ChunkSize) y.store(y.load(i) - L.load(i) * value, i);
     }
     substituteBack(m_x, 0, 1);
-    m_x.getColumn(0, x, m_n);
+    y.copyTo(x, m_n);
 }
 
 template class ChunkedLu<double>;

@@ -19,19 +19,28 @@ constexpr int PanelWidth = 32;
 /** A diagonal that has kept this much of its first value is taken as pivot without a search. **/
 constexpr double GoodPivot = 0.1;
 
+/** Imaginary before real parts of four complex numbers. **/
+inline Chunk swapPairs(const Chunk& chunk) {
+    return Chunk{chunk[1], chunk[0], chunk[3], chunk[2], chunk[5], chunk[4], chunk[7], chunk[6]};
+}
+
 /** y −= a x. **/
 inline void subtract(const double* x, double a, int size, double* y) {
 #pragma GCC ivdep
     for (int i = 0; i < size; ++i) y[i] -= x[i] * a;
 }
 inline void subtract(const Complex* x, const Complex& a, int size, Complex* y) {
+    const Chunk re = Chunk{} + a.real(), im = a.imag() * Chunk{-1, 1, -1, 1, -1, 1, -1, 1};
     const double* from = reinterpret_cast<const double*>(x);
     double* to = reinterpret_cast<double*>(y);
-    const double re = a.real(), im = a.imag();
-#pragma GCC ivdep
-    for (int i = 0; i < 2 * size; i += 2) {
-        to[i] -= from[i] * re - from[i + 1] * im;
-        to[i + 1] -= from[i + 1] * re + from[i] * im;
+    int i = 0;
+    for (; i + 4 <= size; i += 4) {
+        const Chunk four = loadChunk(from + 2 * i);
+        storeChunk(loadChunk(to + 2 * i) - (four * re + swapPairs(four) * im), to + 2 * i);
+    }
+    for (; i < size; ++i) {
+        to[2 * i] -= from[2 * i] * a.real() - from[2 * i + 1] * a.imag();
+        to[2 * i + 1] -= from[2 * i + 1] * a.real() + from[2 * i] * a.imag();
     }
 }
 
@@ -46,10 +55,17 @@ inline void divide(const Complex* x, const Complex& a, int size, Complex* y) {
 }
 
 /** aᵀb. **/
-Complex dot(const Complex* a, const Complex* b, int size) {
-    Complex sum = 0;
-    for (int i = 0; i < size; ++i) sum += a[i] * b[i];
-    return sum;
+inline Complex dot(const Complex* a, const Complex* b, int size) {
+    Chunk straight{}, crossed{};  // re·re and im·im; re·im and im·re
+    const double* from = reinterpret_cast<const double*>(a);
+    const double* other = reinterpret_cast<const double*>(b);
+    for (int i = 0; i < 2 * size; i += ChunkSize) {
+        const int count = std::min(2 * size - i, ChunkSize);
+        const Chunk four = loadChunk(from + i, count), otherFour = loadChunk(other + i, count);
+        straight += four * otherFour;
+        crossed += four * swapPairs(otherFour);
+    }
+    return {sumChunk(straight * Chunk{1, -1, 1, -1, 1, -1, 1, -1}), sumChunk(crossed)};
 }
 
 }  // namespace

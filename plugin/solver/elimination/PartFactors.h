@@ -52,12 +52,12 @@ public:
     int getNumProductRows() const { return m_tiles.paddedRows(); }
 
 private:
-    /** Entry of a compliance. **/
-    Scalar calcProduct(int row, int column) const;
+    void formCompliance(int frame, int other, ChunkOf<Scalar>* compliance) const;
 
     int m_numModes, m_numFrames;
     PaddedColumns<Scalar> m_inverseDiagonal;
     Eigen::MatrixXd m_shapes, m_columns;  ///< A; see getColumns()
+    std::vector<Chunk> m_rows;            ///< A of a complex part by frames, then modes
     TiledMatrix m_tiles;                  ///< of the columns, transposed
     std::vector<int> m_pairIndex;
     std::vector<std::pair<int, int>> m_pairs;

@@ -4,6 +4,7 @@ Chunks of the elimination's scalars, real or complex (private header). Eight com
 chunks, their real and their imaginary parts; a product conjugates nothing. **/
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <type_traits>
@@ -45,6 +46,9 @@ inline ComplexChunk operator*(const ComplexChunk& a, const Chunk& b) {
 inline ComplexChunk operator*(const Chunk& a, const ComplexChunk& b) {
     return {a * b.re, a * b.im};
 }
+inline ComplexChunk operator*(const ComplexChunk& a, double b) {
+    return {a.re * b, a.im * b};
+}
 inline ComplexChunk operator*(const ComplexChunk& a, const Complex& b) {
     return {a.re * b.real() - a.im * b.imag(), a.re * b.imag() + a.im * b.real()};
 }
@@ -78,17 +82,20 @@ inline Complex sumChunk(const ComplexChunk& chunk) {
 }
 
 inline ComplexChunk loadChunk(const Complex* values, int count) {
-    double re[ChunkSize], im[ChunkSize];
-    for (int k = 0; k < ChunkSize; ++k) {
-        re[k] = k < count ? values[k].real() : 0.0;
-        im[k] = k < count ? values[k].imag() : 0.0;
-    }
-    return {loadChunk(re), loadChunk(im)};
+    const double* entries = reinterpret_cast<const double*>(values);
+    const Chunk a = loadChunk(entries, std::min(2 * count, ChunkSize));
+    const Chunk b = loadChunk(entries + ChunkSize, std::max(2 * count - ChunkSize, 0));
+    return {Chunk{a[0], a[2], a[4], a[6], b[0], b[2], b[4], b[6]},
+            Chunk{a[1], a[3], a[5], a[7], b[1], b[3], b[5], b[7]}};
 }
 
 inline void storeChunk(const ComplexChunk& chunk, Complex* values, int count) {
-    for (int k = 0; k < ChunkSize; ++k)
-        if (k < count) values[k] = getEntry(chunk, k);
+    const Chunk &re = chunk.re, &im = chunk.im;
+    double* entries = reinterpret_cast<double*>(values);
+    storeChunk(Chunk{re[0], im[0], re[1], im[1], re[2], im[2], re[3], im[3]}, entries,
+               std::min(2 * count, ChunkSize));
+    storeChunk(Chunk{re[4], im[4], re[5], im[5], re[6], im[6], re[7], im[7]}, entries + ChunkSize,
+               std::max(2 * count - ChunkSize, 0));
 }
 
 inline Chunk loadSix(const double* values) {
@@ -113,73 +120,111 @@ inline double magnitude(const Complex& value) {
     return std::sqrt(value.real() * value.real() + value.imag() * value.imag());
 }
 
+inline Chunk invertChunk(const Chunk& chunk) {
+    return 1 / chunk;
+}
+inline ComplexChunk invertChunk(const ComplexChunk& chunk) {
+    const Chunk scale = 1 / (chunk.re * chunk.re + chunk.im * chunk.im);
+    return {chunk.re * scale, -chunk.im * scale};
+}
+
+/** One of PaddedColumns.
+@tparam Number  double, const where the column is **/
+template <class Scalar, class Number>
+class PaddedColumn {
+public:
+    PaddedColumn(Number* values, int stride) : m_values(values), m_stride(stride) {}
+
+    /** Eight rows. **/
+    ChunkOf<Scalar> load(int row) const {
+        if constexpr (IsReal<Scalar>)
+            return loadChunk(m_values + row);
+        else
+            return {loadChunk(m_values + row), loadChunk(m_values + m_stride + row)};
+    }
+    void store(const ChunkOf<Scalar>& chunk, int row) const {
+        if constexpr (IsReal<Scalar>) {
+            storeChunk(chunk, m_values + row);
+        } else {
+            storeChunk(chunk.re, m_values + row);
+            storeChunk(chunk.im, m_values + m_stride + row);
+        }
+    }
+
+    Scalar get(int row) const {
+        if constexpr (IsReal<Scalar>)
+            return m_values[row];
+        else
+            return {m_values[row], m_values[m_stride + row]};
+    }
+    void set(int row, const Scalar& value) const {
+        if constexpr (IsReal<Scalar>) {
+            m_values[row] = value;
+        } else {
+            m_values[row] = value.real();
+            m_values[m_stride + row] = value.imag();
+        }
+    }
+
+    /** The first `count` rows. **/
+    void copyFrom(const double* values, int count) const {
+        std::copy_n(values, count, m_values);
+        if (!IsReal<Scalar>) std::fill_n(m_values + m_stride, count, 0.0);
+    }
+    void copyFrom(const Complex* values, int count) const {
+        for (int i = 0; i < count; ++i) set(i, values[i]);
+    }
+    template <class Other>
+    void copyFrom(const PaddedColumn<Scalar, Other>& column, int count) const {
+        std::copy_n(column.m_values, count, m_values);
+        if (!IsReal<Scalar>)
+            std::copy_n(column.m_values + column.m_stride, count, m_values + m_stride);
+    }
+    void copyTo(Scalar* values, int count) const {
+        if constexpr (IsReal<Scalar>)
+            std::copy_n(m_values, count, values);
+        else
+            for (int i = 0; i < count; ++i) values[i] = get(i);
+    }
+    void clear(int first, int end) const {
+        for (int i = first; i < end; ++i) set(i, 0);
+    }
+
+private:
+    template <class, class>
+    friend class PaddedColumn;
+
+    Number* m_values;
+    int m_stride;
+};
+
 /** Columns of equal height, padded with zeros to whole chunks. Complex ones are two columns of
  * doubles, real parts and imaginary parts. **/
 template <class Scalar>
 class PaddedColumns {
 public:
     static constexpr int numPlanes = IsReal<Scalar> ? 1 : 2;
+    using Column = PaddedColumn<Scalar, double>;
+    using ConstColumn = PaddedColumn<Scalar, const double>;
 
     PaddedColumns() = default;
     PaddedColumns(int height, int numColumns) { resize(height, numColumns); }
 
     /** All zero if the size changes. **/
     void resize(int height, int numColumns) {
-        const size_t stride = size_t(roundUpToChunks(height));
-        const size_t size = stride * size_t(numPlanes * numColumns);
-        if (m_stride == int(stride) && m_values.size() == Eigen::Index(size)) return;
-        m_stride = int(stride);
-        m_values.setZero(Eigen::Index(size));
+        m_stride = roundUpToChunks(height);
+        const Eigen::Index size = Eigen::Index(m_stride) * numPlanes * numColumns;
+        if (m_values.size() != size) m_values.setZero(size);
     }
 
     int paddedHeight() const { return m_stride; }
 
+    Column operator[](int column) { return {plane(numPlanes * column), m_stride}; }
+    ConstColumn operator[](int column) const { return {plane(numPlanes * column), m_stride}; }
+
     /** Real columns that these are. **/
     double* plane(int k) { return m_values.data() + k * m_stride; }
     const double* plane(int k) const { return m_values.data() + k * m_stride; }
-
-    /** Eight rows of a column. **/
-    ChunkOf<Scalar> load(int column, int row) const {
-        const double* values = plane(numPlanes * column) + row;
-        if constexpr (IsReal<Scalar>)
-            return loadChunk(values);
-        else
-            return {loadChunk(values), loadChunk(values + m_stride)};
-    }
-    void store(const ChunkOf<Scalar>& chunk, int column, int row) {
-        double* values = plane(numPlanes * column) + row;
-        if constexpr (IsReal<Scalar>) {
-            storeChunk(chunk, values);
-        } else {
-            storeChunk(chunk.re, values);
-            storeChunk(chunk.im, values + m_stride);
-        }
-    }
-
-    Scalar get(int column, int row) const {
-        const double* values = plane(numPlanes * column) + row;
-        if constexpr (IsReal<Scalar>)
-            return *values;
-        else
-            return {*values, values[m_stride]};
-    }
-    void set(int column, int row, const Scalar& value) {
-        double* values = plane(numPlanes * column) + row;
-        if constexpr (IsReal<Scalar>) {
-            *values = value;
-        } else {
-            *values = value.real();
-            values[m_stride] = value.imag();
-        }
-    }
-
-    /** The first `count` rows of a column. **/
-    void setColumn(int column, const Scalar* values, int count) {
-        for (int i = 0; i < count; ++i) set(column, i, values[i]);
-    }
-    void getColumn(int column, Scalar* values, int count) const {
-        for (int i = 0; i < count; ++i) values[i] = get(column, i);
-    }
 
 private:
     int m_stride = 0;
