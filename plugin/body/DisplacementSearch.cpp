@@ -90,19 +90,26 @@ void DisplacementSearch::divide(int first, int last) {
 void DisplacementSearch::divideTile(int tile) {
     const int first = m_tiles[size_t(tile)].first, last = m_tiles[size_t(tile)].last;
     if (last - first <= LeafSize) return;
-    const int middle = halve(first, last), children = int(m_tiles.size());
+    std::vector<int> ends{first, last};
+    for (int halving = 0; (1 << halving) < NumChildren; ++halving) {
+        std::vector<int> finer{first};
+        for (size_t k = 0; k + 1 < ends.size(); ++k) {
+            finer.push_back(halve(ends[k], ends[k + 1]));
+            finer.push_back(ends[k + 1]);
+        }
+        ends = finer;
+    }
+    const int children = int(m_tiles.size());
     m_tiles[size_t(tile)].children = children;
-    m_tiles.push_back({first, middle});
-    m_tiles.push_back({middle, last});
-    divideTile(children);
-    divideTile(children + 1);
+    for (int k = 0; k < NumChildren; ++k) m_tiles.push_back({ends[size_t(k)], ends[size_t(k) + 1]});
+    for (int k = 0; k < NumChildren; ++k) divideTile(children + k);
 }
 
 void DisplacementSearch::fit(int index) {
     Tile& tile = m_tiles[size_t(index)];
     const int count = tile.last - tile.first, numModes = m_part.numModes;
     const int* const nodes = m_nodes.data() + tile.first;
-    ::Eigen::Matrix3Xd x(3, count), shapes(3, count);
+    ::Eigen::Matrix3Xd x(3, count);
     for (int k = 0; k < count; ++k) x.col(k) = getPosition(m_part, nodes[k]);
     tile.center = x.rowwise().mean();
     x.colwise() -= tile.center;
@@ -111,21 +118,26 @@ void DisplacementSearch::fit(int index) {
     // Where nodes lie in a plane or on a line, nothing is said of what is across.
     const Matrix3d moments = x * x.transpose();
     const Matrix3d inverse = moments.completeOrthogonalDecomposition().pseudoInverse();
-    float* const coefficients =
-        m_coefficients.data() + size_t(index) * size_t(numModes) * NumCoefficients;
-    for (int i = 0; i < numModes; ++i) {
-        for (int k = 0; k < count; ++k) shapes.col(k) = getShape(m_part, nodes[k], i);
+    float* own = m_coefficients.data() + size_t(index) * size_t(numModes) * NumCoefficients;
+    for (int i = 0; i < numModes; ++i, own += NumCoefficients) {
+        Vector3d sum = Vector3d::Zero();
+        Matrix3d slopes = Matrix3d::Zero();
+        double largest = 0, rest = 0;
+        for (int k = 0; k < count; ++k) {
+            const Vector3d shape = getShape(m_part, nodes[k], i);
+            sum += shape;
+            slopes += shape * x.col(k).transpose();
+            largest = std::max(largest, shape.squaredNorm());
+        }
         Matrix<float, 3, 4> fitted;
-        fitted.col(0) = shapes.rowwise().mean().cast<float>();
-        fitted.rightCols<3>() = (shapes * x.transpose() * inverse).cast<float>();
-        const Matrix<double, 3, 4> kept = fitted.cast<double>();
-        const double rest = std::sqrt(((shapes - kept.rightCols<3>() * x).colwise() - kept.col(0))
-                                          .colwise()
-                                          .squaredNorm()
-                                          .maxCoeff());
-        float* const own = coefficients + size_t(i) * NumCoefficients;
+        fitted << (sum / count).cast<float>(), (slopes * inverse).cast<float>();
+        // What is left of the fit as it is kept.
+        const Vector3d c = fitted.col(0).cast<double>();
+        const Matrix3d A = fitted.rightCols<3>().cast<double>();
+        for (int k = 0; k < count; ++k)
+            rest = std::max(rest, (getShape(m_part, nodes[k], i) - c - A * x.col(k)).squaredNorm());
         std::copy_n(fitted.data(), 12, own);
-        own[12] = roundUp(rest + RoundOff * shapes.cwiseAbs().maxCoeff());
+        own[12] = roundUp(std::sqrt(rest) + RoundOff * std::sqrt(largest));
     }
 }
 
@@ -188,6 +200,30 @@ void DisplacementSearch::searchLeaf(int index, const double* xi, double& squared
     }
 }
 
+DisplacementSearch::Largest DisplacementSearch::findAmongAll(const ReducedBody& part,
+                                                             const double* xi) {
+    const int nodes = part.mesh.numNodes();
+    const auto modes = ::Eigen::Map<const ::Eigen::VectorXd>(xi, part.numModes);
+    if (!modes.allFinite()) return {std::numeric_limits<double>::quiet_NaN(), 0};
+    if (modes.isZero(0) || nodes == 0) return {};
+    const ::Eigen::VectorXd all =
+        ::Eigen::Map<const ::Eigen::MatrixXd>(part.Phi.data(), 3 * nodes, part.numModes) * modes;
+    const ::Eigen::VectorXd squared =
+        ::Eigen::Map<const ::Eigen::Matrix3Xd>(all.data(), 3, nodes).colwise().squaredNorm();
+    // Last bits may depend on what is multiplied together.
+    const double least = (1 - RoundOff) * squared.maxCoeff();
+    double largest = 0;
+    int worst = 0;
+    for (int node = 0; node < nodes; ++node) {
+        if (squared[node] < least) continue;
+        const double found = calcDisplacement(part, node, xi).squaredNorm();
+        if (!(found > largest)) continue;
+        largest = found;
+        worst = node;
+    }
+    return {std::sqrt(largest), worst};
+}
+
 DisplacementSearch::Largest DisplacementSearch::find(const double* xi) const {
     double size = 0;
     for (int i = 0; i < m_part.numModes; ++i) size += std::abs(xi[i]);
@@ -207,7 +243,7 @@ DisplacementSearch::Largest DisplacementSearch::find(const double* xi) const {
             searchLeaf(index, xi, squared, node);
             continue;
         }
-        for (const int child : {children, children + 1}) {
+        for (int child = children; child < children + NumChildren; ++child) {
             const double own = calcBound(child, xi);
             if (own * own >= squared) candidates.emplace(own, child);
         }

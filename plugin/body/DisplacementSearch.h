@@ -11,6 +11,7 @@ Tiles whose bound is less than what a node has are passed over: of a large mesh 
 found is the largest of all nodes, as calcDisplacement() has it, to the last bit. **/
 
 #include <Eigen/Dense>
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -33,14 +34,17 @@ public:
     };
     /** @param xi  n_f **/
     Largest find(const double* xi) const;
+    /** The same by a look at all nodes, without a tree. O(nodes·n_f). **/
+    static Largest findAmongAll(const ReducedBody& part, const double* xi);
 
 private:
-    static constexpr int LeafSize = 16, RootSize = 4096;  // nodes
-    static constexpr int NumCoefficients = 16;            // c (3), A (9), r, padding
+    static constexpr int LeafSize = 32, RootSize = 2048;  // nodes
+    static constexpr int NumChildren = 8;
+    static constexpr int NumCoefficients = 16;  // c (3), A (9), r, padding
 
     struct Tile {
         int first, last;                                ///< of m_nodes
-        int children = -1;                              ///< the first of two; none: a leaf
+        int children = -1;                              ///< the first of NumChildren; none: a leaf
         ::Eigen::Vector3d center{0, 0, 0};              ///< x̄, the mean of its nodes
         ::Eigen::Vector3d low{0, 0, 0}, high{0, 0, 0};  ///< corners of the box, from x̄
     };
@@ -69,15 +73,21 @@ private:
     std::vector<float> m_coefficients;  ///< by tile, mode
 };
 
-/** Makes its search when it is first asked for, from any thread. **/
+/** Looks at all nodes until that would have paid for a tree. From any thread. **/
 class LazyDisplacementSearch {
 public:
-    const DisplacementSearch& get(const ReducedBody& part) {
+    DisplacementSearch::Largest find(const ReducedBody& part, const double* xi) {
+        constexpr int Worth = 50;  // looks that cost what a tree does
+        if (m_looks < Worth) {
+            ++m_looks;
+            return DisplacementSearch::findAmongAll(part, xi);
+        }
         std::call_once(m_once, [&] { m_search = std::make_unique<DisplacementSearch>(part); });
-        return *m_search;
+        return m_search->find(xi);
     }
 
 private:
+    std::atomic<int> m_looks{0};
     std::once_flag m_once;
     std::unique_ptr<const DisplacementSearch> m_search;
 };

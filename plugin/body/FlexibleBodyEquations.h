@@ -55,9 +55,9 @@ struct FlexibleBodyModel {
      * **/
     const std::shared_ptr<const FrameShapes>& getInterfaceShapes(const std::string& name) const;
 
-    /** The node that is displaced most at ξ. Its search is made on the first call. **/
+    /** The node that is displaced most at ξ. **/
     DisplacementSearch::Largest findLargestDisplacement(const double* xi) const {
-        return displacementSearch->get(*part).find(xi);
+        return displacementSearch->find(*part, xi);
     }
 
     /** I₁, n×6. **/

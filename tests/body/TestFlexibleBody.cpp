@@ -96,7 +96,7 @@ TEST_F(FlexibleBodyTest, NodesAreWhereTheMassesAre) {
 void expectLargestOfAll(const FlexibleBody& body, const SimTK::MultibodySystem& system) {
     const ReducedBody& part = body.getPart();
     SimTK::Random::Gaussian random;
-    for (int trial = 0; trial < 60; ++trial) {
+    for (int trial = 0; trial < 120; ++trial) {
         Vector xi(part.numModes, Real(0));
         for (int i = 0; i < part.numModes; ++i)
             if (trial % 3 == 0 || i == trial % part.numModes || (trial % 3 == 1 && i % 4 == 1))
@@ -111,9 +111,9 @@ void expectLargestOfAll(const FlexibleBody& body, const SimTK::MultibodySystem& 
 }
 
 TEST_F(FlexibleBodyTest, LargestDisplacementIsThatOfAllNodesWhateverTheModesAndTheMesh) {
-    // Thousands of nodes: most are never looked at.
+    // Thousands of nodes: all are looked at until it pays not to.
     PointMassPartOptions options;
-    options.cells = {60, 12, 8};
+    options.cells = {40, 8, 6};
     const auto smooth = makePointMassPart(options).body;
     // Modes of another size at every node, and modes that are the same at all.
     auto rough = std::make_shared<ReducedBody>(*smooth),

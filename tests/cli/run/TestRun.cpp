@@ -787,6 +787,15 @@ TEST_F(RunTest, AnEnergyBalanceThatDoesNotCloseIsWarnedOfThoughQuiet) {
                     "solver.maximum_step until it closes\n"));
     EXPECT_THAT(out, HasSubstr("warning: the energy balance is off by"));
 
+    // Some hundredths are enough.
+    write("2e-4");
+    ASSERT_EQ(runModel(), 0) << err;
+    const double fine = read("run").statistics.at("largest_energy_error") /
+                        read("run").statistics.at("largest_kinetic_energy");
+    EXPECT_GT(fine, 0.02);
+    EXPECT_LT(fine, 0.05);
+    EXPECT_THAT(err, HasSubstr("warning: run: the energy balance is off by"));
+
     write("1e-6");
     ASSERT_EQ(runModel(), 0) << err;
     EXPECT_EQ(err, "");
