@@ -369,12 +369,12 @@ TEST(NewtonCombination, GivesTheNewtonMatrixOfAnyStepFromThree) {
         };
         const double m[2] = {1e-3, 3e-3}, s[2] = {2e-3, 5e-4}, gamma = 1.5e-3;
         const NewtonSystem a = form(m[0], s[0]), b = form(m[0], s[1]), c = form(m[1], s[0]);
-        const double second = (gamma - s[0]) / (s[1] - s[0]);
-        const double third = (1 / gamma - 1 / m[0]) / (1 / m[1] - 1 / m[0]);
+        const double ofB = (gamma - s[0]) / (s[1] - s[0]);
+        const double ofC = (1 / gamma - 1 / m[0]) / (1 / m[1] - 1 / m[0]);
         const int firstElementRow = topology.numMultipliers;
         ASSERT_GT(a.numMultipliers(), firstElementRow + 6);
         ComplexNewtonSystem combined = makeCombined(a, firstElementRow);
-        combine(a, b, c, {1 - second - third, second, third}, combined);
+        combine(a, b, c, {1 - ofB - ofC, ofB, ofC}, combined);
         const NewtonSystem expected = form(gamma, gamma);
         const MatrixOf<double> A = eliminateElements(expected, firstElementRow);
         EXPECT_LT((eliminateElements(combined, firstElementRow) - A).norm(), 1e-12 * A.norm());
