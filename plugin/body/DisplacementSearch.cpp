@@ -10,13 +10,12 @@
 
 namespace simflex {
 
-using ::Eigen::Matrix;
 using ::Eigen::Matrix3d;
 using ::Eigen::Vector3d;
 
 namespace {
 
-constexpr double RoundOff = 1e-12;  // of sums, generously
+constexpr double SumRoundOff = 1e-12;  // of sums, generously
 
 Vector3d getPosition(const ReducedBody& part, int node) {
     return Vector3d::Map(part.mesh.positions.data() + 3 * size_t(node));
@@ -129,7 +128,7 @@ void DisplacementSearch::fit(int index) {
             slopes += shape * x.col(k).transpose();
             largest = std::max(largest, shape.squaredNorm());
         }
-        Matrix<float, 3, 4> fitted;
+        ::Eigen::Matrix<float, 3, 4> fitted;
         fitted << (sum / count).cast<float>(), (slopes * inverse).cast<float>();
         // What is left of the fit as it is kept.
         const Vector3d c = fitted.col(0).cast<double>();
@@ -137,7 +136,7 @@ void DisplacementSearch::fit(int index) {
         for (int k = 0; k < count; ++k)
             rest = std::max(rest, (getShape(m_part, nodes[k], i) - c - A * x.col(k)).squaredNorm());
         std::copy_n(fitted.data(), 12, own);
-        own[12] = roundUp(std::sqrt(rest) + RoundOff * std::sqrt(largest));
+        own[12] = roundUp(std::sqrt(rest) + SumRoundOff * std::sqrt(largest));
     }
 }
 
@@ -179,7 +178,7 @@ double DisplacementSearch::calcBound(int index, const double* xi) const {
     }
     double largest = 0;
     for (int corner = 0; corner < ChunkSize; ++corner) largest = std::max(largest, squared[corner]);
-    return (1 + RoundOff) * (std::sqrt(largest) + field.rest);
+    return (1 + SumRoundOff) * (std::sqrt(largest) + field.rest);
 }
 
 void DisplacementSearch::searchLeaf(int index, const double* xi, double& squared,
@@ -191,7 +190,7 @@ void DisplacementSearch::searchLeaf(int index, const double* xi, double& squared
     for (int k = tile.first; k < tile.last; ++k) {
         const int node = m_nodes[size_t(k)];
         const Vector3d x = getPosition(m_part, node) - tile.center;
-        const double bound = (1 + RoundOff) * ((c + A * x).norm() + field.rest);
+        const double bound = (1 + SumRoundOff) * ((c + A * x).norm() + field.rest);
         if (bound * bound < squared) continue;
         const double found = calcDisplacement(m_part, node, xi).squaredNorm();
         if (found < squared || (found == squared && node > worst)) continue;
@@ -211,7 +210,7 @@ DisplacementSearch::Largest DisplacementSearch::findAmongAll(const ReducedBody& 
     const ::Eigen::VectorXd squared =
         ::Eigen::Map<const ::Eigen::Matrix3Xd>(all.data(), 3, nodes).colwise().squaredNorm();
     // Last bits may depend on what is multiplied together.
-    const double least = (1 - RoundOff) * squared.maxCoeff();
+    const double least = (1 - SumRoundOff) * squared.maxCoeff();
     double largest = 0;
     int worst = 0;
     for (int node = 0; node < nodes; ++node) {
