@@ -1,7 +1,9 @@
 #include "simflex/base/DenseAlgebra.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <limits>
 
 namespace simflex {
 
@@ -26,6 +28,16 @@ SymmetricEigen calcSymmetricEigen(const MatrixXd& A) {
 SymmetricEigen calcSymmetricEigen(const MatrixXd& A, const MatrixXd& B) {
     const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(A, B);
     return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
+}
+
+bool isPositiveDefinite(const MatrixXd& A) {
+    return Eigen::LLT<MatrixXd>(A).info() == Eigen::Success;
+}
+
+double calcSmallestPivot(const MatrixXd& A) {
+    const Eigen::LDLT<MatrixXd> factor(A);
+    return factor.info() == Eigen::Success ? factor.vectorD().minCoeff()
+                                           : -std::numeric_limits<double>::infinity();
 }
 
 ColumnSpace calcColumnSpace(const MatrixXd& A, double threshold) {

@@ -20,6 +20,11 @@ SymmetricEigen calcSymmetricEigen(const Eigen::MatrixXd& A);
 /** A v = λ B v with vᵀBv = 1; B is positive definite. **/
 SymmetricEigen calcSymmetricEigen(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
+bool isPositiveDefinite(const Eigen::MatrixXd& A);  ///< symmetric: only its lower triangle is read
+
+/** Of LDLᵀ with pivoting; that of a matrix it does not suit is −∞. **/
+double calcSmallestPivot(const Eigen::MatrixXd& A);
+
 /** Columns of a matrix as a rank-revealing QR decomposition sees them. **/
 struct ColumnSpace {
     int rank = 0;

@@ -14,21 +14,21 @@ using namespace SimTK;
 
 namespace {
 
-constexpr int Block = 64;                ///< nodes whose sums stay in the cache
+constexpr int NodesAtATime = 64;         ///< nodes whose sums stay in the cache
 constexpr double WorkOfThread = 200000;  ///< products that outweigh starting one
 
 /** values[Size·k + c] = Σ_i modes[Size·rows[k] + c + i·stride] xi[i], in a fixed order. **/
 template <int Size, class Number>
 void multiply(const std::vector<Number>& modes, const std::vector<int>& rows, size_t stride,
               const std::vector<double>& xi, std::vector<double>& values) {
-    const int count = int(rows.size()), numBlocks = (count + Block - 1) / Block;
+    const int count = int(rows.size()), numBlocks = (count + NodesAtATime - 1) / NodesAtATime;
     const double work = double(Size) * count * double(xi.size());
     const int threads =
         std::max(1, int(std::min(double(std::min(omp_get_max_threads(), omp_get_num_procs())),
                                  work / WorkOfThread)));
     values.resize(size_t(Size) * size_t(count));
     const auto multiplyBlock = [&](int block) {
-        const int first = block * Block, last = std::min(count, first + Block);
+        const int first = block * NodesAtATime, last = std::min(count, first + NodesAtATime);
         double* const sums = values.data() + size_t(Size) * size_t(first);
         const size_t size = size_t(Size) * size_t(last - first);
         std::fill(sums, sums + size, 0.0);

@@ -1,12 +1,8 @@
 // simflex_reduce: the command `reduce` of simflex without the rest, which takes several times as
 // long to build. For the parts of the examples; it is not installed.
 
-#include "simflex/cli/Commands.h"
-#include "simflex/cli/Invocation.h"
+#include "simflex/cli/ReduceProgram.h"
 
 int main(int argc, char** argv) {
-    CLI::App app("The command reduce of simflex alone.", "simflex_reduce");
-    app.require_subcommand(1);
-    simflex::cli::addReduceCommand(app);
-    return simflex::cli::runCommandLine(app, argc, argv);
+    return simflex::cli::runReduceProgram(argc, argv);
 }

@@ -1,6 +1,7 @@
 #include "SparseCholesky.h"
 
 #include <cholmod.h>
+#include <omp.h>
 
 #include <chrono>
 #include <cmath>
@@ -125,6 +126,20 @@ private:
     std::vector<SuiteSparse_long> m_rows, m_starts;
 };
 
+/** CHOLMOD starts four threads whatever OpenMP's number of threads is: none where that is one. **/
+class CholmodThreads {
+public:
+    CholmodThreads() {
+        if (omp_get_max_threads() == 1) omp_set_max_active_levels(0);
+    }
+    ~CholmodThreads() { omp_set_max_active_levels(m_levels); }
+    CholmodThreads(const CholmodThreads&) = delete;
+    CholmodThreads& operator=(const CholmodThreads&) = delete;
+
+private:
+    const int m_levels = omp_get_max_active_levels();
+};
+
 /** Calls progress while a thread works, by what it is expected to take. **/
 void reportWhile(const ProgressCallback& progress, double expectedSeconds,
                  const std::function<void()>& work) {
@@ -187,8 +202,10 @@ void SparseCholesky::factor(const SymmetricMatrix& A, const ProgressCallback& pr
     {
         LongView view(A);
         const double threads = std::max(1u, std::thread::hardware_concurrency());
-        reportWhile(progress, 0.2 + d.prediction.flops / (FlopsPerSecond * threads),
-                    [&] { cholmod_l_factorize(&view.view, d.factor, &d.common); });
+        reportWhile(progress, 0.2 + d.prediction.flops / (FlopsPerSecond * threads), [&] {
+            const CholmodThreads asAsked;
+            cholmod_l_factorize(&view.view, d.factor, &d.common);
+        });
     }
     if (d.common.status == CHOLMOD_NOT_POSDEF)
         throw SingularMatrix(int(d.order()[std::min(d.factor->minor, d.factor->n - 1)]));

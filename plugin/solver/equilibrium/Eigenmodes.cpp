@@ -26,7 +26,7 @@ constexpr double SlowestMotion = 1e-5;
 /** |ν| of its eigenvalues, which are defective: roots of round-off, and of noise in differences.
  * **/
 constexpr double NearestZero = 1e-6, NearZero = 1e-4;
-/** Singular values of what may be free. **/
+/** What resists a motion that may be free. **/
 constexpr double SoftDirection = 1e-6;
 
 /** λ²M + λD + K in coordinates y with λ = s·ν, where all matrices have entries of order 1 or less.
@@ -106,8 +106,7 @@ these come out sharpest. @returns false if a mode grows too fast for K + M to be
 bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
     const MatrixXd K = 0.5 * (pencil.K + pencil.K.transpose());
     const MatrixXd M = 0.5 * (pencil.M + pencil.M.transpose());
-    const Eigen::LLT<MatrixXd> factor(K + M);
-    if (factor.info() != Eigen::Success) return false;
+    if (!isPositiveDefinite(K + M)) return false;
     const SymmetricEigen eigen = calcSymmetricEigen(M, K + M);
     if (!eigen.hasConverged) return false;
     for (Eigen::Index k = K.rows(); k-- > 0;) {
@@ -142,17 +141,16 @@ bool isFree(const ReducedPencil& pencil, const VectorXcd& y) {
 
 /** Motions that nothing restores: of the softest directions those of least stiffness over mass. **/
 std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
-    const Eigen::BDCSVD<MatrixXd> softness(pencil.K, Eigen::ComputeFullV);
-    Eigen::Index count = 0;
-    while (count < pencil.K.rows() &&
-           softness.singularValues()[pencil.K.rows() - 1 - count] < SoftDirection)
-        ++count;
     std::vector<VectorXcd> motions;
-    if (count == 0) return motions;
-    const MatrixXd V = softness.matrixV().rightCols(count), K = V.transpose() * pencil.K * V;
+    const double largest = pencil.K.rowwise().norm().maxCoeff();
+    const MatrixXd V =
+        largest > 0 ? calcColumnSpace(pencil.K.transpose(), SoftDirection / largest).complement
+                    : MatrixXd::Identity(pencil.K.rows(), pencil.K.rows());
+    if (V.cols() == 0) return motions;
+    const MatrixXd K = V.transpose() * pencil.K * V;
     const SymmetricEigen eigen =
         calcSymmetricEigen(0.5 * (K + K.transpose()), V.transpose() * pencil.M * V);
-    for (Eigen::Index k = 0; k < count; ++k) {
+    for (Eigen::Index k = 0; k < V.cols(); ++k) {
         const VectorXcd y = (V * eigen.vectors.col(k)).cast<Complex>();
         if (isFree(pencil, y)) motions.push_back(y);
     }

@@ -187,10 +187,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
 
 VectorXd StaticEquilibrium::Search::solveReduced(const MatrixXd& K, const VectorXd& f) const {
     const MatrixXd symmetric = 0.5 * (K + K.transpose());
-    const Eigen::LDLT<MatrixXd> factor(symmetric);
-    const bool isPositive =
-        factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 100 * ZeroStiffness;
-    if (isPositive) return K.partialPivLu().solve(f);
+    if (calcSmallestPivot(symmetric) > 100 * ZeroStiffness) return K.partialPivLu().solve(f);
     const SymmetricEigen eigen = calcSymmetricEigen(symmetric);
     const double allowed = ZeroForce * m_forceScale;
     VectorXd y = VectorXd::Zero(f.size());

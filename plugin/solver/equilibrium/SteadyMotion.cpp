@@ -275,11 +275,11 @@ std::string SteadyMotion::findDeparture(const CoordinateScales& scales, const Ba
     if (Z.cols() == 0) return "";
     // Springs resist and inertia, however the motion softens the springs.
     const MatrixXd reduced = Z.transpose() * K * Z;
-    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(
-        0.5 * (reduced + reduced.transpose()), Z.transpose() * M * Z);
-    VectorXd y = modes.eigenvectors().transpose() * (Z.transpose() * (M * balance.moreUDot));
-    for (Eigen::Index k = 0; k < y.size(); ++k) y[k] /= std::abs(modes.eigenvalues()[k]) + inertia;
-    const VectorXd delta = Z * (modes.eigenvectors() * y);
+    const SymmetricEigen modes =
+        calcSymmetricEigen(0.5 * (reduced + reduced.transpose()), Z.transpose() * M * Z);
+    VectorXd y = modes.vectors.transpose() * (Z.transpose() * (M * balance.moreUDot));
+    for (Eigen::Index k = 0; k < y.size(); ++k) y[k] /= std::abs(modes.values[k]) + inertia;
+    const VectorXd delta = Z * (modes.vectors * y);
     for (int b = 0; b < m_equations->getTopology().numBlocks(); ++b) {
         const Block& block = m_equations->getBlock(b);
         const double departure = block.calcDisplacement(delta.data() + block.firstU);
