@@ -28,7 +28,7 @@ constexpr int kMostRows = 100'000'000;
 // that the steps do not resolve some 1e-3.
 constexpr double kLargestImbalance = 0.01;
 // What the accuracy of positions cannot show: the weight's work along it.
-constexpr double kGravity = 9.81;
+constexpr double kEarthsGravity = 9.81;
 constexpr double kEnergyRoundOff = 1e-9;
 
 /** Number of intervals that cover a duration; the last may be shorter. **/
@@ -219,7 +219,7 @@ void TransientRun::checkEnergy() {
         std::max({energy.largestKinetic, energy.largestPotentialChange, energy.largestWork});
     double weight = 0;
     for (const Model::BodyEntry& body : _run._model->getBodies())
-        weight += kGravity * body.mobod.getBodyMass(_integrator->getState());
+        weight += kEarthsGravity * body.mobod.getBodyMass(_integrator->getState());
     const double accuracy = _run._model->getFile().get("solver").get("accuracy").getNumber();
     const double roundOff = kEnergyRoundOff * std::abs(energy.balanceAtStart);
     const double unseen = std::max(weight * accuracy, roundOff);
