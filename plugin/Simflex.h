@@ -24,5 +24,6 @@ What a Simbody program with flexible bodies needs, Simbody's own headers include
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "simflex/solver/StaticEquilibrium.h"
 #include "simflex/solver/TimeStepper.h"

@@ -17,6 +17,7 @@
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "support/Plot.h"
 #include "support/PointMassPart.h"
 #include "support/SliderCrankModel.h"
@@ -284,6 +285,10 @@ std::vector<Method> listMethods(const Problem& problem) {
                            }});
     methods.push_back({"generalized-alpha", 2, "#d55e00", [](const Problem& p, double accuracy) {
                            GeneralizedAlphaIntegrator integrator(*p.system);
+                           return run(integrator, p, accuracy);
+                       }});
+    methods.push_back({"Radau", 5, "#882255", [](const Problem& p, double accuracy) {
+                           RadauIntegrator integrator(*p.system);
                            return run(integrator, p, accuracy);
                        }});
     if (!problem.runsNatively) return methods;

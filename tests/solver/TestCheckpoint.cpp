@@ -15,6 +15,7 @@
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "solver/SliderCrankModel.h"
 #include "support/DoublePendulum.h"
 #include "support/PointMassPart.h"
@@ -135,6 +136,15 @@ MakeIntegrator makeBdf(const MultibodySystem& system, int maximumOrder = 2,
     };
 }
 
+MakeIntegrator makeRadau(const MultibodySystem& system, Real accuracy = 1e-6) {
+    return [=, &system](int threads) {
+        auto integrator = std::make_unique<RadauIntegrator>(system);
+        integrator->setAccuracy(accuracy);
+        integrator->setNumThreads(threads);
+        return integrator;
+    };
+}
+
 MakeIntegrator makeGeneralizedAlpha(const MultibodySystem& system,
                                     Formulation formulation = Formulation::StabilizedIndex2) {
     return [=, &system](int threads) {
@@ -148,8 +158,9 @@ MakeIntegrator makeGeneralizedAlpha(const MultibodySystem& system,
 //---------------------------------------------------------------------------------------------------------
 // schemes, formulations and orders
 
-TEST(Checkpoint, BothSchemesInBothFormulationsGoOnWithTheSameBits) {
+TEST(Checkpoint, SchemesInTheirFormulationsGoOnWithTheSameBits) {
     const FlexibleSliderCrank model;
+    expectSameBits(makeRadau(model.system), model.state, 20, 3);
     for (const Formulation formulation : {Formulation::StabilizedIndex2, Formulation::Index3}) {
         SCOPED_TRACE(formulation == Formulation::Index3 ? "Index3" : "StabilizedIndex2");
         expectSameBits(makeBdf(model.system, 2, formulation), model.state, 20, 3);
@@ -285,6 +296,7 @@ TEST(Checkpoint, EventsContactsFailedStepsAndRigidSwitchesGoOnWithTheSameBits) {
         EXPECT_GT(statistics.reports, 5);
         EXPECT_GT(statistics.errorTestFailures, 0);
         expectSameBits(makeGeneralizedAlpha(model.system), model.makeState(), 100, 9);
+        expectSameBits(makeRadau(model.system, 1e-8), model.makeState(), 100, 9);
     }
 }
 

@@ -5,6 +5,7 @@
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 
 namespace simflex {
 namespace {
@@ -114,6 +115,7 @@ void expectNoTraceOfReports() {
 TEST(Reports, ChangeNoBitOfTheMotion) {
     expectNoTraceOfReports<BdfIntegrator>();
     expectNoTraceOfReports<GeneralizedAlphaIntegrator>();
+    expectNoTraceOfReports<RadauIntegrator>();
 }
 
 /** Changes the State at 0.1 s, then does what is asked. **/

@@ -7,6 +7,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {
@@ -50,11 +51,12 @@ TEST(Measures, IntegralsFollowTheirClosedForm) {
     };
     std::vector<Real> errors;
     for (Real accuracy : {1e-5, 1e-7}) {
-        for (bool isAlpha : {false, true}) {
-            BdfIntegrator bdf(model.system);
-            GeneralizedAlphaIntegrator alpha(model.system);
-            ImplicitIntegrator& integrator =
-                isAlpha ? static_cast<ImplicitIntegrator&>(alpha) : bdf;
+        BdfIntegrator bdf(model.system);
+        GeneralizedAlphaIntegrator alpha(model.system);
+        RadauIntegrator radau(model.system);
+        for (ImplicitIntegrator* method : {(ImplicitIntegrator*)&bdf, (ImplicitIntegrator*)&alpha,
+                                           (ImplicitIntegrator*)&radau}) {
+            ImplicitIntegrator& integrator = *method;
             integrator.setAccuracy(accuracy);
             integrator.initialize(state);
             Real error = 0;

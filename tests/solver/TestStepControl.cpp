@@ -8,6 +8,7 @@
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "simflex/solver/equations/Evaluation.h"
 #include "simflex/solver/integration/BdfScheme.h"
 #include "simflex/solver/integration/NewtonMatrixReuse.h"
@@ -254,6 +255,7 @@ void expectSameTrajectoryFromASavedState() {
 TEST(Starts, ARunFromASavedStateContinuesOnTheSameTrajectory) {
     expectSameTrajectoryFromASavedState<BdfIntegrator>();
     expectSameTrajectoryFromASavedState<GeneralizedAlphaIntegrator>();
+    expectSameTrajectoryFromASavedState<RadauIntegrator>();
 }
 
 TEST(StepControl, FewTriesAreRejectedAndStepsVarySmoothly) {

@@ -6,6 +6,7 @@
 #include "simflex/model/file/KnownTimes.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
@@ -57,21 +58,28 @@ std::string nameMotions(const Model& model, std::string message) {
 
 std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
     const ModelValue solver = model.getFile().get("solver");
+    const std::string method = solver.get("method").getText();
+    const auto belongsTo = [&](const char* key, const char* owner) {
+        if (method != owner && solver.get(key).isGiven())
+            solver.get(key).fail("belongs to method " + std::string(owner) + ", not " + method);
+    };
+    belongsTo("maximum_order", "bdf");
+    belongsTo("spectral_radius", "generalized_alpha");
     std::unique_ptr<Integrator> integrator;
-    if (solver.get("method").getText() == "generalized_alpha") {
+    if (method == "radau") {
+        if (solver.get("formulation").getText() == "index3")
+            solver.get("formulation")
+                .fail("belongs to methods bdf and generalized_alpha, not radau");
+        integrator = std::make_unique<RadauIntegrator>(model.getSystem());
+    } else if (method == "generalized_alpha") {
         auto alpha = std::make_unique<GeneralizedAlphaIntegrator>(model.getSystem());
         if (solver.get("spectral_radius").isGiven())
             alpha->setSpectralRadius(solver.get("spectral_radius").getNumber());
-        if (solver.get("maximum_order").isGiven())
-            solver.get("maximum_order")
-                .fail("belongs to method bdf; generalized_alpha has order 2");
         integrator = std::move(alpha);
     } else {
         auto bdf = std::make_unique<BdfIntegrator>(model.getSystem());
         if (solver.get("maximum_order").isGiven())
             bdf->setMaximumOrder(solver.get("maximum_order").getInteger());
-        if (solver.get("spectral_radius").isGiven())
-            solver.get("spectral_radius").fail("belongs to method generalized_alpha, not bdf");
         integrator = std::move(bdf);
     }
     setSteps(solver, *integrator);

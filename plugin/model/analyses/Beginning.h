@@ -12,7 +12,7 @@ How a model begins to move: its integrator, its start, and its names in messages
 namespace simflex {
 namespace model {
 
-/** BdfIntegrator or GeneralizedAlphaIntegrator with the settings of the model's `solver`; not
+/** The integrator of the method with the settings of the model's `solver`; not
 initialized. **/
 std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
 

@@ -13,7 +13,7 @@ SchemaForm solver() {
     return map(
         "the solver's settings",
         {
-            SchemaKey("method", {choice({"bdf", "generalized_alpha"})}, "Integration method.")
+            SchemaKey("method", {choice({"bdf", "generalized_alpha", "radau"})}, "Integration method.")
                 .orElse("bdf")
                 .such("generalized_alpha"),
             SchemaKey("accuracy", {positive()},

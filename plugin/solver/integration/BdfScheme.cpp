@@ -63,7 +63,7 @@ void BdfScheme::calcFormula(const SolutionHistory& history, int order, double tN
     formula.workHist = history.combineWork(weights);
 }
 
-IntegrationScheme::ErrorFactors BdfScheme::calcErrorFactors(const SolutionHistory& history,
+OneStageScheme::ErrorFactors BdfScheme::calcErrorFactors(const SolutionHistory& history,
                                                             int order, double tNew) const {
     SolutionHistory::Weights unused;
     const double gamma = calcCoefficients(history, order, tNew, unused);

@@ -10,7 +10,7 @@ Local error of order k: γ/(t_{n+1} − t of the (k+1)-th node) (y − y_pred). 
 
 namespace simflex {
 
-class BdfScheme : public IntegrationScheme {
+class BdfScheme : public OneStageScheme {
 public:
     static constexpr int MaxOrder = 5;
 

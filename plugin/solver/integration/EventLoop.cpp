@@ -27,7 +27,8 @@ bool ImplicitIntegrator::Implementation::locateTrigger() {
         return false;
     }
     // The root is sought on the step's own polynomial; no step is repeated.
-    TriggerSearch search(m_events, m_history[1].t, m_triggersBefore, m_history[0].t, m_triggerTrial,
+    TriggerSearch search(m_events, m_history[solvesStages() ? radau::NumStages : 1].t,
+                         m_triggersBefore, m_history[0].t, m_triggerTrial,
                          accuracy * m_system.getDefaultTimeScale());
     while (!search.isDone()) {
         const double t = search.calcTrialTime();
@@ -37,9 +38,23 @@ bool ImplicitIntegrator::Implementation::locateTrigger() {
     m_triggersBefore = search.getValuesAtLow();
     m_triggersAfter = search.getValuesAtHigh();
     m_triggered.window = SimTK::Vec2(search.getLow(), search.getHigh());
-    calcPoint(search.getHigh(), m_trial);
-    m_history.newest() = m_trial;
+    cutLastStep(search.getHigh());
     return true;
+}
+
+void ImplicitIntegrator::Implementation::cutLastStep(double end) {
+    // The same polynomial, through the stages of the shorter step.
+    std::vector<SolutionPoint> points;
+    if (solvesStages()) {
+        const double start = m_history[radau::NumStages].t;
+        for (int i = 0; i + 1 < radau::NumStages; ++i) {
+            calcPoint(start + radau::C[i] * (end - start), m_trial);
+            points.push_back(m_trial);
+        }
+    }
+    calcPoint(end, m_trial);
+    points.push_back(m_trial);
+    m_history.replaceNewest(points);
 }
 
 void ImplicitIntegrator::Implementation::keepState() {

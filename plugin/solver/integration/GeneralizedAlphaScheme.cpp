@@ -49,7 +49,7 @@ void GeneralizedAlphaScheme::completePoint(const SolutionHistory& history,
         point.a[i] = (point.u[i] - last.u[i] - rest * m_a[i]) / gammaH;
 }
 
-IntegrationScheme::ErrorFactors GeneralizedAlphaScheme::calcErrorFactors(
+OneStageScheme::ErrorFactors GeneralizedAlphaScheme::calcErrorFactors(
     const SolutionHistory& history, int order, double tNew) const {
     // Leading errors C h³ y‴ with D = α_m − α_f: C_q = 1/6 − D/2 − β, C_u = 1/12 − D²/2;
     // y − y_pred = y‴/6 Π(t_{n+1} − t_i).

@@ -15,7 +15,7 @@ Source: O. Brüls, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121–137
 
 namespace simflex {
 
-class GeneralizedAlphaScheme : public IntegrationScheme {
+class GeneralizedAlphaScheme : public OneStageScheme {
 public:
     explicit GeneralizedAlphaScheme(double spectralRadius) { setSpectralRadius(spectralRadius); }
 

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Implicit integration of a SimTK::MultibodySystem with flexible bodies: what BdfIntegrator and
-GeneralizedAlphaIntegrator have in common. Every step solves
+Implicit integration of a SimTK::MultibodySystem with flexible bodies: what BdfIntegrator,
+RadauIntegrator and GeneralizedAlphaIntegrator have in common. Every step solves
 
     M(q) u̇ + b(q, u) − f(q, u, t) + G(q)ᵀλ = 0
 
@@ -9,7 +9,7 @@ at its end, by Newton's iteration with block Gaussian elimination, together with
 (StabilizedIndex2; q is then projected onto the joints in the norm of the Newton matrix) or with
 the position errors themselves (Index3).
 
-    BdfIntegrator integrator(system);      // or GeneralizedAlphaIntegrator
+    BdfIntegrator integrator(system);      // or RadauIntegrator, GeneralizedAlphaIntegrator
     integrator.setAccuracy(1e-6);
     integrator.initialize(state);   // assembles, finds consistent speeds and accelerations
     integrator.stepTo(0.1);
@@ -101,10 +101,10 @@ public:
     /** Thresholds of the Newton iteration; converged when changes of displacements *and*
     multipliers, or residuals of bodies *and* constraints, are below them. **/
     struct NewtonTolerances {
-        /** Largest change γΔu, as a fraction of the accuracy; 0.1 unless set where that is
-        Simbody's, which counts changes of u as well, and orders are high. **/
+        /** Largest change γΔu, as a fraction of the accuracy; unless set 0.1 where that is
+        Simbody's, which counts changes of u as well, and orders are high, and 1e-3 for Radau. **/
         SimTK::Real displacement = 3e-4;
-        /** Change of λ relative to the largest λ; 1e-4 in the same case. **/
+        /** Change of λ relative to the largest λ; 1e-4 in the same cases. **/
         SimTK::Real multiplier = 1e-5;
         SimTK::Real bodyResidual = 1e-11;        ///< relative to the largest force
         SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]
@@ -154,7 +154,7 @@ public:
     with: after initialize() they are refused. **/
     /**@{**/
     /** Local error allowed per step; default 1e-6. With order p the global error falls as
-    accuracy^(p/(p+1)).
+    accuracy^(p/(p+1)); Radau's is about as large as the accuracy.
 
     In a system of Simbody's own parts it means what SimTK::Integrator's means, so that programs
     keep their numbers. With a FlexibleBodySubsystem it is metres of displacement anywhere on a
@@ -355,7 +355,7 @@ public:
 
     /** @name The method **/
     /**@{**/
-    const char* getMethodName() const;  ///< "Bdf", "GeneralizedAlpha"
+    const char* getMethodName() const;  ///< "Bdf", "Radau", "GeneralizedAlpha"
     int getMethodMinOrder() const;
     int getMethodMaxOrder() const;
     bool methodHasErrorControl() const { return true; }

@@ -18,10 +18,12 @@ The state of an ImplicitIntegrator, and what it does (private header):
 #include "simflex/base/SecondsSince.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 #include "simflex/solver/equations/StateImage.h"
+#include "simflex/solver/integration/BdfScheme.h"
 #include "simflex/solver/integration/BreakTimes.h"
 #include "simflex/solver/integration/EventDriver.h"
 #include "simflex/solver/integration/ImplicitStep.h"
 #include "simflex/solver/integration/IntegrationScheme.h"
+#include "simflex/solver/integration/RadauStep.h"
 #include "simflex/solver/integration/StepController.h"
 
 namespace simflex {
@@ -171,8 +173,14 @@ private:
     void passBreak();
     void takeStep(double limit);
     bool attemptStep(double h, int order, double* error);
+    /** The same of a method with stages. **/
+    bool attemptStages(double h, double* error);
+    /** Brings m_new's positions onto the joints. @returns false if it cannot. **/
+    bool projectNew();
     void acceptStep(double h, int order);
     void chooseNextStep(double error, double h, int order);
+    /** Size of m_errorQ, m_errorU and m_errorZ in units of the accuracy. **/
+    double calcErrorSize(double h);
     double calcError(int order);
     double calcFirstError();
     /** The same of what loads and motions do inside of the step that the ends of it and of those
@@ -181,6 +189,8 @@ private:
     double calcUnseenError(int order);
     double calcUnseenLoads(int order);
     double calcUnseenMotions(int order);
+    /** q and u of the polynomial that the step's end lies on. **/
+    void interpolateNew(int order, double t, SolutionPoint& point);
     enum class Failure { ErrorTest, Convergence, Projection };
     /** @param error  of the last try, in units of the accuracy **/
     [[noreturn]] void failStep(double h, Failure failure, double error);
@@ -214,6 +224,8 @@ private:
     /** Shortens the last step to where a trigger function changes sign, if one does; true if so.
      * **/
     bool locateTrigger();
+    /** The last step ends here, inside of what it was. **/
+    void cutLastStep(double end);
     void calcTriggersAt(double t, SimTK::Vector& values);
     /** Moves phase times from the solver and the equations into the statistics. **/
     void bookPhases();
@@ -239,8 +251,16 @@ private:
 
     const SimTK::MultibodySystem& m_system;
     std::unique_ptr<IntegrationScheme> m_scheme;
+    OneStageScheme* m_formulas;  ///< the same, if its steps have one stage
+    /** Else of steps near singular positions: see ImplicitStep::solveNearSingularity(). **/
+    BdfScheme m_fallback;
+    OneStageScheme& updFormulas() { return m_formulas ? *m_formulas : m_fallback; }
+    /** True if the step being attempted, or taken last, has stages. **/
+    bool solvesStages() const { return !m_formulas && !m_solvesPositions; }
     std::unique_ptr<Evaluation> m_equations;
     std::unique_ptr<ImplicitStep> m_step;
+    /** m_step of a method with stages. **/
+    RadauStep& updStages() { return static_cast<RadauStep&>(*m_step); }
     EventDriver m_events;
     SolutionHistory m_history;
     StepController m_controller;

@@ -15,8 +15,18 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/** Largest |value|, or NaN if there is one; `where` receives its index. **/
-double largestAbs(const std::vector<double>& values, int* where = nullptr) {
+}  // namespace
+
+ImplicitStep::ImplicitStep(Evaluation& equations, IntegratorStatistics& statistics)
+    : m_equations(equations),
+      m_statistics(statistics),
+      m_system(equations.getTopology().makeNewtonSystem()),
+      m_solver(m_system),
+      m_deltaZ(equations.getTopology().numZ),
+      m_stepEquations(equations),
+      m_lastUDot(equations.getTopology().numU) {}
+
+double ImplicitStep::findLargest(const std::vector<double>& values, int* where) {
     const int size = int(values.size());
     Chunk largest{}, nanOrZero{};
     for (int i = 0; i < size; i += ChunkSize) {
@@ -38,17 +48,6 @@ double largestAbs(const std::vector<double>& values, int* where = nullptr) {
         }
     return result;
 }
-
-}  // namespace
-
-ImplicitStep::ImplicitStep(Evaluation& equations, IntegratorStatistics& statistics)
-    : m_equations(equations),
-      m_statistics(statistics),
-      m_system(equations.getTopology().makeNewtonSystem()),
-      m_solver(m_system),
-      m_stepEquations(equations),
-      m_lastUDot(equations.getTopology().numU),
-      m_deltaZ(equations.getTopology().numZ) {}
 
 void ImplicitStep::setNumThreads(int threads) {
     m_threadChoice = ThreadChoice(1);
@@ -184,7 +183,7 @@ bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& 
     const double error = projectSpeeds(formula.t, point.q, point.u, worstRow, &point.lambda);
     m_stepEquations.calcUDot(formula, point.q, point.u, point.uDot);
     std::copy(point.uDot.begin(), point.uDot.end(), m_lastUDot.begin());
-    return error <= 1e-8 * (1 + largestAbs(point.u));
+    return error <= 1e-8 * (1 + findLargest(point.u));
 }
 
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
@@ -212,9 +211,9 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
         m_statistics.evaluationSeconds += secondsSince(start);
 
-        const double bodyResidual = largestAbs(m_system.r);
-        outcome.constraintResidual = largestAbs(m_system.c, &outcome.worstRow);
-        forceScale = std::max({forceScale, bodyResidual, largestAbs(lambda)});
+        const double bodyResidual = findLargest(m_system.r);
+        outcome.constraintResidual = findLargest(m_system.c, &outcome.worstRow);
+        forceScale = std::max({forceScale, bodyResidual, findLargest(lambda)});
         if (!std::isfinite(bodyResidual) || !std::isfinite(outcome.constraintResidual)) {
             outcome.isFinite = false;
             outcome.worstBlock = findNonFiniteBlock();
@@ -273,37 +272,47 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         previousMultiplierChange = multiplierChange;
 
         const double remaining = m_reuse.calcRemaining();
-        const double multiplierScale = std::max(largestAbs(lambda), m_multiplierFloor);
+        const double multiplierScale = std::max(findLargest(lambda), m_multiplierFloor);
         if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
             (purpose == Purpose::Projected ||
              remaining * multiplierChange <= tolerances.multiplier * multiplierScale)) {
             outcome.converged = true;
             break;
         }
-        refresh = forceFullNewton;
-        if (m_reuse.isSlow() && iteration > 0) {
-            if (m_reuse.isOld()) {
-                refresh = true;
-            } else if (!hasNewDerivatives && mayDifferentiate()) {
-                startDense();
-                refresh = m_renewsDerivatives = true;
-            }
-        }
+        refresh = needsBetterMatrix(iteration, hasNewDerivatives) || forceFullNewton;
     }
 
     if (outcome.converged) {
         const auto start = Clock::now();
         m_stepEquations.complete(formula, u, q, uDot);
         m_statistics.evaluationSeconds += secondsSince(start);
-        std::copy(uDot.begin(), uDot.end(), m_lastUDot.begin());
-        m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * largestAbs(lambda));
-        if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) {
-            m_equations.updTrees().forget();
-            invalidateMatrix();
-        }
-        m_reuse.endStep();
-        return outcome;
+        noteConvergence(point);
+    } else {
+        noteFailure(hasNewDerivatives, outcome);
     }
+    return outcome;
+}
+
+bool ImplicitStep::needsBetterMatrix(int iteration, bool hasNewDerivatives) {
+    if (!m_reuse.isSlow() || iteration == 0) return false;
+    if (m_reuse.isOld()) return true;
+    if (hasNewDerivatives || !mayDifferentiate()) return false;
+    startDense();
+    m_renewsDerivatives = true;
+    return true;
+}
+
+void ImplicitStep::noteConvergence(const SolutionPoint& end) {
+    std::copy(end.uDot.begin(), end.uDot.end(), m_lastUDot.begin());
+    m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * findLargest(end.lambda));
+    if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) {
+        m_equations.updTrees().forget();
+        invalidateMatrix();
+    }
+    m_reuse.endStep();
+}
+
+void ImplicitStep::noteFailure(bool hasNewDerivatives, Outcome& outcome) {
     const bool wasFresh = m_reuse.isFresh();
     outcome.retryWorthwhile = !wasFresh;
     if (wasFresh && blockForm == BlockForm::Automatic && m_denseStepsLeft == 0) {
@@ -313,7 +322,6 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         m_renewsDerivatives = outcome.retryWorthwhile = true;
     }
     invalidateMatrix();
-    return outcome;
 }
 
 double ImplicitStep::projectPositions(double t, double tolerance, std::vector<double>& q,
@@ -330,7 +338,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         m_statistics.evaluationSeconds += secondsSince(start);
         if (iteration == 0)
             m_mayLoseCount = m_equations.getTopology().mayLoseCount(m_system.c.data());
-        error = largestAbs(m_system.c, worstRow);
+        error = findLargest(m_system.c, worstRow);
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
         if (iteration > 0 && !isFresh && error > SlowRate * previous) {
             // G has turned away since the matrix was factored.
@@ -367,7 +375,7 @@ double ImplicitStep::calcPositionError(double t, const std::vector<double>& q,
                                        const std::vector<double>& u) {
     m_equations.realize(t, q.data(), u.data());
     m_equations.calcPositionErrors(m_system.c.data());
-    return largestAbs(m_system.c);
+    return findLargest(m_system.c);
 }
 
 double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
@@ -378,7 +386,7 @@ double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::
     for (int iteration = 0;; ++iteration) {
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcVelocityErrors(m_system.c.data());
-        const double error = largestAbs(m_system.c, worstRow);
+        const double error = findLargest(m_system.c, worstRow);
         if (error <= tolerances.constraintResidual || iteration == MaxIterations) return error;
         m_solver.solveForConstraints(m_system);
         ++m_statistics.linearSolves;
@@ -396,7 +404,7 @@ double ImplicitStep::closeJoints(double t, double tolerance, int maxIterations,
     for (int iteration = 0;; ++iteration) {
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcPositionErrors(m_system.c.data());
-        const double error = largestAbs(m_system.c);
+        const double error = findLargest(m_system.c);
         m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
         if (error <= tolerance || iteration == maxIterations || !std::isfinite(error)) return error;
         const BlockForm form = blockForm;
@@ -417,7 +425,7 @@ double ImplicitStep::closeJoints(double t, double tolerance, int maxIterations,
             m_equations.getBlocks().displaceQ(delta.data(), trial.data());
             m_equations.realize(t, trial.data(), u.data());
             m_equations.calcPositionErrors(m_system.c.data());
-            if (largestAbs(m_system.c) < error) break;
+            if (findLargest(m_system.c) < error) break;
         }
         q = trial;
     }
@@ -495,7 +503,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
         formAndFactor(1, q, u, uDot, MotionLevel::Velocity);
         blockForm = form;
         const double speedError = projectSpeeds(t, q, u);
-        if (!(speedError <= 1e-8 * (1 + largestAbs(u)))) {
+        if (!(speedError <= 1e-8 * (1 + findLargest(u)))) {
             throw std::runtime_error(
                 FailureDiagnosis(m_equations).explainSpeeds(t, m_system.c, describeRedundancies()));
         }
@@ -512,7 +520,7 @@ void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
     m_equations.calcPrescribedUDot(q.data(), uDot.data());
     m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
     m_equations.calcAccelerationErrors(q.data(), u.data(), uDot.data(), m_system.c.data());
-    if (!std::isfinite(largestAbs(m_system.r)))
+    if (!std::isfinite(findLargest(m_system.r)))
         throw std::runtime_error(
             FailureDiagnosis(m_equations).explainNonFiniteForces(findNonFiniteBlock(), t, q, u));
     m_equations.formMassSystem(m_system);
@@ -543,9 +551,9 @@ ImplicitStep::Imbalance ImplicitStep::calcImbalance(const SolutionPoint& point) 
     m_equations.updSimbody().setZ(point.z.data());
     m_equations.realize(point.t, point.q.data(), point.u.data());
     m_equations.calcPositionErrors(m_system.c.data());
-    imbalance.positionError = largestAbs(m_system.c);
+    imbalance.positionError = findLargest(m_system.c);
     m_equations.calcVelocityErrors(m_system.c.data());
-    imbalance.speedError = largestAbs(m_system.c) / (1 + largestAbs(point.u));
+    imbalance.speedError = findLargest(m_system.c) / (1 + findLargest(point.u));
     if (!m_reuse.hasMatrix()) return imbalance;
     m_equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
                              m_system.r.data());
@@ -571,11 +579,7 @@ std::vector<double> ImplicitStep::calcLoads(double t, const std::vector<double>&
 }
 
 void ImplicitStep::addInTiming() {
-    const BlockEliminationSolver::Timing& now = m_solver.getTiming();
-    m_statistics.factorSeconds += now.factor - m_timed.factor;
-    m_statistics.schurSeconds += now.schur - m_timed.schur;
-    m_statistics.backSubstitutionSeconds += now.backSubstitution - m_timed.backSubstitution;
-    m_timed = now;
+    book(m_solver.getTiming(), m_timed);
 }
 
 void ImplicitStep::visit(Checkpoint& checkpoint) {

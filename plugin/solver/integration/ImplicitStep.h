@@ -33,6 +33,7 @@ public:
     };
 
     ImplicitStep(Evaluation& equations, IntegratorStatistics& statistics);
+    virtual ~ImplicitStep() = default;
 
     ImplicitIntegrator::NewtonTolerances tolerances;
     BlockForm blockForm = BlockForm::Automatic;
@@ -120,11 +121,56 @@ public:
     std::vector<std::string> describeRedundancies() const;
 
     /** Adds the solver's phase times to the statistics. **/
-    void addInTiming();
+    virtual void addInTiming();
 
     /** What the next step takes over from the last ones; the factors are made anew from the
     matrices they were made of. **/
-    void visit(Checkpoint& checkpoint);
+    virtual void visit(Checkpoint& checkpoint);
+
+protected:
+    void formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
+                       const std::vector<double>& u, const std::vector<double>& uDot,
+                       MotionLevel level = MotionLevel::Acceleration);
+    void solveLinear();
+    virtual void useThreads(int threads);
+    bool useDense() const;
+    bool mayDifferentiate() const;
+    /** Derivatives of rigid trees' forces at this point, if there are any. **/
+    bool differentiate(const std::vector<double>& q, const std::vector<double>& u,
+                       const std::vector<double>& uDot);
+    int findNonFiniteBlock() const;
+    /** Largest |value|, or NaN if there is one; `where` receives its index. **/
+    static double findLargest(const std::vector<double>& values, int* where = nullptr);
+
+    /** Adds what was spent since then, and makes it now. **/
+    template <class Timing>
+    void book(const Timing& now, Timing& then) {
+        m_statistics.factorSeconds += now.factor - then.factor;
+        m_statistics.schurSeconds += now.schur - then.schur;
+        m_statistics.backSubstitutionSeconds += now.backSubstitution - then.backSubstitution;
+        then = now;
+    }
+
+    /** @name After an iteration **/
+    /**@{**/
+    /** True if it is slow and a new matrix may do better. **/
+    bool needsBetterMatrix(int iteration, bool hasNewDerivatives);
+    /** The step's end is known. **/
+    void noteConvergence(const SolutionPoint& end);
+    /** Prepares for the next try of the step. **/
+    void noteFailure(bool hasNewDerivatives, Outcome& outcome);
+    /**@}**/
+
+    Evaluation& m_equations;
+    IntegratorStatistics& m_statistics;
+    NewtonSystem m_system;
+    BlockEliminationSolver m_solver;
+    std::vector<double> m_deltaZ;
+    NewtonMatrixReuse m_reuse;
+    ThreadChoice m_threadChoice;
+    double m_multiplierFloor = 0;      ///< a ten-thousandth of the largest λ of any solved step
+    bool m_renewsDerivatives = false;  ///< when the next matrix is formed
+    bool m_mayLoseCount = false;
 
 private:
     /** Gauss–Newton in q until no position error is larger; returns the error. **/
@@ -142,35 +188,15 @@ private:
     /** One functional iteration on z; returns the largest weighted change. **/
     double updateZ(const StepFormula& formula, SolutionPoint& point);
     void factor();
-    void formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
-                       const std::vector<double>& u, const std::vector<double>& uDot,
-                       MotionLevel level = MotionLevel::Acceleration);
-    void solveLinear();
-    void useThreads(int threads);
-    bool useDense() const;
     /** The arrow leaves gyroscopic and centrifugal terms out, that of rigid trees forces too: has
     them for a while, longer each time. **/
     void startDense();
-    bool mayDifferentiate() const;
-    /** Derivatives of rigid trees' forces at this point, if there are any. **/
-    bool differentiate(const std::vector<double>& q, const std::vector<double>& u,
-                       const std::vector<double>& uDot);
-    int findNonFiniteBlock() const;
 
-    Evaluation& m_equations;
-    IntegratorStatistics& m_statistics;
-    NewtonSystem m_system;
-    BlockEliminationSolver m_solver;
     BlockEliminationSolver::Timing m_timed;
     StepEquations m_stepEquations;
-    std::vector<double> m_lastUDot, m_deltaZ;
-    NewtonMatrixReuse m_reuse;
+    std::vector<double> m_lastUDot;
     int m_numThreads = 1;
-    ThreadChoice m_threadChoice;
-    double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step
     bool m_canProject = false;
-    bool m_mayLoseCount = false;
-    bool m_renewsDerivatives = false;  ///< when the next matrix is formed
     int m_denseStepsLeft = 0, m_densePeriod = 20;
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What distinguishes one integration method from another (private header): the formula of a step, its
-orders and its local error. **/
+What distinguishes one integration method from another (private header): its orders; of methods that
+solve for a step's end alone the formula of a step and its local error. **/
 
 #include <string>
 #include <utility>
@@ -32,6 +32,23 @@ public:
     /** The highest with a long enough one. **/
     virtual int getMaximumOrder() const = 0;
 
+    /** Newest nodes of the history that the solution inside the last step goes through, and points
+    for u̇ and λ. **/
+    struct DenseNodes {
+        int values, uDot, lambda;
+    };
+    virtual DenseNodes getDenseNodes(int order) const {
+        // Steps of high order are long.
+        return {order + 1, order > 2 ? order : 2, order + 1};
+    }
+
+    /** Names of its settings as they are called in the integrator, and values. **/
+    virtual std::vector<std::pair<std::string, double>> listSettings() const = 0;
+};
+
+/** A method whose steps solve for their end alone. **/
+class OneStageScheme : public IntegrationScheme {
+public:
     /** Writes the formula of a step from the newest point to tNew. **/
     virtual void calcFormula(const SolutionHistory& history, int order, double tNew,
                              StepFormula& formula) = 0;
@@ -49,9 +66,6 @@ public:
 
     /** C of the first step's local error C h²(u̇₁ − u̇₀) in q, when nodes are too few. **/
     virtual double getFirstErrorConstant() const = 0;
-
-    /** Names of its settings as they are called in the integrator, and values. **/
-    virtual std::vector<std::pair<std::string, double>> listSettings() const = 0;
 };
 
 }  // namespace simflex

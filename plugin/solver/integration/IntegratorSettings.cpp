@@ -26,6 +26,7 @@ ImplicitIntegrator::Implementation::Implementation(
     : name(std::move(integratorName)),
       m_system(requireMultibodySystem(system, name)),
       m_scheme(std::move(integrationScheme)),
+      m_formulas(dynamic_cast<OneStageScheme*>(m_scheme.get())),
       m_events(m_system),
       m_image(m_system) {}
 

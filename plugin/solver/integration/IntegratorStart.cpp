@@ -50,6 +50,8 @@ void ImplicitIntegrator::Implementation::checkSettings(Real startTime) const {
     const auto refuse = [&](const std::string& what) {
         throw std::invalid_argument(name + ": " + what);
     };
+    if (!m_formulas && formulation == Formulation::Index3)
+        refuse("its formulation is StabilizedIndex2; for Index3 take BdfIntegrator");
     if (maximumStep > 0 && fixedStep > maximumStep)
         refuse("setMaximumStepSize() is below setFixedStep()");
     if (maximumStep > 0 && minimumStep > maximumStep)
@@ -67,7 +69,10 @@ void ImplicitIntegrator::Implementation::buildEquations() {
     m_step.reset();
     m_equations = std::make_unique<Evaluation>(m_system, m_state, Topology::Setting::Implicit,
                                                differentiated);
-    m_step = std::make_unique<ImplicitStep>(*m_equations, statistics);
+    if (m_formulas)
+        m_step = std::make_unique<ImplicitStep>(*m_equations, statistics);
+    else
+        m_step = std::make_unique<RadauStep>(*m_equations, statistics);
     chooseSettings();
     m_step->blockForm = blockForm;
     m_step->accuracy = accuracy;
@@ -120,6 +125,11 @@ void ImplicitIntegrator::Implementation::chooseSettings() {
     if (!hasOwnConstraintTolerance)
         constraintTolerance = isRelative ? PartOfAccuracy * accuracy : TightTolerance;
     m_step->tolerances = newtonTolerances;
+    if (!m_formulas && !hasOwnNewtonTolerances) {
+        m_step->tolerances.displacement = 1e-3;
+        m_step->tolerances.multiplier = 1e-4;
+        return;
+    }
     // Errors of speeds count there as they are, not by what they do in a step.
     if (hasOwnNewtonTolerances || !isRelative || !hasHighOrder) return;
     m_step->tolerances.displacement = 0.1;
@@ -233,6 +243,7 @@ void ImplicitIntegrator::Implementation::start() {
     m_history.clear();
     m_history.push() = m_visible;
     m_history.startAtNewest();
+    if (!m_formulas) updStages().forgetError();
     ++statistics.starts;
     m_numRedundantAtStart = statistics.redundantConstraints;
     m_controller.restart();
@@ -253,6 +264,7 @@ void ImplicitIntegrator::Implementation::enterSmoothSpan(double time) {
 void ImplicitIntegrator::Implementation::restartAtNewest() {
     completeStart(m_history.newest());
     m_history.startAtNewest();
+    if (!m_formulas) updStages().forgetError();
     ++statistics.starts;
     m_controller.restart();
     m_order = std::min(m_scheme->getLowestOrder(), m_scheme->getHighestOrder(m_history));
@@ -326,8 +338,8 @@ Real ImplicitIntegrator::Implementation::chooseInitialStep(const SolutionPoint& 
         for (size_t i = 0; i < point.u.size(); ++i)
             m_errorU[i] = (m_new.uDot[i] - point.uDot[i]) / delta;
         const double jerk = m_equations->getBlocks().calcDisplacement(m_errorU.data());
-        const double allowed =
-            StepController::Target * accuracy / std::max(m_scheme->getFirstErrorConstant(), 1e-2);
+        const double allowed = StepController::Target * accuracy /
+                               std::max(m_formulas ? m_formulas->getFirstErrorConstant() : 0, 1e-2);
         if (jerk > 0) h = std::cbrt(allowed / jerk);
         const double jerkSize = m_equations->updErrorNorm().calcChange(m_errorU.data(), 0);
         if (jerkSize > 0) h = std::min(h, std::sqrt(allowed / jerkSize));

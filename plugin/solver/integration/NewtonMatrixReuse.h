@@ -38,10 +38,11 @@ public:
     /** There is no matrix from now on. **/
     void forget() { m_factors = {}; }
 
-    /** @returns true if the step needs a new matrix. **/
-    bool beginStep(const NewtonFactors& factors) {
+    /** @param slowest  rate of the last iteration up to which the matrix is kept
+    @returns true if the step needs a new matrix. **/
+    bool beginStep(const NewtonFactors& factors, double slowest = 1e9) {
         const bool isGood =
-            hasMatrix() && m_age < LongestUse &&
+            hasMatrix() && m_age < LongestUse && m_rate <= slowest &&
             !(std::abs(factors.stiffness / m_factors.stiffness - 1) > LargestChange);
         ++m_age;
         return !isGood;
@@ -50,6 +51,7 @@ public:
     void resetRate() { m_rate = 0.5; }
     /** @param ratio  of the last change to the one before **/
     void noteRate(double ratio) { m_rate = std::max(0.1, ratio); }
+    double getRate() const { return m_rate; }
     bool isSlow() const { return m_rate > SlowRate; }
     /** What is left of the error after a change, in units of that change. **/
     double calcRemaining() const { return m_rate < 0.9 ? m_rate / (1 - m_rate) : 10; }

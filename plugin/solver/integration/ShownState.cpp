@@ -31,12 +31,13 @@ void ImplicitIntegrator::Implementation::calcPoint(double t, SolutionPoint& poin
         return;
     }
     point.t = t;
-    const int nodes = std::min(lastOrder + 1, m_history.numNodes());
-    const SolutionHistory::Weights weights = m_history.calcInterpolation(nodes, t);
+    const IntegrationScheme::DenseNodes nodes = m_scheme->getDenseNodes(lastOrder);
+    const int valueNodes = std::min(nodes.values, m_history.numNodes());
+    const SolutionHistory::Weights weights = m_history.calcInterpolation(valueNodes, t);
     m_history.combineQ(weights, point.q);
     m_history.combineU(weights, point.u);
     m_history.combineZ(weights, point.z);
-    m_history.extrapolateLambda(nodes, t, point.lambda);
+    m_history.extrapolateLambda(std::min(nodes.lambda, valueNodes), t, point.lambda);
     point.work = m_history.combineWork(weights);
     m_equations->getBlocks().normalizeQ(point.q.data());
     m_equations->prescribe(t, 0, nullptr, point.q.data(), point.u.data());
@@ -48,8 +49,7 @@ void ImplicitIntegrator::Implementation::calcPoint(double t, SolutionPoint& poin
     } else {
         point.constraintError = m_step->calcPositionError(t, point.q, point.u);
     }
-    // Steps of high order are long.
-    m_history.interpolateUDot(lastOrder > 2 ? lastOrder : 2, t, point.uDot);
+    m_history.interpolateUDot(nodes.uDot, t, point.uDot);
 }
 
 const State& ImplicitIntegrator::Implementation::getState() const {

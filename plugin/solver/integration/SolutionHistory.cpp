@@ -31,6 +31,12 @@ SolutionPoint& SolutionHistory::push() {
     return m_points[m_newest];
 }
 
+void SolutionHistory::replaceNewest(const std::vector<SolutionPoint>& points) {
+    const int count = int(points.size());
+    for (int i = 0; i < count; ++i)
+        m_points[(m_newest + Capacity + 1 - count + i) % Capacity] = points[size_t(i)];
+}
+
 void SolutionHistory::startAtNewest() {
     m_size = 1;
     m_pushed = 0;

@@ -50,6 +50,9 @@ public:
     /** Opens a slot for a new newest point, the oldest gives way; its arrays keep their sizes. **/
     SolutionPoint& push();
 
+    /** Writes over the newest points, oldest of them first. **/
+    void replaceNewest(const std::vector<SolutionPoint>& points);
+
     /** The newest point's derivatives are exact: keeps it alone, as a double node. **/
     void startAtNewest();
 

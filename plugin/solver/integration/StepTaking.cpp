@@ -9,12 +9,13 @@ namespace simflex {
 using SimTK::State;
 
 bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double* error) {
+    if (solvesStages()) return attemptStages(h, error);
     ++statistics.stepsAttempted;
     const long iterationsBefore = statistics.newtonIterations;
     const double t = m_history[0].t + h;
     m_equations->updErrorNorm().setReference(m_history[0].q.data(), m_history[0].u.data(),
                                              m_history[0].z.data());
-    m_scheme->calcFormula(m_history, order, t, m_formula);
+    updFormulas().calcFormula(m_history, order, t, m_formula);
     m_new.t = t;
     const SolutionHistory::Weights prediction =
         m_history.calcInterpolation(std::min(order + 1, m_history.numNodes()), t);
@@ -33,9 +34,7 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     }
 
     if (formulation == Formulation::StabilizedIndex2) {
-        m_new.constraintError = m_step->projectPositions(t, constraintTolerance, m_new.q, m_new.u,
-                                                         &m_worstProjectedRow);
-        if (!(m_new.constraintError <= constraintTolerance) || m_step->mayLoseCount()) return false;
+        if (!projectNew()) return false;
         if (m_solvesPositions && !m_step->projectStepSpeeds(m_formula, m_new, &m_worstProjectedRow))
             return false;
     } else {
@@ -45,7 +44,7 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
                                          m_new.lambda.data());
     m_new.work = m_formula.workHist + m_formula.quadrature * m_new.power;
     m_equations->getBlocks().normalizeQ(m_new.q.data());
-    m_scheme->completePoint(m_history, m_formula, m_new);
+    updFormulas().completePoint(m_history, m_formula, m_new);
     if (fixedStep > 0)
         *error = 0;
     else
@@ -54,9 +53,71 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     return true;
 }
 
+bool ImplicitIntegrator::Implementation::projectNew() {
+    m_new.constraintError = m_step->projectPositions(m_new.t, constraintTolerance, m_new.q, m_new.u,
+                                                     &m_worstProjectedRow);
+    return m_new.constraintError <= constraintTolerance && !m_step->mayLoseCount();
+}
+
+bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) {
+    ++statistics.stepsAttempted;
+    const long iterationsBefore = statistics.newtonIterations;
+    const SolutionPoint& start = m_history[0];
+    RadauStep& step = updStages();
+    m_equations->updErrorNorm().setReference(start.q.data(), start.u.data(), start.z.data());
+    const IntegrationScheme::DenseNodes nodes = m_scheme->getDenseNodes(lastOrder);
+    for (int i = 0; i < radau::NumStages; ++i) {
+        SolutionPoint& stage = step.updStage(i);
+        stage.t = start.t + radau::C[i] * h;
+        const SolutionHistory::Weights prediction =
+            m_history.calcInterpolation(std::min(nodes.values, m_history.numNodes()), stage.t);
+        m_history.combineQ(prediction, stage.q);
+        m_history.combineU(prediction, stage.u);
+        m_history.combineZ(prediction, stage.z);
+        m_history.extrapolateLambda(nodes.lambda, stage.t, stage.lambda);
+    }
+    m_outcome = step.solveStages(start, h);
+    if (!m_outcome.converged) {
+        m_new.t = start.t + h;
+        statistics.divergentIterations += statistics.newtonIterations - iterationsBefore;
+        return false;
+    }
+    if (!step.completeStages(start, h)) return false;
+    m_new = step.updStage(radau::NumStages - 1);
+    m_formula.factors = RadauStep::calcFactors(h);
+    if (!projectNew()) return false;
+    for (size_t i = 0; i < m_errorQ.size(); ++i)
+        m_errorQ[i] = m_new.q[i] - step.updStage(radau::NumStages - 1).q[i];
+    std::fill(m_errorU.begin(), m_errorU.end(), 0.0);
+    std::fill(m_errorZ.begin(), m_errorZ.end(), 0.0);
+    const double projected = calcErrorSize(h);
+    m_equations->getBlocks().normalizeQ(m_new.q.data());
+    *error = 0;
+    if (fixedStep > 0) return true;
+    if (projected > 1) {
+        *error = projected;
+        return true;
+    }
+    step.calcError(start, m_new, h, m_errorQ, m_errorU, m_errorZ);
+    *error = std::max(projected,
+                      calcErrorSize(h) * step.calcShareOfError(h, m_errorQ, m_errorU, m_errorZ));
+    if (m_equations->getTimedLoads().hasLoads())
+        m_equations->realize(m_new.t, m_new.q.data(), m_new.u.data());
+    if (*error <= 1) *error = std::max(*error, calcUnseenError(lastOrder));
+    return true;
+}
+
+double ImplicitIntegrator::Implementation::calcErrorSize(double h) {
+    m_equations->getSimbody().clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
+    return std::max(m_equations->updErrorNorm().calcSize(m_errorQ.data(), m_errorU.data(), h,
+                                                         &m_worstErrorBlock),
+                    m_equations->updErrorNorm().calcZSize(m_errorZ.data())) /
+           accuracy;
+}
+
 double ImplicitIntegrator::Implementation::calcError(int order) {
-    const IntegrationScheme::ErrorFactors factors =
-        m_scheme->calcErrorFactors(m_history, order, m_new.t);
+    const OneStageScheme::ErrorFactors factors =
+        updFormulas().calcErrorFactors(m_history, order, m_new.t);
     const SolutionHistory::Weights prediction = m_history.calcInterpolation(order + 1, m_new.t);
     m_history.combineQ(prediction, m_errorQ);
     m_history.combineU(prediction, m_errorU);
@@ -67,27 +128,18 @@ double ImplicitIntegrator::Implementation::calcError(int order) {
         m_errorU[i] = factors.u * (m_new.u[i] - m_errorU[i]);
     for (size_t i = 0; i < m_errorZ.size(); ++i)
         m_errorZ[i] = factors.u * (m_new.z[i] - m_errorZ[i]);
-    m_equations->getSimbody().clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
-    return std::max(
-               m_equations->updErrorNorm().calcSize(m_errorQ.data(), m_errorU.data(),
-                                                    m_new.t - m_history[0].t, &m_worstErrorBlock),
-               m_equations->updErrorNorm().calcZSize(m_errorZ.data())) /
-           accuracy;
+    return calcErrorSize(m_new.t - m_history[0].t);
 }
 
 double ImplicitIntegrator::Implementation::calcFirstError() {
     const SolutionPoint& last = m_history[0];
-    const double h = m_new.t - last.t, factor = m_scheme->getFirstErrorConstant() * h;
+    const double h = m_new.t - last.t, factor = updFormulas().getFirstErrorConstant() * h;
     std::fill(m_errorQ.begin(), m_errorQ.end(), 0.0);
     for (size_t i = 0; i < m_errorU.size(); ++i)
         m_errorU[i] = factor * (m_new.uDot[i] - last.uDot[i]);
     for (size_t i = 0; i < m_errorZ.size(); ++i)
         m_errorZ[i] = factor * (m_new.zDot[i] - last.zDot[i]);
-    m_equations->getSimbody().clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
-    return std::max(m_equations->updErrorNorm().calcSize(m_errorQ.data(), m_errorU.data(), h,
-                                                         &m_worstErrorBlock),
-                    m_equations->updErrorNorm().calcZSize(m_errorZ.data())) /
-           accuracy;
+    return calcErrorSize(h);
 }
 
 void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, int order) {
@@ -96,6 +148,13 @@ void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, 
     if (fixedStep > 0) {
         m_nextStep = fixedStep;
         m_order = std::min(std::max(order + 1, lowest), highest);
+        return;
+    }
+    if (!m_formulas) {
+        // Small changes are not worth a new matrix.
+        constexpr double LargestRatio = 4, LeastGrowth = 1.2;
+        const double ratio = m_controller.calcRatio(error, order, LargestRatio);
+        m_nextStep = std::min(ratio > 1 && ratio < LeastGrowth ? h : h * ratio, m_longestStep);
         return;
     }
     // Candidate orders k−1, k, k+1; the one that allows the longest step wins. A higher one has to
@@ -156,7 +215,13 @@ void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
         statistics.sumOfSquaredLogRatios += std::pow(std::log(h / lastStep), 2);
         ++statistics.stepRatios;
     }
-    // The whole point is copied: every array has its size already.
+    // Whole points are copied: every array has its size already.
+    if (solvesStages()) {
+        for (int i = 0; i + 1 < radau::NumStages; ++i) m_history.push() = updStages().updStage(i);
+        updStages().keepError();
+    } else if (!m_formulas) {
+        updStages().forgetError();
+    }
     m_history.push() = m_new;
     m_equations->updBlocks().followPose();
     ++statistics.stepsTaken;
@@ -185,6 +250,9 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
     int failures = 0, retries = 0;
     m_solvesPositions = false;
     for (;;) {
+        if (!m_formulas)
+            order = solvesStages() ? m_order
+                                   : std::min(m_fallback.getMaximumOrder(), m_history.numNodes());
         double error = 0;
         const bool isSolved = attemptStep(h, order, &error);
         if (isSolved && error <= 1) {

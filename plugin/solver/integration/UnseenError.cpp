@@ -43,11 +43,18 @@ double ImplicitIntegrator::Implementation::calcUnseenLoads(int order) {
     // Nodes in front of a break belong to another course.
     double nodes[6] = {end};
     int count = 1;
-    while (count <= std::min(order, m_history.size()) &&
-           (count == 1 || m_history[count - 1].t >= breaks.getFirst())) {
-        nodes[count] = m_history[count - 1].t;
+    if (solvesStages()) {
+        order = 1;  // the step's own points
+        for (int i = radau::NumStages - 1; i-- > 0; ++count) {
+            nodes[count] = updStages().updStage(i).t;
+            evaluate(nodes[count], m_samples.atNodes[count]);
+        }
+    }
+    for (int age = 0; age < std::min(order, m_history.size()) &&
+                      (age == 0 || m_history[age].t >= breaks.getFirst());
+         ++age, ++count) {
+        nodes[count] = m_history[age].t;
         evaluate(nodes[count], m_samples.atNodes[count]);
-        ++count;
     }
     std::vector<double>& unseen = m_samples.unseen;
     std::fill(unseen.begin(), unseen.end(), 0.0);
@@ -71,28 +78,48 @@ double ImplicitIntegrator::Implementation::calcUnseenLoads(int order) {
 double ImplicitIntegrator::Implementation::calcUnseenMotions(int order) {
     if (!m_equations->getTimedLoads().hasMotions()) return 0;
     const double h = m_new.t - m_history[0].t;
-    const int nodes = std::min(order, m_history.numNodes());
-    const double endProduct = m_history.calcNodeProduct(nodes, m_new.t);
-    const SolutionHistory::Weights atEnd = m_history.calcInterpolation(nodes, m_new.t);
     std::vector<double>&q = m_samples.q, &u = m_samples.u;
     double largest = 0;
     for (const double fraction : Inside) {
         const double t = m_history[0].t + fraction * h;
-        const double ofEnd = m_history.calcNodeProduct(nodes, t) / endProduct;
-        // The polynomial through the nodes and the new point.
-        m_history.combineQ(atEnd, q);
-        m_history.combineU(atEnd, u);
-        const SolutionHistory::Weights here = m_history.calcInterpolation(nodes, t);
-        m_history.combineQ(here, m_trial.q);
-        m_history.combineU(here, m_trial.u);
-        for (size_t i = 0; i < q.size(); ++i) q[i] = m_trial.q[i] += ofEnd * (m_new.q[i] - q[i]);
-        for (size_t i = 0; i < u.size(); ++i) u[i] = m_trial.u[i] += ofEnd * (m_new.u[i] - u[i]);
+        interpolateNew(order, t, m_trial);
+        q = m_trial.q;
+        u = m_trial.u;
         m_equations->calcTimedMotions(t, q.data(), u.data());
         for (size_t i = 0; i < q.size(); ++i) q[i] -= m_trial.q[i];
         for (size_t i = 0; i < u.size(); ++i) u[i] -= m_trial.u[i];
         largest = std::max(largest, m_equations->updErrorNorm().calcSize(q.data(), u.data(), h));
     }
     return largest;
+}
+
+void ImplicitIntegrator::Implementation::interpolateNew(int order, double t, SolutionPoint& point) {
+    std::vector<double>&q = point.q, &u = point.u;
+    if (solvesStages()) {
+        const SolutionPoint* points[] = {&m_history[0], &updStages().updStage(0),
+                                         &updStages().updStage(1), &m_new};
+        std::fill(q.begin(), q.end(), 0.0);
+        std::fill(u.begin(), u.end(), 0.0);
+        for (const SolutionPoint* node : points) {
+            double weight = 1;
+            for (const SolutionPoint* other : points)
+                if (other != node) weight *= (t - other->t) / (node->t - other->t);
+            for (size_t i = 0; i < q.size(); ++i) q[i] += weight * node->q[i];
+            for (size_t i = 0; i < u.size(); ++i) u[i] += weight * node->u[i];
+        }
+        return;
+    }
+    const int nodes = std::min(order, m_history.numNodes());
+    const double ofEnd =
+        m_history.calcNodeProduct(nodes, t) / m_history.calcNodeProduct(nodes, m_new.t);
+    const SolutionHistory::Weights atEnd = m_history.calcInterpolation(nodes, m_new.t);
+    const SolutionHistory::Weights here = m_history.calcInterpolation(nodes, t);
+    m_history.combineQ(atEnd, m_samples.q);
+    m_history.combineU(atEnd, m_samples.u);
+    m_history.combineQ(here, q);
+    m_history.combineU(here, u);
+    for (size_t i = 0; i < q.size(); ++i) q[i] += ofEnd * (m_new.q[i] - m_samples.q[i]);
+    for (size_t i = 0; i < u.size(); ++i) u[i] += ofEnd * (m_new.u[i] - m_samples.u[i]);
 }
 
 }  // namespace simflex

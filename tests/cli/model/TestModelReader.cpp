@@ -169,7 +169,7 @@ TEST(ModelReader, RangesAndChoicesAreChecked) {
                 HasSubstr("allowed is from 0 to 1"));
     EXPECT_EQ(
         refuseRest("solver: {method: bfd}\n"),
-        "m.yaml:2:18: solver.method: 'bfd' is none of the choices: bdf, generalized_alpha; did you "
+        "m.yaml:2:18: solver.method: 'bfd' is none of the choices: bdf, generalized_alpha, radau; did you "
         "mean 'bdf'?");
     EXPECT_THAT(refuseRest("solver: {threads: 99999999999}\n"),
                 HasSubstr("allowed is from 1 to 1024"));
@@ -280,7 +280,7 @@ TEST(ModelReader, MistakesAreToldTogetherInTheOrderOfTheFile) {
                "  b: {mass: 1 kg, color: red}\n"
                "joints:\n"
                "  j: {type: pim, between: [ground]}\n"),
-        "m.yaml:3:18: solver.method: 'bfd' is none of the choices: bdf, generalized_alpha; did "
+        "m.yaml:3:18: solver.method: 'bfd' is none of the choices: bdf, generalized_alpha, radau; did "
         "you mean 'bdf'?\n"
         "m.yaml:3:33: solver.accuracy: found -1; allowed is greater than 0\n"
         "m.yaml:5:7: bodies.a: unknown key 'mas'; did you mean 'mass'?\n"

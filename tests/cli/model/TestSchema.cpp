@@ -193,7 +193,7 @@ TEST(Schema, CompletionKnowsChildrenAndChoices) {
     EXPECT_THAT(getSchemaChildren("connectors.any"), Contains("free_length"));
     EXPECT_THAT(getSchemaChildren("joints.a.between.0"), Contains("node"));
     EXPECT_THAT(getSchemaChildren("no.such"), IsEmpty());
-    EXPECT_THAT(getSchemaChoices("solver.method"), ElementsAre("bdf", "generalized_alpha"));
+    EXPECT_THAT(getSchemaChoices("solver.method"), ElementsAre("bdf", "generalized_alpha", "radau"));
     EXPECT_THAT(getSchemaChoices("output.csv"), ElementsAre("true", "false"));
 }
 

@@ -1,4 +1,4 @@
-// Orders of the BDF method on a smooth constrained problem: a soft flexible pendulum on a ball
+// Orders of BDF and Radau on a smooth constrained problem: a soft flexible pendulum on a ball
 // joint. The reference is classical Runge–Kutta on the index-1 equations (accelerations and
 // multipliers by one elimination with M for J).
 
@@ -9,6 +9,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "simflex/solver/integration/ImplicitStep.h"
 #include "support/PointMassPart.h"
 
@@ -147,6 +148,28 @@ protected:
         }
     }
 
+    void expectRadausOrder() {
+        const Real span = 0.32, coarsest = 0.02;
+        const State reference = integrateReference(span, 1).back();
+        std::vector<Real> errors, speedErrors;
+        for (int level = 0; level < 3; ++level) {
+            RadauIntegrator integrator(m_system);
+            integrator.setFixedStep(coarsest / (1 << level));
+            integrator.setAccuracy(1e-10);
+            integrator.setConstraintTolerance(1e-13);
+            integrator.initialize(m_start);
+            integrator.stepTo(span);
+            errors.push_back(calcDistance(integrator.getState(), reference));
+            speedErrors.push_back(calcSpeedDistance(integrator.getState(), reference));
+        }
+        for (int level = 1; level < 3; ++level) {
+            EXPECT_NEAR(std::log2(errors[level - 1] / errors[level]), 5, 0.2)
+                << "errors " << errors[level - 1] << " " << errors[level];
+            EXPECT_NEAR(std::log2(speedErrors[level - 1] / speedErrors[level]), 5, 0.2)
+                << "errors " << speedErrors[level - 1] << " " << speedErrors[level];
+        }
+    }
+
     MultibodySystem m_system;
     SimbodyMatterSubsystem m_matter;
     GeneralForceSubsystem m_forces;
@@ -167,6 +190,10 @@ TEST_P(BdfOrder, ErrorFallsWithTheOrderInIndex3) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, BdfOrder, ::testing::Values(1, 2, 3, 4, 5));
+
+TEST_F(SoftPendulum, RadauHasOrder5) {
+    expectRadausOrder();
+}
 
 TEST_F(SoftPendulum, GlobalErrorFallsMonotonicallyWithAccuracy) {
     const Real span = 0.3;

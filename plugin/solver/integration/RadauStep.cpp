@@ -1,0 +1,423 @@
+#include "simflex/solver/integration/RadauStep.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <complex>
+
+#include "simflex/base/Checkpoint.h"
+#include "simflex/base/FlushDenormals.h"
+#include "simflex/base/SecondsSince.h"
+#include "simflex/solver/integration/FailureDiagnosis.h"
+
+namespace simflex {
+
+using namespace radau;
+
+namespace {
+
+using RadauClock = std::chrono::steady_clock;
+
+/** In which stages are evaluated: the matrix is that of the middle one. **/
+constexpr int EvaluationOrder[NumStages] = {0, 2, 1};
+constexpr int Middle = 1, End = NumStages - 1;
+
+/** y_i ← y_n + h Σ_j a_ij ẏ_j for all stages. **/
+void integrate(const std::vector<double>& start, double h,
+               std::array<SolutionPoint, NumStages>& stages,
+               std::vector<double> SolutionPoint::*value,
+               std::vector<double> SolutionPoint::*derivative) {
+    for (int i = 0; i < NumStages; ++i) {
+        std::vector<double>& y = stages[size_t(i)].*value;
+        const double *d0 = (stages[0].*derivative).data(), *d1 = (stages[1].*derivative).data(),
+                     *d2 = (stages[2].*derivative).data();
+        const double a0 = h * A[i][0], a1 = h * A[i][1], a2 = h * A[i][2];
+        for (size_t k = 0; k < y.size(); ++k)
+            y[k] = start[k] + (a0 * d0[k] + a1 * d1[k] + a2 * d2[k]);
+    }
+}
+
+}  // namespace
+
+RadauStep::RadauStep(Evaluation& equations, IntegratorStatistics& statistics)
+    : ImplicitStep(equations, statistics),
+      m_complex(makeCombined(m_system, equations.getTopology().numMultipliers)),
+      m_complexSolver(m_complex) {
+    const Topology& topology = equations.getTopology();
+    for (int i = 0; i < NumStages; ++i) {
+        m_stages[size_t(i)].resize(topology.numQ, topology.numU, topology.numMultipliers,
+                                   topology.numZ);
+        m_r[size_t(i)] = m_deltaU[size_t(i)] = m_system.r;
+        m_c[size_t(i)].assign(size_t(topology.numMultipliers), 0);
+        m_deltaLambda[size_t(i)] = m_c[size_t(i)];
+    }
+    m_trial = m_stages[End];
+    m_last = {0, m_trial.q, m_trial.u, m_trial.z};
+    m_change = m_tried = m_last;
+    m_real.fill(m_system);
+    m_history.assign(size_t(topology.numU), 0);
+    m_zBefore.assign(size_t(topology.numZ), 0);
+    for (int row = 0; row < topology.numMultipliers; ++row)
+        if (topology.getRowLevel(row) == MotionLevel::Acceleration)
+            m_accelerationRows.push_back(row);
+}
+
+void RadauStep::useThreads(int threads) {
+    ImplicitStep::useThreads(threads);
+    m_complexSolver.setNumThreads(threads);
+}
+
+void RadauStep::placeStages(const SolutionPoint& start, double h) {
+    const Blocks& blocks = m_equations.getBlocks();
+    // q̇ depends on q through N alone: this iteration is much faster than Newton's.
+    const bool askForN = blocks.askForN();
+    for (int pass = 0; pass < (askForN ? 1 : 2); ++pass) {
+        for (SolutionPoint& stage : m_stages) {
+            if (askForN) m_equations.realize(stage.t, stage.q.data(), stage.u.data());
+            blocks.calcQDot(stage.q.data(), stage.u.data(), stage.qDot.data());
+        }
+        integrate(start.q, h, m_stages, &SolutionPoint::q, &SolutionPoint::qDot);
+    }
+    const PrescribedMotion* prescribed = m_equations.getSimbody().getPrescribed();
+    for (int i = 0; prescribed && i < NumStages; ++i) {
+        SolutionPoint& stage = m_stages[size_t(i)];
+        for (size_t k = 0; k < m_history.size(); ++k) {
+            m_history[k] = start.u[k];
+            for (int j = 0; j < NumStages; ++j)
+                if (j != i) m_history[k] += h * A[i][j] * m_stages[size_t(j)].uDot[k];
+        }
+        m_equations.prescribe(stage.t, h * A[i][i], m_history.data(), stage.q.data(),
+                              stage.u.data());
+    }
+    const double *u0 = m_stages[0].u.data(), *u1 = m_stages[1].u.data(), *u2 = m_stages[2].u.data();
+    for (int i = 0; i < NumStages; ++i) {
+        SolutionPoint& stage = m_stages[size_t(i)];
+        const double w0 = W[i][0] / h, w1 = W[i][1] / h, w2 = W[i][2] / h;
+        for (size_t k = 0; k < stage.uDot.size(); ++k) {
+            const double u = start.u[k];
+            stage.uDot[k] = w0 * (u0[k] - u) + w1 * (u1[k] - u) + w2 * (u2[k] - u);
+        }
+        if (!prescribed) continue;
+        m_equations.prescribe(stage.t, 0, nullptr, stage.q.data(), stage.u.data());
+        prescribed->applyAccelerations(stage.q.data(), stage.uDot.data());
+    }
+}
+
+double RadauStep::evaluateStages(const SolutionPoint& start, double h) {
+    for (const int i : EvaluationOrder) {
+        SolutionPoint& stage = m_stages[size_t(i)];
+        m_equations.updSimbody().setZ(stage.z.data());
+        m_equations.realize(stage.t, stage.q.data(), stage.u.data());
+        m_equations.calcResidual(stage.q.data(), stage.u.data(), stage.uDot.data(),
+                                 stage.lambda.data(), m_r[size_t(i)].data());
+        m_equations.calcStepErrors(MotionLevel::Velocity, 1, stage.uDot.data(), stage.q.data(),
+                                   m_c[size_t(i)].data());
+        if (!stage.z.empty())
+            m_equations.calcZDot(stage.q.data(), stage.u.data(), stage.uDot.data(), stage.z.data(),
+                                 stage.zDot.data());
+    }
+    // Errors of accelerations in terms of ΔU.
+    for (const int row : m_accelerationRows) {
+        double errors[NumStages];
+        for (int i = 0; i < NumStages; ++i) errors[i] = m_c[size_t(i)][size_t(row)];
+        for (int i = 0; i < NumStages; ++i)
+            m_c[size_t(i)][size_t(row)] =
+                h * (A[i][0] * errors[0] + A[i][1] * errors[1] + A[i][2] * errors[2]);
+    }
+    if (start.z.empty()) return 0;
+    m_zBefore = m_stages[End].z;
+    integrate(start.z, h, m_stages, &SolutionPoint::z, &SolutionPoint::zDot);
+    for (size_t k = 0; k < m_zBefore.size(); ++k) m_deltaZ[k] = m_stages[End].z[k] - m_zBefore[k];
+    return m_equations.updErrorNorm().calcZSize(m_deltaZ.data());
+}
+
+void RadauStep::formAndFactorBoth(const NewtonFactors& factors) {
+    const SolutionPoint& stage = m_stages[Middle];
+    formAndFactor(factors, stage.q, stage.u, stage.uDot);
+    const auto start = RadauClock::now();
+    m_real[0] = m_system;
+    const NewtonFactors others[] = {{factors.mass, 2 * factors.stiffness},
+                                    {2 * factors.mass, factors.stiffness}};
+    for (int k = 0; k < 2; ++k)
+        m_equations.formNewtonSystem(others[k], useDense(), stage.q.data(), stage.u.data(),
+                                     stage.uDot.data(), m_real[size_t(k + 1)]);
+    m_statistics.evaluationSeconds += secondsSince(start);
+    factorComplex();
+}
+
+void RadauStep::factorComplex() {
+    using Complex = std::complex<double>;
+    // mass = stiffness = h/γ̂. With w₀ + w₁ + w₂ = 1:  M/mass (1 − w₂/2) = M μ,
+    // K stiffness (1 + w₁) = K/μ.
+    const Complex ratio(Alpha / RealEigenvalue, Beta / RealEigenvalue);
+    const Complex byStiffness = 1.0 / ratio - 1.0, byMass = 2.0 * (1.0 - ratio);
+    const Complex weights[] = {1.0 - byStiffness - byMass, byStiffness, byMass};
+    combine(m_real[0], m_real[1], m_real[2], weights, m_complex);
+    try {
+        m_complexSolver.factor(m_complex);
+    } catch (const SingularBlock& error) {
+        invalidateMatrix();
+        throw std::runtime_error(
+            FailureDiagnosis(m_equations).explainSingularBlock(error.block, m_system));
+    } catch (const std::runtime_error&) {
+        invalidateMatrix();
+        throw;
+    }
+    ++m_statistics.factorizations;
+}
+
+void RadauStep::solveBoth() {
+    using Complex = std::complex<double>;
+    const auto *t = InverseT[0], *re = InverseT[1], *im = InverseT[2];
+    const auto transform = [&](const Vectors& stages, std::vector<double>& real,
+                               std::vector<Complex>& complex) {
+        const double *x0 = stages[0].data(), *x1 = stages[1].data(), *x2 = stages[2].data();
+        for (size_t k = 0; k < stages[0].size(); ++k) {
+            real[k] = t[0] * x0[k] + t[1] * x1[k] + t[2] * x2[k];
+            complex[k] = Complex(re[0] * x0[k] + re[1] * x1[k] + re[2] * x2[k],
+                                 im[0] * x0[k] + im[1] * x1[k] + im[2] * x2[k]);
+        }
+    };
+    transform(m_r, m_system.r, m_complex.r);
+    transform(m_c, m_system.c, m_complex.c);
+    solveLinear();
+    m_complexSolver.solve(m_complex);
+    ++m_statistics.linearSolves;
+    const auto transformBack = [&](const double* real, const Complex* complex, Vectors& stages) {
+        for (int i = 0; i < NumStages; ++i)
+            for (size_t k = 0; k < stages[size_t(i)].size(); ++k)
+                stages[size_t(i)][k] =
+                    T[i][0] * real[k] + T[i][1] * complex[k].real() + T[i][2] * complex[k].imag();
+    };
+    transformBack(m_solver.getDeltaU().data(), m_complexSolver.getDeltaU().data(), m_deltaU);
+    transformBack(m_solver.getDeltaLambda(), m_complexSolver.getDeltaLambda(), m_deltaLambda);
+}
+
+ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double h) {
+    const FlushDenormals flush;
+    constexpr double LargestNoise = 0.1;  // of the accuracy: round-off that no iteration removes
+    const NewtonFactors factors = calcFactors(h);
+    Outcome outcome;
+    // An iteration evaluates three stages: a new matrix is worth less than one of them.
+    constexpr double SlowestRate = 0.15;
+    bool refresh =
+        m_reuse.beginStep(factors, SlowestRate) || blockForm == BlockForm::Dense || forceFullNewton;
+    bool hasNewDerivatives = false;
+    double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
+    for (int i = 0; i < NumStages; ++i) {
+        m_stages[size_t(i)].t = start.t + C[i] * h;
+        m_stages[size_t(i)].uDot = start.uDot;
+    }
+
+    int allowed = tolerances.maxIterations;
+    for (int iteration = 0; iteration < allowed; ++iteration) {
+        const auto begin = RadauClock::now();
+        placeStages(start, h);
+        const double zChange = evaluateStages(start, h);
+        const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
+        m_statistics.evaluationSeconds += secondsSince(begin);
+
+        double bodyResidual = 0;
+        outcome.constraintResidual = 0;
+        for (int i = 0; i < NumStages; ++i) {
+            int row = -1;
+            const double r = findLargest(m_r[size_t(i)]), c = findLargest(m_c[size_t(i)], &row);
+            if (!std::isfinite(r)) {
+                outcome.isFinite = false;
+                m_system.r = m_r[size_t(i)];
+                outcome.worstBlock = findNonFiniteBlock();
+            }
+            outcome.isFinite = outcome.isFinite && std::isfinite(c);
+            bodyResidual = std::max(bodyResidual, r);
+            if (c > outcome.constraintResidual) {
+                outcome.constraintResidual = c;
+                outcome.worstRow = row;
+            }
+            forceScale = std::max({forceScale, r, findLargest(m_stages[size_t(i)].lambda)});
+        }
+        if (!outcome.isFinite) break;
+        if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
+            outcome.constraintResidual <= tolerances.constraintResidual && hasZConverged) {
+            outcome.converged = true;
+            break;
+        }
+
+        const bool isRefreshed = refresh;
+        if (refresh) {
+            const SolutionPoint& middle = m_stages[Middle];
+            if (m_renewsDerivatives || (useDense() && !m_equations.updTrees().areKnown()))
+                hasNewDerivatives = differentiate(middle.q, middle.u, middle.uDot);
+            formAndFactorBoth(factors);
+            m_reuse.resetRate();
+            refresh = false;
+            allowed = iteration + tolerances.maxIterations;
+        }
+        solveBoth();
+        if (m_threadChoice.getMost() > 1 && !isRefreshed) {
+            m_threadChoice.add(secondsSince(begin));
+            useThreads(m_threadChoice.get());
+        }
+        ++m_statistics.newtonIterations;
+        double change = 0, multiplierChange = 0;
+        for (int i = 0; i < NumStages; ++i) {
+            std::vector<double>&u = m_stages[size_t(i)].u, &lambda = m_stages[size_t(i)].lambda;
+            const std::vector<double>&deltaU = m_deltaU[size_t(i)],
+                  &deltaLambda = m_deltaLambda[size_t(i)];
+            for (size_t k = 0; k < u.size(); ++k) u[k] += deltaU[k];
+            for (size_t k = 0; k < lambda.size(); ++k) lambda[k] += deltaLambda[k];
+            int block = 0;
+            const double own =
+                m_equations.updErrorNorm().calcChange(deltaU.data(), factors.stiffness, &block);
+            if (!(own <= change) && !std::isnan(change)) {
+                change = own;
+                outcome.worstBlock = block;
+            }
+            multiplierChange = std::max(multiplierChange, findLargest(deltaLambda));
+        }
+        outcome.displacementChange = change;
+        if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
+        if (iteration > 0) {
+            m_reuse.noteRate(previousChange > 0 ? change / previousChange : 0);
+            if (iteration > 1 && change > 0.95 * previousChange &&
+                multiplierChange > 0.95 * previousMultiplierChange) {
+                outcome.converged = hasZConverged && change <= LargestNoise * accuracy;
+                break;
+            }
+        }
+        previousChange = change;
+        previousMultiplierChange = multiplierChange;
+
+        const double remaining = m_reuse.calcRemaining();
+        const double multiplierScale =
+            std::max(findLargest(m_stages[End].lambda), m_multiplierFloor);
+        if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
+            remaining * multiplierChange <= tolerances.multiplier * multiplierScale) {
+            outcome.converged = true;
+            break;
+        }
+        const bool isSlow = iteration > 0 && !m_reuse.isFresh() && m_reuse.getRate() > SlowestRate;
+        refresh = needsBetterMatrix(iteration, hasNewDerivatives) || isSlow || forceFullNewton;
+    }
+
+    if (outcome.converged) {
+        const auto begin = RadauClock::now();
+        placeStages(start, h);
+        m_statistics.evaluationSeconds += secondsSince(begin);
+        noteConvergence(m_stages[End]);
+    } else {
+        noteFailure(hasNewDerivatives, outcome);
+    }
+    return outcome;
+}
+
+bool RadauStep::completeStages(const SolutionPoint& start, double h) {
+    const Topology& topology = m_equations.getTopology();
+    for (SolutionPoint& stage : m_stages) {
+        m_equations.updSimbody().setZ(stage.z.data());
+        m_equations.realize(stage.t, stage.q.data(), stage.u.data());
+        if (!topology.periods.empty()) {
+            m_equations.calcPositionErrors(m_system.c.data());
+            m_mayLoseCount = topology.mayLoseCount(m_system.c.data());
+            if (m_mayLoseCount) return false;
+        }
+        stage.power = m_equations.calcPower(stage.q.data(), stage.u.data(), stage.uDot.data(),
+                                            stage.lambda.data());
+    }
+    for (int i = 0; i < NumStages; ++i)
+        m_stages[size_t(i)].work =
+            start.work + h * (A[i][0] * m_stages[0].power + A[i][1] * m_stages[1].power +
+                              A[i][2] * m_stages[2].power);
+    return true;
+}
+
+void RadauStep::calcError(const SolutionPoint& start, const SolutionPoint& end, double h,
+                          std::vector<double>& errorQ, std::vector<double>& errorU,
+                          std::vector<double>& errorZ) {
+    const FlushDenormals flush;
+    const double gamma = calcFactors(h).mass;
+    const auto embed = [&](std::vector<double> SolutionPoint::*value,
+                           std::vector<double> SolutionPoint::*derivative,
+                           std::vector<double>& difference) {
+        const std::vector<double>&y = start.*value, &yDot = start.*derivative;
+        const double *y0 = (m_stages[0].*value).data(), *y1 = (m_stages[1].*value).data(),
+                     *y2 = (m_stages[2].*value).data();
+        for (size_t k = 0; k < difference.size(); ++k)
+            difference[k] =
+                gamma *
+                (yDot[k] +
+                 (E[0] * (y0[k] - y[k]) + E[1] * (y1[k] - y[k]) + E[2] * (y2[k] - y[k])) / h);
+    };
+    embed(&SolutionPoint::q, &SolutionPoint::qDot, errorQ);
+    embed(&SolutionPoint::u, &SolutionPoint::uDot, errorU);
+    embed(&SolutionPoint::z, &SolutionPoint::zDot, errorZ);
+
+    // One iteration for the implicit formula of the embedded method, from the step's end.
+    SolutionPoint& trial = m_trial;
+    for (size_t k = 0; k < trial.q.size(); ++k) trial.q[k] = end.q[k] + errorQ[k];
+    for (size_t k = 0; k < trial.uDot.size(); ++k) trial.uDot[k] = end.uDot[k] - errorU[k] / gamma;
+    m_equations.getSimbody().clearPrescribedErrors(errorQ.data(), errorU.data());
+    m_equations.updSimbody().setZ(end.z.data());
+    m_equations.realize(end.t, trial.q.data(), end.u.data());
+    m_equations.calcResidual(trial.q.data(), end.u.data(), trial.uDot.data(), end.lambda.data(),
+                             m_system.r.data());
+    // Across the constraints there is none; near a singular position it would be made up.
+    std::fill(m_system.c.begin(), m_system.c.end(), 0.0);
+    m_solver.solve(m_system);
+    ++m_statistics.linearSolves;
+    errorU = m_solver.getDeltaU();
+    m_equations.getBlocks().calcQDot(end.q.data(), errorU.data(), trial.qDot.data());
+    for (size_t k = 0; k < errorQ.size(); ++k) errorQ[k] += gamma * trial.qDot[k];
+}
+
+double RadauStep::calcShareOfError(double h, const std::vector<double>& errorQ,
+                                   const std::vector<double>& errorU,
+                                   const std::vector<double>& errorZ) {
+    m_tried.h = h;
+    m_tried.q = errorQ;
+    m_tried.u = errorU;
+    m_tried.z = errorZ;
+    if (m_last.h == 0) return 1;
+    // Of a vibration exp(iωt) the first is 0.03 (ωh)² of the second, and ωh is |Δe|/|e|; ten times
+    // as much is taken, as errors of many steps add up. Inside the step the solution is of lower
+    // order: its error is 0.13 of the second.
+    constexpr double Ratio = 0.3, Least = 1.0 / 30;
+    const auto calcSize = [&](const Error& error) {
+        return std::max(
+            m_equations.updErrorNorm().calcSize(error.q.data(), error.u.data(), h, nullptr),
+            m_equations.updErrorNorm().calcZSize(error.z.data()));
+    };
+    const double size = calcSize(m_tried), scale = std::pow(h / m_last.h, 4);
+    m_change = m_last;
+    const auto subtract = [scale](const std::vector<double>& now, std::vector<double>& last) {
+        for (size_t k = 0; k < now.size(); ++k) last[k] = now[k] - scale * last[k];
+    };
+    subtract(errorQ, m_change.q);
+    subtract(errorU, m_change.u);
+    subtract(errorZ, m_change.z);
+    const double change = size > 0 ? calcSize(m_change) / size : 0;
+    return std::clamp(Ratio * change * change, Least, 1.0);
+}
+
+void RadauStep::addInTiming() {
+    ImplicitStep::addInTiming();
+    book(m_complexSolver.getTiming(), m_complexTimed);
+}
+
+void RadauStep::visit(Checkpoint& checkpoint) {
+    ImplicitStep::visit(checkpoint);
+    checkpoint.visit(m_last.h, m_last.q, m_last.u, m_last.z);
+    bool isFactored = m_complexSolver.isFactored(), hasLateBlocks = m_complexSolver.hasLateBlocks();
+    checkpoint.visit(isFactored, hasLateBlocks);
+    if (!isFactored) {
+        if (m_reuse.hasMatrix()) Checkpoint::refuse("it has no matrix to go on with");
+        return;
+    }
+    for (NewtonSystem& system : m_real) system.visit(checkpoint);
+    if (!checkpoint.isReading() || !m_reuse.hasMatrix()) return;
+    if (!hasLateBlocks && m_complexSolver.hasLateBlocks())
+        m_complexSolver.dissolveLateBlocks(m_complex);
+    factorComplex();
+    m_complexTimed = m_complexSolver.getTiming();
+}
+
+}  // namespace simflex

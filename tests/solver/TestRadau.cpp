@@ -1,0 +1,249 @@
+// Radau IIA: its constants, the accuracy that a user gets, its Newton matrix and its events.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/forces/Bushing.h"
+#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
+#include "simflex/solver/integration/RadauTableau.h"
+#include "support/PointMassPart.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+
+::Eigen::Matrix3d toMatrix(const double (&rows)[3][3]) {
+    ::Eigen::Matrix3d matrix;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) matrix(i, j) = rows[i][j];
+    return matrix;
+}
+
+TEST(RadauTableau, IntegratesPolynomialsExactlyAndFallsIntoARealAndAComplexPart) {
+    const ::Eigen::Matrix3d A = toMatrix(radau::A), W = toMatrix(radau::W), T = toMatrix(radau::T);
+    // Stages to degree 2, the step's end to degree 4.
+    for (int k = 1; k <= 5; ++k)
+        for (int i = 0; i < 3; ++i) {
+            if (k > 3 && i < 2) continue;
+            double sum = 0;
+            for (int j = 0; j < 3; ++j) sum += A(i, j) * std::pow(radau::C[j], k - 1);
+            EXPECT_NEAR(sum, std::pow(radau::C[i], k) / k, 1e-15) << k << " " << i;
+        }
+    EXPECT_LT((A * W - ::Eigen::Matrix3d::Identity()).norm(), 1e-14);
+    EXPECT_LT((T * toMatrix(radau::InverseT) - ::Eigen::Matrix3d::Identity()).norm(), 1e-14);
+    ::Eigen::Matrix3d parts;
+    parts << radau::RealEigenvalue, 0, 0, 0, radau::Alpha, -radau::Beta, 0, radau::Beta,
+        radau::Alpha;
+    EXPECT_LT((toMatrix(radau::InverseT) * W * T - parts).norm(), 1e-13);
+    // ŷ has order 3: its difference to the collocation solution of ẏ = t^k vanishes to k = 2.
+    for (int k = 0; k <= 3; ++k) {
+        double difference = k == 0 ? 1 : 0;
+        for (int i = 0; i < 3; ++i) {
+            double stage = 0;
+            for (int j = 0; j < 3; ++j) stage += A(i, j) * std::pow(radau::C[j], k);
+            difference += radau::E[i] * stage;
+        }
+        if (k < 3)
+            EXPECT_NEAR(difference, 0, 1e-14) << k;
+        else
+            EXPECT_GT(std::abs(difference), 1e-3);
+    }
+}
+
+/** A mass on a spring, one of each at 1 and 2.7 Hz, and their closed form. **/
+struct Springs {
+    Springs() {
+        for (const Real frequency : {1.0, 2.7}) {
+            masses.emplace_back(matter.Ground(),
+                                Body::Rigid(MassProperties(2, Vec3(0), Inertia(1))));
+            const Real omega = 2 * Pi * frequency;
+            Force::MobilityLinearSpring(forces, masses.back(), MobilizerQIndex(0),
+                                        2 * omega * omega, 0);
+        }
+        state = system.realizeTopology();
+        for (MobilizedBody::Slider& mass : masses) mass.setOneQ(state, 0, 0.1);
+    }
+    Real calcError(const State& at) const {
+        const Real t = at.getTime();
+        return std::max(std::abs(masses[0].getOneQ(at, 0) - 0.1 * std::cos(2 * Pi * t)),
+                        std::abs(masses[1].getOneQ(at, 0) - 0.1 * std::cos(2 * Pi * 2.7 * t)));
+    }
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    std::vector<MobilizedBody::Slider> masses;
+    State state;
+};
+
+TEST(Radau, GlobalErrorIsTenTimesTheAccuracyAtMostInTenPeriods) {
+    const Springs model;
+    long steps = 0;
+    for (const Real accuracy : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
+        RadauIntegrator integrator(model.system);
+        integrator.setAccuracyNorm(ImplicitIntegrator::AccuracyNorm::Displacement);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(model.state);
+        Real error = 0;
+        for (int k = 1; k <= 1000; ++k) {
+            integrator.stepTo(0.01 * k);
+            error = std::max(error, model.calcError(integrator.getState()));
+        }
+        EXPECT_LT(error, 10 * accuracy) << accuracy;
+        // Nor is more done than was asked.
+        EXPECT_GT(error, 1e-3 * accuracy) << accuracy;
+        steps = integrator.getStatistics().stepsTaken;
+    }
+    EXPECT_LT(steps, 6000);
+}
+
+/** Two soft links and a stiff one, on balls, out of the plane. **/
+struct Chain {
+    Chain() {
+        for (int k = 0; k < 3; ++k) {
+            test::PointMassPartOptions options;
+            options.seed = unsigned(k + 3);
+            options.numModes = 4 + k;
+            options.lowestFrequency = k == 2 ? 2000 : 5;
+            options.highestFrequency = k == 2 ? 9000 : 30;
+            links.emplace_back(flexible, test::makePointMassPart(options).body);
+            Joint::Ball(flexible, k ? links[size_t(k - 1)].interface("B") : matter.Ground(),
+                        links.back().interface("A"));
+        }
+        state = system.realizeTopology();
+        Transform end;
+        for (FlexibleBody& link : links) {
+            link.setPoseByInterface(state, "A", end);
+            system.realize(state, Stage::Velocity);
+            end = link.interface("B").calcMotion(state).X;
+        }
+        links.back().setFrameVelocity(state, SpatialVec(Vec3(1, 4, -2), Vec3(0)));
+    }
+    Vec3 findTip(const State& at) const {
+        system.realize(at, Stage::Velocity);
+        return links.back().interface("B").calcMotion(at).X.p();
+    }
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    Force::Gravity gravity{forces, matter, -YAxis, 9.81};
+    FlexibleBodySubsystem flexible{system, matter};
+    std::vector<FlexibleBody> links;
+    State state;
+};
+
+TEST(Radau, FollowsFlexibleBodiesWithStiffModesInFewSteps) {
+    const Chain model;
+    const Real end = 0.4;
+    RadauIntegrator exact(model.system);
+    exact.setAccuracy(1e-11);
+    exact.initialize(model.state);
+    exact.stepTo(end);
+    // Not the reference of its own: BDF agrees with it as far as it gets.
+    BdfIntegrator bdf(model.system);
+    bdf.setAccuracy(1e-9);
+    bdf.initialize(model.state);
+    bdf.stepTo(end);
+    EXPECT_LT((model.findTip(exact.getState()) - model.findTip(bdf.getState())).norm(), 3e-5);
+    for (const Real accuracy : {1e-4, 1e-6, 1e-8}) {
+        RadauIntegrator integrator(model.system);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(model.state);
+        integrator.stepTo(end);
+        EXPECT_LT((model.findTip(exact.getState()) - model.findTip(integrator.getState())).norm(),
+                  10 * accuracy);
+        EXPECT_LT(integrator.getStatistics().stepsTaken, bdf.getStatistics().stepsTaken / 10);
+    }
+}
+
+Transform findInterface(const std::shared_ptr<const ReducedBody>& part, const char* name) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody body(flexible, part);
+    const State state = system.realizeTopology();
+    system.realize(state, Stage::Velocity);
+    return body.interface(name).calcMotion(state).X;
+}
+
+/** The rows of stiff force elements stand twice in the complex system: were one of them wrong, or
+the combination of J, the iteration would crawl. **/
+TEST(Radau, NewtonsMatrixOfALinearSystemIsExact) {
+    const auto part = test::makePointMassPart().body;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody body(flexible, part);
+    for (const char* name : {"A", "B"})
+        Bushing(flexible, Attachment(matter.Ground(), findInterface(part, name)),
+                body.interface(name), Bushing::diagonal(Vec6(30, 200, 10, 3e5, 1e6, 2e5)),
+                Bushing::diagonal(Vec6(1, 3, 2, 3e3, 900, 100)));
+    State state = system.realizeTopology();
+    Vector xi(body.getNumModes(), 0.0);
+    xi[0] = 1e-6;
+    body.setModalCoordinates(state, xi);
+    RadauIntegrator integrator(system);
+    integrator.setAccuracy(1e-11);
+    integrator.setFixedStep(1e-3);
+    integrator.initialize(state);
+    integrator.stepTo(0.05);
+    const IntegratorStatistics& statistics = integrator.getStatistics();
+    EXPECT_LE(statistics.newtonIterations, 3 * statistics.stepsTaken);
+    EXPECT_EQ(statistics.convergenceFailures, 0);
+}
+
+/** Turns the speed around where the mass passes 0.03 m upwards. **/
+class Mirror : public TriggeredEventHandler {
+public:
+    explicit Mirror(const MobilizedBody& mass)
+        : TriggeredEventHandler(Stage::Position), m_mass(mass) {
+        getTriggerInfo().setTriggerOnFallingSignTransition(false);
+    }
+    Real getValue(const State& state) const override { return m_mass.getOneQ(state, 0) - 0.03; }
+    void handleEvent(State& state, Real, bool&) const override {
+        times.push_back(state.getTime());
+        m_mass.setOneU(state, 0, -m_mass.getOneU(state, 0));
+    }
+    mutable std::vector<Real> times;
+
+private:
+    const MobilizedBody& m_mass;
+};
+
+TEST(Radau, EventsAreLocatedInsideOfLongStepsToTheAccuracy) {
+    Springs model;
+    auto* mirror = new Mirror(model.masses[0]);
+    mirror->getTriggerInfo().setRequiredLocalizationTimeWindow(1e-9);
+    model.system.addEventHandler(mirror);
+    State state = model.system.realizeTopology();
+    model.masses[0].setOneQ(state, 0, -0.1);
+    for (const Real accuracy : {1e-5, 1e-7}) {
+        mirror->times.clear();
+        RadauIntegrator integrator(model.system);
+        integrator.setAccuracyNorm(ImplicitIntegrator::AccuracyNorm::Displacement);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(state);
+        integrator.stepTo(3);
+        // −0.1 cos(2πt) reaches 0.03, turns round and comes back after twice that time.
+        const Real first = std::acos(-0.3) / (2 * Pi);
+        ASSERT_EQ(mirror->times.size(), 5u);
+        for (size_t k = 0; k < mirror->times.size(); ++k)
+            EXPECT_NEAR(mirror->times[k], Real(2 * k + 1) * first, 100 * accuracy);
+        EXPECT_LT(integrator.getStatistics().stepsTaken, 2000);
+    }
+}
+
+TEST(Radau, RefusesIndex3) {
+    const Springs model;
+    RadauIntegrator integrator(model.system);
+    integrator.setFormulation(ImplicitIntegrator::Formulation::Index3);
+    EXPECT_THROW(integrator.initialize(model.state), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace simflex
