@@ -55,7 +55,8 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
            << '\n';
     script << "set label 1 " << quoteForGnuplot("{/:Bold " + panel.title + "}")
            << " at screen 0.085," << upper + 0.021 << " left textcolor rgb '#202020'\n"
-           << "set key at screen 0.93," << upper + 0.04
+           << "set key at screen 0.93,"
+           << upper + (panel.title.empty() ? 0.06 : 0.04)  // room for a second row
            << " right top horizontal samplen 2.5 width -1\n";
     script << "set ylabel " << quoteForGnuplot(panel.yLabel) << " offset 0.5,0\n";
     script << (hasRightAxis ? "set y2tics\n" : "unset y2tics\n");
@@ -65,7 +66,7 @@ void writePanel(std::ostream& script, const Plot& plot, int index) {
                    ? "set logscale y\nset format y '10^{%T}'\nunset offsets\nset autoscale y\n"
                    : "unset logscale y\nset format y '%g'\nset autoscale yfix\n"
                      "set offsets graph 0, graph 0, graph 0.06, graph 0.06\n")
-           << (plot.hasLogarithmicX ? "set logscale x\n" : "unset logscale x\n");
+           << (plot.hasLogarithmicX ? "set logscale x\nset autoscale x\n" : "unset logscale x\n");
     for (size_t i = 0; i < plot.marks.size(); ++i) {
         const Plot::Mark& mark = plot.marks[i];
         script << "set arrow " << i + 1 << " from first " << mark.x << ", graph 0 to first "

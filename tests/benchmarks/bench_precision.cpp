@@ -1,6 +1,7 @@
 // Work-precision diagrams: global error against wall time for BDF of orders 1 to 5,
-// generalized-alpha and, on models soft and small enough, Simbody's integrators, over accuracies
-// 1e-2 to 1e-8 of the size of each model's motion.
+// generalized-alpha, Radau and, on models soft and small enough, Simbody's integrators, over
+// accuracies 1e-2 to 1e-8 of the size of each model's motion. Two longer problems compare Radau
+// with BDF as it is by default, by what each costs for a given error.
 //
 //   bench_precision [--out DIR] [MODEL...]     default: all models, build/output/precision
 
@@ -35,6 +36,11 @@ struct Problem {
     std::string name;
     double duration;
     double size;  ///< of the motion that is looked at [m]; accuracies and errors are parts of it
+    std::string error = "global error, as a part of the motion";
+    std::vector<double> accuracies = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
+    double tightest = 1e-10;        ///< accuracy of the reference
+    bool comparesDefaults = false;  ///< BDF as it is by default and Radau, no others
+    Probe end;                      ///< as published, if it is
     const MultibodySystem* system = nullptr;
     State state;
     std::function<Probe(const State&)> probe;
@@ -44,7 +50,6 @@ struct Problem {
 };
 
 constexpr int NumSamples = 10;  // instants at which solutions are compared
-const std::vector<double> accuracies = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
 
 std::shared_ptr<const ReducedBody> readPart(const std::string& name) {
     return std::make_shared<const ReducedBody>(
@@ -72,6 +77,32 @@ Problem makeSliderCrank() {
     return problem;
 }
 
+/** The same without damping, for longer and under a torque that turns it a few times: modes that
+were excited go on. The slider's position, in metres. **/
+Problem makeFreeSliderCrank() {
+    examples::SliderCrankOptions options;
+    options.drive = examples::SliderCrankOptions::Drive::Torque;
+    options.torque = 0.1;
+    options.damping = 0;
+    static const auto crank = readPart("crank"), rod = readPart("rod");
+    auto model = std::make_shared<examples::SliderCrankModel>(options, crank, rod);
+    Problem problem;
+    problem.name = "slider_crank_free";
+    problem.duration = 1;
+    problem.size = 1;
+    problem.error = "largest error of the slider's position [m]";
+    problem.accuracies = {1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11};
+    problem.tightest = 1e-12;
+    problem.comparesDefaults = true;
+    problem.state = model->makeInitialState();
+    problem.system = &model->system;
+    problem.probe = [m = model.get()](const State& state) {
+        return Probe{m->calcSliderPosition(state)};
+    };
+    problem.model = model;
+    return problem;
+}
+
 Problem makeStator() {
     examples::StatorOptions options;
     options.runUp = 0.05;
@@ -87,6 +118,7 @@ Problem makeStator() {
     problem.name = "stator";
     problem.duration = 0.05;
     problem.size = 1e-4;
+    problem.tightest = 1e-9;
     problem.state = model->makeInitialState();
     problem.system = &model->system;
     problem.probe = [m = model.get()](const State& state) {
@@ -214,10 +246,62 @@ Problem makeStiffPendulum() {
     return problem;
 }
 
+/** Andrews' squeezing mechanism: seven bodies in a plane, K1 driven by a torque, K3 held by a
+spring. All end in one point of K2. Angles in the order β, Θ, γ, Φ, δ, Ω, ε, in radians. Data and
+end: IVP test set, problem "andrews"; E. Hairer, G. Wanner, Solving ODEs II, VII.7. **/
+Problem makeAndrews() {
+    auto model = std::make_shared<Multibody>();
+    const auto makeBody = [](Real mass, const Vec3& center, Real inertia) {
+        return Body::Rigid(
+            MassProperties(mass, center, Inertia(inertia).shiftFromMassCenter(-center, mass)));
+    };
+    MobilizedBody& ground = model->matter.updGround();
+    const Vec3 A(-0.06934, -0.00227, 0), B(-0.03635, 0.03273, 0), C(0.014, 0.072, 0);
+    using Pin = MobilizedBody::Pin;
+    Pin k1(ground, Vec3(0), makeBody(0.04325, Vec3(0.00092, 0, 0), 2.194e-6), Vec3(0));
+    Pin k2(k1, Vec3(0.007, 0, 0), makeBody(0.00365, Vec3(-0.0115, 0, 0), 4.410e-7), Vec3(0));
+    Pin k3(ground, B, makeBody(0.02373, Vec3(0.01043, -0.01874, 0), 5.255e-6), Vec3(0));
+    Pin k5(ground, A, makeBody(0.07050, Vec3(0.02308, 0.00916, 0), 1.169e-5), Vec3(0));
+    Pin k4(k5, Vec3(0.04, 0, 0), makeBody(0.00706, Vec3(0, -0.00579, 0), 5.667e-7), Vec3(0));
+    Pin k7(ground, A, makeBody(0.05498, Vec3(-0.01228, -0.00449, 0), 1.912e-5), Vec3(0));
+    Pin k6(k7, Vec3(0, -0.04, 0), makeBody(0.00706, Vec3(0.00579, 0, 0), 5.667e-7), Vec3(0));
+    const Attachment end(k2, Vec3(-0.028, 0, 0));
+    Joint::PointOnLine(model->flexible, end, Attachment(k3, Vec3(0, -0.035, 0)));
+    Joint::PointOnLine(model->flexible, end, Attachment(k4, Vec3(0, -0.02, 0)));
+    Joint::PointOnLine(model->flexible, end, Attachment(k6, Vec3(0.02, 0, 0)));
+    Force::TwoPointLinearSpring(model->forces, k3, Vec3(0.02, -0.018, 0), ground, C, 4530, 0.07785);
+    Force::MobilityConstantForce(model->forces, k1, MobilizerUIndex(0), 0.033);
+    Problem problem;
+    problem.name = "andrews";
+    problem.duration = 0.03;
+    problem.size = 1;
+    problem.error = "largest error of the angles [rad]";
+    problem.accuracies = {1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11};
+    problem.tightest = 1e-13;
+    problem.comparesDefaults = true;
+    problem.end = {15.81077119629904,  -15.75637105984298, 0.04082224013073101, -0.5347301163226948,
+                   0.5244099658805304, 0.5347301163226948, 1.048080741042263};
+    problem.state = model->system.realizeTopology();
+    problem.system = &model->system;
+    std::vector<Pin> pins = {k1, k2, k3, k4, k5, k6, k7};
+    const double angles[] = {-0.0617138900142764496, 0,
+                             0.455279819163070380,   0.222668390165885885,
+                             0.487364979543842550,   -0.222668390165885885,
+                             1.23054744454982119};
+    for (size_t k = 0; k < pins.size(); ++k) pins[k].setAngle(problem.state, angles[k]);
+    problem.probe = [pins](const State& state) {
+        Probe probe;
+        for (const Pin& pin : pins) probe.push_back(pin.getAngle(state));
+        return probe;
+    };
+    problem.model = model;
+    return problem;
+}
+
 struct Solution {
     std::vector<Probe> samples;
     double seconds = 0;
-    long steps = 0;
+    long steps = 0, iterations = 0;
 };
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -239,6 +323,7 @@ Solution run(ImplicitIntegrator& integrator, const Problem& problem, double accu
     }
     solution.seconds = secondsSince(start) - probing;
     solution.steps = integrator.getStatistics().stepsTaken;
+    solution.iterations = integrator.getStatistics().newtonIterations;
     return solution;
 }
 
@@ -255,6 +340,7 @@ Solution run(Integrator& integrator, const Problem& problem, double accuracy) {
     }
     solution.seconds = secondsSince(start);
     solution.steps = integrator.getNumStepsTaken();
+    solution.iterations = integrator.getNumIterations();
     return solution;
 }
 
@@ -268,13 +354,24 @@ double calcError(const Solution& solution, const Solution& reference) {
 
 struct Method {
     std::string name;
-    int order;  ///< 0: not ours
+    int order;  ///< 0: its slope is not promised
     std::string color;
     std::function<Solution(const Problem&, double accuracy)> run;
 };
 
 std::vector<Method> listMethods(const Problem& problem) {
     const char* colors[] = {"#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2"};
+    const Method radau{"Radau", 0, "#882255", [](const Problem& p, double accuracy) {
+                           RadauIntegrator integrator(*p.system);
+                           return run(integrator, p, accuracy);
+                       }};
+    if (problem.comparesDefaults)
+        return {{"default BDF", 0, colors[1],
+                 [](const Problem& p, double accuracy) {
+                     BdfIntegrator integrator(*p.system);
+                     return run(integrator, p, accuracy);
+                 }},
+                radau};
     std::vector<Method> methods;
     for (int order = 1; order <= 5; ++order)
         methods.push_back({"BDF" + std::to_string(order), order, colors[order - 1],
@@ -287,10 +384,7 @@ std::vector<Method> listMethods(const Problem& problem) {
                            GeneralizedAlphaIntegrator integrator(*p.system);
                            return run(integrator, p, accuracy);
                        }});
-    methods.push_back({"Radau", 5, "#882255", [](const Problem& p, double accuracy) {
-                           RadauIntegrator integrator(*p.system);
-                           return run(integrator, p, accuracy);
-                       }});
+    methods.push_back(radau);
     if (!problem.runsNatively) return methods;
     methods.push_back({"Simbody RKM", 0, "#cc79a7", [](const Problem& p, double accuracy) {
                            RungeKuttaMersonIntegrator integrator(*p.system);
@@ -314,65 +408,154 @@ double fitSlope(const std::vector<double>& x, const std::vector<double>& y) {
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-void study(const Problem& problem, const std::string& folder, std::string& json) {
+/** What a method did at one accuracy. **/
+struct Run {
+    double accuracy, error, seconds, steps, iterations;
+};
+using Runs = std::vector<Run>;
+
+/** What a run with this error costs, between two by their logarithms. Beyond the last, and said so:
+at order 2, where the error falls as accuracy^(2/3) and the cost grows as its inverse root. **/
+double findCost(const Runs& runs, double error, double Run::*cost) {
+    size_t k = 0;
+    while (k < runs.size() && runs[k].error > error) ++k;
+    if (k == 0) return runs[0].*cost;
+    if (k == runs.size()) {
+        std::printf("(to an error of %g: extrapolated from %.1e)\n", error, runs.back().error);
+        return runs.back().*cost * std::sqrt(runs.back().error / error);
+    }
+    const Run &before = runs[k - 1], &after = runs[k];
+    const double share = std::log(error / before.error) / std::log(after.error / before.error);
+    return before.*cost * std::pow(after.*cost / (before.*cost), share);
+}
+
+/** Runs of all methods, by name. **/
+using Study = std::map<std::string, Runs>;
+
+/** Errors are differences to Radau's solution at the tightest accuracy.
+@param floor  how far that is from what is published, from BDF5 or from Radau at ten times the
+    accuracy: smaller errors mean nothing **/
+Solution findReference(const Problem& problem, const std::vector<Method>& methods, double& floor) {
+    const auto run = [&](const std::string& name, double accuracy) {
+        return std::find_if(methods.begin(), methods.end(),
+                            [&](const Method& method) { return method.name == name; })
+            ->run(problem, accuracy);
+    };
+    const Solution reference = run("Radau", problem.tightest);
+    Solution second = reference;
+    if (!problem.end.empty())
+        second.samples.back() = problem.end;
+    else if (problem.comparesDefaults)
+        second = run("Radau", 10 * problem.tightest);
+    else
+        second = run("BDF5", problem.tightest);
+    floor = calcError(second, reference) / problem.size;
+    return reference;
+}
+
+Study study(const Problem& problem, const std::string& folder, std::string& json) {
     const std::vector<Method> methods = listMethods(problem);
-    // Two independent references: their difference says how far down errors mean something.
-    const double tightest = std::max(1e-10, 1e-13 / problem.size);
-    const Solution reference = methods[4].run(problem, tightest);
-    const double floor = calcError(methods[3].run(problem, tightest), reference) / problem.size;
-    std::printf("\n%s: %g s, in parts of %g m, references of orders 4 and 5 differ by %.1e\n",
-                problem.name.c_str(), problem.duration, problem.size, floor);
-    std::printf("%-18s %9s %12s %10s %10s\n", "method", "accuracy", "error", "time [ms]", "steps");
+    double floor = 0;
+    const Solution reference = findReference(problem, methods, floor);
+    std::printf("\n%s: %g s; %s", problem.name.c_str(), problem.duration, problem.error.c_str());
+    if (problem.size != 1) std::printf(", %g m", problem.size);
+    std::printf("; two references differ by %.1e\n", floor);
+    std::printf("%-18s %9s %12s %10s %10s %10s\n", "method", "accuracy", "error", "time [ms]",
+                "steps", "iterations");
 
     std::string title = problem.name;  // gnuplot would lower what follows an underscore
     std::replace(title.begin(), title.end(), '_', ' ');
-    Plot plot{title, "global error, as a part of the motion", {}, {}, true};
+    Plot plot{title, problem.error, {}, {}, true};
     plot.panels.push_back({"", "wall time [ms]", {}, "", true});
-    std::vector<std::vector<double>> rows;
-    json += (json.size() > 1 ? ", " : "") + ("\"" + problem.name + "\": {");
-    for (size_t m = 0; m < methods.size(); ++m) {
+    Study result;
+    json += (json.empty() ? "" : ", ") + ("\"" + problem.name + "\": {");
+    for (const Method& method : methods) {
+        Runs& runs = result[method.name];
         std::vector<double> errors, times;
-        bool isMonotonic = true;
-        for (double accuracy : accuracies) {
-            const Solution solution = methods[m].run(problem, accuracy);
-            const double error = calcError(solution, reference) / problem.size;
-            if (!errors.empty() && error > errors.back() && error > 3 * floor) isMonotonic = false;
-            errors.push_back(error);
-            times.push_back(1e3 * solution.seconds);
-            std::printf("%-18s %9.0e %12.3e %10.2f %10ld\n", methods[m].name.c_str(), accuracy,
-                        error, 1e3 * solution.seconds, solution.steps);
-            std::fflush(stdout);
-            rows.push_back(
-                {double(m), accuracy, error, 1e3 * solution.seconds, double(solution.steps)});
-        }
-        plot.panels[0].series.push_back({methods[m].name, errors, times, methods[m].color});
-        plot.panels[0].series.back().hasPoints = true;
         std::vector<double> x, y;  // above the references' own error
-        for (size_t k = 0; k < errors.size(); ++k)
-            if (errors[k] > 3 * floor) x.push_back(accuracies[k]), y.push_back(errors[k]);
+        bool isMonotonic = true;
+        double worst = 0;  // error, in accuracies
+        for (double accuracy : problem.accuracies) {
+            Solution solution = method.run(problem, accuracy);
+            for (int repeat = 1; repeat < 3 && solution.seconds < 0.3; ++repeat)
+                solution.seconds =
+                    std::min(solution.seconds, method.run(problem, accuracy).seconds);
+            const double error = calcError(solution, reference) / problem.size;
+            if (!runs.empty() && error > runs.back().error && error > 3 * floor)
+                isMonotonic = false;
+            if (error > floor) errors.push_back(error), times.push_back(1e3 * solution.seconds);
+            if (error > 3 * floor) {
+                x.push_back(accuracy), y.push_back(error);
+                worst = std::max(worst, error / accuracy);
+            }
+            runs.push_back({accuracy, error, solution.seconds, double(solution.steps),
+                            double(solution.iterations)});
+            std::printf("%-18s %9.0e %12.3e %10.2f %10ld %10ld\n", method.name.c_str(), accuracy,
+                        error, 1e3 * solution.seconds, solution.steps, solution.iterations);
+            std::fflush(stdout);
+        }
+        plot.panels[0].series.push_back({method.name, errors, times, method.color});
+        plot.panels[0].series.back().hasPoints = true;
         const double slope = x.size() > 1 ? fitSlope(x, y) : 0;
-        const int order = methods[m].order;
         char text[160];
-        std::snprintf(text, sizeof text, "%s\"%s\": {\"slope\": %.2f, \"monotonic\": %s}",
-                      m ? ", " : "", methods[m].name.c_str(), slope,
-                      isMonotonic ? "true" : "false");
+        std::snprintf(
+            text, sizeof text,
+            "%s\"%s\": {\"slope\": %.2f, \"error_over_accuracy\": %.3g, \"monotonic\": %s}",
+            &method == &methods.front() ? "" : ", ", method.name.c_str(), slope, worst,
+            isMonotonic ? "true" : "false");
         json += text;
         std::printf("%-18s slope %.2f", "", slope);
-        if (order > 0) std::printf(" (at least %.2f is promised)", double(order) / (order + 1));
-        std::printf(", %s\n", isMonotonic ? "monotonic" : "NOT monotonic");
+        if (method.order > 0)
+            std::printf(" (at least %.2f is promised)", double(method.order) / (method.order + 1));
+        std::printf(", error at most %.3g accuracies, %s\n", worst,
+                    isMonotonic ? "monotonic" : "NOT monotonic");
     }
     json += "}";
 
     std::filesystem::create_directories(folder);
     std::ofstream csv(folder + "/" + problem.name + ".csv");
-    csv << "method,accuracy,error,time_ms,steps\n";
-    for (const std::vector<double>& row : rows) {
-        csv << methods[size_t(row[0])].name;
-        for (size_t k = 1; k < row.size(); ++k) csv << ',' << row[k];
-        csv << '\n';
-    }
+    csv << "method,accuracy,error,time_ms,steps,iterations\n";
+    for (const Method& method : methods)
+        for (const Run& run : result[method.name])
+            csv << method.name << ',' << run.accuracy << ',' << run.error << ','
+                << 1e3 * run.seconds << ',' << run.steps << ',' << run.iterations << '\n';
     if (examples::writePlot(plot, folder + "/" + problem.name + ".png"))
         std::printf("%s\n", (folder + "/" + problem.name + ".png").c_str());
+    return result;
+}
+
+/** What Radau needs of steps, or of BDF's time, for a given error. **/
+std::string summarize(const Problem& problem, const Study& study) {
+    if (!problem.comparesDefaults) return "";
+    const Runs &bdf = study.at("default BDF"), &radau = study.at("Radau");
+    char text[400];
+    if (problem.name == "andrews") {
+        const double steps = findCost(radau, 1e-5, &Run::steps);
+        std::printf("to 1e-5 rad: %.0f steps by Radau, %.0f by BDF\n", steps,
+                    findCost(bdf, 1e-5, &Run::steps));
+        std::snprintf(text, sizeof text, ", \"andrews_error_1e-5_steps\": %.0f", steps);
+        return text;
+    }
+    double ratios[2];
+    for (int k = 0; k < 2; ++k) {
+        const double error = k == 0 ? 1e-5 : 1e-7;
+        const double own = findCost(radau, error, &Run::seconds),
+                     other = findCost(bdf, error, &Run::seconds);
+        ratios[k] = own / other;
+        std::printf("to %g m: %.3f s by Radau, %.3f s by BDF\n", error, own, other);
+    }
+    const auto at = [](const Runs& runs) {  // the default accuracy
+        return *std::find_if(runs.begin(), runs.end(),
+                             [](const Run& run) { return run.accuracy == 1e-6; });
+    };
+    const Run r = at(radau), b = at(bdf);
+    std::snprintf(text, sizeof text,
+                  ", \"slider_crank_free\": {\"radau\": {\"error\": %.2e, \"seconds\": %.4f}, "
+                  "\"bdf\": {\"error\": %.2e, \"seconds\": %.4f}}, \"radau_over_bdf_at_1e-5\": "
+                  "%.3f, \"radau_over_bdf_at_1e-7\": %.4f, \"newton_iterations_per_step\": %.2f",
+                  r.error, r.seconds, b.error, b.seconds, ratios[0], ratios[1],
+                  r.iterations / r.steps);
+    return text;
 }
 
 }  // namespace
@@ -380,12 +563,12 @@ void study(const Problem& problem, const std::string& folder, std::string& json)
 
 int main(int argc, char** argv) {
     using namespace simflex;
-    const std::map<std::string, Problem (*)()> problems = {{"slider_crank", makeSliderCrank},
-                                                           {"spinning_body", makeSpinningBody},
-                                                           {"soft_pendulum", makeSoftPendulum},
-                                                           {"stator", makeStator},
-                                                           {"stiff_pendulum", makeStiffPendulum}};
-    std::string folder = SIMFLEX_OUTPUT "/precision", json = "{";
+    const std::map<std::string, Problem (*)()> problems = {
+        {"slider_crank", makeSliderCrank},          {"spinning_body", makeSpinningBody},
+        {"soft_pendulum", makeSoftPendulum},        {"stator", makeStator},
+        {"slider_crank_free", makeFreeSliderCrank}, {"andrews", makeAndrews},
+        {"stiff_pendulum", makeStiffPendulum}};
+    std::string folder = SIMFLEX_OUTPUT "/precision", slopes, goals;
     std::vector<std::string> names;
     for (int i = 1; i < argc; ++i) {
         const std::string argument = argv[i];
@@ -402,7 +585,10 @@ int main(int argc, char** argv) {
     }
     if (names.empty())
         for (const auto& problem : problems) names.push_back(problem.first);
-    for (const std::string& name : names) study(problems.at(name)(), folder, json);
-    std::printf("\n%s}\n", json.c_str());
+    for (const std::string& name : names) {
+        const Problem problem = problems.at(name)();
+        goals += summarize(problem, study(problem, folder, slopes));
+    }
+    std::printf("\n{\"slopes\": {%s}%s}\n", slopes.c_str(), goals.c_str());
     return 0;
 }
