@@ -24,7 +24,7 @@ OPTIONS = parser.parse_args()
 def read_classes(text):
     """Qualified names of the classes that are defined at namespace scope, those of unnamed namespaces left out."""
     namespaces = []
-    pattern = r"^namespace ([\w:]*) ?\{|^(\}  // namespace.*)|^(?:class|struct|enum class|enum) (\w+)\b(?!::)[^;{()]*\{"
+    pattern = r"^namespace ([\w:]*) ?\{|^(\}  // namespace.*)|^(?:class|struct|enum class|enum) (\w+)\b(?!(?:<[\w, ]*>)?::)[^;{()]*\{"
     for match in re.finditer(pattern, text, re.M):
         opened, closed, name = match.groups()
         if opened is not None:

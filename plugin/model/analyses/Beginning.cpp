@@ -58,6 +58,7 @@ std::string nameMotions(const Model& model, std::string message) {
 
 std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
     const ModelValue solver = model.getFile().get("solver");
+    const bool isIndex3 = solver.get("formulation").getText() == "index3";
     const std::string method = solver.get("method").getText();
     const auto belongsTo = [&](const char* key, const char* owner) {
         if (method != owner && solver.get(key).isGiven())
@@ -67,7 +68,7 @@ std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
     belongsTo("spectral_radius", "generalized_alpha");
     std::unique_ptr<Integrator> integrator;
     if (method == "radau") {
-        if (solver.get("formulation").getText() == "index3")
+        if (isIndex3)
             solver.get("formulation")
                 .fail("belongs to methods bdf and generalized_alpha, not radau");
         integrator = std::make_unique<RadauIntegrator>(model.getSystem());
@@ -84,8 +85,7 @@ std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
     }
     setSteps(solver, *integrator);
     integrator->addBreakTimes(KnownTimes(model.getFile()));
-    if (solver.get("formulation").getText() == "index3")
-        integrator->setFormulation(Integrator::Formulation::Index3);
+    if (isIndex3) integrator->setFormulation(Integrator::Formulation::Index3);
     const std::string form = solver.get("block_form").getText();
     if (form == "arrow") integrator->setBlockForm(Integrator::BlockForm::Arrow);
     if (form == "dense") integrator->setBlockForm(Integrator::BlockForm::Dense);

@@ -13,9 +13,10 @@ SchemaForm solver() {
     return map(
         "the solver's settings",
         {
-            SchemaKey("method", {choice({"bdf", "generalized_alpha", "radau"})}, "Integration method.")
-                .orElse("bdf")
-                .such("generalized_alpha"),
+            SchemaKey("method", {choice({"bdf", "generalized_alpha", "radau"})},
+                      "Integration method.")
+                .orElse("radau")
+                .such("bdf"),
             SchemaKey("accuracy", {positive()},
                       "Local error allowed in a step, as a displacement anywhere "
                       "on a body.")

@@ -101,10 +101,10 @@ public:
     /** Thresholds of the Newton iteration; converged when changes of displacements *and*
     multipliers, or residuals of bodies *and* constraints, are below them. **/
     struct NewtonTolerances {
-        /** Largest change γΔu, as a fraction of the accuracy; unless set 0.1 where that is
-        Simbody's, which counts changes of u as well, and orders are high, and 1e-3 for Radau. **/
+        /** Largest change γΔu, as a fraction of the accuracy; of BDF 0.1 unless set where that is
+        Simbody's, which counts changes of u as well, and orders are high. **/
         SimTK::Real displacement = 3e-4;
-        /** Change of λ relative to the largest λ; 1e-4 in the same cases. **/
+        /** Change of λ relative to the largest λ; 1e-4 in the same case. **/
         SimTK::Real multiplier = 1e-5;
         SimTK::Real bodyResidual = 1e-11;        ///< relative to the largest force
         SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]

@@ -125,13 +125,8 @@ void ImplicitIntegrator::Implementation::chooseSettings() {
     if (!hasOwnConstraintTolerance)
         constraintTolerance = isRelative ? PartOfAccuracy * accuracy : TightTolerance;
     m_step->tolerances = newtonTolerances;
-    if (!m_formulas && !hasOwnNewtonTolerances) {
-        m_step->tolerances.displacement = 1e-3;
-        m_step->tolerances.multiplier = 1e-4;
-        return;
-    }
     // Errors of speeds count there as they are, not by what they do in a step.
-    if (hasOwnNewtonTolerances || !isRelative || !hasHighOrder) return;
+    if (hasOwnNewtonTolerances || !isRelative || !hasHighOrder || !m_formulas) return;
     m_step->tolerances.displacement = 0.1;
     m_step->tolerances.multiplier = 1e-4;
 }

@@ -44,7 +44,7 @@ TEST(ModelReader, MissingValuesHaveTheSchemasDefault) {
     EXPECT_FALSE(model.get("solver").isGiven());
     EXPECT_FALSE(model.get("solver").get("accuracy").isGiven());
     EXPECT_EQ(model.get("solver").get("accuracy").getNumber(), 1e-6);
-    EXPECT_EQ(model.get("solver").get("method").getText(), "bdf");
+    EXPECT_EQ(model.get("solver").get("method").getText(), "radau");
     EXPECT_EQ(model.get("gravity").getVec3(), SimTK::Vec3(0));
     EXPECT_EQ(model.get("pictures").get("size").getSize(), 2);
     EXPECT_EQ(model.get("bodies").getSize(), 0);

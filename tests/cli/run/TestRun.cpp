@@ -728,7 +728,7 @@ TEST_F(RunTest, VerifyEstimatesTheError) {
         EXPECT_THAT(out, HasSubstr(writeGeneral(estimate, 6)));
     }
 
-    write("accuracy: 1e-2");
+    write("method: bdf, accuracy: 1e-2");
     ASSERT_EQ(runModel("--verify -q"), 0) << err;
     EXPECT_THAT(out, ::testing::ContainsRegex(
                          "warning: probe 'swing' changes by [0-9.]+ % of its range between "
@@ -769,7 +769,7 @@ TEST(ProgressBar, TimeLeftCountsWhatWasDoneSinceTheBarBegan) {
 TEST_F(RunTest, AnEnergyBalanceThatDoesNotCloseIsWarnedOfThoughQuiet) {
     const auto write = [this](const std::string& accuracy) {
         writeModel(
-            makePendulum("1.5", "solver: {maximum_order: 2, accuracy: " + accuracy +
+            makePendulum("1.5", "solver: {method: bdf, maximum_order: 2, accuracy: " + accuracy +
                                     "}\nanalyses: {run: {type: transient, duration: 10}}\n"));
     };
     write("0.1");

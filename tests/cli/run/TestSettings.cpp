@@ -31,11 +31,11 @@ TEST_F(RunSettingsTest, SolversAgreeOnTheMotion) {
     const double exact = swing(1, 0.5) - 1;  // counted from the placement
     for (const char* solver :
          {"{accuracy: 1e-8, block_form: arrow}", "{accuracy: 1e-8, block_form: dense, threads: 1}",
-          "{accuracy: 1e-8, formulation: index3}",
+          "{accuracy: 1e-8, method: bdf, formulation: index3}",
           "{accuracy: 1e-8, method: generalized_alpha, spectral_radius: 0.9}",
           "{accuracy: 1e-8, initial_step: 1e-5, maximum_step: 1e-3, minimum_step: 1e-12, "
           "maximum_iterations: 20, constraint_tolerance: 1e-11}",
-          "{fixed_step: 1e-4, maximum_order: 2}"}) {
+          "{fixed_step: 1e-4, method: bdf, maximum_order: 2}"}) {
         SCOPED_TRACE(solver);
         writeModel(
             makePendulum("1", std::string("description: one of several\n"

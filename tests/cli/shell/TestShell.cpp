@@ -115,10 +115,14 @@ TEST_F(ShellTest, WhatDoesNotChangeTheMotionLeavesItWhereItIs) {
         << err;
     EXPECT_THAT(out, HasSubstr("the model was built anew with bodies.rod.color = red; it stays "
                                "where it is, t = 0.3 s\n"));
-    const std::string states = out.substr(out.find("time = "));
-    const std::string before = states.substr(0, states.find("the model"));
-    EXPECT_THAT(states.substr(before.size()), HasSubstr(before));
     const double turned = readNumber("joints.pivot.angle");
+    // A start may move what is within the constraint tolerance, 1e-10.
+    out.resize(out.rfind("t = 0.6 s"));
+    const double after = readNumber("pivot"), rateAfter = readNumber("joints.pivot.angle_rate");
+    EXPECT_EQ(readNumber("time"), 0.3);
+    out.resize(out.find("the model was built"));
+    EXPECT_NEAR(readNumber("pivot"), after, 1e-9);
+    EXPECT_NEAR(readNumber("joints.pivot.angle_rate"), rateAfter, 1e-8);
     ASSERT_EQ(shell("set pivot 0.5\nrun 0.6\nget pivot\n"), 0) << err;
     EXPECT_NEAR(turned, readNumber("joints.pivot.angle"), 1e-6);
     // What moves begins anew.
@@ -468,8 +472,8 @@ TEST_F(ShellTest, AStateThatWasKeptIsTheSameAgain) {
               0)
         << err;
     EXPECT_EQ(readNumber("time"), 0.3);
-    EXPECT_EQ(readNumber("joints.pivot.angle"), angle);
-    EXPECT_EQ(readNumber("joints.pivot.angle_rate"), rate);
+    EXPECT_NEAR(readNumber("joints.pivot.angle"), angle, 1e-9);
+    EXPECT_NEAR(readNumber("joints.pivot.angle_rate"), rate, 1e-8);
     ASSERT_EQ(shell("restore here.state\nrun 0.4\nget joints.pivot.angle\n"), 0) << err;
     EXPECT_NEAR(readNumber("joints.pivot.angle"), later, 1e-6);
 
@@ -506,7 +510,7 @@ TEST_F(ShellTest, ListsNameWhatTheModelHas) {
     EXPECT_EQ(readRow("tip")[1], "rod");
     EXPECT_EQ(readNumber("time"), 0.5);
     EXPECT_EQ(readNumber("solver.accuracy"), 1e-8);
-    EXPECT_THAT(out, AllOf(HasSubstr("solver.method = bdf (default)"), HasSubstr("history 1\n")));
+    EXPECT_THAT(out, AllOf(HasSubstr("solver.method = radau (default)"), HasSubstr("history 1\n")));
 }
 
 }  // namespace
