@@ -122,11 +122,21 @@ void ImplicitIntegrator::Implementation::chooseSettings() {
                                                           : Norm::RootMeanSquare);
 
     constexpr Real TightTolerance = 1e-10, PartOfAccuracy = 0.1;  // as in SimTK::Integrator
+    // What is projected is noise to the error test.
+    constexpr Real LargestNoise = 0.01;
     if (!hasOwnConstraintTolerance)
-        constraintTolerance = isRelative ? PartOfAccuracy * accuracy : TightTolerance;
+        constraintTolerance = isRelative ? PartOfAccuracy * accuracy
+                                         : std::min(TightTolerance, LargestNoise * accuracy);
     m_step->tolerances = newtonTolerances;
+    if (hasOwnNewtonTolerances) return;
+    if (!m_formulas) {
+        // Errors of steps may be far below the accuracy; those of the iteration should not stand
+        // out.
+        m_step->tolerances.displacement = 1e-4;
+        return;
+    }
     // Errors of speeds count there as they are, not by what they do in a step.
-    if (hasOwnNewtonTolerances || !isRelative || !hasHighOrder || !m_formulas) return;
+    if (!isRelative || !hasHighOrder) return;
     m_step->tolerances.displacement = 0.1;
     m_step->tolerances.multiplier = 1e-4;
 }

@@ -14,9 +14,11 @@ order 3 and more, and steps are far longer than those of order 2 where a small e
     integrator.initialize(state);
     integrator.stepTo(0.1);
 
-Everything else is as in ImplicitIntegrator.h. Inside a step the solution is the collocation
-polynomial, of order 3. The error is estimated by an embedded formula of order 3, which the result
-is better than. Formulation::Index3 is refused.
+Everything else is as in ImplicitIntegrator.h. The error of the result is about as large as the
+accuracy, 10 times that at most over the first ten periods of a smooth motion: an embedded formula
+of order 3, and how far it changes from step to step, tell the error of the step itself. Inside a
+step the solution is the collocation polynomial, of order 3. Near singular positions steps are those
+of BDF2. Formulation::Index3 is refused.
 Source: E. Hairer, G. Wanner, Solving ODEs II, IV.8 and VII.4. **/
 
 #include "simflex/solver/ImplicitIntegrator.h"

@@ -202,6 +202,8 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
     constexpr double SlowestRate = 0.15;
     bool refresh =
         m_reuse.beginStep(factors, SlowestRate) || blockForm == BlockForm::Dense || forceFullNewton;
+    // The first change is judged by itself: what it leaves adds up over many short steps.
+    m_reuse.resetRate();
     bool hasNewDerivatives = false;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
     for (int i = 0; i < NumStages; ++i) {

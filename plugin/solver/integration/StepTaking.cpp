@@ -65,7 +65,7 @@ bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) 
     const SolutionPoint& start = m_history[0];
     RadauStep& step = updStages();
     m_equations->updErrorNorm().setReference(start.q.data(), start.u.data(), start.z.data());
-    const IntegrationScheme::DenseNodes nodes = m_scheme->getDenseNodes(lastOrder);
+    const IntegrationScheme::DenseNodes nodes = m_scheme->getDenseNodes(m_order);
     for (int i = 0; i < radau::NumStages; ++i) {
         SolutionPoint& stage = step.updStage(i);
         stage.t = start.t + radau::C[i] * h;
