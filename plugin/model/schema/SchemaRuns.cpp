@@ -25,7 +25,7 @@ SchemaForm solver() {
                 .such("1e-5"),
             SchemaKey("constraint_tolerance", {positive()}, "Error allowed in the joints.")
                 .in("m, rad")
-                .orElse("1e-10")
+                .orElseNote("1e-10, or a hundredth of the accuracy if that is less")
                 .such("1e-9"),
             SchemaKey("formulation", {choice({"stabilized_index2", "index3"})},
                       "Form of the equations of motion.")
