@@ -86,8 +86,13 @@ void ImplicitStep::formAndFactor(const NewtonFactors& factors, const std::vector
 
 void ImplicitStep::factor() {
     m_canProject = false;
+    runFactorization([this] { m_solver.factor(m_system); });
+    m_statistics.redundantConstraints = m_solver.getNumRedundant();
+}
+
+void ImplicitStep::runFactorization(const std::function<void()>& factorize) {
     try {
-        m_solver.factor(m_system);
+        factorize();
     } catch (const SingularBlock& error) {
         invalidateMatrix();
         throw std::runtime_error(
@@ -97,7 +102,6 @@ void ImplicitStep::factor() {
         throw;
     }
     ++m_statistics.factorizations;
-    m_statistics.redundantConstraints = m_solver.getNumRedundant();
 }
 
 std::vector<std::string> ImplicitStep::describeRedundancies() const {

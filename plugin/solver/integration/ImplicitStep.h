@@ -131,6 +131,8 @@ protected:
     void formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
                        const std::vector<double>& u, const std::vector<double>& uDot,
                        MotionLevel level = MotionLevel::Acceleration);
+    /** Counts it; where it fails there is no matrix, and the error names the body. **/
+    void runFactorization(const std::function<void()>& factorize);
     void solveLinear();
     virtual void useThreads(int threads);
     bool useDense() const;

@@ -8,7 +8,6 @@
 #include "simflex/base/Checkpoint.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/SecondsSince.h"
-#include "simflex/solver/integration/FailureDiagnosis.h"
 
 namespace simflex {
 
@@ -153,17 +152,7 @@ void RadauStep::factorComplex() {
     const Complex byStiffness = 1.0 / ratio - 1.0, byMass = 2.0 * (1.0 - ratio);
     const Complex weights[] = {1.0 - byStiffness - byMass, byStiffness, byMass};
     combine(m_real[0], m_real[1], m_real[2], weights, m_complex);
-    try {
-        m_complexSolver.factor(m_complex);
-    } catch (const SingularBlock& error) {
-        invalidateMatrix();
-        throw std::runtime_error(
-            FailureDiagnosis(m_equations).explainSingularBlock(error.block, m_system));
-    } catch (const std::runtime_error&) {
-        invalidateMatrix();
-        throw;
-    }
-    ++m_statistics.factorizations;
+    runFactorization([this] { m_complexSolver.factor(m_complex); });
 }
 
 void RadauStep::solveBoth() {
