@@ -550,7 +550,9 @@ TEST_F(RunTest, OnlyKeepsTheResultsOfOtherAnalyses) {
             EXPECT_EQ(kept.q, analysis.q);
             EXPECT_EQ(kept.u, analysis.u);
             EXPECT_EQ(kept.frequency, analysis.frequency);
-            if (analysis.name != again) EXPECT_EQ(kept.statistics, analysis.statistics);
+            if (analysis.name != again) {
+                EXPECT_EQ(kept.statistics, analysis.statistics);
+            }
             ASSERT_EQ(kept.probes.size(), analysis.probes.size());
             for (size_t k = 0; k < kept.probes.size(); ++k)
                 EXPECT_EQ(kept.probes[k].rows, analysis.probes[k].rows);
