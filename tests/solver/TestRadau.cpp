@@ -238,6 +238,50 @@ TEST(Radau, EventsAreLocatedInsideOfLongStepsToTheAccuracy) {
     }
 }
 
+/** A planar slider-crank of rigid bodies on spatial pins: three of its equations follow from
+others, and what the multipliers have of them must not grow from step to step. **/
+template <class Integrator>
+void expectReactionsOfLeastNorm() {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    FlexibleBodySubsystem flexible(system, matter);
+    const Body::Rigid bar(MassProperties(1, Vec3(0), Inertia(0.001, 0.02, 0.02)));
+    MobilizedBody::Free crank(matter.Ground(), bar), rod(matter.Ground(), bar);
+    MobilizedBody::Slider slider(matter.Ground(),
+                                 Body::Rigid(MassProperties(1, Vec3(0), Inertia(0.01))));
+    Joint::Pin(flexible, matter.Ground(), Attachment(crank, Vec3(-0.1, 0, 0)));
+    Joint::Pin(flexible, Attachment(crank, Vec3(0.1, 0, 0)), Attachment(rod, Vec3(-0.3, 0, 0)));
+    Joint::Pin(flexible, Attachment(rod, Vec3(0.3, 0, 0)), Attachment(slider, Vec3(0)));
+    State state = system.realizeTopology();
+    const Real angle = 1, lean = std::asin(0.2 * std::sin(angle) / 0.6);
+    const Vec3 pin(0.2 * std::cos(angle), 0.2 * std::sin(angle), 0);
+    crank.setQToFitTransform(state, Transform(Rotation(angle, ZAxis), 0.5 * pin));
+    rod.setQToFitTransform(state, Transform(Rotation(-lean, ZAxis),
+                                            pin + 0.3 * Vec3(std::cos(lean), -std::sin(lean), 0)));
+    slider.setOneQ(state, 0, pin[0] + 0.6 * std::cos(lean));
+    Integrator integrator(system);
+    integrator.setAccuracy(1e-6);
+    integrator.initialize(state);
+    const auto calcEnergy = [&] {
+        system.realize(integrator.getState(), Stage::Dynamics);
+        return system.calcEnergy(integrator.getState());
+    };
+    const Real before = calcEnergy();
+    for (int k = 1; k <= 20; ++k) {
+        integrator.stepTo(0.1 * k);
+        EXPECT_LT(integrator.getMultipliers().normInf(), 1000) << integrator.getTime();
+        EXPECT_NEAR(calcEnergy(), before, 5e-3) << integrator.getTime();
+    }
+    EXPECT_GE(integrator.getStatistics().redundantConstraints, 3);
+}
+
+TEST(RedundantConstraints, KeepTheirReactionsSmallFromStepToStep) {
+    expectReactionsOfLeastNorm<BdfIntegrator>();
+    expectReactionsOfLeastNorm<RadauIntegrator>();
+}
+
 TEST(Radau, RefusesIndex3) {
     const Springs model;
     RadauIntegrator integrator(model.system);

@@ -173,6 +173,8 @@ private:
     void passBreak();
     void takeStep(double limit);
     bool attemptStep(double h, int order, double* error);
+    /** λ at the point's time, where a Newton iteration begins. **/
+    void predictLambda(int points, SolutionPoint& point);
     /** The same of a method with stages. **/
     bool attemptStages(double h, double* error);
     /** Brings m_new's positions onto the joints. @returns false if it cannot. **/

@@ -24,7 +24,7 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     m_history.combineZ(prediction, m_new.z);
     const int pointsOfLambda =
         m_equations->updErrorNorm().isInMetres() ? 2 : std::clamp(order, 2, 4);
-    m_history.extrapolateLambda(pointsOfLambda, t, m_new.lambda);
+    predictLambda(pointsOfLambda, m_new);
 
     m_outcome = m_solvesPositions ? m_step->solveNearSingularity(m_formula, m_new)
                                   : m_step->solve(m_formula, formulation, m_new);
@@ -53,6 +53,15 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     return true;
 }
 
+void ImplicitIntegrator::Implementation::predictLambda(int points, SolutionPoint& point) {
+    // What redundant constraints leave undetermined no iteration would correct: extrapolated from
+    // step to step, it would grow without bound.
+    if (statistics.redundantConstraints > 0)
+        std::fill(point.lambda.begin(), point.lambda.end(), 0.0);
+    else
+        m_history.extrapolateLambda(points, point.t, point.lambda);
+}
+
 bool ImplicitIntegrator::Implementation::projectNew() {
     m_new.constraintError = m_step->projectPositions(m_new.t, constraintTolerance, m_new.q, m_new.u,
                                                      &m_worstProjectedRow);
@@ -74,7 +83,7 @@ bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) 
         m_history.combineQ(prediction, stage.q);
         m_history.combineU(prediction, stage.u);
         m_history.combineZ(prediction, stage.z);
-        m_history.extrapolateLambda(nodes.lambda, stage.t, stage.lambda);
+        predictLambda(nodes.lambda, stage);
     }
     m_outcome = step.solveStages(start, h);
     if (!m_outcome.converged) {
