@@ -252,27 +252,29 @@ void expectReactionsOfLeastNorm() {
     MobilizedBody::Slider slider(matter.Ground(),
                                  Body::Rigid(MassProperties(1, Vec3(0), Inertia(0.01))));
     Joint::Pin(flexible, matter.Ground(), Attachment(crank, Vec3(-0.1, 0, 0)));
-    Joint::Pin(flexible, Attachment(crank, Vec3(0.1, 0, 0)), Attachment(rod, Vec3(-0.3, 0, 0)));
-    Joint::Pin(flexible, Attachment(rod, Vec3(0.3, 0, 0)), Attachment(slider, Vec3(0)));
+    Joint::Pin(flexible, Attachment(crank, Vec3(0.1, 0, 0.007)), Attachment(rod, Vec3(-0.3, 0, 0)));
+    Joint::Pin(flexible, Attachment(rod, Vec3(0.3, 0, 0)), Attachment(slider, Vec3(0, 0, 0.007)));
+    Vector line(2);
+    line[0] = 100;
+    line[1] = 1;
+    Joint::PrescribedRotation(flexible, matter.Ground(), Attachment(crank, Vec3(-0.1, 0, 0)),
+                              std::make_shared<Function::Linear>(line));
     State state = system.realizeTopology();
     const Real angle = 1, lean = std::asin(0.2 * std::sin(angle) / 0.6);
     const Vec3 pin(0.2 * std::cos(angle), 0.2 * std::sin(angle), 0);
     crank.setQToFitTransform(state, Transform(Rotation(angle, ZAxis), 0.5 * pin));
-    rod.setQToFitTransform(state, Transform(Rotation(-lean, ZAxis),
-                                            pin + 0.3 * Vec3(std::cos(lean), -std::sin(lean), 0)));
+    rod.setQToFitTransform(
+        state, Transform(Rotation(-lean, ZAxis),
+                         pin + Vec3(0.3 * std::cos(lean), -0.3 * std::sin(lean), 0.007)));
     slider.setOneQ(state, 0, pin[0] + 0.6 * std::cos(lean));
     Integrator integrator(system);
     integrator.setAccuracy(1e-6);
+    integrator.setMaximumStepSize(5e-4);
     integrator.initialize(state);
-    const auto calcEnergy = [&] {
-        system.realize(integrator.getState(), Stage::Dynamics);
-        return system.calcEnergy(integrator.getState());
-    };
-    const Real before = calcEnergy();
+    // Inertia forces are some kN.
     for (int k = 1; k <= 20; ++k) {
-        integrator.stepTo(0.1 * k);
-        EXPECT_LT(integrator.getMultipliers().normInf(), 1000) << integrator.getTime();
-        EXPECT_NEAR(calcEnergy(), before, 5e-3) << integrator.getTime();
+        integrator.stepTo(0.05 * k);
+        EXPECT_LT(integrator.getMultipliers().normInf(), 2e4) << integrator.getTime();
     }
     EXPECT_GE(integrator.getStatistics().redundantConstraints, 3);
 }
