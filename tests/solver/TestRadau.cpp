@@ -238,8 +238,9 @@ TEST(Radau, EventsAreLocatedInsideOfLongStepsToTheAccuracy) {
     }
 }
 
-/** A planar slider-crank of rigid bodies on spatial pins: three of its equations follow from
-others, and what the multipliers have of them must not grow from step to step. **/
+/** A driven slider-crank of rigid bodies on spatial pins, its rod in a plane beside the crank's:
+three equations follow from others, and what the multipliers have of them must not grow from step to
+step. **/
 template <class Integrator>
 void expectReactionsOfLeastNorm() {
     MultibodySystem system;

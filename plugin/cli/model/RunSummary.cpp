@@ -275,10 +275,12 @@ class Remedy {
 public:
     Remedy(const Results& run, const Results& fine) {
         const ModelValue solver = readSolver(run.header), finer = readSolver(fine.header);
+        const bool isRadau = solver.get("method").getText() == "radau";
+        if (isRadau) _slope = 1;
         if (solver.get("fixed_step").isGiven()) {
             _key = "fixed_step";
             _unit = " s";
-            _slope = 2;
+            _slope = isRadau ? 5 : 2;
         }
         _coarse = solver.get(_key).getNumber();
         _fine = finer.get(_key).getNumber();

@@ -131,8 +131,9 @@ bool ImplicitStep::mayDifferentiate() const {
     return m_equations.updTrees().canCalc() && blockForm != BlockForm::Arrow;
 }
 
-bool ImplicitStep::differentiate(const std::vector<double>& q, const std::vector<double>& u,
-                                 const std::vector<double>& uDot) {
+bool ImplicitStep::renewDerivatives(const std::vector<double>& q, const std::vector<double>& u,
+                                    const std::vector<double>& uDot) {
+    if (!m_renewsDerivatives && !(useDense() && !m_equations.updTrees().areKnown())) return false;
     m_renewsDerivatives = false;
     if (!mayDifferentiate()) return false;
     const auto start = Clock::now();
@@ -152,6 +153,12 @@ int ImplicitStep::findNonFiniteBlock() const {
         for (int i = 0; i < m_equations.getBlock(b).numU; ++i)
             if (!std::isfinite(m_system.r[m_equations.getBlock(b).firstU + i])) return b;
     return 0;
+}
+
+void ImplicitStep::noteDuration(double seconds) {
+    if (m_threadChoice.getMost() <= 1) return;
+    m_threadChoice.add(seconds);
+    useThreads(m_threadChoice.get());
 }
 
 void ImplicitStep::solveLinear() {
@@ -234,18 +241,14 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
         const bool isRefreshed = refresh;
         if (refresh) {
-            if (m_renewsDerivatives || (useDense() && !m_equations.updTrees().areKnown()))
-                hasNewDerivatives = differentiate(q, u, uDot);
+            hasNewDerivatives |= renewDerivatives(q, u, uDot);
             formAndFactor(formula.factors, q, u, uDot);
             m_reuse.resetRate();
             refresh = false;
             allowed = iteration + tolerances.maxIterations;
         }
         solveLinear();
-        if (m_threadChoice.getMost() > 1 && !isRefreshed) {
-            m_threadChoice.add(secondsSince(start));
-            useThreads(m_threadChoice.get());
-        }
+        if (!isRefreshed) noteDuration(secondsSince(start));
         ++m_statistics.newtonIterations;
         const std::vector<double>& delta = m_solver.getDeltaU();
         const double* deltaLambda = m_solver.getDeltaLambda();

@@ -137,9 +137,12 @@ protected:
     virtual void useThreads(int threads);
     bool useDense() const;
     bool mayDifferentiate() const;
-    /** Derivatives of rigid trees' forces at this point, if there are any. **/
-    bool differentiate(const std::vector<double>& q, const std::vector<double>& u,
-                       const std::vector<double>& uDot);
+    /** Derivatives of rigid trees' forces at this point, where a new matrix wants them.
+    @returns true if there are any **/
+    bool renewDerivatives(const std::vector<double>& q, const std::vector<double>& u,
+                          const std::vector<double>& uDot);
+    /** An iteration without a new matrix took so long. **/
+    void noteDuration(double seconds);
     int findNonFiniteBlock() const;
     /** Largest |value|, or NaN if there is one; `where` receives its index. **/
     static double findLargest(const std::vector<double>& values, int* where = nullptr);
@@ -169,7 +172,6 @@ protected:
     BlockEliminationSolver m_solver;
     std::vector<double> m_deltaZ;
     NewtonMatrixReuse m_reuse;
-    ThreadChoice m_threadChoice;
     double m_multiplierFloor = 0;      ///< a ten-thousandth of the largest λ of any solved step
     bool m_renewsDerivatives = false;  ///< when the next matrix is formed
     bool m_mayLoseCount = false;
@@ -198,6 +200,7 @@ private:
     StepEquations m_stepEquations;
     std::vector<double> m_lastUDot;
     int m_numThreads = 1;
+    ThreadChoice m_threadChoice;
     bool m_canProject = false;
     int m_denseStepsLeft = 0, m_densePeriod = 20;
 };

@@ -236,18 +236,14 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
         const bool isRefreshed = refresh;
         if (refresh) {
             const SolutionPoint& middle = m_stages[Middle];
-            if (m_renewsDerivatives || (useDense() && !m_equations.updTrees().areKnown()))
-                hasNewDerivatives = differentiate(middle.q, middle.u, middle.uDot);
+            hasNewDerivatives |= renewDerivatives(middle.q, middle.u, middle.uDot);
             formAndFactorBoth(factors);
             m_reuse.resetRate();
             refresh = false;
             allowed = iteration + tolerances.maxIterations;
         }
         solveBoth();
-        if (m_threadChoice.getMost() > 1 && !isRefreshed) {
-            m_threadChoice.add(secondsSince(begin));
-            useThreads(m_threadChoice.get());
-        }
+        if (!isRefreshed) noteDuration(secondsSince(begin));
         ++m_statistics.newtonIterations;
         double change = 0, multiplierChange = 0;
         for (int i = 0; i < NumStages; ++i) {
