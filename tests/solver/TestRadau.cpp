@@ -102,6 +102,137 @@ TEST(Radau, GlobalErrorIsTenTimesTheAccuracyAtMostInTenPeriods) {
     EXPECT_LT(steps, 6000);
 }
 
+/** Two links on pins and a thin one on a ball, which turns fast about its own axis: by mobilizers
+of Simbody, or by joints between free bodies. **/
+struct ThinLink {
+    enum class Angles { Quaternion, Euler };
+    explicit ThinLink(bool byJoints, Angles angles = Angles::Quaternion) {
+        const auto makeBar = [](Real mass, Real length) {
+            return Body::Rigid(
+                MassProperties(mass, Vec3(0), UnitInertia::brick(length / 2, 0.01, 0.01) * mass));
+        };
+        const Body::Rigid bodies[] = {makeBar(1, 0.3), makeBar(0.5, 0.3), makeBar(0.3, 0.2)};
+        const Real halves[] = {0.15, 0.15, 0.1};
+        const Vec3 spin(30, 1, 0);
+        Real along = 0;
+        std::vector<MobilizedBody::Free> free;
+        for (int k = 0; k < 3; ++k) {
+            const Transform inside(Vec3(-halves[k], 0, 0));
+            if (byJoints) {
+                free.emplace_back(matter.Ground(), bodies[k]);
+                const Attachment left =
+                    k ? Attachment(links.back(), Vec3(halves[k - 1], 0, 0)) : matter.Ground();
+                const Attachment right(free.back(), inside.p());
+                if (k < 2)
+                    Joint::Pin(flexible, left, right);
+                else
+                    Joint::Ball(flexible, left, right);
+                links.push_back(free.back());
+                continue;
+            }
+            MobilizedBody& parent = k ? links.back() : matter.updGround();
+            const Transform outside = k ? Transform(Vec3(halves[k - 1], 0, 0)) : Transform();
+            if (k < 2)
+                links.emplace_back(MobilizedBody::Pin(parent, outside, bodies[k], inside));
+            else
+                links.push_back(MobilizedBody::Ball(parent, outside, bodies[k], inside));
+        }
+        Force::TwoPointLinearSpring(forces, matter.Ground(), Vec3(0.5, 0.4, 0.1), links.back(),
+                                    Vec3(0), 200, std::sqrt(0.21));
+        state = system.realizeTopology();
+        matter.setUseEulerAngles(state, angles == Angles::Euler);
+        system.realizeModel(state);
+        for (int k = 0; byJoints && k < 3; ++k) {
+            free[size_t(k)].setQToFitTranslation(state, Vec3(along + halves[k], 0, 0));
+            along += 2 * halves[k];
+        }
+        if (byJoints) {
+            free[2].setUToFitAngularVelocity(state, spin);
+            free[2].setUToFitLinearVelocity(state, spin % Vec3(halves[2], 0, 0));
+        } else {
+            links[2].setUToFitAngularVelocity(state, spin);
+        }
+    }
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    Force::Gravity gravity{forces, matter, -YAxis, 9.81};
+    FlexibleBodySubsystem flexible{system, matter};
+    std::vector<MobilizedBody> links;
+    State state;
+};
+
+/** Ends of the thin link at 0.1 s, 0.2 s and so on. **/
+template <class Advance>
+std::vector<Vec3> findEnds(const ThinLink& model, const Advance& advance) {
+    std::vector<Vec3> ends;
+    for (int k = 1; k <= 15; ++k) {
+        const State& state = advance(0.1 * k);
+        model.system.realize(state, Stage::Position);
+        ends.push_back(model.links[2].findStationLocationInGround(state, Vec3(0.1, 0, 0)));
+    }
+    return ends;
+}
+
+std::vector<Vec3> findEndsBySimbody() {
+    const ThinLink model(false);
+    RungeKuttaMersonIntegrator integrator(model.system);
+    integrator.setAccuracy(1e-11);
+    TimeStepper stepper(model.system, integrator);
+    stepper.initialize(model.state);
+    return findEnds(model, [&](Real time) -> const State& {
+        stepper.stepTo(time);
+        return stepper.getState();
+    });
+}
+
+/** @returns largest distance from these ends **/
+Real run(RadauIntegrator& integrator, const ThinLink& model, const std::vector<Vec3>& exact) {
+    integrator.setMaximumStepSize(1e-2);
+    integrator.initialize(model.state);
+    const std::vector<Vec3> ends = findEnds(model, [&](Real time) -> const State& {
+        integrator.stepTo(time);
+        return integrator.getState();
+    });
+    Real error = 0;
+    for (size_t k = 0; k < ends.size(); ++k) error = std::max(error, (ends[k] - exact[k]).norm());
+    return error;
+}
+
+TEST(Radau, FollowsAThinBodyThatTurnsFastAboutItsAxis) {
+    const std::vector<Vec3> exact = findEndsBySimbody();
+    for (const auto angles : {ThinLink::Angles::Quaternion, ThinLink::Angles::Euler}) {
+        const ThinLink model(true, angles);
+        for (const Real accuracy : {1e-4, 1e-6, 1e-8}) {
+            RadauIntegrator integrator(model.system);
+            integrator.setAccuracy(accuracy);
+            EXPECT_LT(run(integrator, model, exact), 10 * accuracy) << accuracy;
+            const IntegratorStatistics& statistics = integrator.getStatistics();
+            EXPECT_LE(statistics.convergenceFailures, 2) << accuracy;
+            if (angles == ThinLink::Angles::Quaternion)  // others pass singular ones
+                EXPECT_LT(statistics.calcRejectedFraction(), 0.05) << accuracy;
+        }
+    }
+}
+
+TEST(Radau, ShortensStepsThatDoNotConvergeAndKeepsItsOrder) {
+    const std::vector<Vec3> exact = findEndsBySimbody();
+    const ThinLink model(true);
+    for (const Real accuracy : {1e-4, 1e-6, 1e-8}) {
+        RadauIntegrator integrator(model.system);
+        integrator.setAccuracy(accuracy);
+        ImplicitIntegrator::NewtonTolerances tolerances;
+        tolerances.displacement = 1e-4;
+        tolerances.maxIterations = 4;
+        integrator.setNewtonTolerances(tolerances);
+        EXPECT_LT(run(integrator, model, exact), 10 * accuracy) << accuracy;
+        const IntegratorStatistics& statistics = integrator.getStatistics();
+        EXPECT_GT(statistics.convergenceFailures, 10) << accuracy;
+        EXPECT_LT(statistics.stepsTaken - statistics.stepsAtOrder[5], 3) << accuracy;
+        EXPECT_LE(statistics.errorTestFailures, 5) << accuracy;
+    }
+}
+
 /** Two soft links and a stiff one, on balls, out of the plane. **/
 struct Chain {
     Chain() {

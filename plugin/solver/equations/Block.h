@@ -108,6 +108,10 @@ public:
     virtual void followPose() {}
     virtual void visit(Checkpoint&) {}
 
+    /** Turns speeds, or forces on them, as a body has turned from one pose to another, where their
+    axes do not turn with it. **/
+    virtual void turnAlong(const double* /*fromQ*/, const double* /*toQ*/, double* /*u*/) const {}
+
     /** Scales quaternions to length 1. **/
     virtual void normalizeQ(double* q) const = 0;
 

@@ -62,6 +62,11 @@ void Blocks::moveQ(const double* delta, double* q) const {
     for (const auto& block : all) block->moveQ(context, delta + block->firstU, q + block->firstQ);
 }
 
+void Blocks::turnAlong(const double* fromQ, const double* toQ, double* u) const {
+    for (const auto& block : all)
+        block->turnAlong(fromQ + block->firstQ, toQ + block->firstQ, u + block->firstU);
+}
+
 void Blocks::normalizeQ(double* q) const {
     for (const auto& block : all) block->normalizeQ(q + block->firstQ);
 }

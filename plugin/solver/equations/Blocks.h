@@ -53,6 +53,7 @@ struct Blocks {
     void displaceQ(const double* delta, double* q) const;
     /** The same for a finite δ, exact to second order. **/
     void moveQ(const double* delta, double* q) const;
+    void turnAlong(const double* fromQ, const double* toQ, double* u) const;
     void normalizeQ(double* q) const;
     /** True if N(q) is asked of Simbody. **/
     bool askForN() const;

@@ -593,6 +593,19 @@ void RigidTree::takeSpeeds(const Vector& simbody, double* u) const {
         for (int k = 0; k < body.nu; ++k) u[body.u0 + k] = simbody[body.stateU0 + k];
 }
 
+void RigidTree::turnAlong(const double* fromQ, const double* toQ, double* u) const {
+    const auto rotate = [](const RigidBody& body, const double* q) {
+        return hasQuaternion(body) ? rotationOf(q + body.q0)
+                                   : Rotation(BodyRotationSequence, q[body.q0], XAxis,
+                                              q[body.q0 + 1], YAxis, q[body.q0 + 2], ZAxis);
+    };
+    for (const RigidBody& body : m_bodies) {
+        if (body.turning != Turning::Quaternion && body.turning != Turning::BodyXYZ) continue;
+        Vec3& omega = Vec3::updAs(u + body.u0);
+        omega = rotate(body, toQ) * (~rotate(body, fromQ) * omega);
+    }
+}
+
 void RigidTree::normalizeQ(double* q) const {
     for (const RigidBody& body : m_bodies)
         if (hasQuaternion(body)) Map<Vector4d>(q + body.q0, 4).normalize();

@@ -78,6 +78,7 @@ public:
                 double* weighed) const;
     /** Takes this block's part of a vector by Simbody's speeds. **/
     void takeSpeeds(const SimTK::Vector& simbody, double* u) const;
+    void turnAlong(const double* fromQ, const double* toQ, double* u) const override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;

@@ -55,6 +55,7 @@ RadauStep::RadauStep(Evaluation& equations, IntegratorStatistics& statistics)
     m_change = m_tried = m_last;
     m_real.fill(m_system);
     m_history.assign(size_t(topology.numU), 0);
+    m_matrixQ = m_trial.q;
     m_zBefore.assign(size_t(topology.numZ), 0);
     for (int row = 0; row < topology.numMultipliers; ++row)
         if (topology.getRowLevel(row) == MotionLevel::Acceleration)
@@ -134,6 +135,7 @@ void RadauStep::formAndFactorBoth(const NewtonFactors& factors) {
     const SolutionPoint& stage = m_stages[Middle];
     formAndFactor(factors, stage.q, stage.u, stage.uDot);
     const auto start = RadauClock::now();
+    m_matrixQ = stage.q;
     m_real[0] = m_system;
     const NewtonFactors others[] = {{factors.mass, 2 * factors.stiffness},
                                     {2 * factors.mass, factors.stiffness}};
@@ -167,6 +169,10 @@ void RadauStep::solveBoth() {
                                  im[0] * x0[k] + im[1] * x1[k] + im[2] * x2[k]);
         }
     };
+    // Inertia is constant in axes that turn with a body, and with it J.
+    const Blocks& blocks = m_equations.getBlocks();
+    for (int i = 0; i < NumStages; ++i)
+        blocks.turnAlong(m_stages[size_t(i)].q.data(), m_matrixQ.data(), m_r[size_t(i)].data());
     transform(m_r, m_system.r, m_complex.r);
     transform(m_c, m_system.c, m_complex.c);
     solveLinear();
@@ -179,6 +185,9 @@ void RadauStep::solveBoth() {
                     T[i][0] * real[k] + T[i][1] * complex[k].real() + T[i][2] * complex[k].imag();
     };
     transformBack(m_solver.getDeltaU().data(), m_complexSolver.getDeltaU().data(), m_deltaU);
+    for (int i = 0; i < NumStages; ++i)
+        blocks.turnAlong(m_matrixQ.data(), m_stages[size_t(i)].q.data(),
+                         m_deltaU[size_t(i)].data());
     transformBack(m_solver.getDeltaLambda(), m_complexSolver.getDeltaLambda(), m_deltaLambda);
 }
 
@@ -353,7 +362,11 @@ void RadauStep::calcError(const SolutionPoint& start, const SolutionPoint& end, 
     ++m_statistics.linearSolves;
     errorU = m_solver.getDeltaU();
     m_equations.getBlocks().calcQDot(end.q.data(), errorU.data(), trial.qDot.data());
-    for (size_t k = 0; k < errorQ.size(); ++k) errorQ[k] += gamma * trial.qDot[k];
+    // Lengths of quaternions are no errors.
+    for (size_t k = 0; k < errorQ.size(); ++k)
+        trial.q[k] = end.q[k] + (errorQ[k] + gamma * trial.qDot[k]);
+    m_equations.getBlocks().normalizeQ(trial.q.data());
+    for (size_t k = 0; k < errorQ.size(); ++k) errorQ[k] = trial.q[k] - end.q[k];
 }
 
 double RadauStep::calcShareOfError(double h, const std::vector<double>& errorQ,
@@ -399,6 +412,7 @@ void RadauStep::visit(Checkpoint& checkpoint) {
         if (m_reuse.hasMatrix()) Checkpoint::refuse("it has no matrix to go on with");
         return;
     }
+    checkpoint.visit(m_matrixQ);
     for (NewtonSystem& system : m_real) system.visit(checkpoint);
     if (!checkpoint.isReading() || !m_reuse.hasMatrix()) return;
     if (!hasLateBlocks && m_complexSolver.hasLateBlocks())

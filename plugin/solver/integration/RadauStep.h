@@ -78,6 +78,7 @@ private:
     ComplexNewtonSystem m_complex;
     ComplexBlockEliminationSolver m_complexSolver;
     ComplexBlockEliminationSolver::Timing m_complexTimed;
+    std::vector<double> m_matrixQ;  ///< where it was formed
     std::vector<double> m_zBefore;
     /** Of a step of length h; zero: there was none. **/
     struct Error {

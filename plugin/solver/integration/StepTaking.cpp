@@ -94,13 +94,14 @@ bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) 
     if (!step.completeStages(start, h)) return false;
     m_new = step.updStage(radau::NumStages - 1);
     m_formula.factors = RadauStep::calcFactors(h);
+    // Lengths of quaternions are no errors.
+    m_equations->getBlocks().normalizeQ(m_new.q.data());
+    m_errorQ = m_new.q;
     if (!projectNew()) return false;
-    for (size_t i = 0; i < m_errorQ.size(); ++i)
-        m_errorQ[i] = m_new.q[i] - step.updStage(radau::NumStages - 1).q[i];
+    for (size_t i = 0; i < m_errorQ.size(); ++i) m_errorQ[i] = m_new.q[i] - m_errorQ[i];
     std::fill(m_errorU.begin(), m_errorU.end(), 0.0);
     std::fill(m_errorZ.begin(), m_errorZ.end(), 0.0);
     const double projected = calcErrorSize(h);
-    m_equations->getBlocks().normalizeQ(m_new.q.data());
     *error = 0;
     if (fixedStep > 0) return true;
     if (projected > 1) {
@@ -257,7 +258,14 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
     const double wanted = m_nextStep;
     int order = std::min(m_order, m_history.numNodes());
     int failures = 0, retries = 0;
+    bool isShortened = false;
     m_solvesPositions = false;
+    if (!m_formulas && m_history.size() > 1 && lastOrder < m_scheme->getLowestOrder()) {
+        // The slope that a fallback left would be taken for an error.
+        m_trial = m_history[0];
+        completeStart(m_trial);
+        m_history.newest().uDot = m_trial.uDot;
+    }
     for (;;) {
         if (!m_formulas)
             order = solvesStages() ? m_order
@@ -282,7 +290,14 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
                                     : statistics.nonFiniteFailures);
             if (!m_outcome.converged && m_outcome.retryWorthwhile && retries++ < 2) continue;
             retries = 0;
-            // Near a singular position the velocity equations outrun the iteration.
+            // Near a singular position the velocity equations outrun the iteration. Far from them a
+            // long step may be all that is wrong.
+            if (!m_formulas && fixedStep == 0 && !std::exchange(isShortened, true)) {
+                m_controller.restart();
+                h *= 0.5;
+                ++failures;
+                continue;
+            }
             if (!m_solvesPositions && !m_outcome.converged && m_outcome.isFinite &&
                 formulation == Formulation::StabilizedIndex2 &&
                 m_equations->getTopology().numMultipliers > 0) {
