@@ -32,9 +32,14 @@ Vector readModes(const ModelValue& modes, int count) {
 }
 
 Vector readMobilities(const ModelValue& value, const Mobilizer& mobilizer, int count) {
-    if (mobilizer.isFree() || mobilizer.type == "ball" || mobilizer.type == "weld")
-        value.fail("a body on a mobilizer of type " + mobilizer.type +
-                   " has no coordinates to set: use place, velocity and angular_velocity");
+    if (mobilizer.isFree() || mobilizer.type == "ball" || mobilizer.type == "weld") {
+        const std::string what = value.getName();
+        value.fail("a body on a mobilizer of type " + mobilizer.type + " has no " + what +
+                   " to set: use " +
+                   (what == "coordinates" ? "place"
+                    : mobilizer.isFree()  ? "velocity and angular_velocity"
+                                          : "angular_velocity"));
+    }
     const std::vector<double> numbers = value.getNumbers();
     if (int(numbers.size()) != count)
         value.fail("a mobilizer of type " + mobilizer.type + " has " + std::to_string(count) +
@@ -151,7 +156,17 @@ void JointLeader::addTo(ModelSystem& system, const std::vector<JointStart>& star
                         const ModelFrames& frames, const JointBuilder& joints) {
     for (const JointStart& start : starts) {
         const std::string& name = start.joint.getName();
+        const char* what = start.rate ? "rates" : "coordinates";
+        const auto isCalledSo = [&](const auto& entry) { return entry.name == name; };
+        if (std::none_of(system.joints.begin(), system.joints.end(), isCalledSo) &&
+            std::any_of(system.bodies.begin(), system.bodies.end(), isCalledSo))
+            start.joint.fail("'" + name + "' is a body: its " + what +
+                             " stand in initial.bodies." + name);
         const Joint joint = findEntry(system.joints, "joint", name, start.joint).joint;
+        if (joint.getNumCoordinates() == 0)
+            start.joint.fail("joints of its type have no " + std::string(what) +
+                             (start.rate ? ": give a body 'angular_velocity' in initial.bodies"
+                                         : ": 'place' its bodies as they should be"));
         const FramePair* pair = joints.findFrames(name);
         if (!pair) start.joint.fail("'" + name + "' is a gear or coupler: name a joint it turns");
         const auto course = std::make_shared<Course>();

@@ -86,7 +86,17 @@ TEST_F(ModelErrors, OfBodiesAreNamedWithTheirPlace) {
          "from 1 to 7"},
         {"bodies: {a: {part: bar}}\ninitial: {bodies: {a: {coordinates: [1]}}}",
          "model.yaml:4:37: initial.bodies.a.coordinates: a body on a mobilizer of type free has no "
-         "coordinates to set: use place, velocity and angular_velocity"},
+         "coordinates to set: use place"},
+        {"bodies: {b: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: ball}}}\n"
+         "initial: {bodies: {b: {rates: [0, 0, 1]}}}",
+         "model.yaml:4:31: initial.bodies.b.rates: a body on a mobilizer of type ball has no rates "
+         "to set: use angular_velocity"},
+        {"bodies: {b: {mass: 1, inertia: [1, 1, 1]}}\ninitial: {rates: {b: [0, 0, 1]}}",
+         "model.yaml:4:22: initial.rates.b: 'b' is a body: its rates stand in initial.bodies.b"},
+        {"bodies: {b: {mass: 1, inertia: [1, 1, 1]}}\njoints: {j: {type: ball, between: [ground, "
+         "b]}}\ninitial: {rates: {j: [0, 0, 1]}}",
+         "model.yaml:5:22: initial.rates.j: joints of its type have no rates: give a body "
+         "'angular_velocity' in initial.bodies"},
         {"bodies: {b: {mass: 1, inertia: [1, 1, 1]}}\ninitial: {bodies: {b: {modes: {1: 1}}}}",
          "model.yaml:4:31: initial.bodies.b.modes: 'b' is rigid"},
     };
