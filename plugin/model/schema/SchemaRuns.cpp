@@ -28,7 +28,8 @@ SchemaForm solver() {
                 .orElseNote("1e-10, or a hundredth of the accuracy if that is less")
                 .such("1e-9"),
             SchemaKey("formulation", {choice({"stabilized_index2", "index3"})},
-                      "Form of the equations of motion.")
+                      "Form of the equations of motion; index3 only for bdf and "
+                      "generalized_alpha.")
                 .orElse("stabilized_index2")
                 .such("index3"),
             SchemaKey("block_form", {choice({"automatic", "arrow", "dense"})},
