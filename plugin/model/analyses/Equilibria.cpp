@@ -101,6 +101,8 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const double highest = modes.empty() ? 0 : double(modes.back().frequency);
     modes.erase(modes.begin(), firstElastic);
     if (int(modes.size()) > count) modes.resize(size_t(count));
+    const bool isDrawn = analysis.get("pictures").getBool() && _options.drawsPictures;
+    if (modes.empty() && isRigidTwin()) return leaveOut(name, "nothing in it vibrates");
     if (modes.empty())
         throw std::runtime_error("analysis '" + name + "': the model has no natural frequencies");
     std::vector<double> frequency, damping;
@@ -108,7 +110,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         frequency.push_back(mode.frequency);
         damping.push_back(mode.dampingRatio);
     }
-    if (analysis.get("pictures").getBool() && _options.drawsPictures)
+    if (isDrawn)
         _remarks[name].push_back(
             drawModes(*_model, linear, modes, name, getUsualFolder(), _options.listener));
     _writer->addEigen(name, frequency, damping);
@@ -134,8 +136,9 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
             stopIfAsked();
             return linearizeAt(_text, _modelOptions, parameter, speed, [this] { stopIfAsked(); });
         });
-    } catch (const std::exception&) {
+    } catch (const std::exception& error) {
         stopIfAsked();
+        if (isRigidTwin()) return leaveOut(name, error.what());
         throw;
     }
     stopIfAsked();

@@ -118,6 +118,11 @@ void ModelRun::warn(const std::string& analysis, const std::string& message) {
     if (_writer) _writer->addWarning(analysis, message);
 }
 
+void ModelRun::leaveOut(const std::string& analysis, const std::string& reason) {
+    _options.listener.tellNote("analysis '" + analysis +
+                               "' is left out of the rigid model: " + reason);
+}
+
 void ModelRun::checkLinearRange(const std::string& analysis, const State& state) {
     LinearRangeReporter(_model->getFlexibleBodies(), 1, [&](const std::string& message) {
         warn(analysis, message);
@@ -158,7 +163,7 @@ std::string ModelRun::findChange(const ResultHeader& earlier) const {
     if (earlier.settings != _text.settings)
         return "it was run with other settings (then: " + join(earlier.settings) +
                "; now: " + join(_text.settings) + ")";
-    if (earlier.isRigid != (_modelOptions.bodies == ModelOptions::Bodies::Rigid))
+    if (earlier.isRigid != isRigidTwin())
         return earlier.isRigid ? "its bodies are all rigid" : "its bodies are flexible";
     return "";
 }
@@ -241,7 +246,7 @@ void ModelRun::openResults() {
     header.modelPath = _text.path;
     header.modelText = _text.text;
     header.settings = _text.settings;
-    header.isRigid = _modelOptions.bodies == ModelOptions::Bodies::Rigid;
+    header.isRigid = isRigidTwin();
     _writer = std::make_unique<ResultWriter>(_resultPath, header, _kept);
     _kept.clear();
 }

@@ -64,6 +64,9 @@ private:
     /** Says, and keeps with the analysis' results, what changes their meaning.
      * **/
     void warn(const std::string& analysis, const std::string& message);
+    /** Tells that an analysis of a rigid model has no meaning. **/
+    void leaveOut(const std::string& analysis, const std::string& reason);
+    bool isRigidTwin() const { return _modelOptions.bodies == ModelOptions::Bodies::Rigid; }
     /** Warns of flexible bodies that are bent beyond what modes describe. **/
     void checkLinearRange(const std::string& analysis, const SimTK::State& state);
 

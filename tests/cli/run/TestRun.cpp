@@ -699,10 +699,39 @@ TEST_F(RunTest, AModelThatCannotBendIsRunOnceWithRigid) {
     EXPECT_NE(access((folder / "model.results.rigid.h5").c_str(), F_OK), 0);
 }
 
+TEST_F(RunTest, WhatARigidModelCannotDoIsLeftOutOfItByName) {
+    writeModel(R"(simflex: 1
+parts:
+  bar: {deck: brick.inp, interfaces: {left: LEFT, right: RIGHT}, modes: 16}
+bodies:
+  bar: {part: bar}
+joints:
+  hinge: {type: pin, between: [ground, bar.left], axis: z}
+motions: {drive: {joint: hinge, position: 0.1*t}}
+probes: {tip: {position: bar.right}}
+analyses:
+  modes: {type: eigen, count: 3, pictures: true}
+  whirl: {type: campbell, parameter: speed, speeds: [0, 10], count: 2}
+  run: {type: transient, duration: 0.01}
+parameters: {speed: 1}
+)");
+    ASSERT_EQ(runProgram("SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'",
+                         "run model.yaml --rigid --no-pictures"),
+              0)
+        << err;
+    EXPECT_THAT(err, AllOf(HasSubstr("note: analysis 'modes' is left out of the rigid model: "
+                                     "nothing in it vibrates"),
+                           HasSubstr("note: analysis 'whirl' is left out of the rigid model: ")));
+    EXPECT_THAT(out, HasSubstr("run: flexible against rigid"));
+    const Results rigid = readResults(folder / "model.results.rigid.h5");
+    ASSERT_EQ(rigid.analyses.size(), 1u);
+    EXPECT_TRUE(rigid.analyses[0].isComplete);
+}
+
 TEST_F(RunTest, VerifyEstimatesTheError) {
     const auto write = [&](const std::string& solver) {
         writeModel(makePendulum("2.5",
-                                "probes: {swing: {coordinate: pivot}}\n"
+                                "probes: {swing: {coordinate: pivot}, gap: {joint_error: pivot}}\n"
                                 "analyses: {run: {type: transient, duration: 4}}\n"
                                 "solver: {" +
                                     solver + "}\n"));
