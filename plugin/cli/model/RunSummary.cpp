@@ -224,8 +224,12 @@ void printSummary(const ModelRun& run) {
 
 namespace {
 
+ModelValue readSection(const ResultHeader& header, const char* section) {
+    return readModel({header.modelPath, header.modelText, header.settings}).get(section);
+}
+
 ModelValue readSolver(const ResultHeader& header) {
-    return readModel({header.modelPath, header.modelText, header.settings}).get("solver");
+    return readSection(header, "solver");
 }
 
 double readAccuracy(const ResultHeader& header) {
@@ -315,6 +319,7 @@ private:
 void printVerification(const Results& run, const Results& fine, const std::string& change) {
     const double accuracy = readAccuracy(run.header);
     const Remedy remedy(run, fine);
+    const ModelValue probes = readSection(run.header, "probes");
     const ResultComparison comparison = compareResults(run, fine, {}, "the run", "the finer run");
     for (const Results::Analysis& a : run.analyses) {
         // Analyses that were not asked for are of an earlier run.
@@ -329,9 +334,11 @@ void printVerification(const Results& run, const Results& fine, const std::strin
             std::printf("  %-*s %13.6g %11.5g %13.6g %11.3g %%\n", width, makeLabel(column).c_str(),
                         column.largest, column.time, column.rms, 100 * column.getRelative());
         }
-        // Of what is zero but for round-off, and of energies, a part of their own range says
-        // nothing.
+        // Of what is zero but for round-off, as errors of joints are, and of energies, a part of
+        // their own range says nothing.
         const auto isTrusted = [&](const ColumnDifference& column) {
+            if (probes.has(column.probe) && probes.get(column.probe).has("joint_error"))
+                return true;
             const bool isLength = column.unit == "m" || column.unit == "rad";
             const double scale = column.unit == "J" ? getStatistic(a, "largest_kinetic_energy") : 0;
             return column.getRelative() <= kTrusted || (isLength && column.largest <= accuracy) ||

@@ -114,6 +114,7 @@ private:
             difference.analysis = a.name;
             difference.name = column.name;
             difference.unit = column.unit;
+            difference.probe = column.probe;
             if (a.type == "static") {
                 difference.first = column.values;
                 difference.second = other->values;
@@ -133,14 +134,11 @@ private:
     /** Columns of one probe have one range: that of a component that stays at zero says nothing.
      * **/
     void shareRanges(size_t begin) {
-        const auto getProbe = [](const ColumnDifference& column) {
-            return column.name.substr(0, column.name.rfind('.'));
-        };
         for (size_t k = begin; k < result.columns.size(); ++k) {
             double range = 0, size = 0;
             for (size_t other = begin; other < result.columns.size(); ++other) {
                 const ColumnDifference& column = result.columns[other];
-                if (other != k && getProbe(column) != getProbe(result.columns[k])) continue;
+                if (column.probe != result.columns[k].probe) continue;
                 range = std::max({range, findRange(column.first), findRange(column.second)});
                 size = std::max({size, findSize(column.first), findSize(column.second)});
             }

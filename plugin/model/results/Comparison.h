@@ -13,6 +13,7 @@ namespace model {
 /** Of one column of a probe, or of one frequency. **/
 struct ColumnDifference {
     std::string analysis, name, unit;
+    std::string probe;  ///< whose column it is; empty of a frequency
     double largest = 0, rms = 0;
     double time = 0;   ///< of the largest [s], or its speed in a Campbell diagram
     double range = 0;  ///< of the probe's values, over all its columns; of a constant its size
