@@ -108,10 +108,15 @@ State Session::makeFresh(const State& state) const {
     return fresh;
 }
 
-void Session::start(const State& state) {
+void Session::start(const State& state, Joints joints) {
     std::unique_ptr<ImplicitIntegrator> integrator = makeIntegrator(*_model);
     const State begun = makeFresh(state);
+    integrator->setProjectInitialState(joints == Joints::ToBeClosed);
     integrator->initialize(begun);
+    // Closed they were for the parameters of then.
+    if (joints == Joints::Closed &&
+        integrator->getLargestConstraintError() > integrator->getConstraintToleranceInUse())
+        return start(state, Joints::ToBeClosed);
     _integrator = std::move(integrator);
     _begun = begun;
     _energyBefore = calcEnergy();
@@ -168,13 +173,14 @@ void Session::restore(const SavedState& saved) {
 }
 
 void Session::keepState(const std::string& path) const {
-    writeKeptState(path, *_model, getState());
+    writeKeptState(path, *_model, {getState(), _turns->save()});
 }
 
 void Session::restoreState(const std::string& path) {
-    const State state = readKeptState(path, *_model);
-    start(state);
-    forgetFrom(state.getTime());
+    const KeptState kept = readKeptState(path, *_model);
+    start(kept.state, Joints::Closed);
+    _turns->restore(kept.turns);
+    forgetFrom(getTime());
     recordRow();
 }
 

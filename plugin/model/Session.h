@@ -151,8 +151,9 @@ public:
     setState() takes its State over. **/
     SavedState save() const;
     void restore(const SavedState& saved);
-    /** Writes time, coordinates and speeds to a file, which restoreState() reads: it goes on from
-    there as after setState(), and forgets what was recorded later.
+    /** Writes time, coordinates, speeds and turns of angles to a file, which restoreState() brings
+    back as they were: it goes on from there with small steps, as after setState(), and forgets
+    what was recorded later.
     @throws std::runtime_error naming the file: of another model, damaged, of a newer version. **/
     void keepState(const std::string& path) const;
     void restoreState(const std::string& path);
@@ -170,7 +171,8 @@ public:
 private:
     SimTK::State makeFresh(const SimTK::State& state) const;
     std::string describeWhatMoves() const;
-    void start(const SimTK::State& state);
+    enum class Joints { ToBeClosed, Closed };
+    void start(const SimTK::State& state, Joints joints = Joints::ToBeClosed);
     void goOnFrom(const Session& other);
     void forgetFrom(double time);
     void recordRow();

@@ -219,7 +219,7 @@ void addStateCommands(std::vector<Command>& commands) {
              return names;
          }});
     commands.push_back({group, "keep", "FILE", "Keeps the state reached in a file.",
-                        "Time, coordinates and speeds, for the same model.", 1, 1, keep,
+                        "Time, coordinates, speeds and turns, for the same model.", 1, 1, keep,
                         completeFile});
     commands.push_back(
         {group, "restore", "FILE", "Goes back to a state that was kept.",

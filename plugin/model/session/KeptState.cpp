@@ -1,6 +1,8 @@
 #include "simflex/model/session/KeptState.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/model/analyses/StateNumbers.h"
+#include "simflex/model/probes/TurnCounter.h"
 
 #include <cmath>
 #include <fstream>
@@ -11,16 +13,15 @@ namespace simflex {
 namespace model {
 
 using SimTK::State;
-using SimTK::Vector;
 
 namespace {
 
 const char* const kTitle = "simflex state";
-constexpr int kStateVersion = 1;
+constexpr int kStateVersion = 2;
 
-std::string formatVector(const char* name, const Vector& values) {
+std::string formatLine(const char* name, const std::vector<double>& values) {
     std::string line = name;
-    for (int i = 0; i < values.size(); ++i) line += ' ' + writeGeneral(values[i]);
+    for (const double value : values) line += ' ' + writeGeneral(value);
     return line + '\n';
 }
 
@@ -42,7 +43,7 @@ public:
         return line.substr(name.size());
     }
 
-    Vector nextVector(const std::string& name, int size) {
+    std::vector<double> nextNumbers(const std::string& name, int size) {
         std::istringstream text(next(name));
         text.imbue(std::locale::classic());
         std::vector<double> values;
@@ -52,7 +53,7 @@ public:
         if (int(values.size()) != size)
             fail("is of another model: it has " + std::to_string(values.size()) + " values of '" +
                  name + "', this one has " + std::to_string(size));
-        return Vector(size, values.data());
+        return values;
     }
 
 private:
@@ -62,26 +63,29 @@ private:
 
 }  // namespace
 
-void writeKeptState(const std::string& path, const Model& model, const State& state) {
+void writeKeptState(const std::string& path, const Model& model, const KeptState& kept) {
+    const State& state = kept.state;
     std::string text = kTitle + (' ' + std::to_string(kStateVersion)) + '\n';
     for (const Model::BodyEntry& body : model.getBodies()) {
         const bool isFlexible = body.flexible && !body.flexible->isRigid(state);
         text += std::string("body ") + (isFlexible ? "flexible " : "rigid ") + body.name + '\n';
     }
-    text += formatVector("time", Vector(1, state.getTime())) + formatVector("q", state.getQ()) +
-            formatVector("u", state.getU()) + formatVector("z", state.getZ()) + "end\n";
+    text += formatLine("time", {state.getTime()}) + formatLine("q", toNumbers(state.getQ())) +
+            formatLine("u", toNumbers(state.getU())) + formatLine("z", toNumbers(state.getZ())) +
+            formatLine("turns", kept.turns) + "end\n";
     replaceFile(path, text);
 }
 
-State readKeptState(const std::string& path, const Model& model) {
+KeptState readKeptState(const std::string& path, const Model& model) {
     Lines lines(path);
     std::istringstream head(lines.next(kTitle));
     int version = 0;
     if (!(head >> version)) lines.fail("is damaged: it has no version");
-    if (version > kStateVersion)
-        lines.fail("is of format " + std::to_string(version) + ", this program knows up to " +
+    if (version != kStateVersion)
+        lines.fail("is of format " + std::to_string(version) + ", this program reads format " +
                    std::to_string(kStateVersion));
-    State state = model.makeInitialState();
+    KeptState kept{model.makeInitialState(), TurnCounter(model).save()};
+    State& state = kept.state;
     for (const Model::BodyEntry& body : model.getBodies()) {
         const std::string line = lines.next("body ");
         const bool isFlexible = line.compare(0, 9, "flexible ") == 0;
@@ -93,20 +97,18 @@ State readKeptState(const std::string& path, const Model& model) {
         else
             body.flexible->setRigid(state);
     }
-    const double time = lines.nextVector("time", 1)[0];
-    const Vector q = lines.nextVector("q", state.getNQ()), u = lines.nextVector("u", state.getNU()),
-                 z = lines.nextVector("z", state.getNZ());
+    const double time = lines.nextNumbers("time", 1)[0];
+    const auto q = lines.nextNumbers("q", state.getNQ()), u = lines.nextNumbers("u", state.getNU());
+    setNumbers(state, time, q, u);
+    state.updZ() = toVector(lines.nextNumbers("z", state.getNZ()));
+    kept.turns = lines.nextNumbers("turns", int(kept.turns.size()));
     lines.next("end");
-    state.setTime(time);
-    state.updQ() = q;
-    state.updU() = u;
-    state.updZ() = z;
     try {
         model.getSystem().realize(state, SimTK::Stage::Velocity);
     } catch (const std::exception& error) {
         lines.fail(std::string("holds a state that the model cannot take: ") + error.what());
     }
-    return state;
+    return kept;
 }
 
 }  // namespace model
