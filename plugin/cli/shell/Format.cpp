@@ -8,7 +8,7 @@ namespace simflex {
 namespace cli {
 
 std::string formatNumber(double value) {
-    return writeGeneral(value == 0 ? 0.0 : value, 10);  // no -0
+    return writeGeneral(value == 0 ? 0.0 : value, 6);  // no -0
 }
 
 std::string formatValues(const std::vector<double>& values, const std::string& unit) {

@@ -8,7 +8,7 @@ Numbers and tables as the prompt prints them. **/
 namespace simflex {
 namespace cli {
 
-/** Ten digits at most. **/
+/** Six digits at most: files have them all. **/
 std::string formatNumber(double value);
 /** "0.5 rad", "[1, 2, 3] m". **/
 std::string formatValues(const std::vector<double>& values, const std::string& unit);

@@ -6,7 +6,6 @@ Commands of the prompt that list what the model has, and what it does now. **/
 #include <stdexcept>
 
 #include "simflex/base/Interruption.h"
-#include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/cli/shell/Format.h"
@@ -26,18 +25,8 @@ namespace {
 const std::vector<std::string> kLists = {"bodies", "joints",     "motions", "modes",
                                          "probes", "parameters", "frames"};
 
-std::vector<double> toValues(const SimTK::Vec3& vector) {
-    return {vector[0], vector[1], vector[2]};
-}
-
-std::string formatShort(double value) {
-    return writeGeneral(value == 0 ? 0.0 : value, 6);
-}
-
-std::string formatShort(const std::vector<double>& values) {
-    std::string text;
-    for (const double value : values) text += (text.empty() ? "" : ", ") + formatShort(value);
-    return text;
+std::string formatPlace(const SimTK::Vec3& p) {
+    return formatNumber(p[0]) + ", " + formatNumber(p[1]) + ", " + formatNumber(p[2]);
 }
 
 const Model::BodyEntry& findBody(const Model& model, const std::string& name) {
@@ -68,12 +57,12 @@ void listBodies(Shell& shell) {
         if (body.flexible) {
             kind = std::to_string(body.flexible->getNumModes()) + " modes";
             if (body.flexible->isRigid(session.getState())) kind += ", held rigid";
-            displacement = formatShort(body.flexible->calcLargestDisplacement(session.getState()));
+            displacement = formatNumber(body.flexible->calcLargestDisplacement(session.getState()));
         }
         const SimTK::Transform X_GP = body.mobod.getBodyTransform(session.getState()) * body.X_BP;
         table.add({body.name, kind,
-                   formatShort(body.mobod.getBodyMassProperties(session.getState()).getMass()),
-                   formatShort(toValues(X_GP.p())), displacement});
+                   formatNumber(body.mobod.getBodyMassProperties(session.getState()).getMass()),
+                   formatPlace(X_GP.p()), displacement});
     }
     shell.print("%s", table.format().c_str());
 }
@@ -88,13 +77,13 @@ void listJoints(Shell& shell) {
             names.empty() ? SimTK::Vector() : joint.calcCoordinates(session.getState());
         std::string coordinates;
         for (size_t i = 0; i < names.size(); ++i)
-            coordinates += (i ? ", " : "") + names[i] + ' ' + formatShort(values[int(i)]);
+            coordinates += (i ? ", " : "") + names[i] + ' ' + formatNumber(values[int(i)]);
         const bool isCoupler = joint.getEquations().isCoupler();
         table.add(
             {entry.name, joint.getEquations().getKind(),
              isCoupler ? "-" : getPlaceName(session.getModel(), joint.getFrameF()),
              isCoupler ? "-" : getPlaceName(session.getModel(), joint.getFrameM()), coordinates,
-             formatShort(SimTK::max(SimTK::abs(joint.calcPositionErrors(session.getState()))))});
+             formatNumber(SimTK::max(SimTK::abs(joint.calcPositionErrors(session.getState()))))});
     }
     shell.print("%s", table.format().c_str());
     for (const std::string& line : session.getIntegrator().getRedundantConstraints())
@@ -105,7 +94,7 @@ void listMotions(Shell& shell) {
     const Session& session = shell.updSession();
     TextTable table({"motion", "now", "position"});
     for (const Model::MotionEntry& motion : session.getModel().getMotions())
-        table.add({motion.name, formatShort(motion.position.calcValue(session.getTime())),
+        table.add({motion.name, formatNumber(motion.position.calcValue(session.getTime())),
                    motion.position.getText()});
     shell.print("%s", table.format().c_str());
 }
@@ -120,8 +109,8 @@ void listModes(Shell& shell, const std::string& name) {
     TextTable table({"mode", "frequency [Hz]", "coordinate", "strain energy [J]"});
     for (int i = 0; i < flexible.getNumModes(); ++i) {
         const double omegaSquared = flexible.getPart().omegaSquared[size_t(i)];
-        table.add({std::to_string(i + 1), formatShort(std::sqrt(omegaSquared) / (2 * SimTK::Pi)),
-                   formatShort(xi[i]), formatShort(energies[i])});
+        table.add({std::to_string(i + 1), formatNumber(std::sqrt(omegaSquared) / (2 * SimTK::Pi)),
+                   formatNumber(xi[i]), formatNumber(energies[i])});
     }
     shell.print("%s", table.format().c_str());
 }
@@ -151,7 +140,7 @@ void listFrames(Shell& shell) {
     const auto add = [&](const std::string& name) {
         const Attachment frame = session.getModel().findFrame(name);
         const SimTK::Vec3 place = frame.calcMotion(session.getState()).X.p();
-        table.add({name, getPlaceName(session.getModel(), frame), formatShort(toValues(place))});
+        table.add({name, getPlaceName(session.getModel(), frame), formatPlace(place)});
     };
     for (const std::string& name : session.getModel().getFile().get("frames").getKeys()) add(name);
     for (const Model::BodyEntry& body : session.getModel().getBodies())
@@ -261,7 +250,7 @@ void printEigenmodes(Shell& shell, const Words& words) {
         const bool isSecond = isFree && !oscillates && !mode.isRigidMotion() && !hasPartner;
         if (isSecond || ++numMotions > count) continue;
         const std::string damping = isFree                  ? "free motion"
-                                    : oscillates            ? formatShort(100 * mode.dampingRatio)
+                                    : oscillates            ? formatNumber(100 * mode.dampingRatio)
                                     : mode.dampingRatio > 0 ? "dies down"
                                                             : "grows";
         table.add({std::to_string(numMotions), isFree ? "0" : formatNumber(mode.frequency), damping,

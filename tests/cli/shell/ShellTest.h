@@ -8,6 +8,7 @@ Models at the prompt of the built program. **/
 #include <sstream>
 
 #include "cli/CliTest.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 
@@ -54,6 +55,16 @@ solver: {accuracy: 1e-8}
         return numbers;
     }
     double readNumber(const std::string& name) const { return read(name)[0]; }
+
+    /** All numbers of a file, with all their digits. **/
+    std::vector<double> readNumbers(const std::string& file) const {
+        std::istringstream words(testing::readText(folder / file));
+        std::vector<double> numbers;
+        double number = 0;
+        for (std::string word; words >> word;)
+            if (simflex::readNumber(word, number)) numbers.push_back(number);
+        return numbers;
+    }
 
     /** Cells of the line of a table that begins with this word. **/
     std::vector<std::string> readRow(const std::string& word) const {
