@@ -9,6 +9,7 @@ The analyses without time: static, eigen, campbell. **/
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/analyses/MotionWarnings.h"
+#include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -21,12 +22,6 @@ using SimTK::State;
 using SimTK::Vector;
 
 namespace {
-
-std::vector<double> listValues(const Vector& vector) {
-    std::vector<double> numbers;
-    for (int k = 0; k < vector.size(); ++k) numbers.push_back(vector[k]);
-    return numbers;
-}
 
 /** With joints met and speeds consistent. **/
 State assembleState(const Model& model, const State& state) {
@@ -77,7 +72,7 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     MotionWarnings(*_model, _probes, [&](const std::string& message) {
         warn(name, message);
     }).checkFinite(equilibrium.state.getTime(), values);
-    _writer->addStatic(name, makeColumns(), values, listValues(equilibrium.state.getQ()));
+    _writer->addStatic(name, makeColumns(), values, toNumbers(equilibrium.state.getQ()));
     _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
         _remarks[name].push_back(nameBodies(*_model, motion) +

@@ -12,6 +12,7 @@
 #include "simflex/body/JointEquations.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/analyses/TransientRun.h"
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/file/NearestName.h"
@@ -378,9 +379,7 @@ State ModelRun::findEnd(const std::string& name) const {
     for (const Results::Analysis& analysis : readResults(_resultPath).analyses) {
         if (analysis.name != name || !analysis.isComplete || analysis.q.empty()) continue;
         State state = _model->makeInitialState();
-        state.setTime(analysis.time.back());
-        for (int k = 0; k < state.getNQ(); ++k) state.updQ()[k] = analysis.q.back().at(size_t(k));
-        for (int k = 0; k < state.getNU(); ++k) state.updU()[k] = analysis.u.back().at(size_t(k));
+        setNumbers(state, analysis.time.back(), analysis.q.back(), analysis.u.back());
         return state;
     }
     throw std::runtime_error("the end of analysis '" + name +

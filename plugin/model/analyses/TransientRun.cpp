@@ -8,6 +8,7 @@
 #include "simflex/base/Progress.h"
 #include "simflex/base/SecondsSince.h"
 #include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/file/KnownTimes.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/probes/ProbeKinds.h"
@@ -37,12 +38,6 @@ int countIntervals(double duration, double interval, const ModelValue& where) {
     if (count > kMostRows)
         where.fail("gives more than " + std::to_string(kMostRows) + " rows of output");
     return std::max(1, int(count));
-}
-
-std::vector<double> toNumbers(const Vector& vector) {
-    std::vector<double> numbers(static_cast<size_t>(vector.size()));
-    for (int k = 0; k < vector.size(); ++k) numbers[size_t(k)] = vector[k];
-    return numbers;
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
-#include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/pictures/ForcePictures.h"
 #include "simflex/model/results/UnitScale.h"
@@ -131,14 +131,6 @@ std::string makeName(const Model& model, const std::string& file, const std::str
     return (path.parent_path() /
             (path.stem().string() + "_" + analysis + path.extension().string()))
         .string();
-}
-
-State makeState(const State& pattern, const RunCheckpoint::Frame& frame) {
-    State state = pattern;
-    state.setTime(frame.time);
-    for (int k = 0; k < state.getNQ(); ++k) state.updQ()[k] = frame.q.at(size_t(k));
-    for (int k = 0; k < state.getNU(); ++k) state.updU()[k] = frame.u.at(size_t(k));
-    return state;
 }
 
 [[noreturn]] void stopDrawing(const std::string& resumeCommand) {
@@ -290,7 +282,8 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
     const State pattern = model.makeInitialState();
     MotionRecorder motion(model.getSystem());
     for (const RunCheckpoint::Frame& frame : frames) {
-        const State state = makeState(pattern, frame);
+        State state = pattern;
+        setNumbers(state, frame.time, frame.q, frame.u);
         model.getSystem().realize(state, SimTK::Stage::Velocity);
         motion.record(state);
     }

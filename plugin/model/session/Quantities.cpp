@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "simflex/body/JointEquations.h"
+#include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/session/JointDrag.h"
 
@@ -16,13 +17,6 @@ using namespace SimTK;
 namespace {
 
 using Values = std::vector<double>;
-
-template <class V>
-Values toValues(const V& vector) {
-    Values values;
-    for (int i = 0; i < vector.size(); ++i) values.push_back(vector[i]);
-    return values;
-}
 
 Vec3 toVec3(const Values& values) {
     return {values[0], values[1], values[2]};
@@ -64,7 +58,7 @@ std::optional<Quantity> findJointQuantity(const Session& session, const PathPart
         return findJointQuantity(session, {parts[0], parts[1], names[0]});
     if (parts.size() == 2 && !names.empty()) {
         quantity.get = [&session, &joint] {
-            return toValues(joint.calcCoordinates(session.getState()));
+            return toNumbers(joint.calcCoordinates(session.getState()));
         };
         return quantity;
     }
@@ -150,18 +144,18 @@ std::optional<Quantity> makeFlexibleQuantity(const Session& session, const BodyE
     Quantity quantity;
     if (name == "modes") {
         quantity.unit = "m kg^0.5";
-        quantity.get = [&] { return toValues(flexible.getModalCoordinates(session.getState())); };
+        quantity.get = [&] { return toNumbers(flexible.getModalCoordinates(session.getState())); };
         quantity.calcStateWith = [&](const Values& values) {
             State state = session.copyState();
-            flexible.setModalCoordinates(state, Vector(int(values.size()), values.data()));
+            flexible.setModalCoordinates(state, toVector(values));
             return state;
         };
     } else if (name == "modal_speeds") {
         quantity.unit = "m kg^0.5/s";
-        quantity.get = [&] { return toValues(flexible.getModalSpeeds(session.getState())); };
+        quantity.get = [&] { return toNumbers(flexible.getModalSpeeds(session.getState())); };
         quantity.calcStateWith = [&](const Values& values) {
             State state = session.copyState();
-            flexible.setModalSpeeds(state, Vector(int(values.size()), values.data()));
+            flexible.setModalSpeeds(state, toVector(values));
             return state;
         };
     } else if (name == "rigid") {
@@ -187,11 +181,11 @@ std::optional<Quantity> makeMobilizerQuantity(const Session& session, const Body
     Quantity quantity;
     quantity.get = [&session, &body, isRate] {
         const State& state = session.getState();
-        return toValues(isRate ? body.mobod.getUAsVector(state) : body.mobod.getQAsVector(state));
+        return toNumbers(isRate ? body.mobod.getUAsVector(state) : body.mobod.getQAsVector(state));
     };
     quantity.calcStateWith = [&session, &body, isRate](const Values& values) {
         State state = session.copyState();
-        const Vector vector(int(values.size()), values.data());
+        const Vector vector = toVector(values);
         if (isRate)
             body.mobod.setUFromVector(state, vector);
         else
@@ -206,14 +200,14 @@ std::optional<Quantity> makeFrameQuantity(const Session& session, const BodyEntr
     Quantity quantity;
     if (name == "position") {
         quantity.unit = "m";
-        quantity.get = [&] { return toValues(calcPose(session, body).p()); };
+        quantity.get = [&] { return toNumbers(calcPose(session, body).p()); };
         quantity.calcStateWith = [&](const Values& values) {
             return place(session, body, Transform(calcPose(session, body).R(), toVec3(values)));
         };
     } else if (name == "orientation") {
         quantity.unit = "rad";
         quantity.get = [&] {
-            return toValues(calcPose(session, body).R().convertRotationToBodyFixedXYZ());
+            return toNumbers(calcPose(session, body).R().convertRotationToBodyFixedXYZ());
         };
         quantity.calcStateWith = [&](const Values& values) {
             Rotation R;
@@ -224,7 +218,7 @@ std::optional<Quantity> makeFrameQuantity(const Session& session, const BodyEntr
         const int part = name == "velocity" ? 1 : 0;
         quantity.unit = part ? "m/s" : "rad/s";
         quantity.get = [&session, &body, part] {
-            return toValues(calcVelocity(session, body)[part]);
+            return toNumbers(calcVelocity(session, body)[part]);
         };
         quantity.calcStateWith = [&session, &body, part](const Values& values) {
             SpatialVec V = calcVelocity(session, body);
