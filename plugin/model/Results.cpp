@@ -9,27 +9,17 @@ namespace simflex {
 
 using namespace model;
 
-namespace {
-
-template <class Items, class GetName>
-const auto& findItem(const Items& items, const std::string& name, const char* what,
-                     const GetName& getName) {
-    std::vector<std::string> known;
-    for (const auto& item : items) {
-        if (getName(item) == name) return item;
-        known.push_back(getName(item));
-    }
-    throw std::out_of_range(describeUnknown(what, name, known));
-}
-
-}  // namespace
-
 const Results::Series& Results::Analysis::findProbe(const std::string& probe) const {
-    return findItem(probes, probe, "probe", [](const Series& s) { return s.column.name; });
+    std::vector<std::string> known;
+    for (const Series& series : probes) {
+        if (series.column.name == probe) return series;
+        known.push_back(series.column.name);
+    }
+    throw std::out_of_range(describeUnknown("probe", probe, known));
 }
 
 const Results::Analysis& Results::findAnalysis(const std::string& analysis) const {
-    return findItem(analyses, analysis, "analysis", [](const Analysis& a) { return a.name; });
+    return findNamed<std::out_of_range>(analyses, "analysis", analysis);
 }
 
 Results runAnalyses(const ModelText& text, const RunOptions& options) {

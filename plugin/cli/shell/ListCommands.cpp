@@ -29,15 +29,6 @@ std::string formatPlace(const SimTK::Vec3& p) {
     return formatNumber(p[0]) + ", " + formatNumber(p[1]) + ", " + formatNumber(p[2]);
 }
 
-const Model::BodyEntry& findBody(const Model& model, const std::string& name) {
-    std::vector<std::string> names;
-    for (const Model::BodyEntry& body : model.getBodies()) {
-        if (body.name == name) return body;
-        names.push_back(body.name);
-    }
-    throw std::runtime_error(describeUnknown("body", name, names));
-}
-
 /** By the names of the model file; Simbody numbers rigid bodies. **/
 std::string getPlaceName(const Model& model, const Attachment& frame) {
     if (!frame.isFlexible())
@@ -101,7 +92,7 @@ void listMotions(Shell& shell) {
 
 void listModes(Shell& shell, const std::string& name) {
     const Session& session = shell.updSession();
-    const Model::BodyEntry& body = findBody(session.getModel(), name);
+    const Model::BodyEntry& body = findNamed(session.getModel().getBodies(), "body", name);
     if (!body.flexible) throw std::runtime_error("'" + name + "' is rigid: it has no modes");
     const FlexibleBody& flexible = *body.flexible;
     const SimTK::Vector xi = flexible.getModalCoordinates(session.getState());
@@ -170,15 +161,10 @@ void printList(Shell& shell, const Words& words) {
 
 void printProbes(Shell& shell, const Words& words) {
     const Session& session = shell.updSession();
-    std::vector<std::string> known;
-    for (const Probe& probe : session.getProbes()) known.push_back(probe.name);
-    for (const std::string& name : words.empty() ? known : words) {
-        const auto found = std::find(known.begin(), known.end(), name);
-        if (found == known.end()) throw std::runtime_error(describeUnknown("probe", name, known));
-        const Probe& probe = session.getProbes()[size_t(found - known.begin())];
-        std::vector<double> values(probe.columns.size());
-        values = session.calcProbe(probe);
-        shell.print("%s = %s\n", name.c_str(), formatValues(values, probe.unit).c_str());
+    for (const std::string& name : words.empty() ? getNames(session.getProbes()) : words) {
+        const Probe& probe = findNamed(session.getProbes(), "probe", name);
+        shell.print("%s = %s\n", name.c_str(),
+                    formatValues(session.calcProbe(probe), probe.unit).c_str());
     }
 }
 
@@ -281,11 +267,8 @@ void addListCommands(std::vector<Command>& commands) {
     commands.push_back({group, "probe", "[NAME ...]", "Prints probes as they are now; alone: all.",
                         "", 0, 1000, printProbes,
                         [](const Shell& shell, const Words&, const std::string&) {
-                            std::vector<std::string> names;
-                            if (shell.hasSession())
-                                for (const Probe& probe : shell.updSession().getProbes())
-                                    names.push_back(probe.name);
-                            return names;
+                            return shell.hasSession() ? getNames(shell.updSession().getProbes())
+                                                      : std::vector<std::string>();
                         }});
     commands.push_back({group,
                         "energy",

@@ -94,17 +94,10 @@ void setDirection(Shell& shell, const Words& words) {
         direction = SimTK::Vec2(calcAngle(shell, words[1]), calcAngle(shell, words[2]));
         return;
     }
-    Names names;
-    for (const NamedView& view : getNamedViews()) {
-        names.push_back(view.name);
-        if (words.size() == 2 && words[1] == view.name) {
-            direction = SimTK::Vec2(view.azimuth, view.elevation);
-            return;
-        }
-    }
     if (words.size() < 2)
         throw std::runtime_error("from where? write 'camera view front', or two angles");
-    throw std::runtime_error(describeUnknown("view", words[1], names));
+    const NamedView& view = findNamed(getNamedViews(), "view", words[1]);
+    direction = SimTK::Vec2(view.azimuth, view.elevation);
 }
 
 void setFollowed(Shell& shell, const Words& words) {
@@ -158,8 +151,7 @@ void setCamera(Shell& shell, const Words& words) {
 Names completeCamera(const Shell& shell, const Words& before, const std::string&) {
     if (before.empty()) return kCameraWords;
     Names names;
-    if (before.size() == 1 && before[0] == "view")
-        for (const NamedView& view : getNamedViews()) names.push_back(view.name);
+    if (before.size() == 1 && before[0] == "view") names = getNames(getNamedViews());
     if (before.size() == 1 && before[0] == "follow" && shell.hasSession()) {
         names.push_back("none");
         for (const Model::BodyEntry& body : shell.updSession().getModel().getBodies())
@@ -177,19 +169,10 @@ void exaggerate(Shell& shell, const Words& words) {
     shell.updPictureSettings().exaggeration = factor;
 }
 
-Names listContours() {
-    Names names;
-    for (const NamedContour& contour : getNamedContours()) names.push_back(contour.name);
-    return names;
-}
-
 void setContour(Shell& shell, const Words& words) {
-    const Names names = listContours();
-    const auto found = std::find(names.begin(), names.end(), words[0]);
-    if (found == names.end()) throw std::runtime_error(describeUnknown("contour", words[0], names));
     std::optional<Contour>& contour = shell.updPictureSettings().contour;
     const std::optional<Contour> before = contour;
-    contour = getNamedContours()[size_t(found - names.begin())].contour;
+    contour = findNamed(getNamedContours(), "contour", words[0]).contour;
     try {
         if (shell.hasSession()) shell.makeVisualizer();  // which refuses stress that a part lacks
     } catch (...) {
@@ -200,16 +183,8 @@ void setContour(Shell& shell, const Words& words) {
 
 // ---- draw
 
-Names listDrawings() {
-    Names names;
-    for (const Drawing& drawing : getDrawings()) names.push_back(drawing.name);
-    return names;
-}
-
 void draw(Shell& shell, const Words& words) {
-    const Names names = listDrawings();
-    if (std::find(names.begin(), names.end(), words[0]) == names.end())
-        throw std::runtime_error(describeUnknown("thing to draw", words[0], names));
+    findNamed(getDrawings(), "thing to draw", words[0]);  // which refuses others
     const std::string wish = words.size() > 1 ? words[1] : "on";
     if (wish != "on" && wish != "off")
         throw std::runtime_error("write 'draw " + words[0] + " on' or 'off', not '" + wish + "'");
@@ -432,7 +407,7 @@ void addPictureCommands(std::vector<Command>& commands) {
                         "joints, connectors, loads, reactions, ghost, wireframe, axes, shadows, "
                         "ambient_occlusion.",
                         1, 2, draw, [](const Shell&, const Words& before, const std::string&) {
-                            return before.empty() ? listDrawings() : Names{"on", "off"};
+                            return before.empty() ? getNames(getDrawings()) : Names{"on", "off"};
                         }});
     commands.push_back(
         {group, "exaggerate", "FACTOR | auto", "Draws deformations this many times larger.", "", 1,
@@ -442,7 +417,7 @@ void addPictureCommands(std::vector<Command>& commands) {
         {group, "contour", "NAME", "Chooses what the colours show.",
          "Displacements, velocities, strain energy; stress of parts reduced with it.", 1, 1,
          setContour,
-         [](const Shell&, const Words&, const std::string&) { return listContours(); }});
+         [](const Shell&, const Words&, const std::string&) { return getNames(getNamedContours()); }});
 }
 
 }  // namespace cli

@@ -118,15 +118,9 @@ void drag(Shell& shell, const Words& words) {
     const std::string path = normalizePath("joint." + words[0]);
     const auto variable = shell.updSession().findQuantity(path);
     if (!variable || variable->get().size() != 1) {
-        const Joint& joint = [&]() -> const Joint& {
-            const std::string name = words[0].substr(0, words[0].find('.'));
-            for (const Model::JointEntry& entry : shell.updSession().getModel().getJoints())
-                if (entry.name == name) return entry.joint;
-            std::vector<std::string> names;
-            for (const Model::JointEntry& entry : shell.updSession().getModel().getJoints())
-                names.push_back(entry.name);
-            throw std::runtime_error(describeUnknown("joint", name, names));
-        }();
+        const Joint& joint = findNamed(shell.updSession().getModel().getJoints(), "joint",
+                                       words[0].substr(0, words[0].find('.')))
+                                 .joint;
         const std::vector<std::string> names = getCoordinateNames(joint);
         if (names.empty())
             throw std::runtime_error("'" + joint.getName() + "' has no coordinate to drag");

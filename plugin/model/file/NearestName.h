@@ -2,6 +2,7 @@
 /** @file
 The known name that was probably meant. **/
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,22 @@ std::string proposeName(const std::string& name, const std::vector<std::string>&
 /** "there is no joint 'bearng'; did you mean 'bearing'?" or a list of all if they are few. **/
 std::string describeUnknown(const std::string& what, const std::string& name,
                             const std::vector<std::string>& known);
+
+/** The names of items that have one each. **/
+template <class Items>
+std::vector<std::string> getNames(const Items& items) {
+    std::vector<std::string> names;
+    for (const auto& item : items) names.push_back(item.name);
+    return names;
+}
+
+/** The item that is called so. @throws Error as describeUnknown(). **/
+template <class Error = std::runtime_error, class Items>
+const auto& findNamed(const Items& items, const std::string& what, const std::string& name) {
+    for (const auto& item : items)
+        if (item.name == name) return item;
+    throw Error(describeUnknown(what, name, getNames(items)));
+}
 
 /** "a, b, c". **/
 std::string joinNames(const std::vector<std::string>& names, const std::string& separator = ", ");

@@ -22,16 +22,6 @@ Vec3 toVec3(const Values& values) {
     return {values[0], values[1], values[2]};
 }
 
-template <class Entries>
-const auto& findEntry(const Entries& entries, const std::string& name, const std::string& what) {
-    std::vector<std::string> names;
-    for (const auto& entry : entries) {
-        if (entry.name == name) return entry;
-        names.push_back(entry.name);
-    }
-    throw std::runtime_error(describeUnknown(what, name, names));
-}
-
 /** An element of what is a list as a whole. **/
 Quantity pickElement(const Quantity& whole, int index, const std::string& name) {
     Quantity element;
@@ -50,7 +40,7 @@ Quantity pickElement(const Quantity& whole, int index, const std::string& name) 
 // ---- joints
 
 std::optional<Quantity> findJointQuantity(const Session& session, const PathParts& parts) {
-    const Joint& joint = findEntry(session.getModel().getJoints(), parts[1], "joint").joint;
+    const Joint& joint = findNamed(session.getModel().getJoints(), "joint", parts[1]).joint;
     const std::vector<std::string> names = getCoordinateNames(joint);
     Quantity quantity;
     quantity.path = "joints." + parts[1];
@@ -232,7 +222,7 @@ std::optional<Quantity> makeFrameQuantity(const Session& session, const BodyEntr
 }
 
 std::optional<Quantity> findBodyQuantity(const Session& session, const PathParts& parts) {
-    const BodyEntry& body = findEntry(session.getModel().getBodies(), parts[1], "body");
+    const BodyEntry& body = findNamed(session.getModel().getBodies(), "body", parts[1]);
     if (parts.size() < 3 || parts.size() > 4) return {};
     const std::string& name = parts[2];
     std::optional<Quantity> quantity = makeFrameQuantity(session, body, name);
