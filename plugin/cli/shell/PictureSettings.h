@@ -5,12 +5,13 @@ What the prompt's commands change of the model's pictures. **/
 #include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "simflex/render/OffscreenVisualizer.h"
+#include "simflex/model/pictures/Pictures.h"
 
 namespace simflex {
 namespace cli {
+
+using namespace model;
 
 class PictureSettings {
 public:
@@ -34,26 +35,6 @@ public:
     /** @param frame  that the camera follows, if any **/
     void apply(OffscreenVisualizer& visualizer, const std::optional<Attachment>& frame) const;
 };
-
-/** "front", "isometric" … and their directions. **/
-struct NamedView {
-    const char* name;
-    double azimuth, elevation;  ///< [rad]
-};
-const std::vector<NamedView>& getNamedViews();
-
-/** What `draw` shows or hides; the same names as in `pictures` of a model file. **/
-struct Drawing {
-    const char* name;
-    OffscreenVisualizer& (OffscreenVisualizer::*show)(bool);
-};
-const std::vector<Drawing>& getDrawings();
-
-struct NamedContour {
-    const char* name;
-    Contour contour;
-};
-const std::vector<NamedContour>& getNamedContours();
 
 }  // namespace cli
 }  // namespace simflex

@@ -14,7 +14,7 @@ CoordinateAxis readAxis(const ModelValue& value) {
 }
 
 UnitVec3 readDirection(const ModelValue& value) {
-    if (value.isScalar()) return UnitVec3(readAxis(value));
+    if (!value.isList()) return UnitVec3(readAxis(value));
     const Vec3 direction = value.getVec3();
     if (direction.norm() == 0) value.fail("[0, 0, 0] is no direction");
     return UnitVec3(direction);

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/model/analyses/StateNumbers.h"
+#include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/file/ModelTexts.h"
+#include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/ForcePictures.h"
+#include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
 
 namespace simflex {
@@ -30,44 +32,17 @@ constexpr double kModeRate = 20;        // pictures a second
 constexpr double kLargestFactor = 1000;  // of an automatic exaggeration
 constexpr double kModeAmplitude = 0.04;  // largest displacement, to the scene's size
 
-template <class Value>
-Value choose(const ModelValue& value, const std::map<std::string, Value>& known) {
-    const auto found = known.find(value.getText());
-    if (found != known.end()) return found->second;
-    std::vector<std::string> names;
-    for (const auto& entry : known) names.push_back(entry.first);
-    value.failUnknown("choice", value.getText(), names);
-}
-
-Vec3 getDirection(const ModelValue& value) {
-    if (!value.isList())
-        return choose<Vec3>(value,
-                            {{"x", Vec3(1, 0, 0)}, {"y", Vec3(0, 1, 0)}, {"z", Vec3(0, 0, 1)}});
-    if (value.getVec3().norm() == 0) value.fail("has no direction");
-    return value.getVec3();
-}
-
-/** Azimuth and elevation [rad] of named views. **/
-const std::map<std::string, SimTK::Vec2>& getViews() {
-    static const std::map<std::string, SimTK::Vec2> views{
-        {"front", {0, 0}},        {"back", {Pi, 0}},
-        {"right", {Pi / 2, 0}},   {"side", {Pi / 2, 0}},
-        {"left", {-Pi / 2, 0}},   {"top", {0, Pi / 2}},
-        {"bottom", {0, -Pi / 2}}, {"isometric", {Pi / 4, std::atan(std::sqrt(0.5))}}};
-    return views;
-}
-
-CameraView makeCamera(const Model& model, const ModelValue& camera, const Vec3& up) {
+CameraView makeCamera(const Model& model, const ModelValue& camera, const UnitVec3& up) {
     CameraView view(camera.get("name").isGiven() ? camera.get("name").getText() : "");
     if (camera.get("view").isGiven()) {
-        const SimTK::Vec2 direction = choose(camera.get("view"), getViews());
-        view.setDirection(direction[0], direction[1]);
+        const NamedView& named = findNamed(getNamedViews(), "view", camera.get("view").getText());
+        view.setDirection(named.azimuth, named.elevation);
     }
     if (camera.get("position").isGiven()) {
         const Vec3 place = camera.get("position").getVec3(),
                    back = place - camera.get("look_at").getVec3();
-        const Vec3 upwards = camera.get("up").isGiven() ? getDirection(camera.get("up")) : up;
-        if ((upwards % back).norm() <= 1e-9 * upwards.norm() * back.norm())
+        const UnitVec3 upwards = camera.get("up").isGiven() ? readDirection(camera.get("up")) : up;
+        if ((upwards % back).norm() <= 1e-9 * back.norm())
             camera.get("position").fail("must not be at, or straight above or below, 'look_at'");
         SimTK::Rotation R_GC;
         R_GC.setRotationFromTwoAxes(UnitVec3(back), SimTK::ZAxis, upwards, SimTK::YAxis);
@@ -95,18 +70,7 @@ CameraView makeCamera(const Model& model, const ModelValue& camera, const Vec3& 
 void setContour(const ModelValue& pictures, OffscreenVisualizer& viz) {
     const ModelValue contour = pictures.get("contour"), range = pictures.get("range");
     try {
-        viz.setContour(
-            choose<Contour>(contour, {{"none", Contour::None},
-                                      {"displacement", Contour::Displacement},
-                                      {"displacement_x", Contour::DisplacementX},
-                                      {"displacement_y", Contour::DisplacementY},
-                                      {"displacement_z", Contour::DisplacementZ},
-                                      {"speed", Contour::Speed},
-                                      {"strain_energy", Contour::StrainEnergyDensity},
-                                      {"von_mises", Contour::VonMises},
-                                      {"signed_von_mises", Contour::SignedVonMises},
-                                      {"principal_1", Contour::LargestPrincipalStress},
-                                      {"principal_3", Contour::SmallestPrincipalStress}}));
+        viz.setContour(findNamed(getNamedContours(), "contour", contour.getText()).contour);
         if (range.isList())
             viz.setContourRange(range.at(0).getNumber(), range.at(1).getNumber());
         else if (range.getText() == "frame")
@@ -166,33 +130,26 @@ struct PlotPanel {
 /** Plots beside the pictures, of the analysis' rows up to now. **/
 void addPlots(const Model& model, const Results::Analysis& rows, OffscreenVisualizer& viz) {
     const ModelValue plots = model.getFile().get("pictures").get("plots");
+    const std::vector<ChosenColumn> columns = chooseColumns(rows, {});
     for (int i = 0; i < plots.getSize(); ++i) {
         const ModelValue plot = plots.at(i), names = plot.get("probes");
         std::vector<PlotPanel> panels;
         for (int k = 0; k < names.getSize(); ++k) {
             const std::string name = names.at(k).getText();
-            std::vector<std::string> known;
             bool isFound = false;
-            for (const Results::Series& series : rows.probes)
-                for (size_t c = 0; c < series.column.columns.size(); ++c) {
-                    const std::string column = series.column.columns[c];
-                    const std::string label =
-                        series.column.name + (column.empty() ? "" : "." + column);
-                    known.push_back(label);
-                    if (name != label && name != series.column.name) continue;
-                    if (panels.empty() || panels.back().unit != series.column.unit)
-                        panels.push_back({"", "", series.column.unit, {}, {}});
-                    std::string& heading = panels.back().heading;
-                    if (panels.back().lastName != name)
-                        heading += (heading.empty() ? "" : ", ") + name;
-                    panels.back().lastName = name;
-                    panels.back().labels.push_back(label);
-                    panels.back().values.emplace_back();
-                    for (const std::vector<double>& row : series.rows)
-                        panels.back().values.back().push_back(row[c]);
-                    isFound = true;
-                }
-            if (!isFound) names.at(k).failUnknown("probe", name, known);
+            for (const ChosenColumn& column : columns) {
+                if (name != column.name && name != column.probe) continue;
+                if (panels.empty() || panels.back().unit != column.unit)
+                    panels.push_back({"", "", column.unit, {}, {}});
+                PlotPanel& panel = panels.back();
+                if (panel.lastName != name)
+                    panel.heading += (panel.heading.empty() ? "" : ", ") + name;
+                panel.lastName = name;
+                panel.labels.push_back(column.name);
+                panel.values.push_back(column.values);
+                isFound = true;
+            }
+            if (!isFound) names.at(k).failUnknown("probe", name, getNames(columns));
         }
         ProbePlot figure(plot.get("title").getText());
         for (const PlotPanel& panel : panels) panel.addTo(figure, rows.time);
@@ -201,6 +158,49 @@ void addPlots(const Model& model, const Results::Analysis& rows, OffscreenVisual
 }
 
 }  // namespace
+
+const std::vector<Drawing>& getDrawings() {
+    using Visualizer = OffscreenVisualizer;
+    static const std::vector<Drawing> drawings = {
+        {"joints", &Visualizer::setShowJoints},
+        {"connectors", &Visualizer::setShowConnectors},
+        {"loads", &Visualizer::setShowLoads},
+        {"reactions", &Visualizer::setShowReactions},
+        {"ghost", &Visualizer::setShowUndeformed},
+        {"wireframe", &Visualizer::setShowElementEdges},
+        {"axes", &Visualizer::setShowAxes},
+        {"shadows", &Visualizer::setShowShadows},
+        {"ambient_occlusion", &Visualizer::setShowAmbientOcclusion}};
+    return drawings;
+}
+
+const std::vector<NamedView>& getNamedViews() {
+    static const std::vector<NamedView> views = {
+        {"front", 0, 0},        {"back", Pi, 0},
+        {"left", -Pi / 2, 0},   {"right", Pi / 2, 0},
+        {"side", Pi / 2, 0},    {"top", 0, Pi / 2},
+        {"bottom", 0, -Pi / 2}, {"isometric", Pi / 4, std::atan(std::sqrt(0.5))}};
+    return views;
+}
+
+const std::vector<NamedContour>& getNamedContours() {
+    static const std::vector<NamedContour> contours = {
+        {"none", Contour::None},
+        {"displacement", Contour::Displacement},
+        {"displacement_x", Contour::DisplacementX},
+        {"displacement_y", Contour::DisplacementY},
+        {"displacement_z", Contour::DisplacementZ},
+        {"speed", Contour::Speed},
+        {"velocity_x", Contour::VelocityX},
+        {"velocity_y", Contour::VelocityY},
+        {"velocity_z", Contour::VelocityZ},
+        {"strain_energy", Contour::StrainEnergyDensity},
+        {"von_mises", Contour::VonMises},
+        {"signed_von_mises", Contour::SignedVonMises},
+        {"principal_1", Contour::LargestPrincipalStress},
+        {"principal_3", Contour::SmallestPrincipalStress}};
+    return contours;
+}
 
 std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     const ModelValue pictures = model.getFile().get("pictures");
@@ -217,19 +217,12 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
         setContour(pictures, *viz);
     if (!isText(pictures.get("exaggeration"), "auto"))
         viz->setDeformationFactor(pictures.get("exaggeration").getNumber());
-    viz->setShowUndeformed(pictures.get("ghost").getBool())
-        .setShowJoints(pictures.get("joints").getBool())
-        .setShowReactions(pictures.get("reactions").getBool())
-        .setShowConnectors(pictures.get("connectors").getBool())
-        .setShowLoads(pictures.get("loads").getBool())
-        .setShowElementEdges(pictures.get("wireframe").getBool())
-        .setShowAxes(pictures.get("axes").getBool())
-        .setShowShadows(pictures.get("shadows").getBool())
-        .setShowAmbientOcclusion(pictures.get("ambient_occlusion").getBool())
-        .setTransparentBackground(pictures.get("transparent").getBool());
-    const Vec3 up = getDirection(pictures.get("up"));
+    for (const Drawing& drawing : getDrawings())
+        ((*viz).*drawing.show)(pictures.get(drawing.name).getBool());
+    viz->setTransparentBackground(pictures.get("transparent").getBool());
+    const UnitVec3 up = readDirection(pictures.get("up"));
     for (int axis = 0; axis < 3; ++axis)
-        if (std::abs(up[axis]) == up.norm())
+        if (std::abs(up[axis]) == 1)
             viz->setSystemUpDirection(
                 SimTK::CoordinateDirection(SimTK::CoordinateAxis(axis), up[axis] > 0 ? 1 : -1));
     const ModelValue ground = pictures.get("ground");

@@ -13,6 +13,29 @@ Pictures of a run and of mode shapes. **/
 namespace simflex {
 namespace model {
 
+/** @name Names of what pictures show **/
+/**@{**/
+/** "front", "isometric" … and their directions. **/
+struct NamedView {
+    const char* name;
+    double azimuth, elevation;  ///< [rad]
+};
+const std::vector<NamedView>& getNamedViews();
+
+/** What is shown or hidden. **/
+struct Drawing {
+    const char* name;
+    OffscreenVisualizer& (OffscreenVisualizer::*show)(bool);
+};
+const std::vector<Drawing>& getDrawings();
+
+struct NamedContour {
+    const char* name;
+    Contour contour;
+};
+const std::vector<NamedContour>& getNamedContours();
+/**@}**/
+
 /** A visualizer that draws the model as its `pictures` say: flexible bodies with contours, rigid
 ones with their shapes, cameras, joints, reactions. Not fitted to anything yet. **/
 std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model);
