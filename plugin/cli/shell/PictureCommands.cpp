@@ -14,6 +14,7 @@ Commands of the prompt that draw: pictures and plots, in the terminal and to fil
 #include "simflex/cli/shell/TerminalPlot.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
+#include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/ResultFigure.h"
 
 namespace simflex {
@@ -220,58 +221,6 @@ PlotRequest readPlot(const Shell& shell, const Words& words) {
     return request;
 }
 
-/** A name and the columns of the record that it means. **/
-struct NamedColumns {
-    std::string name, unit;
-    std::vector<size_t> columns;
-};
-
-/** Whole probes and single parts of them, "slider.x". **/
-std::vector<NamedColumns> listColumns(const Session& session) {
-    std::vector<NamedColumns> all;
-    size_t column = 0;
-    for (const Probe& probe : session.getProbes()) {
-        NamedColumns whole{probe.name, probe.unit, {}};
-        for (const std::string& part : probe.columns) {
-            if (!part.empty()) all.push_back({probe.name + '.' + part, probe.unit, {column}});
-            whole.columns.push_back(column++);
-        }
-        all.push_back(whole);
-    }
-    return all;
-}
-
-std::vector<TerminalCurve> collectCurves(const Session& session, const PlotRequest& request) {
-    const std::vector<NamedColumns> all = listColumns(session);
-    const ProbeRecord& record = session.getRecord();
-    std::vector<TerminalCurve> curves;
-    for (const std::string& name : request.names) {
-        const auto found = std::find_if(all.begin(), all.end(),
-                                        [&](const NamedColumns& c) { return c.name == name; });
-        if (found == all.end()) {
-            Names known;
-            for (const NamedColumns& columns : all) known.push_back(columns.name);
-            throw std::runtime_error(describeUnknown("probe", name, known));
-        }
-        for (const size_t column : found->columns) {
-            TerminalCurve curve{name, found->unit, {}, {}};
-            if (found->columns.size() > 1)
-                for (const NamedColumns& part : all)
-                    if (part.columns.size() == 1 && part.columns[0] == column)
-                        curve.name = part.name;
-            for (size_t row = 0; row < record.time.size(); ++row) {
-                if (record.time[row] < request.from || record.time[row] > request.to) continue;
-                curve.time.push_back(record.time[row]);
-                curve.values.push_back(record.rows[row][column]);
-            }
-            curves.push_back(std::move(curve));
-        }
-    }
-    if (curves[0].time.size() < 2)
-        throw std::runtime_error("nothing was recorded there yet: 'run' first");
-    return curves;
-}
-
 /** The record as `simflex run` would write it. **/
 Results::Analysis makeAnalysis(const Session& session) {
     Results::Analysis analysis;
@@ -290,15 +239,33 @@ Results::Analysis makeAnalysis(const Session& session) {
     return analysis;
 }
 
+std::vector<TerminalCurve> collectCurves(const Results::Analysis& record,
+                                         const PlotRequest& request) {
+    std::vector<TerminalCurve> curves;
+    for (const std::string& name : request.names)
+        for (const ChosenColumn& column : chooseColumns(record, {name})) {
+            TerminalCurve curve{column.name, column.unit, {}, {}};
+            for (size_t row = 0; row < record.time.size(); ++row) {
+                if (record.time[row] < request.from || record.time[row] > request.to) continue;
+                curve.time.push_back(record.time[row]);
+                curve.values.push_back(column.values[row]);
+            }
+            curves.push_back(std::move(curve));
+        }
+    if (curves[0].time.size() < 2)
+        throw std::runtime_error("nothing was recorded there yet: 'run' first");
+    return curves;
+}
+
 void plot(Shell& shell, const Words& words) {
     const PlotRequest request = readPlot(shell, words);
     const Session& session = shell.updSession();
-    const std::vector<TerminalCurve> curves = collectCurves(session, request);
+    const Results::Analysis rows = makeAnalysis(session);
+    const std::vector<TerminalCurve> curves = collectCurves(rows, request);
     if (request.file.empty()) {
         std::fputs(drawTerminalPlot(curves, Terminal::detect()).c_str(), stdout);
         return;
     }
-    const Results::Analysis rows = makeAnalysis(session);
     FigureWishes wishes;
     wishes.probes = request.names;
     wishes.from = request.from;
@@ -313,9 +280,10 @@ Names completePlot(const Shell& shell, const Words& before, const std::string& w
     if (!before.empty() && before.back() == "into")
         return completePath(word, {".png", ".svg", ".pdf"});
     if (!shell.hasSession()) return {};
-    Names names;
-    for (const NamedColumns& columns : listColumns(shell.updSession()))
-        names.push_back(columns.name);
+    Names names = getNames(shell.updSession().getProbes());
+    for (const Probe& probe : shell.updSession().getProbes())
+        for (const std::string& column : probe.columns)
+            if (!column.empty()) names.push_back(probe.name + '.' + column);
     if (!before.empty()) names.insert(names.end(), {"from", "to", "into"});
     return names;
 }
