@@ -131,5 +131,11 @@ std::vector<std::string> completePath(const std::string& begin,
     return found;
 }
 
+Completer completeFile(const std::vector<std::string>& suffixes) {
+    return [suffixes](const Shell&, const Words& before, const std::string& word) {
+        return before.empty() ? completePath(word, suffixes) : std::vector<std::string>();
+    };
+}
+
 }  // namespace cli
 }  // namespace simflex

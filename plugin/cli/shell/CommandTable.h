@@ -13,19 +13,19 @@ namespace cli {
 
 class Shell;
 
+/** What may stand after these arguments; all of it, or what begins like `word`. **/
+using Completer = std::function<std::vector<std::string>(const Shell& shell, const Words& before,
+                                                         const std::string& word)>;
+
 struct Command {
     std::string group;  ///< heading in the help
     std::string name;
     std::string arguments;  ///< as in "PATH VALUE"
     std::string summary;    ///< one sentence
     std::string details;    ///< more of them, for `help COMMAND`
-    int fewestArguments, mostArguments;
+    int fewestArguments = 0, mostArguments = 0;
     std::function<void(Shell& shell, const Words& arguments)> run;
-    /** What may stand after these arguments; all of it, or what begins like `word`. Empty: nothing
-    is known. **/
-    std::function<std::vector<std::string>(const Shell& shell, const Words& before,
-                                           const std::string& word)>
-        complete;
+    Completer complete = {};  ///< empty: nothing is known
 };
 
 /** All, group by group. **/
@@ -52,6 +52,8 @@ void addGeneralCommands(std::vector<Command>& commands);  ///< open, source, hel
 @param suffixes  of files wanted, with their dots; empty: all **/
 std::vector<std::string> completePath(const std::string& begin,
                                       const std::vector<std::string>& suffixes = {});
+/** Completes a first argument so. **/
+Completer completeFile(const std::vector<std::string>& suffixes = {});
 
 }  // namespace cli
 }  // namespace simflex

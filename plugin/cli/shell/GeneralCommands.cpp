@@ -46,23 +46,12 @@ void addGeneralCommands(std::vector<Command>& commands) {
         {group, "open", "[MODEL.yaml]", "Opens another model; alone: reads this one again.",
          "If the file is wrong, the model before stays. Values that were set stay when it is read "
          "again.",
-         0, 1, open, [](const Shell&, const Words& before, const std::string& word) {
-             return before.empty() ? completePath(word, {".yaml", ".yml"}) : Names{};
-         }});
+         0, 1, open, completeFile({".yaml", ".yml"})});
     commands.push_back({group, "source", "FILE", "Runs the commands of a file.", "", 1, 1,
                         [](Shell& shell, const Words& words) { shell.runFile(words[0]); },
-                        [](const Shell&, const Words& before, const std::string& word) {
-                            return before.empty() ? completePath(word) : Names{};
-                        }});
-    commands.push_back({group,
-                        "history",
-                        "[N]",
-                        "Prints the lines typed, or the last few.",
-                        "",
-                        0,
-                        1,
-                        printHistory,
-                        {}});
+                        completeFile()});
+    commands.push_back({group, "history", "[N]", "Prints the lines typed, or the last few.", "", 0,
+                        1, printHistory});
     commands.push_back({group, "help", "[COMMAND]", "Explains the commands, or one.",
                         "'help --markdown' prints them as tables.", 0, 1, help,
                         [](const Shell&, const Words& before, const std::string&) {
@@ -72,15 +61,8 @@ void addGeneralCommands(std::vector<Command>& commands) {
                                     names.push_back(command.name);
                             return names;
                         }});
-    commands.push_back({group,
-                        "quit",
-                        "",
-                        "Ends; so does Ctrl-D.",
-                        "",
-                        0,
-                        0,
-                        [](Shell& shell, const Words&) { shell.quit(); },
-                        {}});
+    commands.push_back({group, "quit", "", "Ends; so does Ctrl-D.", "", 0, 0,
+                        [](Shell& shell, const Words&) { shell.quit(); }});
 }
 
 }  // namespace cli

@@ -270,29 +270,17 @@ void addListCommands(std::vector<Command>& commands) {
                             return shell.hasSession() ? getNames(shell.updSession().getProbes())
                                                       : std::vector<std::string>();
                         }});
-    commands.push_back({group,
-                        "energy",
-                        "",
-                        "Prints the energies and their balance.",
-                        "The balance counts from the start, or from the last change by hand.",
-                        0,
-                        0,
-                        printEnergy,
-                        {}});
+    commands.push_back({group, "energy", "", "Prints the energies and their balance.",
+                        "The balance counts from the start, or from the last change by hand.", 0, 0,
+                        printEnergy});
     commands.push_back(
-        {group,
-         "eigen",
-         "[N]",
-         "Prints the natural modes about this state, 10 by default.",
+        {group, "eigen", "[N]", "Prints the natural modes about this state, 10 by default.",
          "Free motions, which nothing restores, come first; 'grows' and 'dies down' are motions "
          "that do "
          "not\noscillate. The state's speeds count: gyroscopic terms make frequencies of "
          "what\nturns. In a motion that is neither an equilibrium nor steady there are none, which "
          "is said.",
-         0,
-         1,
-         printEigenmodes,
-         {}});
+         0, 1, printEigenmodes});
 }
 
 }  // namespace cli

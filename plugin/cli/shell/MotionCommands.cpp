@@ -126,33 +126,13 @@ void addMotionCommands(std::vector<Command>& commands) {
              return before.empty() ? std::vector<std::string>{"for", "every"}
                                    : std::vector<std::string>{"every"};
          }});
-    commands.push_back({group,
-                        "step",
-                        "[N]",
-                        "Takes one step of the integrator, or several.",
-                        "",
-                        0,
-                        1,
-                        step,
-                        {}});
-    commands.push_back({group,
-                        "static",
-                        "",
-                        "Goes to the static equilibrium near by, at rest.",
-                        "The time stays; loads and motions are those of that time.",
-                        0,
-                        0,
-                        findStatic,
-                        {}});
-    commands.push_back({group,
-                        "reset",
-                        "",
-                        "Goes back to the start; the record begins anew.",
-                        "",
-                        0,
-                        0,
-                        reset,
-                        {}});
+    commands.push_back(
+        {group, "step", "[N]", "Takes one step of the integrator, or several.", "", 0, 1, step});
+    commands.push_back({group, "static", "", "Goes to the static equilibrium near by, at rest.",
+                        "The time stays; loads and motions are those of that time.", 0, 0,
+                        findStatic});
+    commands.push_back(
+        {group, "reset", "", "Goes back to the start; the record begins anew.", "", 0, 0, reset});
 }
 
 }  // namespace cli

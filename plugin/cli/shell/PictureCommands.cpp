@@ -330,14 +330,6 @@ void film(Shell& shell, const Words& words) {
                 formatNumber(session.getTime()).c_str());
 }
 
-Names completeVideo(const Shell&, const Words& before, const std::string& word) {
-    return before.empty() ? completePath(word, {".mp4", ".gif", ".webp"}) : Names{};
-}
-
-Names completePng(const Shell&, const Words& before, const std::string& word) {
-    return before.empty() ? completePath(word, {".png"}) : Names{};
-}
-
 }  // namespace
 
 void addPictureCommands(std::vector<Command>& commands) {
@@ -353,8 +345,8 @@ void addPictureCommands(std::vector<Command>& commands) {
          0, 1, show, [](const Shell&, const Words& before, const std::string&) {
              return before.empty() ? Names{"symbols", "sixel", "kitty"} : Names{};
          }});
-    commands.push_back(
-        {group, "save", "FILE.png", "Writes the picture to a file.", "", 1, 1, save, completePng});
+    commands.push_back({group, "save", "FILE.png", "Writes the picture to a file.", "", 1, 1, save,
+                        completeFile({".png"})});
     commands.push_back({group, "camera",
                         "view | orbit | zoom | follow | perspective | orthographic | reset ...",
                         "Places the camera of 'show', 'save' and 'video'.",
@@ -370,7 +362,7 @@ void addPictureCommands(std::vector<Command>& commands) {
          "Runs on for a while and films it: .mp4, .gif or .webp.",
          "Rate, slow motion and plots are those of 'pictures' in the model file; SLOW_MOTION is "
          "how many\nseconds of video make a second of the motion. Ctrl-C keeps the state reached.",
-         2, 3, film, completeVideo});
+         2, 3, film, completeFile({".mp4", ".gif", ".webp"})});
     commands.push_back({group, "draw", "THING [on | off]", "Shows or hides something in pictures.",
                         "joints, connectors, loads, reactions, ghost, wireframe, axes, shadows, "
                         "ambient_occlusion.",
@@ -384,8 +376,9 @@ void addPictureCommands(std::vector<Command>& commands) {
     commands.push_back(
         {group, "contour", "NAME", "Chooses what the colours show.",
          "Displacements, velocities, strain energy; stress of parts reduced with it.", 1, 1,
-         setContour,
-         [](const Shell&, const Words&, const std::string&) { return getNames(getNamedContours()); }});
+         setContour, [](const Shell&, const Words&, const std::string&) {
+             return getNames(getNamedContours());
+         }});
 }
 
 }  // namespace cli

@@ -143,10 +143,6 @@ void restore(Shell& shell, const Words& words) {
     shell.print("t = %s s\n", formatNumber(shell.updSession().getTime()).c_str());
 }
 
-std::vector<std::string> completeFile(const Shell&, const Words& before, const std::string& word) {
-    return before.empty() ? completePath(word) : std::vector<std::string>{};
-}
-
 std::vector<std::string> completeValues(const Shell& shell, const std::string& word, bool hasAll) {
     if (!shell.hasSession()) return {};
     const Session& session = shell.updSession();
@@ -214,11 +210,11 @@ void addStateCommands(std::vector<Command>& commands) {
          }});
     commands.push_back({group, "keep", "FILE", "Keeps the state reached in a file.",
                         "Time, coordinates, speeds and turns, for the same model.", 1, 1, keep,
-                        completeFile});
+                        completeFile()});
     commands.push_back(
         {group, "restore", "FILE", "Goes back to a state that was kept.",
          "The record ends there; integration begins anew with small steps, as after 'set'.", 1, 1,
-         restore, completeFile});
+         restore, completeFile()});
 }
 
 }  // namespace cli
