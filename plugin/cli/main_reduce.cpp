@@ -1,8 +1,12 @@
 // simflex_reduce: the command `reduce` of simflex without the rest, which takes several times as
 // long to build. For the parts of the examples; it is not installed.
 
-#include "simflex/cli/ReduceProgram.h"
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/Invocation.h"
 
 int main(int argc, char** argv) {
-    return simflex::cli::runReduceProgram(argc, argv);
+    CLI::App app("The command reduce of simflex alone.", "simflex_reduce");
+    app.require_subcommand(1);
+    simflex::cli::addReduceCommand(app);
+    return simflex::cli::runCommandLine(app, argc, argv);
 }
