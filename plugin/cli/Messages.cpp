@@ -18,28 +18,18 @@ void say(const char* kind, const std::string& text) {
 
 }  // namespace
 
-void Messages::note(const std::string& text) const {
-    if (_notes == Notes::Shown) say("note", text);
-}
-
-void Messages::warn(const std::string& text) const {
-    say("warning", text);
-}
-
-std::function<void(const std::string&)> Messages::getNote() const {
-    return [*this](const std::string& text) { note(text); };
-}
-
-std::function<void(const std::string&)> Messages::getWarn() const {
-    return [*this](const std::string& text) { warn(text); };
-}
-
-Listener Messages::makeListener(bool showsProgress) const {
-    const auto bar = std::make_shared<ProgressBar>(!showsProgress);
-    return {[bar](const std::string& phase, double fraction, const Listener::Detail& detail) {
-                return bar->show(phase, fraction, detail);
-            },
-            getNote(), getWarn()};
+Listener makeListener(bool isQuiet) {
+    const auto bar = std::make_shared<ProgressBar>(isQuiet);
+    Listener listener;
+    listener.progress = [bar](const std::string& phase, double fraction,
+                              const Listener::Detail& detail) {
+        return bar->show(phase, fraction, detail);
+    };
+    listener.note = [isQuiet](const std::string& text) {
+        if (!isQuiet) say("note", text);
+    };
+    listener.warn = [](const std::string& text) { say("warning", text); };
+    return listener;
 }
 
 }  // namespace cli

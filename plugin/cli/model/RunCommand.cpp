@@ -82,10 +82,9 @@ void verify(ModelText text, const ModelRun& run, RunOptions options) {
 
 void perform(const RunArguments& arguments) {
     const auto started = std::chrono::steady_clock::now();
-    const Messages messages = Messages::makeQuietIf(arguments.isQuiet);
     RunOptions options = arguments.options;
     options.resumeCommand = makeResumeCommand(arguments);
-    options.listener = messages.makeListener();
+    options.listener = makeListener(arguments.isQuiet);
     const ModelText text = loadModelText(arguments.model, arguments.settings);
     ModelRun run(text, ModelOptions::Bodies::AsGiven, options);
     if (options.onlyChecks) {
@@ -95,7 +94,7 @@ void perform(const RunArguments& arguments) {
     }
     const bool isRigidToo = arguments.isRigidToo && run.canBend();
     if (arguments.isRigidToo && !isRigidToo)
-        messages.warn(
+        options.listener.tellWarning(
             "no body of the model can bend: it is rigid as it is, so --rigid changes nothing and "
             "it is run once");
     run.perform();
@@ -117,7 +116,7 @@ void perform(const RunArguments& arguments) {
     char seconds[40];
     std::snprintf(seconds, sizeof seconds, "%.1f s", elapsed.count());
     const std::string parts = describeSeconds(run);
-    messages.note(parts.empty() ? seconds : seconds + (": " + parts));
+    options.listener.tellNote(parts.empty() ? seconds : seconds + (": " + parts));
 }
 
 }  // namespace

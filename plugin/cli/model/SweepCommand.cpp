@@ -101,7 +101,7 @@ void runSweepCommand(const SweepArguments& arguments) {
         return;
     }
     options.program = findProgram();
-    options.listener = Messages::makeQuietIf(arguments.isQuiet).makeListener();
+    options.listener = makeListener(arguments.isQuiet);
     options.share = SweepShare::fromEnvironment();
     const std::vector<SweepOutcome> outcomes = runSweep(plan, options);
     // mpirun ends all ranks as soon as one of them fails: the first one tells.

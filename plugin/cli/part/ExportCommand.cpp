@@ -74,11 +74,11 @@ ReducedBody readPart(const ExportArguments& arguments) {
                                        "'" + text + "' is not of the form NAME=NODE");
         options.interfaces.emplace_back(text.substr(0, equals), node);
     }
-    const Messages messages = Messages::makeQuietIf(arguments.quiet);
+    const Listener listener = makeListener(arguments.quiet);
     std::vector<std::string> notes, warnings;
     ReducedBody part = readMbdynFem(arguments.part, options, &notes, &warnings);
-    for (const std::string& note : notes) messages.note(note);
-    for (const std::string& warning : warnings) messages.warn(warning);
+    for (const std::string& note : notes) listener.tellNote(note);
+    for (const std::string& warning : warnings) listener.tellWarning(warning);
     return part;
 }
 

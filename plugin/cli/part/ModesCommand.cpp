@@ -302,7 +302,7 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
     finishSheet();
     if (arguments.quiet) return;
     if (suffixes.empty())
-        Messages(Messages::Notes::Shown).note("no program ffmpeg here: a contact sheet only");
+        makeListener(false).tellNote("no program ffmpeg here: a contact sheet only");
     std::printf("%s: %zu modes -> %s\n", part->name.c_str(), modes.size(),
                 (folder / "contact_sheet.png").c_str());
 }

@@ -120,15 +120,15 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     CalculixOptions& calculix = source.calculix;
     calculix.program = arguments.program;
     calculix.progress = progress;
-    const Messages messages = Messages::makeQuietIf(arguments.quiet);
-    calculix.note = messages.getNote();
-    calculix.warn = messages.getWarn();
+    const Listener listener = makeListener(arguments.quiet);
+    calculix.note = listener.note;
+    calculix.warn = listener.warn;
     const ReductionCheckpoint checkpoint(output + ".resume", kWorthKeeping, calculix.note);
     if (arguments.resume) calculix.checkpoint = options.checkpoint = &checkpoint;
     auto lap = std::chrono::steady_clock::now();
     FeModel model = readModelSource(source);
     for (const std::string& warning : listInterfaceWarnings(model, options)) {
-        messages.warn(warning);
+        listener.tellWarning(warning);
         model.warnings.push_back(warning);
     }
     const double deckSeconds =

@@ -11,6 +11,7 @@
 
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/Formula.h"
@@ -33,8 +34,7 @@ std::vector<std::string> keepBeginnings(const std::vector<std::string>& words,
 
 }  // namespace
 
-Shell::Shell(const ShellOptions& options)
-    : _options(options), _messages(Messages::makeQuietIf(options.isQuiet)) {}
+Shell::Shell(const ShellOptions& options) : _options(options) {}
 
 Shell::~Shell() = default;
 
@@ -213,6 +213,12 @@ void Shell::print(const char* format, ...) {
 
 bool Shell::showsProgress() const {
     return !_options.isQuiet && isatty(STDERR_FILENO);
+}
+
+Listener Shell::makeListener() const {
+    Listener listener = cli::makeListener(_options.isQuiet);
+    if (!showsProgress()) listener.progress = cli::makeListener(true).progress;
+    return listener;
 }
 
 std::vector<std::string> Shell::getHistory() const {

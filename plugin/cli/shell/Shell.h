@@ -8,7 +8,6 @@ The prompt: commands typed or read, run one after the other on a model. **/
 #include <string>
 #include <vector>
 
-#include "simflex/cli/Messages.h"
 #include "simflex/cli/shell/CommandTable.h"
 #include "simflex/cli/shell/LineEditor.h"
 #include "simflex/cli/shell/PictureSettings.h"
@@ -64,10 +63,9 @@ public:
     /** Which model it is and what it has, in a line. **/
     void printSummary();
     void print(const char* format, ...) __attribute__((format(printf, 2, 3)));
-    void note(const std::string& text) const { _messages.note(text); }
-    void warn(const std::string& text) const { _messages.warn(text); }
     bool showsProgress() const;
-    Listener makeListener() const { return _messages.makeListener(showsProgress()); }
+    /** Bars belong to terminals only. **/
+    Listener makeListener() const;
     std::vector<std::string> getHistory() const;
 
     /** Constants with the model's parameters: `30*deg`, `[0, 0, L/2]`. **/
@@ -82,7 +80,6 @@ private:
     void runCommand(const Words& words);
 
     ShellOptions _options;
-    Messages _messages;
     std::unique_ptr<Session> _session;
     PictureSettings _pictures;
     std::unique_ptr<LineEditor> _editor;
