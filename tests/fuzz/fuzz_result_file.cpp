@@ -24,10 +24,14 @@ const Files& getFiles() {
         {
             model::ResultWriter writer(path,
                                        {"Title", "m.yaml", "simflex: 1\n", {"speed=1"}, false});
-            writer.addStatic("rest", probes, {1, 2, 3}, {4});
-            writer.addEigen("modes", {1, 2}, {0.1, 0.2});
-            writer.addCampbell("map", {0, 1}, {{1, 2}, {3, 4}}, {{0, 0}, {0, 0}});
-            writer.setComplete("map");
+            Results::Analysis rest, modes, map;
+            rest.name = "rest", rest.type = "static", rest.q = {{4}};
+            rest.probes = {{probes[0], {{1, 2}}}, {probes[1], {{3}}}};
+            modes.name = "modes", modes.type = "eigen", modes.frequency = {{1, 2}};
+            modes.dampingRatio = {{0.1, 0.2}};
+            map.name = "map", map.type = "campbell", map.speeds = {0, 1}, map.isComplete = true;
+            map.frequency = {{1, 2}, {3, 4}}, map.dampingRatio = {{0, 0}, {0, 0}};
+            for (const Results::Analysis& analysis : {rest, modes, map}) writer.add(analysis);
             writer.beginTransient("run", probes, 1, 1);
             for (int k = 0; k < kRows; ++k) {
                 writer.addRow(k, {1.0 * k, 2.0 * k, 3.0 * k}, {4.0 * k}, {5.0 * k});

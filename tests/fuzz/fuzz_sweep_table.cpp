@@ -34,7 +34,10 @@ const Sweep& getSweep() {
             {
                 model::ResultWriter writer(folder + "/results.h5",
                                            {"Title", "m.yaml", "", {}, false});
-                writer.addStatic("rest", {{"tip", "m", {"x", "y"}}}, {value += 1, 2}, {});
+                Results::Analysis rest;
+                rest.name = "rest", rest.type = "static";
+                rest.probes = {{{"tip", "m", {"x", "y"}}, {{value += 1, 2}}}};
+                writer.add(rest);
             }
             std::ofstream(folder + "/case.txt") << made.plan.makeCaseKey(one) << "complete\n";
         }

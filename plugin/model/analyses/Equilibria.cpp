@@ -23,6 +23,14 @@ using SimTK::Vector;
 
 namespace {
 
+Results::Analysis makeComplete(const std::string& name, const char* type) {
+    Results::Analysis results;
+    results.name = name;
+    results.type = type;
+    results.isComplete = true;
+    return results;
+}
+
 /** With joints met and speeds consistent. **/
 State assembleState(const Model& model, const State& state) {
     const auto integrator = makeIntegrator(model);
@@ -72,13 +80,20 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     MotionWarnings(*_model, _probes, [&](const std::string& message) {
         warn(name, message);
     }).checkFinite(equilibrium.state.getTime(), values);
-    _writer->addStatic(name, makeColumns(), values, toNumbers(equilibrium.state.getQ()));
-    _writer->setStatistics(name, {{"iterations", double(equilibrium.numIterations)}});
+    Results::Analysis results = makeComplete(name, "static");
+    auto at = values.begin();
+    for (const ResultColumn& column : makeColumns()) {
+        const auto end = at + std::ptrdiff_t(column.columns.size());
+        results.probes.push_back({column, {{at, end}}});
+        at = end;
+    }
+    results.q = {toNumbers(equilibrium.state.getQ())};
+    results.statistics["iterations"] = equilibrium.numIterations;
+    _writer->add(results);
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
         _remarks[name].push_back(nameBodies(*_model, motion) +
                                  (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
                                  ": nothing holds it");
-    _writer->setComplete(name);
 }
 
 void ModelRun::runEigen(const ModelValue& analysis) {
@@ -100,18 +115,18 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     if (modes.empty() && isRigidTwin()) return leaveOut(name, "nothing in it vibrates");
     if (modes.empty())
         throw std::runtime_error("analysis '" + name + "': the model has no natural frequencies");
-    std::vector<double> frequency, damping;
+    Results::Analysis results = makeComplete(name, "eigen");
+    results.frequency.resize(1);
+    results.dampingRatio.resize(1);
     for (const Eigenmode& mode : modes) {
-        frequency.push_back(mode.frequency);
-        damping.push_back(mode.dampingRatio);
+        results.frequency[0].push_back(mode.frequency);
+        results.dampingRatio[0].push_back(mode.dampingRatio);
     }
+    results.statistics = {{"rigid_motions", double(numRigid)}, {"highest_frequency", highest}};
     if (isDrawn)
         _remarks[name].push_back(
             drawModes(*_model, linear, modes, name, getUsualFolder(), _options.listener));
-    _writer->addEigen(name, frequency, damping);
-    _writer->setStatistics(name,
-                           {{"rigid_motions", double(numRigid)}, {"highest_frequency", highest}});
-    _writer->setComplete(name);
+    _writer->add(results);
 }
 
 void ModelRun::runCampbell(const ModelValue& analysis) {
@@ -150,14 +165,16 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         _failures.push_back("analysis '" + name + "' has no modes at " +
                             std::to_string(numFailures) + " of its " +
                             std::to_string(speeds.size()) + " speeds");
-    std::vector<std::vector<double>> frequency(speeds.size()), damping(speeds.size());
+    Results::Analysis results = makeComplete(name, "campbell");
+    results.speeds = speeds;
+    results.frequency.resize(speeds.size());
+    results.dampingRatio.resize(speeds.size());
     for (size_t k = 0; k < speeds.size(); ++k)
         for (const CampbellDiagram::Branch& branch : diagram.branches) {
-            frequency[k].push_back(branch.frequency[k]);
-            damping[k].push_back(branch.dampingRatio[k]);
+            results.frequency[k].push_back(branch.frequency[k]);
+            results.dampingRatio[k].push_back(branch.dampingRatio[k]);
         }
-    _writer->addCampbell(name, speeds, frequency, damping);
-    _writer->setComplete(name);
+    _writer->add(results);
 }
 
 }  // namespace model

@@ -276,7 +276,7 @@ void ModelRun::beginWork(const std::string& name) {
 
 void ModelRun::perform() {
     openResults();
-    for (const std::string& warning : _modelWarnings) _writer->addWarning(warning);
+    for (const std::string& warning : _modelWarnings) _writer->addWarning("", warning);
     const std::map<std::string, void (ModelRun::*)(const ModelValue&)> ways{
         {"transient", &ModelRun::runTransient},
         {"static", &ModelRun::runStatic},

@@ -1,16 +1,11 @@
 #include "simflex/model/results/ResultWriter.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
-#include <cstring>
 #include <filesystem>
-#include <optional>
 #include <stdexcept>
 
 #include "simflex/base/SecondsSince.h"
 #include "simflex/base/UnfinishedFile.h"
-#include "simflex/model/results/ResultJournal.h"
 #include "simflex/model/results/ResultLayout.h"
 #include "simflex/part/FileChecksum.h"
 
@@ -19,7 +14,6 @@ namespace model {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 constexpr double kMostOfTheTime = 0.1;  // spent on replacing the file at flush()
 
 std::string joinLines(const std::vector<std::string>& texts) {
@@ -90,285 +84,215 @@ void checkName(const std::string& what, const std::string& name) {
             "' in a result file: a name is not empty, not '.', and has no '/'");
 }
 
-int countColumns(const std::vector<ResultColumn>& probes) {
-    size_t count = 0;
-    for (const ResultColumn& probe : probes) {
-        checkName("a probe", probe.name);
-        for (const std::string& column : probe.columns)
-            if (column.find(',') != std::string::npos)
-                throw std::runtime_error("column '" + column + "' of probe '" + probe.name +
-                                         "' has a comma in its name");
-        count += probe.columns.size();
-    }
-    return int(count);
-}
-
 void checkCount(const char* what, size_t found, size_t expected) {
     if (found != expected)
         throw std::runtime_error(std::to_string(found) + " " + what + ", expected " +
                                  std::to_string(expected));
 }
 
+void checkShapes(const Results::Analysis& analysis) {
+    for (const Results::Series& series : analysis.probes) {
+        checkName("a probe", series.column.name);
+        for (const std::string& column : series.column.columns)
+            if (column.find(',') != std::string::npos)
+                throw std::runtime_error("column '" + column + "' of probe '" + series.column.name +
+                                         "' has a comma in its name");
+        for (const auto& row : series.rows)
+            checkCount("values of a probe", row.size(), series.column.columns.size());
+    }
+    const auto &frequency = analysis.frequency, &damping = analysis.dampingRatio;
+    if (analysis.type == "campbell")
+        checkCount("rows of frequencies", frequency.size(), analysis.speeds.size());
+    checkCount("rows of damping ratios", damping.size(), frequency.size());
+    for (size_t k = 0; k < frequency.size(); ++k) {
+        checkCount("frequencies at a speed", frequency[k].size(), frequency[0].size());
+        checkCount("damping ratios at a speed", damping[k].size(), frequency[0].size());
+    }
+}
+
 }  // namespace
 
-class ResultWriter::Implementation {
-public:
-    Implementation(const std::string& path, const ResultHeader* header,
-                   const std::vector<Results::Analysis>& kept)
-        : _path(path) {
-        guard([&] {
-            const fs::path file(path);
-            removeUnfinishedFiles(file.parent_path(), file.filename().string() + ".");
-            if (header) {
-                _journal.emplace(getJournalPath(path), ResultJournal::Access::Create);
-                _journal->addHeader(*header);
-                for (const Results::Analysis& analysis : kept) copy(analysis);
-            } else {
-                reopen();
-            }
-            replaceFile();
-        });
+/** Runs `work`; its errors name the file. **/
+template <class Work>
+void ResultWriter::guard(const Work& work) {
+    try {
+        work();
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error("result file '" + _path + "': " + error.what());
     }
-
-    ~Implementation() {
-        try {
-            if (_isChanged) replaceFile();
-            fs::remove(getJournalPath(_path));
-        } catch (const std::exception&) {  // the journal stays, and has it all
-        }
-    }
-
-    /** Runs `work`; its errors name the file. **/
-    template <class Work>
-    void guard(Work work) {
-        try {
-            work();
-        } catch (const std::runtime_error& error) {
-            throw std::runtime_error("result file '" + _path + "': " + error.what());
-        }
-    }
-
-    void begin(const std::string& name, const char* type, ResultJournal::Analysis analysis) {
-        checkName("an analysis", name);
-        if (_journal->find(name))
-            throw std::runtime_error("it has an analysis '" + name + "' already");
-        analysis.contents.name = name;
-        analysis.contents.type = type;
-        _journal->addAnalysis(analysis);
-        _isChanged = true;
-    }
-
-    const ResultJournal::Analysis& getTransient() const {
-        const auto& analyses = _journal->getAnalyses();
-        if (analyses.empty() || analyses.back().contents.type != "transient")
-            throw std::runtime_error("no transient analysis has begun");
-        return analyses.back();
-    }
-
-    ResultJournal& updJournal() {
-        _isChanged = true;
-        return *_journal;
-    }
-
-    void addRow(double time, const std::vector<double>& values, const std::vector<double>& q,
-                const std::vector<double>& u) {
-        const auto& analysis = getTransient();
-        checkCount("values in a row", values.size(), size_t(analysis.numColumns));
-        checkCount("generalized coordinates in a row", q.size(), size_t(analysis.numQ));
-        checkCount("generalized speeds in a row", u.size(), size_t(analysis.numU));
-        _row.assign(1, time);
-        _row.insert(_row.end(), values.begin(), values.end());
-        _row.insert(_row.end(), q.begin(), q.end());
-        _row.insert(_row.end(), u.begin(), u.end());
-        updJournal().addRow(_row);
-    }
-
-    void addWarning(const std::string& analysis, const std::string& text) {
-        const std::vector<std::string>& known = _journal->getWarnings(analysis);
-        if (std::find(known.begin(), known.end(), text) == known.end())
-            updJournal().addWarning(analysis, text);
-    }
-
-    void flush() {
-        if (!_isChanged) return;
-        _journal->sync();
-        if (secondsSince(_replaced) * kMostOfTheTime > _cost) replaceFile();
-    }
-
-    /** Makes the HDF5 file anew beside the old one and gives it its name. **/
-    void replaceFile() {
-        const Clock::time_point start = Clock::now();
-        UnfinishedFile file(_path);
-        writeResultLayout(file.getPath(), *_journal);
-        appendChecksum(file.getPath());
-        file.finish();
-        _replaced = Clock::now();
-        _cost = secondsSince(start);
-        _isChanged = false;
-    }
-
-private:
-    /** Takes the journal that a killed run left; else makes one of the file. **/
-    void reopen() {
-        const Results file = readResultLayout(_path, ReadStates::Yes);
-        const std::string path = getJournalPath(_path);
-        if (fs::exists(path)) {
-            _journal.emplace(path, ResultJournal::Access::Append);
-            if (continues(*_journal, file)) return;
-            _journal.reset();
-        }
-        _journal.emplace(path, ResultJournal::Access::Create);
-        _journal->addHeader(file.header);
-        for (const std::string& warning : file.warnings) _journal->addWarning("", warning);
-        for (const Results::Analysis& analysis : file.analyses) copy(analysis);
-    }
-
-    void copy(const Results::Analysis& source) {
-        ResultJournal::Analysis analysis;
-        const bool isTransient = source.type == "transient";
-        for (const auto& series : source.probes) {
-            analysis.contents.probes.push_back(
-                {series.column, isTransient ? std::vector<std::vector<double>>() : series.rows});
-            analysis.numColumns += int(series.column.columns.size());
-        }
-        if (isTransient) {
-            analysis.numQ = source.q.empty() ? 0 : int(source.q[0].size());
-            analysis.numU = source.u.empty() ? 0 : int(source.u[0].size());
-        } else {
-            analysis.contents.q = source.q;
-            analysis.contents.speeds = source.speeds;
-            analysis.contents.frequency = source.frequency;
-            analysis.contents.dampingRatio = source.dampingRatio;
-        }
-        begin(source.name, source.type.c_str(), analysis);
-        for (const std::string& warning : source.warnings)  // before rows, which may be cut
-            _journal->addWarning(source.name, warning);
-        for (size_t k = 0; k < source.time.size(); ++k) {
-            std::vector<double> values;
-            for (const auto& series : source.probes)
-                values.insert(values.end(), series.rows[k].begin(), series.rows[k].end());
-            addRow(source.time[k], values, source.q.empty() ? std::vector<double>() : source.q[k],
-                   source.u.empty() ? std::vector<double>() : source.u[k]);
-        }
-        if (!source.statistics.empty()) _journal->addStatistics(source.name, source.statistics);
-        if (source.isComplete) _journal->addComplete(source.name);
-    }
-
-    std::string _path;
-    std::optional<ResultJournal> _journal;
-    std::vector<double> _row;
-    bool _isChanged = true;
-    Clock::time_point _replaced = Clock::now();
-    double _cost = 0;  ///< of the last replacement [s]
-};
+}
 
 ResultWriter::ResultWriter(const std::string& path, const ResultHeader& header,
                            const std::vector<Results::Analysis>& kept)
-    : _impl(std::make_unique<Implementation>(path, &header, kept)) {}
+    : _path(path) {
+    guard([&] {
+        removeLeftovers();
+        _journal.emplace(getJournalPath(path), ResultJournal::Access::Create);
+        _journal->addHeader(header);
+        for (const Results::Analysis& analysis : kept) append(analysis);
+        replaceFile();
+    });
+}
 
-ResultWriter::ResultWriter(const std::string& path)
-    : _impl(std::make_unique<Implementation>(path, nullptr, std::vector<Results::Analysis>())) {}
+ResultWriter::ResultWriter(const std::string& path) : _path(path) {
+    guard([&] {
+        removeLeftovers();
+        reopen();
+        replaceFile();
+    });
+}
 
-ResultWriter::~ResultWriter() = default;
+ResultWriter::~ResultWriter() {
+    try {
+        if (_isChanged) replaceFile();
+        fs::remove(getJournalPath(_path));
+    } catch (const std::exception&) {  // the journal stays, and has it all
+    }
+}
+
+void ResultWriter::removeLeftovers() const {
+    const fs::path file(_path);
+    removeUnfinishedFiles(file.parent_path(), file.filename().string() + ".");
+}
+
+/** Takes the journal that a killed run left; else makes one of the file. **/
+void ResultWriter::reopen() {
+    const Results file = readResultLayout(_path, ReadStates::Yes);
+    const std::string path = getJournalPath(_path);
+    if (fs::exists(path)) {
+        _journal.emplace(path, ResultJournal::Access::Append);
+        if (continues(*_journal, file)) return;
+        _journal.reset();
+    }
+    _journal.emplace(path, ResultJournal::Access::Create);
+    _journal->addHeader(file.header);
+    for (const std::string& warning : file.warnings) _journal->addWarning("", warning);
+    for (const Results::Analysis& analysis : file.analyses) append(analysis);
+}
+
+/** Makes the HDF5 file anew beside the old one and gives it its name. **/
+void ResultWriter::replaceFile() {
+    const Clock::time_point start = Clock::now();
+    UnfinishedFile file(_path);
+    writeResultLayout(file.getPath(), *_journal);
+    appendChecksum(file.getPath());
+    file.finish();
+    _replaced = Clock::now();
+    _cost = secondsSince(start);
+    _isChanged = false;
+}
+
+ResultJournal& ResultWriter::updJournal() {
+    _isChanged = true;
+    return *_journal;
+}
+
+void ResultWriter::begin(const ResultJournal::Analysis& analysis) {
+    const std::string& name = analysis.contents.name;
+    checkName("an analysis", name);
+    if (_journal->find(name)) throw std::runtime_error("it has an analysis '" + name + "' already");
+    updJournal().addAnalysis(analysis);
+}
+
+void ResultWriter::append(const Results::Analysis& source) {
+    checkShapes(source);
+    ResultJournal::Analysis analysis;
+    analysis.contents = source;
+    analysis.contents.isComplete = false;
+    if (source.type == "transient") {  // its rows follow
+        for (Results::Series& series : analysis.contents.probes) series.rows.clear();
+        analysis.contents.q.clear();
+        analysis.contents.u.clear();
+        analysis.numQ = source.q.empty() ? 0 : int(source.q[0].size());
+        analysis.numU = source.u.empty() ? 0 : int(source.u[0].size());
+    }
+    begin(analysis);
+    for (const std::string& warning : source.warnings)  // before rows, which may be cut
+        _journal->addWarning(source.name, warning);
+    for (size_t k = 0; k < source.time.size(); ++k) {
+        std::vector<double> values;
+        for (const auto& series : source.probes)
+            values.insert(values.end(), series.rows[k].begin(), series.rows[k].end());
+        appendRow(source.time[k], values, source.q.empty() ? std::vector<double>() : source.q[k],
+                  source.u.empty() ? std::vector<double>() : source.u[k]);
+    }
+    if (!source.statistics.empty()) _journal->addStatistics(source.name, source.statistics);
+    if (source.isComplete) _journal->addComplete(source.name);
+}
+
+void ResultWriter::appendRow(double time, const std::vector<double>& values,
+                             const std::vector<double>& q, const std::vector<double>& u) {
+    const auto& analyses = _journal->getAnalyses();
+    if (analyses.empty() || analyses.back().contents.type != "transient")
+        throw std::runtime_error("no transient analysis has begun");
+    checkCount("values in a row", values.size(), size_t(analyses.back().numColumns));
+    checkCount("generalized coordinates in a row", q.size(), size_t(analyses.back().numQ));
+    checkCount("generalized speeds in a row", u.size(), size_t(analyses.back().numU));
+    _row.assign(1, time);
+    _row.insert(_row.end(), values.begin(), values.end());
+    _row.insert(_row.end(), q.begin(), q.end());
+    _row.insert(_row.end(), u.begin(), u.end());
+    updJournal().addRow(_row);
+}
+
+void ResultWriter::add(const Results::Analysis& analysis) {
+    guard([&] {
+        append(analysis);
+        if (analysis.isComplete) replaceFile();
+    });
+}
 
 void ResultWriter::beginTransient(const std::string& name, const std::vector<ResultColumn>& probes,
                                   int numQ, int numU) {
-    _impl->guard([&] {
+    guard([&] {
         ResultJournal::Analysis analysis;
-        analysis.numColumns = countColumns(probes);
+        analysis.contents.name = name;
+        analysis.contents.type = "transient";
+        for (const ResultColumn& probe : probes) analysis.contents.probes.push_back({probe, {}});
+        checkShapes(analysis.contents);
         analysis.numQ = numQ;
         analysis.numU = numU;
-        for (const ResultColumn& probe : probes) analysis.contents.probes.push_back({probe, {}});
-        _impl->begin(name, "transient", analysis);
+        begin(analysis);
     });
 }
 
 void ResultWriter::resumeTransient(const std::string& name, int numRows) {
-    _impl->guard([&] {
-        const auto* analysis = _impl->updJournal().find(name);
+    guard([&] {
+        const auto* analysis = _journal->find(name);
         if (!analysis || analysis->contents.type != "transient")
             throw std::runtime_error("it has no transient analysis '" + name + "' to go on with");
-        _impl->updJournal().cut(name, numRows);
+        updJournal().cut(name, numRows);
     });
 }
 
 void ResultWriter::addRow(double time, const std::vector<double>& values,
                           const std::vector<double>& q, const std::vector<double>& u) {
-    _impl->guard([&] { _impl->addRow(time, values, q, u); });
-}
-
-int ResultWriter::getNumRows() const {
-    int count = 0;
-    _impl->guard([&] { count = _impl->getTransient().numRows; });
-    return count;
+    guard([&] { appendRow(time, values, q, u); });
 }
 
 void ResultWriter::flush() {
-    _impl->guard([&] { _impl->flush(); });
-}
-
-void ResultWriter::addStatic(const std::string& name, const std::vector<ResultColumn>& probes,
-                             const std::vector<double>& values, const std::vector<double>& q) {
-    _impl->guard([&] {
-        checkCount("values", values.size(), size_t(countColumns(probes)));
-        ResultJournal::Analysis analysis;
-        auto at = values.begin();
-        for (const ResultColumn& probe : probes) {
-            const auto end = at + std::ptrdiff_t(probe.columns.size());
-            analysis.contents.probes.push_back({probe, {std::vector<double>(at, end)}});
-            at = end;
-        }
-        if (!q.empty()) analysis.contents.q = {q};
-        _impl->begin(name, "static", analysis);
-    });
-}
-
-void ResultWriter::addEigen(const std::string& name, const std::vector<double>& frequency,
-                            const std::vector<double>& dampingRatio) {
-    _impl->guard([&] {
-        checkCount("damping ratios", dampingRatio.size(), frequency.size());
-        ResultJournal::Analysis analysis;
-        analysis.contents.frequency = {frequency};
-        analysis.contents.dampingRatio = {dampingRatio};
-        _impl->begin(name, "eigen", analysis);
-    });
-}
-
-void ResultWriter::addCampbell(const std::string& name, const std::vector<double>& speeds,
-                               const std::vector<std::vector<double>>& frequency,
-                               const std::vector<std::vector<double>>& dampingRatio) {
-    _impl->guard([&] {
-        checkCount("rows of frequencies", frequency.size(), speeds.size());
-        checkCount("rows of damping ratios", dampingRatio.size(), speeds.size());
-        for (size_t k = 0; k < speeds.size(); ++k) {
-            checkCount("frequencies at a speed", frequency[k].size(), frequency[0].size());
-            checkCount("damping ratios at a speed", dampingRatio[k].size(), frequency[0].size());
-        }
-        ResultJournal::Analysis analysis;
-        analysis.contents.speeds = speeds;
-        analysis.contents.frequency = frequency;
-        analysis.contents.dampingRatio = dampingRatio;
-        _impl->begin(name, "campbell", analysis);
+    if (!_isChanged) return;
+    guard([&] {
+        _journal->sync();
+        if (secondsSince(_replaced) * kMostOfTheTime > _cost) replaceFile();
     });
 }
 
 void ResultWriter::setStatistics(const std::string& name,
                                  const std::map<std::string, double>& values) {
-    _impl->guard([&] { _impl->updJournal().addStatistics(name, values); });
-}
-
-void ResultWriter::addWarning(const std::string& text) {
-    _impl->guard([&] { _impl->addWarning("", text); });
+    guard([&] { updJournal().addStatistics(name, values); });
 }
 
 void ResultWriter::addWarning(const std::string& analysis, const std::string& text) {
-    _impl->guard([&] { _impl->addWarning(analysis, text); });
+    const std::vector<std::string>& known = _journal->getWarnings(analysis);
+    if (std::find(known.begin(), known.end(), text) != known.end()) return;
+    guard([&] { updJournal().addWarning(analysis, text); });
 }
 
 void ResultWriter::setComplete(const std::string& name) {
-    _impl->guard([&] {
-        _impl->updJournal().addComplete(name);
-        _impl->replaceFile();
+    guard([&] {
+        updJournal().addComplete(name);
+        replaceFile();
     });
 }
 

@@ -2,9 +2,10 @@
 /** @file
 Writes result files. **/
 
-#include <memory>
+#include <chrono>
+#include <optional>
 
-#include "simflex/model/Results.h"
+#include "simflex/model/results/ResultJournal.h"
 
 namespace simflex {
 namespace model {
@@ -32,30 +33,38 @@ public:
     @param q, u  empty where states are not kept **/
     void addRow(double time, const std::vector<double>& values, const std::vector<double>& q,
                 const std::vector<double>& u);
-    int getNumRows() const;
     /** Everything so far is on the disk, where readResults() finds it. The HDF5 file is replaced
     too, unless that would take more than a tenth of the time. **/
     void flush();
 
-    void addStatic(const std::string& analysis, const std::vector<ResultColumn>& probes,
-                   const std::vector<double>& values, const std::vector<double>& q);
-    void addEigen(const std::string& analysis, const std::vector<double>& frequency,
-                  const std::vector<double>& dampingRatio);
-    /** @param frequency, dampingRatio  one row a speed **/
-    void addCampbell(const std::string& analysis, const std::vector<double>& speeds,
-                     const std::vector<std::vector<double>>& frequency,
-                     const std::vector<std::vector<double>>& dampingRatio);
+    /** A whole analysis; a complete one replaces the HDF5 file. **/
+    void add(const Results::Analysis& analysis);
     void setStatistics(const std::string& analysis, const std::map<std::string, double>& values);
-    /** Each text counts once. **/
-    void addWarning(const std::string& text);
-    /** @param analysis  need not have begun **/
+    /** Each text counts once. @param analysis  need not have begun; empty: all **/
     void addWarning(const std::string& analysis, const std::string& text);
     /** Replaces the HDF5 file, too. **/
     void setComplete(const std::string& analysis);
 
 private:
-    class Implementation;
-    std::unique_ptr<Implementation> _impl;
+    using Clock = std::chrono::steady_clock;
+
+    template <class Work>
+    void guard(const Work& work);
+    void removeLeftovers() const;
+    void reopen();
+    void replaceFile();
+    ResultJournal& updJournal();
+    void begin(const ResultJournal::Analysis& analysis);
+    void append(const Results::Analysis& analysis);
+    void appendRow(double time, const std::vector<double>& values, const std::vector<double>& q,
+                   const std::vector<double>& u);
+
+    std::string _path;
+    std::optional<ResultJournal> _journal;
+    std::vector<double> _row;
+    bool _isChanged = true;
+    Clock::time_point _replaced = Clock::now();
+    double _cost = 0;  ///< of the last replacement [s]
 };
 
 }  // namespace model

@@ -51,7 +51,7 @@ TEST_F(ResultFileTest, WarningsStayThroughFlushResumeAndCut) {
     };
     {
         ResultWriter writer(path, makeHeader());
-        writer.addWarning(open);
+        writer.addWarning("", open);
         writer.beginTransient("run", makeProbes(), 1, 2);
         writer.addWarning("run", bent);
         addCircle(writer, 0, 5);
@@ -61,7 +61,7 @@ TEST_F(ResultFileTest, WarningsStayThroughFlushResumeAndCut) {
     check();
     {
         ResultWriter writer(path);
-        writer.addWarning(open);
+        writer.addWarning("", open);
         writer.addWarning("run", bent);  // once is enough
         writer.flush();
         check();
@@ -109,8 +109,7 @@ TEST_F(ResultFileTest, TheSameRunGivesTheSameBytesHoweverOftenFlushedOrResumed) 
     writeRun(folder / "once.h5");
     {
         ResultWriter writer(path, makeHeader());
-        writer.addStatic("rest", makeProbes(), {2, 0, 0}, {0.5});
-        writer.setComplete("rest");
+        writer.add(makeAnalysis("static"));
         writer.beginTransient("run", makeProbes(), 1, 2);
         for (int k = 0; k < 60; ++k) {
             addCircleRow(writer, k);
@@ -120,7 +119,6 @@ TEST_F(ResultFileTest, TheSameRunGivesTheSameBytesHoweverOftenFlushedOrResumed) 
     for (const int numRows : {40, 0, 23}) {
         ResultWriter writer(path);
         writer.resumeTransient("run", numRows);
-        EXPECT_EQ(writer.getNumRows(), numRows);
         addCircle(writer, numRows, 77);
     }
     {
@@ -132,10 +130,8 @@ TEST_F(ResultFileTest, TheSameRunGivesTheSameBytesHoweverOftenFlushedOrResumed) 
     }
     {
         ResultWriter writer(path);
-        writer.addEigen("modes", {1, 2.5, 40}, {0.01, 0, -0.02});
-        writer.setComplete("modes");
-        writer.addCampbell("map", {0, 100}, {{10, 20}, {8, 23}}, {{0.01, 0.02}, {0.03, -0.01}});
-        writer.setComplete("map");
+        writer.add(makeAnalysis("eigen"));
+        writer.add(makeAnalysis("campbell"));
     }
     EXPECT_EQ(readText(path), readText(folder / "once.h5"));
 }

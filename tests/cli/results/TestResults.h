@@ -47,19 +47,38 @@ inline bool isCircle(const Results::Analysis& analysis) {
     return true;
 }
 
+/** rest (static), modes (eigen), map (campbell). **/
+inline Results::Analysis makeAnalysis(const std::string& type) {
+    Results::Analysis analysis;
+    analysis.type = type;
+    analysis.isComplete = true;
+    if (type == "static") {
+        analysis.name = "rest";
+        analysis.probes = {{makeProbes()[0], {{2, 0}}}, {makeProbes()[1], {{0}}}};
+        analysis.q = {{0.5}};
+    } else if (type == "eigen") {
+        analysis.name = "modes";
+        analysis.frequency = {{1, 2.5, 40}};
+        analysis.dampingRatio = {{0.01, 0, -0.02}};
+    } else {
+        analysis.name = "map";
+        analysis.speeds = {0, 100};
+        analysis.frequency = {{10, 20}, {8, 23}};
+        analysis.dampingRatio = {{0.01, 0.02}, {0.03, -0.01}};
+    }
+    return analysis;
+}
+
 /** A whole run: rest (static), run (numRows of a circle), modes (eigen), map (campbell). **/
 inline void writeRun(const std::string& path, int numRows = 100) {
     model::ResultWriter writer(path, makeHeader());
-    writer.addStatic("rest", makeProbes(), {2, 0, 0}, {0.5});
-    writer.setComplete("rest");
+    writer.add(makeAnalysis("static"));
     writer.beginTransient("run", makeProbes(), 1, 2);
     addCircle(writer, 0, numRows);
     writer.setStatistics("run", {{"steps", 12}, {"iterations", 30}});
     writer.setComplete("run");
-    writer.addEigen("modes", {1, 2.5, 40}, {0.01, 0, -0.02});
-    writer.setComplete("modes");
-    writer.addCampbell("map", {0, 100}, {{10, 20}, {8, 23}}, {{0.01, 0.02}, {0.03, -0.01}});
-    writer.setComplete("map");
+    writer.add(makeAnalysis("eigen"));
+    writer.add(makeAnalysis("campbell"));
 }
 
 }  // namespace testing
