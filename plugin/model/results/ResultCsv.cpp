@@ -1,96 +1,66 @@
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <memory>
-#include <stdexcept>
-
-#include "simflex/base/NumberText.h"
-#include "simflex/model/Results.h"
+#include "simflex/base/UnfinishedFile.h"
+#include "simflex/model/results/CsvLine.h"
+#include "simflex/model/results/ProbeChoice.h"
+#include "simflex/model/results/UnitScale.h"
 
 namespace simflex {
 namespace model {
 namespace {
 
-/** A field, in quotation marks where it needs them. **/
-std::string quote(const std::string& field) {
-    if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
-    std::string quoted = "\"";
-    for (const char c : field) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + "\"";
+std::string writeModes(const Results::Analysis& analysis) {
+    std::string text = "mode,frequency [Hz],damping ratio\n";
+    for (size_t k = 0; k < analysis.frequency.at(0).size(); ++k)
+        text += CsvLine()
+                    .add(std::to_string(k + 1))
+                    .add(analysis.frequency[0][k])
+                    .add(analysis.dampingRatio.at(0).at(k))
+                    .end();
+    return text;
 }
 
-void append(std::string& line, const std::string& field) {
-    line += (line.empty() ? "" : ",") + field;
+std::string writeDiagram(const Results::Analysis& analysis) {
+    CsvLine titles;
+    titles.add("speed");
+    const size_t numModes = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
+    for (size_t k = 1; k <= numModes; ++k) titles.add("frequency " + std::to_string(k) + " [Hz]");
+    for (size_t k = 1; k <= numModes; ++k) titles.add("damping ratio " + std::to_string(k));
+    std::string text = titles.end();
+    for (size_t k = 0; k < analysis.speeds.size(); ++k)
+        text += CsvLine()
+                    .add(analysis.speeds[k])
+                    .addAll(analysis.frequency.at(k))
+                    .addAll(analysis.dampingRatio.at(k))
+                    .end();
+    return text;
 }
 
-void append(std::string& line, double value) {
-    append(line, writeGeneral(value));
-}
-
-std::string makeTitles(const Results::Analysis& analysis) {
-    std::string titles;
-    if (analysis.type == "eigen") return "mode,frequency [Hz],damping ratio";
-    if (analysis.type == "campbell") {
-        append(titles, "speed");
-        const size_t numModes = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
-        for (size_t k = 1; k <= numModes; ++k)
-            append(titles, "frequency " + std::to_string(k) + " [Hz]");
-        for (size_t k = 1; k <= numModes; ++k) append(titles, "damping ratio " + std::to_string(k));
-        return titles;
+std::string writeProbes(const Results::Analysis& analysis) {
+    const bool isTransient = analysis.type == "transient";
+    CsvLine titles;
+    if (isTransient) titles.add("time [s]");
+    for (const ChosenColumn& column : chooseColumns(analysis, {}))
+        titles.add(makeAxisLabel(column.name, column.unit));
+    std::string text = titles.end();
+    for (size_t k = 0; k < (isTransient ? analysis.time.size() : 1); ++k) {
+        CsvLine line;
+        if (isTransient) line.add(analysis.time[k]);
+        for (const Results::Series& series : analysis.probes) line.addAll(series.rows.at(k));
+        text += line.end();
     }
-    if (analysis.type == "transient") append(titles, "time [s]");
-    for (const auto& series : analysis.probes)
-        for (const std::string& column : series.column.columns)
-            append(titles,
-                   quote(series.column.name + (column.empty() ? "" : "." + column) +
-                         (series.column.unit.empty() ? "" : " [" + series.column.unit + "]")));
-    return titles;
-}
-
-std::vector<std::string> makeLines(const Results::Analysis& analysis) {
-    std::vector<std::string> lines;
-    if (analysis.type == "eigen") {
-        for (size_t k = 0; k < analysis.frequency.at(0).size(); ++k) {
-            std::string line = std::to_string(k + 1);
-            append(line, analysis.frequency[0][k]);
-            append(line, analysis.dampingRatio.at(0).at(k));
-            lines.push_back(line);
-        }
-    } else if (analysis.type == "campbell") {
-        for (size_t k = 0; k < analysis.speeds.size(); ++k) {
-            std::string line;
-            append(line, analysis.speeds[k]);
-            for (const double value : analysis.frequency.at(k)) append(line, value);
-            for (const double value : analysis.dampingRatio.at(k)) append(line, value);
-            lines.push_back(line);
-        }
-    } else {
-        const size_t numRows = analysis.type == "static" ? 1 : analysis.time.size();
-        for (size_t k = 0; k < numRows; ++k) {
-            std::string line;
-            if (analysis.type == "transient") append(line, analysis.time[k]);
-            for (const auto& series : analysis.probes)
-                for (const double value : series.rows.at(k)) append(line, value);
-            lines.push_back(line);
-        }
-    }
-    return lines;
+    return text;
 }
 
 }  // namespace
-
 }  // namespace model
 
 using namespace model;
 
 void writeResultCsv(const std::string& path, const Results::Analysis& analysis) {
-    const std::unique_ptr<FILE, int (*)(FILE*)> file(std::fopen(path.c_str(), "w"), std::fclose);
-    if (!file) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
-    std::fprintf(file.get(), "%s\n", makeTitles(analysis).c_str());
-    for (const std::string& line : makeLines(analysis))
-        std::fprintf(file.get(), "%s\n", line.c_str());
-    if (std::fflush(file.get()) != 0 || std::ferror(file.get()))
-        throw std::runtime_error("cannot write all of '" + path + "'; is the disk full?");
+    replaceFile(path,
+                analysis.type == "eigen"      ? writeModes(analysis)
+                : analysis.type == "campbell" ? writeDiagram(analysis)
+                                              : writeProbes(analysis),
+                Durability::ProcessEnd);
 }
 
 }  // namespace simflex

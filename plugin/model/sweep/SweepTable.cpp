@@ -18,7 +18,9 @@
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/CriticalSpeeds.h"
+#include "simflex/model/results/CsvLine.h"
 #include "simflex/model/results/ProbeChoice.h"
+#include "simflex/model/results/UnitScale.h"
 #include "simflex/part/FileChecksum.h"
 #include "simflex/part/Hdf5.h"
 
@@ -145,33 +147,22 @@ std::string joinWarnings(const Results& results) {
     return text;
 }
 
-std::string quoteForCsv(const std::string& field) {
-    if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
-    std::string quoted = "\"";
-    for (const char c : field) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + "\"";
-}
-
 std::string makeCsv(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
                     const SweepTable& table) {
-    std::string text = "case";
-    for (const SweptKey& key : plan.keys) text += "," + quoteForCsv(key.name);
-    text += ",status";
-    for (const auto& column : table.columns)
-        text +=
-            "," + quoteForCsv(column.name + (column.unit.empty() ? "" : " [" + column.unit + "]"));
-    text += table.hasWarnings() ? ",error,warnings\n" : ",error\n";
+    CsvLine titles;
+    titles.add("case").addAll(getNames(plan.keys)).add("status");
+    for (const auto& column : table.columns) titles.add(makeAxisLabel(column.name, column.unit));
+    titles.add("error");
+    if (table.hasWarnings()) titles.add("warnings");
+    std::string text = titles.end();
     for (size_t k = 0; k < plan.cases.size(); ++k) {
-        text += quoteForCsv(plan.cases[k].folder);
-        for (const std::string& value : plan.cases[k].values) text += "," + quoteForCsv(value);
-        text += "," + nameOf(outcomes[k].status);
-        for (const auto& column : table.columns) {
-            text += ",";
-            if (!std::isnan(column.values[k])) text += writeGeneral(column.values[k]);
-        }
-        text += "," + quoteForCsv(outcomes[k].error);
-        if (table.hasWarnings()) text += "," + quoteForCsv(table.warnings[k]);
-        text += "\n";
+        CsvLine line;
+        line.add(plan.cases[k].folder).addAll(plan.cases[k].values).add(nameOf(outcomes[k].status));
+        for (const auto& column : table.columns)
+            line.add(std::isnan(column.values[k]) ? "" : writeGeneral(column.values[k]));
+        line.add(outcomes[k].error);
+        if (table.hasWarnings()) line.add(table.warnings[k]);
+        text += line.end();
     }
     return text;
 }
