@@ -15,10 +15,6 @@ constexpr size_t LongestText = 60000;
 /** Most numbers a data set can hold, so that a damaged file asks for no absurd memory. **/
 constexpr double MostNumbers = 1e11;
 
-void check(herr_t status, const std::string& what) {
-    if (status < 0) throw std::runtime_error(describeFailure(what));
-}
-
 Handle makeCreation(hid_t kind) {
     Handle properties(H5Pcreate(kind), H5Pclose, "create properties");
     check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
@@ -42,7 +38,7 @@ void writeAny(hid_t parent, const std::string& name, const std::vector<hsize_t>&
 template <class Number>
 std::vector<Number> readAny(hid_t parent, const std::string& name,
                             const std::vector<hsize_t>& shape, hid_t wanted, H5T_class_t kind) {
-    const Handle data(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open '" + name + "'");
+    const Handle data = openData(parent, name);
     const Handle space(H5Dget_space(data), H5Sclose, "read the shape of '" + name + "'");
     const Handle type(H5Dget_type(data), H5Tclose, "read the type of '" + name + "'");
     std::vector<hsize_t> found(shape.size());
@@ -77,6 +73,10 @@ std::string describeFailure(const std::string& what) {
     const bool isTheDisks = reason == ENOSPC || reason == EDQUOT || reason == EROFS ||
                             reason == EACCES || reason == EFBIG;
     return "cannot " + what + (isTheDisks ? std::string(": ") + std::strerror(reason) : "");
+}
+
+void check(herr_t status, const std::string& what) {
+    if (status < 0) throw std::runtime_error(describeFailure(what));
 }
 
 Handle::Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what)
@@ -121,6 +121,10 @@ Handle openGroup(hid_t parent, const std::string& name) {
     return Handle(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose, "open '" + name + "'");
 }
 
+Handle openData(hid_t parent, const std::string& name) {
+    return Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open '" + name + "'");
+}
+
 bool hasLink(hid_t group, const std::string& name) {
     return H5Lexists(group, name.c_str(), H5P_DEFAULT) > 0;
 }
@@ -129,6 +133,23 @@ size_t countLinks(hid_t group) {
     H5G_info_t info{};
     check(H5Gget_info(group, &info), "count the members of a group");
     return size_t(info.nlinks);
+}
+
+std::vector<std::string> listLinks(hid_t group) {
+    std::vector<std::string> names;
+    for (hsize_t k = 0; k < countLinks(group); ++k) {
+        const auto getName = [&](char* name, size_t size) {
+            return H5Lget_name_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, k, name, size,
+                                      H5P_DEFAULT);
+        };
+        const ssize_t size = getName(nullptr, 0);
+        if (size < 0) throw std::runtime_error("cannot list the members of a group");
+        std::string name(size_t(size) + 1, '\0');
+        getName(name.data(), name.size());
+        name.resize(size_t(size));
+        names.push_back(name);
+    }
+    return names;
 }
 
 void writeText(hid_t object, const std::string& name, const std::string& value) {
@@ -171,7 +192,7 @@ void writeTexts(hid_t parent, const std::string& name, const std::vector<std::st
 }
 
 std::vector<std::string> readTexts(hid_t parent, const std::string& name) {
-    const Handle data(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open '" + name + "'");
+    const Handle data = openData(parent, name);
     const Handle space(H5Dget_space(data), H5Sclose, "read the shape of '" + name + "'");
     const Handle type(H5Dget_type(data), H5Tclose, "read the type of '" + name + "'");
     const size_t width = H5Tget_size(type);

@@ -42,6 +42,8 @@ private:
 /** "cannot create the file: No space left on device": with the system's reason where it is the
 disk's, which HDF5 does not pass on. **/
 std::string describeFailure(const std::string& what);
+/** Throws it for a negative status. **/
+void check(herr_t status, const std::string& what);
 
 /** All of these throw std::runtime_error with the name of the object that failed. Nothing carries
 a time stamp. **/
@@ -49,12 +51,14 @@ Handle createFile(const std::string& path);
 Handle openFile(const std::string& path);
 Handle createGroup(hid_t parent, const std::string& name);
 Handle openGroup(hid_t parent, const std::string& name);
+Handle openData(hid_t parent, const std::string& name);
 
 /** Whether the group has a member of this name. **/
 bool hasLink(hid_t group, const std::string& name);
 
-/** Number of links of a group. **/
+/** Number of links of a group, and their names. **/
 size_t countLinks(hid_t group);
+std::vector<std::string> listLinks(hid_t group);
 
 void writeText(hid_t object, const std::string& name, const std::string& value);
 std::string readText(hid_t object, const std::string& name);

@@ -32,10 +32,6 @@ bool isCsvName(const std::string& path) {
     throw std::runtime_error("table '" + path + "': " + why);
 }
 
-void check(herr_t status, const std::string& what) {
-    if (status < 0) throw std::runtime_error(hdf5::describeFailure(what));
-}
-
 void appendNumber(double value, std::string& text) {
     char digits[32];
     text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
@@ -74,8 +70,8 @@ void createGrowing(hid_t file, const char* name, hsize_t columns, int numDimensi
                               std::max<hsize_t>(1, columns)};
     const hdf5::Handle space(H5Screate_simple(numDimensions, now, most), H5Sclose, "shape");
     const hdf5::Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "create properties");
-    check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
-    check(H5Pset_chunk(properties, numDimensions, chunk), "set the chunks");
+    hdf5::check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
+    hdf5::check(H5Pset_chunk(properties, numDimensions, chunk), "set the chunks");
     const hdf5::Handle data(
         H5Dcreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT),
         H5Dclose, std::string("create '") + name + "'");
@@ -83,28 +79,27 @@ void createGrowing(hid_t file, const char* name, hsize_t columns, int numDimensi
 
 void grow(hid_t file, const char* name, hsize_t rows, hsize_t columns, int numDimensions,
           const double* values) {
-    const hdf5::Handle data(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose,
-                            std::string("open '") + name + "'");
+    const hdf5::Handle data = hdf5::openData(file, name);
     hsize_t size[2] = {0, 0};
     {
         const hdf5::Handle space(H5Dget_space(data), H5Sclose, "read the shape");
-        check(H5Sget_simple_extent_dims(space, size, nullptr), "read the shape");
+        hdf5::check(H5Sget_simple_extent_dims(space, size, nullptr), "read the shape");
     }
     const hsize_t start[2] = {size[0], 0}, count[2] = {rows, columns};
     size[0] += rows;
-    check(H5Dset_extent(data, size), "lengthen it");
+    hdf5::check(H5Dset_extent(data, size), "lengthen it");
     const hdf5::Handle file_space(H5Dget_space(data), H5Sclose, "read the shape");
-    check(H5Sselect_hyperslab(file_space, H5S_SELECT_SET, start, nullptr, count, nullptr),
-          "select rows");
+    hdf5::check(H5Sselect_hyperslab(file_space, H5S_SELECT_SET, start, nullptr, count, nullptr),
+                "select rows");
     const hdf5::Handle memory(H5Screate_simple(numDimensions, count, nullptr), H5Sclose, "shape");
-    check(H5Dwrite(data, H5T_NATIVE_DOUBLE, memory, file_space, H5P_DEFAULT, values),
-          "write rows (is the disk full?)");
+    hdf5::check(H5Dwrite(data, H5T_NATIVE_DOUBLE, memory, file_space, H5P_DEFAULT, values),
+                "write rows (is the disk full?)");
 }
 
 hdf5::Handle makeTextType() {
     hdf5::Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "describe texts");
-    check(H5Tset_size(type, H5T_VARIABLE), "describe texts");
-    check(H5Tset_cset(type, H5T_CSET_UTF8), "describe texts");
+    hdf5::check(H5Tset_size(type, H5T_VARIABLE), "describe texts");
+    hdf5::check(H5Tset_cset(type, H5T_CSET_UTF8), "describe texts");
     return type;
 }
 
@@ -116,12 +111,12 @@ void writeTexts(hid_t file, const char* name, const std::vector<const char*>& te
         H5Dcreate2(file, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
         std::string("create '") + name + "'");
     if (size > 0)
-        check(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()), "write texts");
+        hdf5::check(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()),
+                    "write texts");
 }
 
 std::vector<std::string> readTexts(hid_t file, const char* name) {
-    const hdf5::Handle data(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose,
-                            std::string("open '") + name + "'");
+    const hdf5::Handle data = hdf5::openData(file, name);
     const hdf5::Handle space(H5Dget_space(data), H5Sclose, "read the shape");
     const hdf5::Handle stored(H5Dget_type(data), H5Tclose, "read the type");
     const hssize_t size = H5Sget_simple_extent_npoints(space);
@@ -133,7 +128,7 @@ std::vector<std::string> readTexts(hid_t file, const char* name) {
     const hdf5::Handle type = makeTextType();
     std::vector<char*> texts(size_t(size), nullptr);
     if (size > 0)
-        check(H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()), "read texts");
+        hdf5::check(H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()), "read texts");
     std::vector<std::string> result;
     for (const char* text : texts) result.emplace_back(text ? text : "");
     if (size > 0) H5Dvlen_reclaim(type, space, H5P_DEFAULT, texts.data());

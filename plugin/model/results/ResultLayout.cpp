@@ -14,10 +14,6 @@ constexpr size_t kBlockNumbers = size_t(1) << 20;  // of rows read from the jour
 constexpr size_t kMostText = size_t(1) << 28;      // of a model file
 using Rows = std::vector<std::vector<double>>;
 
-void check(herr_t status, const std::string& what) {
-    if (status < 0) throw std::runtime_error(hdf5::describeFailure(what));
-}
-
 std::string join(const std::vector<std::string>& texts, char separator) {
     std::string joined;
     for (const std::string& text : texts)
@@ -40,22 +36,17 @@ std::vector<std::string> split(const std::string& text, char separator) {
 /** A text of any length as a data set of its own. **/
 hdf5::Handle writeLongText(hid_t parent, const std::string& name, const std::string& text) {
     const hdf5::Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "describe '" + name + "'");
-    check(H5Tset_size(type, text.size() + 1), "describe '" + name + "'");
-    check(H5Tset_cset(type, H5T_CSET_UTF8), "describe '" + name + "'");
+    hdf5::check(H5Tset_size(type, text.size() + 1), "describe '" + name + "'");
+    hdf5::check(H5Tset_cset(type, H5T_CSET_UTF8), "describe '" + name + "'");
     const hdf5::Handle space(H5Screate(H5S_SCALAR), H5Sclose, "shape '" + name + "'");
     const hdf5::Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "create properties");
-    check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
+    hdf5::check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
     hdf5::Handle data(
         H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT),
         H5Dclose, "create '" + name + "'");
-    check(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str()),
-          "write '" + name + "'");
+    hdf5::check(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str()),
+                "write '" + name + "'");
     return data;
-}
-
-hdf5::Handle openData(hid_t parent, const std::string& name) {
-    return hdf5::Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose,
-                        "open '" + name + "'");
 }
 
 std::string readLongText(hid_t data, const std::string& name) {
@@ -67,7 +58,8 @@ std::string readLongText(hid_t data, const std::string& name) {
         H5Dget_storage_size(data) < size)
         throw std::runtime_error("'" + name + "' is no text");
     std::string text(size + 1, '\0');
-    check(H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()), "read '" + name + "'");
+    hdf5::check(H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
+                "read '" + name + "'");
     text.resize(text.find('\0'));
     return text;
 }
@@ -77,13 +69,14 @@ void writeNumber(hid_t object, const std::string& name, double value) {
     const hdf5::Handle attribute(
         H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
         "create '" + name + "'");
-    check(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value), "write '" + name + "'");
+    hdf5::check(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value), "write '" + name + "'");
 }
 
 std::map<std::string, double> readStatistics(hid_t group) {
     std::map<std::string, double> statistics;
     H5O_info_t info;
-    check(H5Oget_info2(group, &info, H5O_INFO_NUM_ATTRS), "count the attributes of 'statistics'");
+    hdf5::check(H5Oget_info2(group, &info, H5O_INFO_NUM_ATTRS),
+                "count the attributes of 'statistics'");
     for (hsize_t k = 0; k < info.num_attrs; ++k) {
         const hdf5::Handle attribute(
             H5Aopen_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, k, H5P_DEFAULT, H5P_DEFAULT),
@@ -109,8 +102,8 @@ hdf5::Handle createMatrix(hid_t parent, const std::string& name,
     const hdf5::Handle space(H5Screate_simple(int(shape.size()), shape.data(), nullptr), H5Sclose,
                              "shape '" + name + "'");
     const hdf5::Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "create properties");
-    check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
-    check(H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER), "leave '" + name + "' unfilled");
+    hdf5::check(H5Pset_obj_track_times(properties, false), "turn time stamps off");
+    hdf5::check(H5Pset_fill_time(properties, H5D_FILL_TIME_NEVER), "leave '" + name + "' unfilled");
     return hdf5::Handle(H5Dcreate2(parent, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT,
                                    properties, H5P_DEFAULT),
                         H5Dclose, "create '" + name + "'");
@@ -133,10 +126,10 @@ void writeStrip(const Strip& strip, const std::vector<double>& rows, int rowSize
     const hdf5::Handle stored(H5Dget_space(strip.data), H5Sclose, "read a shape");
     const hdf5::Handle given(H5Screate_simple(strip.isVector ? 1 : 2, extent, nullptr), H5Sclose,
                              "shape rows");
-    check(H5Sselect_hyperslab(stored, H5S_SELECT_SET, start, nullptr, extent, nullptr),
-          "select rows");
-    check(H5Dwrite(strip.data, H5T_NATIVE_DOUBLE, given, stored, H5P_DEFAULT, room.data()),
-          "write rows");
+    hdf5::check(H5Sselect_hyperslab(stored, H5S_SELECT_SET, start, nullptr, extent, nullptr),
+                "select rows");
+    hdf5::check(H5Dwrite(strip.data, H5T_NATIVE_DOUBLE, given, stored, H5P_DEFAULT, room.data()),
+                "write rows");
 }
 
 void writeTransient(hid_t group, hid_t probes, const ResultJournal::Analysis& analysis,
@@ -197,7 +190,7 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
         }
         int place = 0;
         for (const auto& series : contents.probes) {
-            const auto data = openData(probes, series.column.name);
+            const auto data = hdf5::openData(probes, series.column.name);
             hdf5::writeText(data, "unit", series.column.unit);
             hdf5::writeText(data, "columns", join(series.column.columns, ','));
             hdf5::writeInteger(data, "index", place++);
@@ -220,27 +213,10 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
     if (!warnings.empty()) hdf5::writeTexts(group, "warnings", warnings);
 }
 
-/** Names of a group's members. **/
-std::vector<std::string> listMembers(hid_t group) {
-    std::vector<std::string> names;
-    const size_t count = hdf5::countLinks(group);
-    for (size_t k = 0; k < count; ++k) {
-        const ssize_t size = H5Lget_name_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, hsize_t(k),
-                                                nullptr, 0, H5P_DEFAULT);
-        if (size < 0) throw std::runtime_error("cannot list the members of a group");
-        std::string name(size_t(size) + 1, '\0');
-        H5Lget_name_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, hsize_t(k), name.data(),
-                           name.size(), H5P_DEFAULT);
-        name.resize(size_t(size));
-        names.push_back(name);
-    }
-    return names;
-}
-
 /** The members of a group in the order of their attribute `index`. **/
 std::vector<std::string> listInOrder(hid_t group) {
     std::vector<std::pair<int, std::string>> members;
-    for (const std::string& name : listMembers(group)) {
+    for (const std::string& name : hdf5::listLinks(group)) {
         const hdf5::Handle member(H5Oopen(group, name.c_str(), H5P_DEFAULT), H5Oclose,
                                   "open '" + name + "'");
         members.emplace_back(hdf5::readInteger(member, "index"), name);
@@ -266,7 +242,7 @@ void readProbes(hid_t group, hsize_t numRows, Results::Analysis& analysis) {
     const auto probes = hdf5::openGroup(group, "probes");
     for (const std::string& name : listInOrder(probes)) {
         Results::Series series;
-        const auto data = openData(probes, name);
+        const auto data = hdf5::openData(probes, name);
         series.column.name = name;
         series.column.unit = hdf5::readText(data, "unit");
         series.column.columns = split(hdf5::readText(data, "columns"), ',');
@@ -365,7 +341,7 @@ Results readResultLayout(const std::string& path, ReadStates states) {
         throw std::runtime_error("'simflex_results' is " + std::to_string(format) + ", not 1");
     Results data;
     data.header.title = hdf5::readText(file, "title");
-    const auto model = openData(file, "model");
+    const auto model = hdf5::openData(file, "model");
     data.header.modelText = readLongText(model, "model");
     data.header.modelPath = hdf5::readText(model, "path");
     const std::string settings = hdf5::readText(model, "settings");

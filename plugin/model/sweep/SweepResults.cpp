@@ -2,32 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
-#include "simflex/base/NumberText.h"
 #include "simflex/model/file/NearestName.h"
+#include "simflex/model/sweep/SweepTable.h"
 #include "simflex/part/FileChecksum.h"
 #include "simflex/part/Hdf5.h"
 
 namespace simflex {
 namespace model {
 namespace {
-
-std::vector<std::string> listLinks(hid_t group) {
-    std::vector<std::string> names;
-    for (hsize_t k = 0; k < hdf5::countLinks(group); ++k) {
-        char name[1000];
-        if (H5Lget_name_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, k, name, sizeof name,
-                               H5P_DEFAULT) < 0)
-            throw std::runtime_error("the names of its columns cannot be read");
-        names.push_back(name);
-    }
-    return names;
-}
 
 struct Table {
     std::vector<std::string> keys, columns, units;
@@ -36,50 +22,30 @@ struct Table {
     std::vector<int> status;
 };
 
-/** The values of a key as they were given. **/
-std::vector<std::string> readGiven(hid_t file, const std::string& key,
-                                   const std::vector<double>& values) {
-    if (hdf5::hasLink(file, "texts")) {
-        const std::vector<std::string> texts = hdf5::readTexts(hdf5::openGroup(file, "texts"), key);
-        if (texts.size() != values.size())
-            throw std::runtime_error("'" + key + "' has another number of texts than of values");
-        return texts;
-    }
-    // Format 1 had them as an attribute, where they were not too long for one.
-    const hdf5::Handle data(H5Dopen2(hdf5::openGroup(file, "values"), key.c_str(), H5P_DEFAULT),
-                            H5Dclose, "open '" + key + "'");
-    std::vector<std::string> texts;
-    if (H5Aexists(data, "texts") > 0) {
-        std::istringstream lines(hdf5::readText(data, "texts"));
-        for (std::string line; std::getline(lines, line);) texts.push_back(line);
-    }
-    for (size_t k = texts.size(); k < values.size(); ++k)
-        texts.push_back(writeGeneral(values[k], 10));
-    return texts;
-}
-
 Table readTable(const std::string& path) {
     const hdf5::Quiet quiet;
     checkChecksum(path);
     const auto file = hdf5::openFile(path);
     const int format = hdf5::readInteger(file, "simflex_sweep");
-    if (format > 2) throw std::runtime_error("it needs a newer simflex");
+    if (format != kSweepFormat)
+        throw std::runtime_error("its format is " + std::to_string(format) + ", not " +
+                                 std::to_string(kSweepFormat));
     Table table;
     table.status = hdf5::readIndices(file, "status", {0});
     const hsize_t count = table.status.size();
-    const auto values = hdf5::openGroup(file, "values");
-    table.keys = listLinks(values);
+    const auto values = hdf5::openGroup(file, "values"), texts = hdf5::openGroup(file, "texts");
+    table.keys = hdf5::listLinks(values);
     for (const std::string& key : table.keys) {
         table.values.push_back(hdf5::readNumbers(values, key, {count}));
-        table.texts.push_back(readGiven(file, key, table.values.back()));
+        table.texts.push_back(hdf5::readTexts(texts, key));
+        if (table.texts.back().size() != count)
+            throw std::runtime_error("'" + key + "' has another number of texts than of values");
     }
     const auto columns = hdf5::openGroup(file, "columns");
-    table.columns = listLinks(columns);
+    table.columns = hdf5::listLinks(columns);
     for (const std::string& column : table.columns) {
         table.numbers.push_back(hdf5::readNumbers(columns, column, {count}));
-        const hdf5::Handle data(H5Dopen2(columns, column.c_str(), H5P_DEFAULT), H5Dclose,
-                                "open '" + column + "'");
-        table.units.push_back(hdf5::readText(data, "unit"));
+        table.units.push_back(hdf5::readText(hdf5::openData(columns, column), "unit"));
     }
     return table;
 }

@@ -178,7 +178,7 @@ void writeHdf5(const std::string& path, const SweepPlan& plan,
     const hdf5::Quiet quiet;
     const hsize_t n = plan.cases.size();
     const auto file = hdf5::createFile(path);
-    hdf5::writeInteger(file, "simflex_sweep", 2);
+    hdf5::writeInteger(file, "simflex_sweep", kSweepFormat);
     std::vector<std::string> folders;
     for (const SweepCase& one : plan.cases) folders.push_back(one.folder);
     hdf5::writeTexts(file, "folders", folders);
@@ -205,8 +205,7 @@ void writeHdf5(const std::string& path, const SweepPlan& plan,
     const auto columns = hdf5::createGroup(file, "columns");
     for (const auto& column : table.columns) {
         hdf5::write(columns, makeLinkName(column.name), {n}, column.values.data());
-        const hdf5::Handle data(H5Dopen2(columns, makeLinkName(column.name).c_str(), H5P_DEFAULT),
-                                H5Dclose, "open '" + column.name + "'");
+        const hdf5::Handle data = hdf5::openData(columns, makeLinkName(column.name));
         hdf5::writeText(data, "unit", column.unit);
     }
     if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0)

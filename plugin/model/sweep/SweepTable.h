@@ -11,6 +11,8 @@ The result table of a sweep: a line for each case. **/
 namespace simflex {
 namespace model {
 
+constexpr int kSweepFormat = 2;
+
 struct SweepTable {
     struct Column {
         std::string name;  ///< "tip.x.maximum"
