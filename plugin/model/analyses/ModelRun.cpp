@@ -49,16 +49,6 @@ int findDifference(const std::string& a, const std::string& b) {
     return line;
 }
 
-std::string join(const std::vector<std::string>& items, const char* separator = " ") {
-    std::string text;
-    for (const std::string& item : items) text += (text.empty() ? "" : separator) + item;
-    return text.empty() ? "none" : text;
-}
-
-}  // namespace
-
-namespace {
-
 /** @throws ModelError if the State that a key such as `from` names is not that of an analysis above
 the one that asks. **/
 void checkNamedState(const ModelValue& name, const ModelValue& analyses,
@@ -161,9 +151,12 @@ std::string ModelRun::findChange(const ResultHeader& earlier) const {
     if (earlier.modelText != _text.text)
         return "the model file '" + _text.path + "' has changed since, first in line " +
                std::to_string(findDifference(earlier.modelText, _text.text));
+    const auto list = [](const std::vector<std::string>& settings) {
+        return settings.empty() ? "none" : joinNames(settings, " ");
+    };
     if (earlier.settings != _text.settings)
-        return "it was run with other settings (then: " + join(earlier.settings) +
-               "; now: " + join(_text.settings) + ")";
+        return "it was run with other settings (then: " + list(earlier.settings) +
+               "; now: " + list(_text.settings) + ")";
     if (earlier.isRigid != isRigidTwin())
         return earlier.isRigid ? "its bodies are all rigid" : "its bodies are flexible";
     return "";
@@ -229,8 +222,8 @@ void ModelRun::readEarlier() {
         _kept.push_back(std::move(analysis));
     }
     if (!others.empty() && !change.empty())
-        throw std::runtime_error("'" + _resultPath + "' has the results of " + join(others, ", ") +
-                                 ", which --only would lose: " + change +
+        throw std::runtime_error("'" + _resultPath + "' has the results of " +
+                                 joinNames(others, ", ") + ", which --only would lose: " + change +
                                  "; choose another name with -o, or remove it");
 }
 
@@ -415,7 +408,7 @@ State ModelRun::findNamedState(const ModelValue& name, const std::string& forAna
 // what is said
 
 void ModelRun::refuseFailures() const {
-    if (!_failures.empty()) throw std::runtime_error(join(_failures, "; "));
+    if (!_failures.empty()) throw std::runtime_error(joinNames(_failures, "; "));
 }
 
 std::vector<std::string> ModelRun::getRemarks(const std::string& analysis) const {

@@ -71,7 +71,7 @@ std::string proposeName(const std::string& name, const std::vector<std::string>&
 
 std::string joinNames(const std::vector<std::string>& names, const std::string& separator) {
     std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : separator) + name;
+    for (const std::string& name : names) text += (&name == &names[0] ? "" : separator) + name;
     return text;
 }
 

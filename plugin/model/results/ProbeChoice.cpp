@@ -6,6 +6,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/model/file/NearestName.h"
+
 namespace simflex {
 namespace model {
 namespace {
@@ -15,12 +17,6 @@ bool fits(const std::string& pattern, const std::string& name) {
 }
 
 }  // namespace
-
-std::string listNames(const std::vector<std::string>& names, size_t most) {
-    std::string list;
-    for (size_t k = 0; k < names.size() && k < most; ++k) list += (k ? ", " : "") + names[k];
-    return names.size() > most ? list + " …" : list;
-}
 
 std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
                                         const std::vector<std::string>& patterns) {
@@ -46,24 +42,17 @@ std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
     }
     for (const std::string& pattern : patterns)
         if (!used.count(pattern))
-            throw std::runtime_error(
-                "analysis '" + analysis.name + "' has no probe '" + pattern + "'; " +
-                (probes.empty() ? "it has none" : "there are: " + listNames(probes)));
+            throw std::runtime_error("in analysis '" + analysis.name + "' " +
+                                     describeUnknown("probe", pattern, probes));
     return chosen;
 }
 
 const Results::Analysis& chooseAnalysis(const Results& results, const std::string& path,
                                         const std::string& name) {
-    std::vector<std::string> names;
-    for (const auto& analysis : results.analyses) {
-        if (analysis.name == name) return analysis;
-        names.push_back(analysis.name);
-    }
     if (results.analyses.empty())
         throw std::runtime_error("result file '" + path + "' has no analysis yet");
     if (!name.empty())
-        throw std::runtime_error("result file '" + path + "' has no analysis '" + name +
-                                 "'; there are: " + listNames(names));
+        return findNamed(results.analyses, "analysis of '" + path + "' called", name);
     for (const auto& analysis : results.analyses)
         if (analysis.type == "transient") return analysis;
     return results.analyses.front();

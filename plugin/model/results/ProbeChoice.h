@@ -20,18 +20,15 @@ struct ChosenColumn {
 };
 
 /** Columns whose name, or whose probe's name, is one of `patterns`, in the file's order; a pattern
-may have `*`, `?` and `[…]`. No patterns: all. @throws std::runtime_error listing the probes if a
-pattern fits none. **/
+may have `*`, `?` and `[…]`. No patterns: all. @throws std::runtime_error proposing others if
+a pattern fits none. **/
 std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
                                         const std::vector<std::string>& patterns);
 
 /** The analysis of that name; with no name the first transient one, else the first.
-@throws std::runtime_error naming the file and the analyses that it has. **/
+@throws std::runtime_error proposing another. **/
 const Results::Analysis& chooseAnalysis(const Results& results, const std::string& path,
                                         const std::string& name);
-
-/** "a, b, c" — at most so many, then "…". **/
-std::string listNames(const std::vector<std::string>& names, size_t most = 20);
 
 /** Short names that tell files apart: their names without folders and extension, or as much of
 their paths as it takes. **/

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
 
@@ -46,11 +47,9 @@ void cutToTimes(const std::vector<double>& time, const FigureWishes& wishes,
 ChosenColumn chooseX(const FigureSource& source, const std::string& name) {
     auto columns = chooseColumns(*source.analysis, {name});
     if (columns.size() != 1) {
-        std::vector<std::string> names;
-        for (const ChosenColumn& column : columns) names.push_back(column.name);
         throw std::runtime_error("--x wants one number, and '" + name + "' has " +
                                  std::to_string(columns.size()) + ": name one of " +
-                                 listNames(names));
+                                 joinNames(getNames(columns)));
     }
     return columns[0];
 }
@@ -134,7 +133,7 @@ FigurePanel makePanel(std::vector<Candidate>& candidates, const std::vector<Figu
     }
     if (units.size() > 1)
         throw std::runtime_error("--together wants probes of one unit, not of " +
-                                 listNames({units.begin(), units.end()}));
+                                 joinNames({units.begin(), units.end()}));
     if (candidates.size() > kMostCurves)
         throw std::runtime_error(std::to_string(candidates.size()) +
                                  " curves in one panel are too many (at most " +

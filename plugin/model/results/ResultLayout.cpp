@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "simflex/model/file/NearestName.h"
 #include "simflex/part/Hdf5.h"
 
 namespace simflex {
@@ -13,13 +14,6 @@ namespace {
 constexpr size_t kBlockNumbers = size_t(1) << 20;  // of rows read from the journal at once
 constexpr size_t kMostText = size_t(1) << 28;      // of a model file
 using Rows = std::vector<std::vector<double>>;
-
-std::string join(const std::vector<std::string>& texts, char separator) {
-    std::string joined;
-    for (const std::string& text : texts)
-        joined += (&text == &texts[0] ? "" : std::string(1, separator)) + text;
-    return joined;
-}
 
 std::vector<std::string> split(const std::string& text, char separator) {
     std::vector<std::string> parts{""};
@@ -192,7 +186,7 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
         for (const auto& series : contents.probes) {
             const auto data = hdf5::openData(probes, series.column.name);
             hdf5::writeText(data, "unit", series.column.unit);
-            hdf5::writeText(data, "columns", join(series.column.columns, ','));
+            hdf5::writeText(data, "columns", joinNames(series.column.columns, ","));
             hdf5::writeInteger(data, "index", place++);
         }
     } else if (contents.type == "eigen") {
@@ -314,7 +308,7 @@ void writeResultLayout(const std::string& path, const ResultJournal& journal) {
     {
         const auto model = writeLongText(file, "model", header.modelText);
         hdf5::writeText(model, "path", header.modelPath);
-        hdf5::writeText(model, "settings", join(header.settings, '\n'));
+        hdf5::writeText(model, "settings", joinNames(header.settings, "\n"));
         hdf5::writeText(model, "bodies", header.isRigid ? "rigid" : "as_given");
     }
     if (!journal.getWarnings("").empty())

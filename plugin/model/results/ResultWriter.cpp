@@ -6,6 +6,7 @@
 
 #include "simflex/base/SecondsSince.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/ResultLayout.h"
 #include "simflex/part/FileChecksum.h"
 
@@ -16,15 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 constexpr double kMostOfTheTime = 0.1;  // spent on replacing the file at flush()
 
-std::string joinLines(const std::vector<std::string>& texts) {
-    std::string joined;
-    for (const std::string& text : texts) joined += text + '\n';
-    return joined;
-}
-
 bool isSameRun(const ResultHeader& a, const ResultHeader& b) {
     return a.title == b.title && a.modelPath == b.modelPath && a.modelText == b.modelText &&
-           joinLines(a.settings) == joinLines(b.settings) && a.isRigid == b.isRigid;
+           joinNames(a.settings, "\n") == joinNames(b.settings, "\n") && a.isRigid == b.isRigid;
 }
 
 /** Whether the journal has everything that the file has, and is of the same run. **/

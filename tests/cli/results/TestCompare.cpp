@@ -208,7 +208,7 @@ TEST_F(PlotTest, SvgHasTitleUnitsAndLegend) {
 
 TEST_F(PlotTest, MistakesAreExplained) {
     EXPECT_EQ(run("plot a.h5 wing"), 1);
-    EXPECT_THAT(err, AllOf(HasSubstr("'wing'"), HasSubstr("swing, angle")));
+    EXPECT_THAT(err, AllOf(HasSubstr("'wing'"), HasSubstr("did you mean 'swing'?")));
     EXPECT_EQ(run("plot a.h5 --analysis walk"), 1);
     EXPECT_THAT(err, AllOf(HasSubstr("'walk'"), HasSubstr("rest, run, modes, map")));
     EXPECT_EQ(run("plot a.h5 -o swing.jpg"), 1);
