@@ -5,6 +5,7 @@ process's. Bytes beyond ASCII are of no kind and keep their value. Internal. **/
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace simflex {
 
@@ -32,6 +33,17 @@ inline std::string lowerCase(std::string_view text) {
     std::string result(text);
     for (char& c : result) c = toLower(c);
     return result;
+}
+
+/** The pieces between separators, empty ones too: one more than there are separators. **/
+inline std::vector<std::string> splitAt(std::string_view text, char separator) {
+    std::vector<std::string> pieces{""};
+    for (const char c : text)
+        if (c == separator)
+            pieces.emplace_back();
+        else
+            pieces.back() += c;
+    return pieces;
 }
 
 }  // namespace simflex

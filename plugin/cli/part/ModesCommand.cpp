@@ -9,6 +9,7 @@ simflex modes: animated pictures of a part's mode shapes and a sheet of all of t
 #include <filesystem>
 #include <memory>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
 #include "simflex/cli/Commands.h"
@@ -51,10 +52,7 @@ std::vector<int> parseModes(const std::string& text, const ReducedBody& part, bo
         return modes;
     }
     const std::string usage = "'" + text + "' is not a list of modes such as 1-6,9 or all";
-    for (size_t at = 0; at <= text.size();) {
-        const size_t comma = std::min(text.find(',', at), text.size());
-        const std::string item = text.substr(at, comma - at);
-        at = comma + 1;
+    for (const std::string& item : splitAt(text, ',')) {
         int first = 0, last = 0;
         char end = 0;
         const int found = std::sscanf(item.c_str(), "%9d-%9d%c", &first, &last, &end);

@@ -1,4 +1,5 @@
 #include "simflex/cli/part/ReductionArguments.h"
+#include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/cli/NumberCheck.h"
 #include "simflex/part/TextLines.h"
@@ -29,13 +30,10 @@ StressOptions parseStress(const std::string& text) {
         options.sets = {text};
         return options;
     }
-    for (size_t begin = 0; begin <= text.size();) {
-        const size_t comma = std::min(text.find(',', begin), text.size());
-        if (comma == begin)
+    options.sets = splitAt(text, ',');
+    for (const std::string& set : options.sets)
+        if (set.empty())
             throw CLI::ValidationError("--stress", "'" + text + "' is not all, skin or SET,SET…");
-        options.sets.push_back(text.substr(begin, comma - begin));
-        begin = comma + 1;
-    }
     return options;
 }
 
@@ -109,12 +107,11 @@ ReductionOptions ReductionArguments::parse() const {
     for (const std::string& text : _masters) {
         const auto [name, point] = splitAssignment("--master", text);
         std::array<double, 3> x{};
-        const std::string_view all = point;
-        const size_t first = all.find(','), second = all.find(',', first + 1);
-        if (first == all.npos || second == all.npos ||
-            !readNumber(trimBlanks(all.substr(0, first)), x[0]) ||
-            !readNumber(trimBlanks(all.substr(first + 1, second - first - 1)), x[1]) ||
-            !readNumber(trimBlanks(all.substr(second + 1)), x[2]))
+        const std::vector<std::string> numbers = splitAt(point, ',');
+        bool isPoint = numbers.size() == 3;
+        for (size_t k = 0; isPoint && k < 3; ++k)
+            isPoint = readNumber(trimBlanks(numbers[k]), x[k]);
+        if (!isPoint)
             throw CLI::ValidationError("--master", "'" + text + "' is not of the form NAME=X,Y,Z");
         bool found = false;
         for (InterfaceOptions& interface : options.interfaces)

@@ -3,8 +3,9 @@
 #include <functional>
 #include <set>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/model/file/ModelNode.h"
-#include "simflex/model/schema/Schema.h"
+#include "simflex/model/schema/SchemaReference.h"
 #include "simflex/model/session/Quantities.h"
 
 namespace simflex {
@@ -24,7 +25,7 @@ std::string describeDefault(const ModelValue& value) {
 
 std::optional<std::string> formatModelValue(const ModelValue& file, const std::string& path) {
     ModelValue value = file;
-    for (const std::string& part : splitAtPoints(path)) {
+    for (const std::string& part : splitAt(path, '.')) {
         if (value.isList()) {
             value = value.at(readIndex(part, 0, value.getSize(), "item"));
             continue;
@@ -52,29 +53,13 @@ std::optional<std::string> formatModelValue(const ModelValue& file, const std::s
 }
 
 std::vector<std::string> completeModelPath(const ModelValue& file, const std::string& begin) {
-    using Forms = std::vector<const SchemaForm*>;
-    const auto enter = [](const Forms& forms, const std::string& key) {
-        Forms inner;
-        for (const SchemaForm* form : forms) {
-            const SchemaKey* known = findSchemaKey(*form, key);
-            if (!known && form->kind != SchemaForm::Kind::Entries) continue;
-            for (const SchemaForm& child : known ? known->forms : form->items)
-                inner.push_back(&child);
-        }
-        return inner;
-    };
-    PathParts parts = splitAtPoints(begin);
-    parts.pop_back();
-    Forms forms{&getModelSchema()};
+    const std::string level = begin.substr(0, begin.rfind('.') + 1);  // empty without a point
     std::optional<ModelValue> value = file;
-    std::string level;
-    for (const std::string& part : parts) {
-        forms = enter(forms, part);
-        if (value) value = value->has(part) ? std::optional(value->get(part)) : std::nullopt;
-        level += part + '.';
-    }
+    for (const std::string& part : splitAt(level, '.'))
+        if (!part.empty() && value)
+            value = value->has(part) ? std::optional(value->get(part)) : std::nullopt;
     std::set<std::string> keys;
-    for (const SchemaForm* form : forms) {
+    for (const SchemaForm* form : findSchemaForms(level)) {
         for (const SchemaKey& key : form->keys) keys.insert(key.name);
         if (form->kind == SchemaForm::Kind::Entries && value)
             for (const std::string& key : value->getKeys()) keys.insert(key);
@@ -82,7 +67,7 @@ std::vector<std::string> completeModelPath(const ModelValue& file, const std::st
     std::vector<std::string> found;
     for (const std::string& key : keys) {
         bool hasMore = false;
-        for (const SchemaForm* form : enter(forms, key))
+        for (const SchemaForm* form : findSchemaForms(level + key))
             hasMore = hasMore || form->kind == SchemaForm::Kind::Map ||
                       form->kind == SchemaForm::Kind::Entries;
         found.push_back(level + key + (hasMore ? "." : ""));

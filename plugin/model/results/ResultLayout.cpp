@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/part/Hdf5.h"
 
@@ -14,18 +15,6 @@ namespace {
 constexpr size_t kBlockNumbers = size_t(1) << 20;  // of rows read from the journal at once
 constexpr size_t kMostText = size_t(1) << 28;      // of a model file
 using Rows = std::vector<std::vector<double>>;
-
-std::vector<std::string> split(const std::string& text, char separator) {
-    std::vector<std::string> parts{""};
-    for (const char c : text) {
-        if (c == separator) {
-            parts.emplace_back();
-        } else {
-            parts.back() += c;
-        }
-    }
-    return parts;
-}
 
 /** A text of any length as a data set of its own. **/
 hdf5::Handle writeLongText(hid_t parent, const std::string& name, const std::string& text) {
@@ -239,7 +228,7 @@ void readProbes(hid_t group, hsize_t numRows, Results::Analysis& analysis) {
         const auto data = hdf5::openData(probes, name);
         series.column.name = name;
         series.column.unit = hdf5::readText(data, "unit");
-        series.column.columns = split(hdf5::readText(data, "columns"), ',');
+        series.column.columns = splitAt(hdf5::readText(data, "columns"), ',');
         if (numRows > 0)
             series.rows = readMatrix(probes, name, numRows, series.column.columns.size());
         analysis.probes.push_back(std::move(series));
@@ -339,7 +328,7 @@ Results readResultLayout(const std::string& path, ReadStates states) {
     data.header.modelText = readLongText(model, "model");
     data.header.modelPath = hdf5::readText(model, "path");
     const std::string settings = hdf5::readText(model, "settings");
-    if (!settings.empty()) data.header.settings = split(settings, '\n');
+    if (!settings.empty()) data.header.settings = splitAt(settings, '\n');
     data.header.isRigid = hdf5::readText(model, "bodies") == "rigid";
     if (hdf5::hasLink(file, "warnings")) data.warnings = hdf5::readTexts(file, "warnings");
     const auto analyses = hdf5::openGroup(file, "analyses");

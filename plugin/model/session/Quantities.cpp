@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/file/NearestName.h"
@@ -17,6 +18,7 @@ using namespace SimTK;
 namespace {
 
 using Values = std::vector<double>;
+using PathParts = std::vector<std::string>;
 
 Vec3 toVec3(const Values& values) {
     return {values[0], values[1], values[2]};
@@ -245,17 +247,6 @@ std::optional<Quantity> findBodyQuantity(const Session& session, const PathParts
 
 }  // namespace
 
-PathParts splitAtPoints(const std::string& path) {
-    PathParts parts(1);
-    for (const char c : path) {
-        if (c == '.')
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    }
-    return parts;
-}
-
 int readIndex(const std::string& text, int first, int count, const std::string& what) {
     char* end = nullptr;
     const long index = std::strtol(text.c_str(), &end, 10);
@@ -278,7 +269,7 @@ std::string normalizePath(const std::string& path) {
 }
 
 std::optional<Quantity> findQuantity(const Session& session, const std::string& path) {
-    const PathParts parts = splitAtPoints(normalizePath(path));
+    const PathParts parts = splitAt(normalizePath(path), '.');
     if (path == "time") {
         Quantity quantity;
         quantity.path = "time";

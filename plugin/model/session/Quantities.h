@@ -8,9 +8,6 @@ Names of what a Session can tell and change while its model moves: `joints.beari
 namespace simflex {
 namespace model {
 
-using PathParts = std::vector<std::string>;
-PathParts splitAtPoints(const std::string& path);
-
 /** The number of an element, counted from `first`. @throws std::runtime_error that names the
 range. **/
 int readIndex(const std::string& text, int first, int count, const std::string& what);

@@ -28,9 +28,7 @@ constexpr size_t kMostCases = 100000;
 constexpr size_t kLongestFolder = 120;
 
 std::string trim(const std::string& text) {
-    const size_t begin = text.find_first_not_of(" \t\r");
-    if (begin == std::string::npos) return "";
-    return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+    return std::string(trimBlanks(text));
 }
 
 /** Splits at commas that are not inside brackets or braces. **/
@@ -152,12 +150,9 @@ SweptKey parseSweptKey(const std::string& text) {
     const std::string values = trim(text.substr(equals + 1));
     double from = 0, to = 0;
     int count = 0;
-    const size_t first = values.find(':'), second = values.find(':', first + 1);
-    const std::string_view range = values;
-    if (first != std::string::npos && second != std::string::npos &&
-        readNumber(trimBlanks(range.substr(0, first)), from) &&
-        readNumber(trimBlanks(range.substr(first + 1, second - first - 1)), to) &&
-        readInteger(trimBlanks(range.substr(second + 1)), count)) {
+    const std::vector<std::string> range = splitAt(values, ':');
+    if (range.size() == 3 && readNumber(trimBlanks(range[0]), from) &&
+        readNumber(trimBlanks(range[1]), to) && readInteger(trimBlanks(range[2]), count)) {
         if (count < 1 || size_t(count) > kMostCases)
             throw std::runtime_error("'" + text + "': the count is " + std::to_string(count) +
                                      ", not 1 to " + std::to_string(kMostCases));
