@@ -24,6 +24,13 @@ Vec3 toVec3(const Values& values) {
     return {values[0], values[1], values[2]};
 }
 
+std::optional<Quantity> findByPath(const std::vector<Quantity>& quantities,
+                                   const std::string& path) {
+    for (const Quantity& quantity : quantities)
+        if (quantity.path == path) return quantity;
+    return {};
+}
+
 /** An element of what is a list as a whole. **/
 Quantity pickElement(const Quantity& whole, int index, const std::string& name) {
     Quantity element;
@@ -39,50 +46,56 @@ Quantity pickElement(const Quantity& whole, int index, const std::string& name) 
     return element;
 }
 
+/** The State that a change makes of the Session's. **/
+template <class Change>
+auto calcChanged(const Session& session, const Change& change) {
+    return [&session, change](const Values& values) {
+        State state = session.copyState();
+        change(state, values);
+        return state;
+    };
+}
+
 // ---- joints
 
-std::optional<Quantity> findJointQuantity(const Session& session, const PathParts& parts) {
-    const Joint& joint = findNamed(session.getModel().getJoints(), "joint", parts[1]).joint;
+/** Coordinates of a joint and their rates. **/
+std::vector<Quantity> makeJointQuantities(const Session& session, const Model::JointEntry& entry) {
+    const Joint& joint = entry.joint;
     const std::vector<std::string> names = getCoordinateNames(joint);
-    Quantity quantity;
-    quantity.path = "joints." + parts[1];
-    if (parts.size() == 2 && names.size() == 1)
-        return findJointQuantity(session, {parts[0], parts[1], names[0]});
-    if (parts.size() == 2 && !names.empty()) {
-        quantity.get = [&session, &joint] {
-            return toNumbers(joint.calcCoordinates(session.getState()));
-        };
-        return quantity;
+    std::vector<Quantity> all;
+    for (int c = 0; c < int(names.size()); ++c) {
+        const std::string path = "joints." + entry.name + '.' + names[size_t(c)];
+        const std::string unit = joint.getEquations().getCoordinate(c).isAngle() ? "rad" : "m";
+        all.push_back(
+            {path, unit, [&, c] { return Values{joint.calcCoordinates(session.getState())[c]}; },
+             [&, c](const Values& values) {
+                 return dragJoint(session.getModel(), session.copyState(), joint, c, values[0]);
+             }});
+        all.push_back({path + "_rate", unit + "/s",
+                       [&, c] { return Values{joint.calcCoordinateDots(session.getState())[c]}; },
+                       [&, c](const Values& values) {
+                           return setJointRate(session.getModel(), session.copyState(), joint, c,
+                                               values[0]);
+                       }});
     }
-    if (parts.size() != 3) return {};
-    for (size_t i = 0; i < names.size(); ++i) {
-        const int c = int(i);
-        const bool isAngle = joint.getEquations().getCoordinate(c).isAngle();
-        const bool isOnly = names.size() == 1;
-        if (parts[2] == names[i] || parts[2] == std::to_string(i)) {
-            quantity.path += '.' + names[i];
-            quantity.unit = isAngle ? "rad" : "m";
-            quantity.get = [&session, &joint, c] {
-                return Values{joint.calcCoordinates(session.getState())[c]};
-            };
-            quantity.calcStateWith = [&session, &joint, c](const Values& values) {
-                return dragJoint(session.getModel(), session.copyState(), joint, c, values[0]);
-            };
-            return quantity;
-        }
-        if (parts[2] == names[i] + "_rate" || (isOnly && parts[2] == "rate")) {
-            quantity.path += '.' + names[i] + "_rate";
-            quantity.unit = isAngle ? "rad/s" : "m/s";
-            quantity.get = [&session, &joint, c] {
-                return Values{joint.calcCoordinateDots(session.getState())[c]};
-            };
-            quantity.calcStateWith = [&session, &joint, c](const Values& values) {
-                return setJointRate(session.getModel(), session.copyState(), joint, c, values[0]);
-            };
-            return quantity;
-        }
-    }
-    return {};
+    return all;
+}
+
+std::optional<Quantity> findJointQuantity(const Session& session, const PathParts& parts) {
+    const Model::JointEntry& entry = findNamed(session.getModel().getJoints(), "joint", parts[1]);
+    const std::vector<std::string> names = getCoordinateNames(entry.joint);
+    const bool isOnly = names.size() == 1;
+    if (parts.size() > 3 || names.empty()) return {};
+    if (parts.size() == 2 && !isOnly)
+        return Quantity{"joints." + entry.name,
+                        "",
+                        [&] { return toNumbers(entry.joint.calcCoordinates(session.getState())); },
+                        {}};
+    std::string name = parts.size() == 2 ? names[0] : parts[2];
+    if (isOnly && name == "rate") name = names[0] + "_rate";
+    for (size_t i = 0; i < names.size(); ++i)
+        if (name == std::to_string(i)) name = names[i];
+    return findByPath(makeJointQuantities(session, entry), "joints." + entry.name + '.' + name);
 }
 
 // ---- bodies
@@ -129,110 +142,69 @@ SpatialVec calcVelocity(const Session& session, const BodyEntry& body) {
     return {V_GB[0], V_GB[1] + V_GB[0] % p};
 }
 
-std::optional<Quantity> makeFlexibleQuantity(const Session& session, const BodyEntry& body,
-                                             const std::string& name) {
-    if (!body.flexible) return {};
-    const FlexibleBody& flexible = *body.flexible;
-    Quantity quantity;
-    if (name == "modes") {
-        quantity.unit = "m kg^0.5";
-        quantity.get = [&] { return toNumbers(flexible.getModalCoordinates(session.getState())); };
-        quantity.calcStateWith = [&](const Values& values) {
-            State state = session.copyState();
-            flexible.setModalCoordinates(state, toVector(values));
-            return state;
-        };
-    } else if (name == "modal_speeds") {
-        quantity.unit = "m kg^0.5/s";
-        quantity.get = [&] { return toNumbers(flexible.getModalSpeeds(session.getState())); };
-        quantity.calcStateWith = [&](const Values& values) {
-            State state = session.copyState();
-            flexible.setModalSpeeds(state, toVector(values));
-            return state;
-        };
-    } else if (name == "rigid") {
-        quantity.get = [&] { return Values{flexible.isRigid(session.getState()) ? 1. : 0.}; };
-        quantity.calcStateWith = [&](const Values& values) {
-            State state = session.copyState();
-            if (values[0] != 0)
-                flexible.setRigid(state);
-            else
-                flexible.setFlexible(state);
-            return state;
-        };
-    } else {
-        return {};
-    }
-    return quantity;
-}
-
-std::optional<Quantity> makeMobilizerQuantity(const Session& session, const BodyEntry& body,
-                                              const std::string& name) {
-    if (body.flexible || (name != "coordinates" && name != "rates")) return {};
-    const bool isRate = name == "rates";
-    Quantity quantity;
-    quantity.get = [&session, &body, isRate] {
-        const State& state = session.getState();
-        return toNumbers(isRate ? body.mobod.getUAsVector(state) : body.mobod.getQAsVector(state));
+std::vector<Quantity> makeBodyQuantities(const Session& session, const BodyEntry& body) {
+    std::vector<Quantity> all{
+        {"position", "m", [&] { return toNumbers(calcPose(session, body).p()); },
+         [&](const Values& values) {
+             return place(session, body, Transform(calcPose(session, body).R(), toVec3(values)));
+         }},
+        {"orientation", "rad",
+         [&] { return toNumbers(calcPose(session, body).R().convertRotationToBodyFixedXYZ()); },
+         [&](const Values& values) {
+             Rotation R;
+             R.setRotationToBodyFixedXYZ(toVec3(values));
+             return place(session, body, Transform(R, calcPose(session, body).p()));
+         }},
+        {"velocity", "m/s", [&] { return toNumbers(calcVelocity(session, body)[1]); },
+         [&](const Values& values) {
+             const Vec3 omega = calcVelocity(session, body)[0];
+             return setVelocity(session, body, SpatialVec(omega, toVec3(values)));
+         }},
+        {"angular_velocity", "rad/s", [&] { return toNumbers(calcVelocity(session, body)[0]); },
+         [&](const Values& values) {
+             const Vec3 v = calcVelocity(session, body)[1];
+             return setVelocity(session, body, SpatialVec(toVec3(values), v));
+         }}};
+    const auto add = [&](const char* name, const char* unit, const auto& get, const auto& change) {
+        all.push_back({name, unit, [&session, get] { return toNumbers(get(session.getState())); },
+                       calcChanged(session, change)});
     };
-    quantity.calcStateWith = [&session, &body, isRate](const Values& values) {
-        State state = session.copyState();
-        const Vector vector = toVector(values);
-        if (isRate)
-            body.mobod.setUFromVector(state, vector);
-        else
-            body.mobod.setQFromVector(state, vector);
-        return state;
-    };
-    return quantity;
-}
-
-std::optional<Quantity> makeFrameQuantity(const Session& session, const BodyEntry& body,
-                                          const std::string& name) {
-    Quantity quantity;
-    if (name == "position") {
-        quantity.unit = "m";
-        quantity.get = [&] { return toNumbers(calcPose(session, body).p()); };
-        quantity.calcStateWith = [&](const Values& values) {
-            return place(session, body, Transform(calcPose(session, body).R(), toVec3(values)));
-        };
-    } else if (name == "orientation") {
-        quantity.unit = "rad";
-        quantity.get = [&] {
-            return toNumbers(calcPose(session, body).R().convertRotationToBodyFixedXYZ());
-        };
-        quantity.calcStateWith = [&](const Values& values) {
-            Rotation R;
-            R.setRotationToBodyFixedXYZ(toVec3(values));
-            return place(session, body, Transform(R, calcPose(session, body).p()));
-        };
-    } else if (name == "velocity" || name == "angular_velocity") {
-        const int part = name == "velocity" ? 1 : 0;
-        quantity.unit = part ? "m/s" : "rad/s";
-        quantity.get = [&session, &body, part] {
-            return toNumbers(calcVelocity(session, body)[part]);
-        };
-        quantity.calcStateWith = [&session, &body, part](const Values& values) {
-            SpatialVec V = calcVelocity(session, body);
-            V[part] = toVec3(values);
-            return setVelocity(session, body, V);
-        };
+    if (body.flexible) {
+        const FlexibleBody& flexible = *body.flexible;
+        add(
+            "modes", "m kg^0.5", [&](const State& s) { return flexible.getModalCoordinates(s); },
+            [&](State& s, const Values& xi) { flexible.setModalCoordinates(s, toVector(xi)); });
+        add(
+            "modal_speeds", "m kg^0.5/s",
+            [&](const State& s) { return flexible.getModalSpeeds(s); },
+            [&](State& s, const Values& u) { flexible.setModalSpeeds(s, toVector(u)); });
+        add(
+            "rigid", "", [&](const State& s) { return Vec<1>(flexible.isRigid(s) ? 1 : 0); },
+            [&](State& s, const Values& values) {
+                if (values[0] != 0)
+                    flexible.setRigid(s);
+                else
+                    flexible.setFlexible(s);
+            });
     } else {
-        return {};
+        add(
+            "coordinates", "", [&](const State& s) { return body.mobod.getQAsVector(s); },
+            [&](State& s, const Values& q) { body.mobod.setQFromVector(s, toVector(q)); });
+        add(
+            "rates", "", [&](const State& s) { return body.mobod.getUAsVector(s); },
+            [&](State& s, const Values& u) { body.mobod.setUFromVector(s, toVector(u)); });
     }
-    return quantity;
+    for (Quantity& quantity : all) quantity.path = "bodies." + body.name + '.' + quantity.path;
+    return all;
 }
 
 std::optional<Quantity> findBodyQuantity(const Session& session, const PathParts& parts) {
     const BodyEntry& body = findNamed(session.getModel().getBodies(), "body", parts[1]);
     if (parts.size() < 3 || parts.size() > 4) return {};
     const std::string& name = parts[2];
-    std::optional<Quantity> quantity = makeFrameQuantity(session, body, name);
-    if (!quantity) quantity = makeFlexibleQuantity(session, body, name);
-    if (!quantity) quantity = makeMobilizerQuantity(session, body, name);
-    if (!quantity) return {};
-    quantity->path = "bodies." + body.name + '.' + name;
-    if (parts.size() == 3) return quantity;
+    const std::optional<Quantity> quantity =
+        findByPath(makeBodyQuantities(session, body), "bodies." + body.name + '.' + name);
+    if (!quantity || parts.size() == 3) return quantity;
     if (name == "modes" || name == "modal_speeds")
         return pickElement(*quantity, readIndex(parts[3], 1, body.flexible->getNumModes(), "mode"),
                            parts[3]);
@@ -270,13 +242,8 @@ std::string normalizePath(const std::string& path) {
 
 std::optional<Quantity> findQuantity(const Session& session, const std::string& path) {
     const PathParts parts = splitAt(normalizePath(path), '.');
-    if (path == "time") {
-        Quantity quantity;
-        quantity.path = "time";
-        quantity.unit = "s";
-        quantity.get = [&session] { return Values{session.getTime()}; };
-        return quantity;
-    }
+    if (path == "time")
+        return Quantity{"time", "s", [&session] { return Values{session.getTime()}; }, {}};
     if (parts.size() < 2) return {};
     if (parts[0] == "joints") return findJointQuantity(session, parts);
     if (parts[0] == "bodies") return findBodyQuantity(session, parts);
@@ -285,20 +252,13 @@ std::optional<Quantity> findQuantity(const Session& session, const std::string& 
 
 std::vector<std::string> listQuantities(const Session& session) {
     std::vector<std::string> paths{"time"};
+    const auto add = [&](const std::vector<Quantity>& quantities) {
+        for (const Quantity& quantity : quantities) paths.push_back(quantity.path);
+    };
     for (const Model::JointEntry& entry : session.getModel().getJoints())
-        for (const std::string& name : getCoordinateNames(entry.joint)) {
-            paths.push_back("joints." + entry.name + '.' + name);
-            paths.push_back("joints." + entry.name + '.' + name + "_rate");
-        }
-    for (const BodyEntry& body : session.getModel().getBodies()) {
-        std::vector<std::string> names = {"position", "orientation", "velocity",
-                                          "angular_velocity"};
-        if (body.flexible)
-            names.insert(names.end(), {"modes", "modal_speeds", "rigid"});
-        else
-            names.insert(names.end(), {"coordinates", "rates"});
-        for (const std::string& name : names) paths.push_back("bodies." + body.name + '.' + name);
-    }
+        add(makeJointQuantities(session, entry));
+    for (const BodyEntry& body : session.getModel().getBodies())
+        add(makeBodyQuantities(session, body));
     return paths;
 }
 
