@@ -6,7 +6,9 @@ simflex compare: the difference of two results. **/
 #include <memory>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Format.h"
 #include "simflex/cli/NumberCheck.h"
 #include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/Figure.h"
@@ -29,24 +31,22 @@ struct CompareArguments {
 
 void print(const ResultComparison& comparison) {
     for (const std::string& note : comparison.notes) std::printf("%s\n", note.c_str());
-    size_t width = 5, numIdentical = 0;
+    size_t numIdentical = 0;
+    std::vector<std::string> analyses;
     for (const auto& column : comparison.columns) {
-        width = std::max(width, column.name.size() + 2);
         numIdentical += column.largest == 0;
+        if (analyses.empty() || analyses.back() != column.analysis)
+            analyses.push_back(column.analysis);
     }
     const size_t count = comparison.columns.size();
-    std::string analysis;
-    if (numIdentical < count)
-        std::printf("%-*s  %12s %-6s %10s %12s %10s\n", int(width), "probe", "largest", "", "at",
-                    "RMS", "relative");
-    for (const auto& column : comparison.columns) {
-        if (column.largest == 0) continue;
-        if (column.analysis != analysis) std::printf("%s:\n", column.analysis.c_str());
-        analysis = column.analysis;
-        char place[32] = "";
-        if (!column.x.empty()) std::snprintf(place, sizeof place, "%.5g", column.time);
-        std::printf("  %-*s  %12.4g %-6s %10s %12.4g %10.3g\n", int(width) - 2, column.name.c_str(),
-                    column.largest, column.unit.c_str(), place, column.rms, column.getRelative());
+    for (const std::string& analysis : analyses) {
+        TextTable table({"probe", "largest", "at", "rms", "of range"});
+        for (const auto& column : comparison.columns)
+            if (column.analysis == analysis && column.largest > 0)
+                table.add({makeAxisLabel(column.name, column.unit), formatNumber(column.largest),
+                           column.x.empty() ? "" : formatNumber(column.time),
+                           formatNumber(column.rms), writeGeneral(column.getRelative(), 3)});
+        if (!table.isEmpty()) std::printf("%s:\n%s", analysis.c_str(), table.format("  ").c_str());
     }
     for (const std::string& missing : comparison.missing) std::printf("%s\n", missing.c_str());
     if (numIdentical > 0)

@@ -6,10 +6,13 @@
 
 #include "simflex/base/NumberText.h"
 #include "simflex/body/JointEquations.h"
+#include "simflex/cli/Format.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/CriticalSpeeds.h"
+#include "simflex/model/results/ProbeChoice.h"
+#include "simflex/model/results/UnitScale.h"
 
 namespace simflex {
 namespace cli {
@@ -21,19 +24,13 @@ double getStatistic(const Results::Analysis& analysis, const std::string& name) 
     return found == analysis.statistics.end() ? 0 : found->second;
 }
 
-/** "slider.x [m]" **/
-std::string makeLabel(const ResultColumn& column, size_t k) {
-    std::string label = column.name;
-    if (!column.columns[k].empty()) label += "." + column.columns[k];
-    return column.unit.empty() ? label : label + " [" + column.unit + "]";
+template <class Column>
+std::string makeLabel(const Column& column) {
+    return makeAxisLabel(column.name, column.unit);
 }
 
-int findLongestLabel(const Results::Analysis& analysis) {
-    size_t longest = 5;
-    for (const Results::Series& series : analysis.probes)
-        for (size_t k = 0; k < series.column.columns.size(); ++k)
-            longest = std::max(longest, makeLabel(series.column, k).size());
-    return int(longest);
+void print(const TextTable& table) {
+    std::fputs(table.format("  ").c_str(), stdout);
 }
 
 void printTransient(const Results::Analysis& analysis) {
@@ -53,35 +50,30 @@ void printTransient(const Results::Analysis& analysis) {
             getStatistic(analysis, "largest_energy_error"),
             getStatistic(analysis, "largest_kinetic_energy"));
     if (analysis.time.empty() || analysis.probes.empty()) return;
-    const int width = findLongestLabel(analysis);
-    std::printf("  %-*s %13s %11s %13s %11s %13s\n", width, "probe", "least", "at [s]", "largest",
-                "at [s]", "at the end");
-    for (const Results::Series& series : analysis.probes)
-        for (size_t k = 0; k < series.column.columns.size(); ++k) {
-            size_t least = 0, largest = 0;
-            for (size_t i = 1; i < series.rows.size(); ++i) {
-                // What is not a number is less and more than nothing.
-                if (!(series.rows[i][k] >= series.rows[least][k]) && !std::isnan(series.rows[i][k]))
-                    least = i;
-                if (!(series.rows[i][k] <= series.rows[largest][k]) &&
-                    !std::isnan(series.rows[i][k]))
-                    largest = i;
-            }
-            std::printf("  %-*s %13.6g %11.5g %13.6g %11.5g %13.6g\n", width,
-                        makeLabel(series.column, k).c_str(), series.rows[least][k],
-                        analysis.time[least], series.rows[largest][k], analysis.time[largest],
-                        series.rows.back()[k]);
+    TextTable table({"probe", "least", "at [s]", "largest", "at [s]", "at the end"});
+    for (const ChosenColumn& column : chooseColumns(analysis, {})) {
+        const std::vector<double>& values = column.values;
+        size_t least = 0, largest = 0;
+        for (size_t i = 1; i < values.size(); ++i) {
+            // What is not a number is less and more than nothing.
+            if (std::isnan(values[i])) continue;
+            if (!(values[i] >= values[least])) least = i;
+            if (!(values[i] <= values[largest])) largest = i;
         }
+        table.add({makeLabel(column), formatNumber(values[least]),
+                   formatNumber(analysis.time[least]), formatNumber(values[largest]),
+                   formatNumber(analysis.time[largest]), formatNumber(values.back())});
+    }
+    print(table);
 }
 
 void printStatic(const Results::Analysis& analysis) {
     std::printf("%s: static equilibrium, %.0f iterations\n", analysis.name.c_str(),
                 getStatistic(analysis, "iterations"));
-    const int width = findLongestLabel(analysis);
-    for (const Results::Series& series : analysis.probes)
-        for (size_t k = 0; k < series.column.columns.size() && !series.rows.empty(); ++k)
-            std::printf("  %-*s %13.6g\n", width, makeLabel(series.column, k).c_str(),
-                        series.rows[0][k]);
+    TextTable table({"probe", "value"});
+    for (const ChosenColumn& column : chooseColumns(analysis, {}))
+        table.add({makeLabel(column), formatNumber(column.values.at(0))});
+    print(table);
 }
 
 constexpr double kPi = 3.14159265358979323846;
@@ -236,8 +228,22 @@ double readAccuracy(const ResultHeader& header) {
     return readSolver(header).get("accuracy").getNumber();
 }
 
-std::string makeLabel(const ColumnDifference& column) {
-    return column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
+std::string describeRelative(const ColumnDifference& column) {
+    return writeGeneral(100 * column.getRelative(), 3) + " %";
+}
+
+/** @param describe  a difference beside the probe's range **/
+template <class Describe>
+void printColumns(const std::string& title, const std::string& analysis,
+                  const ResultComparison& comparison, const Describe& describe) {
+    TextTable table({"probe", "largest", "at [s]", "rms", "of range"});
+    for (const ColumnDifference& column : comparison.columns)
+        if (column.analysis == analysis)
+            table.add({makeLabel(column), formatNumber(column.largest),
+                       column.x.empty() ? "-" : formatNumber(column.time), formatNumber(column.rms),
+                       describe(column)});
+    std::printf("%s\n", title.c_str());
+    print(table);
 }
 
 }  // namespace
@@ -245,26 +251,15 @@ std::string makeLabel(const ColumnDifference& column) {
 void printDifference(const Results& flexible, const Results& rigid) {
     const double accuracy = readAccuracy(flexible.header);
     const ResultComparison comparison = compareResults(flexible, rigid, {}, "flexible", "rigid");
-    const auto isSmall = [&](const ColumnDifference& column) {
-        return column.unit == "m" && column.largest <= accuracy;
-    };
     bool hasSmall = false;
-    for (const Results::Analysis& a : flexible.analyses) {
-        if (a.probes.empty()) continue;
-        const int width = findLongestLabel(a);
-        std::printf("%s: flexible against rigid\n  %-*s %13s %13s %13s\n", a.name.c_str(), width,
-                    "probe", "largest", "rms", "of range");
-        for (const ColumnDifference& column : comparison.columns) {
-            if (column.analysis != a.name) continue;
-            std::printf("  %-*s %13.6g %13.6g", width, makeLabel(column).c_str(), column.largest,
-                        column.rms);
-            if (isSmall(column))
-                std::printf(" %13s\n", column.largest > 0 ? "*" : "-");
-            else
-                std::printf(" %11.3g %%\n", 100 * column.getRelative());
-            hasSmall |= isSmall(column) && column.largest > 0;
-        }
-    }
+    const auto describe = [&](const ColumnDifference& column) -> std::string {
+        if (column.unit != "m" || column.largest > accuracy) return describeRelative(column);
+        hasSmall |= column.largest > 0;
+        return column.largest > 0 ? "*" : "-";
+    };
+    for (const Results::Analysis& a : flexible.analyses)
+        if (!a.probes.empty())
+            printColumns(a.name + ": flexible against rigid", a.name, comparison, describe);
     if (hasSmall)
         std::printf("  * less than the accuracy of the simulation, %g m (solver.accuracy)\n",
                     accuracy);
@@ -326,14 +321,7 @@ void printVerification(const Results& run, const Results& fine, const std::strin
         const bool isBoth = std::any_of(fine.analyses.begin(), fine.analyses.end(),
                                         [&](const auto& b) { return b.name == a.name; });
         if (a.type != "transient" || a.probes.empty() || !isBoth) continue;
-        const int width = findLongestLabel(a);
-        std::printf("%s: changes with %s\n  %-*s %13s %11s %13s %13s\n", a.name.c_str(),
-                    change.c_str(), width, "probe", "largest", "at [s]", "rms", "of range");
-        for (const ColumnDifference& column : comparison.columns) {
-            if (column.analysis != a.name) continue;
-            std::printf("  %-*s %13.6g %11.5g %13.6g %11.3g %%\n", width, makeLabel(column).c_str(),
-                        column.largest, column.time, column.rms, 100 * column.getRelative());
-        }
+        printColumns(a.name + ": changes with " + change, a.name, comparison, describeRelative);
         // Of what is zero but for round-off, as errors of joints are, and of energies, a part of
         // their own range says nothing.
         const auto isTrusted = [&](const ColumnDifference& column) {

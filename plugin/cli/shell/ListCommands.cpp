@@ -8,7 +8,7 @@ Commands of the prompt that list what the model has, and what it does now. **/
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
 #include "simflex/body/JointEquations.h"
-#include "simflex/cli/shell/Format.h"
+#include "simflex/cli/Format.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/NearestName.h"

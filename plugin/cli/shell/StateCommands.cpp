@@ -4,7 +4,7 @@ Commands of the prompt that read and change the model and its State: get, set, d
 #include <algorithm>
 #include <stdexcept>
 
-#include "simflex/cli/shell/Format.h"
+#include "simflex/cli/Format.h"
 #include "simflex/cli/shell/ModelPaths.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/model/file/NearestName.h"

@@ -6,7 +6,7 @@ Plots and pictures made of characters. **/
 #include <cmath>
 #include <sstream>
 
-#include "simflex/cli/shell/Format.h"
+#include "simflex/cli/Format.h"
 #include "simflex/cli/shell/TerminalPicture.h"
 #include "simflex/cli/shell/TerminalPlot.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Numbers and tables as the prompt prints them. **/
+Numbers and tables as people read them. **/
 
 #include <string>
 #include <vector>
@@ -19,7 +19,8 @@ public:
     explicit TextTable(std::vector<std::string> head) : _rows{std::move(head)} {}
     void add(std::vector<std::string> row) { _rows.push_back(std::move(row)); }
     bool isEmpty() const { return _rows.size() == 1; }
-    std::string format() const;
+    /** @param indent  before each line **/
+    std::string format(const std::string& indent = "") const;
 
 private:
     std::vector<std::vector<std::string>> _rows;

@@ -1,4 +1,4 @@
-#include "simflex/cli/shell/Format.h"
+#include "simflex/cli/Format.h"
 #include "simflex/base/NumberText.h"
 
 #include <algorithm>
@@ -18,19 +18,19 @@ std::string formatValues(const std::vector<double>& values, const std::string& u
     return unit.empty() ? text : text + ' ' + unit;
 }
 
-std::string TextTable::format() const {
+std::string TextTable::format(const std::string& indent) const {
     std::vector<size_t> widths(_rows.front().size(), 0);
     std::vector<bool> areNumbers(widths.size(), _rows.size() > 1);
     for (size_t i = 0; i < _rows.size(); ++i)
         for (size_t j = 0; j < widths.size(); ++j) {
             const std::string& cell = _rows[i][j];
             widths[j] = std::max(widths[j], cell.size());
-            const bool isNumber = cell.find_first_not_of("0123456789.+-e %") == std::string::npos;
+            const bool isNumber = cell.find_first_not_of("0123456789.+-e %*") == std::string::npos;
             if (i > 0 && !isNumber) areNumbers[j] = false;
         }
     std::string text;
     for (const std::vector<std::string>& row : _rows) {
-        std::string line;
+        std::string line = indent;
         for (size_t j = 0; j < widths.size(); ++j) {
             const std::string pad(widths[j] - row[j].size(), ' ');
             line += (j ? "  " : "") + (areNumbers[j] ? pad + row[j] : row[j] + pad);
