@@ -9,7 +9,7 @@ simflex compare: the difference of two results. **/
 #include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Format.h"
-#include "simflex/cli/NumberCheck.h"
+#include "simflex/cli/Options.h"
 #include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/Figure.h"
 #include "simflex/model/results/ProbeChoice.h"

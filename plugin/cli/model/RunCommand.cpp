@@ -9,9 +9,9 @@ simflex run: does the analyses of a model file. **/
 #include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
+#include "simflex/cli/Options.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/model/RunSummary.h"
-#include "simflex/cli/part/SourceArguments.h"
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/file/ModelReader.h"
 
@@ -133,11 +133,8 @@ void addRunCommand(CLI::App& app) {
         ->add_option("-o,--output", options->output,
                      "Result file (default: MODEL.results.h5 here); one that is there is replaced")
         ->type_name("FILE");
-    command
-        ->add_option("--set", arguments->settings,
-                     "Another value for a key of the model, as solver.accuracy=1e-5")
-        ->type_name("PATH=VALUE")
-        ->allow_extra_args(false);
+    addRepeated(*command, "--set", arguments->settings,
+                "Another value for a key of the model, as solver.accuracy=1e-5", "PATH=VALUE");
     command->add_option("--only", options->only, "Only this analysis, or these: NAME,NAME")
         ->delimiter(',')
         ->type_name("NAME")

@@ -12,8 +12,8 @@ simflex sweep: many runs of one model, each with other values. **/
 #include "simflex/base/Progress.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
+#include "simflex/cli/Options.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/cli/part/SourceArguments.h"
 #include "simflex/model/sweep/SweepPlan.h"
 #include "simflex/model/sweep/SweepRunner.h"
 #include "simflex/model/sweep/SweepTable.h"
@@ -132,20 +132,14 @@ void addSweepCommand(CLI::App& app) {
     sweep->add_option("MODEL.yaml", arguments->model, "The model")
         ->required()
         ->check(CLI::ExistingFile);
-    sweep
-        ->add_option(
-            "--vary", arguments->vary,
-            "NAME=VALUE,VALUE… or NAME=FROM:TO:COUNT; NAME is a parameter, or a path like\n"
-            "solver.accuracy. Several: all combinations")
-        ->type_name("NAME=VALUES")
-        ->allow_extra_args(false);
+    addRepeated(*sweep, "--vary", arguments->vary,
+                "NAME=VALUE,VALUE… or NAME=FROM:TO:COUNT; NAME is a parameter, or a path like\n"
+                "solver.accuracy. Several: all combinations",
+                "NAME=VALUES");
     sweep->add_option("--list", arguments->list,
                       "Cases of a CSV file: names in the first line, then a line for each case");
-    sweep
-        ->add_option("--set", arguments->settings,
-                     "A setting that all cases share (one value), as of simflex run")
-        ->type_name("PATH=VALUE")
-        ->allow_extra_args(false);
+    addRepeated(*sweep, "--set", arguments->settings,
+                "A setting that all cases share (one value), as of simflex run", "PATH=VALUE");
     sweep->add_option("--analysis", arguments->analysis, "Which of the model's sweeps");
     sweep->add_option("--only", arguments->only, "Analyses to do, NAME,NAME (default: all)")
         ->delimiter(',')

@@ -10,6 +10,7 @@ simflex export: a part file in the formats of other programs. **/
 #include "simflex/base/AsciiText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
+#include "simflex/cli/Options.h"
 #include "simflex/part/MbdynFem.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/part/SidFile.h"
@@ -65,14 +66,12 @@ ReducedBody readPart(const ExportArguments& arguments) {
     }
     MbdynFemOptions options;
     for (const std::string& text : arguments.interfaces) {
-        const size_t equals = text.find('=');
+        const auto [name, number] = splitAssignment("--interface", text, "NAME=NODE");
         int node = 0;
-        char end = 0;
-        if (equals == 0 || equals == std::string::npos ||
-            std::sscanf(text.c_str() + equals + 1, "%d%c", &node, &end) != 1)
+        if (!readInteger(number, node))
             throw CLI::ValidationError("--interface",
                                        "'" + text + "' is not of the form NAME=NODE");
-        options.interfaces.emplace_back(text.substr(0, equals), node);
+        options.interfaces.emplace_back(name, node);
     }
     const Listener listener = makeListener(arguments.quiet);
     std::vector<std::string> notes, warnings;
@@ -109,13 +108,10 @@ void addExportCommand(CLI::App& app) {
         app.add_subcommand("export", "Write a part file in the format of another program");
     command->add_option("PART", arguments->part, "part file (.h5) or MBDyn's modal data (.fem)")
         ->required();
-    command
-        ->add_option("-i,--interface", arguments->interfaces,
-                     "of a .fem file: a node becomes an interface (default: those that its "
-                     "comments name)")
-        ->type_name("NAME=NODE")
-        ->expected(1)
-        ->take_all();
+    addRepeated(*command, "-i,--interface", arguments->interfaces,
+                "of a .fem file: a node becomes an interface (default: those that its comments "
+                "name)",
+                "NAME=NODE");
     command
         ->add_option("-o,--output", arguments->output,
                      "file to write; its suffix says what: " + describeFormats())

@@ -1,7 +1,7 @@
 #include "simflex/cli/part/ReductionArguments.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
-#include "simflex/cli/NumberCheck.h"
+#include "simflex/cli/Options.h"
 #include "simflex/part/TextLines.h"
 
 #include <algorithm>
@@ -10,15 +10,6 @@
 namespace simflex {
 namespace cli {
 namespace {
-
-/** Splits "NAME=REST"; @throws CLI::ValidationError if it is not of that form. **/
-std::pair<std::string, std::string> splitAssignment(const std::string& option,
-                                                    const std::string& text) {
-    const size_t equals = text.find('=');
-    if (equals == 0 || equals == std::string::npos || equals + 1 == text.size())
-        throw CLI::ValidationError(option, "'" + text + "' is not of the form NAME=VALUE");
-    return {text.substr(0, equals), text.substr(equals + 1)};
-}
 
 StressOptions parseStress(const std::string& text) {
     StressOptions options;
@@ -40,34 +31,22 @@ StressOptions parseStress(const std::string& text) {
 }  // namespace
 
 void ReductionArguments::addTo(CLI::App& command) {
-    command
-        .add_option("-i,--interface", _rigid,
-                    "joint seat tied rigidly to its master point. NODES: a node set or surface, or "
-                    "sphere:x,y,z,r, cylinder:x,y,z,ax,ay,az,r[,length], plane:x,y,z,nx,ny,nz in "
-                    "metres")
-        ->type_name("NAME=NODES")
-        ->expected(1)
-        ->take_all();
-    command
-        .add_option("--distributing", _distributing,
-                    "joint seat whose master point is the mean of its nodes and stiffens nothing")
-        ->type_name("NAME=NODES")
-        ->expected(1)
-        ->take_all();
-    command
-        .add_option("--master", _masters,
-                    "master point of an interface [m] (default: middle of its surface or volume; "
-                    "of a cylinder, on its axis)")
-        ->type_name("NAME=X,Y,Z")
-        ->expected(1)
-        ->take_all();
-    command
-        .add_option("--load-point", _loadPoints,
-                    "static (attachment) modes for forces on NODES (also node:NUMBER), along x, y "
-                    "and z or the AXES given")
-        ->type_name("NODES[=AXES]")
-        ->expected(1)
-        ->take_all();
+    addRepeated(command, "-i,--interface", _rigid,
+                "joint seat tied rigidly to its master point. NODES: a node set or surface, or "
+                "sphere:x,y,z,r, cylinder:x,y,z,ax,ay,az,r[,length], plane:x,y,z,nx,ny,nz in "
+                "metres",
+                "NAME=NODES");
+    addRepeated(command, "--distributing", _distributing,
+                "joint seat whose master point is the mean of its nodes and stiffens nothing",
+                "NAME=NODES");
+    addRepeated(command, "--master", _masters,
+                "master point of an interface [m] (default: middle of its surface or volume; "
+                "of a cylinder, on its axis)",
+                "NAME=X,Y,Z");
+    addRepeated(command, "--load-point", _loadPoints,
+                "static (attachment) modes for forces on NODES (also node:NUMBER), along x, y "
+                "and z or the AXES given",
+                "NODES[=AXES]");
     CLI::Option* modes = command.add_option(
         "-m,--modes", _numModes,
         "Craig-Bampton modes, 6 per interface among them; the part keeps 6 fewer");

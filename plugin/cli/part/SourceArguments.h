@@ -12,9 +12,6 @@ The options of a command that say where its finite element model comes from. **/
 namespace simflex {
 namespace cli {
 
-/** Adds --allow-scripts, with which Gmsh's scripts run outside the sandbox. **/
-void addScriptsFlag(CLI::App& command, bool& isAllowed);
-
 class SourceArguments {
 public:
     /** Adds SOURCE and the options that go with it. `this` must live as long as `command`. **/

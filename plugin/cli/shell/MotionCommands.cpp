@@ -7,8 +7,8 @@ Commands of the prompt that move the model: run, step, static, reset. **/
 
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
-#include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/shell/Shell.h"
 
 namespace simflex {

@@ -7,8 +7,8 @@ Commands of the prompt that draw: pictures and plots, in the terminal and to fil
 #include <stdexcept>
 
 #include "simflex/base/Progress.h"
-#include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/cli/shell/TerminalPicture.h"
 #include "simflex/cli/shell/TerminalPlot.h"

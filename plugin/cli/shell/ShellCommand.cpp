@@ -9,7 +9,7 @@ simflex shell: a model at a prompt, or commands from a file, a pipe or the comma
 #include <sstream>
 
 #include "simflex/cli/Commands.h"
-#include "simflex/cli/part/SourceArguments.h"
+#include "simflex/cli/Options.h"
 #include "simflex/cli/shell/Shell.h"
 
 namespace simflex {
@@ -80,11 +80,8 @@ void addShellCommand(CLI::App& app) {
         ->type_name("FILE");
     command->add_flag("--keep-going", arguments->keepGoing,
                       "of scripts: go on after an error; the exit status is 1 all the same");
-    command
-        ->add_option("--set", arguments->settings, "change a value of the model file for this run")
-        ->type_name("PATH=VALUE")
-        ->expected(1)
-        ->take_all();
+    addRepeated(*command, "--set", arguments->settings,
+                "change a value of the model file for this run", "PATH=VALUE");
     command->add_flag("--rigid", arguments->rigid, "every flexible body is held rigid");
     addScriptsFlag(*command, arguments->allowsScripts);
     command->add_flag("-q,--quiet", arguments->quiet, "no notes and no progress");

@@ -1,0 +1,62 @@
+#pragma once
+/** @file What options of several commands share: kinds, and checks with words for people. **/
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "simflex/base/NumberText.h"
+
+namespace simflex {
+namespace cli {
+
+/** @param isAllowed  of a number; @param what  they are, "positive" **/
+template <class IsAllowed>
+CLI::Validator makeNumberCheck(IsAllowed isAllowed, const std::string& what) {
+    return {[isAllowed, what](const std::string& text) -> std::string {
+                double value = 0;
+                if (!readNumber(text, value))
+                    return "'" + text + "' is not a number" +
+                           (text.find(',') == std::string::npos
+                                ? ""
+                                : "; decimals are written with a point");
+                return isAllowed(value) ? "" : "'" + text + "' is not " + what;
+            },
+            ""};
+}
+
+/** An option that may be given several times, each time with one value. **/
+inline CLI::Option* addRepeated(CLI::App& command, const std::string& name,
+                                std::vector<std::string>& values, const std::string& help,
+                                const std::string& type) {
+    return command.add_option(name, values, help)->type_name(type)->expected(1)->take_all();
+}
+
+/** Splits "NAME=VALUE". @throws CLI::ValidationError if it is not of that form. **/
+inline std::pair<std::string, std::string> splitAssignment(const std::string& option,
+                                                           const std::string& text,
+                                                           const char* form = "NAME=VALUE") {
+    const size_t equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos || equals + 1 == text.size())
+        throw CLI::ValidationError(option, "'" + text + "' is not of the form " + form);
+    return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/** Adds --allow-scripts, with which Gmsh's scripts run outside the sandbox. **/
+inline void addScriptsFlag(CLI::App& command, bool& isAllowed) {
+    command.add_flag("--allow-scripts", isAllowed,
+                     "Let scripts of Gmsh (.geo) do what you may: start programs, read and write "
+                     "any file");
+}
+
+inline CLI::Validator makePositiveCheck() {
+    return makeNumberCheck([](double value) { return value > 0; }, "positive");
+}
+
+inline CLI::Validator makeNonNegativeCheck() {
+    return makeNumberCheck([](double value) { return value >= 0; }, "positive or zero");
+}
+
+}  // namespace cli
+}  // namespace simflex
