@@ -81,6 +81,16 @@ void replaceFile(const fs::path& path, std::string_view bytes, Durability durabi
     unfinished.finish(durability);
 }
 
+void checkWritable(const fs::path& path) {
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    const std::string what = "cannot write '" + path.string() + "': ";
+    if (!fs::is_directory(folder))
+        throw std::runtime_error(what + "there is no folder '" + folder.string() + "'");
+    if (fs::is_directory(path)) throw std::runtime_error(what + "it is a folder");
+    if (access(folder.c_str(), W_OK) != 0)
+        throw std::runtime_error(what + "its folder is write-protected");
+}
+
 void removeUnfinishedFiles(const fs::path& folder, const std::string& begin) {
     std::error_code ignored;
     std::vector<fs::path> left;

@@ -54,6 +54,10 @@ inline void replaceFile(const std::filesystem::path& path, const std::vector<std
     replaceFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, durability);
 }
 
+/** Refuses a place where no file can be made, before there is work to lose.
+@throws std::runtime_error naming it and the cause. **/
+void checkWritable(const std::filesystem::path& path);
+
 /** Removes what processes that are no more have left unfinished in a folder, of files whose names
 begin so. **/
 void removeUnfinishedFiles(const std::filesystem::path& folder, const std::string& begin);

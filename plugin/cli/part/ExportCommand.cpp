@@ -8,6 +8,8 @@ simflex export: a part file in the formats of other programs. **/
 #include <memory>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/NumberText.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/Options.h"
@@ -85,9 +87,7 @@ void runExport(const ExportArguments& arguments) {
     const std::string suffix = lowerSuffix(arguments.output);
     for (const ExportFormat& format : getFormats()) {
         if (suffix != format.suffix) continue;
-        const fs::path folder = fs::absolute(arguments.output).parent_path();
-        if (!fs::is_directory(folder))
-            throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
+        checkWritable(arguments.output);
         const ReducedBody part = readPart(arguments);
         format.write(arguments.output, part);
         if (!arguments.quiet)

@@ -1,14 +1,13 @@
 /** @file
 simflex reduce: a finite element model becomes a part file. **/
 
-#include <unistd.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
@@ -90,16 +89,8 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     }
     const std::string output = findOutput(arguments);
     options.name = arguments.name.empty() ? fs::path(output).stem().string() : arguments.name;
-    for (const std::string& file : {output, arguments.picture}) {
-        if (file.empty()) continue;
-        const fs::path folder = fs::absolute(file).parent_path();
-        if (!fs::is_directory(folder))
-            throw std::runtime_error("there is no folder '" + folder.string() + "' to write to");
-        if (access(folder.c_str(), W_OK) != 0 || fs::is_directory(file))
-            throw std::runtime_error(
-                "'" + file + "' cannot be written: " +
-                (fs::is_directory(file) ? "it is a folder" : "its folder is write-protected"));
-    }
+    for (const std::string& file : {output, arguments.picture})
+        if (!file.empty()) checkWritable(file);
 
     auto phases = kPhases;
     if (arguments.stiffening)

@@ -1,7 +1,5 @@
 #include "simflex/model/analyses/ModelRun.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -9,6 +7,7 @@
 #include <sstream>
 
 #include "simflex/base/Progress.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/model/analyses/Beginning.h"
@@ -180,21 +179,11 @@ void ModelRun::checkWishes(const ModelValue& file) const {
     if (std::all_of(wanted.begin(), wanted.end(), isSweep))
         analyses.get(wanted.front())
             .fail("this is a sweep: do it with 'simflex sweep " + _text.path + "'");
-    const fs::path path(_resultPath), folder = path.parent_path();
-    const std::string advice = "; choose another name with -o";
-    if (!folder.empty() && !fs::is_directory(folder))
-        throw std::runtime_error("there is no folder '" + folder.string() +
-                                 "' for the result file '" + _resultPath + "'; make it first" +
-                                 ", or" + advice.substr(1));
+    checkWritable(_resultPath);
     for (const char* other : {".csv", ".txt", ".json", ".yaml", ".png", ".mp4"})
-        if (path.extension() == other)
+        if (fs::path(_resultPath).extension() == other)
             throw std::runtime_error("the result file '" + _resultPath +
                                      "' is HDF5: call it .h5; --csv writes tables beside it");
-    if (fs::is_directory(path))
-        throw std::runtime_error("the result file '" + _resultPath + "' is a folder" + advice);
-    if (::access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
-        throw std::runtime_error("the result file '" + _resultPath +
-                                 "' cannot be written into its folder" + advice);
 }
 
 void ModelRun::readEarlier() {

@@ -473,7 +473,7 @@ TEST_F(RunTest, WishesAreCheckedBeforePartsAreReduced) {
     EXPECT_EQ(runModel("--only rset"), 1);
     EXPECT_THAT(err, AllOf(HasSubstr("no analysis 'rset'"), HasSubstr("'rest'")));
     EXPECT_EQ(runModel("-o nested/x.h5"), 1);
-    EXPECT_THAT(err, AllOf(HasSubstr("no folder 'nested'"), HasSubstr("-o")));
+    EXPECT_THAT(err, HasSubstr("no folder 'nested'"));
     EXPECT_EQ(runModel("-o ."), 1);
     EXPECT_THAT(err, HasSubstr("is a folder"));
     EXPECT_EQ(runModel("-o run.csv"), 1);
