@@ -321,9 +321,8 @@ std::vector<double> Session::get(const std::string& path) const {
 void Session::set(const std::string& path, const std::vector<double>& values) {
     const auto quantity = findQuantity(path);
     if (!quantity) {
-        for (const Probe& probe : getProbes())
-            if (probe.name == path)
-                throw std::runtime_error("'" + path + "' is a probe: it tells, and cannot be set");
+        if (seekNamed(getProbes(), path))
+            throw std::runtime_error("'" + path + "' is a probe: it tells, and cannot be set");
         if (path.compare(0, 11, "parameters.") == 0)
             throw std::runtime_error("'" + path + "' is a key of the model: change() it");
         throw std::runtime_error(describeUnknown("quantity", path, listQuantities()));

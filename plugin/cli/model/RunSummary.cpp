@@ -9,6 +9,7 @@
 #include "simflex/cli/Format.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/ModelReader.h"
+#include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/CriticalSpeeds.h"
 #include "simflex/model/results/ProbeChoice.h"
@@ -318,9 +319,8 @@ void printVerification(const Results& run, const Results& fine, const std::strin
     const ResultComparison comparison = compareResults(run, fine, {}, "the run", "the finer run");
     for (const Results::Analysis& a : run.analyses) {
         // Analyses that were not asked for are of an earlier run.
-        const bool isBoth = std::any_of(fine.analyses.begin(), fine.analyses.end(),
-                                        [&](const auto& b) { return b.name == a.name; });
-        if (a.type != "transient" || a.probes.empty() || !isBoth) continue;
+        if (a.type != "transient" || a.probes.empty() || !seekNamed(fine.analyses, a.name))
+            continue;
         printColumns(a.name + ": changes with " + change, a.name, comparison, describeRelative);
         // Of what is zero but for round-off, as errors of joints are, and of energies, a part of
         // their own range says nothing.

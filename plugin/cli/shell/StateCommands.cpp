@@ -31,10 +31,10 @@ std::vector<std::string> listNames(const Session& session) {
 /** A path without its section: "shoulder", "crank.modes.3". **/
 std::optional<Quantity> findByName(const Session& session, const std::string& path) {
     const std::string name = path.substr(0, path.find('.'));
-    for (const Model::JointEntry& entry : session.getModel().getJoints())
-        if (entry.name == name) return session.findQuantity("joints." + path);
-    for (const Model::BodyEntry& entry : session.getModel().getBodies())
-        if (entry.name == name) return session.findQuantity("bodies." + path);
+    if (seekNamed(session.getModel().getJoints(), name))
+        return session.findQuantity("joints." + path);
+    if (seekNamed(session.getModel().getBodies(), name))
+        return session.findQuantity("bodies." + path);
     return {};
 }
 
@@ -51,9 +51,7 @@ void get(Shell& shell, const Words& words) {
             continue;
         }
         std::string full = normalizePath(path);
-        const auto probe = std::find_if(session.getProbes().begin(), session.getProbes().end(),
-                                        [&](const Probe& p) { return p.name == path; });
-        if (probe != session.getProbes().end()) {
+        if (const Probe* probe = seekNamed(session.getProbes(), path)) {
             shell.print("%s = %s\n", path.c_str(),
                         formatValues(session.calcProbe(*probe), probe->unit).c_str());
             continue;

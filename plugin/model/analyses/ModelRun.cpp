@@ -137,10 +137,8 @@ std::string ModelRun::getUsualFolder() const {
 }
 
 bool ModelRun::isComplete(const std::string& analysis) const {
-    if (!_earlier) return false;
-    for (const Results::Analysis& done : _earlier->analyses)
-        if (done.name == analysis) return done.isComplete;
-    return false;
+    const auto* done = _earlier ? seekNamed(_earlier->analyses, analysis) : nullptr;
+    return done && done->isComplete;
 }
 
 //-------------------------------------------------------------------------------------------------
@@ -297,11 +295,8 @@ void ModelRun::runTransient(const ModelValue& analysis) {
         if (!lost.empty()) warn(name, lost);
     }
     TransientRun run(*this, analysis);
-    const Results::Analysis* begun = nullptr;
-    if (_earlier)
-        for (const Results::Analysis& earlier : _earlier->analyses)
-            if (earlier.name == name) begun = &earlier;
-    if (begun && fs::exists(getCheckpointPath())) {
+    const bool isBegun = _earlier && seekNamed(_earlier->analyses, name);
+    if (isBegun && fs::exists(getCheckpointPath())) {
         const RunCheckpoint checkpoint = readRunCheckpoint(getCheckpointPath());
         const std::map<std::string, std::string> inputs = calcInputChecksums(*_model);
         for (const auto& [what, sum] : inputs) {
@@ -317,7 +312,7 @@ void ModelRun::runTransient(const ModelValue& analysis) {
         }
     }
     run.start(start);
-    if (begun)
+    if (isBegun)
         _writer->resumeTransient(name, 0);
     else {
         const bool keepsStates = _model->getFile().get("output").get("states").getText() != "none";
@@ -358,10 +353,11 @@ State ModelRun::findEnd(const std::string& name) const {
     const auto found = _ends.find(name);
     if (found != _ends.end()) return found->second;
     // Of a run that is gone on with.
-    for (const Results::Analysis& analysis : readResults(_resultPath).analyses) {
-        if (analysis.name != name || !analysis.isComplete || analysis.q.empty()) continue;
+    const Results results = readResults(_resultPath);
+    const auto* analysis = seekNamed(results.analyses, name);
+    if (analysis && analysis->isComplete && !analysis->q.empty()) {
         State state = _model->makeInitialState();
-        setNumbers(state, analysis.time.back(), analysis.q.back(), analysis.u.back());
+        setNumbers(state, analysis->time.back(), analysis->q.back(), analysis->u.back());
         return state;
     }
     throw std::runtime_error("the end of analysis '" + name +

@@ -274,9 +274,7 @@ void TransientRun::finish() {
         keep();
         Results::Analysis rows;
         if (_run._model->getFile().get("pictures").get("plots").isGiven())
-            for (Results::Analysis& analysis :
-                 readResults(_run._resultPath, ReadStates::No).analyses)
-                if (analysis.name == _name) rows = std::move(analysis);
+            rows = readResults(_run._resultPath, ReadStates::No).findAnalysis(_name);
         rows.name = _name;
         _run._remarks[_name].push_back(drawFrames(*_run._model, _progress.frames, rows,
                                                   _run.getUsualFolder(), _run._options.listener,

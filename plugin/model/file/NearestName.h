@@ -27,11 +27,18 @@ std::vector<std::string> getNames(const Items& items) {
     return names;
 }
 
-/** The item that is called so. @throws Error as describeUnknown(). **/
+/** The item that is called so; null if there is none. **/
+template <class Items>
+auto seekNamed(Items& items, const std::string& name) -> decltype(&*items.begin()) {
+    for (auto& item : items)
+        if (item.name == name) return &item;
+    return nullptr;
+}
+
+/** The same. @throws Error as describeUnknown(). **/
 template <class Error = std::runtime_error, class Items>
 const auto& findNamed(const Items& items, const std::string& what, const std::string& name) {
-    for (const auto& item : items)
-        if (item.name == name) return item;
+    if (const auto* item = seekNamed(items, name)) return *item;
     throw Error(describeUnknown(what, name, getNames(items)));
 }
 

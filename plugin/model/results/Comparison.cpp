@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/ProbeChoice.h"
 
 namespace simflex {
@@ -97,16 +98,12 @@ private:
     void compareProbes(const Results::Analysis& a, const Results::Analysis& b) {
         const std::vector<ChosenColumn> first = choose(a), second = choose(b);
         const std::vector<double> time = findCommonTimes(a, b);
-        const auto find = [](const std::vector<ChosenColumn>& columns, const std::string& name) {
-            return std::find_if(columns.begin(), columns.end(),
-                                [&](const ChosenColumn& column) { return column.name == name; });
-        };
         for (const ChosenColumn& column : second)
-            if (find(first, column.name) == first.end()) noteMissing(column.name, a.name, _nameB);
+            if (!seekNamed(first, column.name)) noteMissing(column.name, a.name, _nameB);
         const size_t begin = result.columns.size();
         for (const ChosenColumn& column : first) {
-            const auto other = find(second, column.name);
-            if (other == second.end()) {
+            const ChosenColumn* other = seekNamed(second, column.name);
+            if (!other) {
                 noteMissing(column.name, a.name, _nameA);
                 continue;
             }
@@ -225,21 +222,15 @@ ResultComparison compareResults(const Results& a, const Results& b,
                                 const std::vector<std::string>& patterns, const std::string& nameA,
                                 const std::string& nameB) {
     Comparer comparer(patterns, nameA, nameB);
-    const auto find = [](const Results& data, const std::string& name) {
-        return std::find_if(data.analyses.begin(), data.analyses.end(),
-                            [&](const auto& analysis) { return analysis.name == name; });
-    };
     for (const auto& analysis : a.analyses) {
-        const auto other = find(b, analysis.name);
-        if (other == b.analyses.end()) {
+        if (const auto* other = seekNamed(b.analyses, analysis.name))
+            comparer.compare(analysis, *other);
+        else
             comparer.result.missing.push_back("analysis '" + analysis.name + "' is only in " +
                                               nameA);
-        } else {
-            comparer.compare(analysis, *other);
-        }
     }
     for (const auto& analysis : b.analyses)
-        if (find(a, analysis.name) == a.analyses.end())
+        if (!seekNamed(a.analyses, analysis.name))
             comparer.result.missing.push_back("analysis '" + analysis.name + "' is only in " +
                                               nameB);
     return comparer.result;

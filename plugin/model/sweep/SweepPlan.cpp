@@ -17,6 +17,7 @@
 #include "simflex/base/Hash.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/model/file/NearestName.h"
+#include "simflex/model/schema/Schema.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
@@ -283,20 +284,6 @@ void checkSweepColumns(const SweepPlan& plan) {
     }
 }
 
-namespace {
-
-/** Whether the schema has a chapter of that name. **/
-bool hasChapterOf(const ModelValue& file, const std::string& name) {
-    try {
-        file.get(name);
-        return true;
-    } catch (const std::logic_error&) {
-        return false;
-    }
-}
-
-}  // namespace
-
 void findSweptPaths(SweepPlan& plan) {
     const ModelValue file = readModel(plan.model), parameters = file.get("parameters");
     const std::string chapter = "parameters.";
@@ -307,7 +294,7 @@ void findSweptPaths(SweepPlan& plan) {
         if (parameters.has(name)) continue;
         key.path = key.name;
         if (!hasChapter && name.find('.') != std::string::npos) continue;  // the reader checks it
-        if (!hasChapter && hasChapterOf(file, name)) continue;
+        if (!hasChapter && findSchemaKey(getModelSchema(), name)) continue;
         parameters.failUnknown("parameter", name, parameters.getKeys());
     }
 }
