@@ -18,6 +18,10 @@ std::string formatValues(const std::vector<double>& values, const std::string& u
     return unit.empty() ? text : text + ' ' + unit;
 }
 
+std::string formatCount(size_t number, const std::string& one, const std::string& many) {
+    return std::to_string(number) + ' ' + (number == 1 ? one : many);
+}
+
 std::string TextTable::format(const std::string& indent) const {
     std::vector<size_t> widths(_rows.front().size(), 0);
     std::vector<bool> areNumbers(widths.size(), _rows.size() > 1);

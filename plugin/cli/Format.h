@@ -13,6 +13,9 @@ std::string formatNumber(double value);
 /** "0.5 rad", "[1, 2, 3] m". **/
 std::string formatValues(const std::vector<double>& values, const std::string& unit);
 
+/** "1 body", "3 bodies". **/
+std::string formatCount(size_t number, const std::string& one, const std::string& many);
+
 /** Rows in columns of even width; numbers to the right. **/
 class TextTable {
 public:

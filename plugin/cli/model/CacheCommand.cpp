@@ -10,6 +10,7 @@ simflex cache: the parts that model files have had reduced. **/
 
 #include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Format.h"
 #include "simflex/model/parts/PartCache.h"
 
 namespace simflex {
@@ -40,19 +41,19 @@ std::string formatTime(FileTime time) {
 }
 
 std::string count(size_t number) {
-    return std::to_string(number) + (number == 1 ? " part" : " parts");
+    return formatCount(number, "part", "parts");
 }
 
 void list(const PartCache& cache) {
     const std::vector<PartCache::Entry> entries = cache.list();
     double size = 0;
-    if (!entries.empty()) std::printf("%-32s  %10s  %-16s  part\n", "key", "size", "last used");
+    TextTable table({"key", "size", "last used", "part"});
     for (const PartCache::Entry& entry : entries) {
         size += double(entry.size);
-        std::printf("%s  %10s  %s  %s\n", entry.key.c_str(),
-                    writeFileSize(double(entry.size)).c_str(), formatTime(entry.used).c_str(),
-                    entry.part.empty() ? "(not readable)" : entry.part.c_str());
+        table.add({entry.key, writeFileSize(double(entry.size)), formatTime(entry.used),
+                   entry.part.empty() ? "(not readable)" : entry.part});
     }
+    if (!table.isEmpty()) std::fputs(table.format().c_str(), stdout);
     std::printf("%s: %s, %s\n", cache.getFolder().c_str(), count(entries.size()).c_str(),
                 writeFileSize(size).c_str());
 }

@@ -154,33 +154,31 @@ void printAnalysis(const Results::Analysis& analysis, const std::vector<std::str
 void printAssembly(ModelRun& run) {
     const Model& model = run.getModel();
     const ModelRun::Assembly assembly = run.assemble();
-    const auto count = [](size_t n, const char* one, const char* many) {
-        return std::to_string(n) + " " + (n == 1 ? one : many);
-    };
     std::printf("%s: %s, %s, %s\n", run.getText().path.c_str(),
-                count(model.getBodies().size(), "body", "bodies").c_str(),
-                count(model.getJoints().size(), "joint", "joints").c_str(),
-                count(model.getMotions().size(), "motion", "motions").c_str());
+                formatCount(model.getBodies().size(), "body", "bodies").c_str(),
+                formatCount(model.getJoints().size(), "joint", "joints").c_str(),
+                formatCount(model.getMotions().size(), "motion", "motions").c_str());
     for (const Model::BodyEntry& body : model.getBodies()) {
         if (body.flexible)
             std::printf("  body %s: flexible, %s%s\n", body.name.c_str(),
-                        count(size_t(body.flexible->getNumModes()), "mode", "modes").c_str(),
+                        formatCount(size_t(body.flexible->getNumModes()), "mode", "modes").c_str(),
                         body.flexible->isRigid(assembly.state) ? ", held rigid" : "");
         else
             std::printf("  body %s: rigid, %.6g kg\n", body.name.c_str(),
                         double(body.mobod.getBodyMass(assembly.state)));
     }
     for (const Model::JointEntry& entry : model.getJoints())
-        std::printf("  joint %s: %s of %s and %s, %s\n", entry.name.c_str(),
-                    entry.joint.getEquations().getKind(),
-                    nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
-                    nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
-                    count(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
+        std::printf(
+            "  joint %s: %s of %s and %s, %s\n", entry.name.c_str(),
+            entry.joint.getEquations().getKind(),
+            nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
+            nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
+            formatCount(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
     for (const std::string& line : assembly.redundant)
         std::printf("  redundant: %s\n", line.c_str());
     for (const Probe& probe : run.getProbes().getProbes())
         std::printf("  probe %s: %s%s%s\n", probe.name.c_str(),
-                    count(probe.columns.size(), "column", "columns").c_str(),
+                    formatCount(probe.columns.size(), "column", "columns").c_str(),
                     probe.unit.empty() ? "" : ", ", probe.unit.c_str());
     const ModelValue analyses = model.getFile().get("analyses");
     for (const std::string& name : analyses.getKeys())

@@ -11,6 +11,7 @@
 
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
+#include "simflex/cli/Format.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/model/analyses/Beginning.h"
@@ -194,14 +195,11 @@ std::unique_ptr<OffscreenVisualizer> Shell::makeVisualizer() {
 void Shell::printSummary() {
     const Session& session = updSession();
     const std::string title = session.getTitle();
-    const auto count = [](size_t n, const char* one, const char* many) {
-        return std::to_string(n) + ' ' + (n == 1 ? one : many);
-    };
     print("%s: %s, %s, %s; t = %g s\n",
           title.empty() ? session.getText().path.c_str() : title.c_str(),
-          count(session.getModel().getBodies().size(), "body", "bodies").c_str(),
-          count(session.getModel().getJoints().size(), "joint", "joints").c_str(),
-          count(session.getProbes().size(), "probe", "probes").c_str(), session.getTime());
+          formatCount(session.getModel().getBodies().size(), "body", "bodies").c_str(),
+          formatCount(session.getModel().getJoints().size(), "joint", "joints").c_str(),
+          formatCount(session.getProbes().size(), "probe", "probes").c_str(), session.getTime());
 }
 
 void Shell::print(const char* format, ...) {
