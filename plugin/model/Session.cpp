@@ -287,14 +287,6 @@ Session::Equilibrium Session::settle(const std::function<bool()>& goesOn) {
 //-------------------------------------------------------------------------------------------------
 // quantities
 
-std::vector<std::string> Session::listQuantities() const {
-    return model::listQuantities(*this);
-}
-
-std::optional<Quantity> Session::findQuantity(const std::string& path) const {
-    return model::findQuantity(*this, path);
-}
-
 std::vector<double> Session::calcProbe(const Probe& probe) const {
     std::vector<double> values(probe.columns.size());
     probe.calc({getState(), _uDot, _multipliers, double(_integrator->getWork()), _turns.get()},

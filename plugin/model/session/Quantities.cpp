@@ -240,27 +240,30 @@ std::string normalizePath(const std::string& path) {
     return path;
 }
 
-std::optional<Quantity> findQuantity(const Session& session, const std::string& path) {
-    const PathParts parts = splitAt(normalizePath(path), '.');
+}  // namespace model
+
+using namespace model;
+
+std::optional<Quantity> Session::findQuantity(const std::string& path) const {
+    const std::vector<std::string> parts = splitAt(normalizePath(path), '.');
     if (path == "time")
-        return Quantity{"time", "s", [&session] { return Values{session.getTime()}; }, {}};
+        return Quantity{"time", "s", [this] { return std::vector<double>{getTime()}; }, {}};
     if (parts.size() < 2) return {};
-    if (parts[0] == "joints") return findJointQuantity(session, parts);
-    if (parts[0] == "bodies") return findBodyQuantity(session, parts);
+    if (parts[0] == "joints") return findJointQuantity(*this, parts);
+    if (parts[0] == "bodies") return findBodyQuantity(*this, parts);
     return {};
 }
 
-std::vector<std::string> listQuantities(const Session& session) {
+std::vector<std::string> Session::listQuantities() const {
     std::vector<std::string> paths{"time"};
     const auto add = [&](const std::vector<Quantity>& quantities) {
         for (const Quantity& quantity : quantities) paths.push_back(quantity.path);
     };
-    for (const Model::JointEntry& entry : session.getModel().getJoints())
-        add(makeJointQuantities(session, entry));
-    for (const BodyEntry& body : session.getModel().getBodies())
-        add(makeBodyQuantities(session, body));
+    for (const Model::JointEntry& entry : getModel().getJoints())
+        add(makeJointQuantities(*this, entry));
+    for (const Model::BodyEntry& body : getModel().getBodies())
+        add(makeBodyQuantities(*this, body));
     return paths;
 }
 
-}  // namespace model
 }  // namespace simflex

@@ -15,11 +15,5 @@ int readIndex(const std::string& text, int first, int count, const std::string& 
 /** With "joints", "bodies", "parameters" instead of their singulars. **/
 std::string normalizePath(const std::string& path);
 
-/** As Session::findQuantity(). **/
-std::optional<Quantity> findQuantity(const Session& session, const std::string& path);
-
-/** As Session::listQuantities(). **/
-std::vector<std::string> listQuantities(const Session& session);
-
 }  // namespace model
 }  // namespace simflex
