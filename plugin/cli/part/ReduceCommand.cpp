@@ -46,19 +46,8 @@ struct ReduceArguments {
     std::string output, name, program, picture;
     ReductionArguments reduction;
     bool resume = true;
-    bool stiffening = false, quiet = false, timings = false;
+    bool stiffening = false, quiet = false;
 };
-
-void printTimings(const ReductionTimings& t, double deckSeconds) {
-    std::printf(
-        "deck and CalculiX %.2f s, factor %.2f s (%d DOF, %.1f M entries), constraint modes %.2f "
-        "s, normal "
-        "modes %.2f s, orthonormal modes %.2f s, invariants %.2f s, geometric stiffness %.2f s, "
-        "stress %.2f s, check %.2f s, total %.2f s\n",
-        deckSeconds, t.factor, t.numDofs, double(t.numFactorEntries) * 1e-6, t.constraintModes,
-        t.normalModes, t.orthonormalize, t.invariants, t.stiffening, t.stress, t.check,
-        deckSeconds + t.total);
-}
 
 /** The part's frequencies beside those of the full model. **/
 void printCheck(const ReducedBody& body) {
@@ -116,16 +105,12 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     calculix.warn = listener.warn;
     const ReductionCheckpoint checkpoint(output + ".resume", kWorthKeeping, calculix.note);
     if (arguments.resume) calculix.checkpoint = options.checkpoint = &checkpoint;
-    auto lap = std::chrono::steady_clock::now();
     FeModel model = readModelSource(source);
     for (const std::string& warning : listInterfaceWarnings(model, options)) {
         listener.tellWarning(warning);
         model.warnings.push_back(warning);
     }
-    const double deckSeconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - lap).count();
-    ReductionTimings timings;
-    const ReducedBody body = reduce(model, options, progress, &timings);
+    const ReducedBody body = reduce(model, options, progress);
     if (wasInterrupted()) throw Cancelled();
     writeReducedBody(output, body, model.warnings);
     if (!arguments.picture.empty()) draw(body, arguments.picture);
@@ -143,7 +128,6 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
                     std::sqrt(body.omegaSquared[0]) / (2 * M_PI),
                     body.stiffening ? ", geometric stiffness" : "", stress.c_str(), output.c_str());
     if (!arguments.quiet && options.numCheckedModes > 0) printCheck(body);
-    if (arguments.timings) printTimings(timings, deckSeconds);
 }
 
 }  // namespace
@@ -175,7 +159,6 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
     command->add_option("--ccx", arguments->program,
                         "CalculiX program (default: $SIMFLEX_CCX, else ccx)");
     command->add_flag("-q,--quiet", arguments->quiet, "print errors and warnings only");
-    command->add_flag("--timings", arguments->timings, "print the wall time of each phase");
     command->callback([arguments, solver, draw] {
         try {
             runReduce(*arguments, solver, draw);
