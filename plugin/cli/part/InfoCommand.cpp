@@ -11,7 +11,6 @@ simflex info: what is in a part file, for people or as JSON. **/
 #include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/part/InterfacePicture.h"
-#include "simflex/cli/part/TieName.h"
 #include "simflex/part/Frequency.h"
 #include "simflex/part/PartWarnings.h"
 #include "simflex/part/ReducedBodyFile.h"

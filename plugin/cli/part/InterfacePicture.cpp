@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "simflex/cli/part/PartView.h"
-#include "simflex/cli/part/TieName.h"
 #include "simflex/render/SurfaceMesh.h"
 
 namespace simflex {

@@ -1,12 +1,16 @@
 #pragma once
 /** @file
-A picture of what a part's interfaces tie. **/
+What a part's interfaces tie, by name and in a picture. **/
 
 #include "simflex/part/ReducedBody.h"
 #include "simflex/render/Image.h"
 
 namespace simflex {
 namespace cli {
+
+inline const char* nameOf(TieType tie) {
+    return tie == TieType::Rigid ? "rigid" : "distributing";
+}
 
 /** The undeformed part, translucent; the tied nodes of each interface as dots of one colour, its
 name and the frame of its master point.
