@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <set>
 #include <stdexcept>
 
 #include "simflex/model/file/NearestName.h"
@@ -81,17 +80,13 @@ public:
 
 private:
     std::vector<ChosenColumn> choose(const Results::Analysis& analysis) {
-        std::vector<ChosenColumn> columns;
-        std::set<std::string> names;
-        if (_patterns.empty()) return chooseColumns(analysis, {});
-        for (const std::string& pattern : _patterns) {
-            try {
-                for (ChosenColumn& column : chooseColumns(analysis, {pattern}))
-                    if (names.insert(column.name).second) columns.push_back(std::move(column));
-            } catch (const std::runtime_error&) {
-                continue;  // a probe that the other may have
-            }
-        }
+        std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
+        const auto isLeftOut = [&](const ChosenColumn& column) {
+            return !_patterns.empty() &&
+                   std::none_of(_patterns.begin(), _patterns.end(),
+                                [&](const std::string& pattern) { return fits(pattern, column); });
+        };
+        columns.erase(std::remove_if(columns.begin(), columns.end(), isLeftOut), columns.end());
         return columns;
     }
 

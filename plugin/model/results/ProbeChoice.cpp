@@ -10,13 +10,12 @@
 
 namespace simflex {
 namespace model {
-namespace {
 
-bool fits(const std::string& pattern, const std::string& name) {
-    return pattern == name || fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
+bool fits(const std::string& pattern, const ChosenColumn& column) {
+    for (const std::string& name : {column.name, column.probe})
+        if (pattern == name || fnmatch(pattern.c_str(), name.c_str(), 0) == 0) return true;
+    return false;
 }
-
-}  // namespace
 
 std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
                                         const std::vector<std::string>& patterns) {
@@ -27,17 +26,21 @@ std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
         const ResultColumn& probe = series.column;
         probes.push_back(probe.name);
         for (size_t c = 0; c < probe.columns.size(); ++c) {
-            const std::string name =
-                probe.columns[c].empty() ? probe.name : probe.name + "." + probe.columns[c];
+            const std::string& part = probe.columns[c];
+            ChosenColumn column{part.empty() ? probe.name : probe.name + "." + part,
+                                probe.name,
+                                part,
+                                probe.unit,
+                                {}};
             bool isChosen = patterns.empty();
-            for (const std::string& pattern : patterns)
-                if (fits(pattern, name) || fits(pattern, probe.name)) {
-                    isChosen = true;
-                    used.insert(pattern);
-                }
+            for (const std::string& pattern : patterns) {
+                if (!fits(pattern, column)) continue;
+                isChosen = true;
+                used.insert(pattern);
+            }
             if (!isChosen) continue;
-            chosen.push_back({name, probe.name, probe.columns[c], probe.unit, {}});
-            for (const auto& row : series.rows) chosen.back().values.push_back(row.at(c));
+            for (const auto& row : series.rows) column.values.push_back(row.at(c));
+            chosen.push_back(std::move(column));
         }
     }
     for (const std::string& pattern : patterns)

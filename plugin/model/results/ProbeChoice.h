@@ -19,9 +19,11 @@ struct ChosenColumn {
     std::vector<double> values;  ///< one for each row
 };
 
-/** Columns whose name, or whose probe's name, is one of `patterns`, in the file's order; a pattern
-may have `*`, `?` and `[…]`. No patterns: all. @throws std::runtime_error proposing others if
-a pattern fits none. **/
+/** Whether a pattern, which may have `*`, `?` and `[…]`, means a column or its whole probe. **/
+bool fits(const std::string& pattern, const ChosenColumn& column);
+
+/** Columns that one of the patterns fits, in the file's order; no patterns: all.
+@throws std::runtime_error proposing others if a pattern fits none. **/
 std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
                                         const std::vector<std::string>& patterns);
 

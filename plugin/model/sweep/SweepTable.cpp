@@ -1,7 +1,6 @@
 #include "simflex/model/sweep/SweepTable.h"
 
 #include <fcntl.h>
-#include <fnmatch.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -93,9 +92,7 @@ void addStatistics(const Results::Analysis& analysis, std::vector<Wish>& wishes,
             for (const std::string& statistic : kUsual) add(column, statistic);
     for (Wish& wish : wishes)
         for (const ChosenColumn& column : columns) {
-            if (fnmatch(wish.probe.c_str(), column.name.c_str(), 0) != 0 &&
-                fnmatch(wish.probe.c_str(), column.probe.c_str(), 0) != 0)
-                continue;
+            if (!fits(wish.probe, column)) continue;
             wish.isUsed = true;
             add(column, wish.statistic);
         }
