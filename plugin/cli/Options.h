@@ -2,10 +2,12 @@
 /** @file What options of several commands share: kinds, and checks with words for people. **/
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -41,6 +43,20 @@ inline std::pair<std::string, std::string> splitAssignment(const std::string& op
     if (equals == 0 || equals == std::string::npos || equals + 1 == text.size())
         throw CLI::ValidationError(option, "'" + text + "' is not of the form " + form);
     return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/** Width and height [pixel] of --size WIDTHxHEIGHT. @throws CLI::ValidationError. **/
+inline std::pair<int, int> readSize(const std::string& text, std::pair<int, int> least, int most) {
+    const std::vector<std::string> sides = splitAt(text, 'x');
+    std::pair<int, int> size;
+    if (sides.size() != 2 || !readInteger(sides[0], size.first) ||
+        !readInteger(sides[1], size.second) || size.first < least.first ||
+        size.second < least.second || std::max(size.first, size.second) > most)
+        throw CLI::ValidationError("--size", "'" + text + "' is not WIDTHxHEIGHT in pixels, " +
+                                                 std::to_string(least.first) + "x" +
+                                                 std::to_string(least.second) + " to " +
+                                                 std::to_string(most) + "x" + std::to_string(most));
+    return size;
 }
 
 /** Adds --allow-scripts, with which Gmsh's scripts run outside the sandbox. **/

@@ -5,8 +5,10 @@ simflex plot: probes of results over time, natural frequencies, Campbell diagram
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
+#include <tuple>
 
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Options.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/ResultFigure.h"
 #include "simflex/model/sweep/SweepResults.h"
@@ -30,15 +32,6 @@ struct PlotArguments {
 bool isResultFile(const std::string& name) {
     const std::string extension = fs::path(name).extension().string();
     return extension == ".h5" || extension == ".hdf5" || fs::is_regular_file(name);
-}
-
-void parseSize(const std::string& text, Figure& figure) {
-    int end = 0;
-    if (std::sscanf(text.c_str(), "%5dx%5d%n", &figure.width, &figure.height, &end) != 2 ||
-        size_t(end) != text.size() || figure.width < 200 || figure.height < 150 ||
-        figure.width > 10000 || figure.height > 10000)
-        throw std::runtime_error("--size '" + text +
-                                 "' is not WIDTHxHEIGHT in pixels, 200x150 to 10000x10000");
 }
 
 /** The curves of a sweep's table in place of results. **/
@@ -86,7 +79,8 @@ void runPlot(PlotArguments& arguments) {
              &chooseAnalysis(results[k], paths.at(paths.size() > 1 ? k : 0), arguments.analysis)});
     Figure figure = makeResultFigure(sources, arguments.wishes);
     figure.title = arguments.hasTitle ? arguments.title : results[0].header.title;
-    if (!arguments.size.empty()) parseSize(arguments.size, figure);
+    if (!arguments.size.empty())
+        std::tie(figure.width, figure.height) = readSize(arguments.size, {200, 150}, 10000);
     const std::string output =
         arguments.output.empty() ? fs::path(paths[0]).stem().string() + ".png" : arguments.output;
     drawFigure(output, figure);

@@ -11,9 +11,11 @@ simflex modes: animated pictures of a part's mode shapes and a sheet of all of t
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/Interruption.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
+#include "simflex/cli/Options.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/part/PartView.h"
 #include "simflex/part/Frequency.h"
@@ -53,13 +55,10 @@ std::vector<int> parseModes(const std::string& text, const ReducedBody& part, bo
     }
     const std::string usage = "'" + text + "' is not a list of modes such as 1-6,9 or all";
     for (const std::string& item : splitAt(text, ',')) {
+        const std::vector<std::string> ends = splitAt(item, '-');
         int first = 0, last = 0;
-        char end = 0;
-        const int found = std::sscanf(item.c_str(), "%9d-%9d%c", &first, &last, &end);
-        if (found == 1 && item.find_first_not_of("0123456789") == std::string::npos) last = first;
-        const bool isRange =
-            found == 2 && item.find_first_not_of("0123456789-") == std::string::npos;
-        if (!(isRange || (found == 1 && last == first)) || first > last || first < 1)
+        if (ends.size() > 2 || !readInteger(ends.front(), first) ||
+            !readInteger(ends.back(), last) || first > last || first < 1)
             throw CLI::ValidationError("--modes", usage);
         if (last > part.numModes)
             throw std::runtime_error("part '" + part.name + "' has no mode " +
@@ -69,20 +68,6 @@ std::vector<int> parseModes(const std::string& text, const ReducedBody& part, bo
             if (std::find(modes.begin(), modes.end(), mode) == modes.end()) modes.push_back(mode);
     }
     return modes;
-}
-
-/** Width and height of a picture [pixel]. **/
-std::pair<int, int> parseSize(const std::string& text) {
-    constexpr int smallest = 64, largest = 8192;
-    int width = 0, height = 0;
-    char end = 0;
-    if (std::sscanf(text.c_str(), "%5dx%5d%c", &width, &height, &end) != 2 || width < smallest ||
-        height < smallest || width > largest || height > largest)
-        throw CLI::ValidationError("--size", "'" + text +
-                                                 "' is not of the form WIDTHxHEIGHT, from " +
-                                                 std::to_string(smallest) + " to " +
-                                                 std::to_string(largest) + " pixels each");
-    return {width, height};
 }
 
 /** Largest displacement of a mode and its steepest change along an edge of the skin, for ξ = 1. **/
@@ -227,7 +212,7 @@ int findTwin(int frame) {
 void runModes(const ModesArguments& arguments, bool areModesDefault) {
     auto part = std::make_shared<const ReducedBody>(readReducedBody(arguments.part));
     const std::vector<int> modes = parseModes(arguments.modes, *part, areModesDefault);
-    const std::pair<int, int> size = parseSize(arguments.size);
+    const std::pair<int, int> size = readSize(arguments.size, {64, 64}, 8192);
     const bool isVideoWanted = arguments.gif || arguments.mp4;
     if (isVideoWanted && !isVideoAvailable())
         throw std::runtime_error("--gif and --mp4 need the program ffmpeg (apt install ffmpeg)");

@@ -26,16 +26,16 @@ void printHistory(Shell& shell, const Words& words) {
                              ? lines.size()
                              : std::min(lines.size(), size_t(shell.calcCount(words[0], 100000)));
     for (size_t i = lines.size() - count; i < lines.size(); ++i)
-        shell.print("%s\n", lines[i].c_str());
+        std::printf("%s\n", lines[i].c_str());
 }
 
-void help(Shell& shell, const Words& words) {
+void help(Shell&, const Words& words) {
     if (words.empty())
-        shell.print("%s", formatHelp().c_str());
+        std::printf("%s", formatHelp().c_str());
     else if (words[0] == "--markdown")
-        shell.print("%s", formatMarkdownHelp().c_str());
+        std::printf("%s", formatMarkdownHelp().c_str());
     else
-        shell.print("%s", formatHelp(findCommand(words[0])).c_str());
+        std::printf("%s", formatHelp(findCommand(words[0])).c_str());
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ void listBodies(Shell& shell) {
                    formatNumber(body.mobod.getBodyMassProperties(session.getState()).getMass()),
                    formatPlace(X_GP.p()), displacement});
     }
-    shell.print("%s", table.format().c_str());
+    std::printf("%s", table.format().c_str());
 }
 
 void listJoints(Shell& shell) {
@@ -76,9 +76,9 @@ void listJoints(Shell& shell) {
              isCoupler ? "-" : getPlaceName(session.getModel(), joint.getFrameM()), coordinates,
              formatNumber(SimTK::max(SimTK::abs(joint.calcPositionErrors(session.getState()))))});
     }
-    shell.print("%s", table.format().c_str());
+    std::printf("%s", table.format().c_str());
     for (const std::string& line : session.getIntegrator().getRedundantConstraints())
-        shell.print("%s\n", nameBodies(session.getModel(), line).c_str());
+        std::printf("%s\n", nameBodies(session.getModel(), line).c_str());
 }
 
 void listMotions(Shell& shell) {
@@ -87,7 +87,7 @@ void listMotions(Shell& shell) {
     for (const Model::MotionEntry& motion : session.getModel().getMotions())
         table.add({motion.name, formatNumber(motion.position.calcValue(session.getTime())),
                    motion.position.getText()});
-    shell.print("%s", table.format().c_str());
+    std::printf("%s", table.format().c_str());
 }
 
 void listModes(Shell& shell, const std::string& name) {
@@ -103,7 +103,7 @@ void listModes(Shell& shell, const std::string& name) {
         table.add({std::to_string(i + 1), formatNumber(std::sqrt(omegaSquared) / (2 * SimTK::Pi)),
                    formatNumber(xi[i]), formatNumber(energies[i])});
     }
-    shell.print("%s", table.format().c_str());
+    std::printf("%s", table.format().c_str());
 }
 
 void listProbes(Shell& shell) {
@@ -114,7 +114,7 @@ void listProbes(Shell& shell) {
             columns += (columns.empty() ? "" : ", ") + column;
         table.add({probe.name, probe.unit, columns});
     }
-    shell.print("%s", table.format().c_str());
+    std::printf("%s", table.format().c_str());
 }
 
 void listParameters(Shell& shell) {
@@ -122,7 +122,7 @@ void listParameters(Shell& shell) {
     TextTable table({"parameter", "value"});
     for (const std::string& name : parameters.getKeys())
         table.add({name, formatNumber(parameters.get(name).getNumber())});
-    shell.print("%s", table.format().c_str());
+    std::printf("%s", table.format().c_str());
 }
 
 void listFrames(Shell& shell) {
@@ -138,7 +138,7 @@ void listFrames(Shell& shell) {
         if (body.flexible)
             for (const auto& interface : body.flexible->getPart().interfaces)
                 add(body.name + '.' + interface.name);
-    shell.print("%s", table.format().c_str());
+    std::printf("%s", table.format().c_str());
 }
 
 void printList(Shell& shell, const Words& words) {
@@ -163,7 +163,7 @@ void printProbes(Shell& shell, const Words& words) {
     const Session& session = shell.updSession();
     for (const std::string& name : words.empty() ? getNames(session.getProbes()) : words) {
         const Probe& probe = findNamed(session.getProbes(), "probe", name);
-        shell.print("%s = %s\n", name.c_str(),
+        std::printf("%s = %s\n", name.c_str(),
                     formatValues(session.calcProbe(probe), probe.unit).c_str());
     }
 }
@@ -184,7 +184,7 @@ void printEnergy(Shell& shell, const Words&) {
         {"work of loads, motions and dampers", work},
         {"error of the balance", total - session.getEnergyBefore() - work}};
     for (const auto& [name, value] : lines)
-        shell.print("%-34s  %s J\n", name, formatNumber(value).c_str());
+        std::printf("%-34s  %s J\n", name, formatNumber(value).c_str());
 }
 
 // ---- eigen
@@ -242,10 +242,10 @@ void printEigenmodes(Shell& shell, const Words& words) {
         table.add({std::to_string(numMotions), isFree ? "0" : formatNumber(mode.frequency), damping,
                    findLargest(session.getModel(), linear, mode)});
     }
-    shell.print("%s", table.format().c_str());
-    if (numMotions > count) shell.print("%d modes in all\n", numMotions);
+    std::printf("%s", table.format().c_str());
+    if (numMotions > count) std::printf("%d modes in all\n", numMotions);
     for (const std::string& line : session.getIntegrator().getRedundantConstraints())
-        shell.print("%s\n", nameBodies(session.getModel(), line).c_str());
+        std::printf("%s\n", nameBodies(session.getModel(), line).c_str());
 }
 
 std::vector<std::string> completeList(const Shell& shell, const Words& before, const std::string&) {

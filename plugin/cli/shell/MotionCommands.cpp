@@ -72,7 +72,7 @@ void reportOutcome(Shell& shell, Session::Outcome outcome) {
     if (outcome == Session::Outcome::Stopped)
         throw Cancelled("the time is " + formatNumber(time) + " s");
     if (outcome == Session::Outcome::Terminated)
-        shell.print("the model ended its motion at t = %s s\n", formatNumber(time).c_str());
+        std::printf("the model ended its motion at t = %s s\n", formatNumber(time).c_str());
 }
 
 void run(Shell& shell, const Words& words) {
@@ -86,7 +86,7 @@ void run(Shell& shell, const Words& words) {
     bar.clear();
     reportOutcome(shell, outcome);
     const IntegratorStatistics& now = session.getIntegrator().getStatistics();
-    shell.print("t = %s s: %ld steps, %ld Newton iterations\n",
+    std::printf("t = %s s: %ld steps, %ld Newton iterations\n",
                 formatNumber(session.getTime()).c_str(), now.stepsTaken - before.stepsTaken,
                 now.newtonIterations - before.newtonIterations);
 }
@@ -96,7 +96,7 @@ void step(Shell& shell, const Words& words) {
     const int count = words.empty() ? 1 : shell.calcCount(words[0], kMostSteps);
     const Session::Outcome outcome = session.step(count, [](double) { return !wasInterrupted(); });
     reportOutcome(shell, outcome);
-    shell.print("t = %s s: last step %s s, order %d\n", formatNumber(session.getTime()).c_str(),
+    std::printf("t = %s s: last step %s s, order %d\n", formatNumber(session.getTime()).c_str(),
                 formatNumber(session.getIntegrator().getLastStepSize()).c_str(),
                 session.getIntegrator().getLastOrder());
 }
@@ -104,13 +104,13 @@ void step(Shell& shell, const Words& words) {
 void findStatic(Shell& shell, const Words&) {
     Session& session = shell.updSession();
     const Session::Equilibrium found = session.settle([] { return !wasInterrupted(); });
-    shell.print("at rest after %d iterations\n", found.numIterations);
-    for (const std::string& motion : found.freeMotions) shell.print("%s\n", motion.c_str());
+    std::printf("at rest after %d iterations\n", found.numIterations);
+    for (const std::string& motion : found.freeMotions) std::printf("%s\n", motion.c_str());
 }
 
 void reset(Shell& shell, const Words&) {
     shell.updSession().reset();
-    shell.print("back at the start, t = %s s\n",
+    std::printf("back at the start, t = %s s\n",
                 formatNumber(shell.updSession().getTime()).c_str());
 }
 

@@ -75,7 +75,7 @@ void save(Shell& shell, const Words& words) {
     const SimTK::State& state = shell.updSession().getState();
     const Image image = shell.makeVisualizer()->drawFrame(state);
     image.writePng(words[0]);
-    shell.print("%s: %d x %d pixels\n", words[0].c_str(), image.getWidth(), image.getHeight());
+    std::printf("%s: %d x %d pixels\n", words[0].c_str(), image.getWidth(), image.getHeight());
 }
 
 // ---- camera
@@ -273,7 +273,7 @@ void plot(Shell& shell, const Words& words) {
     Figure figure = makeResultFigure({{"", &rows}}, wishes);
     figure.title = session.getTitle();
     drawFigure(request.file, figure);
-    shell.print("%s\n", request.file.c_str());
+    std::printf("%s\n", request.file.c_str());
 }
 
 Names completePlot(const Shell& shell, const Words& before, const std::string& word) {
@@ -326,7 +326,7 @@ void film(Shell& shell, const Words& words) {
     if (!drawMotion(session.getModel(), motion, makeAnalysis(session), visualizer,
                     shell.makeListener()))
         throw Cancelled("the time is " + formatNumber(session.getTime()) + " s; there is no video");
-    shell.print("%s: %d pictures, t = %s s\n", words[0].c_str(), motion.getNumStates(),
+    std::printf("%s: %d pictures, t = %s s\n", words[0].c_str(), motion.getNumStates(),
                 formatNumber(session.getTime()).c_str());
 }
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
@@ -54,7 +54,7 @@ int Shell::runPrompt() {
         try {
             run(line);
         } catch (const Cancelled& stopped) {
-            print("%s\n", stopped.what());
+            std::printf("%s\n", stopped.what());
         } catch (const std::exception& error) {
             std::fflush(stdout);
             std::fprintf(stderr, "%s\n", wasInterrupted() ? "stopped" : error.what());
@@ -97,10 +97,8 @@ void Shell::runFile(const std::string& path) {
     if (_depth >= kDeepestSource)
         throw std::runtime_error("'" + path + "' is read by files that it reads itself");
     std::ifstream file(path);
-    if (!file || file.peek() == std::ifstream::traits_type::eof()) {
-        if (std::ifstream(path).good() && access(path.c_str(), R_OK) == 0 && !file.bad()) return;
+    if (!file || std::filesystem::is_directory(path))
         throw std::runtime_error("'" + path + "' cannot be read");
-    }
     ++_depth;
     const struct Leave {
         int& depth;
@@ -195,18 +193,12 @@ std::unique_ptr<OffscreenVisualizer> Shell::makeVisualizer() {
 void Shell::printSummary() {
     const Session& session = updSession();
     const std::string title = session.getTitle();
-    print("%s: %s, %s, %s; t = %g s\n",
-          title.empty() ? session.getText().path.c_str() : title.c_str(),
-          formatCount(session.getModel().getBodies().size(), "body", "bodies").c_str(),
-          formatCount(session.getModel().getJoints().size(), "joint", "joints").c_str(),
-          formatCount(session.getProbes().size(), "probe", "probes").c_str(), session.getTime());
-}
-
-void Shell::print(const char* format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    std::vprintf(format, arguments);
-    va_end(arguments);
+    std::printf("%s: %s, %s, %s; t = %g s\n",
+                title.empty() ? session.getText().path.c_str() : title.c_str(),
+                formatCount(session.getModel().getBodies().size(), "body", "bodies").c_str(),
+                formatCount(session.getModel().getJoints().size(), "joint", "joints").c_str(),
+                formatCount(session.getProbes().size(), "probe", "probes").c_str(),
+                session.getTime());
 }
 
 bool Shell::showsProgress() const {

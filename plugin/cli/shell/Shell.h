@@ -62,7 +62,6 @@ public:
 
     /** Which model it is and what it has, in a line. **/
     void printSummary();
-    void print(const char* format, ...) __attribute__((format(printf, 2, 3)));
     bool showsProgress() const;
     /** Bars belong to terminals only. **/
     Listener makeListener() const;

@@ -50,7 +50,7 @@ void runShell(const ShellArguments& arguments) {
     }
     if (isPrompt) {
         if (!arguments.quiet)
-            shell.print("'help' lists the commands; the Tab key completes words.\n");
+            std::printf("'help' lists the commands; the Tab key completes words.\n");
         return leave(shell.runPrompt());
     }
     int status = 0;

@@ -38,8 +38,8 @@ std::optional<Quantity> findByName(const Session& session, const std::string& pa
     return {};
 }
 
-void printVariable(Shell& shell, const Quantity& variable) {
-    shell.print("%s = %s\n", variable.path.c_str(),
+void printVariable(const Quantity& variable) {
+    std::printf("%s = %s\n", variable.path.c_str(),
                 formatValues(variable.get(), variable.unit).c_str());
 }
 
@@ -47,12 +47,12 @@ void get(Shell& shell, const Words& words) {
     const Session& session = shell.updSession();
     for (const std::string& path : words) {
         if (const auto variable = session.findQuantity(path)) {
-            printVariable(shell, *variable);
+            printVariable(*variable);
             continue;
         }
         std::string full = normalizePath(path);
         if (const Probe* probe = seekNamed(session.getProbes(), path)) {
-            shell.print("%s = %s\n", path.c_str(),
+            std::printf("%s = %s\n", path.c_str(),
                         formatValues(session.calcProbe(*probe), probe->unit).c_str());
             continue;
         }
@@ -63,10 +63,10 @@ void get(Shell& shell, const Words& words) {
             const auto variable = findByName(session, path);
             if (!variable)
                 throw std::runtime_error(describeUnknown("value", path, listNames(session)));
-            printVariable(shell, *variable);
+            printVariable(*variable);
             continue;
         }
-        shell.print("%s = %s\n", full.c_str(), text->c_str());
+        std::printf("%s = %s\n", full.c_str(), text->c_str());
     }
 }
 
@@ -79,13 +79,13 @@ void setVariable(Shell& shell, const Quantity& variable, const std::string& text
                                        : text == "false" ? std::vector<double>{0}
                                                          : shell.calcNumbers(text);
     session.set(variable.path, values);
-    printVariable(shell, variable);
+    printVariable(variable);
 }
 
 /** The model is made anew with another value. **/
 void setModelValue(Shell& shell, const std::string& path, const std::string& value) {
     const bool isAtStart = shell.updSession().change(path, value);
-    shell.print("the model was built anew with %s = %s; %s, t = %s s\n", path.c_str(),
+    std::printf("the model was built anew with %s = %s; %s, t = %s s\n", path.c_str(),
                 value.c_str(), isAtStart ? "back at the start" : "it stays where it is",
                 formatNumber(shell.updSession().getTime()).c_str());
 }
@@ -132,13 +132,13 @@ void drag(Shell& shell, const Words& words) {
 
 void keep(Shell& shell, const Words& words) {
     shell.updSession().keepState(words[0]);
-    shell.print("%s: t = %s s\n", words[0].c_str(),
+    std::printf("%s: t = %s s\n", words[0].c_str(),
                 formatNumber(shell.updSession().getTime()).c_str());
 }
 
 void restore(Shell& shell, const Words& words) {
     shell.updSession().restoreState(words[0]);
-    shell.print("t = %s s\n", formatNumber(shell.updSession().getTime()).c_str());
+    std::printf("t = %s s\n", formatNumber(shell.updSession().getTime()).c_str());
 }
 
 std::vector<std::string> completeValues(const Shell& shell, const std::string& word, bool hasAll) {

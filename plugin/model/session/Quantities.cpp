@@ -1,10 +1,10 @@
 #include "simflex/model/session/Quantities.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/file/NearestName.h"
@@ -220,14 +220,13 @@ std::optional<Quantity> findBodyQuantity(const Session& session, const PathParts
 }  // namespace
 
 int readIndex(const std::string& text, int first, int count, const std::string& what) {
-    char* end = nullptr;
-    const long index = std::strtol(text.c_str(), &end, 10);
-    if (text.empty() || *end || index < first || index >= first + count)
+    int index = 0;
+    if (!readInteger(text, index) || index < first || index >= first + count)
         throw std::runtime_error("there is no " + what + " '" + text + "'" +
                                  (count ? "; they are numbered from " + std::to_string(first) +
                                               " to " + std::to_string(first + count - 1)
                                         : "; there are none"));
-    return int(index) - first;
+    return index - first;
 }
 
 std::string normalizePath(const std::string& path) {

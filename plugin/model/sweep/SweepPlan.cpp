@@ -277,10 +277,8 @@ void checkSweepColumns(const SweepPlan& plan) {
             checkStatistic(text);
             continue;
         }
-        const std::string name = text.substr(0, text.find('.')),
-                          proposal = proposeName(name, probes);
-        throw std::runtime_error("--of " + text + ": the model has no probe '" + name + "'" +
-                                 (proposal.empty() ? "" : "; " + proposal));
+        throw std::runtime_error("--of " + text + ": " +
+                                 describeUnknown("probe", text.substr(0, text.find('.')), probes));
     }
 }
 

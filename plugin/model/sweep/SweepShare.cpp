@@ -5,17 +5,17 @@
 #include <optional>
 #include <utility>
 
+#include "simflex/base/NumberText.h"
+
 namespace simflex {
 namespace model {
 namespace {
 
 std::optional<int> readVariable(const char* name) {
     const char* text = std::getenv(name);
-    if (!text || !*text) return {};
-    char* end = nullptr;
-    const long value = std::strtol(text, &end, 10);
-    if (*end != '\0' || value < 0 || value > 1000000) return {};
-    return int(value);
+    int value = 0;
+    if (!text || !readInteger(text, value) || value < 0 || value > 1000000) return {};
+    return value;
 }
 
 }  // namespace
