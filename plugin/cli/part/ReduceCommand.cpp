@@ -12,7 +12,6 @@ simflex reduce: a finite element model becomes a part file. **/
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/part/ReductionArguments.h"
-#include "simflex/cli/part/SourceArguments.h"
 #include "simflex/part/PartWarnings.h"
 #include "simflex/reduction/Reduction.h"
 

@@ -1,16 +1,35 @@
 #pragma once
 /** @file
-The options of a command that say how a model is to be reduced: interfaces, load points, modes. **/
+The options of the command reduce that say what is to be reduced and how. **/
 
 #include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "simflex/fe/ModelSource.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
 namespace cli {
 
+/** Where the finite element model comes from. **/
+class SourceArguments {
+public:
+    /** Adds SOURCE and the options that go with it. `this` must live as long as `command`. **/
+    void addTo(CLI::App& command);
+
+    const std::string& path() const { return _options.path; }
+
+    /** What was asked for. @throws CLI::ValidationError for an option of the wrong form. **/
+    SourceOptions parse() const;
+
+private:
+    SourceOptions _options;
+    std::string _lengthUnit;
+    std::vector<std::string> _settings;
+};
+
+/** Interfaces, load points, modes. **/
 class ReductionArguments {
 public:
     /** Adds the options. `this` must live as long as `command`. **/
