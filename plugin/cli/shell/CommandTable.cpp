@@ -45,15 +45,10 @@ const std::vector<Command>& getCommands() {
 }
 
 const Command& findCommand(const std::string& name) {
-    std::vector<std::string> names;
-    for (const Command& command : getCommands()) {
-        if (command.name == name) return command;
-        names.push_back(command.name);
-    }
-    std::string message = "there is no command '" + name + "'";
-    const std::string nearest = findNearestName(name, names);
-    if (!nearest.empty()) message += "; did you mean '" + nearest + "'?";
-    throw std::invalid_argument(message + (nearest.empty() ? "; 'help' lists all" : ""));
+    if (const Command* command = seekNamed(getCommands(), name)) return *command;
+    const std::string proposal = proposeName(name, getNames(getCommands()));
+    throw std::invalid_argument("there is no command '" + name + "'; " +
+                                (proposal.empty() ? "'help' lists all" : proposal));
 }
 
 std::string formatHelp() {

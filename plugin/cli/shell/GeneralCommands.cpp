@@ -4,6 +4,7 @@ Commands of the prompt about itself: open, source, history, help, quit. **/
 #include <algorithm>
 
 #include "simflex/cli/shell/Shell.h"
+#include "simflex/model/file/NearestName.h"
 
 namespace simflex {
 namespace cli {
@@ -55,11 +56,7 @@ void addGeneralCommands(std::vector<Command>& commands) {
     commands.push_back({group, "help", "[COMMAND]", "Explains the commands, or one.",
                         "'help --markdown' prints them as tables.", 0, 1, help,
                         [](const Shell&, const Words& before, const std::string&) {
-                            Names names;
-                            if (before.empty())
-                                for (const Command& command : getCommands())
-                                    names.push_back(command.name);
-                            return names;
+                            return before.empty() ? getNames(getCommands()) : Names{};
                         }});
     commands.push_back({group, "quit", "", "Ends; so does Ctrl-D.", "", 0, 0,
                         [](Shell& shell, const Words&) { shell.quit(); }});

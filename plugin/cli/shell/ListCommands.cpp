@@ -22,9 +22,6 @@ using SimTK::State;
 
 namespace {
 
-const std::vector<std::string> kLists = {"bodies", "joints",     "motions", "modes",
-                                         "probes", "parameters", "frames"};
-
 std::string formatPlace(const SimTK::Vec3& p) {
     return formatNumber(p[0]) + ", " + formatNumber(p[1]) + ", " + formatNumber(p[2]);
 }
@@ -141,20 +138,20 @@ void listFrames(Shell& shell) {
     std::printf("%s", table.format().c_str());
 }
 
+const struct NamedList {
+    const char* name;
+    void (*print)(Shell&);  ///< null: wants a body
+} kLists[] = {{"bodies", listBodies}, {"joints", listJoints}, {"motions", listMotions},
+              {"modes", nullptr},     {"probes", listProbes}, {"parameters", listParameters},
+              {"frames", listFrames}};
+
 void printList(Shell& shell, const Words& words) {
-    const std::string& what = words[0];
-    if (what == "modes") {
-        if (words.size() < 2) throw std::runtime_error("of which body? write 'list modes BODY'");
-        return listModes(shell, words[1]);
-    }
+    const NamedList& list = findNamed(kLists, "list of", words[0]);
+    if (!list.print && words.size() < 2)
+        throw std::runtime_error("of which body? write 'list modes BODY'");
+    if (!list.print) return listModes(shell, words[1]);
     if (words.size() > 1) throw std::runtime_error("'" + words[1] + "' is too much");
-    if (what == "bodies") return listBodies(shell);
-    if (what == "joints") return listJoints(shell);
-    if (what == "motions") return listMotions(shell);
-    if (what == "probes") return listProbes(shell);
-    if (what == "parameters") return listParameters(shell);
-    if (what == "frames") return listFrames(shell);
-    throw std::runtime_error(describeUnknown("list of", what, kLists));
+    list.print(shell);
 }
 
 // ---- probe, energy
@@ -249,7 +246,7 @@ void printEigenmodes(Shell& shell, const Words& words) {
 }
 
 std::vector<std::string> completeList(const Shell& shell, const Words& before, const std::string&) {
-    if (before.empty()) return kLists;
+    if (before.empty()) return getNames(kLists);
     std::vector<std::string> names;
     if (before[0] == "modes" && before.size() == 1 && shell.hasSession())
         for (const Model::BodyEntry& body : shell.updSession().getModel().getBodies())

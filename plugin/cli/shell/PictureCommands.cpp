@@ -44,20 +44,16 @@ void simplify(OffscreenVisualizer& visualizer) {
         .setShowFrameNumber(false);
 }
 
+const struct NamedKind {
+    const char* name;
+    PictureKind kind;
+} kKinds[] = {{"symbols", PictureKind::Symbols},
+              {"sixel", PictureKind::Sixel},
+              {"kitty", PictureKind::Kitty}};
+
 void show(Shell& shell, const Words& words) {
     PictureKind kind = PictureKind::Automatic;
-    if (!words.empty()) {
-        const std::string& name = words[0];
-        if (name == "symbols")
-            kind = PictureKind::Symbols;
-        else if (name == "sixel")
-            kind = PictureKind::Sixel;
-        else if (name == "kitty")
-            kind = PictureKind::Kitty;
-        else
-            throw std::runtime_error(
-                describeUnknown("kind of picture", name, {"symbols", "sixel", "kitty"}));
-    }
+    if (!words.empty()) kind = findNamed(kKinds, "kind of picture", words[0]).kind;
     const SimTK::State& state = shell.updSession().getState();
     const Terminal terminal = Terminal::detect();
     OffscreenVisualizer visualizer = *shell.makeVisualizer();
@@ -343,7 +339,7 @@ void addPictureCommands(std::vector<Command>& commands) {
          "As fine as the terminal says it can: kitty or sixel graphics, or characters, which show "
          "nothing\nbut the model.",
          0, 1, show, [](const Shell&, const Words& before, const std::string&) {
-             return before.empty() ? Names{"symbols", "sixel", "kitty"} : Names{};
+             return before.empty() ? getNames(kKinds) : Names{};
          }});
     commands.push_back({group, "save", "FILE.png", "Writes the picture to a file.", "", 1, 1, save,
                         completeFile({".png"})});

@@ -62,14 +62,10 @@ ChafaSymbolTags chooseSymbols(const Terminal& terminal, ChafaCanvasMode colors) 
 }  // namespace
 
 PictureKind choosePictureKind(PictureKind wanted, const Terminal& terminal) {
-    switch (chooseMode(wanted, terminal, findTermInfo(terminal).get())) {
-        case CHAFA_PIXEL_MODE_KITTY:
-            return PictureKind::Kitty;
-        case CHAFA_PIXEL_MODE_SIXELS:
-            return PictureKind::Sixel;
-        default:
-            return PictureKind::Symbols;
-    }
+    const ChafaPixelMode mode = chooseMode(wanted, terminal, findTermInfo(terminal).get());
+    return mode == CHAFA_PIXEL_MODE_KITTY    ? PictureKind::Kitty
+           : mode == CHAFA_PIXEL_MODE_SIXELS ? PictureKind::Sixel
+                                             : PictureKind::Symbols;
 }
 
 std::string drawTerminalPicture(const Image& image, const Terminal& terminal, PictureKind kind) {

@@ -2,6 +2,7 @@
 /** @file
 The known name that was probably meant. **/
 
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -29,7 +30,7 @@ std::vector<std::string> getNames(const Items& items) {
 
 /** The item that is called so; null if there is none. **/
 template <class Items>
-auto seekNamed(Items& items, const std::string& name) -> decltype(&*items.begin()) {
+auto seekNamed(Items& items, const std::string& name) -> decltype(&*std::begin(items)) {
     for (auto& item : items)
         if (item.name == name) return &item;
     return nullptr;

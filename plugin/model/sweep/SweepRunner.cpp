@@ -319,16 +319,8 @@ private:
 }  // namespace
 
 std::string nameOf(SweepOutcome::Status status) {
-    switch (status) {
-        case Status::Complete:
-            return "complete";
-        case Status::Failed:
-            return "failed";
-        case Status::Interrupted:
-            return "interrupted";
-        default:
-            return "waiting";
-    }
+    static const char* const names[] = {"waiting", "complete", "failed", "interrupted"};
+    return names[int(status)];
 }
 
 std::vector<SweepOutcome> runSweep(const SweepPlan& plan, const SweepOptions& options) {
