@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/render/overlay/Overlay.h"
 
 namespace simflex {
 namespace cli {
@@ -25,14 +26,6 @@ struct PlotRange {
     bool isEmpty() const { return low > high; }
 };
 
-/** 1, 2 or 5 times a power of ten, not less than this. **/
-double roundUp(double size) {
-    const double power = std::pow(10, std::floor(std::log10(size)));
-    for (const double digit : {1, 2, 5})
-        if (digit * power >= size * (1 - 1e-9)) return digit * power;
-    return 10 * power;
-}
-
 /** Round values at equal distances, the first and last not inside the range. **/
 struct Scale {
     double low, step;
@@ -44,7 +37,8 @@ struct Scale {
             const double margin = range.low == 0 ? 1 : 0.1 * std::abs(range.low);
             range = {range.low - margin, range.high + margin};
         }
-        for (step = roundUp((range.high - range.low) / mostSteps);; step = roundUp(1.5 * step)) {
+        for (step = roundUpToStep((range.high - range.low) / mostSteps);;
+             step = roundUpToStep(1.5 * step)) {
             const double first = std::floor(range.low / step + 1e-9);
             const double last = std::ceil(range.high / step - 1e-9);
             low = first * step;
