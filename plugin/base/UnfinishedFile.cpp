@@ -29,6 +29,15 @@ struct Descriptor {
     }
 };
 
+void writeAll(const Descriptor& file, std::string_view bytes, const fs::path& path) {
+    while (!bytes.empty()) {
+        const ssize_t count = write(file.number, bytes.data(), bytes.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) refuse(path, count < 0 ? errno : ENOSPC);
+        bytes.remove_prefix(size_t(count));
+    }
+}
+
 /** Waits until a file or a folder is on the disk. **/
 void sync(const fs::path& path, const fs::path& name) {
     const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC)};
@@ -69,16 +78,20 @@ void replaceFile(const fs::path& path, std::string_view bytes, Durability durabi
         Descriptor file{
             open(unfinished.getPath().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
         if (file.number < 0) refuse(path, errno);
-        while (!bytes.empty()) {
-            const ssize_t count = write(file.number, bytes.data(), bytes.size());
-            if (count < 0 && errno == EINTR) continue;
-            if (count <= 0) refuse(path, count < 0 ? errno : ENOSPC);
-            bytes.remove_prefix(size_t(count));
-        }
+        writeAll(file, bytes, path);
         // A disk on the network may say only now that it is full.
         if (close(std::exchange(file.number, -1)) != 0) refuse(path, errno);
     }
     unfinished.finish(durability);
+}
+
+void appendToFile(const fs::path& path, std::uint64_t size, std::string_view bytes) {
+    const Descriptor file{open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666)};
+    if (file.number < 0 || ftruncate(file.number, off_t(size)) != 0 ||
+        lseek(file.number, 0, SEEK_END) < 0)
+        refuse(path, errno);
+    writeAll(file, bytes, path);
+    if (fsync(file.number) != 0) refuse(path, errno);
 }
 
 void checkWritable(const fs::path& path) {

@@ -54,6 +54,10 @@ inline void replaceFile(const std::filesystem::path& path, const std::vector<std
     replaceFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, durability);
 }
 
+/** Appends to the first `size` bytes of a file, which is made if need be, drops what stood behind
+them, and waits for the disk. @throws std::runtime_error "cannot write 'PATH': CAUSE". **/
+void appendToFile(const std::filesystem::path& path, std::uint64_t size, std::string_view bytes);
+
 /** Refuses a place where no file can be made, before there is work to lose.
 @throws std::runtime_error naming it and the cause. **/
 void checkWritable(const std::filesystem::path& path);

@@ -1,6 +1,5 @@
 #include "simflex/model/analyses/RunCheckpoint.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -23,44 +22,6 @@ constexpr char kKind[] = "simflex checkpoint of a run";
 constexpr std::uint32_t kCheckpointVersion = 6;
 constexpr std::size_t kMostPacked = 1 << 24;  // bytes of frames that are written at once
 
-/** A file that is being written; errors name the checkpoint. **/
-class OpenFile {
-public:
-    OpenFile(const std::string& path, int flags, const std::string& checkpoint)
-        : _file(::open(path.c_str(), flags | O_CLOEXEC, 0666)), _checkpoint(checkpoint) {
-        if (_file < 0) fail("make");
-    }
-    ~OpenFile() {
-        if (_file >= 0) ::close(_file);
-    }
-    OpenFile(const OpenFile&) = delete;
-    OpenFile& operator=(const OpenFile&) = delete;
-
-    void cutTo(std::uint64_t size) {
-        if (::ftruncate(_file, off_t(size)) != 0 || ::lseek(_file, 0, SEEK_END) < 0) fail("write");
-    }
-    void write(const std::string& bytes) {
-        size_t done = 0;
-        while (done < bytes.size()) {
-            const ssize_t count = ::write(_file, bytes.data() + done, bytes.size() - done);
-            if (count < 0 && errno == EINTR) continue;
-            if (count <= 0) fail("write");
-            done += size_t(count);
-        }
-    }
-    void sync() {
-        if (::fsync(_file) != 0) fail("write");
-    }
-    [[noreturn]] void fail(const char* what) const {
-        throw std::runtime_error("cannot " + std::string(what) + " checkpoint '" + _checkpoint +
-                                 "': " + std::strerror(errno));
-    }
-
-private:
-    int _file;
-    std::string _checkpoint;
-};
-
 std::string readFile(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file) throw std::runtime_error("cannot read '" + path + "': " + std::strerror(errno));
@@ -82,18 +43,14 @@ void visitFrame(Archive& archive, RunCheckpoint::Frame& frame) {
 void appendFrames(const std::string& path, RunCheckpoint& checkpoint) {
     std::vector<RunCheckpoint::Frame>& frames = checkpoint.frames;
     RunCheckpoint::Kept kept = checkpoint.kept;
-    if (kept.frames == frames.size()) return;
-    OpenFile file(getFramesPath(path), O_WRONLY | O_CREAT, path);
-    file.cutTo(kept.bytes);
     while (kept.frames < frames.size()) {
         Archive archive;
         for (; kept.frames < frames.size() && archive.getBytes().size() < kMostPacked;
              ++kept.frames)
             visitFrame(archive, frames[kept.frames]);
-        file.write(archive.getBytes());
+        appendToFile(getFramesPath(path), kept.bytes, archive.getBytes());
         kept.bytes += archive.getBytes().size();
     }
-    file.sync();
     checkpoint.kept = kept;
 }
 
