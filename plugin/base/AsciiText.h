@@ -46,4 +46,20 @@ inline std::vector<std::string> splitAt(std::string_view text, char separator) {
     return pieces;
 }
 
+/** The pieces between commas that stand in no brackets, without blanks around them. **/
+inline std::vector<std::string> splitAtCommas(std::string_view text) {
+    std::vector<std::string> pieces{""};
+    int depth = 0;
+    for (const char c : text) {
+        depth += (c == '(' || c == '[' || c == '{') - (c == ')' || c == ']' || c == '}');
+        if (c == ',' && depth == 0)
+            pieces.emplace_back();
+        else if (!isBlank(c) || !pieces.back().empty())
+            pieces.back() += c;
+    }
+    for (std::string& piece : pieces)
+        while (!piece.empty() && isBlank(piece.back())) piece.pop_back();
+    return pieces;
+}
+
 }  // namespace simflex

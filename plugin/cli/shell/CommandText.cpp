@@ -2,13 +2,11 @@
 
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
+
 namespace simflex {
 namespace cli {
 namespace {
-
-bool isBlank(char c) {
-    return c == ' ' || c == '\t' || c == '\r' || c == '\n';
-}
 
 /** Reads one character after the other. **/
 class Splitter {
@@ -105,17 +103,7 @@ UnfinishedCommand splitUnfinished(const std::string& text) {
 
 std::vector<std::string> splitList(const std::string& text) {
     if (text.size() < 2 || text.front() != '[' || text.back() != ']') return {text};
-    std::vector<std::string> items(1);
-    int depth = 0;
-    for (const char c : text.substr(1, text.size() - 2)) {
-        depth += c == '(' || c == '[' || c == '{';
-        depth -= c == ')' || c == ']' || c == '}';
-        if (c == ',' && depth == 0)
-            items.emplace_back();
-        else if (!isBlank(c) || !items.back().empty())
-            items.back() += c;
-    }
-    return items;
+    return splitAtCommas(text.substr(1, text.size() - 2));
 }
 
 std::string quoteWord(const std::string& word) {

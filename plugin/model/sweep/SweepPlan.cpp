@@ -32,22 +32,6 @@ std::string trim(const std::string& text) {
     return std::string(trimBlanks(text));
 }
 
-/** Splits at commas that are not inside brackets or braces. **/
-std::vector<std::string> split(const std::string& text) {
-    std::vector<std::string> parts{""};
-    int depth = 0;
-    for (const char c : text) {
-        depth += (c == '[' || c == '{' || c == '(') - (c == ']' || c == '}' || c == ')');
-        if (c == ',' && depth == 0) {
-            parts.emplace_back();
-        } else {
-            parts.back() += c;
-        }
-    }
-    for (std::string& part : parts) part = trim(part);
-    return parts;
-}
-
 /** The shortest text that is the number but for rounding: 0.15, where steps of 0.025 add up to
 0.15000000000000002. **/
 std::string writeValue(double value) {
@@ -164,7 +148,7 @@ SweptKey parseSweptKey(const std::string& text) {
                                  "as in " +
                                  key.name + "=0:1:5");
     } else {
-        key.values = split(values);
+        key.values = splitAtCommas(values);
     }
     for (const std::string& value : key.values)
         if (value.empty()) throw std::runtime_error("'" + text + "' has an empty value");
@@ -184,7 +168,7 @@ std::vector<SweptKey> readSweptKeys(const std::string& path) {
     std::string line;
     for (int number = 1; std::getline(in, line); ++number) {
         if (trim(line).empty() || trim(line)[0] == '#') continue;
-        const std::vector<std::string> fields = split(line);
+        const std::vector<std::string> fields = splitAtCommas(line);
         const auto fail = [&](const std::string& what) {
             throw std::runtime_error(path + ":" + std::to_string(number) + ": " + what);
         };
@@ -223,7 +207,7 @@ void checkSweepSettings(const ModelText& model) {
                 mistakes.begin(), mistakes.end(), [&](const ModelError::Mistake& mistake) {
                     return mistake.place.file == "setting '" + setting + "'";
                 });
-            if (!isWrong || (split(values).size() < 2 && !looksLikeRange(values))) continue;
+            if (!isWrong || (splitAtCommas(values).size() < 2 && !looksLikeRange(values))) continue;
             throw ModelError(std::string(error.what()) +
                              "\n--set gives all cases one value; several are varied by --vary " +
                              setting);
