@@ -23,17 +23,17 @@ std::string formatCount(size_t number, const std::string& one, const std::string
 }
 
 std::string TextTable::format(const std::string& indent) const {
-    std::vector<size_t> widths(_rows.front().size(), 0);
-    std::vector<bool> areNumbers(widths.size(), _rows.size() > 1);
-    for (size_t i = 0; i < _rows.size(); ++i)
+    std::vector<size_t> widths(m_rows.front().size(), 0);
+    std::vector<bool> areNumbers(widths.size(), m_rows.size() > 1);
+    for (size_t i = 0; i < m_rows.size(); ++i)
         for (size_t j = 0; j < widths.size(); ++j) {
-            const std::string& cell = _rows[i][j];
+            const std::string& cell = m_rows[i][j];
             widths[j] = std::max(widths[j], cell.size());
             const bool isNumber = cell.find_first_not_of("0123456789.+-e %*") == std::string::npos;
             if (i > 0 && !isNumber) areNumbers[j] = false;
         }
     std::string text;
-    for (const std::vector<std::string>& row : _rows) {
+    for (const std::vector<std::string>& row : m_rows) {
         std::string line = indent;
         for (size_t j = 0; j < widths.size(); ++j) {
             const std::string pad(widths[j] - row[j].size(), ' ');

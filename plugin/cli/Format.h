@@ -19,14 +19,14 @@ std::string formatCount(size_t number, const std::string& one, const std::string
 /** Rows in columns of even width; numbers to the right. **/
 class TextTable {
 public:
-    explicit TextTable(std::vector<std::string> head) : _rows{std::move(head)} {}
-    void add(std::vector<std::string> row) { _rows.push_back(std::move(row)); }
-    bool isEmpty() const { return _rows.size() == 1; }
+    explicit TextTable(std::vector<std::string> head) : m_rows{std::move(head)} {}
+    void add(std::vector<std::string> row) { m_rows.push_back(std::move(row)); }
+    bool isEmpty() const { return m_rows.size() == 1; }
     /** @param indent  before each line **/
     std::string format(const std::string& indent = "") const;
 
 private:
-    std::vector<std::vector<std::string>> _rows;
+    std::vector<std::vector<std::string>> m_rows;
 };
 
 }  // namespace cli

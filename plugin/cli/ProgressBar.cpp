@@ -15,18 +15,18 @@ namespace cli {
 namespace {
 
 bool isOnLine = false;  // a bar, on the terminal's last line
-constexpr auto kRedraw = std::chrono::milliseconds(100);
-constexpr auto kNextLine = std::chrono::seconds(10);  // where there is no terminal
-constexpr double kFirstGuess = 0.03;  // of what is to do: done before the time left means anything
-constexpr int kBarWidth = 28;
+constexpr auto RedrawInterval = std::chrono::milliseconds(100);
+constexpr auto NextLineInterval = std::chrono::seconds(10);  // where there is no terminal
+constexpr double FirstGuess = 0.03;  // of what is to do: done before the time left means anything
+constexpr int BarWidth = 28;
 
 }  // namespace
 
 ProgressBar::ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases)
-    : _quiet(quiet),
-      _terminal(isatty(STDERR_FILENO)),
-      _phases(std::move(phases)),
-      _started(Clock::now()) {}
+    : m_quiet(quiet),
+      m_terminal(isatty(STDERR_FILENO)),
+      m_phases(std::move(phases)),
+      m_started(Clock::now()) {}
 
 ProgressBar::~ProgressBar() {
     clear();
@@ -42,42 +42,42 @@ void ProgressBar::clearLine() {
 bool ProgressBar::show(const std::string& phase, double fraction,
                        const std::function<std::string()>& describe) {
     if (wasInterrupted()) return false;
-    if (_quiet) return true;
-    const bool isNew = phase != _phase;
-    if (_doneBefore < 0 || (isNew && _phases.empty())) {
-        _phase = phase;
-        _begun = Clock::now();
-        _doneBefore = calcDone(fraction);
+    if (m_quiet) return true;
+    const bool isNew = phase != m_phase;
+    if (m_doneBefore < 0 || (isNew && m_phases.empty())) {
+        m_phase = phase;
+        m_begun = Clock::now();
+        m_doneBefore = calcDone(fraction);
     }
     if (isNew) {
-        _phase = phase;
-        if (!_terminal) {
-            std::fprintf(stderr, "%7.1f s  %s\n", secondsSince(_started), phase.c_str());
-            _drawn = Clock::now();
+        m_phase = phase;
+        if (!m_terminal) {
+            std::fprintf(stderr, "%7.1f s  %s\n", secondsSince(m_started), phase.c_str());
+            m_drawn = Clock::now();
         }
     }
-    if (_terminal && (isNew || Clock::now() - _drawn > kRedraw))
+    if (m_terminal && (isNew || Clock::now() - m_drawn > RedrawInterval))
         draw(fraction, describe ? describe() : "");
-    if (!_terminal && describe && Clock::now() - _drawn > kNextLine) {
-        std::fprintf(stderr, "%7.1f s  %s: %.0f %%, %s\n", secondsSince(_started), phase.c_str(),
+    if (!m_terminal && describe && Clock::now() - m_drawn > NextLineInterval) {
+        std::fprintf(stderr, "%7.1f s  %s: %.0f %%, %s\n", secondsSince(m_started), phase.c_str(),
                      100 * fraction, describe().c_str());
-        _drawn = Clock::now();
+        m_drawn = Clock::now();
     }
     return true;
 }
 
 double ProgressBar::calcTimeLeft(double elapsed, double doneBefore, double done) {
     const double gained = done - doneBefore;
-    if (!(gained > kFirstGuess * (1 - doneBefore))) return NAN;
+    if (!(gained > FirstGuess * (1 - doneBefore))) return NAN;
     return elapsed * (1 - done) / gained;
 }
 
 double ProgressBar::calcDone(double fraction) const {
-    if (_phases.empty()) return std::clamp(fraction, 0.0, 1.0);
+    if (m_phases.empty()) return std::clamp(fraction, 0.0, 1.0);
     double before = 0, whole = 0;
     bool reached = false;
-    for (const auto& [phase, share] : _phases) {
-        if (phase == _phase) {
+    for (const auto& [phase, share] : m_phases) {
+        if (phase == m_phase) {
             reached = true;
             before += share * std::clamp(fraction, 0.0, 1.0);
         } else if (!reached) {
@@ -89,15 +89,15 @@ double ProgressBar::calcDone(double fraction) const {
 }
 
 void ProgressBar::draw(double fraction, const std::string& status) {
-    _drawn = Clock::now();
-    const double elapsed = secondsSince(_begun), done = calcDone(fraction);
-    const int filled = int(done * kBarWidth);
+    m_drawn = Clock::now();
+    const double elapsed = secondsSince(m_begun), done = calcDone(fraction);
+    const int filled = int(done * BarWidth);
     std::string line = "[" + std::string(size_t(filled), '=') +
-                       std::string(size_t(kBarWidth - filled), ' ') + "] " + _phase;
+                       std::string(size_t(BarWidth - filled), ' ') + "] " + m_phase;
     char text[40];
     std::snprintf(text, sizeof text, ", %.1f s", elapsed);
     line += text;
-    const double left = calcTimeLeft(elapsed, _doneBefore, done);
+    const double left = calcTimeLeft(elapsed, m_doneBefore, done);
     if (!std::isnan(left)) {
         std::snprintf(text, sizeof text, ", %.0f s left", left);
         line += text;

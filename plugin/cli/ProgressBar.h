@@ -41,11 +41,11 @@ private:
     double calcDone(double fraction) const;
     void draw(double fraction, const std::string& status);
 
-    bool _quiet, _terminal;
-    std::vector<std::pair<std::string, double>> _phases;
-    std::string _phase;
-    Clock::time_point _started, _begun, _drawn;  ///< _begun: of the whole
-    double _doneBefore = -1;  ///< part of the whole at the first show(); negative: not shown yet
+    bool m_quiet, m_terminal;
+    std::vector<std::pair<std::string, double>> m_phases;
+    std::string m_phase;
+    Clock::time_point m_started, m_begun, m_drawn;  ///< m_begun: of the whole
+    double m_doneBefore = -1;  ///< part of the whole at the first show(); negative: not shown yet
 };
 
 }  // namespace cli

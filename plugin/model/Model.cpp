@@ -39,36 +39,36 @@ Model::Model(const ModelText& text, const ModelOptions& options)
     : Model(readModel(text), options) {}
 
 Model::Model(const ModelValue& file, const ModelOptions& options)
-    : _contents(std::make_unique<Contents>(file, options)) {}
+    : m_contents(std::make_unique<Contents>(file, options)) {}
 
 Model::~Model() = default;
 
 const ModelValue& Model::getFile() const {
-    return _contents->builder.getFile();
+    return m_contents->builder.getFile();
 }
 
 const MultibodySystem& Model::getSystem() const {
-    return _contents->system->system;
+    return m_contents->system->system;
 }
 
 const SimbodyMatterSubsystem& Model::getMatter() const {
-    return _contents->system->matter;
+    return m_contents->system->matter;
 }
 
 const FlexibleBodySubsystem& Model::getFlexibleBodies() const {
-    return _contents->system->flexible;
+    return m_contents->system->flexible;
 }
 
 const std::vector<Model::BodyEntry>& Model::getBodies() const {
-    return _contents->system->bodies;
+    return m_contents->system->bodies;
 }
 
 const std::vector<Model::JointEntry>& Model::getJoints() const {
-    return _contents->system->joints;
+    return m_contents->system->joints;
 }
 
 const std::vector<Model::MotionEntry>& Model::getMotions() const {
-    return _contents->system->motions;
+    return m_contents->system->motions;
 }
 
 const Model::BodyEntry& Model::findBody(const ModelValue& name) const {
@@ -84,24 +84,24 @@ const Model::MotionEntry& Model::findMotion(const ModelValue& name) const {
 }
 
 Attachment Model::findFrame(const ModelValue& frame) const {
-    const ModelFrames& frames = _contents->builder.getFrames();
+    const ModelFrames& frames = m_contents->builder.getFrames();
     const FrameOnBody found = frames.find(frame);
-    return withPlace(frame, [&] { return frames.attach(found, *_contents->system); });
+    return withPlace(frame, [&] { return frames.attach(found, *m_contents->system); });
 }
 
 Attachment Model::findFrame(const std::string& name) const {
-    const ModelFrames& frames = _contents->builder.getFrames();
+    const ModelFrames& frames = m_contents->builder.getFrames();
     const auto fail = [](const std::string& what, const std::string& found,
                          const std::vector<std::string>& known) {
         const std::string nearest = findNearestName(found, known);
         throw std::invalid_argument("there is no " + what + " '" + found + "'" +
                                     (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
     };
-    return frames.attach(frames.find(name, fail), *_contents->system);
+    return frames.attach(frames.find(name, fail), *m_contents->system);
 }
 
 State Model::makeInitialState() const {
-    State state = _contents->initialState;
+    State state = m_contents->initialState;
     getSystem().realize(state, Stage::Velocity);
     return state;
 }

@@ -93,7 +93,7 @@ public:
 private:
     class Builder;
     struct Contents;
-    std::unique_ptr<Contents> _contents;
+    std::unique_ptr<Contents> m_contents;
 };
 
 /** The Simbody system that a model becomes, with the names of its file. **/

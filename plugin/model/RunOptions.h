@@ -13,7 +13,7 @@ namespace simflex {
 /** What an earlier run has left does not fit any more. **/
 class CannotResume : public std::runtime_error {
 public:
-    static constexpr int kExitStatus = 3;  ///< of `simflex run --resume`
+    static constexpr int ExitStatus = 3;  ///< of `simflex run --resume`
 
     CannotResume(const std::string& path, const std::string& change)
         : std::runtime_error("cannot go on with '" + path + "': " + change +

@@ -25,9 +25,9 @@ using SimTK::State;
 
 namespace {
 
-constexpr size_t kMostSamples = 100000;
-constexpr size_t kMostPathStates = 64;
-constexpr int kStepsBetweenLooks = 20;  // at whether to stop, about
+constexpr size_t MostSamples = 100000;
+constexpr size_t MostPathStates = 64;
+constexpr int StepsBetweenLooks = 20;  // at whether to stop, about
 
 template <class T>
 void dropEverySecond(std::vector<T>& items) {
@@ -50,7 +50,7 @@ bool isBesideMotion(const std::string& key) {
 }  // namespace
 
 void ProbeRecord::add(double now, std::vector<double> values) {
-    if (time.size() >= kMostSamples) {
+    if (time.size() >= MostSamples) {
         dropEverySecond(time);
         dropEverySecond(rows);
     }
@@ -59,16 +59,16 @@ void ProbeRecord::add(double now, std::vector<double> values) {
 }
 
 Session::Session(const ModelText& text, const ModelOptions& options)
-    : _text(text),
-      _options(options),
-      _model(std::make_shared<const Model>(text, options)),
-      _probes(Probes::make(_model)),
-      _start(findStart(*_model)),
-      _turns(std::make_unique<TurnCounter>(*_model)) {
+    : m_text(text),
+      m_options(options),
+      m_model(std::make_shared<const Model>(text, options)),
+      m_probes(Probes::make(m_model)),
+      m_start(findStart(*m_model)),
+      m_turns(std::make_unique<TurnCounter>(*m_model)) {
     reset();
-    if (_model->getFile().get("initial").get("start").getText() != "static") return;
-    const std::string lost = describeLostSpeeds(*_model);
-    if (!lost.empty()) _options.listener.tellWarning("the model " + lost);
+    if (m_model->getFile().get("initial").get("start").getText() != "static") return;
+    const std::string lost = describeLostSpeeds(*m_model);
+    if (!lost.empty()) m_options.listener.tellWarning("the model " + lost);
 }
 
 Session::~Session() = default;
@@ -76,24 +76,24 @@ Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 
 std::string Session::getTitle() const {
-    const ModelValue title = _model->getFile().get("title");
+    const ModelValue title = m_model->getFile().get("title");
     return title.isGiven() ? title.getText()
-                           : std::filesystem::path(_text.path).filename().string();
+                           : std::filesystem::path(m_text.path).filename().string();
 }
 
 double Session::calcEnergy() const {
-    return _model->getFlexibleBodies().calcEnergy(getState());
+    return m_model->getFlexibleBodies().calcEnergy(getState());
 }
 
 //-------------------------------------------------------------------------------------------------
 // the State
 
 State Session::makeFresh(const State& state) const {
-    State fresh = _model->makeInitialState();
+    State fresh = m_model->makeInitialState();
     if (state.getSystemStage() < Stage::Model || state.getNQ() != fresh.getNQ() ||
         state.getNU() != fresh.getNU() || state.getNZ() != fresh.getNZ())
         throw std::invalid_argument("the State is empty, or of another model");
-    for (const Model::BodyEntry& body : _model->getBodies()) {
+    for (const Model::BodyEntry& body : m_model->getBodies()) {
         if (!body.flexible) continue;
         if (body.flexible->isRigid(state))
             body.flexible->setRigid(fresh);
@@ -104,12 +104,12 @@ State Session::makeFresh(const State& state) const {
     fresh.updQ() = state.getQ();
     fresh.updU() = state.getU();
     fresh.updZ() = state.getZ();
-    _model->getSystem().realize(fresh, Stage::Velocity);
+    m_model->getSystem().realize(fresh, Stage::Velocity);
     return fresh;
 }
 
 void Session::start(const State& state, Joints joints) {
-    std::unique_ptr<ImplicitIntegrator> integrator = makeIntegrator(*_model);
+    std::unique_ptr<ImplicitIntegrator> integrator = makeIntegrator(*m_model);
     const State begun = makeFresh(state);
     integrator->setProjectInitialState(joints == Joints::ToBeClosed);
     integrator->initialize(begun);
@@ -117,21 +117,21 @@ void Session::start(const State& state, Joints joints) {
     if (joints == Joints::Closed &&
         integrator->getLargestConstraintError() > integrator->getConstraintToleranceInUse())
         return start(state, Joints::ToBeClosed);
-    _integrator = std::move(integrator);
-    _begun = begun;
-    _energyBefore = calcEnergy();
-    _turns->reset();
+    m_integrator = std::move(integrator);
+    m_begun = begun;
+    m_energyBefore = calcEnergy();
+    m_turns->reset();
 }
 
 void Session::reset() {
-    start(_start);
-    _warnings = std::make_unique<MotionWarnings>(
-        *_model, _probes,
-        [listener = _options.listener](const std::string& text) { listener.tellWarning(text); });
-    _record = {};
-    _path.clear();
-    _pathStride = 1;
-    _pathCount = 0;
+    start(m_start);
+    m_warnings = std::make_unique<MotionWarnings>(
+        *m_model, m_probes,
+        [listener = m_options.listener](const std::string& text) { listener.tellWarning(text); });
+    m_record = {};
+    m_path.clear();
+    m_pathStride = 1;
+    m_pathCount = 0;
     recordRow();
 }
 
@@ -141,17 +141,17 @@ void Session::setState(const State& state) {
 }
 
 std::string Session::describeWhatMoves() const {
-    std::string description = _text.path + '\n' + _text.text;
-    for (const std::string& setting : _text.settings)
+    std::string description = m_text.path + '\n' + m_text.text;
+    for (const std::string& setting : m_text.settings)
         if (!isBesideMotion(setting.substr(0, setting.find('=')))) description += '\n' + setting;
     return description;
 }
 
 SavedState Session::save() const {
     std::ostringstream text;
-    _integrator->writeCheckpoint(text);
-    return {describeWhatMoves(), _begun,       text.str(), _turns->save(),
-            _warnings->save(),   _energyBefore};
+    m_integrator->writeCheckpoint(text);
+    return {describeWhatMoves(), m_begun,       text.str(), m_turns->save(),
+            m_warnings->save(),  m_energyBefore};
 }
 
 void Session::restore(const SavedState& saved) {
@@ -159,73 +159,73 @@ void Session::restore(const SavedState& saved) {
         throw std::invalid_argument(
             "restore() wants what save() gave of the same model; this is of another one, or of "
             "before a change()");
-    std::unique_ptr<ImplicitIntegrator> integrator = makeIntegrator(*_model);
+    std::unique_ptr<ImplicitIntegrator> integrator = makeIntegrator(*m_model);
     std::istringstream text(saved.integrator);
     const State begun = makeFresh(saved.begun);
     integrator->readCheckpoint(text, begun);
-    _integrator = std::move(integrator);
-    _begun = begun;
-    _turns->restore(saved.turns);
-    _warnings->restore(saved.warnings);
-    _energyBefore = saved.energyBefore;
+    m_integrator = std::move(integrator);
+    m_begun = begun;
+    m_turns->restore(saved.turns);
+    m_warnings->restore(saved.warnings);
+    m_energyBefore = saved.energyBefore;
     forgetFrom(getTime());
     recordRow();
 }
 
 void Session::keepState(const std::string& path) const {
-    writeKeptState(path, *_model, {getState(), _turns->save()});
+    writeKeptState(path, *m_model, {getState(), m_turns->save()});
 }
 
 void Session::restoreState(const std::string& path) {
-    const KeptState kept = readKeptState(path, *_model);
+    const KeptState kept = readKeptState(path, *m_model);
     start(kept.state, Joints::Closed);
-    _turns->restore(kept.turns);
+    m_turns->restore(kept.turns);
     forgetFrom(getTime());
     recordRow();
 }
 
 void Session::forgetFrom(double time) {
-    while (!_record.time.empty() && _record.time.back() >= time) {
-        _record.time.pop_back();
-        _record.rows.pop_back();
+    while (!m_record.time.empty() && m_record.time.back() >= time) {
+        m_record.time.pop_back();
+        m_record.rows.pop_back();
     }
-    while (!_path.empty() && _path.back().getTime() >= time) _path.pop_back();
+    while (!m_path.empty() && m_path.back().getTime() >= time) m_path.pop_back();
 }
 
 void Session::goOnFrom(const Session& other) {
     start(other.getState());
-    _turns->restore(other._turns->save());
-    _warnings->restore(other._warnings->save());
+    m_turns->restore(other.m_turns->save());
+    m_warnings->restore(other.m_warnings->save());
     const auto isSame = [](const Probe& a, const Probe& b) {
         return a.name == b.name && a.unit == b.unit && a.columns == b.columns;
     };
     const std::vector<Probe>&mine = getProbes(), &others = other.getProbes();
-    _path.clear();
-    _record = {};
+    m_path.clear();
+    m_record = {};
     if (!std::equal(mine.begin(), mine.end(), others.begin(), others.end(), isSame))
         return recordRow();
-    _record = other._record;
-    _uDot = _integrator->getUDot();
-    _multipliers = _integrator->getMultipliers();
+    m_record = other.m_record;
+    m_uDot = m_integrator->getUDot();
+    m_multipliers = m_integrator->getMultipliers();
 }
 
 //-------------------------------------------------------------------------------------------------
 // motion
 
 void Session::recordRow() {
-    _turns->update(getState());
-    _uDot = _integrator->getUDot();
-    _multipliers = _integrator->getMultipliers();
-    const std::vector<double> values = _probes.calc(
-        {getState(), _uDot, _multipliers, double(_integrator->getWork()), _turns.get()});
-    _record.add(getTime(), values);
-    _warnings->check(getState(), values, *_turns);
-    if (_pathCount++ % _pathStride) return;
-    if (_path.size() == kMostPathStates) {
-        dropEverySecond(_path);
-        _pathStride *= 2;
+    m_turns->update(getState());
+    m_uDot = m_integrator->getUDot();
+    m_multipliers = m_integrator->getMultipliers();
+    const std::vector<double> values = m_probes.calc(
+        {getState(), m_uDot, m_multipliers, double(m_integrator->getWork()), m_turns.get()});
+    m_record.add(getTime(), values);
+    m_warnings->check(getState(), values, *m_turns);
+    if (m_pathCount++ % m_pathStride) return;
+    if (m_path.size() == MostPathStates) {
+        dropEverySecond(m_path);
+        m_pathStride *= 2;
     }
-    _path.push_back(getState());
+    m_path.push_back(getState());
 }
 
 Session::Outcome Session::step(int numSteps, const Progress& progress) {
@@ -234,8 +234,8 @@ Session::Outcome Session::step(int numSteps, const Progress& progress) {
                                     " steps");
     for (int i = 0; i < numSteps; ++i) {
         const double before = getTime();
-        const auto status = _integrator->stepOnce();
-        checkMotions(_model->getFile(), before, getTime());
+        const auto status = m_integrator->stepOnce();
+        checkMotions(m_model->getFile(), before, getTime());
         recordRow();
         if (status == ImplicitIntegrator::StepStatus::Terminated) return Outcome::Terminated;
         if (progress && !progress(double(i + 1) / numSteps)) return Outcome::Stopped;
@@ -249,15 +249,16 @@ Session::Outcome Session::runTo(double time, double interval, const Progress& pr
         throw std::invalid_argument("runTo() from t = " + writeGeneral(begin, 6) + " s to " +
                                     writeGeneral(time, 6) + " s by " + writeGeneral(interval, 6) +
                                     " s: it needs a later time and a positive interval");
-    checkMotions(_model->getFile(), begin, time);
+    checkMotions(m_model->getFile(), begin, time);
     const auto numRows = std::max(1L, std::lround(std::ceil(span / interval * (1 - 1e-12))));
     for (long row = 1; row <= numRows; ++row) {
         const double next = row == numRows ? time : begin + double(row) * interval;
         while (getTime() < next) {
             // Reports between steps are interpolated: the motion does not depend on them.
-            const double h = _integrator->getLastStepSize();  // 0 before the first step
-            const double look = getTime() + (h > 0 ? kStepsBetweenLooks * h : 1e-6 * span);
-            const auto status = _integrator->stepTo(look > getTime() ? std::min(next, look) : next);
+            const double h = m_integrator->getLastStepSize();  // 0 before the first step
+            const double look = getTime() + (h > 0 ? StepsBetweenLooks * h : 1e-6 * span);
+            const auto status =
+                m_integrator->stepTo(look > getTime() ? std::min(next, look) : next);
             const bool goesOn = !progress || progress((getTime() - begin) / span);
             if (status == ImplicitIntegrator::StepStatus::Terminated || !goesOn) {
                 recordRow();
@@ -270,7 +271,7 @@ Session::Outcome Session::runTo(double time, double interval, const Progress& pr
 }
 
 Session::Equilibrium Session::settle(const std::function<bool()>& goesOn) {
-    StaticEquilibrium equilibrium(_model->getSystem());
+    StaticEquilibrium equilibrium(m_model->getSystem());
     equilibrium.setObserver([&] {
         if (goesOn && !goesOn()) throw Cancelled("nothing has changed");
     });
@@ -280,7 +281,7 @@ Session::Equilibrium Session::settle(const std::function<bool()>& goesOn) {
     setState(state);
     Equilibrium found{equilibrium.getNumIterations(), {}};
     for (const std::string& motion : equilibrium.getFreeMotions())
-        found.freeMotions.push_back(nameBodies(*_model, motion));
+        found.freeMotions.push_back(nameBodies(*m_model, motion));
     return found;
 }
 
@@ -289,7 +290,7 @@ Session::Equilibrium Session::settle(const std::function<bool()>& goesOn) {
 
 std::vector<double> Session::calcProbe(const Probe& probe) const {
     std::vector<double> values(probe.columns.size());
-    probe.calc({getState(), _uDot, _multipliers, double(_integrator->getWork()), _turns.get()},
+    probe.calc({getState(), m_uDot, m_multipliers, double(m_integrator->getWork()), m_turns.get()},
                values.data());
     return values;
 }
@@ -301,7 +302,7 @@ std::vector<double> Session::get(const std::string& path) const {
         if (probe.name == path) return calcProbe(probe);
         known.push_back(probe.name);
     }
-    const ModelValue parameters = _model->getFile().get("parameters");
+    const ModelValue parameters = m_model->getFile().get("parameters");
     for (const std::string& name : parameters.getKeys()) {
         const std::string full = "parameters." + name;
         if (full == normalizePath(path)) return {parameters.get(name).getNumber()};
@@ -332,10 +333,10 @@ void Session::set(const std::string& path, const std::vector<double>& values) {
 }
 
 bool Session::change(const std::string& key, const std::string& value, Restart restart) {
-    ModelText text = _text;
+    ModelText text = m_text;
     text.set(key, value);
     const bool goesOn = restart == Restart::Never || isBesideMotion(key);
-    Session changed(text, _options);
+    Session changed(text, m_options);
     if (goesOn) changed.goOnFrom(*this);
     *this = std::move(changed);
     return !goesOn;
@@ -345,13 +346,13 @@ bool Session::change(const std::string& key, const std::string& value, Restart r
 // pictures
 
 std::vector<State> Session::getPath() const {
-    std::vector<State> path = _path;
+    std::vector<State> path = m_path;
     path.push_back(getState());
     return path;
 }
 
 std::unique_ptr<OffscreenVisualizer> Session::makeVisualizer() const {
-    std::unique_ptr<OffscreenVisualizer> visualizer = model::makeVisualizer(*_model);
+    std::unique_ptr<OffscreenVisualizer> visualizer = model::makeVisualizer(*m_model);
     visualizer->setOutputFolder("");
     visualizer->fitToMotion(getPath());
     return visualizer;

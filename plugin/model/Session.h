@@ -71,19 +71,19 @@ public:
     Session(Session&&) noexcept;
     Session& operator=(Session&&) noexcept;
 
-    const ModelText& getText() const { return _text; }
+    const ModelText& getText() const { return m_text; }
     /** As it is built now: change() makes another. **/
-    const Model& getModel() const { return *_model; }
+    const Model& getModel() const { return *m_model; }
     /** The file's title, or its name. **/
     std::string getTitle() const;
-    const ImplicitIntegrator& getIntegrator() const { return *_integrator; }
+    const ImplicitIntegrator& getIntegrator() const { return *m_integrator; }
     /** Realized to Stage::Velocity. **/
-    const SimTK::State& getState() const { return _integrator->getState(); }
-    double getTime() const { return _integrator->getTime(); }
+    const SimTK::State& getState() const { return m_integrator->getState(); }
+    double getTime() const { return m_integrator->getTime(); }
     /** Total energy [J], and that of the State from which work is counted: start, or last change.
      * **/
     double calcEnergy() const;
-    double getEnergyBefore() const { return _energyBefore; }
+    double getEnergyBefore() const { return m_energyBefore; }
 
     /** @name Motion
     Throw what the integrator throws; the last good State stays. **/
@@ -131,9 +131,9 @@ public:
 
     /** @name Probes **/
     /**@{**/
-    const std::vector<model::Probe>& getProbes() const { return _probes.getProbes(); }
+    const std::vector<model::Probe>& getProbes() const { return m_probes.getProbes(); }
     std::vector<double> calcProbe(const model::Probe& probe) const;
-    const ProbeRecord& getRecord() const { return _record; }
+    const ProbeRecord& getRecord() const { return m_record; }
     /**@}**/
 
     /** @name The State as a whole **/
@@ -177,19 +177,19 @@ private:
     void forgetFrom(double time);
     void recordRow();
 
-    ModelText _text;
-    ModelOptions _options;
-    std::shared_ptr<const Model> _model;
-    model::Probes _probes;
-    SimTK::State _start, _begun;
-    std::unique_ptr<model::TurnCounter> _turns;
-    std::unique_ptr<model::MotionWarnings> _warnings;
-    std::unique_ptr<ImplicitIntegrator> _integrator;
-    ProbeRecord _record;
-    double _energyBefore = 0;
-    std::vector<SimTK::State> _path;
-    int _pathStride = 1, _pathCount = 0;
-    SimTK::Vector _uDot, _multipliers;
+    ModelText m_text;
+    ModelOptions m_options;
+    std::shared_ptr<const Model> m_model;
+    model::Probes m_probes;
+    SimTK::State m_start, m_begun;
+    std::unique_ptr<model::TurnCounter> m_turns;
+    std::unique_ptr<model::MotionWarnings> m_warnings;
+    std::unique_ptr<ImplicitIntegrator> m_integrator;
+    ProbeRecord m_record;
+    double m_energyBefore = 0;
+    std::vector<SimTK::State> m_path;
+    int m_pathStride = 1, m_pathCount = 0;
+    SimTK::Vector m_uDot, m_multipliers;
 };
 
 }  // namespace simflex

@@ -21,7 +21,7 @@ namespace cli {
 using namespace model;
 namespace {
 
-constexpr size_t kMostPlotted = 3;  // columns in a figure, those that differ most
+constexpr size_t MostPlotted = 3;  // columns in a figure, those that differ most
 
 struct CompareArguments {
     std::string first, second, plot, analysis;
@@ -83,7 +83,7 @@ void drawDifference(const std::string& path, const ResultComparison& comparison,
         std::remove_if(worst.begin(), worst.end(),
                        [&](const auto* column) { return column->analysis != first.analysis; }),
         worst.end());
-    worst.resize(std::min(worst.size(), kMostPlotted));
+    worst.resize(std::min(worst.size(), MostPlotted));
     Figure figure;
     figure.title = "Difference of " + labels[0] + " and " + labels[1];
     figure.xLabel = first.name.find("frequency ") == 0 || first.name.find("damping ") == 0

@@ -163,7 +163,7 @@ void addRunCommand(CLI::App& app) {
             perform(*arguments);
         } catch (const CannotResume& error) {
             std::fprintf(stderr, "simflex: %s\n", error.what());
-            throw CLI::RuntimeError(CannotResume::kExitStatus);
+            throw CLI::RuntimeError(CannotResume::ExitStatus);
         }
     });
 }

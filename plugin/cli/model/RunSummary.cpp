@@ -77,10 +77,9 @@ void printStatic(const Results::Analysis& analysis) {
     print(table);
 }
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kAperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate
+constexpr double Aperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate
 // Of eigenvalues λ², whose errors are those of the largest: of frequencies its root.
-constexpr double kEigenvalueError = 1e-7;
+constexpr double EigenvalueError = 1e-7;
 
 void printEigen(const Results::Analysis& analysis) {
     const double numRigid = getStatistic(analysis, "rigid_motions");
@@ -89,14 +88,14 @@ void printEigen(const Results::Analysis& analysis) {
         std::printf(", besides %.0f motion%s that nothing restores", numRigid,
                     numRigid == 1 ? "" : "s");
     std::printf("\n  mode  frequency [Hz]  damping ratio\n");
-    const double free = kEigenvalueError * getStatistic(analysis, "highest_frequency");
+    const double free = EigenvalueError * getStatistic(analysis, "highest_frequency");
     const size_t count = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
     for (size_t k = 0; k < count; ++k) {
         const double frequency = analysis.frequency[0][k], damping = analysis.dampingRatio[0][k];
         const size_t first = k;
         if (frequency <= free) {
             // A motion that does not oscillate has two modes, one dying away and one growing.
-            const bool isPair = std::abs(damping) >= kAperiodic && k + 1 < count &&
+            const bool isPair = std::abs(damping) >= Aperiodic && k + 1 < count &&
                                 analysis.dampingRatio[0][k + 1] * damping < 0 &&
                                 analysis.frequency[0][k + 1] <= free;
             k += isPair;
@@ -106,12 +105,12 @@ void printEigen(const Results::Analysis& analysis) {
         if (frequency <= free)
             std::printf("  %4s  %14.7g  free motion: nothing restores it but round-off\n",
                         number.c_str(), frequency);
-        else if (std::abs(damping) < kAperiodic)
+        else if (std::abs(damping) < Aperiodic)
             std::printf("  %4s  %14.7g  %13.3g\n", number.c_str(), frequency, damping);
         else
             std::printf("  %4s  %14s  no oscillation: %s by a factor of e in %.4g s\n",
                         number.c_str(), "-", damping > 0 ? "dies away" : "UNSTABLE, grows",
-                        1 / (2 * kPi * frequency));
+                        1 / (2 * SimTK::Pi * frequency));
     }
 }
 
@@ -266,7 +265,7 @@ void printDifference(const Results& flexible, const Results& rigid) {
 
 namespace {
 
-constexpr double kTrusted = 0.01;  // change of a probe, of its range
+constexpr double TrustedChange = 0.01;  // change of a probe, of its range
 
 /** Of how a run and one with finer steps differ. **/
 class Remedy {
@@ -274,20 +273,20 @@ public:
     Remedy(const Results& run, const Results& fine) {
         const ModelValue solver = readSolver(run.header), finer = readSolver(fine.header);
         const bool isRadau = solver.get("method").getText() == "radau";
-        if (isRadau) _slope = 1;
+        if (isRadau) m_slope = 1;
         if (solver.get("fixed_step").isGiven()) {
-            _key = "fixed_step";
-            _unit = " s";
-            _slope = isRadau ? 5 : 2;
+            m_key = "fixed_step";
+            m_unit = " s";
+            m_slope = isRadau ? 5 : 2;
         }
-        _coarse = solver.get(_key).getNumber();
-        _fine = finer.get(_key).getNumber();
+        m_coarse = solver.get(m_key).getNumber();
+        m_fine = finer.get(m_key).getNumber();
     }
 
     /** "between accuracy 1e-6 and 1e-7" **/
     std::string describe() const {
-        return std::string("between ") + _key + " " + writeGeneral(_coarse, 4) + " and " +
-               writeGeneral(_fine, 4) + _unit;
+        return std::string("between ") + m_key + " " + writeGeneral(m_coarse, 4) + " and " +
+               writeGeneral(m_fine, 4) + m_unit;
     }
 
     /** Where a change of this part of the range should come down to what is trusted. **/
@@ -296,16 +295,18 @@ public:
         constexpr double Finest = 1e-13;
         const std::string damping =
             "more damping of the parts, if it is vibration that nobody wants to see";
-        const double wanted = std::min(_fine, _coarse * std::pow(kTrusted / change, 1 / _slope));
+        const double wanted =
+            std::min(m_fine, m_coarse * std::pow(TrustedChange / change, 1 / m_slope));
         if (!(wanted >= Finest)) return "no finer steps will do; try " + damping;
         const double power = std::pow(10, std::floor(std::log10(wanted) + 1e-9));
-        return "try solver." + std::string(_key) + "=" + writeGeneral(power, 4) + ", or " + damping;
+        return "try solver." + std::string(m_key) + "=" + writeGeneral(power, 4) + ", or " +
+               damping;
     }
 
 private:
-    const char *_key = "accuracy", *_unit = "";
-    double _slope = 2.0 / 3;  ///< the error falls with this power of it
-    double _coarse = 0, _fine = 0;
+    const char *m_key = "accuracy", *m_unit = "";
+    double m_slope = 2.0 / 3;  ///< the error falls with this power of it
+    double m_coarse = 0, m_fine = 0;
 };
 
 }  // namespace
@@ -327,8 +328,9 @@ void printVerification(const Results& run, const Results& fine, const std::strin
                 return true;
             const bool isLength = column.unit == "m" || column.unit == "rad";
             const double scale = column.unit == "J" ? getStatistic(a, "largest_kinetic_energy") : 0;
-            return column.getRelative() <= kTrusted || (isLength && column.largest <= accuracy) ||
-                   column.largest <= kTrusted * scale;
+            return column.getRelative() <= TrustedChange ||
+                   (isLength && column.largest <= accuracy) ||
+                   column.largest <= TrustedChange * scale;
         };
         for (const ColumnDifference& column : comparison.columns)
             if (column.analysis == a.name && !isTrusted(column))

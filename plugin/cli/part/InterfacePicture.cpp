@@ -11,13 +11,13 @@ namespace {
 
 using SimTK::Vec3;
 
-constexpr int kWidth = 1280, kHeight = 800;
-constexpr double kDotSize = 5;  // [pixel]
+constexpr int PictureWidth = 1280, PictureHeight = 800;
+constexpr double DotSize = 5;  // [pixel]
 
 /** Colours that differ to colour-blind eyes, too (Okabe and Ito). **/
-const Vec3 kInterfaceColors[] = {Vec3(0.84, 0.37, 0.00), Vec3(0.00, 0.45, 0.70),
-                                 Vec3(0.00, 0.62, 0.45), Vec3(0.80, 0.47, 0.65),
-                                 Vec3(0.90, 0.62, 0.00), Vec3(0.34, 0.71, 0.91)};
+const Vec3 InterfaceColors[] = {Vec3(0.84, 0.37, 0.00), Vec3(0.00, 0.45, 0.70),
+                                Vec3(0.00, 0.62, 0.45), Vec3(0.80, 0.47, 0.65),
+                                Vec3(0.90, 0.62, 0.00), Vec3(0.34, 0.71, 0.91)};
 
 Vec3 positionOf(const Mesh& mesh, int node) {
     const auto x = mesh.position(node);
@@ -40,7 +40,7 @@ SimTK::PolygonalMesh makeSkin(const Mesh& mesh) {
 
 Image drawInterfaces(const ReducedBody& part) {
     EmptySystem empty;
-    OffscreenVisualizer visualizer(empty.system, kWidth, kHeight);
+    OffscreenVisualizer visualizer(empty.system, PictureWidth, PictureHeight);
     const int up = choosePartView(visualizer, part);
     visualizer.setBackgroundType(SimTK::Visualizer::SolidColor)
         .setShowSimTime(false)
@@ -56,14 +56,14 @@ Image drawInterfaces(const ReducedBody& part) {
     const double size = 2 * part.calcRadius();
     for (size_t k = 0; k < part.interfaces.size(); ++k) {
         const ReducedBody::Interface& interface = part.interfaces[k];
-        const Vec3 color = kInterfaceColors[k % std::size(kInterfaceColors)];
+        const Vec3 color = InterfaceColors[k % std::size(InterfaceColors)];
         const Vec3 master(interface.position[0], interface.position[1], interface.position[2]);
         double top = 0;
         for (const int node : interface.nodes) {
             const Vec3 x = positionOf(part.mesh, node);
             top = std::max(top, x[up] - master[up]);
             SimTK::DecorativePoint dot(x);
-            dot.setColor(color).setLineThickness(kDotSize);
+            dot.setColor(color).setLineThickness(DotSize);
             add(dot, Vec3(0));
         }
         SimTK::DecorativeText legend(interface.name + ": " +

@@ -30,11 +30,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFramesPerPeriod = 24, kPeriodsOfVideo = 3;  // a video does not repeat by itself
-constexpr double kFramesPerSecond = 20;
-constexpr int kColumns = 4;
-constexpr double kUsualScale = 0.06;      // largest displacement drawn, to the part's size
-constexpr double kSteepestDrawing = 0.5;  // difference of displacement along an edge, to its length
+constexpr int FramesPerPeriod = 24, PeriodsOfVideo = 3;  // a video does not repeat by itself
+constexpr double FramesPerSecond = 20;
+constexpr int SheetColumns = 4;
+constexpr double UsualScale = 0.06;      // largest displacement drawn, to the part's size
+constexpr double SteepestDrawing = 0.5;  // difference of displacement along an edge, to its length
 
 struct ModesArguments {
     std::string part, folder, modes = "1-12", size = "960x640";
@@ -100,10 +100,10 @@ ModeSize measureMode(const ReducedBody& part, const SurfaceMesh& skin, int mode)
 
 /** ξ with which a mode is drawn. **/
 double chooseAmplitude(const ReducedBody& part, const ModeSize& size, double scale) {
-    const double wanted = (scale > 0 ? scale : kUsualScale) * 2 * part.calcRadius();
+    const double wanted = (scale > 0 ? scale : UsualScale) * 2 * part.calcRadius();
     const double amplitude = size.displacement > 0 ? wanted / size.displacement : 0;
     if (scale > 0 || !(size.slope > 0)) return amplitude;
-    return std::min(amplitude, kSteepestDrawing / size.slope);
+    return std::min(amplitude, SteepestDrawing / size.slope);
 }
 
 /** Cuts all pictures to the rectangle that holds what is not white in any of them. **/
@@ -135,75 +135,75 @@ class ModePainter {
 public:
     ModePainter(std::shared_ptr<const ReducedBody> part, std::vector<int> modes,
                 std::pair<int, int> size, double scale)
-        : _part(std::move(part)),
-          _modes(std::move(modes)),
-          _hertz(calcFrequencies(*_part)),
-          _visualizer(_empty.system, size.first, size.second) {
-        const SurfaceMesh skin = extractSurface(_part->mesh);
-        for (const int mode : _modes) {
-            _sizes.push_back(measureMode(*_part, skin, mode));
-            _amplitudes.push_back(chooseAmplitude(*_part, _sizes.back(), scale));
+        : m_part(std::move(part)),
+          m_modes(std::move(modes)),
+          m_hertz(calcFrequencies(*m_part)),
+          m_visualizer(m_empty.system, size.first, size.second) {
+        const SurfaceMesh skin = extractSurface(m_part->mesh);
+        for (const int mode : m_modes) {
+            m_sizes.push_back(measureMode(*m_part, skin, mode));
+            m_amplitudes.push_back(chooseAmplitude(*m_part, m_sizes.back(), scale));
         }
-        choosePartView(_visualizer, *_part);
-        _visualizer.setShowSimTime(false)
+        choosePartView(m_visualizer, *m_part);
+        m_visualizer.setShowSimTime(false)
             .setShowColorBar(false)
             .setShowDeformationFactor(false)
             .setDeformationFactor(1)
             .setShowUndeformed(false)
             .setBackgroundType(SimTK::Visualizer::SolidColor)
-            .addDeformableMesh({_part, _part->name,
+            .addDeformableMesh({m_part, m_part->name,
                                 [](const SimTK::State&) { return SimTK::Transform(); },
                                 [this](const SimTK::State& state) { return calcXi(state); }});
         std::vector<SimTK::State> extremes;
-        for (size_t k = 0; k < _modes.size(); ++k)
-            for (const int frame : {kFramesPerPeriod / 4, 3 * kFramesPerPeriod / 4})
+        for (size_t k = 0; k < m_modes.size(); ++k)
+            for (const int frame : {FramesPerPeriod / 4, 3 * FramesPerPeriod / 4})
                 extremes.push_back(makeState(k, frame));
-        _visualizer.setWindowTitle(" ");  // keeps room for one
-        _visualizer.fitToMotion(extremes);
+        m_visualizer.setWindowTitle(" ");  // keeps room for one
+        m_visualizer.fitToMotion(extremes);
     }
 
     std::string describe(size_t k) const {
-        return "mode " + std::to_string(_modes[k]) + "   " +
-               formatFrequency(_hertz[size_t(_modes[k] - 1)]);
+        return "mode " + std::to_string(m_modes[k]) + "   " +
+               formatFrequency(m_hertz[size_t(m_modes[k] - 1)]);
     }
 
     Image draw(size_t k, int frame, const std::string& title) {
-        const double largest = _amplitudes[k] * _sizes[k].displacement;
-        if (largest > 0) _visualizer.setContourRange(0, largest);
-        _visualizer.setWindowTitle(title).setShowAxes(!title.empty());
-        return _visualizer.drawFrame(makeState(k, frame));
+        const double largest = m_amplitudes[k] * m_sizes[k].displacement;
+        if (largest > 0) m_visualizer.setContourRange(0, largest);
+        m_visualizer.setWindowTitle(title).setShowAxes(!title.empty());
+        return m_visualizer.drawFrame(makeState(k, frame));
     }
 
 private:
     /** Frames are told apart by their time: the mode's place, then the frame of its period. **/
     SimTK::State makeState(size_t k, int frame) const {
-        SimTK::State state = _empty.state;
-        state.setTime(double(k * kFramesPerPeriod + size_t(frame % kFramesPerPeriod)));
+        SimTK::State state = m_empty.state;
+        state.setTime(double(k * FramesPerPeriod + size_t(frame % FramesPerPeriod)));
         return state;
     }
 
     SimTK::Vector calcXi(const SimTK::State& state) const {
         const size_t number = size_t(std::lround(state.getTime()));
-        const size_t k = number / kFramesPerPeriod;
-        SimTK::Vector xi(_part->numModes, 0.0);
-        xi[_modes[k] - 1] =
-            _amplitudes[k] *
-            std::sin(2 * SimTK::Pi * double(number % kFramesPerPeriod) / kFramesPerPeriod);
+        const size_t k = number / FramesPerPeriod;
+        SimTK::Vector xi(m_part->numModes, 0.0);
+        xi[m_modes[k] - 1] =
+            m_amplitudes[k] *
+            std::sin(2 * SimTK::Pi * double(number % FramesPerPeriod) / FramesPerPeriod);
         return xi;
     }
 
-    std::shared_ptr<const ReducedBody> _part;
-    std::vector<int> _modes;
-    std::vector<double> _hertz;
-    std::vector<ModeSize> _sizes;
-    std::vector<double> _amplitudes;
-    EmptySystem _empty;
-    OffscreenVisualizer _visualizer;
+    std::shared_ptr<const ReducedBody> m_part;
+    std::vector<int> m_modes;
+    std::vector<double> m_hertz;
+    std::vector<ModeSize> m_sizes;
+    std::vector<double> m_amplitudes;
+    EmptySystem m_empty;
+    OffscreenVisualizer m_visualizer;
 };
 
 /** The first frame of a period that looks the same: sin(π − x) = sin x. **/
 int findTwin(int frame) {
-    constexpr int quarter = kFramesPerPeriod / 4;
+    constexpr int quarter = FramesPerPeriod / 4;
     if (frame > quarter && frame <= 2 * quarter) return 2 * quarter - frame;
     if (frame > 3 * quarter) return 6 * quarter - frame;
     return frame;
@@ -242,7 +242,7 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
         bar.clear();
         if (pictures.empty()) return;
         cropTogether(pictures);
-        makeContactSheet(pictures, captions, kColumns)
+        makeContactSheet(pictures, captions, SheetColumns)
             .writePng((folder / "contact_sheet.png").string());
     };
     try {
@@ -250,14 +250,14 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
             const std::string stem = "mode_" + formatModeNumber(modes[k], part->numModes);
             if (!suffixes.empty()) {
                 VideoOptions options;
-                options.framesPerSecond = kFramesPerSecond;
+                options.framesPerSecond = FramesPerSecond;
                 std::vector<std::unique_ptr<VideoWriter>> videos;
                 for (const std::string& suffix : suffixes)
                     videos.push_back(std::make_unique<VideoWriter>(
                         (folder / (stem + suffix)).string(), options));
-                std::vector<Image> period(kFramesPerPeriod);
-                for (int frame = 0; frame < kFramesPerPeriod; ++frame) {
-                    if (!bar.show(painter.describe(k), double(frame) / (kFramesPerPeriod + 6)))
+                std::vector<Image> period(FramesPerPeriod);
+                for (int frame = 0; frame < FramesPerPeriod; ++frame) {
+                    if (!bar.show(painter.describe(k), double(frame) / (FramesPerPeriod + 6)))
                         throw Cancelled();
                     const int twin = findTwin(frame);
                     Image& image = period[size_t(frame)];
@@ -267,13 +267,13 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
                 }
                 for (size_t v = 0; v < videos.size(); ++v) {
                     if (suffixes[v] == ".mp4")
-                        for (int again = 1; again < kPeriodsOfVideo; ++again)
+                        for (int again = 1; again < PeriodsOfVideo; ++again)
                             for (const Image& image : period) videos[v]->write(image);
                     videos[v]->finish();
                 }
             }
             if (!bar.show(painter.describe(k), 1)) throw Cancelled();
-            pictures.push_back(painter.draw(k, kFramesPerPeriod / 4, ""));
+            pictures.push_back(painter.draw(k, FramesPerPeriod / 4, ""));
             captions.push_back(painter.describe(k));
         }
     } catch (const std::exception&) {

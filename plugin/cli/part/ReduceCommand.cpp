@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /** Shares of the time, measured on the 1 mm connecting rod (45 000 DOF, 50 modes). **/
-const std::vector<std::pair<std::string, double>> kPhases = {
+const std::vector<std::pair<std::string, double>> UsualPhases = {
     {"reading the deck", 1}, {"CalculiX assembles K and M", 36},
     {"reading K", 3},        {"reading M", 2},
     {"checking K and M", 1}, {"ordering K", 4},
@@ -31,14 +31,14 @@ const std::vector<std::pair<std::string, double>> kPhases = {
     {"invariants", 1}};
 
 /** The same for the frequencies of the full model. **/
-const std::pair<std::string, double> kCheckPhase{"frequencies of the full model", 45};
+const std::pair<std::string, double> CheckPhase{"frequencies of the full model", 45};
 
 /** The same for geometric stiffness, with two interfaces and two processors. **/
-const std::vector<std::pair<std::string, double>> kStiffeningPhases = {
-    {"loads that stiffen", 2}, {"geometric stiffness", 400}};
+const std::vector<std::pair<std::string, double>> StiffeningPhases = {{"loads that stiffen", 2},
+                                                                      {"geometric stiffness", 400}};
 
 /** Results of phases shorter than this are not kept for a run that resumes [s]. **/
-constexpr double kWorthKeeping = 5;
+constexpr double WorthKeeping = 5;
 
 struct ReduceArguments {
     SourceArguments source;
@@ -80,11 +80,11 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     for (const std::string& file : {output, arguments.picture})
         if (!file.empty()) checkWritable(file);
 
-    auto phases = kPhases;
+    auto phases = UsualPhases;
     if (arguments.stiffening)
-        phases.insert(phases.end(), kStiffeningPhases.begin(), kStiffeningPhases.end());
+        phases.insert(phases.end(), StiffeningPhases.begin(), StiffeningPhases.end());
     if (options.stress) phases.emplace_back("modal stress", 4);
-    if (options.numCheckedModes > 0) phases.push_back(kCheckPhase);
+    if (options.numCheckedModes > 0) phases.push_back(CheckPhase);
     ProgressBar bar(arguments.quiet, phases);
     const ProgressCallback progress = [&](const std::string& phase, double fraction) {
         return bar.show(phase, fraction);
@@ -102,7 +102,7 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     const Listener listener = makeListener(arguments.quiet);
     calculix.note = listener.note;
     calculix.warn = listener.warn;
-    const ReductionCheckpoint checkpoint(output + ".resume", kWorthKeeping, calculix.note);
+    const ReductionCheckpoint checkpoint(output + ".resume", WorthKeeping, calculix.note);
     if (arguments.resume) calculix.checkpoint = options.checkpoint = &checkpoint;
     FeModel model = readModelSource(source);
     for (const std::string& warning : listInterfaceWarnings(model, options)) {

@@ -11,8 +11,8 @@ namespace simflex {
 namespace cli {
 namespace {
 
-const std::map<std::string, double> kLengthUnits = {{"m", 1},     {"cm", 1e-2},   {"mm", 1e-3},
-                                                    {"um", 1e-6}, {"in", 0.0254}, {"ft", 0.3048}};
+const std::map<std::string, double> LengthUnits = {{"m", 1},     {"cm", 1e-2},   {"mm", 1e-3},
+                                                   {"um", 1e-6}, {"in", 0.0254}, {"ft", 0.3048}};
 
 StressOptions parseStress(const std::string& text) {
     StressOptions options;
@@ -35,7 +35,7 @@ StressOptions parseStress(const std::string& text) {
 
 void SourceArguments::addTo(CLI::App& command) {
     command
-        .add_option("SOURCE", _options.path,
+        .add_option("SOURCE", m_options.path,
                     "CalculiX deck (.inp); stiffness matrix (.mtx: Matrix Market or Abaqus, .pch: "
                     "Nastran DMIG); mesh or geometry (.msh, .geo, .step, .stp, .brep, .iges, .igs)")
         ->required();
@@ -44,95 +44,95 @@ void SourceArguments::addTo(CLI::App& command) {
         return command.add_option(name, variable, help)->type_name(type)->group(group);
     };
     const char *matrices = "Matrices", *gmsh = "Mesh and geometry";
-    add(matrices, "--mass-matrix", _options.massMatrix,
+    add(matrices, "--mass-matrix", m_options.massMatrix,
         "mass matrix, of the same kind as the stiffness matrix", "FILE");
-    add(matrices, "--nodes,--grids", _options.nodes,
+    add(matrices, "--nodes,--grids", m_options.nodes,
         "nodes of the matrices: table `number x y z`, deck (.inp: elements and node sets too) or "
         "bulk data (.bdf)",
         "FILE");
-    add(matrices, "--dofs", _options.dofs,
+    add(matrices, "--dofs", m_options.dofs,
         "`node direction` of each row, where it is not three a node in their order", "FILE");
-    add(matrices, "--stiffness-name", _options.stiffnessName, "DMIG matrix to take as K", "NAME")
+    add(matrices, "--stiffness-name", m_options.stiffnessName, "DMIG matrix to take as K", "NAME")
         ->capture_default_str();
-    add(matrices, "--mass-name", _options.massName, "DMIG matrix to take as M", "NAME")
+    add(matrices, "--mass-name", m_options.massName, "DMIG matrix to take as M", "NAME")
         ->capture_default_str();
     std::string systems, materials;
     for (const UnitSystem& system : listUnitSystems())
         systems += (systems.empty() ? "" : ", ") + system.name;
     for (const Material& material : listMaterials())
         materials += (materials.empty() ? "" : ", ") + material.name;
-    command.add_option("--units", _options.units, "units of deck or matrices: " + systems)
+    command.add_option("--units", m_options.units, "units of deck or matrices: " + systems)
         ->capture_default_str()
         ->type_name("SYSTEM");
-    add(gmsh, "--material", _options.material, "E=…,nu=…,rho=… in SI units, or one of " + materials,
-        "MATERIAL");
-    add(gmsh, "--mesh-size", _options.gmsh.meshSize,
+    add(gmsh, "--material", m_options.material,
+        "E=…,nu=…,rho=… in SI units, or one of " + materials, "MATERIAL");
+    add(gmsh, "--mesh-size", m_options.gmsh.meshSize,
         "largest element, in the unit of the geometry (STEP: metres)", "H")
         ->check(makePositiveCheck());
-    add(gmsh, "--order", _options.gmsh.order,
+    add(gmsh, "--order", m_options.gmsh.order,
         "1: linear elements, 2: quadratic (default; a .msh keeps its own)", "1|2")
         ->check(CLI::Range(1, 2));
-    add(gmsh, "--length-unit", _lengthUnit,
+    add(gmsh, "--length-unit", m_lengthUnit,
         "unit of the geometry: m (default), cm, mm, um, in, ft; STEP files say their own", "UNIT");
-    addRepeated(command, "--gmsh", _settings,
+    addRepeated(command, "--gmsh", m_settings,
                 "constant of the script or option of Gmsh (Mesh.Algorithm3D=10 …)", "NAME=VALUE")
         ->group(gmsh);
-    addScriptsFlag(command, _options.gmsh.allowsScripts);
-    add(gmsh, "--keep-deck", _options.gmsh.keepDeck,
+    addScriptsFlag(command, m_options.gmsh.allowsScripts);
+    add(gmsh, "--keep-deck", m_options.gmsh.keepDeck,
         "keep the CalculiX deck that is made, to be reduced with --stiffening", "DECK.inp");
 }
 
 SourceOptions SourceArguments::parse() const {
-    SourceOptions options = _options;
-    if (!_lengthUnit.empty()) {
-        const auto unit = kLengthUnits.find(_lengthUnit);
-        if (unit == kLengthUnits.end())
+    SourceOptions options = m_options;
+    if (!m_lengthUnit.empty()) {
+        const auto unit = LengthUnits.find(m_lengthUnit);
+        if (unit == LengthUnits.end())
             throw CLI::ValidationError("--length-unit",
-                                       "'" + _lengthUnit + "' is none of m, cm, mm, um, in, ft");
+                                       "'" + m_lengthUnit + "' is none of m, cm, mm, um, in, ft");
         options.gmsh.lengthUnit = unit->second;
     }
-    for (const std::string& text : _settings)
+    for (const std::string& text : m_settings)
         options.gmsh.settings.push_back(splitAssignment("--gmsh", text));
     return options;
 }
 
 void ReductionArguments::addTo(CLI::App& command) {
-    addRepeated(command, "-i,--interface", _rigid,
+    addRepeated(command, "-i,--interface", m_rigid,
                 "joint seat tied rigidly to its master point. NODES: a node set or surface, or "
                 "sphere:x,y,z,r, cylinder:x,y,z,ax,ay,az,r[,length], plane:x,y,z,nx,ny,nz in "
                 "metres",
                 "NAME=NODES");
-    addRepeated(command, "--distributing", _distributing,
+    addRepeated(command, "--distributing", m_distributing,
                 "joint seat whose master point is the mean of its nodes and stiffens nothing",
                 "NAME=NODES");
-    addRepeated(command, "--master", _masters,
+    addRepeated(command, "--master", m_masters,
                 "master point of an interface [m] (default: middle of its surface or volume; "
                 "of a cylinder, on its axis)",
                 "NAME=X,Y,Z");
-    addRepeated(command, "--load-point", _loadPoints,
+    addRepeated(command, "--load-point", m_loadPoints,
                 "static (attachment) modes for forces on NODES (also node:NUMBER), along x, y "
                 "and z or the AXES given",
                 "NODES[=AXES]");
     CLI::Option* modes = command.add_option(
-        "-m,--modes", _numModes,
+        "-m,--modes", m_numModes,
         "Craig-Bampton modes, 6 per interface among them; the part keeps 6 fewer");
     modes->capture_default_str()->check(makePositiveCheck());
     command
-        .add_option("--up-to", _highestFrequency,
+        .add_option("--up-to", m_highestFrequency,
                     "all normal modes up to this frequency, instead of --modes")
         ->type_name("HZ")
         ->check(makePositiveCheck())
         ->excludes(modes);
     command
-        .add_option("--check", _numCheckedModes,
+        .add_option("--check", m_numCheckedModes,
                     "compare so many frequencies of the part with those of the full model")
         ->type_name("COUNT")
         ->check(makePositiveCheck());
-    command.add_flag("--stress{skin}", _stress,
+    command.add_flag("--stress{skin}", m_stress,
                      "stress and strain of the modes at the nodes of the part's skin, at `all`, or "
                      "at NODES (--stress=SET,SET or =sphere:x,y,z,r)");
     command
-        .add_option("--memory", _memory,
+        .add_option("--memory", m_memory,
                     "memory the reduction may take; more is refused before K is factored (default: "
                     "what the machine has left)")
         ->type_name("GIB")
@@ -141,15 +141,15 @@ void ReductionArguments::addTo(CLI::App& command) {
 
 ReductionOptions ReductionArguments::parse() const {
     ReductionOptions options;
-    for (const std::string& text : _rigid) {
+    for (const std::string& text : m_rigid) {
         const auto [name, nodes] = splitAssignment("--interface", text);
         options.interfaces.emplace_back(name, nodes);
     }
-    for (const std::string& text : _distributing) {
+    for (const std::string& text : m_distributing) {
         const auto [name, nodes] = splitAssignment("--distributing", text);
         options.interfaces.emplace_back(name, nodes, TieType::Distributing);
     }
-    for (const std::string& text : _masters) {
+    for (const std::string& text : m_masters) {
         const auto [name, point] = splitAssignment("--master", text);
         std::array<double, 3> x{};
         const std::vector<std::string> numbers = splitAt(point, ',');
@@ -163,7 +163,7 @@ ReductionOptions ReductionArguments::parse() const {
             if (interface.name == name) interface.master = x, found = true;
         if (!found) throw CLI::ValidationError("--master", "there is no interface '" + name + "'");
     }
-    for (const std::string& text : _loadPoints) {
+    for (const std::string& text : m_loadPoints) {
         const size_t equals = text.find('=');
         LoadPoint point{text.substr(0, equals)};
         if (equals != std::string::npos) point.axes = text.substr(equals + 1);
@@ -171,11 +171,11 @@ ReductionOptions ReductionArguments::parse() const {
             throw CLI::ValidationError("--load-point", "'" + text + "' names no nodes");
         options.loadPoints.push_back(point);
     }
-    options.numModes = _numModes;
-    if (_highestFrequency > 0) options.highestFrequency = _highestFrequency;
-    options.numCheckedModes = _numCheckedModes;
-    if (!_stress.empty()) options.stress = parseStress(_stress);
-    if (_memory > 0) options.memoryLimit = _memory * 1073741824;
+    options.numModes = m_numModes;
+    if (m_highestFrequency > 0) options.highestFrequency = m_highestFrequency;
+    options.numCheckedModes = m_numCheckedModes;
+    if (!m_stress.empty()) options.stress = parseStress(m_stress);
+    if (m_memory > 0) options.memoryLimit = m_memory * 1073741824;
     return options;
 }
 

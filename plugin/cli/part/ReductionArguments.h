@@ -18,15 +18,15 @@ public:
     /** Adds SOURCE and the options that go with it. `this` must live as long as `command`. **/
     void addTo(CLI::App& command);
 
-    const std::string& path() const { return _options.path; }
+    const std::string& path() const { return m_options.path; }
 
     /** What was asked for. @throws CLI::ValidationError for an option of the wrong form. **/
     SourceOptions parse() const;
 
 private:
-    SourceOptions _options;
-    std::string _lengthUnit;
-    std::vector<std::string> _settings;
+    SourceOptions m_options;
+    std::string m_lengthUnit;
+    std::vector<std::string> m_settings;
 };
 
 /** Interfaces, load points, modes. **/
@@ -40,10 +40,10 @@ public:
     ReductionOptions parse() const;
 
 private:
-    std::vector<std::string> _rigid, _distributing, _masters, _loadPoints;
-    std::string _stress;  ///< all, skin or nodes; empty: none
-    int _numModes = 50, _numCheckedModes = 0;
-    double _highestFrequency = 0, _memory = 0;
+    std::vector<std::string> m_rigid, m_distributing, m_masters, m_loadPoints;
+    std::string m_stress;  ///< all, skin or nodes; empty: none
+    int m_numModes = 50, m_numCheckedModes = 0;
+    double m_highestFrequency = 0, m_memory = 0;
 };
 
 }  // namespace cli

@@ -13,15 +13,15 @@ class Splitter {
 public:
     void read(const std::string& text) {
         for (const char c : text) {
-            if (_isComment) return;
+            if (m_isComment) return;
             read(c);
         }
     }
 
     void endWord() {
-        if (_isWord) words.push_back(word);
+        if (m_isWord) words.push_back(word);
         word.clear();
-        _isWord = false;
+        m_isWord = false;
     }
     void endCommand() {
         endWord();
@@ -29,9 +29,9 @@ public:
         words.clear();
     }
 
-    bool isComment() const { return _isComment; }
-    char getQuote() const { return _quote; }
-    const std::string& getBrackets() const { return _brackets; }
+    bool isComment() const { return m_isComment; }
+    char getQuote() const { return m_quote; }
+    const std::string& getBrackets() const { return m_brackets; }
 
     std::vector<Words> commands;
     Words words;
@@ -39,22 +39,22 @@ public:
 
 private:
     void read(char c) {
-        if (_quote) {
-            if (c == _quote)
-                _quote = 0;
+        if (m_quote) {
+            if (c == m_quote)
+                m_quote = 0;
             else
                 word += c;
         } else if (c == '\'' || c == '"') {
-            _quote = c;
-            _isWord = true;
-        } else if (!_brackets.empty() || isBracket(c)) {
+            m_quote = c;
+            m_isWord = true;
+        } else if (!m_brackets.empty() || isBracket(c)) {
             readInBrackets(c);
         } else if (isBlank(c)) {
             endWord();
         } else if (c == ';') {
             endCommand();
-        } else if (c == '#' && !_isWord) {
-            _isComment = true;
+        } else if (c == '#' && !m_isWord) {
+            m_isComment = true;
         } else {
             add(c);
         }
@@ -64,20 +64,20 @@ private:
 
     void readInBrackets(char c) {
         if (isBracket(c))
-            _brackets += c == '(' ? ')' : c == '[' ? ']' : '}';
-        else if (c == _brackets.back())
-            _brackets.pop_back();
+            m_brackets += c == '(' ? ')' : c == '[' ? ']' : '}';
+        else if (c == m_brackets.back())
+            m_brackets.pop_back();
         add(c);
     }
 
     void add(char c) {
         word += c;
-        _isWord = true;
+        m_isWord = true;
     }
 
-    char _quote = 0;
-    std::string _brackets;  ///< that will close those that are open
-    bool _isWord = false, _isComment = false;
+    char m_quote = 0;
+    std::string m_brackets;  ///< that will close those that are open
+    bool m_isWord = false, m_isComment = false;
 };
 
 }  // namespace

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kHistorySize = 1000;
+constexpr int HistorySize = 1000;
 
 std::string findCommonBeginning(const std::vector<std::string>& words) {
     std::string common = words.front();
@@ -98,17 +98,19 @@ public:
         noteInterrupt = action.sa_handler;  // as forgetInterrupts() left it
         action = {};
         action.sa_handler = hearSignal;
-        for (size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &action, &_before[i]);
+        for (size_t i = 0; i < HeardSignals.size(); ++i)
+            sigaction(HeardSignals[i], &action, &m_before[i]);
     }
     ~TerminalSignals() {
-        for (size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &_before[i], nullptr);
+        for (size_t i = 0; i < HeardSignals.size(); ++i)
+            sigaction(HeardSignals[i], &m_before[i], nullptr);
     }
     TerminalSignals(const TerminalSignals&) = delete;
     TerminalSignals& operator=(const TerminalSignals&) = delete;
 
 private:
-    static constexpr std::array<int, 4> kSignals{SIGINT, SIGTERM, SIGWINCH, SIGCONT};
-    std::array<struct sigaction, 4> _before{};
+    static constexpr std::array<int, 4> HeardSignals{SIGINT, SIGTERM, SIGWINCH, SIGCONT};
+    std::array<struct sigaction, 4> m_before{};
 };
 
 /** False, with errno EINTR, after a signal, also one that came just before. **/
@@ -159,7 +161,7 @@ public:
         editor = el_init("simflex", stdin, stdout, stderr);
         if (!past || !editor) throw std::runtime_error("libedit cannot edit lines here");
         HistEvent event;
-        history(past, &event, H_SETSIZE, kHistorySize);
+        history(past, &event, H_SETSIZE, HistorySize);
         history(past, &event, H_SETUNIQUE, 1);
         if (!historyFile.empty()) history(past, &event, H_LOAD, historyFile.c_str());
         el_set(editor, EL_CLIENTDATA, this);
@@ -236,19 +238,19 @@ public:
 
 LineEditor::LineEditor(const std::string& prompt, const std::string& historyFile,
                        Completer completer)
-    : _impl(new Implementation(prompt, historyFile, std::move(completer))) {}
+    : m_impl(new Implementation(prompt, historyFile, std::move(completer))) {}
 
 LineEditor::~LineEditor() = default;
 
 LineEditor::Outcome LineEditor::readLine(std::string& line) {
     forgetInterrupts();
     const TerminalSignals signals;
-    el_resize(_impl->editor);
-    el_set(_impl->editor, EL_PREP_TERM, 1);  // before the prompt invites to type
+    el_resize(m_impl->editor);
+    el_set(m_impl->editor, EL_PREP_TERM, 1);  // before the prompt invites to type
     int length = 0;
-    const char* text = el_gets(_impl->editor, &length);
+    const char* text = el_gets(m_impl->editor, &length);
     if (wasInterrupted()) {
-        el_reset(_impl->editor);
+        el_reset(m_impl->editor);
         tcflush(STDIN_FILENO, TCIFLUSH);  // what was typed before libedit listened
         std::puts("^C");
         return Outcome::Interrupted;
@@ -258,8 +260,8 @@ LineEditor::Outcome LineEditor::readLine(std::string& line) {
     while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.pop_back();
     if (line.find_first_not_of(" \t") != std::string::npos) {
         HistEvent event;
-        history(_impl->past, &event, H_ENTER, line.c_str());
-        _impl->save();
+        history(m_impl->past, &event, H_ENTER, line.c_str());
+        m_impl->save();
     }
     return Outcome::Line;
 }
@@ -267,8 +269,8 @@ LineEditor::Outcome LineEditor::readLine(std::string& line) {
 std::vector<std::string> LineEditor::getHistory() const {
     std::vector<std::string> lines;
     HistEvent event;
-    for (int found = history(_impl->past, &event, H_LAST); found >= 0;
-         found = history(_impl->past, &event, H_PREV)) {
+    for (int found = history(m_impl->past, &event, H_LAST); found >= 0;
+         found = history(m_impl->past, &event, H_PREV)) {
         lines.emplace_back(event.str);
         while (!lines.back().empty() && lines.back().back() == '\n') lines.back().pop_back();
     }

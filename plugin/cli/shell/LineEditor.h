@@ -41,7 +41,7 @@ public:
 
 private:
     class Implementation;
-    std::unique_ptr<Implementation> _impl;
+    std::unique_ptr<Implementation> m_impl;
 };
 
 }  // namespace cli

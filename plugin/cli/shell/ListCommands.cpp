@@ -141,12 +141,12 @@ void listFrames(Shell& shell) {
 const struct NamedList {
     const char* name;
     void (*print)(Shell&);  ///< null: wants a body
-} kLists[] = {{"bodies", listBodies}, {"joints", listJoints}, {"motions", listMotions},
-              {"modes", nullptr},     {"probes", listProbes}, {"parameters", listParameters},
-              {"frames", listFrames}};
+} NamedLists[] = {{"bodies", listBodies}, {"joints", listJoints}, {"motions", listMotions},
+                  {"modes", nullptr},     {"probes", listProbes}, {"parameters", listParameters},
+                  {"frames", listFrames}};
 
 void printList(Shell& shell, const Words& words) {
-    const NamedList& list = findNamed(kLists, "list of", words[0]);
+    const NamedList& list = findNamed(NamedLists, "list of", words[0]);
     if (!list.print && words.size() < 2)
         throw std::runtime_error("of which body? write 'list modes BODY'");
     if (!list.print) return listModes(shell, words[1]);
@@ -209,7 +209,7 @@ std::string findLargest(const Model& model, const Linearization& linear, const E
 }
 
 /** Below this fraction of the largest eigenvalue nothing but rounding is left. **/
-constexpr double kFreeMotion = 3e-7;
+constexpr double FreeMotion = 3e-7;
 
 /** A row of the table for each motion: a free one may have two eigenvalues, ±what rounding left.
  * **/
@@ -227,7 +227,7 @@ void printEigenmodes(Shell& shell, const Words& words) {
     int numMotions = 0;
     bool hasPartner = false;
     for (const Eigenmode& mode : modes) {
-        const bool isFree = mode.frequency <= kFreeMotion * highest;
+        const bool isFree = mode.frequency <= FreeMotion * highest;
         const bool oscillates = mode.eigenvalue.imag() != 0;
         hasPartner = isFree && !oscillates && !mode.isRigidMotion() && !hasPartner;
         const bool isSecond = isFree && !oscillates && !mode.isRigidMotion() && !hasPartner;
@@ -246,7 +246,7 @@ void printEigenmodes(Shell& shell, const Words& words) {
 }
 
 std::vector<std::string> completeList(const Shell& shell, const Words& before, const std::string&) {
-    if (before.empty()) return getNames(kLists);
+    if (before.empty()) return getNames(NamedLists);
     std::vector<std::string> names;
     if (before[0] == "modes" && before.size() == 1 && shell.hasSession())
         for (const Model::BodyEntry& body : shell.updSession().getModel().getBodies())

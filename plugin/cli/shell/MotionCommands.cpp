@@ -15,8 +15,8 @@ namespace simflex {
 namespace cli {
 namespace {
 
-constexpr int kRowsOfRun = 200;
-constexpr int kMostSteps = 1000000;
+constexpr int RowsOfRun = 200;
+constexpr int MostSteps = 1000000;
 
 struct Span {
     double end, interval;
@@ -31,7 +31,7 @@ Span findAnalysis(const Session& session) {
         const double duration = analysis.get("duration").getNumber();
         const ModelValue interval = analysis.get("interval");
         return {session.getTime() + duration,
-                interval.isGiven() ? interval.getNumber() : duration / kRowsOfRun};
+                interval.isGiven() ? interval.getNumber() : duration / RowsOfRun};
     }
     throw std::runtime_error("the model has no transient analysis: write 'run TIME'");
 }
@@ -61,7 +61,7 @@ Span readSpan(Shell& shell, Words words) {
     if (interval > 0)
         span.interval = interval;
     else if (span.interval == 0)
-        span.interval = (span.end - now) / kRowsOfRun;
+        span.interval = (span.end - now) / RowsOfRun;
     if ((span.end - now) / span.interval > 1e8)
         throw std::runtime_error("the interval is too short for this duration");
     return span;
@@ -93,7 +93,7 @@ void run(Shell& shell, const Words& words) {
 
 void step(Shell& shell, const Words& words) {
     Session& session = shell.updSession();
-    const int count = words.empty() ? 1 : shell.calcCount(words[0], kMostSteps);
+    const int count = words.empty() ? 1 : shell.calcCount(words[0], MostSteps);
     const Session::Outcome outcome = session.step(count, [](double) { return !wasInterrupted(); });
     reportOutcome(shell, outcome);
     std::printf("t = %s s: last step %s s, order %d\n", formatNumber(session.getTime()).c_str(),

@@ -47,13 +47,13 @@ void simplify(OffscreenVisualizer& visualizer) {
 const struct NamedKind {
     const char* name;
     PictureKind kind;
-} kKinds[] = {{"symbols", PictureKind::Symbols},
-              {"sixel", PictureKind::Sixel},
-              {"kitty", PictureKind::Kitty}};
+} PictureKinds[] = {{"symbols", PictureKind::Symbols},
+                    {"sixel", PictureKind::Sixel},
+                    {"kitty", PictureKind::Kitty}};
 
 void show(Shell& shell, const Words& words) {
     PictureKind kind = PictureKind::Automatic;
-    if (!words.empty()) kind = findNamed(kKinds, "kind of picture", words[0]).kind;
+    if (!words.empty()) kind = findNamed(PictureKinds, "kind of picture", words[0]).kind;
     const SimTK::State& state = shell.updSession().getState();
     const Terminal terminal = Terminal::detect();
     OffscreenVisualizer visualizer = *shell.makeVisualizer();
@@ -112,8 +112,8 @@ void setFollowed(Shell& shell, const Words& words) {
     settings.followedSize = size;
 }
 
-const Names kCameraWords = {"view",        "orbit",        "zoom", "follow",
-                            "perspective", "orthographic", "reset"};
+const Names CameraWords = {"view",        "orbit",        "zoom", "follow",
+                           "perspective", "orthographic", "reset"};
 
 void setCamera(Shell& shell, const Words& words) {
     PictureSettings& settings = shell.updPictureSettings();
@@ -141,12 +141,12 @@ void setCamera(Shell& shell, const Words& words) {
     } else if (what == "reset") {
         settings.resetCamera();
     } else {
-        throw std::runtime_error(describeUnknown("setting of the camera", what, kCameraWords));
+        throw std::runtime_error(describeUnknown("setting of the camera", what, CameraWords));
     }
 }
 
 Names completeCamera(const Shell& shell, const Words& before, const std::string&) {
-    if (before.empty()) return kCameraWords;
+    if (before.empty()) return CameraWords;
     Names names;
     if (before.size() == 1 && before[0] == "view") names = getNames(getNamedViews());
     if (before.size() == 1 && before[0] == "follow" && shell.hasSession()) {
@@ -339,7 +339,7 @@ void addPictureCommands(std::vector<Command>& commands) {
          "As fine as the terminal says it can: kitty or sixel graphics, or characters, which show "
          "nothing\nbut the model.",
          0, 1, show, [](const Shell&, const Words& before, const std::string&) {
-             return before.empty() ? getNames(kKinds) : Names{};
+             return before.empty() ? getNames(PictureKinds) : Names{};
          }});
     commands.push_back({group, "save", "FILE.png", "Writes the picture to a file.", "", 1, 1, save,
                         completeFile({".png"})});

@@ -23,7 +23,7 @@ namespace cli {
 
 namespace {
 
-constexpr int kDeepestSource = 16;
+constexpr int DeepestSource = 16;
 
 std::vector<std::string> keepBeginnings(const std::vector<std::string>& words,
                                         const std::string& begin) {
@@ -35,17 +35,17 @@ std::vector<std::string> keepBeginnings(const std::vector<std::string>& words,
 
 }  // namespace
 
-Shell::Shell(const ShellOptions& options) : _options(options) {}
+Shell::Shell(const ShellOptions& options) : m_options(options) {}
 
 Shell::~Shell() = default;
 
 int Shell::runPrompt() {
-    _editor =
+    m_editor =
         std::make_unique<LineEditor>("simflex> ", LineEditor::findHistoryFile(),
                                      [this](const std::string& text) { return complete(text); });
     std::string line;
-    while (!_isOver) {
-        const LineEditor::Outcome outcome = _editor->readLine(line);
+    while (!m_isOver) {
+        const LineEditor::Outcome outcome = m_editor->readLine(line);
         if (outcome == LineEditor::Outcome::Interrupted) continue;
         if (outcome == LineEditor::Outcome::End) {
             std::puts("");
@@ -66,7 +66,7 @@ int Shell::runPrompt() {
 
 int Shell::runScript(std::istream& script, const std::string& name) {
     int status = 0, number = 0;
-    for (std::string line; !_isOver && std::getline(script, line);) {
+    for (std::string line; !m_isOver && std::getline(script, line);) {
         ++number;
         const std::string place = name + ":" + std::to_string(number) + ": ";
         const auto attempt = [&](const auto& work) {
@@ -76,7 +76,7 @@ int Shell::runScript(std::istream& script, const std::string& name) {
                 throw Cancelled(place + stopped.getKept());
             } catch (const std::exception& error) {
                 if (wasInterrupted()) throw;
-                if (_options.onError == ShellOptions::OnError::Stop)
+                if (m_options.onError == ShellOptions::OnError::Stop)
                     throw std::runtime_error(place + error.what());
                 std::fflush(stdout);
                 std::fprintf(stderr, "simflex: %s%s\n", place.c_str(), error.what());
@@ -86,7 +86,7 @@ int Shell::runScript(std::istream& script, const std::string& name) {
         std::vector<Words> commands;
         attempt([&] { commands = takeLine(line); });
         for (const Words& words : commands)
-            if (!_isOver) attempt([&] { runCommand(words); });
+            if (!m_isOver) attempt([&] { runCommand(words); });
         std::fflush(stdout);
     }
     if (script.bad()) throw std::runtime_error("'" + name + "' cannot be read");
@@ -94,28 +94,28 @@ int Shell::runScript(std::istream& script, const std::string& name) {
 }
 
 void Shell::runFile(const std::string& path) {
-    if (_depth >= kDeepestSource)
+    if (m_depth >= DeepestSource)
         throw std::runtime_error("'" + path + "' is read by files that it reads itself");
     std::ifstream file(path);
     if (!file || std::filesystem::is_directory(path))
         throw std::runtime_error("'" + path + "' cannot be read");
-    ++_depth;
+    ++m_depth;
     const struct Leave {
         int& depth;
         ~Leave() { --depth; }
-    } leave{_depth};
+    } leave{m_depth};
     if (runScript(file, path) != 0) throw std::runtime_error("errors in '" + path + "'");
 }
 
 std::vector<Words> Shell::takeLine(const std::string& line) {
-    if (!_editor && line.find_first_not_of(" \t\r") != std::string::npos) _lines.push_back(line);
+    if (!m_editor && line.find_first_not_of(" \t\r") != std::string::npos) m_lines.push_back(line);
     return splitCommands(line);
 }
 
 void Shell::run(const std::string& line) {
     for (const Words& words : takeLine(line)) {
         runCommand(words);
-        if (_isOver) return;
+        if (m_isOver) return;
     }
 }
 
@@ -139,7 +139,7 @@ void Shell::runCommand(const Words& words) {
         throw;
     } catch (const std::exception& error) {
         const std::string what =
-            _session ? nameBodies(_session->getModel(), error.what()) : error.what();
+            m_session ? nameBodies(m_session->getModel(), error.what()) : error.what();
         throw std::runtime_error(command.name + ": " + what);
     }
 }
@@ -168,23 +168,23 @@ Completion Shell::complete(const std::string& text) const {
 }
 
 Session& Shell::updSession() const {
-    if (!_session) throw std::runtime_error("there is no model yet: open MODEL.yaml");
-    return *_session;
+    if (!m_session) throw std::runtime_error("there is no model yet: open MODEL.yaml");
+    return *m_session;
 }
 
 void Shell::open(const ModelText& text) {
-    ModelOptions options = _options.model;
+    ModelOptions options = m_options.model;
     options.listener = makeListener();
-    _session = std::make_unique<Session>(text, options);
+    m_session = std::make_unique<Session>(text, options);
 }
 
 std::unique_ptr<OffscreenVisualizer> Shell::makeVisualizer() {
     const Session& session = updSession();
     std::unique_ptr<OffscreenVisualizer> visualizer = model::makeVisualizer(session.getModel());
     std::optional<Attachment> followed;
-    if (!_pictures.followedFrame.empty())
-        followed = session.getModel().findFrame(_pictures.followedFrame);
-    _pictures.apply(*visualizer, followed);
+    if (!m_pictures.followedFrame.empty())
+        followed = session.getModel().findFrame(m_pictures.followedFrame);
+    m_pictures.apply(*visualizer, followed);
     visualizer->setOutputFolder("");
     visualizer->fitToMotion(session.getPath());
     return visualizer;
@@ -202,24 +202,24 @@ void Shell::printSummary() {
 }
 
 bool Shell::showsProgress() const {
-    return !_options.isQuiet && isatty(STDERR_FILENO);
+    return !m_options.isQuiet && isatty(STDERR_FILENO);
 }
 
 Listener Shell::makeListener() const {
-    Listener listener = cli::makeListener(_options.isQuiet);
+    Listener listener = cli::makeListener(m_options.isQuiet);
     if (!showsProgress()) listener.progress = cli::makeListener(true).progress;
     return listener;
 }
 
 std::vector<std::string> Shell::getHistory() const {
-    return _editor ? _editor->getHistory() : _lines;
+    return m_editor ? m_editor->getHistory() : m_lines;
 }
 
 double Shell::calcNumber(const std::string& text) const {
     double value = 0;
     try {
-        value = _session ? calcConstant(_session->getModel().getFile(), text)
-                         : calcConstant(text, formula::Scope());
+        value = m_session ? calcConstant(m_session->getModel().getFile(), text)
+                          : calcConstant(text, formula::Scope());
     } catch (const std::exception& error) {
         throw std::runtime_error("'" + text + "' is no number: " + error.what());
     }

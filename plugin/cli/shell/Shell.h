@@ -49,16 +49,16 @@ public:
 
     /** @name For commands **/
     /**@{**/
-    void quit() { _isOver = true; }
-    bool isOver() const { return _isOver; }
-    bool hasSession() const { return _session != nullptr; }
+    void quit() { m_isOver = true; }
+    bool isOver() const { return m_isOver; }
+    bool hasSession() const { return m_session != nullptr; }
     /** @throws std::runtime_error if there is none. **/
     Session& updSession() const;
     /** Reads a model; the one before stays if that fails. **/
     void open(const ModelText& text);
     /** The visualizer of the model, with the settings made here. **/
     std::unique_ptr<OffscreenVisualizer> makeVisualizer();
-    PictureSettings& updPictureSettings() { return _pictures; }
+    PictureSettings& updPictureSettings() { return m_pictures; }
 
     /** Which model it is and what it has, in a line. **/
     void printSummary();
@@ -78,13 +78,13 @@ private:
     std::vector<Words> takeLine(const std::string& line);
     void runCommand(const Words& words);
 
-    ShellOptions _options;
-    std::unique_ptr<Session> _session;
-    PictureSettings _pictures;
-    std::unique_ptr<LineEditor> _editor;
-    std::vector<std::string> _lines;  ///< of scripts, for `history`
-    int _depth = 0;                   ///< of `source`
-    bool _isOver = false;
+    ShellOptions m_options;
+    std::unique_ptr<Session> m_session;
+    PictureSettings m_pictures;
+    std::unique_ptr<LineEditor> m_editor;
+    std::vector<std::string> m_lines;  ///< of scripts, for `history`
+    int m_depth = 0;                   ///< of `source`
+    bool m_isOver = false;
 };
 
 }  // namespace cli

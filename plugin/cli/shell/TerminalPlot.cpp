@@ -12,8 +12,8 @@ namespace simflex {
 namespace cli {
 namespace {
 
-constexpr int kCurveColors[] = {34, 31, 32, 35, 36, 33};  // of ECMA-48
-constexpr int kSmallestPanel = 6;
+constexpr int CurveColors[] = {34, 31, 32, 35, 36, 33};  // of ECMA-48
+constexpr int SmallestPanel = 6;
 
 struct PlotRange {
     double low = std::numeric_limits<double>::infinity();
@@ -67,24 +67,24 @@ std::string encodeUtf8(unsigned code) {  // of the braille block: three bytes
 class Canvas {
 public:
     Canvas(int columns, int rows, bool isBraille)
-        : _columns(columns),
-          _rows(rows),
-          _isBraille(isBraille),
-          _dots(size_t(columns * rows), 0),
-          _colors(size_t(columns * rows), 0) {}
+        : m_columns(columns),
+          m_rows(rows),
+          m_isBraille(isBraille),
+          m_dots(size_t(columns * rows), 0),
+          m_colors(size_t(columns * rows), 0) {}
 
-    int getWidth() const { return _isBraille ? 2 * _columns : _columns; }
-    int getHeight() const { return _isBraille ? 4 * _rows : _rows; }
+    int getWidth() const { return m_isBraille ? 2 * m_columns : m_columns; }
+    int getHeight() const { return m_isBraille ? 4 * m_rows : m_rows; }
 
     /** A dot, y from the bottom. **/
     void draw(int x, int y, int color) {
         if (x < 0 || y < 0 || x >= getWidth() || y >= getHeight()) return;
         y = getHeight() - 1 - y;
         static const unsigned bits[4][2] = {{0x01, 0x08}, {0x02, 0x10}, {0x04, 0x20}, {0x40, 0x80}};
-        const int column = _isBraille ? x / 2 : x, row = _isBraille ? y / 4 : y;
-        const auto cell = size_t(row * _columns + column);
-        _dots[cell] |= _isBraille ? bits[y % 4][x % 2] : 1;
-        _colors[cell] = color;
+        const int column = m_isBraille ? x / 2 : x, row = m_isBraille ? y / 4 : y;
+        const auto cell = size_t(row * m_columns + column);
+        m_dots[cell] |= m_isBraille ? bits[y % 4][x % 2] : 1;
+        m_colors[cell] = color;
     }
 
     /** A line between two points given in dots. **/
@@ -99,25 +99,25 @@ public:
     std::string formatRow(int row) const {
         std::string text;
         int color = 0;
-        for (int column = 0; column < _columns; ++column) {
-            const auto cell = size_t(row * _columns + column);
-            if (_dots[cell] && _colors[cell] != color) {
-                color = _colors[cell];
+        for (int column = 0; column < m_columns; ++column) {
+            const auto cell = size_t(row * m_columns + column);
+            if (m_dots[cell] && m_colors[cell] != color) {
+                color = m_colors[cell];
                 text += "\033[" + std::to_string(color) + "m";
             }
-            text += !_dots[cell] ? " "
-                    : _isBraille ? encodeUtf8(0x2800 + _dots[cell])
-                                 : std::string("*");
+            text += !m_dots[cell] ? " "
+                    : m_isBraille ? encodeUtf8(0x2800 + m_dots[cell])
+                                  : std::string("*");
         }
         text.erase(text.find_last_not_of(' ') + 1);
         return color ? text + "\033[0m" : text;
     }
 
 private:
-    int _columns, _rows;
-    bool _isBraille;
-    std::vector<unsigned> _dots;
-    std::vector<int> _colors;
+    int m_columns, m_rows;
+    bool m_isBraille;
+    std::vector<unsigned> m_dots;
+    std::vector<int> m_colors;
 };
 
 struct Panel {
@@ -144,24 +144,24 @@ std::vector<Panel> makePanels(const std::vector<TerminalCurve>& curves, bool isS
 class Painter {
 public:
     Painter(const Terminal& terminal, const PlotRange& time, int rows)
-        : _terminal(terminal), _time(time), _rows(rows) {}
+        : m_terminal(terminal), m_time(time), m_rows(rows) {}
 
     std::string draw(const Panel& panel, bool isLast) const {
-        const Scale scale(panel.range, std::max(1, (_rows - 1) / 3));
+        const Scale scale(panel.range, std::max(1, (m_rows - 1) / 3));
         int labelWidth = 0;
         for (int i = 0; i <= scale.numSteps; ++i)
             labelWidth = std::max(labelWidth, int(writeGeneral(scale.getValue(i), 6).size()));
-        Canvas canvas(std::max(10, _terminal.columns - labelWidth - 2), _rows,
-                      _terminal.hasUnicode);
+        Canvas canvas(std::max(10, m_terminal.columns - labelWidth - 2), m_rows,
+                      m_terminal.hasUnicode);
         for (size_t i = 0; i < panel.curves.size(); ++i)
             drawCurve(*panel.curves[i], scale, getColor(i), canvas);
 
         std::string text = formatTitle(panel);
-        std::vector<std::string> labels(static_cast<size_t>(_rows));
+        std::vector<std::string> labels(static_cast<size_t>(m_rows));
         for (int i = 0; i <= scale.numSteps; ++i)
-            labels[size_t(_rows - 1 - std::lround(double(i) / scale.numSteps * (_rows - 1)))] =
+            labels[size_t(m_rows - 1 - std::lround(double(i) / scale.numSteps * (m_rows - 1)))] =
                 writeGeneral(scale.getValue(i), 6);
-        for (int row = 0; row < _rows; ++row) {
+        for (int row = 0; row < m_rows; ++row) {
             const std::string& label = labels[size_t(row)];
             text += padLeft(label, labelWidth) + ' ' + getAxis(!label.empty()) +
                     canvas.formatRow(row) + '\n';
@@ -171,11 +171,11 @@ public:
 
 private:
     int getColor(size_t curve) const {
-        return _terminal.hasColor ? kCurveColors[curve % std::size(kCurveColors)] : 0;
+        return m_terminal.hasColor ? CurveColors[curve % std::size(CurveColors)] : 0;
     }
 
     std::string getAxis(bool isTick) const {
-        if (!_terminal.hasUnicode) return isTick ? "+" : "|";
+        if (!m_terminal.hasUnicode) return isTick ? "+" : "|";
         return isTick ? "\u2524" : "\u2502";
     }
 
@@ -193,7 +193,7 @@ private:
 
     void drawCurve(const TerminalCurve& curve, const Scale& scale, int color,
                    Canvas& canvas) const {
-        const double span = _time.high > _time.low ? _time.high - _time.low : 1;
+        const double span = m_time.high > m_time.low ? m_time.high - m_time.low : 1;
         double lastX = 0, lastY = 0;
         bool hasLast = false;
         for (size_t i = 0; i < curve.values.size(); ++i) {
@@ -201,7 +201,7 @@ private:
                 hasLast = false;
                 continue;
             }
-            const double x = (curve.time[i] - _time.low) / span * (canvas.getWidth() - 1);
+            const double x = (curve.time[i] - m_time.low) / span * (canvas.getWidth() - 1);
             const double y = (curve.values[i] - scale.low) / (scale.getHigh() - scale.low) *
                              (canvas.getHeight() - 1);
             canvas.drawLine(hasLast ? lastX : x, hasLast ? lastY : y, x, y, color);
@@ -210,19 +210,19 @@ private:
     }
 
     std::string formatTimeAxis(int indent) const {
-        const int width = std::max(10, _terminal.columns - indent);
+        const int width = std::max(10, m_terminal.columns - indent);
         std::string line;
-        for (int i = 0; i < width; ++i) line += _terminal.hasUnicode ? "\u2500" : "-";
-        const std::string low = writeGeneral(_time.low, 6),
-                          high = writeGeneral(_time.high, 6) + " s";
-        return std::string(size_t(indent - 1), ' ') + (_terminal.hasUnicode ? "\u2514" : "+") +
+        for (int i = 0; i < width; ++i) line += m_terminal.hasUnicode ? "\u2500" : "-";
+        const std::string low = writeGeneral(m_time.low, 6),
+                          high = writeGeneral(m_time.high, 6) + " s";
+        return std::string(size_t(indent - 1), ' ') + (m_terminal.hasUnicode ? "\u2514" : "+") +
                line + '\n' + std::string(size_t(indent), ' ') + low +
                padLeft(high, width - int(low.size())) + '\n';
     }
 
-    const Terminal& _terminal;
-    PlotRange _time;
-    int _rows;
+    const Terminal& m_terminal;
+    PlotRange m_time;
+    int m_rows;
 };
 
 }  // namespace
@@ -238,7 +238,7 @@ std::string drawTerminalPlot(const std::vector<TerminalCurve>& curves, const Ter
     if (panels.empty()) throw std::invalid_argument("there is nothing to plot");
 
     const int available = terminal.rows - 2 - 2;  // the prompt; the time axis
-    const int rows = std::max(kSmallestPanel - 1, available / int(panels.size()) - 1);
+    const int rows = std::max(SmallestPanel - 1, available / int(panels.size()) - 1);
     const Painter painter(terminal, time, rows);
     std::string text;
     for (size_t i = 0; i < panels.size(); ++i)

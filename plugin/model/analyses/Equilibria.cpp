@@ -52,7 +52,7 @@ std::vector<std::pair<std::string, int>> countEqual(const std::vector<std::strin
     return counts;
 }
 
-constexpr int kUsualModes = 10, kUsualBranches = 6;
+constexpr int UsualModes = 10, UsualBranches = 6;
 
 /** The model again, with another value of a parameter, in steady motion. **/
 Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
@@ -76,8 +76,8 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     const Equilibrium& equilibrium = obtainEquilibrium(analysis);
     const Vector atRest;
     const Moment moment{equilibrium.state, atRest, equilibrium.multipliers, 0};
-    const std::vector<double> values = _probes.calc(moment);
-    MotionWarnings(*_model, _probes, [&](const std::string& message) {
+    const std::vector<double> values = m_probes.calc(moment);
+    MotionWarnings(*m_model, m_probes, [&](const std::string& message) {
         warn(name, message);
     }).checkFinite(equilibrium.state.getTime(), values);
     Results::Analysis results = makeComplete(name, "static");
@@ -89,20 +89,20 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     }
     results.q = {toNumbers(equilibrium.state.getQ())};
     results.statistics["iterations"] = equilibrium.numIterations;
-    _writer->add(results);
+    m_writer->add(results);
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
-        _remarks[name].push_back(nameBodies(*_model, motion) +
-                                 (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
-                                 ": nothing holds it");
+        m_remarks[name].push_back(nameBodies(*m_model, motion) +
+                                  (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
+                                  ": nothing holds it");
 }
 
 void ModelRun::runEigen(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const ModelValue wanted = analysis.get("count");
-    const int count = wanted.isGiven() ? wanted.getInteger() : kUsualModes;
-    const State about = assembleState(*_model, findNamedState(analysis.get("about"), name));
+    const int count = wanted.isGiven() ? wanted.getInteger() : UsualModes;
+    const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name));
     const Linearization linear =
-        calcLinearization(_model->getSystem(), about, [this] { stopIfAsked(); });
+        calcLinearization(m_model->getSystem(), about, [this] { stopIfAsked(); });
     std::vector<Eigenmode> modes = calcEigenmodes(linear);
     stopIfAsked();
     const auto firstElastic = std::find_if(
@@ -111,7 +111,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const double highest = modes.empty() ? 0 : double(modes.back().frequency);
     modes.erase(modes.begin(), firstElastic);
     if (int(modes.size()) > count) modes.resize(size_t(count));
-    const bool isDrawn = analysis.get("pictures").getBool() && _options.drawsPictures;
+    const bool isDrawn = analysis.get("pictures").getBool() && m_options.drawsPictures;
     if (modes.empty() && isRigidTwin()) return leaveOut(name, "nothing in it vibrates");
     if (modes.empty())
         throw std::runtime_error("analysis '" + name + "': the model has no natural frequencies");
@@ -124,27 +124,27 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     }
     results.statistics = {{"rigid_motions", double(numRigid)}, {"highest_frequency", highest}};
     if (isDrawn)
-        _remarks[name].push_back(
-            drawModes(*_model, linear, modes, name, getUsualFolder(), _options.listener));
-    _writer->add(results);
+        m_remarks[name].push_back(
+            drawModes(*m_model, linear, modes, name, getUsualFolder(), m_options.listener));
+    m_writer->add(results);
 }
 
 void ModelRun::runCampbell(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const ModelValue wanted = analysis.get("count");
-    const int count = wanted.isGiven() ? wanted.getInteger() : kUsualBranches;
+    const int count = wanted.isGiven() ? wanted.getInteger() : UsualBranches;
     const std::vector<double> speeds = analysis.get("speeds").getNumbers();
     const std::string parameter = analysis.get("parameter").getText();
-    const std::vector<std::string> known = _model->getFile().get("parameters").getKeys();
+    const std::vector<std::string> known = m_model->getFile().get("parameters").getKeys();
     if (std::find(known.begin(), known.end(), parameter) == known.end())
         analysis.get("parameter").failUnknown("parameter", parameter, known);
     int done = 0;
     CampbellDiagram diagram;
     try {
         diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
-            _fraction = double(done++) / double(speeds.size());
+            m_fraction = double(done++) / double(speeds.size());
             stopIfAsked();
-            return linearizeAt(_text, _modelOptions, parameter, speed, [this] { stopIfAsked(); });
+            return linearizeAt(m_text, m_modelOptions, parameter, speed, [this] { stopIfAsked(); });
         });
     } catch (const std::exception& error) {
         stopIfAsked();
@@ -158,13 +158,13 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         ++numFailures;
         std::ostringstream text;
         text << "no modes at " << parameter << " = " << speeds[k] << ": "
-             << nameBodies(*_model, diagram.failures[k]);
+             << nameBodies(*m_model, diagram.failures[k]);
         warn(name, text.str());
     }
     if (numFailures > 0)
-        _failures.push_back("analysis '" + name + "' has no modes at " +
-                            std::to_string(numFailures) + " of its " +
-                            std::to_string(speeds.size()) + " speeds");
+        m_failures.push_back("analysis '" + name + "' has no modes at " +
+                             std::to_string(numFailures) + " of its " +
+                             std::to_string(speeds.size()) + " speeds");
     Results::Analysis results = makeComplete(name, "campbell");
     results.speeds = speeds;
     results.frequency.resize(speeds.size());
@@ -174,7 +174,7 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
             results.frequency[k].push_back(branch.frequency[k]);
             results.dampingRatio[k].push_back(branch.dampingRatio[k]);
         }
-    _writer->add(results);
+    m_writer->add(results);
 }
 
 }  // namespace model

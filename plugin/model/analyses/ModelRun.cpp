@@ -73,15 +73,15 @@ void checkNamedState(const ModelValue& name, const ModelValue& analyses,
 }  // namespace
 
 ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options)
-    : _text(text), _options(options) {
-    _modelOptions.bodies = bodies;
-    _modelOptions.allowsScripts = options.allowsScripts;
+    : m_text(text), m_options(options) {
+    m_modelOptions.bodies = bodies;
+    m_modelOptions.allowsScripts = options.allowsScripts;
     // Pictures of the same names would replace those of the model as given.
-    if (bodies == ModelOptions::Bodies::Rigid) _options.drawsPictures = false;
-    _modelOptions.listener = options.listener;
-    _modelOptions.listener.warn = [this](const std::string& warning) {
-        _options.listener.tellWarning(warning);
-        _modelWarnings.push_back(warning);
+    if (bodies == ModelOptions::Bodies::Rigid) m_options.drawsPictures = false;
+    m_modelOptions.listener = options.listener;
+    m_modelOptions.listener.warn = [this](const std::string& warning) {
+        m_options.listener.tellWarning(warning);
+        m_modelWarnings.push_back(warning);
     };
     const ModelValue file = readModel(text);
     const ModelValue analyses = file.get("analyses");
@@ -90,54 +90,54 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
                          ": there is nothing to do: add what to simulate, for example\n"
                          "analyses:\n"
                          "  run: {type: transient, duration: 1}");
-    _resultPath = chooseResultPath(text, file, options, bodies == ModelOptions::Bodies::Rigid);
+    m_resultPath = chooseResultPath(text, file, options, bodies == ModelOptions::Bodies::Rigid);
     // Parts may take minutes.
     checkWishes(file);
     if (!options.onlyChecks) readEarlier();
-    _model = std::make_shared<const Model>(file, _modelOptions);
-    _modelOptions.listener = {};
-    _probes = Probes::make(_model);
+    m_model = std::make_shared<const Model>(file, m_modelOptions);
+    m_modelOptions.listener = {};
+    m_probes = Probes::make(m_model);
     // What cannot be drawn is refused before hours of simulation.
-    if (_options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*_model);
+    if (m_options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*m_model);
 }
 
 ModelRun::~ModelRun() = default;
 
 void ModelRun::warn(const std::string& analysis, const std::string& message) {
-    _options.listener.tellWarning(analysis + ": " + message);
-    if (_writer) _writer->addWarning(analysis, message);
+    m_options.listener.tellWarning(analysis + ": " + message);
+    if (m_writer) m_writer->addWarning(analysis, message);
 }
 
 void ModelRun::leaveOut(const std::string& analysis, const std::string& reason) {
-    _options.listener.tellNote("analysis '" + analysis +
-                               "' is left out of the rigid model: " + reason);
+    m_options.listener.tellNote("analysis '" + analysis +
+                                "' is left out of the rigid model: " + reason);
 }
 
 void ModelRun::checkLinearRange(const std::string& analysis, const State& state) {
-    LinearRangeReporter(_model->getFlexibleBodies(), 1, [&](const std::string& message) {
+    LinearRangeReporter(m_model->getFlexibleBodies(), 1, [&](const std::string& message) {
         warn(analysis, message);
     }).handleEvent(state);
 }
 
 bool ModelRun::canBend() const {
-    const State state = _model->makeInitialState();
-    const auto& bodies = _model->getBodies();
+    const State state = m_model->makeInitialState();
+    const auto& bodies = m_model->getBodies();
     return std::any_of(bodies.begin(), bodies.end(), [&](const Model::BodyEntry& body) {
         return body.flexible && !body.flexible->isRigid(state);
     });
 }
 
 bool ModelRun::isWanted(const std::string& analysis) const {
-    return _options.only.empty() ||
-           std::find(_options.only.begin(), _options.only.end(), analysis) != _options.only.end();
+    return m_options.only.empty() || std::find(m_options.only.begin(), m_options.only.end(),
+                                               analysis) != m_options.only.end();
 }
 
 std::string ModelRun::getUsualFolder() const {
-    return fs::path(_text.path).stem().string() + ".frames";
+    return fs::path(m_text.path).stem().string() + ".frames";
 }
 
 bool ModelRun::isComplete(const std::string& analysis) const {
-    const auto* done = _earlier ? seekNamed(_earlier->analyses, analysis) : nullptr;
+    const auto* done = m_earlier ? seekNamed(m_earlier->analyses, analysis) : nullptr;
     return done && done->isComplete;
 }
 
@@ -145,15 +145,15 @@ bool ModelRun::isComplete(const std::string& analysis) const {
 // files
 
 std::string ModelRun::findChange(const ResultHeader& earlier) const {
-    if (earlier.modelText != _text.text)
-        return "the model file '" + _text.path + "' has changed since, first in line " +
-               std::to_string(findDifference(earlier.modelText, _text.text));
+    if (earlier.modelText != m_text.text)
+        return "the model file '" + m_text.path + "' has changed since, first in line " +
+               std::to_string(findDifference(earlier.modelText, m_text.text));
     const auto list = [](const std::vector<std::string>& settings) {
         return settings.empty() ? "none" : joinNames(settings, " ");
     };
-    if (earlier.settings != _text.settings)
+    if (earlier.settings != m_text.settings)
         return "it was run with other settings (then: " + list(earlier.settings) +
-               "; now: " + list(_text.settings) + ")";
+               "; now: " + list(m_text.settings) + ")";
     if (earlier.isRigid != isRigidTwin())
         return earlier.isRigid ? "its bodies are all rigid" : "its bodies are flexible";
     return "";
@@ -162,7 +162,7 @@ std::string ModelRun::findChange(const ResultHeader& earlier) const {
 void ModelRun::checkWishes(const ModelValue& file) const {
     const ModelValue analyses = file.get("analyses");
     const std::vector<std::string> known = analyses.getKeys();
-    for (const std::string& name : _options.only)
+    for (const std::string& name : m_options.only)
         if (std::find(known.begin(), known.end(), name) == known.end())
             analyses.failUnknown("analysis", name, known);
     for (const std::string& name : known)
@@ -173,68 +173,69 @@ void ModelRun::checkWishes(const ModelValue& file) const {
     const auto isSweep = [&](const std::string& name) {
         return analyses.get(name).get("type").getText() == "sweep";
     };
-    const std::vector<std::string>& wanted = _options.only.empty() ? known : _options.only;
+    const std::vector<std::string>& wanted = m_options.only.empty() ? known : m_options.only;
     if (std::all_of(wanted.begin(), wanted.end(), isSweep))
         analyses.get(wanted.front())
-            .fail("this is a sweep: do it with 'simflex sweep " + _text.path + "'");
-    checkWritable(_resultPath);
+            .fail("this is a sweep: do it with 'simflex sweep " + m_text.path + "'");
+    checkWritable(m_resultPath);
     for (const char* other : {".csv", ".txt", ".json", ".yaml", ".png", ".mp4"})
-        if (fs::path(_resultPath).extension() == other)
-            throw std::runtime_error("the result file '" + _resultPath +
+        if (fs::path(m_resultPath).extension() == other)
+            throw std::runtime_error("the result file '" + m_resultPath +
                                      "' is HDF5: call it .h5; --csv writes tables beside it");
 }
 
 void ModelRun::readEarlier() {
-    if (!fs::exists(_resultPath) && !fs::exists(_resultPath + ".rows")) return;
+    if (!fs::exists(m_resultPath) && !fs::exists(m_resultPath + ".rows")) return;
     Results data;
     try {
-        data = readResults(_resultPath, _options.resumes ? ReadStates::No : ReadStates::Yes);
+        data = readResults(m_resultPath, m_options.resumes ? ReadStates::No : ReadStates::Yes);
     } catch (const std::exception& error) {
-        throw std::runtime_error("'" + _resultPath +
+        throw std::runtime_error("'" + m_resultPath +
                                  "' is there and cannot be read as a result file of simflex, "
                                  "so it is not replaced: " +
                                  error.what() + "; choose another name with -o or remove it");
     }
     const std::string change = findChange(data.header);
-    if (_options.resumes) {
-        if (!change.empty()) throw CannotResume(_resultPath, change);
-        _earlier = std::move(data);
+    if (m_options.resumes) {
+        if (!change.empty()) throw CannotResume(m_resultPath, change);
+        m_earlier = std::move(data);
         return;
     }
-    if (_options.only.empty()) return;
+    if (m_options.only.empty()) return;
     std::vector<std::string> others;
     for (Results::Analysis& analysis : data.analyses) {
         if (isWanted(analysis.name)) continue;
         others.push_back(analysis.name);
-        _kept.push_back(std::move(analysis));
+        m_kept.push_back(std::move(analysis));
     }
     if (!others.empty() && !change.empty())
-        throw std::runtime_error("'" + _resultPath + "' has the results of " +
+        throw std::runtime_error("'" + m_resultPath + "' has the results of " +
                                  joinNames(others, ", ") + ", which --only would lose: " + change +
                                  "; choose another name with -o, or remove it");
 }
 
 void ModelRun::openResults() {
-    if (_earlier) {
-        _writer = std::make_unique<ResultWriter>(_resultPath);
+    if (m_earlier) {
+        m_writer = std::make_unique<ResultWriter>(m_resultPath);
         return;
     }
-    if (_options.resumes)
-        _options.listener.tellNote("there is no '" + _resultPath + "' to go on with: begins anew");
+    if (m_options.resumes)
+        m_options.listener.tellNote("there is no '" + m_resultPath +
+                                    "' to go on with: begins anew");
     removeRunCheckpoint(getCheckpointPath());
     ResultHeader header;
-    header.title = getModelTitle(_model->getFile());
-    header.modelPath = _text.path;
-    header.modelText = _text.text;
-    header.settings = _text.settings;
+    header.title = getModelTitle(m_model->getFile());
+    header.modelPath = m_text.path;
+    header.modelText = m_text.text;
+    header.settings = m_text.settings;
     header.isRigid = isRigidTwin();
-    _writer = std::make_unique<ResultWriter>(_resultPath, header, _kept);
-    _kept.clear();
+    m_writer = std::make_unique<ResultWriter>(m_resultPath, header, m_kept);
+    m_kept.clear();
 }
 
 std::vector<ResultColumn> ModelRun::makeColumns() const {
     std::vector<ResultColumn> columns;
-    for (const Probe& probe : _probes.getProbes())
+    for (const Probe& probe : m_probes.getProbes())
         columns.push_back({probe.name, probe.unit, probe.columns});
     return columns;
 }
@@ -243,32 +244,32 @@ std::vector<ResultColumn> ModelRun::makeColumns() const {
 // what is done
 
 void ModelRun::stopIfAsked() const {
-    if (_options.listener.tellProgress(_work, _fraction)) return;
-    throw Cancelled("what was complete is in '" + _resultPath +
-                    "'; go on with: " + _options.resumeCommand);
+    if (m_options.listener.tellProgress(m_work, m_fraction)) return;
+    throw Cancelled("what was complete is in '" + m_resultPath +
+                    "'; go on with: " + m_options.resumeCommand);
 }
 
 void ModelRun::beginWork(const std::string& name) {
-    _work = name;
-    _fraction = 0;
+    m_work = name;
+    m_fraction = 0;
     stopIfAsked();
 }
 
 void ModelRun::perform() {
     openResults();
-    for (const std::string& warning : _modelWarnings) _writer->addWarning("", warning);
+    for (const std::string& warning : m_modelWarnings) m_writer->addWarning("", warning);
     const std::map<std::string, void (ModelRun::*)(const ModelValue&)> ways{
         {"transient", &ModelRun::runTransient},
         {"static", &ModelRun::runStatic},
         {"eigen", &ModelRun::runEigen},
         {"campbell", &ModelRun::runCampbell}};
-    const ModelValue analyses = _model->getFile().get("analyses");
+    const ModelValue analyses = m_model->getFile().get("analyses");
     for (const std::string& name : analyses.getKeys()) {
         const ModelValue analysis = analyses.get(name);
         if (!isWanted(name) || isComplete(name)) continue;
         const auto way = ways.find(analysis.get("type").getText());
         if (way == ways.end()) {
-            _options.listener.tellNote("analysis '" + name + "' is left to 'simflex sweep'");
+            m_options.listener.tellNote("analysis '" + name + "' is left to 'simflex sweep'");
             continue;
         }
         beginWork(name);
@@ -276,13 +277,13 @@ void ModelRun::perform() {
         for (const ModelValue& value : analysis.findUnread())
             warn(name, value.getPath() + " has had no effect");
     }
-    _writer.reset();
-    if (_options.writesCsv || _model->getFile().get("output").get("csv").getBool())
+    m_writer.reset();
+    if (m_options.writesCsv || m_model->getFile().get("output").get("csv").getBool())
         for (const Results::Analysis& analysis :
-             readResults(_resultPath, ReadStates::No).analyses) {
+             readResults(m_resultPath, ReadStates::No).analyses) {
             if (!isWanted(analysis.name)) continue;
             writeResultCsv(
-                fs::path(_resultPath).replace_extension("." + analysis.name + ".csv").string(),
+                fs::path(m_resultPath).replace_extension("." + analysis.name + ".csv").string(),
                 analysis);
         }
 }
@@ -291,46 +292,46 @@ void ModelRun::runTransient(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const State start = findNamedState(analysis.get("from"), name);
     if (beginsAtRest(analysis)) {
-        const std::string lost = describeLostSpeeds(*_model);
+        const std::string lost = describeLostSpeeds(*m_model);
         if (!lost.empty()) warn(name, lost);
     }
     TransientRun run(*this, analysis);
-    const bool isBegun = _earlier && seekNamed(_earlier->analyses, name);
+    const bool isBegun = m_earlier && seekNamed(m_earlier->analyses, name);
     if (isBegun && fs::exists(getCheckpointPath())) {
         const RunCheckpoint checkpoint = readRunCheckpoint(getCheckpointPath());
-        const std::map<std::string, std::string> inputs = calcInputChecksums(*_model);
+        const std::map<std::string, std::string> inputs = calcInputChecksums(*m_model);
         for (const auto& [what, sum] : inputs) {
             const auto then = checkpoint.inputs.find(what);
             if (then == checkpoint.inputs.end() || then->second != sum)
-                throw CannotResume(_resultPath, what + " has changed since");
+                throw CannotResume(m_resultPath, what + " has changed since");
         }
         if (checkpoint.analysis == name) {
             run.resume(start, checkpoint);
-            _writer->resumeTransient(name, checkpoint.numRows);
+            m_writer->resumeTransient(name, checkpoint.numRows);
             run.perform();
             return;
         }
     }
     run.start(start);
     if (isBegun)
-        _writer->resumeTransient(name, 0);
+        m_writer->resumeTransient(name, 0);
     else {
-        const bool keepsStates = _model->getFile().get("output").get("states").getText() != "none";
-        _writer->beginTransient(name, makeColumns(), keepsStates ? start.getNQ() : 0,
-                                keepsStates ? start.getNU() : 0);
+        const bool keepsStates = m_model->getFile().get("output").get("states").getText() != "none";
+        m_writer->beginTransient(name, makeColumns(), keepsStates ? start.getNQ() : 0,
+                                 keepsStates ? start.getNU() : 0);
     }
     run.perform();
 }
 
 const State& ModelRun::getStart() {
-    if (!_start) _start = findStart(*_model, [this] { stopIfAsked(); });
-    return *_start;
+    if (!m_start) m_start = findStart(*m_model, [this] { stopIfAsked(); });
+    return *m_start;
 }
 
 const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analysis) {
-    const auto found = _equilibria.find(analysis.getName());
-    if (found != _equilibria.end()) return found->second;
-    StaticEquilibrium solver(_model->getSystem());
+    const auto found = m_equilibria.find(analysis.getName());
+    if (found != m_equilibria.end()) return found->second;
+    StaticEquilibrium solver(m_model->getSystem());
     solver.setObserver([this] { stopIfAsked(); });
     try {
         solver.solve(findNamedState(analysis.get("from"), analysis.getName()));
@@ -338,25 +339,25 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
         throw;
     } catch (const std::runtime_error& error) {
         throw std::runtime_error("analysis '" + analysis.getName() +
-                                 "': " + nameBodies(*_model, error.what()));
+                                 "': " + nameBodies(*m_model, error.what()));
     }
-    Equilibrium& equilibrium = _equilibria[analysis.getName()];
+    Equilibrium& equilibrium = m_equilibria[analysis.getName()];
     equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
                    solver.getFreeMotions()};
     // A copy of a State is not realized.
-    _model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
+    m_model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
     checkLinearRange(analysis.getName(), equilibrium.state);
     return equilibrium;
 }
 
 State ModelRun::findEnd(const std::string& name) const {
-    const auto found = _ends.find(name);
-    if (found != _ends.end()) return found->second;
+    const auto found = m_ends.find(name);
+    if (found != m_ends.end()) return found->second;
     // Of a run that is gone on with.
-    const Results results = readResults(_resultPath);
+    const Results results = readResults(m_resultPath);
     const auto* analysis = seekNamed(results.analyses, name);
     if (analysis && analysis->isComplete && !analysis->q.empty()) {
-        State state = _model->makeInitialState();
+        State state = m_model->makeInitialState();
         setNumbers(state, analysis->time.back(), analysis->q.back(), analysis->u.back());
         return state;
     }
@@ -366,7 +367,7 @@ State ModelRun::findEnd(const std::string& name) const {
 
 bool ModelRun::beginsAtRest(const ModelValue& analysis) const {
     const std::string from = analysis.get("from").getText();
-    const ModelValue file = _model->getFile(), analyses = file.get("analyses");
+    const ModelValue file = m_model->getFile(), analyses = file.get("analyses");
     if (analyses.has(from)) return analyses.get(from).get("type").getText() == "static";
     return from == "static" || file.get("initial").get("start").getText() == "static";
 }
@@ -374,14 +375,14 @@ bool ModelRun::beginsAtRest(const ModelValue& analysis) const {
 State ModelRun::findNamedState(const ModelValue& name, const std::string& forAnalysis) {
     const std::string wanted = name.getText();
     if (wanted == "start" || wanted == "placed") return getStart();
-    const ModelValue analyses = _model->getFile().get("analyses");
+    const ModelValue analyses = m_model->getFile().get("analyses");
     checkNamedState(name, analyses, forAnalysis);
     const std::string type =
         analyses.has(wanted) ? analyses.get(wanted).get("type").getText() : std::string();
     if (type == "static") return obtainEquilibrium(analyses.get(wanted)).state;
     if (type == "transient") return findEnd(wanted);
     if (wanted == "static") {
-        StaticEquilibrium solver(_model->getSystem());
+        StaticEquilibrium solver(m_model->getSystem());
         solver.setObserver([this] { stopIfAsked(); });
         solver.solve(getStart());
         return solver.getState();
@@ -393,22 +394,22 @@ State ModelRun::findNamedState(const ModelValue& name, const std::string& forAna
 // what is said
 
 void ModelRun::refuseFailures() const {
-    if (!_failures.empty()) throw std::runtime_error(joinNames(_failures, "; "));
+    if (!m_failures.empty()) throw std::runtime_error(joinNames(m_failures, "; "));
 }
 
 std::vector<std::string> ModelRun::getRemarks(const std::string& analysis) const {
-    const auto found = _remarks.find(analysis);
-    return found != _remarks.end() ? found->second : std::vector<std::string>();
+    const auto found = m_remarks.find(analysis);
+    return found != m_remarks.end() ? found->second : std::vector<std::string>();
 }
 
 ModelRun::Assembly ModelRun::assemble() {
-    const auto integrator = makeIntegrator(*_model);
+    const auto integrator = makeIntegrator(*m_model);
     integrator->initialize(getStart());
     Assembly assembly{integrator->getState(), {}, {}, integrator->getLargestConstraintError()};
-    _model->getSystem().realize(assembly.state, SimTK::Stage::Velocity);
+    m_model->getSystem().realize(assembly.state, SimTK::Stage::Velocity);
     for (const std::string& line : integrator->getRedundantConstraints())
-        assembly.redundant.push_back(nameBodies(*_model, line));
-    LinearRangeReporter(_model->getFlexibleBodies(), 1, [&](const std::string& message) {
+        assembly.redundant.push_back(nameBodies(*m_model, line));
+    LinearRangeReporter(m_model->getFlexibleBodies(), 1, [&](const std::string& message) {
         assembly.warnings.push_back(message + " " + MotionWarnings::getAdviceAtStart());
     }).handleEvent(integrator->getState());
     return assembly;

@@ -49,10 +49,10 @@ public:
     /** Whether a body is flexible and not held rigid. **/
     bool canBend() const;
 
-    const std::string& getResultPath() const { return _resultPath; }
-    const ModelText& getText() const { return _text; }
-    const Model& getModel() const { return *_model; }
-    const Probes& getProbes() const { return _probes; }
+    const std::string& getResultPath() const { return m_resultPath; }
+    const ModelText& getText() const { return m_text; }
+    const Model& getModel() const { return *m_model; }
+    const Probes& getProbes() const { return m_probes; }
     /** Whether an analysis is among those that are to be done. **/
     bool isWanted(const std::string& analysis) const;
     /** What was found besides results: "slider along x: nothing holds it". **/
@@ -66,7 +66,7 @@ private:
     void warn(const std::string& analysis, const std::string& message);
     /** Tells that an analysis of a rigid model has no meaning. **/
     void leaveOut(const std::string& analysis, const std::string& reason);
-    bool isRigidTwin() const { return _modelOptions.bodies == ModelOptions::Bodies::Rigid; }
+    bool isRigidTwin() const { return m_modelOptions.bodies == ModelOptions::Bodies::Rigid; }
     /** Warns of flexible bodies that are bent beyond what modes describe. **/
     void checkLinearRange(const std::string& analysis, const SimTK::State& state);
 
@@ -89,7 +89,7 @@ private:
     std::string findChange(const ResultHeader& earlier) const;
     /** For pictures, where the model names no folder: MODEL.frames in the current one. **/
     std::string getUsualFolder() const;
-    std::string getCheckpointPath() const { return _resultPath + ".checkpoint"; }
+    std::string getCheckpointPath() const { return m_resultPath + ".checkpoint"; }
     bool isComplete(const std::string& analysis) const;
 
     const SimTK::State& getStart();
@@ -110,23 +110,23 @@ private:
 
     std::vector<ResultColumn> makeColumns() const;
 
-    ModelText _text;
-    ModelOptions _modelOptions;
-    RunOptions _options;
-    std::vector<std::string> _modelWarnings;  ///< told before there was a result file
-    std::shared_ptr<const Model> _model;
-    Probes _probes;
-    std::string _resultPath;
-    std::string _work;  ///< what is being done, and how much of it
-    double _fraction = 0;
-    std::unique_ptr<ResultWriter> _writer;
-    std::optional<Results> _earlier;       ///< of the run that is gone on with
-    std::vector<Results::Analysis> _kept;  ///< earlier results that stay: others are wanted
-    std::optional<SimTK::State> _start;
-    std::map<std::string, Equilibrium> _equilibria;
-    std::map<std::string, SimTK::State> _ends;                 ///< of transient analyses
-    std::vector<std::string> _failures;                        ///< of parts of analyses
-    std::map<std::string, std::vector<std::string>> _remarks;  ///< by analysis, for the summary
+    ModelText m_text;
+    ModelOptions m_modelOptions;
+    RunOptions m_options;
+    std::vector<std::string> m_modelWarnings;  ///< told before there was a result file
+    std::shared_ptr<const Model> m_model;
+    Probes m_probes;
+    std::string m_resultPath;
+    std::string m_work;  ///< what is being done, and how much of it
+    double m_fraction = 0;
+    std::unique_ptr<ResultWriter> m_writer;
+    std::optional<Results> m_earlier;       ///< of the run that is gone on with
+    std::vector<Results::Analysis> m_kept;  ///< earlier results that stay: others are wanted
+    std::optional<SimTK::State> m_start;
+    std::map<std::string, Equilibrium> m_equilibria;
+    std::map<std::string, SimTK::State> m_ends;                 ///< of transient analyses
+    std::vector<std::string> m_failures;                        ///< of parts of analyses
+    std::map<std::string, std::vector<std::string>> m_remarks;  ///< by analysis, for the summary
 };
 
 }  // namespace model

@@ -10,19 +10,19 @@ namespace simflex {
 namespace model {
 
 MotionWarnings::MotionWarnings(const Model& model, const Probes& probes, Warn warn)
-    : _warn(std::move(warn)),
-      _linearRange(model.getFlexibleBodies(), 1,
-                   [this](const std::string& message) {
-                       _warn(_isAtStart ? message + ' ' + getAdviceAtStart() : message);
-                   }),
-      _model(model),
-      _turnsFast(model.getBodies().size(), false),
-      _isNotFinite(probes.getProbes().size(), false) {
+    : m_warn(std::move(warn)),
+      m_linearRange(model.getFlexibleBodies(), 1,
+                    [this](const std::string& message) {
+                        m_warn(m_isAtStart ? message + ' ' + getAdviceAtStart() : message);
+                    }),
+      m_model(model),
+      m_turnsFast(model.getBodies().size(), false),
+      m_isNotFinite(probes.getProbes().size(), false) {
     for (size_t k = 0; k < probes.getProbes().size(); ++k) {
         const Probe& probe = probes.getProbes()[k];
         for (const std::string& column : probe.columns) {
-            _columns.push_back(probe.name + "'" + (column.empty() ? "" : "." + column));
-            _probeOfColumn.push_back(int(k));
+            m_columns.push_back(probe.name + "'" + (column.empty() ? "" : "." + column));
+            m_probeOfColumn.push_back(int(k));
         }
     }
 }
@@ -35,27 +35,27 @@ const char* MotionWarnings::getAdviceAtStart() {
 void MotionWarnings::check(const SimTK::State& state, const std::vector<double>& values,
                            const TurnCounter& turns) {
     const std::vector<std::string>& springs = turns.getOverturnedSprings();
-    for (; _numOverturned < springs.size(); ++_numOverturned) {
+    for (; m_numOverturned < springs.size(); ++m_numOverturned) {
         std::ostringstream message;
-        message << "torsion spring '" << springs[_numOverturned]
+        message << "torsion spring '" << springs[m_numOverturned]
                 << "' has been turned by more than "
                 << "half a turn from where it is free, before t = " << state.getTime()
                 << " s: it does not count turns, its moment has changed sign there; divide the "
                    "angle among several springs in a row";
-        _warn(message.str());
+        m_warn(message.str());
     }
-    _linearRange.handleEvent(state);
+    m_linearRange.handleEvent(state);
     checkTurning(state);
     checkFinite(state.getTime(), values);
-    _isAtStart = false;
+    m_isAtStart = false;
 }
 
 void MotionWarnings::checkTurning(const SimTK::State& state) {
-    for (size_t b = 0; b < _turnsFast.size(); ++b) {
-        const Model::BodyEntry& entry = _model.getBodies()[b];
-        if (_turnsFast[b] || !entry.flexible || entry.flexible->getNumModes() == 0) continue;
+    for (size_t b = 0; b < m_turnsFast.size(); ++b) {
+        const Model::BodyEntry& entry = m_model.getBodies()[b];
+        if (m_turnsFast[b] || !entry.flexible || entry.flexible->getNumModes() == 0) continue;
         const FlexibleBody& body = *entry.flexible;
-        const double least = kLargestStiffening * body.getPart().omegaSquared[0];
+        const double least = LargestStiffening * body.getPart().omegaSquared[0];
         if (!(body.getFrameVelocity(state)[0].normSqr() > least)) continue;
         const SimTK::Vec3 omega = ~body.getFramePose(state).R() * body.getFrameVelocity(state)[0];
         const auto& I = body.getPart().inertia;
@@ -64,10 +64,10 @@ void MotionWarnings::checkTurning(const SimTK::State& state) {
         const double largest = calcPrincipalValues(inertia.asSymMat33())[0];
         const double stiffening =
             ~omega * (inertia * omega) / (largest * body.getPart().omegaSquared[0]);
-        if (!(stiffening > kLargestStiffening) || body.isStiffeningEnabled(state) ||
+        if (!(stiffening > LargestStiffening) || body.isStiffeningEnabled(state) ||
             body.isRigid(state))
             continue;
-        _turnsFast[b] = true;
+        m_turnsFast[b] = true;
         std::ostringstream text;
         text << "'" << entry.name << "' turns at " << writeGeneral(omega.norm(), 3)
              << " rad/s at t = " << writeGeneral(state.getTime(), 3)
@@ -77,44 +77,44 @@ void MotionWarnings::checkTurning(const SimTK::State& state) {
              << (body.hasStiffening()
                      ? "set 'stiffening: true' of the body"
                      : "set 'stiffening: true' of its part, or 'simflex reduce --stiffening'");
-        _warn(text.str());
+        m_warn(text.str());
     }
 }
 
 void MotionWarnings::checkFinite(double time, const std::vector<double>& values) {
     for (size_t k = 0; k < values.size(); ++k) {
-        const size_t probe = size_t(_probeOfColumn[k]);
-        if (std::isfinite(values[k]) || _isNotFinite[probe]) continue;
-        _isNotFinite[probe] = true;
+        const size_t probe = size_t(m_probeOfColumn[k]);
+        if (std::isfinite(values[k]) || m_isNotFinite[probe]) continue;
+        m_isNotFinite[probe] = true;
         std::ostringstream text;
-        text << "probe '" << _columns[k] << " is " << values[k] << " at t = " << time
+        text << "probe '" << m_columns[k] << " is " << values[k] << " at t = " << time
              << " s: its formula, or what it is made of, has no finite value there";
-        _warn(text.str());
+        m_warn(text.str());
     }
 }
 
 std::vector<double> MotionWarnings::save() const {
-    std::vector<double> saved{double(_isAtStart), double(_numOverturned)};
-    for (const bool isTold : _isNotFinite) saved.push_back(isTold);
-    for (const bool isTold : _turnsFast) saved.push_back(isTold);
-    for (const auto& [body, isRotation] : _linearRange.getWarned())
+    std::vector<double> saved{double(m_isAtStart), double(m_numOverturned)};
+    for (const bool isTold : m_isNotFinite) saved.push_back(isTold);
+    for (const bool isTold : m_turnsFast) saved.push_back(isTold);
+    for (const auto& [body, isRotation] : m_linearRange.getWarned())
         saved.insert(saved.end(), {double(body), double(isRotation)});
     return saved;
 }
 
 void MotionWarnings::restore(const std::vector<double>& saved) {
-    const size_t numProbes = _isNotFinite.size(), numBodies = _turnsFast.size(),
+    const size_t numProbes = m_isNotFinite.size(), numBodies = m_turnsFast.size(),
                  numFlags = numProbes + numBodies;
     if (saved.size() < 2 + numFlags || (saved.size() - numFlags) % 2 != 0)
         throw std::invalid_argument("its warnings are of another model");
-    _isAtStart = saved[0] != 0;
-    _numOverturned = size_t(saved[1]);
-    for (size_t k = 0; k < numProbes; ++k) _isNotFinite[k] = saved[2 + k] != 0;
-    for (size_t k = 0; k < numBodies; ++k) _turnsFast[k] = saved[2 + numProbes + k] != 0;
+    m_isAtStart = saved[0] != 0;
+    m_numOverturned = size_t(saved[1]);
+    for (size_t k = 0; k < numProbes; ++k) m_isNotFinite[k] = saved[2 + k] != 0;
+    for (size_t k = 0; k < numBodies; ++k) m_turnsFast[k] = saved[2 + numProbes + k] != 0;
     std::set<std::pair<int, bool>> warned;
     for (size_t k = 2 + numFlags; k < saved.size(); k += 2)
         warned.emplace(int(saved[k]), saved[k + 1] != 0);
-    _linearRange.setWarned(warned);
+    m_linearRange.setWarned(warned);
 }
 
 }  // namespace model

@@ -29,7 +29,7 @@ public:
     /** Warns of bodies whose stiffness turning would change by more than this part, as far as
     ω²/Ω₁² tells: of the lowest frequency, and of what is spread across the axis as it is at most.
     **/
-    static constexpr double kLargestStiffening = 0.03;
+    static constexpr double LargestStiffening = 0.03;
     void checkTurning(const SimTK::State& state);
     /** @param values  of all probes **/
     void checkFinite(double time, const std::vector<double>& values);
@@ -44,15 +44,15 @@ public:
     /**@}**/
 
 private:
-    Warn _warn;
-    std::vector<std::string> _columns;  ///< of all probes: "tip.x"
-    std::vector<int> _probeOfColumn;
-    LinearRangeReporter _linearRange;
-    const Model& _model;
-    std::vector<bool> _turnsFast;    ///< by body
-    std::vector<bool> _isNotFinite;  ///< by probe
-    size_t _numOverturned = 0;
-    bool _isAtStart = true;
+    Warn m_warn;
+    std::vector<std::string> m_columns;  ///< of all probes: "tip.x"
+    std::vector<int> m_probeOfColumn;
+    LinearRangeReporter m_linearRange;
+    const Model& m_model;
+    std::vector<bool> m_turnsFast;    ///< by body
+    std::vector<bool> m_isNotFinite;  ///< by probe
+    size_t m_numOverturned = 0;
+    bool m_isAtStart = true;
 };
 
 }  // namespace model

@@ -18,9 +18,9 @@ namespace model {
 
 namespace {
 
-constexpr char kKind[] = "simflex checkpoint of a run";
-constexpr std::uint32_t kCheckpointVersion = 6;
-constexpr std::size_t kMostPacked = 1 << 24;  // bytes of frames that are written at once
+constexpr char CheckpointKind[] = "simflex checkpoint of a run";
+constexpr std::uint32_t CheckpointVersion = 6;
+constexpr std::size_t MostPacked = 1 << 24;  // bytes of frames that are written at once
 
 std::string readFile(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
@@ -45,8 +45,7 @@ void appendFrames(const std::string& path, RunCheckpoint& checkpoint) {
     RunCheckpoint::Kept kept = checkpoint.kept;
     while (kept.frames < frames.size()) {
         Archive archive;
-        for (; kept.frames < frames.size() && archive.getBytes().size() < kMostPacked;
-             ++kept.frames)
+        for (; kept.frames < frames.size() && archive.getBytes().size() < MostPacked; ++kept.frames)
             visitFrame(archive, frames[kept.frames]);
         appendToFile(getFramesPath(path), kept.bytes, archive.getBytes());
         kept.bytes += archive.getBytes().size();
@@ -113,7 +112,7 @@ void writeRunCheckpoint(const std::string& path, RunCheckpoint& checkpoint) {
     Archive archive;
     visitCheckpoint(archive, checkpoint);
     std::ostringstream file;
-    writeArchive(file, kKind, kCheckpointVersion, archive.getBytes());
+    writeArchive(file, CheckpointKind, CheckpointVersion, archive.getBytes());
     replaceFile(path, file.str());
 }
 
@@ -121,7 +120,7 @@ RunCheckpoint readRunCheckpoint(const std::string& path) {
     std::istringstream file(readFile(path));
     RunCheckpoint checkpoint;
     try {
-        Archive archive(readArchive(file, kKind, kCheckpointVersion));
+        Archive archive(readArchive(file, CheckpointKind, CheckpointVersion));
         visitCheckpoint(archive, checkpoint);
         archive.requireEnd();
         readFrames(path, checkpoint);

@@ -21,112 +21,113 @@ using SimTK::Vector;
 
 namespace {
 
-constexpr int kUsualRows = 200;
-constexpr double kWholeInterval = 1e-9;  // of the number of intervals
-constexpr int kMostRows = 100'000'000;
+constexpr int UsualRows = 200;
+constexpr double WholeInterval = 1e-9;  // of the number of intervals
+constexpr int MostRows = 100'000'000;
 
 // A step's error leaves some 1e-4 of the energy in a default run, numerical damping of vibrations
 // that the steps do not resolve some 1e-3.
-constexpr double kLargestImbalance = 0.01;
+constexpr double LargestImbalance = 0.01;
 // What the accuracy of positions cannot show: the weight's work along it.
-constexpr double kEarthsGravity = 9.81;
-constexpr double kEnergyRoundOff = 1e-9;
+constexpr double EarthsGravity = 9.81;
+constexpr double EnergyRoundOff = 1e-9;
 
 /** Number of intervals that cover a duration; the last may be shorter. **/
 int countIntervals(double duration, double interval, const ModelValue& where) {
-    const double count = std::ceil(duration / interval - kWholeInterval * (duration / interval));
-    if (count > kMostRows)
-        where.fail("gives more than " + std::to_string(kMostRows) + " rows of output");
+    const double count = std::ceil(duration / interval - WholeInterval * (duration / interval));
+    if (count > MostRows)
+        where.fail("gives more than " + std::to_string(MostRows) + " rows of output");
     return std::max(1, int(count));
 }
 
 }  // namespace
 
 TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
-    : _run(run),
-      _analysis(analysis),
-      _name(analysis.getName()),
-      _duration(analysis.get("duration").getNumber()),
-      _turns(*run._model),
-      _warnings(*run._model, run._probes,
-                [this](const std::string& message) { _run.warn(_name, message); }),
-      _kept(Clock::now()) {
+    : m_run(run),
+      m_analysis(analysis),
+      m_name(analysis.getName()),
+      m_duration(analysis.get("duration").getNumber()),
+      m_turns(*run.m_model),
+      m_warnings(*run.m_model, run.m_probes,
+                 [this](const std::string& message) { m_run.warn(m_name, message); }),
+      m_kept(Clock::now()) {
     const ModelValue interval = analysis.get("interval");
-    _interval = interval.isGiven() ? interval.getNumber() : _duration / kUsualRows;
-    if (_interval > _duration) {
+    m_interval = interval.isGiven() ? interval.getNumber() : m_duration / UsualRows;
+    if (m_interval > m_duration) {
         std::ostringstream text;
-        text << _interval << " s is longer than the duration, " << _duration
+        text << m_interval << " s is longer than the duration, " << m_duration
              << " s; for results of the start and the end only give the duration itself";
         interval.fail(text.str());
     }
-    _lastRow = countIntervals(_duration, _interval, interval.isGiven() ? interval : analysis);
-    const ModelValue output = run._model->getFile().get("output");
-    _keepsStates = output.get("states").getText() != "none";
-    _checkpointInterval = output.get("checkpoint").getNumber();
+    m_lastRow = countIntervals(m_duration, m_interval, interval.isGiven() ? interval : analysis);
+    const ModelValue output = run.m_model->getFile().get("output");
+    m_keepsStates = output.get("states").getText() != "none";
+    m_checkpointInterval = output.get("checkpoint").getNumber();
 
-    const ModelValue pictures = run._model->getFile().get("pictures");
-    if (run._options.drawsPictures && pictures.isGiven()) {
-        _frameInterval =
+    const ModelValue pictures = run.m_model->getFile().get("pictures");
+    if (run.m_options.drawsPictures && pictures.isGiven()) {
+        m_frameInterval =
             1 / (pictures.get("rate").getNumber() * pictures.get("slow_motion").getNumber());
-        _lastFrame = countIntervals(_duration, _frameInterval, pictures.get("rate"));
-        if (_frameInterval > _duration)
-            run.warn(_name, "pictures: rate and slow_motion make one every " +
-                                writeGeneral(_frameInterval, 4) +
-                                " s, so there are only those of the start and the end");
+        m_lastFrame = countIntervals(m_duration, m_frameInterval, pictures.get("rate"));
+        if (m_frameInterval > m_duration)
+            run.warn(m_name, "pictures: rate and slow_motion make one every " +
+                                 writeGeneral(m_frameInterval, 4) +
+                                 " s, so there are only those of the start and the end");
     }
-    _integrator = makeIntegrator(*run._model);
+    m_integrator = makeIntegrator(*run.m_model);
     // What happens between two rows is to be seen.
-    const ModelValue solver = run._model->getFile().get("solver");
+    const ModelValue solver = run.m_model->getFile().get("solver");
     if (!solver.get("maximum_step").isGiven() && !solver.get("fixed_step").isGiven()) {
         const ModelValue shortest = solver.get("minimum_step"), first = solver.get("initial_step");
-        _integrator->setMaximumStepSize(std::max({run._options.longestStep * _interval,
-                                                  shortest.isGiven() ? shortest.getNumber() : 0.0,
-                                                  first.isGiven() ? first.getNumber() : 0.0}));
+        m_integrator->setMaximumStepSize(std::max({run.m_options.longestStep * m_interval,
+                                                   shortest.isGiven() ? shortest.getNumber() : 0.0,
+                                                   first.isGiven() ? first.getNumber() : 0.0}));
     }
-    if (run._options.threads > 0) _integrator->setNumThreads(run._options.threads);
-    _integrator->setStepObserver([this](SimTK::Real time) { return watchStep(time); });
+    if (run.m_options.threads > 0) m_integrator->setNumThreads(run.m_options.threads);
+    m_integrator->setStepObserver([this](SimTK::Real time) { return watchStep(time); });
 }
 
 void TransientRun::start(const State& state) {
-    _progress.inputs = calcInputChecksums(*_run._model);
-    _progress.analysis = _name;
-    _startTime = state.getTime();
-    checkMotions(_run._model->getFile(), _startTime, _startTime + _duration);
-    _integrator->initialize(state);
-    const Moment moment{_integrator->getState(), _integrator->getUDot(),
-                        _integrator->getMultipliers(), 0};
-    _progress.energy.balanceAtStart = calcEnergy(*_run._model, moment, "balance");
-    _progress.energy.potentialAtStart = calcEnergy(*_run._model, moment, "potential");
+    m_progress.inputs = calcInputChecksums(*m_run.m_model);
+    m_progress.analysis = m_name;
+    m_startTime = state.getTime();
+    checkMotions(m_run.m_model->getFile(), m_startTime, m_startTime + m_duration);
+    m_integrator->initialize(state);
+    const Moment moment{m_integrator->getState(), m_integrator->getUDot(),
+                        m_integrator->getMultipliers(), 0};
+    m_progress.energy.balanceAtStart = calcEnergy(*m_run.m_model, moment, "balance");
+    m_progress.energy.potentialAtStart = calcEnergy(*m_run.m_model, moment, "potential");
 }
 
 void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
-    _progress = checkpoint;
-    _startTime = start.getTime();
+    m_progress = checkpoint;
+    m_startTime = start.getTime();
     std::istringstream text(checkpoint.integrator);
-    _integrator->readCheckpoint(text, start);
-    _turns.restore(checkpoint.turns);
-    _warnings.restore(checkpoint.warnings);
+    m_integrator->readCheckpoint(text, start);
+    m_turns.restore(checkpoint.turns);
+    m_warnings.restore(checkpoint.warnings);
     std::ostringstream note;
-    note << "analysis '" << _name << "' goes on at t = " << _integrator->getTime() << " of "
-         << _startTime + _duration << " s";
-    _run._options.listener.tellNote(note.str());
-    _run._options.listener.tellProgress(_name, (_integrator->getTime() - _startTime) / _duration);
+    note << "analysis '" << m_name << "' goes on at t = " << m_integrator->getTime() << " of "
+         << m_startTime + m_duration << " s";
+    m_run.m_options.listener.tellNote(note.str());
+    m_run.m_options.listener.tellProgress(m_name,
+                                          (m_integrator->getTime() - m_startTime) / m_duration);
 }
 
 double TransientRun::calcRowTime(int row) const {
-    return row == _lastRow ? _startTime + _duration : _startTime + row * _interval;
+    return row == m_lastRow ? m_startTime + m_duration : m_startTime + row * m_interval;
 }
 
 double TransientRun::calcFrameTime(int frame) const {
-    return std::min(_startTime + frame * _frameInterval, _startTime + _duration);
+    return std::min(m_startTime + frame * m_frameInterval, m_startTime + m_duration);
 }
 
 void TransientRun::perform() {
-    while (_progress.numRows <= _lastRow || int(_progress.frames.size()) <= _lastFrame) {
-        const int frame = int(_progress.frames.size());
+    while (m_progress.numRows <= m_lastRow || int(m_progress.frames.size()) <= m_lastFrame) {
+        const int frame = int(m_progress.frames.size());
         const double rowTime =
-            _progress.numRows <= _lastRow ? calcRowTime(_progress.numRows) : SimTK::Infinity;
-        const double frameTime = frame <= _lastFrame ? calcFrameTime(frame) : SimTK::Infinity;
+            m_progress.numRows <= m_lastRow ? calcRowTime(m_progress.numRows) : SimTK::Infinity;
+        const double frameTime = frame <= m_lastFrame ? calcFrameTime(frame) : SimTK::Infinity;
         advance(std::min(rowTime, frameTime));
         if (frameTime <= rowTime) takeFrame();
         if (rowTime <= frameTime) try {
@@ -134,24 +135,25 @@ void TransientRun::perform() {
             } catch (const std::exception& error) {
                 failWith(error);
             }
-        if (_checkpointInterval > 0 &&
-            std::chrono::duration<double>(Clock::now() - _kept).count() > _checkpointInterval)
+        if (m_checkpointInterval > 0 &&
+            std::chrono::duration<double>(Clock::now() - m_kept).count() > m_checkpointInterval)
             keep();
     }
     finish();
 }
 
 void TransientRun::failWith(const std::exception& error) {
-    _run._writer->flush();
-    throw std::runtime_error("analysis '" + _name + "': " + nameBodies(*_run._model, error.what()) +
-                             "; the rows before stay in '" + _run._resultPath + "'");
+    m_run.m_writer->flush();
+    throw std::runtime_error("analysis '" + m_name +
+                             "': " + nameBodies(*m_run.m_model, error.what()) +
+                             "; the rows before stay in '" + m_run.m_resultPath + "'");
 }
 
 void TransientRun::advance(double time) {
-    if (time <= _integrator->getTime()) return;
+    if (time <= m_integrator->getTime()) return;
     ImplicitIntegrator::StepStatus status;
     try {
-        status = _integrator->stepTo(time);
+        status = m_integrator->stepTo(time);
     } catch (const Cancelled&) {
         throw;
     } catch (const std::exception& error) {
@@ -160,44 +162,44 @@ void TransientRun::advance(double time) {
     if (status != ImplicitIntegrator::StepStatus::Interrupted) return;
     keep();
     std::ostringstream text;
-    text << "analysis '" << _name << "' has reached t = " << _reached << " of "
-         << _startTime + _duration << " s, which '" << _run._resultPath
-         << "' holds; go on with: " << _run._options.resumeCommand;
+    text << "analysis '" << m_name << "' has reached t = " << m_reached << " of "
+         << m_startTime + m_duration << " s, which '" << m_run.m_resultPath
+         << "' holds; go on with: " << m_run.m_options.resumeCommand;
     throw Cancelled(text.str());
 }
 
 bool TransientRun::watchStep(double time) {
-    _reached = time;
-    return _run._options.listener.tellProgress(_name, (time - _startTime) / _duration, [&] {
+    m_reached = time;
+    return m_run.m_options.listener.tellProgress(m_name, (time - m_startTime) / m_duration, [&] {
         char text[120];
         std::snprintf(text, sizeof text, "t = %.5g s, h = %.2g s, order %d", time,
-                      double(_integrator->getLastStepSize()), _integrator->getLastOrder());
-        const std::string source = nameBodies(*_run._model, _integrator->getErrorSource());
+                      double(m_integrator->getLastStepSize()), m_integrator->getLastOrder());
+        const std::string source = nameBodies(*m_run.m_model, m_integrator->getErrorSource());
         return text + (source.empty() ? "" : ", limited by '" + source + "'");
     });
 }
 
 void TransientRun::takeRow(double time) {
     const Clock::time_point begun = Clock::now();
-    const State& state = _integrator->getState();
-    _turns.update(state);
-    const Moment moment{state, _integrator->getUDot(), _integrator->getMultipliers(),
-                        _integrator->getWork(), &_turns};
+    const State& state = m_integrator->getState();
+    m_turns.update(state);
+    const Moment moment{state, m_integrator->getUDot(), m_integrator->getMultipliers(),
+                        m_integrator->getWork(), &m_turns};
     takeEnergy(moment);
-    const std::vector<double> values = _run._probes.calc(moment);
-    _warnings.check(state, values, _turns);
+    const std::vector<double> values = m_run.m_probes.calc(moment);
+    m_warnings.check(state, values, m_turns);
     // The State's own time may be later by round-off, where a step ends close by.
-    _run._writer->addRow(time, values,
-                         _keepsStates ? toNumbers(state.getQ()) : std::vector<double>(),
-                         _keepsStates ? toNumbers(state.getU()) : std::vector<double>());
-    ++_progress.numRows;
-    _progress.outputSeconds += secondsSince(begun);
+    m_run.m_writer->addRow(time, values,
+                           m_keepsStates ? toNumbers(state.getQ()) : std::vector<double>(),
+                           m_keepsStates ? toNumbers(state.getU()) : std::vector<double>());
+    ++m_progress.numRows;
+    m_progress.outputSeconds += secondsSince(begun);
 }
 
 void TransientRun::takeEnergy(const Moment& moment) {
-    RunCheckpoint::Energy& energy = _progress.energy;
-    const double kinetic = calcEnergy(*_run._model, moment, "kinetic");
-    const double potential = calcEnergy(*_run._model, moment, "potential");
+    RunCheckpoint::Energy& energy = m_progress.energy;
+    const double kinetic = calcEnergy(*m_run.m_model, moment, "kinetic");
+    const double potential = calcEnergy(*m_run.m_model, moment, "potential");
     const double error = std::abs(kinetic + potential - moment.work - energy.balanceAtStart);
     energy.largestKinetic = std::max(energy.largestKinetic, kinetic);
     energy.largestPotentialChange =
@@ -209,16 +211,16 @@ void TransientRun::takeEnergy(const Moment& moment) {
 }
 
 void TransientRun::checkEnergy() {
-    const RunCheckpoint::Energy& energy = _progress.energy;
+    const RunCheckpoint::Energy& energy = m_progress.energy;
     const double exchanged =
         std::max({energy.largestKinetic, energy.largestPotentialChange, energy.largestWork});
     double weight = 0;
-    for (const Model::BodyEntry& body : _run._model->getBodies())
-        weight += kEarthsGravity * body.mobod.getBodyMass(_integrator->getState());
-    const double accuracy = _run._model->getFile().get("solver").get("accuracy").getNumber();
-    const double roundOff = kEnergyRoundOff * std::abs(energy.balanceAtStart);
+    for (const Model::BodyEntry& body : m_run.m_model->getBodies())
+        weight += EarthsGravity * body.mobod.getBodyMass(m_integrator->getState());
+    const double accuracy = m_run.m_model->getFile().get("solver").get("accuracy").getNumber();
+    const double roundOff = EnergyRoundOff * std::abs(energy.balanceAtStart);
     const double unseen = std::max(weight * accuracy, roundOff);
-    if (!(energy.largestError > kLargestImbalance * exchanged + unseen)) return;
+    if (!(energy.largestError > LargestImbalance * exchanged + unseen)) return;
     std::ostringstream text;
     text << "the energy balance is off by " << energy.largestError
          << " J, at t = " << energy.timeOfError << " s, where no more than " << exchanged
@@ -227,61 +229,62 @@ void TransientRun::checkEnergy() {
          << " J, work of loads, motions and dampers up to " << energy.largestWork
          << " J): the results are wrong by as much. Try a finer solver.accuracy (now " << accuracy
          << " m) or a shorter solver.maximum_step until it closes";
-    _run.warn(_name, text.str());
+    m_run.warn(m_name, text.str());
 }
 
 void TransientRun::takeFrame() {
     const Clock::time_point begun = Clock::now();
-    const State& state = _integrator->getState();
-    _progress.frames.push_back({state.getTime(), toNumbers(state.getQ()), toNumbers(state.getU())});
-    _progress.outputSeconds += secondsSince(begun);
+    const State& state = m_integrator->getState();
+    m_progress.frames.push_back(
+        {state.getTime(), toNumbers(state.getQ()), toNumbers(state.getU())});
+    m_progress.outputSeconds += secondsSince(begun);
 }
 
 void TransientRun::keep() {
-    _run._writer->flush();
+    m_run.m_writer->flush();
     std::ostringstream text;
-    _integrator->writeCheckpoint(text);
-    _progress.integrator = text.str();
-    _progress.turns = _turns.save();
-    _progress.warnings = _warnings.save();
-    writeRunCheckpoint(_run.getCheckpointPath(), _progress);
-    _kept = Clock::now();
+    m_integrator->writeCheckpoint(text);
+    m_progress.integrator = text.str();
+    m_progress.turns = m_turns.save();
+    m_progress.warnings = m_warnings.save();
+    writeRunCheckpoint(m_run.getCheckpointPath(), m_progress);
+    m_kept = Clock::now();
 }
 
 void TransientRun::finish() {
     checkEnergy();
-    const IntegratorStatistics& statistics = _integrator->getStatistics();
-    _run._writer->setStatistics(
-        _name, {{"steps", double(statistics.stepsTaken)},
-                {"newton_iterations", double(statistics.newtonIterations)},
-                {"error_test_failures", double(statistics.errorTestFailures)},
-                {"convergence_failures",
-                 double(statistics.convergenceFailures + statistics.projectionFailures +
-                        statistics.nonFiniteFailures)},
-                {"factorizations", double(statistics.factorizations)},
-                {"redundant_constraints", double(statistics.redundantConstraints)},
-                {"largest_energy_error", _progress.energy.largestError},
-                {"largest_kinetic_energy", _progress.energy.largestKinetic},
-                {"integration_seconds", statistics.totalSeconds - statistics.outputSeconds},
-                {"output_seconds", statistics.outputSeconds + _progress.outputSeconds}});
-    _run._ends[_name] = _integrator->getState();
-    std::vector<std::string> redundant = _integrator->getRedundantConstraints();
+    const IntegratorStatistics& statistics = m_integrator->getStatistics();
+    m_run.m_writer->setStatistics(
+        m_name, {{"steps", double(statistics.stepsTaken)},
+                 {"newton_iterations", double(statistics.newtonIterations)},
+                 {"error_test_failures", double(statistics.errorTestFailures)},
+                 {"convergence_failures",
+                  double(statistics.convergenceFailures + statistics.projectionFailures +
+                         statistics.nonFiniteFailures)},
+                 {"factorizations", double(statistics.factorizations)},
+                 {"redundant_constraints", double(statistics.redundantConstraints)},
+                 {"largest_energy_error", m_progress.energy.largestError},
+                 {"largest_kinetic_energy", m_progress.energy.largestKinetic},
+                 {"integration_seconds", statistics.totalSeconds - statistics.outputSeconds},
+                 {"output_seconds", statistics.outputSeconds + m_progress.outputSeconds}});
+    m_run.m_ends[m_name] = m_integrator->getState();
+    std::vector<std::string> redundant = m_integrator->getRedundantConstraints();
     std::sort(redundant.begin(), redundant.end());
     for (const std::string& line : redundant)
-        _run._remarks[_name].push_back(nameBodies(*_run._model, line));
-    if (_lastFrame >= 0) {
+        m_run.m_remarks[m_name].push_back(nameBodies(*m_run.m_model, line));
+    if (m_lastFrame >= 0) {
         // Drawing can be stopped as well.
         keep();
         Results::Analysis rows;
-        if (_run._model->getFile().get("pictures").get("plots").isGiven())
-            rows = readResults(_run._resultPath, ReadStates::No).findAnalysis(_name);
-        rows.name = _name;
-        _run._remarks[_name].push_back(drawFrames(*_run._model, _progress.frames, rows,
-                                                  _run.getUsualFolder(), _run._options.listener,
-                                                  _run._options.resumeCommand));
+        if (m_run.m_model->getFile().get("pictures").get("plots").isGiven())
+            rows = readResults(m_run.m_resultPath, ReadStates::No).findAnalysis(m_name);
+        rows.name = m_name;
+        m_run.m_remarks[m_name].push_back(
+            drawFrames(*m_run.m_model, m_progress.frames, rows, m_run.getUsualFolder(),
+                       m_run.m_options.listener, m_run.m_options.resumeCommand));
     }
-    _run._writer->setComplete(_name);
-    removeRunCheckpoint(_run.getCheckpointPath());
+    m_run.m_writer->setComplete(m_name);
+    removeRunCheckpoint(m_run.getCheckpointPath());
 }
 
 }  // namespace model

@@ -44,21 +44,21 @@ private:
     void keep();
     void finish();
 
-    ModelRun& _run;
-    ModelValue _analysis;
-    std::string _name;
-    double _reached = 0;  ///< by the last internal step
-    double _startTime = 0, _duration = 0, _interval = 0;
-    double _frameInterval = 0;  ///< 0: no pictures
-    double _checkpointInterval = 0;
-    int _lastRow = 0, _lastFrame = -1;
-    bool _keepsStates = true;
+    ModelRun& m_run;
+    ModelValue m_analysis;
+    std::string m_name;
+    double m_reached = 0;  ///< by the last internal step
+    double m_startTime = 0, m_duration = 0, m_interval = 0;
+    double m_frameInterval = 0;  ///< 0: no pictures
+    double m_checkpointInterval = 0;
+    int m_lastRow = 0, m_lastFrame = -1;
+    bool m_keepsStates = true;
 
-    std::unique_ptr<ImplicitIntegrator> _integrator;
-    TurnCounter _turns;
-    MotionWarnings _warnings;
-    RunCheckpoint _progress;
-    Clock::time_point _kept;
+    std::unique_ptr<ImplicitIntegrator> m_integrator;
+    TurnCounter m_turns;
+    MotionWarnings m_warnings;
+    RunCheckpoint m_progress;
+    Clock::time_point m_kept;
 };
 
 }  // namespace model

@@ -26,11 +26,11 @@ using SimTK::Vec3;
 
 namespace {
 
-constexpr int kPicturesPerPeriod = 24;  // of a mode
-constexpr double kModeRate = 20;        // pictures a second
+constexpr int PicturesPerPeriod = 24;  // of a mode
+constexpr double ModeRate = 20;        // pictures a second
 // What is smaller is not worth a picture in which bodies stick out of their joints.
-constexpr double kLargestFactor = 1000;  // of an automatic exaggeration
-constexpr double kModeAmplitude = 0.04;  // largest displacement, to the scene's size
+constexpr double LargestFactor = 1000;  // of an automatic exaggeration
+constexpr double ModeAmplitude = 0.04;  // largest displacement, to the scene's size
 
 CameraView makeCamera(const Model& model, const ModelValue& camera, const UnitVec3& up) {
     CameraView view(camera.get("name").isGiven() ? camera.get("name").getText() : "");
@@ -296,8 +296,8 @@ bool drawMotion(const Model& model, const MotionRecorder& motion, const Results:
     addPlots(model, rows, viz);
     viz.fitToMotion(motion);
     if (isText(model.getFile().get("pictures").get("exaggeration"), "auto") &&
-        viz.getDeformationFactor() > kLargestFactor)
-        viz.setDeformationFactor(kLargestFactor).fitToMotion(motion);
+        viz.getDeformationFactor() > LargestFactor)
+        viz.setDeformationFactor(LargestFactor).fitToMotion(motion);
     listener.tellProgress("pictures", 0);
     const int numDrawn = viz.reportAll(motion, [&](int numComplete, int numFrames) {
         return listener.tellProgress("pictures", double(numComplete) / numFrames);
@@ -330,11 +330,11 @@ std::string drawModes(const Model& model, const Linearization& linear,
         // A mode has no size of its own.
         viz->setDeformationFactor(1).setShowDeformationFactor(false).setShowColorBar(false);
         VideoOptions options;
-        options.framesPerSecond = kModeRate;
+        options.framesPerSecond = ModeRate;
         viz->addVideo((folder / (analysis + "_mode_" + std::to_string(k + 1) + ".gif")).string(),
                       options);
         const std::vector<State> period = calcModeStates(model.getSystem(), linear, modes[k],
-                                                         kModeAmplitude * size, kPicturesPerPeriod);
+                                                         ModeAmplitude * size, PicturesPerPeriod);
         viz->fitToMotion(period);
         const int numDrawn = viz->reportAll(period, [&](int numComplete, int numFrames) {
             return listener.tellProgress(

@@ -12,7 +12,7 @@ namespace simflex {
 namespace model {
 namespace {
 
-constexpr double kConstant = 1e-9;  // what varies by less of its size is constant
+constexpr double ConstantRange = 1e-9;  // what varies by less of its size is constant
 
 /** Value at time t of the polynomial through the four nearest rows (fewer if there are fewer). **/
 double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t) {
@@ -63,15 +63,15 @@ class Comparer {
 public:
     Comparer(const std::vector<std::string>& patterns, const std::string& nameA,
              const std::string& nameB)
-        : _patterns(patterns), _nameA(nameA), _nameB(nameB) {}
+        : m_patterns(patterns), m_nameA(nameA), m_nameB(nameB) {}
 
     void compare(const Results::Analysis& a, const Results::Analysis& b) {
         if (a.type != b.type) {
-            result.missing.push_back("analysis '" + a.name + "' is " + a.type + " in " + _nameA +
-                                     ", " + b.type + " in " + _nameB);
+            result.missing.push_back("analysis '" + a.name + "' is " + a.type + " in " + m_nameA +
+                                     ", " + b.type + " in " + m_nameB);
         } else if (a.type == "transient" || a.type == "static") {
             compareProbes(a, b);
-        } else if (_patterns.empty()) {
+        } else if (m_patterns.empty()) {
             compareModes(a, b);
         }
     }
@@ -82,8 +82,8 @@ private:
     std::vector<ChosenColumn> choose(const Results::Analysis& analysis) {
         std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
         const auto isLeftOut = [&](const ChosenColumn& column) {
-            return !_patterns.empty() &&
-                   std::none_of(_patterns.begin(), _patterns.end(),
+            return !m_patterns.empty() &&
+                   std::none_of(m_patterns.begin(), m_patterns.end(),
                                 [&](const std::string& pattern) { return fits(pattern, column); });
         };
         columns.erase(std::remove_if(columns.begin(), columns.end(), isLeftOut), columns.end());
@@ -94,12 +94,12 @@ private:
         const std::vector<ChosenColumn> first = choose(a), second = choose(b);
         const std::vector<double> time = findCommonTimes(a, b);
         for (const ChosenColumn& column : second)
-            if (!seekNamed(first, column.name)) noteMissing(column.name, a.name, _nameB);
+            if (!seekNamed(first, column.name)) noteMissing(column.name, a.name, m_nameB);
         const size_t begin = result.columns.size();
         for (const ChosenColumn& column : first) {
             const ChosenColumn* other = seekNamed(second, column.name);
             if (!other) {
-                noteMissing(column.name, a.name, _nameA);
+                noteMissing(column.name, a.name, m_nameA);
                 continue;
             }
             ColumnDifference difference;
@@ -134,7 +134,7 @@ private:
                 range = std::max({range, findRange(column.first), findRange(column.second)});
                 size = std::max({size, findSize(column.first), findSize(column.second)});
             }
-            result.columns[k].range = range > kConstant * size ? range : size;
+            result.columns[k].range = range > ConstantRange * size ? range : size;
         }
     }
 
@@ -152,8 +152,8 @@ private:
                 text, sizeof text,
                 "times of analysis '%s' differ: compared at %zu times of %s from %g to %g s, "
                 "between rows of %s by cubic interpolation",
-                a.name.c_str(), common.size(), _nameA.c_str(), common.front(), common.back(),
-                _nameB.c_str());
+                a.name.c_str(), common.size(), m_nameA.c_str(), common.front(), common.back(),
+                m_nameB.c_str());
             result.notes.push_back(text);
         }
         return common;
@@ -168,8 +168,8 @@ private:
                      modesB = b.frequency.empty() ? 0 : b.frequency[0].size();
         if (modesA != modesB)
             result.missing.push_back("analysis '" + a.name + "' has " + std::to_string(modesA) +
-                                     " modes in " + _nameA + ", " + std::to_string(modesB) +
-                                     " in " + _nameB);
+                                     " modes in " + m_nameA + ", " + std::to_string(modesB) +
+                                     " in " + m_nameB);
         for (size_t mode = 0; mode < std::min(modesA, modesB); ++mode) {
             const std::string number = std::to_string(mode + 1);
             addModes(a, "frequency " + number, "Hz", mode, a.frequency, b.frequency, 0);
@@ -202,8 +202,8 @@ private:
                                  "' is only in " + file);
     }
 
-    const std::vector<std::string>& _patterns;
-    const std::string &_nameA, &_nameB;
+    const std::vector<std::string>& m_patterns;
+    const std::string &m_nameA, &m_nameB;
 };
 
 }  // namespace

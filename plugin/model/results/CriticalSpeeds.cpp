@@ -7,13 +7,13 @@ namespace simflex {
 namespace model {
 
 std::vector<double> findCriticalSpeeds(const Results::Analysis& campbell) {
-    constexpr double kTwoPi = 6.28318530717958647692;
+    constexpr double TwoPi = 6.28318530717958647692;
     const std::vector<double>& speeds = campbell.speeds;
     std::vector<double> critical(campbell.frequency.empty() ? 0 : campbell.frequency[0].size(),
                                  NAN);
     for (size_t branch = 0; branch < critical.size(); ++branch) {
         const auto calcGap = [&](size_t k) {
-            return kTwoPi * campbell.frequency[k][branch] - std::abs(speeds[k]);
+            return TwoPi * campbell.frequency[k][branch] - std::abs(speeds[k]);
         };
         size_t last = speeds.size();  // speed that has modes
         for (size_t k = 0; k < speeds.size() && std::isnan(critical[branch]); ++k) {

@@ -15,15 +15,15 @@ class CsvLine {
 public:
     /** A field, in quotation marks where it needs them. **/
     CsvLine& add(const std::string& field) {
-        if (!_isEmpty) _text += ',';
-        _isEmpty = false;
+        if (!m_isEmpty) m_text += ',';
+        m_isEmpty = false;
         if (field.find_first_of(",\"\r\n") == std::string::npos) {
-            _text += field;
+            m_text += field;
             return *this;
         }
-        _text += '"';
-        for (const char c : field) _text += c == '"' ? std::string("\"\"") : std::string(1, c);
-        _text += '"';
+        m_text += '"';
+        for (const char c : field) m_text += c == '"' ? std::string("\"\"") : std::string(1, c);
+        m_text += '"';
         return *this;
     }
     /** With 17 digits. **/
@@ -34,11 +34,11 @@ public:
         return *this;
     }
     /** The whole line. **/
-    std::string end() const { return _text + '\n'; }
+    std::string end() const { return m_text + '\n'; }
 
 private:
-    std::string _text;
-    bool _isEmpty = true;
+    std::string m_text;
+    bool m_isEmpty = true;
 };
 
 }  // namespace model

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using File = std::unique_ptr<FILE, int (*)(FILE*)>;
-constexpr size_t kMostPoints = 20000;  // of a curve; more are thinned to their extremes
-constexpr int kFigureWidth = 1000, kPanelHeight = 340, kLonePanelHeight = 560, kTitleHeight = 60;
+constexpr size_t MostPoints = 20000;  // of a curve; more are thinned to their extremes
+constexpr int FigureWidth = 1000, PanelHeight = 340, LonePanelHeight = 560, TitleHeight = 60;
 
 std::string hex(const Image::Pixel& color) {
     char text[16];
@@ -64,11 +64,11 @@ struct Range {
 std::vector<size_t> choosePoints(const FigureCurve& curve) {
     std::vector<size_t> chosen;
     const size_t count = curve.x.size();
-    if (count <= kMostPoints || !std::is_sorted(curve.x.begin(), curve.x.end())) {
+    if (count <= MostPoints || !std::is_sorted(curve.x.begin(), curve.x.end())) {
         for (size_t k = 0; k < count; ++k) chosen.push_back(k);
         return chosen;
     }
-    const size_t piece = (2 * count + kMostPoints - 1) / kMostPoints;
+    const size_t piece = (2 * count + MostPoints - 1) / MostPoints;
     for (size_t begin = 0; begin < count; begin += piece) {
         const auto first = curve.y.begin() + std::ptrdiff_t(begin),
                    last = curve.y.begin() + std::ptrdiff_t(std::min(count, begin + piece));
@@ -167,8 +167,8 @@ struct Layout {
     std::string screenY(double y) const { return number(std::clamp(1 - y / height, 0.0, 1.0)); }
 };
 
-constexpr double kLegendLine = 24, kPanelGap = 30, kBelowPanels = 64;
-constexpr double kLeftOfPanels = 100, kRightOfPanels = 28;
+constexpr double LegendLine = 24, PanelGap = 30, BelowPanels = 64;
+constexpr double LeftOfPanels = 100, RightOfPanels = 28;
 
 /** One panel whose upper edge is `upper` below the picture's. **/
 std::string makePanelScript(const Figure& figure, int p, const Layout& layout, double upper) {
@@ -177,8 +177,8 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
     const std::string text = " textcolor rgb '" + hex(PlotTheme::light().text) + "'\n";
     std::string script = "set tmargin at screen " + layout.screenY(upper) + "\n";
     script += "set bmargin at screen " + layout.screenY(upper + layout.panelHeight) + "\n";
-    script += "set lmargin at screen " + layout.screenX(kLeftOfPanels) + "\n";
-    script += "set rmargin at screen " + layout.screenX(layout.width - kRightOfPanels) + "\n";
+    script += "set lmargin at screen " + layout.screenX(LeftOfPanels) + "\n";
+    script += "set rmargin at screen " + layout.screenX(layout.width - RightOfPanels) + "\n";
     if (p == 0 && !figure.title.empty())
         script += "set label 1 " + quoteForGnuplot(figure.title) + " at screen 0.5, screen " +
                   layout.screenY(24) + " center font ',13'" + text;
@@ -192,7 +192,7 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
     for (const FigureCurve& curve : panel.curves) y.add(curve.y);
     script += "set yrange " + makeRange(y, 0.05, panel.startsAtZero) + "\n";
     if (hasLegend(panel)) {
-        script += "set key at screen " + layout.screenX(kLeftOfPanels) + ", screen " +
+        script += "set key at screen " + layout.screenX(LeftOfPanels) + ", screen " +
                   layout.screenY(upper - 2) + " left bottom horizontal Left reverse maxcols " +
                   std::to_string(countLegendColumns(panel, layout.width)) + " samplen 2" + text;
     } else {
@@ -212,11 +212,11 @@ std::string makeGnuplotScript(const std::string& kind, const Figure& figure) {
     const PlotTheme& theme = PlotTheme::light();
     const int numPanels = int(figure.panels.size());
     Layout layout;
-    layout.width = figure.width > 0 ? figure.width : kFigureWidth;
+    layout.width = figure.width > 0 ? figure.width : FigureWidth;
     layout.height =
         figure.height > 0
             ? figure.height
-            : (numPanels == 1 ? kLonePanelHeight : numPanels * kPanelHeight) + kTitleHeight;
+            : (numPanels == 1 ? LonePanelHeight : numPanels * PanelHeight) + TitleHeight;
     std::string script = makeTerminal(kind, layout.width, layout.height);
     Range x;
     for (int p = 0; p < numPanels; ++p)
@@ -235,15 +235,15 @@ std::string makeGnuplotScript(const std::string& kind, const Figure& figure) {
 
     // Panels of one height, and above each the lines of its legend.
     const double top = figure.title.empty() ? 16 : 48;
-    double rest = layout.height - top - kBelowPanels - kPanelGap * (numPanels - 1);
+    double rest = layout.height - top - BelowPanels - PanelGap * (numPanels - 1);
     for (const FigurePanel& panel : figure.panels)
-        rest -= kLegendLine * countLegendLines(panel, layout.width);
+        rest -= LegendLine * countLegendLines(panel, layout.width);
     layout.panelHeight = std::max(40.0, rest / numPanels);
     double upper = top;
     for (int p = 0; p < numPanels; ++p) {
-        upper += kLegendLine * countLegendLines(figure.panels[size_t(p)], layout.width);
+        upper += LegendLine * countLegendLines(figure.panels[size_t(p)], layout.width);
         script += makePanelScript(figure, p, layout, upper);
-        upper += layout.panelHeight + kPanelGap;
+        upper += layout.panelHeight + PanelGap;
     }
     return script + "unset multiplot\n";
 }

@@ -15,8 +15,8 @@ namespace simflex {
 namespace model {
 namespace {
 
-constexpr size_t kMostPanels = 12, kMostCurves = 40;
-constexpr double kMostRatio = 30;  // of the probes that share a panel
+constexpr size_t MostPanels = 12, MostCurves = 40;
+constexpr double MostRatio = 30;  // of the probes that share a panel
 
 /** A curve before its panel is known. **/
 struct Candidate {
@@ -92,7 +92,7 @@ struct Group {
 /** Whether a probe would not be lost in a panel, nor make others lost. **/
 bool isOfSize(double largest, double other) {
     return largest == 0 || other == 0 ||
-           std::max(largest, other) < kMostRatio * std::min(largest, other);
+           std::max(largest, other) < MostRatio * std::min(largest, other);
 }
 
 /** In the order of the first candidate. **/
@@ -134,10 +134,10 @@ FigurePanel makePanel(std::vector<Candidate>& candidates, const std::vector<Figu
     if (units.size() > 1)
         throw std::runtime_error("--together wants probes of one unit, not of " +
                                  joinNames({units.begin(), units.end()}));
-    if (candidates.size() > kMostCurves)
+    if (candidates.size() > MostCurves)
         throw std::runtime_error(std::to_string(candidates.size()) +
                                  " curves in one panel are too many (at most " +
-                                 std::to_string(kMostCurves) + "): name probes, as in 'tip.x'");
+                                 std::to_string(MostCurves) + "): name probes, as in 'tip.x'");
     const UnitScale unit = chooseUnitScale(*units.begin(), largest);
     FigurePanel panel;
     const bool hasOneColumn = columns.size() == 1;
@@ -178,9 +178,9 @@ Figure makeTransientFigure(const std::vector<FigureSource>& sources, const Figur
     Figure figure;
     figure.xLabel = makeAxisLabel(xName, xScale.unit);
     auto groups = group(std::move(candidates), wishes.panels);
-    if (groups.size() > kMostPanels)
+    if (groups.size() > MostPanels)
         throw std::runtime_error(std::to_string(groups.size()) + " panels are too many (at most " +
-                                 std::to_string(kMostPanels) + "): name some of the probes");
+                                 std::to_string(MostPanels) + "): name some of the probes");
     for (Group& entry : groups)
         figure.panels.push_back(makePanel(entry.candidates, sources, xScale.size));
     if (wishes.hasPoints)

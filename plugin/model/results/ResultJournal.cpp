@@ -17,11 +17,12 @@ namespace simflex {
 namespace model {
 namespace {
 
-constexpr char kMark[] = "simflex journal\n";  // 16 bytes
-constexpr std::uint64_t kMarkSize = sizeof kMark - 1;
-constexpr std::uint64_t kFrame = 3 * sizeof(std::uint64_t);  // kind and size before, sum behind
-constexpr size_t kLeastSeries = 4 * sizeof(std::uint64_t),
-                 kLeastStatistic = 2 * sizeof(std::uint64_t);
+constexpr char JournalMark[] = "simflex journal\n";  // 16 bytes
+constexpr std::uint64_t JournalMarkSize = sizeof JournalMark - 1;
+constexpr std::uint64_t RecordFrame =
+    3 * sizeof(std::uint64_t);  // kind and size before, sum behind
+constexpr size_t LeastSeries = 4 * sizeof(std::uint64_t),
+                 LeastStatistic = 2 * sizeof(std::uint64_t);
 enum EntryKind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete, Warning };
 
 std::uint64_t calcSum(const char* bytes, size_t size) {
@@ -72,7 +73,7 @@ void visit(Archive& archive, ResultJournal::Analysis& analysis) {
     archive.visit(contents.name, contents.type);
     archive.visitCount(analysis.numQ);
     archive.visitCount(analysis.numU);
-    contents.probes.resize(archive.visitSize(contents.probes.size(), kLeastSeries));
+    contents.probes.resize(archive.visitSize(contents.probes.size(), LeastSeries));
     analysis.numColumns = 0;
     for (Results::Series& series : contents.probes) {
         ResultColumn& column = series.column;
@@ -93,78 +94,80 @@ std::string pack(Values... values) {
 
 }  // namespace
 
-ResultJournal::ResultJournal(const std::string& path, Access access) : _path(path) {
+ResultJournal::ResultJournal(const std::string& path, Access access) : m_path(path) {
     const int flags = access == Access::Read     ? O_RDONLY
                       : access == Access::Append ? O_RDWR
                                                  : O_RDWR | O_CREAT;
-    _file = open(path.c_str(), flags | O_CLOEXEC, 0666);
-    if (_file < 0) throw std::runtime_error(explain("open", path));
+    m_file = open(path.c_str(), flags | O_CLOEXEC, 0666);
+    if (m_file < 0) throw std::runtime_error(explain("open", path));
     try {
-        if (access != Access::Read && flock(_file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        if (access != Access::Read && flock(m_file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
             throw std::runtime_error("'" + path + "' is being written by another run");
         if (access == Access::Create) {
-            if (ftruncate(_file, 0) != 0 || !writeAt(_file, 0, kMark, kMarkSize))
+            if (ftruncate(m_file, 0) != 0 || !writeAt(m_file, 0, JournalMark, JournalMarkSize))
                 throw std::runtime_error(explain("write", path));
-            _end = kMarkSize;
+            m_end = JournalMarkSize;
         } else {
             scan();
-            if (!_hasHeader)
+            if (!m_hasHeader)
                 throw std::runtime_error("'" + path + "' is no journal of simflex, or is damaged");
-            if (access == Access::Append && ftruncate(_file, off_t(_end)) != 0)
+            if (access == Access::Append && ftruncate(m_file, off_t(m_end)) != 0)
                 throw std::runtime_error(explain("write", path));
         }
     } catch (...) {
-        close(_file);
+        close(m_file);
         throw;
     }
 }
 
 ResultJournal::~ResultJournal() {
-    close(_file);
+    close(m_file);
 }
 
 const ResultJournal::Analysis* ResultJournal::find(const std::string& name) const {
-    for (const Analysis& analysis : _analyses)
+    for (const Analysis& analysis : m_analyses)
         if (analysis.contents.name == name) return &analysis;
     return nullptr;
 }
 
 const std::vector<std::string>& ResultJournal::getWarnings(const std::string& analysis) const {
     static const std::vector<std::string> none;
-    const auto found = _warnings.find(analysis);
-    return found == _warnings.end() ? none : found->second;
+    const auto found = m_warnings.find(analysis);
+    return found == m_warnings.end() ? none : found->second;
 }
 
 ResultJournal::Analysis& ResultJournal::update(const std::string& name) {
-    for (Analysis& analysis : _analyses)
+    for (Analysis& analysis : m_analyses)
         if (analysis.contents.name == name) return analysis;
-    throw std::runtime_error("'" + _path + "' has no analysis '" + name + "'");
+    throw std::runtime_error("'" + m_path + "' has no analysis '" + name + "'");
 }
 
 void ResultJournal::scan() {
-    _hasHeader = false;
-    _analyses.clear();
-    _warnings.clear();
-    _end = 0;
-    char mark[kMarkSize];
-    if (readAt(_file, 0, mark, kMarkSize) != kMarkSize || std::memcmp(mark, kMark, kMarkSize) != 0)
+    m_hasHeader = false;
+    m_analyses.clear();
+    m_warnings.clear();
+    m_end = 0;
+    char mark[JournalMarkSize];
+    if (readAt(m_file, 0, mark, JournalMarkSize) != JournalMarkSize ||
+        std::memcmp(mark, JournalMark, JournalMarkSize) != 0)
         return;
-    _end = kMarkSize;
+    m_end = JournalMarkSize;
     struct stat status {};
-    if (fstat(_file, &status) != 0) throw std::runtime_error(explain("read", _path));
+    if (fstat(m_file, &status) != 0) throw std::runtime_error(explain("read", m_path));
     const std::uint64_t size = std::uint64_t(status.st_size);
     std::string record, payload;
-    while (_end + kFrame <= size) {
+    while (m_end + RecordFrame <= size) {
         std::uint64_t head[2], sum = 0;
-        if (readAt(_file, _end, reinterpret_cast<char*>(head), sizeof head) != sizeof head) return;
-        if (head[1] > size - _end - kFrame) return;
-        record.resize(kFrame + head[1]);
-        if (readAt(_file, _end, record.data(), record.size()) != record.size()) return;
+        if (readAt(m_file, m_end, reinterpret_cast<char*>(head), sizeof head) != sizeof head)
+            return;
+        if (head[1] > size - m_end - RecordFrame) return;
+        record.resize(RecordFrame + head[1]);
+        if (readAt(m_file, m_end, record.data(), record.size()) != record.size()) return;
         std::memcpy(&sum, record.data() + record.size() - sizeof sum, sizeof sum);
         if (calcSum(record.data(), record.size() - sizeof sum) != sum) return;
         payload.assign(record, sizeof head, head[1]);
-        take(head[0], payload, _end);
-        _end += record.size();
+        take(head[0], payload, m_end);
+        m_end += record.size();
     }
 }
 
@@ -176,20 +179,20 @@ void ResultJournal::take(std::uint64_t kind, const std::string& payload, std::ui
         return text;
     };
     if (kind == Header) {
-        visit(archive, _header);
-        _hasHeader = true;
+        visit(archive, m_header);
+        m_hasHeader = true;
     } else if (kind == Begin) {
-        visit(archive, _analyses.emplace_back());
-        _analyses.back().start = offset + kFrame + payload.size();
+        visit(archive, m_analyses.emplace_back());
+        m_analyses.back().start = offset + RecordFrame + payload.size();
     } else if (kind == Row) {
-        if (_analyses.empty() ||
-            payload.size() != size_t(_analyses.back().getRowSize()) * sizeof(double))
-            throw std::runtime_error("'" + _path + "' has a row of another length");
+        if (m_analyses.empty() ||
+            payload.size() != size_t(m_analyses.back().getRowSize()) * sizeof(double))
+            throw std::runtime_error("'" + m_path + "' has a row of another length");
         countRow(offset);
     } else if (kind == Statistics) {
         auto& statistics = update(getText()).contents.statistics;
         statistics.clear();
-        for (size_t left = archive.visitSize(0, kLeastStatistic); left > 0; --left) {
+        for (size_t left = archive.visitSize(0, LeastStatistic); left > 0; --left) {
             const std::string name = getText();
             std::vector<double> value;
             archive.visit(value);
@@ -199,15 +202,15 @@ void ResultJournal::take(std::uint64_t kind, const std::string& payload, std::ui
         update(getText()).contents.isComplete = true;
     } else if (kind == Warning) {
         const std::string analysis = getText();
-        _warnings[analysis].push_back(getText());
+        m_warnings[analysis].push_back(getText());
     } else {
-        throw std::runtime_error("'" + _path + "' is of a newer simflex");
+        throw std::runtime_error("'" + m_path + "' is of a newer simflex");
     }
 }
 
 void ResultJournal::countRow(std::uint64_t offset) {
-    Analysis& analysis = _analyses.back();
-    const std::uint64_t size = kFrame + std::uint64_t(analysis.getRowSize()) * sizeof(double);
+    Analysis& analysis = m_analyses.back();
+    const std::uint64_t size = RecordFrame + std::uint64_t(analysis.getRowSize()) * sizeof(double);
     auto& segments = analysis.segments;
     if (segments.empty() ||
         segments.back().offset + std::uint64_t(segments.back().count) * size != offset)
@@ -218,17 +221,17 @@ void ResultJournal::countRow(std::uint64_t offset) {
 
 void ResultJournal::append(std::uint64_t kind, const std::string& payload) {
     const std::uint64_t head[2] = {kind, payload.size()};
-    _record.assign(reinterpret_cast<const char*>(head), sizeof head);
-    _record += payload;
-    const std::uint64_t sum = calcSum(_record.data(), _record.size());
-    _record.append(reinterpret_cast<const char*>(&sum), sizeof sum);
-    if (!writeAt(_file, _end, _record.data(), _record.size())) {
-        const std::string what = explain("write", _path);
-        (void)!ftruncate(_file, off_t(_end));
+    m_record.assign(reinterpret_cast<const char*>(head), sizeof head);
+    m_record += payload;
+    const std::uint64_t sum = calcSum(m_record.data(), m_record.size());
+    m_record.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+    if (!writeAt(m_file, m_end, m_record.data(), m_record.size())) {
+        const std::string what = explain("write", m_path);
+        (void)!ftruncate(m_file, off_t(m_end));
         throw std::runtime_error(what);
     }
-    const std::uint64_t offset = _end;
-    _end += _record.size();
+    const std::uint64_t offset = m_end;
+    m_end += m_record.size();
     if (kind == Row) {
         countRow(offset);
     } else {
@@ -271,27 +274,27 @@ void ResultJournal::addWarning(const std::string& analysis, const std::string& t
 
 void ResultJournal::cut(const std::string& name, int numRows) {
     const Analysis& analysis = update(name);
-    const std::uint64_t size = kFrame + std::uint64_t(analysis.getRowSize()) * sizeof(double);
+    const std::uint64_t size = RecordFrame + std::uint64_t(analysis.getRowSize()) * sizeof(double);
     if (numRows > analysis.numRows)
-        throw std::runtime_error("'" + _path + "' has " + std::to_string(analysis.numRows) +
+        throw std::runtime_error("'" + m_path + "' has " + std::to_string(analysis.numRows) +
                                  " rows of analysis '" + name + "', fewer than the " +
                                  std::to_string(numRows) + " to go on after");
     std::uint64_t end = analysis.start;
     for (const auto& segment : analysis.segments)
         if (segment.first < numRows && numRows <= segment.first + segment.count)
             end = segment.offset + std::uint64_t(numRows - segment.first) * size;
-    if (ftruncate(_file, off_t(end)) != 0) throw std::runtime_error(explain("write", _path));
+    if (ftruncate(m_file, off_t(end)) != 0) throw std::runtime_error(explain("write", m_path));
     scan();
 }
 
 void ResultJournal::sync() {
-    if (fdatasync(_file) != 0 && errno != EINVAL && errno != EROFS)
-        throw std::runtime_error(explain("write", _path));
+    if (fdatasync(m_file) != 0 && errno != EINVAL && errno != EROFS)
+        throw std::runtime_error(explain("write", m_path));
 }
 
 std::vector<double> ResultJournal::readRows(const Analysis& analysis, int first, int count) const {
     const size_t numbers = size_t(analysis.getRowSize());
-    const std::uint64_t size = kFrame + numbers * sizeof(double);
+    const std::uint64_t size = RecordFrame + numbers * sizeof(double);
     std::vector<double> rows(numbers * size_t(count));
     std::string records;
     int done = 0;
@@ -300,16 +303,16 @@ std::vector<double> ResultJournal::readRows(const Analysis& analysis, int first,
         const int end = std::min(first + count, segment.first + segment.count);
         if (begin >= end) continue;
         records.resize(size_t(end - begin) * size);
-        if (readAt(_file, segment.offset + std::uint64_t(begin - segment.first) * size,
+        if (readAt(m_file, segment.offset + std::uint64_t(begin - segment.first) * size,
                    records.data(), records.size()) != records.size())
-            throw std::runtime_error(explain("read", _path));
+            throw std::runtime_error(explain("read", m_path));
         for (int k = begin; k < end; ++k)
             std::memcpy(&rows[size_t(k - first) * numbers],
                         &records[size_t(k - begin) * size + 2 * sizeof(std::uint64_t)],
                         numbers * sizeof(double));
         done = end - first;
     }
-    if (done != count) throw std::runtime_error("'" + _path + "' was cut while being read");
+    if (done != count) throw std::runtime_error("'" + m_path + "' was cut while being read");
     return rows;
 }
 

@@ -41,8 +41,8 @@ public:
     ResultJournal(const ResultJournal&) = delete;
     ResultJournal& operator=(const ResultJournal&) = delete;
 
-    const ResultHeader& getHeader() const { return _header; }
-    const std::vector<Analysis>& getAnalyses() const { return _analyses; }
+    const ResultHeader& getHeader() const { return m_header; }
+    const std::vector<Analysis>& getAnalyses() const { return m_analyses; }
     /** The analysis of that name; null if there is none. **/
     const Analysis* find(const std::string& name) const;
     /** Of an analysis, which need not have begun; empty name: of all. **/
@@ -75,14 +75,14 @@ private:
     Analysis& update(const std::string& name);
     void countRow(std::uint64_t offset);
 
-    std::string _path;
-    int _file = -1;
-    std::uint64_t _end = 0;  ///< of the last whole record
-    bool _hasHeader = false;
-    ResultHeader _header;
-    std::vector<Analysis> _analyses;
-    std::map<std::string, std::vector<std::string>> _warnings;  ///< by analysis
-    std::string _record;                                        ///< room for one
+    std::string m_path;
+    int m_file = -1;
+    std::uint64_t m_end = 0;  ///< of the last whole record
+    bool m_hasHeader = false;
+    ResultHeader m_header;
+    std::vector<Analysis> m_analyses;
+    std::map<std::string, std::vector<std::string>> m_warnings;  ///< by analysis
+    std::string m_record;                                        ///< room for one
 };
 
 }  // namespace model

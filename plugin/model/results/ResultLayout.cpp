@@ -12,8 +12,8 @@ namespace simflex {
 namespace model {
 namespace {
 
-constexpr size_t kBlockNumbers = size_t(1) << 20;  // of rows read from the journal at once
-constexpr size_t kMostText = size_t(1) << 28;      // of a model file
+constexpr size_t BlockNumbers = size_t(1) << 20;  // of rows read from the journal at once
+constexpr size_t LongestText = size_t(1) << 28;   // of a model file
 using Rows = std::vector<std::vector<double>>;
 
 /** A text of any length as a data set of its own. **/
@@ -37,7 +37,7 @@ std::string readLongText(hid_t data, const std::string& name) {
     const hdf5::Handle space(H5Dget_space(data), H5Sclose, "read the shape of '" + name + "'");
     const size_t size = H5Tget_size(type);
     if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0 ||
-        H5Sget_simple_extent_npoints(space) != 1 || size > kMostText ||
+        H5Sget_simple_extent_npoints(space) != 1 || size > LongestText ||
         H5Dget_storage_size(data) < size)
         throw std::runtime_error("'" + name + "' is no text");
     std::string text(size + 1, '\0');
@@ -136,7 +136,7 @@ void writeTransient(hid_t group, hid_t probes, const ResultJournal::Analysis& an
             {createMatrix(states, "u", {n, hsize_t(analysis.numU)}), begin, analysis.numU, false});
     }
     const int rowSize = analysis.getRowSize();
-    const int perBlock = int(std::max<size_t>(1, kBlockNumbers / size_t(rowSize)));
+    const int perBlock = int(std::max<size_t>(1, BlockNumbers / size_t(rowSize)));
     std::vector<double> room;
     for (int first = 0; first < analysis.numRows; first += perBlock) {
         const int count = std::min(perBlock, analysis.numRows - first);
@@ -291,7 +291,7 @@ void writeResultLayout(const std::string& path, const ResultJournal& journal) {
     const hdf5::Quiet quiet;
     const ResultHeader& header = journal.getHeader();
     const auto file = hdf5::createFile(path);
-    hdf5::writeInteger(file, "simflex_results", kResultFormat);
+    hdf5::writeInteger(file, "simflex_results", ResultFormat);
     hdf5::writeText(file, "version", SIMFLEX_VERSION);
     hdf5::writeText(file, "title", header.title);
     {
@@ -316,9 +316,9 @@ Results readResultLayout(const std::string& path, ReadStates states) {
     if (H5Aexists(file, "simflex_results") <= 0)
         throw std::runtime_error("it is no result file of simflex: it has no 'simflex_results'");
     const int format = hdf5::readInteger(file, "simflex_results");
-    if (format > kResultFormat)
+    if (format > ResultFormat)
         throw std::runtime_error("its format is " + std::to_string(format) +
-                                 ", this simflex reads up to " + std::to_string(kResultFormat) +
+                                 ", this simflex reads up to " + std::to_string(ResultFormat) +
                                  ": it needs a newer simflex");
     if (format < 1)
         throw std::runtime_error("'simflex_results' is " + std::to_string(format) + ", not 1");

@@ -9,7 +9,7 @@ The HDF5 file of Results.h, made of a journal. Internal to results. **/
 namespace simflex {
 namespace model {
 
-constexpr int kResultFormat = 1;
+constexpr int ResultFormat = 1;
 
 /** Path of the journal of a result file. **/
 std::string getJournalPath(const std::string& path);

@@ -15,7 +15,7 @@ namespace model {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kMostOfTheTime = 0.1;  // spent on replacing the file at flush()
+constexpr double MostOfTheTime = 0.1;  // spent on replacing the file at flush()
 
 bool isSameRun(const ResultHeader& a, const ResultHeader& b) {
     return a.title == b.title && a.modelPath == b.modelPath && a.modelText == b.modelText &&
@@ -38,10 +38,10 @@ bool continues(const ResultJournal& journal, const Results& file) {
 /** The rows of a journal over time, as the file would have them. **/
 void fillRows(const ResultJournal& journal, const ResultJournal::Analysis& analysis,
               ReadStates states, Results::Analysis& result) {
-    constexpr int kBlock = 256;
+    constexpr int RowsPerBlock = 256;
     const size_t rowSize = size_t(analysis.getRowSize());
-    for (int first = 0; first < analysis.numRows; first += kBlock) {
-        const int count = std::min(kBlock, analysis.numRows - first);
+    for (int first = 0; first < analysis.numRows; first += RowsPerBlock) {
+        const int count = std::min(RowsPerBlock, analysis.numRows - first);
         const std::vector<double> rows = journal.readRows(analysis, first, count);
         for (size_t k = 0; k < size_t(count); ++k) {
             auto at = rows.begin() + std::ptrdiff_t(k * rowSize);
@@ -113,23 +113,23 @@ void ResultWriter::guard(const Work& work) {
     try {
         work();
     } catch (const std::runtime_error& error) {
-        throw std::runtime_error("result file '" + _path + "': " + error.what());
+        throw std::runtime_error("result file '" + m_path + "': " + error.what());
     }
 }
 
 ResultWriter::ResultWriter(const std::string& path, const ResultHeader& header,
                            const std::vector<Results::Analysis>& kept)
-    : _path(path) {
+    : m_path(path) {
     guard([&] {
         removeLeftovers();
-        _journal.emplace(getJournalPath(path), ResultJournal::Access::Create);
-        _journal->addHeader(header);
+        m_journal.emplace(getJournalPath(path), ResultJournal::Access::Create);
+        m_journal->addHeader(header);
         for (const Results::Analysis& analysis : kept) append(analysis);
         replaceFile();
     });
 }
 
-ResultWriter::ResultWriter(const std::string& path) : _path(path) {
+ResultWriter::ResultWriter(const std::string& path) : m_path(path) {
     guard([&] {
         removeLeftovers();
         reopen();
@@ -139,53 +139,54 @@ ResultWriter::ResultWriter(const std::string& path) : _path(path) {
 
 ResultWriter::~ResultWriter() {
     try {
-        if (_isChanged) replaceFile();
-        fs::remove(getJournalPath(_path));
+        if (m_isChanged) replaceFile();
+        fs::remove(getJournalPath(m_path));
     } catch (const std::exception&) {  // the journal stays, and has it all
     }
 }
 
 void ResultWriter::removeLeftovers() const {
-    const fs::path file(_path);
+    const fs::path file(m_path);
     removeUnfinishedFiles(file.parent_path(), file.filename().string() + ".");
 }
 
 /** Takes the journal that a killed run left; else makes one of the file. **/
 void ResultWriter::reopen() {
-    const Results file = readResultLayout(_path, ReadStates::Yes);
-    const std::string path = getJournalPath(_path);
+    const Results file = readResultLayout(m_path, ReadStates::Yes);
+    const std::string path = getJournalPath(m_path);
     if (fs::exists(path)) {
-        _journal.emplace(path, ResultJournal::Access::Append);
-        if (continues(*_journal, file)) return;
-        _journal.reset();
+        m_journal.emplace(path, ResultJournal::Access::Append);
+        if (continues(*m_journal, file)) return;
+        m_journal.reset();
     }
-    _journal.emplace(path, ResultJournal::Access::Create);
-    _journal->addHeader(file.header);
-    for (const std::string& warning : file.warnings) _journal->addWarning("", warning);
+    m_journal.emplace(path, ResultJournal::Access::Create);
+    m_journal->addHeader(file.header);
+    for (const std::string& warning : file.warnings) m_journal->addWarning("", warning);
     for (const Results::Analysis& analysis : file.analyses) append(analysis);
 }
 
 /** Makes the HDF5 file anew beside the old one and gives it its name. **/
 void ResultWriter::replaceFile() {
     const Clock::time_point start = Clock::now();
-    UnfinishedFile file(_path);
-    writeResultLayout(file.getPath(), *_journal);
+    UnfinishedFile file(m_path);
+    writeResultLayout(file.getPath(), *m_journal);
     appendChecksum(file.getPath());
     file.finish();
-    _replaced = Clock::now();
-    _cost = secondsSince(start);
-    _isChanged = false;
+    m_replaced = Clock::now();
+    m_cost = secondsSince(start);
+    m_isChanged = false;
 }
 
 ResultJournal& ResultWriter::updJournal() {
-    _isChanged = true;
-    return *_journal;
+    m_isChanged = true;
+    return *m_journal;
 }
 
 void ResultWriter::begin(const ResultJournal::Analysis& analysis) {
     const std::string& name = analysis.contents.name;
     checkName("an analysis", name);
-    if (_journal->find(name)) throw std::runtime_error("it has an analysis '" + name + "' already");
+    if (m_journal->find(name))
+        throw std::runtime_error("it has an analysis '" + name + "' already");
     updJournal().addAnalysis(analysis);
 }
 
@@ -203,7 +204,7 @@ void ResultWriter::append(const Results::Analysis& source) {
     }
     begin(analysis);
     for (const std::string& warning : source.warnings)  // before rows, which may be cut
-        _journal->addWarning(source.name, warning);
+        m_journal->addWarning(source.name, warning);
     for (size_t k = 0; k < source.time.size(); ++k) {
         std::vector<double> values;
         for (const auto& series : source.probes)
@@ -211,23 +212,23 @@ void ResultWriter::append(const Results::Analysis& source) {
         appendRow(source.time[k], values, source.q.empty() ? std::vector<double>() : source.q[k],
                   source.u.empty() ? std::vector<double>() : source.u[k]);
     }
-    if (!source.statistics.empty()) _journal->addStatistics(source.name, source.statistics);
-    if (source.isComplete) _journal->addComplete(source.name);
+    if (!source.statistics.empty()) m_journal->addStatistics(source.name, source.statistics);
+    if (source.isComplete) m_journal->addComplete(source.name);
 }
 
 void ResultWriter::appendRow(double time, const std::vector<double>& values,
                              const std::vector<double>& q, const std::vector<double>& u) {
-    const auto& analyses = _journal->getAnalyses();
+    const auto& analyses = m_journal->getAnalyses();
     if (analyses.empty() || analyses.back().contents.type != "transient")
         throw std::runtime_error("no transient analysis has begun");
     checkCount("values in a row", values.size(), size_t(analyses.back().numColumns));
     checkCount("generalized coordinates in a row", q.size(), size_t(analyses.back().numQ));
     checkCount("generalized speeds in a row", u.size(), size_t(analyses.back().numU));
-    _row.assign(1, time);
-    _row.insert(_row.end(), values.begin(), values.end());
-    _row.insert(_row.end(), q.begin(), q.end());
-    _row.insert(_row.end(), u.begin(), u.end());
-    updJournal().addRow(_row);
+    m_row.assign(1, time);
+    m_row.insert(m_row.end(), values.begin(), values.end());
+    m_row.insert(m_row.end(), q.begin(), q.end());
+    m_row.insert(m_row.end(), u.begin(), u.end());
+    updJournal().addRow(m_row);
 }
 
 void ResultWriter::add(const Results::Analysis& analysis) {
@@ -253,7 +254,7 @@ void ResultWriter::beginTransient(const std::string& name, const std::vector<Res
 
 void ResultWriter::resumeTransient(const std::string& name, int numRows) {
     guard([&] {
-        const auto* analysis = _journal->find(name);
+        const auto* analysis = m_journal->find(name);
         if (!analysis || analysis->contents.type != "transient")
             throw std::runtime_error("it has no transient analysis '" + name + "' to go on with");
         updJournal().cut(name, numRows);
@@ -266,10 +267,10 @@ void ResultWriter::addRow(double time, const std::vector<double>& values,
 }
 
 void ResultWriter::flush() {
-    if (!_isChanged) return;
+    if (!m_isChanged) return;
     guard([&] {
-        _journal->sync();
-        if (secondsSince(_replaced) * kMostOfTheTime > _cost) replaceFile();
+        m_journal->sync();
+        if (secondsSince(m_replaced) * MostOfTheTime > m_cost) replaceFile();
     });
 }
 
@@ -279,7 +280,7 @@ void ResultWriter::setStatistics(const std::string& name,
 }
 
 void ResultWriter::addWarning(const std::string& analysis, const std::string& text) {
-    const std::vector<std::string>& known = _journal->getWarnings(analysis);
+    const std::vector<std::string>& known = m_journal->getWarnings(analysis);
     if (std::find(known.begin(), known.end(), text) != known.end()) return;
     guard([&] { updJournal().addWarning(analysis, text); });
 }

@@ -59,12 +59,12 @@ private:
     void appendRow(double time, const std::vector<double>& values, const std::vector<double>& q,
                    const std::vector<double>& u);
 
-    std::string _path;
-    std::optional<ResultJournal> _journal;
-    std::vector<double> _row;
-    bool _isChanged = true;
-    Clock::time_point _replaced = Clock::now();
-    double _cost = 0;  ///< of the last replacement [s]
+    std::string m_path;
+    std::optional<ResultJournal> m_journal;
+    std::vector<double> m_row;
+    bool m_isChanged = true;
+    Clock::time_point m_replaced = Clock::now();
+    double m_cost = 0;  ///< of the last replacement [s]
 };
 
 }  // namespace model

@@ -21,8 +21,8 @@ std::pair<int, int> getPrefixRange(const std::string& unit) {
     return {0, 0};
 }
 
-const std::map<int, std::string> kPrefixes = {{-9, "n"}, {-6, "µ"}, {-3, "m"}, {0, ""},
-                                              {3, "k"},  {6, "M"},  {9, "G"}};
+const std::map<int, std::string> UnitPrefixes = {{-9, "n"}, {-6, "µ"}, {-3, "m"}, {0, ""},
+                                                 {3, "k"},  {6, "M"},  {9, "G"}};
 
 /** "m/s^2" as "m/s²". **/
 std::string beautify(std::string unit) {
@@ -40,7 +40,7 @@ UnitScale chooseUnitScale(const std::string& unit, double largest) {
     if (exponent == -3 && largest >= 0.1) exponent = 0;  // 0.3 m rather than 300 mm
     const auto [lowest, highest] = getPrefixRange(unit);
     exponent = std::clamp(exponent, lowest, highest);
-    return {kPrefixes.at(exponent) + beautify(unit), std::pow(10.0, exponent)};
+    return {UnitPrefixes.at(exponent) + beautify(unit), std::pow(10.0, exponent)};
 }
 
 std::string makeAxisLabel(const std::string& name, const std::string& unit) {

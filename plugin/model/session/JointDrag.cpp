@@ -14,53 +14,53 @@ using namespace SimTK;
 
 namespace {
 
-constexpr Real kModalWeight = 1e3;       // where bodies have to deform
-constexpr Real kLargestStep = 0.1;       // [rad] in one step
-constexpr Real kJointTolerance = 1e-11;  // of joints and the coordinate [m, rad]
-constexpr Real kConditioning = 1e-9;     // rows that follow from others
-constexpr Real kRateTolerance = 1e-9;    // [m/s, rad/s]
-constexpr int kMostCorrections = 40;     // after the last step of the way
+constexpr Real ModalWeight = 1e3;       // where bodies have to deform
+constexpr Real LargestStep = 0.1;       // [rad] in one step
+constexpr Real JointTolerance = 1e-11;  // of joints and the coordinate [m, rad]
+constexpr Real Conditioning = 1e-9;     // rows that follow from others
+constexpr Real RateTolerance = 1e-9;    // [m/s, rad/s]
+constexpr int MostCorrections = 40;     // after the last step of the way
 
 enum class Shapes { Held, Free };
 
 class Drag {
 public:
     Drag(const Model& model, const State& start, const Joint& joint, int coordinate, Shapes shapes)
-        : _model(model),
-          _matter(model.getMatter()),
-          _joint(joint),
-          _coordinate(coordinate),
-          _state(start) {
-        model.getFlexibleBodies().initializeNative(_state);
-        _weights = _state.getUWeights();
+        : m_model(model),
+          m_matter(model.getMatter()),
+          m_joint(joint),
+          m_coordinate(coordinate),
+          m_state(start) {
+        model.getFlexibleBodies().initializeNative(m_state);
+        m_weights = m_state.getUWeights();
         for (const Model::BodyEntry& body : model.getBodies()) {
             if (!body.flexible) continue;
             for (int k = 0; k < body.flexible->getNumModalMobilizers(); ++k) {
                 const MobilizedBody& mobod = body.flexible->getModalMobilizer(k);
-                scale(mobod, shapes == Shapes::Held ? Infinity : kModalWeight);
-                for (int i = 0; i < mobod.getNumU(_state); ++i)
-                    _modes.push_back({int(mobod.getFirstUIndex(_state)) + i,
-                                      int(mobod.getFirstQIndex(_state)) + i, 0});
+                scale(mobod, shapes == Shapes::Held ? Infinity : ModalWeight);
+                for (int i = 0; i < mobod.getNumU(m_state); ++i)
+                    m_modes.push_back({int(mobod.getFirstUIndex(m_state)) + i,
+                                       int(mobod.getFirstQIndex(m_state)) + i, 0});
             }
         }
         // What a lock or a Motion holds does not move.
-        for (MobilizedBodyIndex i(1); i < _matter.getNumBodies(); ++i) {
-            const MobilizedBody& mobod = _matter.getMobilizedBody(i);
-            if (mobod.isLocked(_state) ||
-                (mobod.hasMotion() && !mobod.getMotion().isDisabled(_state)))
+        for (MobilizedBodyIndex i(1); i < m_matter.getNumBodies(); ++i) {
+            const MobilizedBody& mobod = m_matter.getMobilizedBody(i);
+            if (mobod.isLocked(m_state) ||
+                (mobod.hasMotion() && !mobod.getMotion().isDisabled(m_state)))
                 scale(mobod, Infinity);
         }
-        for (Mode& mode : _modes) mode.start = _state.getQ()[mode.q];
+        for (Mode& mode : m_modes) mode.start = m_state.getQ()[mode.q];
     }
 
-    const State& getState() const { return _state; }
-    Real calcCoordinate() const { return _joint.calcCoordinates(_state)[_coordinate]; }
-    Real calcRate() const { return _joint.calcCoordinateDots(_state)[_coordinate]; }
+    const State& getState() const { return m_state; }
+    Real calcCoordinate() const { return m_joint.calcCoordinates(m_state)[m_coordinate]; }
+    Real calcRate() const { return m_joint.calcCoordinateDots(m_state)[m_coordinate]; }
 
     Real calcLargestError() const {
         Real largest = 0;
         for (int i = 0; i < getNumPositionRows(); ++i)
-            largest = std::max(largest, std::abs(_state.getQErr()[i]));
+            largest = std::max(largest, std::abs(m_state.getQErr()[i]));
         return largest;
     }
 
@@ -68,31 +68,31 @@ public:
     void move(Real change) {
         const int m = getNumPositionRows();
         Vector right(m + 1);
-        for (int i = 0; i < m; ++i) right[i] = -_state.getQErr()[i];
+        for (int i = 0; i < m; ++i) right[i] = -m_state.getQErr()[i];
         right[m] = change;
-        Vector deformed(_state.getNU(), Real(0));  // since the start
-        for (const Mode& mode : _modes) deformed[mode.u] = _state.getQ()[mode.q] - mode.start;
-        Vector dq(_state.getNQ());
-        _matter.multiplyByN(_state, false, solve(m, right, deformed), dq);
-        _state.updQ() += dq;
-        _matter.normalizeQuaternions(_state);
+        Vector deformed(m_state.getNU(), Real(0));  // since the start
+        for (const Mode& mode : m_modes) deformed[mode.u] = m_state.getQ()[mode.q] - mode.start;
+        Vector dq(m_state.getNQ());
+        m_matter.multiplyByN(m_state, false, solve(m, right, deformed), dq);
+        m_state.updQ() += dq;
+        m_matter.normalizeQuaternions(m_state);
         realize();
     }
 
     /** Leads the coordinate to `value`. @returns false if the joints do not allow it. **/
     bool leadTo(Real value) {
-        const JointCoordinate& kind = _joint.getEquations().getCoordinate(_coordinate);
+        const JointCoordinate& kind = m_joint.getEquations().getCoordinate(m_coordinate);
         const auto calcRest = [&] {
             const Real rest = value - calcCoordinate();
             return kind.isPeriodic() ? std::remainder(rest, 2 * Pi) : rest;
         };
         const Real way = std::abs(calcRest());
-        const Real longest = kind.isAngle() ? kLargestStep : way / 10;
-        const int mostSteps = kMostCorrections + (way > 0 ? int(std::ceil(2 * way / longest)) : 0);
+        const Real longest = kind.isAngle() ? LargestStep : way / 10;
+        const int mostSteps = MostCorrections + (way > 0 ? int(std::ceil(2 * way / longest)) : 0);
         for (int step = 0; step < mostSteps; ++step) {
             const Real rest = calcRest();
-            if (std::abs(rest) < kJointTolerance * (1 + std::abs(value)) &&
-                calcLargestError() < kJointTolerance)
+            if (std::abs(rest) < JointTolerance * (1 + std::abs(value)) &&
+                calcLargestError() < JointTolerance)
                 return true;
             move(std::clamp(rest, -longest, longest));
             if (!std::isfinite(calcLargestError())) break;
@@ -104,25 +104,25 @@ public:
     if there are none. **/
     bool changeRateTo(Real rate) {
         for (int i = 0; i < 2; ++i) {
-            const int m = _state.getNUErr();
+            const int m = m_state.getNUErr();
             Vector right(m + 1);
-            for (int k = 0; k < m; ++k) right[k] = -_state.getUErr()[k];
+            for (int k = 0; k < m; ++k) right[k] = -m_state.getUErr()[k];
             right[m] = rate - calcRate();
-            _state.updU() += solve(m, right, Vector(_state.getNU(), Real(0)));
+            m_state.updU() += solve(m, right, Vector(m_state.getNU(), Real(0)));
             realize();
         }
         Real largest = std::abs(calcRate() - rate);
-        for (int k = 0; k < _state.getNUErr(); ++k)
-            largest = std::max(largest, std::abs(_state.getUErr()[k]));
-        return largest < kRateTolerance * (1 + std::abs(rate));
+        for (int k = 0; k < m_state.getNUErr(); ++k)
+            largest = std::max(largest, std::abs(m_state.getUErr()[k]));
+        return largest < RateTolerance * (1 + std::abs(rate));
     }
 
     std::string findWorstJoint() const {
         std::string worst = "a constraint";
-        Real largest = kJointTolerance;
-        for (int i = 0; i < _model.getFlexibleBodies().getNumJoints(); ++i) {
-            const Joint other = _model.getFlexibleBodies().getJoint(JointIndex(i));
-            const Vector errors = other.calcPositionErrors(_state);
+        Real largest = JointTolerance;
+        for (int i = 0; i < m_model.getFlexibleBodies().getNumJoints(); ++i) {
+            const Joint other = m_model.getFlexibleBodies().getJoint(JointIndex(i));
+            const Vector errors = other.calcPositionErrors(m_state);
             for (int row = 0; row < errors.size(); ++row) {
                 if (std::abs(errors[row]) <= largest) continue;
                 largest = std::abs(errors[row]);
@@ -134,34 +134,34 @@ public:
 
 private:
     void scale(const MobilizedBody& mobod, Real factor) {
-        for (int i = 0; i < mobod.getNumU(_state); ++i)
-            _weights[mobod.getFirstUIndex(_state) + i] *= factor;
+        for (int i = 0; i < mobod.getNumU(m_state); ++i)
+            m_weights[mobod.getFirstUIndex(m_state) + i] *= factor;
     }
 
-    void realize() { _model.getSystem().realize(_state, Stage::Velocity); }
+    void realize() { m_model.getSystem().realize(m_state, Stage::Velocity); }
 
     /** Without those of quaternions. **/
     int getNumPositionRows() const {
-        return _state.getNQErr() - _matter.getNumQuaternionsInUse(_state);
+        return m_state.getNQErr() - m_matter.getNumQuaternionsInUse(m_state);
     }
 
     /** Speeds that move the joint's frames. **/
     std::vector<int> findSpeeds() const {
         std::vector<int> speeds;
         const auto add = [&](const MobilizedBody& mobod) {
-            for (int i = 0; i < mobod.getNumU(_state); ++i)
-                speeds.push_back(mobod.getFirstUIndex(_state) + i);
+            for (int i = 0; i < mobod.getNumU(m_state); ++i)
+                speeds.push_back(mobod.getFirstUIndex(m_state) + i);
         };
         for (const Attachment* frame :
-             {&_joint.getFrameF(_coordinate), &_joint.getFrameM(_coordinate)}) {
+             {&m_joint.getFrameF(m_coordinate), &m_joint.getFrameM(m_coordinate)}) {
             for (MobilizedBodyIndex at = frame->getMobilizedBodyIndex(); at != GroundIndex;) {
-                const MobilizedBody& mobod = _matter.getMobilizedBody(at);
+                const MobilizedBody& mobod = m_matter.getMobilizedBody(at);
                 add(mobod);
                 at = mobod.getParentMobilizedBody().getMobilizedBodyIndex();
             }
             if (!frame->isFlexible()) continue;
             const FlexibleBody body =
-                _model.getFlexibleBodies().getBody(frame->getFlexibleBodyIndex());
+                m_model.getFlexibleBodies().getBody(frame->getFlexibleBodyIndex());
             for (int k = 0; k < body.getNumModalMobilizers(); ++k) add(body.getModalMobilizer(k));
         }
         std::sort(speeds.begin(), speeds.end());
@@ -171,13 +171,13 @@ private:
 
     /** ∂c/∂u: rates are linear in the speeds. **/
     Vector calcGradient() const {
-        Vector gradient(_state.getNU(), Real(0));
-        State moving = _state;
+        Vector gradient(m_state.getNU(), Real(0));
+        State moving = m_state;
         for (const int j : findSpeeds()) {
             moving.updU() = 0;
             moving.updU()[j] = 1;
-            _model.getSystem().realize(moving, Stage::Velocity);
-            gradient[j] = _joint.calcCoordinateDots(moving)[_coordinate];
+            m_model.getSystem().realize(moving, Stage::Velocity);
+            gradient[j] = m_joint.calcCoordinateDots(moving)[m_coordinate];
         }
         return gradient;
     }
@@ -185,22 +185,22 @@ private:
     /** The δ with these right-hand sides of m rows of G and of the coordinate for which
     `before` + δ is smallest. **/
     Vector solve(int m, Vector right, const Vector& before) const {
-        const int n = _state.getNU();
+        const int n = m_state.getNU();
         Matrix G;
-        _matter.calcG(_state, G);
+        m_matter.calcG(m_state, G);
         Matrix A(m + 1, n);
         const Vector gradient = calcGradient();
         for (int j = 0; j < n; ++j) {
             for (int i = 0; i < m; ++i) {
-                A(i, j) = G(i, j) / _weights[j];
+                A(i, j) = G(i, j) / m_weights[j];
                 right[i] += G(i, j) * before[j];
             }
-            A(m, j) = gradient[j] / _weights[j];
+            A(m, j) = gradient[j] / m_weights[j];
             right[m] += gradient[j] * before[j];
         }
         Vector change;
-        FactorQTZ(A, kConditioning).solve(right, change);
-        for (int j = 0; j < n; ++j) change[j] = change[j] / _weights[j] - before[j];
+        FactorQTZ(A, Conditioning).solve(right, change);
+        for (int j = 0; j < n; ++j) change[j] = change[j] / m_weights[j] - before[j];
         return change;
     }
 
@@ -209,13 +209,13 @@ private:
         Real start;
     };
 
-    const Model& _model;
-    const SimbodyMatterSubsystem& _matter;
-    const Joint& _joint;
-    int _coordinate;
-    State _state;
-    Vector _weights;
-    std::vector<Mode> _modes;
+    const Model& m_model;
+    const SimbodyMatterSubsystem& m_matter;
+    const Joint& m_joint;
+    int m_coordinate;
+    State m_state;
+    Vector m_weights;
+    std::vector<Mode> m_modes;
 };
 
 std::string format(Real value, const std::string& unit) {

@@ -16,8 +16,8 @@ using SimTK::State;
 
 namespace {
 
-const char* const kTitle = "simflex state";
-constexpr int kStateVersion = 2;
+const char* const StateTitle = "simflex state";
+constexpr int StateVersion = 2;
 
 std::string formatLine(const char* name, const std::vector<double>& values) {
     std::string line = name;
@@ -28,17 +28,17 @@ std::string formatLine(const char* name, const std::vector<double>& values) {
 /** Lines of a file, each of which begins with the name that is wanted. **/
 class Lines {
 public:
-    explicit Lines(const std::string& path) : _path(path), _file(path) {
-        if (!_file) throw std::runtime_error("cannot read '" + path + "'");
+    explicit Lines(const std::string& path) : m_path(path), m_file(path) {
+        if (!m_file) throw std::runtime_error("cannot read '" + path + "'");
     }
 
     [[noreturn]] void fail(const std::string& what) const {
-        throw std::runtime_error("'" + _path + "' " + what);
+        throw std::runtime_error("'" + m_path + "' " + what);
     }
 
     std::string next(const std::string& name) {
         std::string line;
-        if (!std::getline(_file, line) || line.compare(0, name.size(), name) != 0)
+        if (!std::getline(m_file, line) || line.compare(0, name.size(), name) != 0)
             fail("is damaged: there is no '" + name + "' where it belongs");
         return line.substr(name.size());
     }
@@ -57,15 +57,15 @@ public:
     }
 
 private:
-    std::string _path;
-    std::ifstream _file;
+    std::string m_path;
+    std::ifstream m_file;
 };
 
 }  // namespace
 
 void writeKeptState(const std::string& path, const Model& model, const KeptState& kept) {
     const State& state = kept.state;
-    std::string text = kTitle + (' ' + std::to_string(kStateVersion)) + '\n';
+    std::string text = StateTitle + (' ' + std::to_string(StateVersion)) + '\n';
     for (const Model::BodyEntry& body : model.getBodies()) {
         const bool isFlexible = body.flexible && !body.flexible->isRigid(state);
         text += std::string("body ") + (isFlexible ? "flexible " : "rigid ") + body.name + '\n';
@@ -78,12 +78,12 @@ void writeKeptState(const std::string& path, const Model& model, const KeptState
 
 KeptState readKeptState(const std::string& path, const Model& model) {
     Lines lines(path);
-    std::istringstream head(lines.next(kTitle));
+    std::istringstream head(lines.next(StateTitle));
     int version = 0;
     if (!(head >> version)) lines.fail("is damaged: it has no version");
-    if (version != kStateVersion)
+    if (version != StateVersion)
         lines.fail("is of format " + std::to_string(version) + ", this program reads format " +
-                   std::to_string(kStateVersion));
+                   std::to_string(StateVersion));
     KeptState kept{model.makeInitialState(), TurnCounter(model).save()};
     State& state = kept.state;
     for (const Model::BodyEntry& body : model.getBodies()) {

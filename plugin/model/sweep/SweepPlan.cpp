@@ -25,8 +25,8 @@ namespace model {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr size_t kMostCases = 100000;
-constexpr size_t kLongestFolder = 120;
+constexpr size_t MostCases = 100000;
+constexpr size_t LongestFolder = 120;
 
 std::string trim(const std::string& text) {
     return std::string(trimBlanks(text));
@@ -98,7 +98,7 @@ std::string makeFolderName(const std::vector<SweptKey>& keys,
         exact += keys[k].name + "=" + values[k] + "\n";
         name += (k ? "_" : "") + keys[k].name + "=" + values[k];
     }
-    bool isExact = name.size() <= kLongestFolder;
+    bool isExact = name.size() <= LongestFolder;
     for (char& c : name)
         if (!isLetter(c) && !isDigit(c) && !std::strchr("._=+-", c)) {
             c = '-';
@@ -108,7 +108,7 @@ std::string makeFolderName(const std::vector<SweptKey>& keys,
     Hash hash;
     hash.add(exact);
     const std::string digits = hash.getText();
-    return name.substr(0, kLongestFolder - 2 - digits.size()) + "-" + digits;
+    return name.substr(0, LongestFolder - 2 - digits.size()) + "-" + digits;
 }
 
 }  // namespace
@@ -138,9 +138,9 @@ SweptKey parseSweptKey(const std::string& text) {
     const std::vector<std::string> range = splitAt(values, ':');
     if (range.size() == 3 && readNumber(trimBlanks(range[0]), from) &&
         readNumber(trimBlanks(range[1]), to) && readInteger(trimBlanks(range[2]), count)) {
-        if (count < 1 || size_t(count) > kMostCases)
+        if (count < 1 || size_t(count) > MostCases)
             throw std::runtime_error("'" + text + "': the count is " + std::to_string(count) +
-                                     ", not 1 to " + std::to_string(kMostCases));
+                                     ", not 1 to " + std::to_string(MostCases));
         key.values = makeRange(from, to, count);
     } else if (looksLikeRange(values)) {
         throw std::runtime_error("'" + text + "' is not " + key.name +
@@ -290,14 +290,14 @@ void makeSweepCases(SweepPlan& plan, SweepOrder order) {
             if (plan.keys[other].name == key.name)
                 throw std::runtime_error("'" + key.name + "' is varied twice");
         if (order == SweepOrder::Grid) {
-            count *= std::min(key.values.size(), kMostCases + 1);
+            count *= std::min(key.values.size(), MostCases + 1);
         } else if (key.values.size() != count) {
             throw std::runtime_error("'" + key.name + "' has " + std::to_string(key.values.size()) +
                                      " values, '" + plan.keys[0].name + "' has " +
                                      std::to_string(count) + ": a list wants as many of each");
         }
-        if (count > kMostCases)
-            throw std::runtime_error("the sweep has more than " + std::to_string(kMostCases) +
+        if (count > MostCases)
+            throw std::runtime_error("the sweep has more than " + std::to_string(MostCases) +
                                      " cases");
     }
     plan.cases.clear();

@@ -27,9 +27,9 @@ Table readTable(const std::string& path) {
     checkChecksum(path);
     const auto file = hdf5::openFile(path);
     const int format = hdf5::readInteger(file, "simflex_sweep");
-    if (format != kSweepFormat)
+    if (format != SweepFormat)
         throw std::runtime_error("its format is " + std::to_string(format) + ", not " +
-                                 std::to_string(kSweepFormat));
+                                 std::to_string(SweepFormat));
     Table table;
     table.status = hdf5::readIndices(file, "status", {0});
     const hsize_t count = table.status.size();

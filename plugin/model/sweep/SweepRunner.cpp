@@ -26,10 +26,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using Status = SweepOutcome::Status;
-constexpr int kStopped = 130;                  // exit status of what Ctrl-C stopped
-constexpr useconds_t kPause = 20 * 1000;       // between looks at what runs [µs]
-constexpr useconds_t kLongPause = 200 * 1000;  // while others run the rest
-constexpr char kCaseFile[] = "case.txt";
+constexpr int StoppedStatus = 130;            // exit status of what Ctrl-C stopped
+constexpr useconds_t ShortPause = 20 * 1000;  // between looks at what runs [µs]
+constexpr useconds_t LongPause = 200 * 1000;  // while others run the rest
+constexpr char CaseFile[] = "case.txt";
 
 int countCores() {
     cpu_set_t cores;
@@ -57,7 +57,7 @@ std::string findLastLine(const std::string& log) {
 /** How a case stands: status and error behind what it is made of. **/
 SweepOutcome readOutcome(const std::string& folder, const std::string& key) {
     SweepOutcome outcome;
-    const std::string text = readFile(folder + "/" + kCaseFile);
+    const std::string text = readFile(folder + "/" + CaseFile);
     if (text.compare(0, key.size(), key) != 0) return outcome;
     const std::string ending = text.substr(key.size());
     if (ending == "complete\n" && fs::exists(folder + "/results.h5")) {
@@ -84,19 +84,19 @@ int claim(const std::string& folder) {
 class Runner {
 public:
     Runner(const SweepPlan& plan, const SweepOptions& options)
-        : _plan(plan),
-          _options(options),
-          _outcomes(plan.cases.size()),
-          _isOver(plan.cases.size(), false) {
+        : m_plan(plan),
+          m_options(options),
+          m_outcomes(plan.cases.size()),
+          m_isOver(plan.cases.size(), false) {
         const int numCores = countCores(), numCases = int(plan.cases.size());
-        _numJobs = options.numJobs > 0 ? options.numJobs
-                                       : std::max(1, numCores / std::max(1, options.numThreads));
-        _numJobs = std::min(_numJobs, numCases);
-        _numThreads =
-            options.numThreads > 0 ? options.numThreads : std::max(1, numCores / _numJobs);
+        m_numJobs = options.numJobs > 0 ? options.numJobs
+                                        : std::max(1, numCores / std::max(1, options.numThreads));
+        m_numJobs = std::min(m_numJobs, numCases);
+        m_numThreads =
+            options.numThreads > 0 ? options.numThreads : std::max(1, numCores / m_numJobs);
         const std::string mark = options.folder + "/started-" + std::to_string(getpid());
         std::ofstream(mark) << '\n';
-        _started = fs::last_write_time(mark);
+        m_started = fs::last_write_time(mark);
         fs::remove(mark);
         // Ranks begin at different places, so that they seldom want the same case.
         const SweepShare& share = options.share;
@@ -104,9 +104,9 @@ public:
             const size_t place =
                 size_t(k) + size_t(share.index) * size_t(numCases) / size_t(share.count);
             if (share.kind == SweepShare::Kind::Rank) {
-                _order.push_back(place % size_t(numCases));
+                m_order.push_back(place % size_t(numCases));
             } else if (share.kind == SweepShare::Kind::Alone || k % share.count == share.index) {
-                _order.push_back(size_t(k));
+                m_order.push_back(size_t(k));
             }
         }
     }
@@ -114,19 +114,19 @@ public:
     /** What still runs, since something failed, is stopped. **/
     ~Runner() {
         askToStop();
-        for (Job& job : _running) job.child.wait();
+        for (Job& job : m_running) job.child.wait();
     }
 
     std::vector<SweepOutcome> run() {
         for (;;) {
-            if (_isStopped || !showProgress()) askToStop();
-            while (!_isStopped && int(_running.size()) < _numJobs && startNext()) {
+            if (m_isStopped || !showProgress()) askToStop();
+            while (!m_isStopped && int(m_running.size()) < m_numJobs && startNext()) {
             }
             const bool hasEnded = waitForSome();
-            if (_running.empty() && (_isStopped || !hasWork())) break;
-            if (!hasEnded) usleep(_running.empty() ? kLongPause : kPause);
+            if (m_running.empty() && (m_isStopped || !hasWork())) break;
+            if (!hasEnded) usleep(m_running.empty() ? LongPause : ShortPause);
         }
-        return _outcomes;
+        return m_outcomes;
     }
 
 private:
@@ -138,57 +138,57 @@ private:
     };
 
     std::string getFolder(size_t index) const {
-        return _options.folder + "/" + _plan.cases[index].folder;
+        return m_options.folder + "/" + m_plan.cases[index].folder;
     }
     void keep(size_t index, const std::string& ending) const {
-        replaceFile(getFolder(index) + "/" + kCaseFile,
-                    _plan.makeCaseKey(_plan.cases[index]) + ending + "\n");
+        replaceFile(getFolder(index) + "/" + CaseFile,
+                    m_plan.makeCaseKey(m_plan.cases[index]) + ending + "\n");
     }
 
     /** Whether cases are left that this process should do, or wait for. A rank that is not the
     first waits for nobody. **/
     bool hasWork() const {
-        if (_options.share.kind == SweepShare::Kind::Rank && _options.share.index > 0)
-            return std::any_of(_order.begin(), _order.end(),
-                               [&](size_t k) { return !_isOver[k] && !_isElsewhere.count(k); });
-        return std::any_of(_order.begin(), _order.end(), [&](size_t k) { return !_isOver[k]; });
+        if (m_options.share.kind == SweepShare::Kind::Rank && m_options.share.index > 0)
+            return std::any_of(m_order.begin(), m_order.end(),
+                               [&](size_t k) { return !m_isOver[k] && !m_isElsewhere.count(k); });
+        return std::any_of(m_order.begin(), m_order.end(), [&](size_t k) { return !m_isOver[k]; });
     }
 
     bool isRunning(size_t index) const {
-        return std::any_of(_running.begin(), _running.end(),
+        return std::any_of(m_running.begin(), m_running.end(),
                            [&](const Job& job) { return job.index == index; });
     }
 
     /** Whether a case ended before this sweep began, by the clock of the folder's disk. **/
     bool isOlderThanThis(size_t index) const {
         std::error_code error;
-        const auto written = fs::last_write_time(getFolder(index) + "/" + kCaseFile, error);
-        return !error && written <= _started;  // a file system's clock ticks slowly
+        const auto written = fs::last_write_time(getFolder(index) + "/" + CaseFile, error);
+        return !error && written <= m_started;  // a file system's clock ticks slowly
     }
 
     /** Starts a case, if there is one to start. **/
     bool startNext() {
-        _isElsewhere.clear();
-        for (const size_t index : _order) {
-            if (_isOver[index] || isRunning(index)) continue;
+        m_isElsewhere.clear();
+        for (const size_t index : m_order) {
+            if (m_isOver[index] || isRunning(index)) continue;
             fs::create_directories(getFolder(index));
             const int log = claim(getFolder(index));
             if (log < 0) {
-                _isElsewhere.insert(index);
+                m_isElsewhere.insert(index);
                 continue;
             }
             const SweepOutcome before =
-                readOutcome(getFolder(index), _plan.makeCaseKey(_plan.cases[index]));
+                readOutcome(getFolder(index), m_plan.makeCaseKey(m_plan.cases[index]));
             // What another process of this sweep has done meanwhile is not done again.
             const bool isOld = isOlderThanThis(index);
             if (before.status == Status::Complete || (before.status == Status::Failed && !isOld)) {
-                _outcomes[index] = before;
-                _outcomes[index].wasDone = isOld;
-                _isOver[index] = true;
+                m_outcomes[index] = before;
+                m_outcomes[index].wasDone = isOld;
+                m_isOver[index] = true;
                 close(log);
                 continue;
             }
-            if (!_plan.cases[index].error.empty()) {
+            if (!m_plan.cases[index].error.empty()) {
                 refuse(index, log);
                 continue;
             }
@@ -200,19 +200,19 @@ private:
 
     /** A case whose model is wrong. **/
     void refuse(size_t index, int log) {
-        const std::string line = "simflex: " + _plan.cases[index].error + "\n";
+        const std::string line = "simflex: " + m_plan.cases[index].error + "\n";
         const bool isWritten =
             ftruncate(log, 0) == 0 && write(log, line.data(), line.size()) == ssize_t(line.size());
         if (!isWritten) throw std::runtime_error("cannot write a log");
-        keep(index, "failed: " + _plan.cases[index].error);
-        _outcomes[index].status = Status::Failed;
-        _outcomes[index].error = _plan.cases[index].error;
-        _isOver[index] = true;
+        keep(index, "failed: " + m_plan.cases[index].error);
+        m_outcomes[index].status = Status::Failed;
+        m_outcomes[index].error = m_plan.cases[index].error;
+        m_isOver[index] = true;
         close(log);
     }
 
     void start(size_t index, int log, bool isFresh) {
-        const SweepCase& one = _plan.cases[index];
+        const SweepCase& one = m_plan.cases[index];
         if (ftruncate(log, 0) != 0) throw std::runtime_error("cannot write a log");
         keep(index, "begun");
         if (isFresh)  // what is there may be of another model, or other settings
@@ -220,100 +220,100 @@ private:
                 fs::remove(getFolder(index) + "/results.h5" + ending);
         ChildSetup setup;
         setup.arguments = {
-            _options.program, "run",     _plan.model.path, "-o",
-            "results.h5",     "--quiet", "--threads",      std::to_string(_numThreads)};
-        if (!_options.hasPictures) setup.arguments.push_back("--no-pictures");
-        for (const std::string& setting : _plan.getSettings(one)) {
+            m_options.program, "run",     m_plan.model.path, "-o",
+            "results.h5",      "--quiet", "--threads",       std::to_string(m_numThreads)};
+        if (!m_options.hasPictures) setup.arguments.push_back("--no-pictures");
+        for (const std::string& setting : m_plan.getSettings(one)) {
             setup.arguments.push_back("--set");
             setup.arguments.push_back(setting);
         }
-        for (const std::string& analysis : _plan.only) {
+        for (const std::string& analysis : m_plan.only) {
             setup.arguments.push_back("--only");
             setup.arguments.push_back(analysis);
         }
         if (!isFresh) setup.arguments.push_back("--resume");
-        if (_options.allowsScripts) setup.arguments.push_back("--allow-scripts");
-        setup.environment["OMP_NUM_THREADS"] = std::to_string(_numThreads);
+        if (m_options.allowsScripts) setup.arguments.push_back("--allow-scripts");
+        setup.environment["OMP_NUM_THREADS"] = std::to_string(m_numThreads);
         setup.output = setup.error = log;
         setup.folder = fs::absolute(getFolder(index)).string();
         setup.isOwnGroup = true;
-        _running.push_back({index, ChildProcess(setup), log, isFresh});
+        m_running.push_back({index, ChildProcess(setup), log, isFresh});
     }
 
     /** Takes note of cases that have ended. @returns whether there were any. **/
     bool waitForSome() {
         bool hasEnded = false;
-        for (auto job = _running.begin(); job != _running.end();) {
+        for (auto job = m_running.begin(); job != m_running.end();) {
             if (!job->child.hasEnded()) {
                 ++job;
                 continue;
             }
             finish(*job, job->child.getEnd());
-            job = _running.erase(job);
+            job = m_running.erase(job);
             hasEnded = true;
         }
         return hasEnded;
     }
 
     void finish(const Job& job, const ChildEnd& end) {
-        SweepOutcome& outcome = _outcomes[job.index];
+        SweepOutcome& outcome = m_outcomes[job.index];
         const std::string log = readFile(getFolder(job.index) + "/log.txt");
         if (end.isSuccess()) {
             outcome.status = Status::Complete;
             keep(job.index, "complete");
-        } else if (end.exitCode == kStopped || _isStopped) {
+        } else if (end.exitCode == StoppedStatus || m_isStopped) {
             outcome.status = Status::Interrupted;
             keep(job.index, "interrupted");
-            _isStopped = true;  // Ctrl-C reached the case alone: the sweep ends as well
-        } else if (!job.isFresh && end.exitCode == CannotResume::kExitStatus) {
-            fs::remove(getFolder(job.index) + "/" + kCaseFile);
+            m_isStopped = true;  // Ctrl-C reached the case alone: the sweep ends as well
+        } else if (!job.isFresh && end.exitCode == CannotResume::ExitStatus) {
+            fs::remove(getFolder(job.index) + "/" + CaseFile);
             close(job.log);  // what was left does not fit any more: from the beginning
             return;
         } else {
             outcome.status = Status::Failed;
             outcome.error = end.signal ? "it " + end.describe() : findLastLine(log);
             keep(job.index, "failed: " + outcome.error);
-            _options.listener.tellWarning(_plan.cases[job.index].folder +
-                                          " failed: " + outcome.error);
+            m_options.listener.tellWarning(m_plan.cases[job.index].folder +
+                                           " failed: " + outcome.error);
         }
-        _isOver[job.index] = true;
+        m_isOver[job.index] = true;
         close(job.log);
     }
 
     /** Asks all cases that run to stop, once. **/
     void askToStop() {
-        _isStopped = true;
-        if (_isAsked) return;
-        for (Job& job : _running) job.child.sendSignal(SIGINT);
-        _isAsked = true;
+        m_isStopped = true;
+        if (m_isAsked) return;
+        for (Job& job : m_running) job.child.sendSignal(SIGINT);
+        m_isAsked = true;
     }
 
     /** @returns false if it is to stop. **/
     bool showProgress() {
         int numOver = 0, numFailed = 0;
-        for (const size_t k : _order) {
-            numOver += _isOver[k];
-            numFailed += _outcomes[k].status == Status::Failed;
+        for (const size_t k : m_order) {
+            numOver += m_isOver[k];
+            numFailed += m_outcomes[k].status == Status::Failed;
         }
         std::string text =
-            std::to_string(numOver) + " of " + std::to_string(_order.size()) + " cases done";
+            std::to_string(numOver) + " of " + std::to_string(m_order.size()) + " cases done";
         if (numFailed > 0) text += ", " + std::to_string(numFailed) + " failed";
-        const std::string share = _options.share.describe();
+        const std::string share = m_options.share.describe();
         if (!share.empty()) text += " (" + share + ")";
-        return _options.listener.tellProgress(
-            text, double(numOver) / double(std::max<size_t>(1, _order.size())));
+        return m_options.listener.tellProgress(
+            text, double(numOver) / double(std::max<size_t>(1, m_order.size())));
     }
 
-    const SweepPlan& _plan;
-    const SweepOptions& _options;
-    std::vector<SweepOutcome> _outcomes;
-    std::vector<bool> _isOver;
-    std::vector<size_t> _order;  ///< of the cases that this process may do
-    std::set<size_t> _isElsewhere;
-    std::list<Job> _running;
-    fs::file_time_type _started;
-    int _numJobs = 1, _numThreads = 1;
-    bool _isStopped = false, _isAsked = false;
+    const SweepPlan& m_plan;
+    const SweepOptions& m_options;
+    std::vector<SweepOutcome> m_outcomes;
+    std::vector<bool> m_isOver;
+    std::vector<size_t> m_order;  ///< of the cases that this process may do
+    std::set<size_t> m_isElsewhere;
+    std::list<Job> m_running;
+    fs::file_time_type m_started;
+    int m_numJobs = 1, m_numThreads = 1;
+    bool m_isStopped = false, m_isAsked = false;
 };
 
 }  // namespace

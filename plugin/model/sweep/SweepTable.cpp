@@ -28,7 +28,7 @@ namespace model {
 namespace {
 
 namespace fs = std::filesystem;
-const std::vector<std::string> kUsual = {"maximum", "minimum", "final"};
+const std::vector<std::string> UsualStatistics = {"maximum", "minimum", "final"};
 
 /** Mean over time, by the trapezoidal rule. **/
 double calcMean(const std::vector<double>& time, const std::vector<double>& values) {
@@ -74,7 +74,8 @@ std::vector<Wish> parseWishes(const std::vector<std::string>& of) {
         if (std::find(statistics.begin(), statistics.end(), last) != statistics.end()) {
             wishes.push_back({text, text.substr(0, dot), last});
         } else {
-            for (const std::string& statistic : kUsual) wishes.push_back({text, text, statistic});
+            for (const std::string& statistic : UsualStatistics)
+                wishes.push_back({text, text, statistic});
         }
     }
     return wishes;
@@ -89,7 +90,7 @@ void addStatistics(const Results::Analysis& analysis, std::vector<Wish>& wishes,
     };
     if (wishes.empty())
         for (const ChosenColumn& column : columns)
-            for (const std::string& statistic : kUsual) add(column, statistic);
+            for (const std::string& statistic : UsualStatistics) add(column, statistic);
     for (Wish& wish : wishes)
         for (const ChosenColumn& column : columns) {
             if (!fits(wish.probe, column)) continue;
@@ -175,7 +176,7 @@ void writeHdf5(const std::string& path, const SweepPlan& plan,
     const hdf5::Quiet quiet;
     const hsize_t n = plan.cases.size();
     const auto file = hdf5::createFile(path);
-    hdf5::writeInteger(file, "simflex_sweep", kSweepFormat);
+    hdf5::writeInteger(file, "simflex_sweep", SweepFormat);
     std::vector<std::string> folders;
     for (const SweepCase& one : plan.cases) folders.push_back(one.folder);
     hdf5::writeTexts(file, "folders", folders);
@@ -213,17 +214,17 @@ void writeHdf5(const std::string& path, const SweepPlan& plan,
 class TableLock {
 public:
     explicit TableLock(const std::string& folder)
-        : _file(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-        if (_file >= 0) (void)!flock(_file, LOCK_EX);
+        : m_file(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+        if (m_file >= 0) (void)!flock(m_file, LOCK_EX);
     }
     ~TableLock() {
-        if (_file >= 0) close(_file);
+        if (m_file >= 0) close(m_file);
     }
     TableLock(const TableLock&) = delete;
     TableLock& operator=(const TableLock&) = delete;
 
 private:
-    int _file;
+    int m_file;
 };
 
 [[noreturn]] void failUnused(const Wish& wish, const std::vector<std::string>& names) {

@@ -11,7 +11,7 @@ The result table of a sweep: a line for each case. **/
 namespace simflex {
 namespace model {
 
-constexpr int kSweepFormat = 2;
+constexpr int SweepFormat = 2;
 
 struct SweepTable {
     struct Column {
