@@ -101,11 +101,11 @@ public:
     /** Thresholds of the Newton iteration; converged when changes of displacements *and*
     multipliers, or residuals of bodies *and* constraints, are below them. **/
     struct NewtonTolerances {
-        /** Largest change γΔu, as a fraction of the accuracy. Unless set, 1e-4 for Radau, and 0.1 for
-        BDF where the accuracy is Simbody's, which counts changes of u as well, and orders are
-        high. **/
+        /** Largest change γΔu, as a fraction of the accuracy. Unless set, 1e-3 for Radau, 1e-4
+        where it keeps matrices for several steps because they are large, and 0.1 for BDF where the
+        accuracy is Simbody's, which counts changes of u as well, and orders are high. **/
         SimTK::Real displacement = 3e-4;
-        /** Change of λ relative to the largest λ; 1e-4 in the same case. **/
+        /** Change of λ relative to the largest λ; 1e-4 for Radau and in the same case of BDF. **/
         SimTK::Real multiplier = 1e-5;
         SimTK::Real bodyResidual = 1e-11;        ///< relative to the largest force
         SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]
@@ -165,8 +165,9 @@ public:
     /** @throws std::invalid_argument from initialize(): StateWeights with a flexible body. **/
     void setAccuracyNorm(AccuracyNorm norm);
     /** Largest joint position error left by a step [m, rad]; default 1e-10, or a hundredth of the
-    accuracy if that is less; a tenth of the accuracy where that is Simbody's. Index3 solves the position equations themselves and is not
-    projected: its errors follow from the Newton tolerances. **/
+    accuracy if that is less; a tenth of the accuracy where that is Simbody's. Index3 solves the
+    position equations themselves and is not projected: its errors follow from the Newton
+    tolerances. **/
     void setConstraintTolerance(SimTK::Real tolerance);
     void setFormulation(Formulation formulation);
     void setBlockForm(BlockForm form);

@@ -131,8 +131,9 @@ void ImplicitIntegrator::Implementation::chooseSettings() {
     if (hasOwnNewtonTolerances) return;
     if (!m_formulas) {
         // Errors of steps may be far below the accuracy; those of the iteration should not stand
-        // out.
-        m_step->tolerances.displacement = 1e-4;
+        // out. An old matrix leaves the same in every step.
+        m_step->tolerances.displacement = updStages().keepsMatrices() ? 1e-4 : 1e-3;
+        m_step->tolerances.multiplier = 1e-4;
         return;
     }
     // Errors of speeds count there as they are, not by what they do in a step.

@@ -103,6 +103,14 @@ void RadauStep::placeStages(const SolutionPoint& start, double h) {
     }
 }
 
+bool RadauStep::keepsMatrices() const {
+    constexpr int LargestTree = 30;  // speeds: factoring costs their cube, evaluating their number
+    const Topology& topology = m_equations.getTopology();
+    if (!topology.differenced.empty()) return true;
+    return std::any_of(topology.blockSizes.begin() + topology.numFlexible,
+                       topology.blockSizes.end(), [](int size) { return size > LargestTree; });
+}
+
 double RadauStep::evaluateStages(const SolutionPoint& start, double h) {
     for (const int i : EvaluationOrder) {
         SolutionPoint& stage = m_stages[size_t(i)];
@@ -196,10 +204,11 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
     constexpr double LargestNoise = 0.1;  // of the accuracy: round-off that no iteration removes
     const NewtonFactors factors = calcFactors(h);
     Outcome outcome;
-    // An iteration evaluates three stages: a new matrix is worth less than one of them.
+    // An iteration evaluates three stages: a new matrix is worth less than one of them, and what it
+    // leaves does not add up over the steps.
     constexpr double SlowestRate = 0.15;
-    bool refresh =
-        m_reuse.beginStep(factors, SlowestRate) || blockForm == BlockForm::Dense || forceFullNewton;
+    bool refresh = m_reuse.beginStep(factors, SlowestRate) || !keepsMatrices() ||
+                   blockForm == BlockForm::Dense || forceFullNewton;
     // The first change is judged by itself: what it leaves adds up over many short steps.
     m_reuse.resetRate();
     bool hasNewDerivatives = false;

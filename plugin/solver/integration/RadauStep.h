@@ -30,6 +30,10 @@ public:
     /** 1/(μ of the real system), both factors of the step's real matrix. **/
     static NewtonFactors calcFactors(double h) { return h / radau::RealEigenvalue; }
 
+    /** True where a matrix costs more than an iteration: an old one serves as long as it converges.
+     **/
+    bool keepsMatrices() const;
+
     /** Solves for u, λ and z of all stages, and with them q, q̇, u̇ and ż. **/
     Outcome solveStages(const SolutionPoint& start, double h);
 
