@@ -11,6 +11,7 @@ What is accepted is written the same again, and the integration goes on or says 
 #include "simflex/forces/ContactStop.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "support/PointMassPart.h"
 
 using namespace simflex;
@@ -57,10 +58,13 @@ struct Model {
         options.highestFrequency = 80;
         return test::makePointMassPart(options).body;
     }
-    std::unique_ptr<ImplicitIntegrator> make(bool isAlpha) const {
+    enum Method { Bdf, GeneralizedAlpha, Radau };
+    std::unique_ptr<ImplicitIntegrator> make(Method method) const {
         std::unique_ptr<ImplicitIntegrator> integrator;
-        if (isAlpha)
+        if (method == GeneralizedAlpha)
             integrator = std::make_unique<GeneralizedAlphaIntegrator>(system);
+        else if (method == Radau)
+            integrator = std::make_unique<RadauIntegrator>(system);
         else
             integrator = std::make_unique<BdfIntegrator>(system);
         integrator->setAccuracy(1e-3);
@@ -91,35 +95,35 @@ void read(ImplicitIntegrator& integrator, const std::string& bytes, const State&
 
 }  // namespace
 
-/** A byte of choices: scheme, whether the header is mended, whether it is cut; then places (2
-bytes) and values. **/
+/** A byte of choices: method (bits 1 and 8), whether the header is mended (2), whether it is cut
+(4); then places (2 bytes) and values. **/
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     static const Model model;
-    static const std::string whole[] = {[] {
-                                            const auto integrator = model.make(false);
-                                            integrator->initialize(model.state);
-                                            for (int k = 0; k < 5; ++k) integrator->stepOnce();
-                                            return write(*integrator);
-                                        }(),
-                                        [] {
-                                            const auto integrator = model.make(true);
-                                            integrator->initialize(model.state);
-                                            for (int k = 0; k < 5; ++k) integrator->stepOnce();
-                                            return write(*integrator);
-                                        }()};
+    const auto run = [](Model::Method method) {
+        const auto integrator = model.make(method);
+        integrator->initialize(model.state);
+        for (int k = 0; k < 5; ++k) integrator->stepOnce();
+        return write(*integrator);
+    };
+    static const std::string wholes[] = {run(Model::Bdf), run(Model::GeneralizedAlpha),
+                                         run(Model::Radau)};
     const unsigned mode = size > 0 ? data[0] : 0;
-    std::string bytes = whole[mode & 1];
+    const Model::Method method = mode & 1   ? Model::GeneralizedAlpha
+                                 : mode & 8 ? Model::Radau
+                                            : Model::Bdf;
+    const std::string& whole = wholes[method];
+    std::string bytes = whole;
     for (size_t k = 1; k + 2 < size; k += 3)
         bytes[(256u * data[k] + data[k + 1]) % bytes.size()] = char(data[k + 2]);
     if (mode & 4) bytes.resize(bytes.size() * (mode >> 3) / 32);
     if (mode & 2) fuzz::mendArchive(bytes);
 
-    const auto integrator = model.make(mode & 1);
+    const auto integrator = model.make(method);
     if (!fuzz::accepts([&] { read(*integrator, bytes, model.state); }, fuzz::Names::Anything))
         return 0;
-    if (!(mode & 2) && bytes != whole[mode & 1]) fuzz::fail("a damaged checkpoint was accepted");
+    if (!(mode & 2) && bytes != whole) fuzz::fail("a damaged checkpoint was accepted");
     const std::string written = write(*integrator);
-    const auto other = model.make(mode & 1);
+    const auto other = model.make(method);
     read(*other, written, model.state);
     if (write(*other) != written) fuzz::fail("a checkpoint that was written reads back as another");
     fuzz::accepts([&] { integrator->stepOnce(); }, fuzz::Names::Anything);
