@@ -2,7 +2,6 @@
 #include "simflex/base/NumberText.h"
 
 #include <algorithm>
-#include <cstdio>
 
 namespace simflex {
 namespace cli {

@@ -1,7 +1,6 @@
 /** @file
 simflex sweep: many runs of one model, each with other values. **/
 
-#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>

@@ -1,7 +1,6 @@
 /** @file
 simflex export: a part file in the formats of other programs. **/
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <functional>

@@ -4,7 +4,6 @@
 #include "simflex/cli/Options.h"
 #include "simflex/part/TextLines.h"
 
-#include <algorithm>
 #include <map>
 
 namespace simflex {

@@ -1,8 +1,6 @@
 /** @file
 Commands of the prompt that move the model: run, step, static, reset. **/
 
-#include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "simflex/base/Interruption.h"

@@ -2,7 +2,6 @@
 /** @file
 The prompt: commands typed or read, run one after the other on a model. **/
 
-#include <cstdio>
 #include <iosfwd>
 #include <memory>
 #include <string>

@@ -2,7 +2,6 @@
 The analyses without time: static, eigen, campbell. **/
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 
 #include "simflex/base/NumberText.h"

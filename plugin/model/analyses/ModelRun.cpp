@@ -1,14 +1,10 @@
 #include "simflex/model/analyses/ModelRun.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
-#include <sstream>
 
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
-#include "simflex/body/JointEquations.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/StateNumbers.h"

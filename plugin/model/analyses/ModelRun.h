@@ -10,7 +10,6 @@ All analyses of a model, one after the other, into one result file.
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "simflex/model/RunOptions.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <stdexcept>
 
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/ProbeChoice.h"

@@ -1,6 +1,5 @@
 #include "simflex/model/session/Quantities.h"
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
