@@ -353,7 +353,6 @@ std::vector<State> Session::getPath() const {
 
 std::unique_ptr<OffscreenVisualizer> Session::makeVisualizer() const {
     std::unique_ptr<OffscreenVisualizer> visualizer = model::makeVisualizer(*m_model);
-    visualizer->setOutputFolder("");
     visualizer->fitToMotion(getPath());
     return visualizer;
 }

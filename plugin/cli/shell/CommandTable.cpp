@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/model/file/NearestName.h"
 
 namespace simflex {
@@ -74,15 +75,9 @@ std::string formatHelp() {
 
 std::string formatHelp(const Command& command) {
     std::string text = formatUsage(command) + "\n  " + command.summary + "\n";
-    std::string line = "  ";
-    for (const char c : command.details) {
-        line += c;
-        if (c == '\n') {
-            text += line;
-            line = "  ";
-        }
-    }
-    return line.size() > 2 ? text + line + "\n" : text;
+    for (const std::string& line : splitAt(command.details, '\n'))
+        if (!line.empty()) text += "  " + line + "\n";
+    return text;
 }
 
 std::string formatMarkdownHelp() {

@@ -26,15 +26,6 @@ std::string formatPlace(const SimTK::Vec3& p) {
     return formatNumber(p[0]) + ", " + formatNumber(p[1]) + ", " + formatNumber(p[2]);
 }
 
-/** By the names of the model file; Simbody numbers rigid bodies. **/
-std::string getPlaceName(const Model& model, const Attachment& frame) {
-    if (!frame.isFlexible())
-        for (const Model::BodyEntry& body : model.getBodies())
-            if (body.mobod.getMobilizedBodyIndex() == frame.getMobilizedBodyIndex())
-                return body.name;
-    return frame.getName();
-}
-
 // ---- list
 
 void listBodies(Shell& shell) {
@@ -69,8 +60,9 @@ void listJoints(Shell& shell) {
         const bool isCoupler = joint.getEquations().isCoupler();
         table.add(
             {entry.name, joint.getEquations().getKind(),
-             isCoupler ? "-" : getPlaceName(session.getModel(), joint.getFrameF()),
-             isCoupler ? "-" : getPlaceName(session.getModel(), joint.getFrameM()), coordinates,
+             isCoupler ? "-" : nameBodies(session.getModel(), joint.getFrameF().getName()),
+             isCoupler ? "-" : nameBodies(session.getModel(), joint.getFrameM().getName()),
+             coordinates,
              formatNumber(SimTK::max(SimTK::abs(joint.calcPositionErrors(session.getState()))))});
     }
     std::printf("%s", table.format().c_str());
@@ -128,7 +120,7 @@ void listFrames(Shell& shell) {
     const auto add = [&](const std::string& name) {
         const Attachment frame = session.getModel().findFrame(name);
         const SimTK::Vec3 place = frame.calcMotion(session.getState()).X.p();
-        table.add({name, getPlaceName(session.getModel(), frame), formatPlace(place)});
+        table.add({name, nameBodies(session.getModel(), frame.getName()), formatPlace(place)});
     };
     for (const std::string& name : session.getModel().getFile().get("frames").getKeys()) add(name);
     for (const Model::BodyEntry& body : session.getModel().getBodies())

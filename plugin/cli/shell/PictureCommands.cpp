@@ -86,7 +86,7 @@ double calcAngle(const Shell& shell, const std::string& text) {
 }
 
 void setDirection(Shell& shell, const Words& words) {
-    std::optional<SimTK::Vec2>& direction = shell.updPictureSettings().direction;
+    std::optional<SimTK::Vec2>& direction = shell.updPictureSettings().camera.direction;
     if (words.size() == 3) {
         direction = SimTK::Vec2(calcAngle(shell, words[1]), calcAngle(shell, words[2]));
         return;
@@ -100,23 +100,23 @@ void setDirection(Shell& shell, const Words& words) {
 void setFollowed(Shell& shell, const Words& words) {
     if (words.size() < 2)
         throw std::runtime_error("which frame? write 'camera follow FRAME', or 'none'");
-    PictureSettings& settings = shell.updPictureSettings();
+    PictureSettings::Camera& camera = shell.updPictureSettings().camera;
     if (words[1] == "none") {
-        settings.followedFrame.clear();
+        camera.followedFrame.clear();
         return;
     }
     shell.updSession().getModel().findFrame(words[1]);  // which refuses others
     const double size = words.size() > 2 ? shell.calcNumber(words[2]) : 0;
     if (size < 0) throw std::runtime_error("the height of what is seen must be positive");
-    settings.followedFrame = words[1];
-    settings.followedSize = size;
+    camera.followedFrame = words[1];
+    camera.followedSize = size;
 }
 
 const Names CameraWords = {"view",        "orbit",        "zoom", "follow",
                            "perspective", "orthographic", "reset"};
 
 void setCamera(Shell& shell, const Words& words) {
-    PictureSettings& settings = shell.updPictureSettings();
+    PictureSettings::Camera& camera = shell.updPictureSettings().camera;
     const std::string& what = words[0];
     if (what == "view") return setDirection(shell, words);
     if (what == "follow") return setFollowed(shell, words);
@@ -125,21 +125,21 @@ void setCamera(Shell& shell, const Words& words) {
     if (what == "zoom") {
         const double zoom = words.size() > 1 ? shell.calcNumber(words[1]) : 1;
         if (!(zoom > 0)) throw std::runtime_error("the zoom must be positive");
-        settings.zoom = zoom;
+        camera.zoom = zoom;
     } else if (what == "orbit") {
         if (words.size() < 2)
             throw std::runtime_error("by what angle? write 'camera orbit 30*deg'");
         SimTK::Vec2 direction =
-            settings.direction.value_or(SimTK::Vec2(25 * SimTK::Pi / 180, 16 * SimTK::Pi / 180));
+            camera.direction.value_or(SimTK::Vec2(25 * SimTK::Pi / 180, 16 * SimTK::Pi / 180));
         direction[0] += calcAngle(shell, words[1]);
         if (words.size() > 2) direction[1] += calcAngle(shell, words[2]);
-        settings.direction = direction;
+        camera.direction = direction;
     } else if (what == "perspective") {
-        settings.projection = CameraView::Projection::Perspective;
+        camera.projection = CameraView::Projection::Perspective;
     } else if (what == "orthographic") {
-        settings.projection = CameraView::Projection::Orthographic;
+        camera.projection = CameraView::Projection::Orthographic;
     } else if (what == "reset") {
-        settings.resetCamera();
+        camera = {};
     } else {
         throw std::runtime_error(describeUnknown("setting of the camera", what, CameraWords));
     }

@@ -15,7 +15,7 @@
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/Formula.h"
-#include "simflex/model/pictures/Pictures.h"
+#include "simflex/model/file/NearestName.h"
 
 namespace simflex {
 namespace cli {
@@ -180,11 +180,23 @@ void Shell::open(const ModelText& text) {
 std::unique_ptr<OffscreenVisualizer> Shell::makeVisualizer() {
     const Session& session = updSession();
     std::unique_ptr<OffscreenVisualizer> visualizer = model::makeVisualizer(session.getModel());
-    std::optional<Attachment> followed;
-    if (!m_pictures.followedFrame.empty())
-        followed = session.getModel().findFrame(m_pictures.followedFrame);
-    m_pictures.apply(*visualizer, followed);
-    visualizer->setOutputFolder("");
+    const PictureSettings::Camera& camera = m_pictures.camera;
+    if (camera.direction || camera.zoom || !camera.followedFrame.empty() || camera.projection) {
+        CameraView view;
+        if (camera.direction) view.setDirection((*camera.direction)[0], (*camera.direction)[1]);
+        if (camera.zoom) view.setZoom(*camera.zoom);
+        if (!camera.followedFrame.empty())
+            view.setFollowedFrame(session.getModel().findFrame(camera.followedFrame),
+                                  camera.followedSize);
+        if (camera.projection) view.setProjection(*camera.projection);
+        visualizer->setCamera(view);
+    }
+    const std::optional<double>& exaggeration = m_pictures.exaggeration;
+    if (exaggeration && *exaggeration > 0) visualizer->setDeformationFactor(*exaggeration);
+    if (exaggeration && *exaggeration == 0) visualizer->setAutomaticDeformationFactor();
+    if (m_pictures.contour) visualizer->setContour(*m_pictures.contour);
+    for (const auto& [name, isShown] : m_pictures.shown)
+        ((*visualizer).*findNamed(getDrawings(), "drawing", name).show)(isShown);
     visualizer->fitToMotion(session.getPath());
     return visualizer;
 }

@@ -3,15 +3,17 @@
 The prompt: commands typed or read, run one after the other on a model. **/
 
 #include <iosfwd>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "simflex/cli/shell/CommandTable.h"
 #include "simflex/cli/shell/LineEditor.h"
-#include "simflex/cli/shell/PictureSettings.h"
 #include "simflex/cli/shell/Terminal.h"
 #include "simflex/model/Session.h"
+#include "simflex/model/pictures/Pictures.h"
 
 namespace simflex {
 namespace cli {
@@ -23,6 +25,22 @@ struct ShellOptions {
     enum class OnError { Stop, GoOn };  ///< of scripts
     OnError onError = OnError::Stop;
     bool isQuiet = false;  ///< no notes and progress on standard error
+};
+
+/** What the prompt's commands change of the model's pictures. **/
+struct PictureSettings {
+    /** As soon as something is given, it replaces the cameras of the model file. **/
+    struct Camera {
+        std::optional<SimTK::Vec2> direction;  ///< azimuth and elevation [rad]
+        std::optional<double> zoom;
+        std::string followedFrame;
+        double followedSize = 0;  ///< [m]; 0: all of the scene
+        std::optional<CameraView::Projection> projection;
+    };
+    Camera camera;
+    std::optional<double> exaggeration;  ///< 0: automatic
+    std::optional<Contour> contour;
+    std::map<std::string, bool> shown;  ///< what `draw` has changed, by names of getDrawings()
 };
 
 class Shell {

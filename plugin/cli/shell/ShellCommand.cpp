@@ -19,7 +19,7 @@ namespace {
 struct ShellArguments {
     std::string model, script, commands;
     std::vector<std::string> settings;
-    bool rigid = false, keepGoing = false, quiet = false, allowsScripts = false;
+    ShellOptions options;
 };
 
 /** Leaves with the status of a script that went on after errors. **/
@@ -28,11 +28,6 @@ void leave(int status) {
 }
 
 void runShell(const ShellArguments& arguments) {
-    ShellOptions options;
-    if (arguments.rigid) options.model.bodies = ModelOptions::Bodies::Rigid;
-    options.model.allowsScripts = arguments.allowsScripts;
-    if (arguments.keepGoing) options.onError = ShellOptions::OnError::GoOn;
-    options.isQuiet = arguments.quiet;
     std::ifstream script;
     if (!arguments.script.empty()) {
         script.open(arguments.script);
@@ -41,7 +36,7 @@ void runShell(const ShellArguments& arguments) {
     if (arguments.model.empty() && !arguments.settings.empty())
         throw CLI::ValidationError("--set", "needs a model");
 
-    Shell shell(options);
+    Shell shell(arguments.options);
     const bool hasScript = !arguments.script.empty() || !arguments.commands.empty();
     const bool isPrompt = !hasScript && isatty(STDIN_FILENO) && isatty(STDOUT_FILENO);
     if (!arguments.model.empty()) {
@@ -49,7 +44,7 @@ void runShell(const ShellArguments& arguments) {
         if (isPrompt) shell.printSummary();
     }
     if (isPrompt) {
-        if (!arguments.quiet)
+        if (!arguments.options.isQuiet)
             std::printf("'help' lists the commands; the Tab key completes words.\n");
         return leave(shell.runPrompt());
     }
@@ -78,13 +73,17 @@ void addShellCommand(CLI::App& app) {
                      "run the commands of a file and leave; standard input is read if it is no "
                      "terminal")
         ->type_name("FILE");
-    command->add_flag("--keep-going", arguments->keepGoing,
-                      "of scripts: go on after an error; the exit status is 1 all the same");
+    ShellOptions& options = arguments->options;
+    command->add_flag_callback(
+        "--keep-going", [&options] { options.onError = ShellOptions::OnError::GoOn; },
+        "of scripts: go on after an error; the exit status is 1 all the same");
     addRepeated(*command, "--set", arguments->settings,
                 "change a value of the model file for this run", "PATH=VALUE");
-    command->add_flag("--rigid", arguments->rigid, "every flexible body is held rigid");
-    addScriptsFlag(*command, arguments->allowsScripts);
-    command->add_flag("-q,--quiet", arguments->quiet, "no notes and no progress");
+    command->add_flag_callback(
+        "--rigid", [&options] { options.model.bodies = ModelOptions::Bodies::Rigid; },
+        "every flexible body is held rigid");
+    addScriptsFlag(*command, options.model.allowsScripts);
+    command->add_flag("-q,--quiet", options.isQuiet, "no notes and no progress");
     command->callback([arguments] { runShell(*arguments); });
 }
 
