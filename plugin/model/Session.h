@@ -154,7 +154,8 @@ public:
     /** Writes time, coordinates, speeds and turns of angles to a file, which restoreState() brings
     back as they were: it goes on from there with small steps, as after setState(), and forgets
     what was recorded later.
-    @throws std::runtime_error naming the file: of another model, damaged, of a newer version. **/
+    @throws std::runtime_error if the file cannot be written or read; std::invalid_argument that
+    names file and line if it is damaged, of another model or version. **/
     void keepState(const std::string& path) const;
     void restoreState(const std::string& path);
     /**@}**/

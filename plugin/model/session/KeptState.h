@@ -18,7 +18,8 @@ struct KeptState {
 /** Replaces the file as a whole. @throws std::runtime_error. **/
 void writeKeptState(const std::string& path, const Model& model, const KeptState& kept);
 
-/** @throws std::runtime_error naming the file and what is wrong with it. **/
+/** @throws std::invalid_argument naming file and line, and what is wrong there;
+std::runtime_error if it cannot be read. **/
 KeptState readKeptState(const std::string& path, const Model& model);
 
 }  // namespace model

@@ -159,28 +159,23 @@ SweptKey parseSweptKey(const std::string& text) {
 }
 
 std::vector<SweptKey> readSweptKeys(const std::string& path) {
-    std::ifstream in(path);
-    if (!in) throw std::runtime_error("cannot read '" + path + "'");
+    TextLines lines(path, "list of cases");
     std::vector<SweptKey> keys;
-    std::string line;
-    for (int number = 1; std::getline(in, line); ++number) {
-        if (trim(line).empty() || trim(line)[0] == '#') continue;
-        const std::vector<std::string> fields = splitAtCommas(line);
-        const auto fail = [&](const std::string& what) {
-            throw std::runtime_error(path + ":" + std::to_string(number) + ": " + what);
-        };
+    while (lines.nextFilled()) {
+        if (trimBlanks(lines.line())[0] == '#') continue;
+        const std::vector<std::string> fields = splitAtCommas(lines.line());
         if (keys.empty()) {
             for (const std::string& name : fields) {
-                if (name.empty()) fail("a column has no name");
+                if (name.empty()) lines.refuse("a column has no name");
                 keys.push_back({name, {}, {}});
             }
             continue;
         }
         if (fields.size() != keys.size())
-            fail(std::to_string(fields.size()) + " values for " + std::to_string(keys.size()) +
-                 " columns");
+            lines.refuse(std::to_string(fields.size()) + " values for " +
+                         std::to_string(keys.size()) + " columns");
         for (size_t k = 0; k < keys.size(); ++k) {
-            if (fields[k].empty()) fail("'" + keys[k].name + "' has no value");
+            if (fields[k].empty()) lines.refuse("'" + keys[k].name + "' has no value");
             keys[k].values.push_back(fields[k]);
         }
     }

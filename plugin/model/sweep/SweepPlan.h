@@ -43,7 +43,7 @@ enum class SweepOrder { Grid, List };
 SweptKey parseSweptKey(const std::string& text);
 
 /** The cases of a CSV file: names in its first line, then one line for each case.
-@throws std::runtime_error with file and line. **/
+@throws std::invalid_argument with file and line; std::runtime_error. **/
 std::vector<SweptKey> readSweptKeys(const std::string& path);
 
 /** Finds the path of each key: a name is that of a parameter of the model, else of one of its
