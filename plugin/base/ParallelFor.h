@@ -7,8 +7,10 @@ a team of one would still cost a fraction of a microsecond.
     parallelFor(count, threads, [&](int i) { … });          // equal shares, in order
     parallelFor(count, threads, Schedule::WhoeverIsFree, [&](int i) { … });
 
-What a pass throws comes out of the loop, as it would come out of a plain one: it is that of the
-first pass that throws, whatever the number of threads. Passes after it may have run.
+Nobody waits for threads that other programs keep from coming, see WorkTeam.h. A loop inside of a
+loop is a plain one. What a pass throws comes out of the loop, as it would come out of a plain one:
+it is that of the first pass that throws, whatever the number of threads. Passes after it may have
+run.
 
 All threads do arithmetic as the calling one does, see FlushDenormals.h. **/
 
@@ -21,11 +23,12 @@ All threads do arithmetic as the calling one does, see FlushDenormals.h. **/
 #include <mutex>
 
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/base/WorkTeam.h"
 
 namespace simflex {
 
-/** Threads that `work` can feed, each at least its share: a parallel loop must outlast its barrier.
-At most `most`, and at most as many as there are processors: waiting threads spin. **/
+/** Threads that `work` can feed, each at least its share: a parallel loop must outlast its end. At
+most `most`, and at most as many as there are processors. **/
 inline int chooseNumThreads(int most, double work, double workPerThread) {
     most = std::min(most, omp_get_num_procs());
     return std::max(1, int(std::min(double(most), work / workPerThread)));
@@ -59,37 +62,49 @@ private:
 };
 
 enum class Schedule {
-    EqualShares,   ///< each thread has its passes, in order
+    EqualShares,   ///< each thread begins with its own passes, in order
     WhoeverIsFree  ///< takes the next pass
 };
 
 template <class Index, class Body>
 void parallelFor(Index count, int threads, Schedule schedule, const Body& body) {
-    if (threads <= 1) {
+    WorkTeam* const team = threads > 1 && count > 1 ? WorkTeam::ofThisThread() : nullptr;
+    if (!team) {
         for (Index i = 0; i < count; ++i) body(i);
         return;
     }
+    constexpr long PiecesOfShare = 8;
     FirstException exception;
-    const auto guarded = [&](Index i) { exception.guard(long(i), [&] { body(i); }); };
-    const unsigned mode = ArithmeticMode::get();
-    const ArithmeticMode ofNewThreads(ArithmeticMode::getOutermost());
-#pragma omp parallel num_threads(threads)
-    {
-        const ArithmeticMode callers(mode);
-        if (schedule == Schedule::EqualShares) {
-#pragma omp for schedule(static)
-            for (Index i = 0; i < count; ++i) guarded(i);
-        } else {
-#pragma omp for schedule(dynamic, 1)
-            for (Index i = 0; i < count; ++i) guarded(i);
-        }
-    }
+    const auto runPiece = [&](long begin, long end) {
+        for (long i = begin; i < end; ++i) exception.guard(i, [&] { body(Index(i)); });
+    };
+    const int shares =
+        schedule == Schedule::EqualShares ? int(std::min(long(threads), long(count))) : 1;
+    const long size = schedule == Schedule::EqualShares
+                          ? std::max(1L, long(count) / (shares * PiecesOfShare))
+                          : 1;
+    team->run(
+        long(count), shares, size, threads, ArithmeticMode::get(),
+        [](const void* loop, long begin, long end) {
+            (*static_cast<decltype(&runPiece)>(loop))(begin, end);
+        },
+        &runPiece);
     exception.rethrow();
 }
 
 template <class Index, class Body>
 void parallelFor(Index count, int threads, const Body& body) {
     parallelFor(count, threads, Schedule::EqualShares, body);
+}
+
+/** Calls body(begin, end) for ranges of 0 … size−1 that begin with whole chunks; one range for a
+vector that is not worth more than one thread. **/
+template <class Body>
+void parallelRanges(int size, int threads, const Body& body) {
+    constexpr int Range = 2048;
+    if (threads <= 1 || size < 8 * Range) return body(0, size);
+    parallelFor((size + Range - 1) / Range, threads,
+                [&](int k) { body(k * Range, std::min(size, (k + 1) * Range)); });
 }
 
 }  // namespace simflex

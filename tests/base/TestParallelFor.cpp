@@ -1,10 +1,11 @@
 /** @file
-What parallel loops do when their passes throw. **/
+What parallel loops do when their passes throw, or take long. **/
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -37,6 +38,11 @@ const auto kNextOne = [](int count, int threads, const auto& body) {
     parallelFor(count, threads, Schedule::WhoeverIsFree, body);
 };
 
+/** Runs it where no thread has been waited for before. **/
+void runInNewThread(const std::function<void()>& work) {
+    std::thread(work).join();
+}
+
 }  // namespace
 
 TEST(ParallelFor, TheFirstExceptionComesOutForAnyNumberOfThreads) {
@@ -65,14 +71,48 @@ TEST(ParallelFor, AllPassesBeforeTheOneThatThrowsHaveRun) {
 TEST(ParallelFor, APassThatTakesLongHoldsNoOtherUpWhereWhoeverIsFreeTakesTheNext) {
     constexpr int Count = 100;
     std::atomic<int> numDone{0};
-    parallelFor(Count, 2, Schedule::WhoeverIsFree, [&](int i) {
-        const auto start = std::chrono::steady_clock::now();
-        while (i == 0 && numDone < Count - 1 &&
-               std::chrono::steady_clock::now() - start < std::chrono::seconds(10))
-            std::this_thread::yield();
-        EXPECT_TRUE(i > 0 || numDone == Count - 1);
-        ++numDone;
+    runInNewThread([&] {
+        parallelFor(Count, 2, Schedule::WhoeverIsFree, [&](int i) {
+            const auto start = std::chrono::steady_clock::now();
+            while (i == 0 && numDone < Count - 1 &&
+                   std::chrono::steady_clock::now() - start < std::chrono::seconds(10))
+                std::this_thread::yield();
+            EXPECT_TRUE(i > 0 || numDone == Count - 1);
+            ++numDone;
+        });
     });
+}
+
+TEST(ParallelFor, WhereAnotherThreadWasKeptFromWorkingTheCallerIsAloneForAWhile) {
+    std::atomic<int> numByOthers{0};
+    runInNewThread([&] {
+        const std::thread::id caller = std::this_thread::get_id();
+        const auto run = [&](std::chrono::milliseconds delay) {
+            parallelFor(100, 2, [&](int) {
+                const bool isOther = std::this_thread::get_id() != caller;
+                const bool isFirst = isOther && numByOthers++ == 0;
+                std::this_thread::sleep_for(isFirst ? delay : std::chrono::milliseconds(0));
+                if (!isOther) std::this_thread::sleep_for(std::chrono::microseconds(100));
+            });
+        };
+        while (numByOthers == 0) run(std::chrono::milliseconds(500));
+        numByOthers = 0;
+        run(std::chrono::milliseconds(0));
+        EXPECT_EQ(numByOthers, 0);
+    });
+}
+
+TEST(ParallelFor, ALoopInsideOfALoopIsAPlainOne) {
+    std::atomic<int> sum{0}, numElsewhere{0};
+    parallelFor(20, 3, [&](int) {
+        const std::thread::id caller = std::this_thread::get_id();
+        parallelFor(50, 3, [&](int i) {
+            sum += i;
+            numElsewhere += std::this_thread::get_id() != caller;
+        });
+    });
+    EXPECT_EQ(sum, 20 * 49 * 25);
+    EXPECT_EQ(numElsewhere, 0);
 }
 
 TEST(ParallelFor, LoopsAfterAnExceptionRunAsBefore) {
