@@ -28,7 +28,9 @@ void TiledMatrix::multiplyTiles(int tile, const double* const* x, double* const*
     const double* A[Tiles];
     for (int t = 0; t < Tiles; ++t)
         A[t] = m_values.data() + size_t(tile + t) * size_t(m_cols) * TileHeight;
-    Chunk sums[Tiles][Columns] = {};
+    Chunk sums[Tiles][Columns];
+    for (int t = 0; t < Tiles; ++t)
+        for (int c = 0; c < Columns; ++c) sums[t][c] = Chunk{};
     for (int j = 0; j < m_cols; ++j) {
         for (int t = 0; t < Tiles; ++t) {
             const Chunk a = loadChunk(A[t] + size_t(j) * TileHeight);

@@ -100,6 +100,20 @@ void FlexibleBodyData::resize(const FlexibleBodyModel& model) {
     CXiDot.setZero();
 }
 
+void FlexibleBodyData::fit(const FlexibleBodyModel& model) {
+    if (numModes == model.n) return;
+    numModes = model.n;
+    const auto fitOne = [](VectorXd& products, int rows) {
+        if (products.size() < rows + ChunkSize)
+            products.setZero(rows + ChunkSize);
+        else
+            products.segment(rows, ChunkSize).setZero();
+    };
+    fitOne(I2Xi, model.I2Tiles.paddedRows());
+    fitOne(NXi, model.NTiles.paddedRows());
+    fitOne(NXiDot, model.NTiles.paddedRows());
+}
+
 Matrix3d symmetricMatrix(const Eigen::Matrix<double, 6, 1>& c) {
     Matrix3d matrix;
     matrix << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];

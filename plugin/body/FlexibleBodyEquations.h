@@ -69,12 +69,14 @@ struct FlexibleBodyModel {
 /** What an evaluation writes. Allocated once by resize(). **/
 struct FlexibleBodyData {
     void resize(const FlexibleBodyModel& model);
+    /** For one model after another: makes room for products only where there is too little. **/
+    void fit(const FlexibleBodyModel& model);
 
     /** Products with ξ and ξ̇, 6n, 3n, 3n; longer than that, so that chunks can be read. **/
     Eigen::VectorXd I2Xi, NXi, NXiDot;
     Eigen::Matrix3d I, IDot;
     Eigen::Vector3d CXiDot;  ///< C ξ̇
-    int numModes = 0;
+    int numModes = -1;
 
     /** Cᵀ = −Nξ, n×3. **/
     auto getCTransposed() const {

@@ -80,8 +80,9 @@ public:
                                                     const double* uDot) const = 0;
 
     /** J of NewtonFactors.h; flexible bodies honour `dense`, rigid trees are M/mass. **/
-    virtual void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
-                                 const double* uDot, NewtonSystem::Block& block) const = 0;
+    virtual void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q,
+                                 const double* u, const double* uDot,
+                                 NewtonSystem::Block& block) const = 0;
 
     /** J = M. **/
     virtual void formMassBlock(NewtonSystem::Block& block) const = 0;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simflex/base/ParallelFor.h"
+#include "simflex/base/Chunk.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
 #include "simflex/solver/equations/RigidTree.h"
 
@@ -47,8 +47,10 @@ void Blocks::integrateQ(const double* qHist, double gamma, const double* u, doub
 }
 
 void Blocks::calcQDot(const double* q, const double* u, double* qDot) const {
-    for (const auto& block : all)
-        block->calcQDot(context, q + block->firstQ, u + block->firstU, qDot + block->firstQ);
+    parallelFor(int(all.size()), numThreads, [&](int b) {
+        const Block& block = *all[size_t(b)];
+        block.calcQDot(context, q + block.firstQ, u + block.firstU, qDot + block.firstQ);
+    });
 }
 
 void Blocks::displaceQ(const double* delta, double* q) const {
@@ -68,7 +70,8 @@ void Blocks::turnAlong(const double* fromQ, const double* toQ, double* u) const 
 }
 
 void Blocks::normalizeQ(double* q) const {
-    for (const auto& block : all) block->normalizeQ(q + block->firstQ);
+    parallelFor(int(all.size()), numThreads,
+                [&](int b) { all[size_t(b)]->normalizeQ(q + all[size_t(b)]->firstQ); });
 }
 
 bool Blocks::askForN() const {
@@ -76,16 +79,29 @@ bool Blocks::askForN() const {
                        [](const RigidTree* tree) { return tree->asksForN(); });
 }
 
-double Blocks::calcDisplacement(const double* delta, int* worst) const {
-    double largest = 0;
-    for (int b = 0; b < int(all.size()); ++b) {
-        const double displacement = all[b]->calcDisplacement(delta + all[b]->firstU);
-        if (displacement <= largest) continue;
-        largest = displacement;
-        if (worst) *worst = b;
-        if (std::isnan(largest)) return largest;
-    }
-    return largest;
+double Blocks::calcDisplacement(const double* delta, int* worst, double* u) const {
+    return findLargest(
+        [&](int b) {
+            const Block& block = *all[size_t(b)];
+            const double* own = delta + block.firstU;
+            for (int i = 0; u && i < block.numU; i += ChunkSize) {
+                const int count = std::min(block.numU - i, ChunkSize);
+                double* speeds = u + block.firstU + i;
+                storeChunk(loadChunk(speeds, count) + loadChunk(own + i, count), speeds, count);
+            }
+            return block.calcDisplacement(own);
+        },
+        worst);
+}
+
+void Blocks::addInPower(const double* q, const double* u, double& power) const {
+    m_sizes.resize(all.size());
+    parallelFor(int(all.size()), numThreads, [&](int b) {
+        const Block& block = *all[size_t(b)];
+        m_sizes[size_t(b)] = block.calcDampingPower(u + block.firstU) +
+                             block.calcLoadPower(context, q + block.firstQ, u + block.firstU);
+    });
+    for (const double ofBlock : m_sizes) power += ofBlock;
 }
 
 void Blocks::followPose() {

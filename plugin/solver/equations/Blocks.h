@@ -3,9 +3,11 @@
 All blocks of a system, and what is done to each of them alike (private header): coordinates and
 speeds, in the solver's vectors and in Simbody's. N(q) is that of the last evaluation. **/
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
+#include "simflex/base/ParallelFor.h"
 #include "simflex/solver/equations/Block.h"
 #include "simflex/solver/equations/Topology.h"
 
@@ -58,8 +60,26 @@ struct Blocks {
     /** True if N(q) is asked of Simbody. **/
     bool askForN() const;
 
-    /** Largest displacement over the blocks [m]; `worst` receives the block. **/
-    double calcDisplacement(const double* delta, int* worst = nullptr) const;
+    /** Largest displacement over the blocks [m]; `worst` receives the block.
+    @param u  gets δ added, if given **/
+    double calcDisplacement(const double* delta, int* worst = nullptr, double* u = nullptr) const;
+    /** The largest of what size(b) gives for each block, NaN if one is; `worst` receives it. **/
+    template <class Size>
+    double findLargest(const Size& size, int* worst) const {
+        m_sizes.resize(all.size());
+        parallelFor(int(all.size()), numThreads, [&](int b) { m_sizes[size_t(b)] = size(b); });
+        double largest = 0;
+        for (int b = 0; b < int(all.size()); ++b) {
+            const double value = m_sizes[size_t(b)];
+            if (value <= largest) continue;
+            largest = value;
+            if (worst) *worst = b;
+            if (std::isnan(largest)) break;
+        }
+        return largest;
+    }
+    /** Power of damping and of loads on whole blocks [W]. **/
+    void addInPower(const double* q, const double* u, double& power) const;
     /** Weighs speeds and coordinates of rigid trees by what they move in this pose; cheap on the
     average. Flexible bodies have their own frames. **/
     void followPose();
@@ -67,6 +87,9 @@ struct Blocks {
     void getFromState(const SimTK::State& state, double* q, double* u) const;
     void putIntoState(double time, const double* q, const double* u, SimTK::State& state) const;
     SimTK::Vector calcSimbodyUDot(const double* q, const double* uDot) const;
+
+private:
+    mutable std::vector<double> m_sizes;  ///< by block
 };
 
 }  // namespace simflex

@@ -51,7 +51,6 @@ double ErrorNorm::calcNorm(int size, const double* values, const double* scales,
 }
 
 double ErrorNorm::calcSize(const double* deltaQ, const double* deltaU, double h, int* worst) {
-    double largest = 0;
     if (m_kind != Kind::Displacement) {
         for (const RigidTree* tree : m_blocks.rigid)
             tree->weighQ(m_referenceQ.data() + tree->firstQ, m_uWeights.data() + tree->firstU,
@@ -65,20 +64,17 @@ double ErrorNorm::calcSize(const double* deltaQ, const double* deltaU, double h,
                 *worst = b;
         return std::isnan(ofQ) ? ofQ : ofU > ofQ || std::isnan(ofU) ? ofU : ofQ;
     }
-    for (int b = 0; b < int(m_blocks.all.size()); ++b) {
-        const Block& block = *m_blocks.all[size_t(b)];
-        const double displacement = std::max(block.calcQDisplacement(deltaQ + block.firstQ),
-                                             block.calcUDisplacement(deltaU + block.firstU, h));
-        if (displacement <= largest) continue;
-        largest = displacement;
-        if (worst) *worst = b;
-        if (std::isnan(largest)) return largest;
-    }
-    return largest;
+    return m_blocks.findLargest(
+        [&](int b) {
+            const Block& block = *m_blocks.all[size_t(b)];
+            return std::max(block.calcQDisplacement(deltaQ + block.firstQ),
+                            block.calcUDisplacement(deltaU + block.firstU, h));
+        },
+        worst);
 }
 
-double ErrorNorm::calcChange(const double* deltaU, double stiffness, int* worst) const {
-    const double displacement = stiffness * m_blocks.calcDisplacement(deltaU, worst);
+double ErrorNorm::calcChange(const double* deltaU, double stiffness, int* worst, double* u) const {
+    const double displacement = stiffness * m_blocks.calcDisplacement(deltaU, worst, u);
     if (m_kind == Kind::Displacement || !std::isfinite(displacement)) return displacement;
     // N W N⁺ δq = γ N W δu, about as large as γ W δu.
     return std::max(stiffness * calcNorm(m_numU, deltaU, m_uWeights.data(), nullptr),

@@ -25,8 +25,10 @@ public:
 
     /** Of a step's end; `worst` receives the block. **/
     double calcSize(const double* deltaQ, const double* deltaU, double h, int* worst = nullptr);
-    /** Of a change of u at a step's end, and of q by stiffness times that. **/
-    double calcChange(const double* deltaU, double stiffness, int* worst = nullptr) const;
+    /** Of a change of u at a step's end, and of q by stiffness times that.
+    @param u  gets the change added, if given **/
+    double calcChange(const double* deltaU, double stiffness, int* worst = nullptr,
+                      double* u = nullptr) const;
     double calcZSize(const double* deltaZ) const;
 
 private:

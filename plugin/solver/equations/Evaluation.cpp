@@ -25,7 +25,40 @@ Evaluation::Evaluation(TopologyBuilder::Result parts)
       m_loads(*m_topology, *m_blocks, *m_functions),
       m_trees(*m_topology, *m_blocks),
       m_timedLoads(*m_topology, *m_blocks, *m_simbody, *m_functions),
-      m_errorNorm(std::move(parts.errorNorm)) {}
+      m_errorNorm(std::move(parts.errorNorm)) {
+    makeGroups();
+}
+
+void Evaluation::makeGroups() {
+    // As many blocks as stay in a processor's own cache, but work for some threads.
+    constexpr int LargestGroup = 8, FewestGroups = 16;  // batches, groups
+    const int numBatches = int(m_topology->batches.size());
+    const int size = std::clamp(numBatches / FewestGroups, 1, LargestGroup);
+    std::vector<int> groupOf(size_t(m_topology->numBlocks()));
+    for (int k = 0; k < numBatches; ++k) {
+        if (k % size == 0) m_groups.push_back({k, std::min(k + size, numBatches), {}, {}});
+        for (int b : m_topology->batches[size_t(k)]) groupOf[size_t(b)] = int(m_groups.size()) - 1;
+    }
+    constexpr int None = -1, Several = -2;
+    std::vector<int> groupOfJoint;
+    for (int j = 0; j < int(m_topology->joints.size()); ++j) {
+        int group = None;
+        for (const FrameRef& side : m_topology->joints[size_t(j)].sides) {
+            if (side.block < 0) continue;
+            const int other = groupOf[size_t(side.block)];
+            group = group == None || group == other ? other : Several;
+        }
+        groupOfJoint.push_back(group);
+        (group < 0 ? m_jointsBetween : m_groups[size_t(group)].joints).push_back(j);
+    }
+    for (int b = 0; b < m_topology->numBlocks(); ++b) {
+        const std::vector<Topology::BlockSide>& sides = m_topology->blockSides[size_t(b)];
+        const bool isInside = std::all_of(sides.begin(), sides.end(), [&](const auto& side) {
+            return groupOfJoint[size_t(side.owner)] >= 0;
+        });
+        (isInside ? m_groups[size_t(groupOf[size_t(b)])].blocks : m_blocksBetween).push_back(b);
+    }
+}
 
 void Evaluation::require(Stage stage, const char* method) const {
     if (m_stage < stage)
@@ -56,16 +89,69 @@ void Evaluation::realizeNatively(const State& state, const Vector_<SpatialVec>& 
 
 void Evaluation::realizeBlocks(const double* q, const double* u) {
     m_blocks->context.timeValues = &m_functions->get();
-    parallelFor(int(m_topology->batches.size()), m_blocks->numThreads, [&](int k) {
-        FlexibleBlock::calcShapeProducts(m_blocks->batches[size_t(k)], q, u);
-        for (int b : m_topology->batches[size_t(k)]) {
-            Block& block = *m_blocks->all[size_t(b)];
-            block.realize(m_blocks->context, q + block.firstQ, u + block.firstU);
-        }
-    });
+    parallelFor(int(m_topology->batches.size()), m_blocks->numThreads,
+                [&](int k) { realizeBatch(k, q, u); });
     m_joints.forgetJacobians();
     m_loads.realize();
     m_stage = Stage::Velocities;
+}
+
+void Evaluation::realizeBatch(int batch, const double* q, const double* u) {
+    FlexibleBlock::calcShapeProducts(m_blocks->batches[size_t(batch)], q, u);
+    for (int b : m_topology->batches[size_t(batch)]) {
+        Block& block = *m_blocks->all[size_t(b)];
+        block.realize(m_blocks->context, q + block.firstQ, u + block.firstU);
+    }
+}
+
+void Evaluation::calcBatchResidual(int batch, const double* q, const double* u, const double* uDot,
+                                   double* r) {
+    const std::vector<FlexibleBlock*>& flexible = m_blocks->batches[size_t(batch)];
+    if (!flexible.empty())
+        return FlexibleBlock::calcResiduals(flexible, m_blocks->context, q, u, uDot, r);
+    for (int b : m_topology->batches[size_t(batch)]) {
+        Block& block = *m_blocks->all[size_t(b)];
+        block.calcResidual(m_blocks->context, q + block.firstQ, u + block.firstU,
+                           uDot + block.firstU, r + block.firstU);
+    }
+}
+
+bool Evaluation::canEvaluateByBlocks() const {
+    return !m_topology->needsSimbody && !m_simbody->getPrescribed();
+}
+
+void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& factors,
+                          const std::function<void(const Block&)>& place, const double* q,
+                          const double* u, const double* uDot, const double* lambda, double* r,
+                          double* c) {
+    m_stage = Stage::Nothing;
+    m_functions->moveTo(m_functions->clampTime(time));
+    m_blocks->context.timeValues = &m_functions->get();
+    m_joints.forgetJacobians();
+    const auto addInJointForces = [&](int b) {
+        m_joints.addInForces(b, lambda, r + getBlock(b).firstU);
+    };
+    parallelFor(int(m_groups.size()), m_blocks->numThreads, [&](int g) {
+        const Group& group = m_groups[size_t(g)];
+        for (int k = group.firstBatch; k < group.endBatch; ++k) {
+            for (int b : m_topology->batches[size_t(k)]) place(getBlock(b));
+            realizeBatch(k, q, u);
+            calcBatchResidual(k, q, u, uDot, r);
+        }
+        for (int j : group.joints) m_joints.update(j, level, c);
+        for (int b : group.blocks) addInJointForces(b);
+    });
+    parallelFor(int(m_jointsBetween.size()), m_blocks->numThreads,
+                [&](int k) { m_joints.update(m_jointsBetween[size_t(k)], level, c); });
+    parallelFor(int(m_blocksBetween.size()), m_blocks->numThreads,
+                [&](int k) { addInJointForces(m_blocksBetween[size_t(k)]); });
+    m_joints.noteJacobians();
+    if (level == MotionLevel::Position)
+        for (int k = 0; k < m_topology->numMultipliers; ++k) c[k] /= factors.stiffness;
+    m_loads.realize();
+    m_loads.subtractForces(r);
+    m_stage = Stage::Residual;
+    m_hasInertia = true;
 }
 
 void Evaluation::calcPrescribedUDot(const double* q, double* uDot) const {
@@ -139,14 +225,11 @@ void Evaluation::calcUnclearedResidual(const double* q, const double* u, const d
     m_joints.updateJacobians();
     m_simbody->collectForces(lambda);
     parallelFor(int(m_topology->batches.size()), m_blocks->numThreads, [&](int k) {
-        FlexibleBlock::calcInertiaProducts(m_blocks->batches[size_t(k)], q, u);
+        calcBatchResidual(k, q, u, uDot, r);
         for (int b : m_topology->batches[size_t(k)]) {
-            Block& block = *m_blocks->all[size_t(b)];
-            double* own = r + block.firstU;
-            block.calcResidual(m_blocks->context, q + block.firstQ, u + block.firstU,
-                               uDot + block.firstU, own);
+            double* own = r + getBlock(b).firstU;
             m_joints.addInForces(b, lambda, own);
-            m_simbody->subtractForces(block, own);
+            m_simbody->subtractForces(getBlock(b), own);
         }
     });
     m_loads.subtractForces(r);
@@ -166,9 +249,7 @@ double Evaluation::calcPower(const double* q, const double* u, const double* uDo
         power +=
             constraints->calcPower(m_simbody->getState(), lambda + m_topology->firstSimbodyRow);
     m_loads.addInPower(power);
-    for (const auto& block : m_blocks->all)
-        power += block->calcDampingPower(u + block->firstU) +
-                 block->calcLoadPower(m_blocks->context, q + block->firstQ, u + block->firstU);
+    m_blocks->addInPower(q, u, power);
     m_joints.addInPower(lambda, power);
     return power;
 }
@@ -194,8 +275,8 @@ void Evaluation::formNewtonSystem(const NewtonFactors& factors, bool dense, cons
             factors, system.parts[p].diagonal.data());
     parallelFor(m_topology->numBlocks(), m_blocks->numThreads, [&](int b) {
         const Block& block = *m_blocks->all[size_t(b)];
-        block.formNewtonBlock(factors, dense, u + block.firstU, uDot + block.firstU,
-                              system.blocks[size_t(b)]);
+        block.formNewtonBlock(factors, dense, q + block.firstQ, u + block.firstU,
+                              uDot + block.firstU, system.blocks[size_t(b)]);
         m_joints.formColumns(b, system.blocks[size_t(b)]);
     });
     m_loads.formColumns(factors, system);

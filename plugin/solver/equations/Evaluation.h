@@ -22,6 +22,7 @@ evaluated here; Simbody is asked only for rigid trees with other mobilizers and 
 It has more than 25 methods because it hands out what it is made of: half of them give access to a
 part. **/
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -91,6 +92,15 @@ public:
     /** Zero in rows of prescribed speeds. **/
     void calcResidual(const double* q, const double* u, const double* uDot, const double* lambda,
                       double* r);
+    /** True if a block can be evaluated as soon as it is known where it is: nothing is asked of
+    Simbody, and nothing is prescribed. **/
+    bool canEvaluateByBlocks() const;
+    /** realize(), calcResidual() and calcStepErrors() in one pass over the blocks.
+    @param place  writes the q, u and u̇ of a block, from several threads
+    @pre canEvaluateByBlocks() **/
+    void evaluate(double time, MotionLevel level, const NewtonFactors& factors,
+                  const std::function<void(const Block&)>& place, const double* q, const double* u,
+                  const double* uDot, const double* lambda, double* r, double* c);
     /** Power of applied loads, damping, working constraints and prescribed motions [W]. **/
     double calcPower(const double* q, const double* u, const double* uDot, const double* lambda);
     /** See TimedLoads. **/
@@ -131,10 +141,22 @@ public:
 private:
     enum class Stage { Nothing, Velocities, Residual };
 
+    /** Batches worked on by one thread, one after another, and what of their neighbourhood belongs
+    to them alone: joints between their blocks, and blocks that have no other joints. **/
+    struct Group {
+        int firstBatch, endBatch;
+        std::vector<int> joints, blocks;
+    };
+
     explicit Evaluation(TopologyBuilder::Result parts);
+    void makeGroups();
     /** @throws std::logic_error if the evaluation has not come so far. **/
     void require(Stage stage, const char* method) const;
     void realizeBlocks(const double* q, const double* u);
+    void realizeBatch(int batch, const double* q, const double* u);
+    /** Without what comes from joints, Simbody and force elements. **/
+    void calcBatchResidual(int batch, const double* q, const double* u, const double* uDot,
+                           double* r);
     void calcUnclearedResidual(const double* q, const double* u, const double* uDot,
                                const double* lambda, double* r);
 
@@ -150,6 +172,8 @@ private:
     Stage m_stage = Stage::Nothing;
     bool m_hasInertia = false;  ///< of any point
     std::vector<double> m_scratch;
+    std::vector<Group> m_groups;
+    std::vector<int> m_jointsBetween, m_blocksBetween;  ///< of no group
 };
 
 }  // namespace simflex

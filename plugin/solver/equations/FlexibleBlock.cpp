@@ -16,6 +16,18 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 using Eigen::VectorXd;
 
+namespace {
+
+/** Products of one block of a batch, which live as long as the batch is worked on: they are kept
+from call to call, by thread, so that nothing is allocated and they stay in cache. **/
+FlexibleBodyData& updProducts(int place, const FlexibleBodyModel& model) {
+    thread_local FlexibleBodyData products[FlexibleBlock::LargestBatch];
+    products[place].fit(model);
+    return products[place];
+}
+
+}  // namespace
+
 FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index,
                              const State& state, Modes modes)
     : m_guts(guts),
@@ -29,7 +41,10 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
     m_damping = m_record.damping.head(m_n);
     m_hasDampingCoupling = m_n > 0 && m_record.dampingCoupling.size() > 0;
     m_inverseOmega = m_model.omegaSquared.cwiseSqrt().cwiseInverse();
-    m_data.resize(m_model);
+    m_I.setZero();
+    m_IDot.setZero();
+    m_CXiDot.setZero();
+    m_NXi.setZero(3 * m_n);
     if (!m_record.loads.empty()) m_loads.setZero(m_record.numModes());
     m_shapesXi.setZero(m_model.shapeTiles.paddedRows());
     m_shapesXiDot.setZero(m_model.shapeTiles.paddedRows());
@@ -126,24 +141,43 @@ void FlexibleBlock::calcAccelerationProducts(const std::vector<FlexibleBlock*>& 
     blocks.front()->m_model.shapeTiles.multiply(int(blocks.size()), factors, products);
 }
 
-void FlexibleBlock::calcInertiaProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
-                                        const double* u) {
+void FlexibleBlock::calcResiduals(const std::vector<FlexibleBlock*>& blocks,
+                                  const EvaluationContext& context, const double* q,
+                                  const double* u, const double* uDot, double* r) {
     if (blocks.empty()) return;
+    const FlexibleBodyModel& model = blocks.front()->m_model;
     const double *xi[LargestBatch], *xiDot[LargestBatch];
     FlexibleBodyData* data[LargestBatch];
     for (size_t k = 0; k < blocks.size(); ++k) {
         xi[k] = q + blocks[k]->firstQ + 7;
         xiDot[k] = u + blocks[k]->firstU + 6;
-        data[k] = &blocks[k]->m_data;
+        data[k] = &updProducts(int(k), model);
     }
-    calcProducts(blocks.front()->m_model, int(blocks.size()), xi, xiDot, data);
+    calcProducts(model, int(blocks.size()), xi, xiDot, data);
+    for (size_t k = 0; k < blocks.size(); ++k) {
+        FlexibleBlock& block = *blocks[k];
+        block.calcResidual(context, *data[k], q + block.firstQ, u + block.firstU,
+                           uDot + block.firstU, r + block.firstU);
+    }
 }
 
 void FlexibleBlock::calcResidual(const EvaluationContext& context, const double* q, const double* u,
                                  const double* uDot, double* r) {
+    const double *xi = q + 7, *xiDot = u + 6;
+    FlexibleBodyData* data = &updProducts(0, m_model);
+    calcProducts(m_model, 1, &xi, &xiDot, &data);
+    calcResidual(context, *data, q, u, uDot, r);
+}
+
+void FlexibleBlock::calcResidual(const EvaluationContext& context, FlexibleBodyData& data,
+                                 const double* q, const double* u, const double* uDot, double* r) {
     Vector3d rotation;
-    calcBodyResidual(m_model, m_data, toEigen(m_body.omega_B), Map<const Vector3d>(uDot), q + 7,
+    calcBodyResidual(m_model, data, toEigen(m_body.omega_B), Map<const Vector3d>(uDot), q + 7,
                      u + 6, uDot + 6, m_damping, rotation, r + 6);
+    m_I = data.I;
+    m_IDot = data.IDot;
+    m_CXiDot = data.CXiDot;
+    std::copy_n(data.NXi.data(), 3 * m_n, m_NXi.data());
     Map<Vector3d>(r, 3) = rotation;
     if (m_hasDampingCoupling)
         for (int i = 0; i < m_n; ++i)
@@ -220,19 +254,26 @@ void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) const {
     block.form = NewtonSystem::Block::Form::Arrow;
     Map<Eigen::Matrix<double, 6, 6>> head(block.head.data());
     head.setZero();
-    head.topLeftCorner<3, 3>() = m_data.I / mass;
+    head.topLeftCorner<3, 3>() = m_I / mass;
     head.diagonal().tail<3>().setConstant(m_model.mass / mass);
-    const double *NXi = m_data.NXi.data(), factor = -1 / mass;
+    const double *NXi = m_NXi.data(), factor = -1 / mass;
     double* coupling = block.coupling.data();
     for (int i = 0; i < 3 * m_n; ++i) coupling[i] = factor * NXi[i];  // Cᵀ = −Nξ
 }
 
-void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
-                                    const double* uDot, NewtonSystem::Block& block) const {
+void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q,
+                                    const double* u, const double* uDot,
+                                    NewtonSystem::Block& block) const {
     if (dense) {
+        const double *xi = q + 7, *xiDot = u + 6;
+        FlexibleBodyData* data = &updProducts(0, m_model);
+        calcProducts(m_model, 1, &xi, &xiDot, &data);
+        data->I = m_I;
+        data->IDot = m_IDot;
+        data->CXiDot = m_CXiDot;
         block.form = NewtonSystem::Block::Form::General;
         block.matrix.resize(size_t(numU) * size_t(numU));
-        calcNewtonMatrix(m_model, m_data, factors.mass, factors.stiffness, toEigen(m_body.omega_B),
+        calcNewtonMatrix(m_model, *data, factors.mass, factors.stiffness, toEigen(m_body.omega_B),
                          Map<const Vector3d>(uDot), ConstModes(u + 6, m_n),
                          ConstModes(uDot + 6, m_n), m_damping,
                          Map<MatrixXd>(block.matrix.data(), numU, numU));
@@ -257,19 +298,19 @@ void FlexibleBlock::formFullArrow(double mass, NewtonSystem::Block& block) const
     block.form = NewtonSystem::Block::Form::Symmetric;
     block.matrix.assign(size_t(numU) * size_t(numU), 0);
     Map<MatrixXd> J(block.matrix.data(), numU, numU);
-    J.topLeftCorner<3, 3>() = m_data.I / mass;
+    J.topLeftCorner<3, 3>() = m_I / mass;
     J.diagonal().segment<3>(3).setConstant(m_model.mass / mass);
-    J.topRightCorner(3, m_n) = m_data.getCTransposed().transpose() / mass;
-    J.bottomLeftCorner(m_n, 3) = m_data.getCTransposed() / mass;
+    J.topRightCorner(3, m_n) = getCTransposed().transpose() / mass;
+    J.bottomLeftCorner(m_n, 3) = getCTransposed() / mass;
 }
 
 void FlexibleBlock::addInCouplingForces(const double* uDot, Vector_<SpatialVec>& bodyForces,
                                         Vector& mobilityForces) const {
     const Map<const Vector3d> omegaDot(uDot);
-    const Vector3d rotation = (m_data.I - m_model.inertia) * omegaDot +
-                              m_data.getCTransposed().transpose() * ConstModes(uDot + 6, m_n);
+    const Vector3d rotation = (m_I - m_model.inertia) * omegaDot +
+                              getCTransposed().transpose() * ConstModes(uDot + 6, m_n);
     bodyForces[m_record.frame][0] -= m_body.R_GB * toSimTK(rotation);
-    const VectorXd modes = m_data.getCTransposed() * omegaDot;
+    const VectorXd modes = getCTransposed() * omegaDot;
     for (int i = 0; i < m_n; ++i) mobilityForces[m_stateU[size_t(i)]] -= modes[i];
 }
 

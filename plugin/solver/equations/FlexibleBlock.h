@@ -41,16 +41,20 @@ public:
     /** Most blocks in one call of the products below. **/
     static constexpr int LargestBatch = 8;
 
-    /** Products of the part's matrices with q and u of several blocks of one part: of its interface
-    shapes, before realize(); of its invariants, before calcResidual().
+    /** Products of the part's interface shapes with q and u of several blocks of one part, before
+    realize().
     @param q, u  of the whole system **/
     static void calcShapeProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
                                   const double* u);
     /** Of the interface shapes with accelerations, before calcFrameAcceleration(). **/
     static void calcAccelerationProducts(const std::vector<FlexibleBlock*>& blocks,
                                          const double* uDot);
-    static void calcInertiaProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
-                                    const double* u);
+    /** calcResidual() of several blocks of one part, which share their products with its
+    invariants.
+    @param q, u, uDot, r  of the whole system **/
+    static void calcResiduals(const std::vector<FlexibleBlock*>& blocks,
+                              const EvaluationContext& context, const double* q, const double* u,
+                              const double* uDot, double* r);
 
     std::string describeSpeed(int speed) const override;
     std::string describeCoordinate(int coordinate) const override;
@@ -68,7 +72,7 @@ public:
                     double* coefficients) const;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
-    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
+    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q, const double* u,
                          const double* uDot, NewtonSystem::Block& block) const override;
     void formMassBlock(NewtonSystem::Block& block) const override;
     /** Adds −ΔM u̇ = −[(I − I₀) ω̇ + C ξ̈; Cᵀ ω̇] to forces on the frame and on the mobilities.
@@ -95,6 +99,13 @@ public:
 private:
     using ConstModes = Eigen::Map<const Eigen::VectorXd>;
 
+    /** @pre data has the products with ξ and ξ̇. **/
+    void calcResidual(const EvaluationContext& context, FlexibleBodyData& data, const double* q,
+                      const double* u, const double* uDot, double* r);
+    /** Cᵀ = −Nξ, n×3, of the last residual. **/
+    auto getCTransposed() const {
+        return -Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>>(m_NXi.data(), m_n, 3);
+    }
     /** Head and coupling of the arrow, mass entries divided by the mass factor. **/
     void formArrow(double mass, NewtonSystem::Block& block) const;
     /** The arrow as a full matrix but for its diagonal tail, for a block without part. **/
@@ -134,7 +145,10 @@ private:
     Eigen::VectorXd m_shapesXi, m_shapesXiDot, m_shapesXiDotDot;
     std::vector<FlexibleFramePose> m_poses;
     BodyFrame m_body;
-    FlexibleBodyData m_data;
+    // Of the last residual.
+    Eigen::Matrix3d m_I, m_IDot;
+    Eigen::Vector3d m_CXiDot;
+    Eigen::VectorXd m_NXi;
     mutable Eigen::VectorXd m_loads;  ///< modal forces of the body's loads; empty if it has none
 };
 

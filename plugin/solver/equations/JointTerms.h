@@ -18,6 +18,10 @@ public:
     /** The frames have moved. **/
     void forgetJacobians() { m_hasJacobians = false; }
     void updateJacobians();
+    /** Jacobian and errors of this level of one joint whose frames have moved. After all of them:
+    noteJacobians(). **/
+    void update(int joint, MotionLevel level, double* errors);
+    void noteJacobians() { m_hasJacobians = true; }
     /** Whether errors and derivatives are those for axes far from their place, see JointEquations;
     for assembly. **/
     void setAligning(bool isAligning) {
@@ -55,16 +59,27 @@ public:
 private:
     struct Workspace {
         std::vector<const FrameMotion*> motions;
-        std::vector<SimTK::SpatialVec> D;  ///< rows of the first side, then of the next …
+        size_t firstD;
     };
-    const SimTK::SpatialVec* rowsOf(const Topology::BlockSide& side) const;
+    /** A joint's side that acts on a block. **/
+    struct Side {
+        int frame, firstColumn;  ///< of the block
+        int firstRow, numRows;
+        size_t firstD;
+    };
+    SimTK::SpatialVec* updD(int joint) { return m_D.data() + m_workspaces[size_t(joint)].firstD; }
     template <class Visit>
     void visitAll(Visit visit) const;
 
     const Topology& m_topology;
     const Blocks& m_blocks;
     const FunctionsOfTime& m_functions;
-    std::vector<Workspace> m_workspaces;     ///< by joint
+    std::vector<Workspace> m_workspaces;  ///< by joint
+    std::vector<SimTK::SpatialVec>
+        m_D;                    ///< joint after joint: rows of the first side, then of the next …
+    std::vector<Side> m_sides;  ///< block after block
+    std::vector<int> m_firstSide;            ///< by block; the number of all last
+    std::vector<int> m_timed;                ///< joints that depend on time
     std::vector<FrameMotion> m_accelerated;  ///< of one joint's sides
     std::vector<const FrameMotion*> m_acceleratedFrames;
     bool m_hasJacobians = false;

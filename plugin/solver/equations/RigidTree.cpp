@@ -436,7 +436,7 @@ void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) const 
 }
 
 void RigidTree::formNewtonBlock(const NewtonFactors& factors, bool, const double*, const double*,
-                                NewtonSystem::Block& block) const {
+                                const double*, NewtonSystem::Block& block) const {
     formMassMatrix(1 / factors.mass, block);
 }
 

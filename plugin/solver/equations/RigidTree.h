@@ -59,7 +59,7 @@ public:
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
-    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* u,
+    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q, const double* u,
                          const double* uDot, NewtonSystem::Block& block) const override;
     void formMassBlock(NewtonSystem::Block& block) const override;
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,

@@ -1,6 +1,9 @@
 #include "simflex/solver/equations/StepEquations.h"
 
 #include <algorithm>
+#include <functional>
+
+#include "simflex/base/Chunk.h"
 
 namespace simflex {
 
@@ -10,20 +13,41 @@ StepEquations::StepEquations(Evaluation& equations)
 void StepEquations::calcQ(const StepFormula& formula, const std::vector<double>& u,
                           std::vector<double>& q) {
     const Blocks& blocks = m_equations.getBlocks();
-    const double stiffness = formula.factors.stiffness;
-    if (formula.rule == StepFormula::QRule::Linear) {
-        blocks.integrateQ(formula.qHist.data(), stiffness, u.data(), q.data());
-        return;
-    }
-    if (m_equations.getTopology().needsSimbody) {
+    if (formula.rule == StepFormula::QRule::Exponential && m_equations.getTopology().needsSimbody) {
         // Simbody's N(q) is that of the last realize(): take it half-way, or order 2 is lost.
         for (size_t i = 0; i < q.size(); ++i) q[i] = 0.5 * (q[i] + formula.qHist[i]);
         blocks.normalizeQ(q.data());
         m_equations.realize(formula.t, q.data(), u.data());
     }
-    for (size_t i = 0; i < u.size(); ++i) m_delta[i] = formula.deltaHist[i] + stiffness * u[i];
-    std::copy(formula.qHist.begin(), formula.qHist.end(), q.begin());
-    blocks.moveQ(m_delta.data(), q.data());
+    parallelFor(int(blocks.all.size()), blocks.numThreads,
+                [&](int b) { placeBlock(formula, *blocks.all[size_t(b)], u.data(), q.data()); });
+}
+
+void StepEquations::placeBlock(const StepFormula& formula, const Block& block, const double* u,
+                               double* q) {
+    const double stiffness = formula.factors.stiffness;
+    const EvaluationContext& context = m_equations.getBlocks().context;
+    const double *qHist = formula.qHist.data() + block.firstQ, *own = u + block.firstU;
+    q += block.firstQ;
+    if (formula.rule == StepFormula::QRule::Linear)
+        return block.integrateQ(context, qHist, stiffness, own, q);
+    double* delta = m_delta.data() + block.firstU;
+    for (int i = 0; i < block.numU; ++i)
+        delta[i] = formula.deltaHist[size_t(block.firstU + i)] + stiffness * own[i];
+    std::copy_n(qHist, block.numQ, q);
+    block.moveQ(context, delta, q);
+}
+
+void StepEquations::placeBlock(const StepFormula& formula, const Block& block, const double* u,
+                               double* q, double* uDot) {
+    placeBlock(formula, block, u, q);
+    const double *own = u + block.firstU, *uHist = formula.uHist.data() + block.firstU;
+    const double mass = formula.factors.mass;
+    for (int i = 0; i < block.numU; i += ChunkSize) {
+        const int count = std::min(block.numU - i, ChunkSize);
+        storeChunk((loadChunk(own + i, count) - loadChunk(uHist + i, count)) / mass,
+                   uDot + block.firstU + i, count);
+    }
 }
 
 void StepEquations::calcUDot(const StepFormula& formula, const std::vector<double>& q,
@@ -36,6 +60,13 @@ void StepEquations::calcUDot(const StepFormula& formula, const std::vector<doubl
 
 void StepEquations::complete(const StepFormula& formula, std::vector<double>& u,
                              std::vector<double>& q, std::vector<double>& uDot) {
+    if (m_equations.canEvaluateByBlocks()) {
+        const Blocks& blocks = m_equations.getBlocks();
+        parallelFor(int(blocks.all.size()), blocks.numThreads, [&](int b) {
+            placeBlock(formula, *blocks.all[size_t(b)], u.data(), q.data(), uDot.data());
+        });
+        return;
+    }
     calcQ(formula, u, q);
     m_equations.prescribe(formula.t, formula.factors.mass, formula.uHist.data(), q.data(),
                           u.data());
@@ -46,6 +77,16 @@ void StepEquations::evaluate(const StepFormula& formula, MotionLevel level,
                              const std::vector<double>& lambda, const std::vector<double>& z,
                              std::vector<double>& u, std::vector<double>& q,
                              std::vector<double>& uDot, NewtonSystem& system) {
+    if (m_equations.canEvaluateByBlocks()) {
+        m_equations.updSimbody().setZ(z.data());
+        const auto place = [&](const Block& block) {
+            placeBlock(formula, block, u.data(), q.data(), uDot.data());
+        };
+        m_equations.evaluate(formula.t, level, formula.factors, std::cref(place), q.data(),
+                             u.data(), uDot.data(), lambda.data(), system.r.data(),
+                             system.c.data());
+        return;
+    }
     calcQ(formula, u, q);
     m_equations.prescribe(formula.t, formula.factors.mass, formula.uHist.data(), q.data(),
                           u.data());

@@ -31,6 +31,10 @@ public:
 
 private:
     void calcQ(const StepFormula& formula, const std::vector<double>& u, std::vector<double>& q);
+    /** The same of one block, and u̇. **/
+    void placeBlock(const StepFormula& formula, const Block& block, const double* u, double* q);
+    void placeBlock(const StepFormula& formula, const Block& block, const double* u, double* q,
+                    double* uDot);
 
     Evaluation& m_equations;
     std::vector<double> m_delta;

@@ -186,9 +186,9 @@ public:
     void setNewtonTolerances(const NewtonTolerances& tolerances);
     /** No step goes beyond this time; default infinity. **/
     void setFinalTime(SimTK::Real time);
-    /** Threads for the bodies. Default: as many as OpenMP offers (OMP_NUM_THREADS) and the bodies'
-    size can feed, or one for as long as that is faster: where other programs have the processors,
-    threads wait for each other. Results do not depend on it. **/
+    /** Threads for the bodies, at most; default as many as OpenMP offers (OMP_NUM_THREADS). No more
+    than the bodies' size can feed, and one for as long as that is faster: where other programs have
+    the processors, threads wait for each other. Results do not depend on it. **/
     void setNumThreads(int threads);
     /** Known times at which loads or motions jump or have a kink. A step ends at each, and the next
     begins with what holds after it: functions of time are evaluated a little (1e-14 s, or of t)

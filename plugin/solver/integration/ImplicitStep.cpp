@@ -26,11 +26,10 @@ ImplicitStep::ImplicitStep(Evaluation& equations, IntegratorStatistics& statisti
       m_stepEquations(equations),
       m_lastUDot(equations.getTopology().numU) {}
 
-double ImplicitStep::findLargest(const std::vector<double>& values, int* where) {
-    const int size = int(values.size());
+double ImplicitStep::findLargest(const double* values, int size, int* where) {
     Chunk largest{}, nanOrZero{};
     for (int i = 0; i < size; i += ChunkSize) {
-        const Chunk chunk = loadChunk(values.data() + i, std::min(size - i, ChunkSize));
+        const Chunk chunk = loadChunk(values + i, std::min(size - i, ChunkSize));
         const Chunk magnitude = chunk < 0 ? -chunk : chunk;
         largest = magnitude > largest ? magnitude : largest;
         nanOrZero += magnitude - magnitude;  // infinities count as NaN here, and are sought below
@@ -38,23 +37,27 @@ double ImplicitStep::findLargest(const std::vector<double>& values, int* where) 
     double result = 0;
     for (int k = 0; k < ChunkSize; ++k) result = std::max(result, largest[k]);
     if (sumChunk(nanOrZero) != 0)
-        for (const double value : values)
-            if (std::isnan(value)) result = value;
+        for (int i = 0; i < size; ++i)
+            if (std::isnan(values[i])) result = values[i];
     if (where)
         for (int i = 0; i < size; ++i) {
-            if (std::abs(values[size_t(i)]) < result) continue;
+            if (std::abs(values[i]) < result) continue;
             *where = i;
             break;
         }
     return result;
 }
 
-void ImplicitStep::setNumThreads(int threads) {
-    m_threadChoice = ThreadChoice(1);
-    useThreads(threads);
+double ImplicitStep::findLargestResidual() const {
+    return m_equations.getBlocks().findLargest(
+        [&](int b) {
+            const Block& block = m_equations.getBlock(b);
+            return findLargest(m_system.r.data() + block.firstU, block.numU);
+        },
+        nullptr);
 }
 
-void ImplicitStep::chooseNumThreads(int most) {
+void ImplicitStep::setNumThreads(int most) {
     m_threadChoice = ThreadChoice(most);
     useThreads(most);
 }
@@ -222,7 +225,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
         m_statistics.evaluationSeconds += secondsSince(start);
 
-        const double bodyResidual = findLargest(m_system.r);
+        const double bodyResidual = findLargestResidual();
         outcome.constraintResidual = findLargest(m_system.c, &outcome.worstRow);
         forceScale = std::max({forceScale, bodyResidual, findLargest(lambda)});
         if (!std::isfinite(bodyResidual) || !std::isfinite(outcome.constraintResidual)) {
@@ -253,13 +256,12 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         const std::vector<double>& delta = m_solver.getDeltaU();
         const double* deltaLambda = m_solver.getDeltaLambda();
         double multiplierChange = 0;
-        for (size_t i = 0; i < u.size(); ++i) u[i] += delta[i];
         for (size_t i = 0; i < lambda.size(); ++i) {
             lambda[i] += deltaLambda[i];
             multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
         }
-        const double change =
-            m_equations.updErrorNorm().calcChange(delta.data(), stiffness, &outcome.worstBlock);
+        const double change = m_equations.updErrorNorm().calcChange(delta.data(), stiffness,
+                                                                    &outcome.worstBlock, u.data());
         outcome.displacementChange = change;
         if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
         if (iteration > 0) {
@@ -310,7 +312,10 @@ bool ImplicitStep::needsBetterMatrix(int iteration, bool hasNewDerivatives) {
 }
 
 void ImplicitStep::noteConvergence(const SolutionPoint& end) {
-    std::copy(end.uDot.begin(), end.uDot.end(), m_lastUDot.begin());
+    parallelRanges(
+        int(end.uDot.size()), m_equations.getBlocks().numThreads, [&](int begin, int stop) {
+            std::copy(&end.uDot[size_t(begin)], end.uDot.data() + stop, &m_lastUDot[size_t(begin)]);
+        });
     m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * findLargest(end.lambda));
     if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) {
         m_equations.updTrees().forget();

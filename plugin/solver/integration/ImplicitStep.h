@@ -41,9 +41,8 @@ public:
     bool forceFullNewton = false;  ///< the matrix is formed in every iteration
     std::function<void(const NewtonSystem&)> observer;
 
-    void setNumThreads(int threads);
     /** As many as these or one, whatever is faster. **/
-    void chooseNumThreads(int most);
+    void setNumThreads(int most);
 
     /** Solves the equations of a step for u, λ and z (in `point`: predictions), and with them q, u̇
     and ż. **/
@@ -145,7 +144,12 @@ protected:
     void noteDuration(double seconds);
     int findNonFiniteBlock() const;
     /** Largest |value|, or NaN if there is one; `where` receives its index. **/
-    static double findLargest(const std::vector<double>& values, int* where = nullptr);
+    static double findLargest(const double* values, int size, int* where = nullptr);
+    static double findLargest(const std::vector<double>& values, int* where = nullptr) {
+        return findLargest(values.data(), int(values.size()), where);
+    }
+    /** The same of r. **/
+    double findLargestResidual() const;
 
     /** Adds what was spent since then, and makes it now. **/
     template <class Timing>

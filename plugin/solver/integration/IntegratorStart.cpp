@@ -78,10 +78,7 @@ void ImplicitIntegrator::Implementation::buildEquations() {
     m_step->accuracy = accuracy;
     m_step->forceFullNewton = forceFullNewton;
     m_step->observer = observer;
-    if (numThreads > 0)
-        m_step->setNumThreads(numThreads);
-    else
-        m_step->chooseNumThreads(omp_get_max_threads());
+    m_step->setNumThreads(numThreads > 0 ? numThreads : omp_get_max_threads());
 
     const int nq = m_equations->getTopology().numQ, nu = m_equations->getTopology().numU,
               m = m_equations->getTopology().numMultipliers, nz = m_equations->getTopology().numZ;

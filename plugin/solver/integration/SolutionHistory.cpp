@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "simflex/base/Checkpoint.h"
+#include "simflex/base/Chunk.h"
+#include "simflex/base/ParallelFor.h"
 
 namespace simflex {
 
@@ -120,16 +122,26 @@ double SolutionHistory::calcNodeProduct(int nodes, double t) const {
 
 void SolutionHistory::combine(const Weights& weights, Member value, Member derivative,
                               std::vector<double>& sum) const {
-    const size_t size = sum.size();
-    const double* first = ((*this)[0].*value).data();
-    for (size_t i = 0; i < size; ++i) sum[i] = weights.value[0] * first[i];
-    for (int j = 1; j < weights.numPoints; ++j) {
-        const double* values = ((*this)[j].*value).data();
-        for (size_t i = 0; i < size; ++i) sum[i] += weights.value[j] * values[i];
+    const double* terms[MaxNodes];
+    double factors[MaxNodes];
+    int count = 0;
+    for (; count < weights.numPoints; ++count) {
+        terms[count] = ((*this)[count].*value).data();
+        factors[count] = weights.value[count];
     }
-    if (weights.derivative == 0) return;
-    const double* slopes = ((*this)[weights.numPoints - 1].*derivative).data();
-    for (size_t i = 0; i < size; ++i) sum[i] += weights.derivative * slopes[i];
+    if (weights.derivative != 0) {
+        terms[count] = ((*this)[count - 1].*derivative).data();
+        factors[count++] = weights.derivative;
+    }
+    double* sums = sum.data();
+    parallelRanges(int(sum.size()), m_numThreads, [&](int begin, int end) {
+        for (int i = begin; i < end; i += ChunkSize) {
+            const int size = std::min(end - i, ChunkSize);
+            Chunk chunk = factors[0] * loadChunk(terms[0] + i, size);
+            for (int j = 1; j < count; ++j) chunk += factors[j] * loadChunk(terms[j] + i, size);
+            storeChunk(chunk, sums + i, size);
+        }
+    });
 }
 
 void SolutionHistory::combineQ(const Weights& weights, std::vector<double>& q) const {

@@ -35,6 +35,8 @@ public:
     /** Sizes all points and forgets them. **/
     void resize(int numQ, int numU, int numMultipliers, int numZ);
     void clear() { m_size = m_pushed = 0; }
+    /** For long combinations. **/
+    void setNumThreads(int threads) { m_numThreads = threads; }
 
     /** Points kept. **/
     int size() const { return m_size; }
@@ -97,6 +99,7 @@ private:
     int m_newest = 0, m_size = 0;
     int m_pushed = 0;  ///< since the start
     bool m_startsDouble = false;
+    int m_numThreads = 1;
 };
 
 }  // namespace simflex

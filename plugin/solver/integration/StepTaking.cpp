@@ -1,6 +1,7 @@
 // One step: tries, their error, order and length of the next one.
 #include <sstream>
 
+#include "simflex/base/Chunk.h"
 #include "simflex/solver/integration/FailureDiagnosis.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
 
@@ -15,6 +16,7 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     const double t = m_history[0].t + h;
     m_equations->updErrorNorm().setReference(m_history[0].q.data(), m_history[0].u.data(),
                                              m_history[0].z.data());
+    m_history.setNumThreads(m_equations->getBlocks().numThreads);
     updFormulas().calcFormula(m_history, order, t, m_formula);
     m_new.t = t;
     const SolutionHistory::Weights prediction =
@@ -132,12 +134,22 @@ double ImplicitIntegrator::Implementation::calcError(int order) {
     m_history.combineQ(prediction, m_errorQ);
     m_history.combineU(prediction, m_errorU);
     m_history.combineZ(prediction, m_errorZ);
-    for (size_t i = 0; i < m_errorQ.size(); ++i)
-        m_errorQ[i] = factors.q * (m_new.q[i] - m_errorQ[i]);
-    for (size_t i = 0; i < m_errorU.size(); ++i)
-        m_errorU[i] = factors.u * (m_new.u[i] - m_errorU[i]);
-    for (size_t i = 0; i < m_errorZ.size(); ++i)
-        m_errorZ[i] = factors.u * (m_new.z[i] - m_errorZ[i]);
+    const int threads = m_equations->getBlocks().numThreads;
+    const auto calcDifference = [threads](double factor, const std::vector<double>& values,
+                                          std::vector<double>& predicted) {
+        parallelRanges(int(values.size()), threads, [&](int begin, int end) {
+            for (int i = begin; i < end; i += ChunkSize) {
+                const int size = std::min(end - i, ChunkSize);
+                double* difference = predicted.data() + i;
+                storeChunk(
+                    factor * (loadChunk(values.data() + i, size) - loadChunk(difference, size)),
+                    difference, size);
+            }
+        });
+    };
+    calcDifference(factors.q, m_new.q, m_errorQ);
+    calcDifference(factors.u, m_new.u, m_errorU);
+    calcDifference(factors.u, m_new.z, m_errorZ);
     return calcErrorSize(m_new.t - m_history[0].t);
 }
 
@@ -225,14 +237,14 @@ void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
         statistics.sumOfSquaredLogRatios += std::pow(std::log(h / lastStep), 2);
         ++statistics.stepRatios;
     }
-    // Whole points are copied: every array has its size already.
     if (solvesStages()) {
+        // Whole points are copied: every array has its size already.
         for (int i = 0; i + 1 < radau::NumStages; ++i) m_history.push() = updStages().updStage(i);
         updStages().keepError();
     } else if (!m_formulas) {
         updStages().forgetError();
     }
-    m_history.push() = m_new;
+    std::swap(m_history.push(), m_new);  // the next step writes all of it anew
     m_equations->updBlocks().followPose();
     ++statistics.stepsTaken;
     ++statistics.stepsAtOrder[size_t(order)];
