@@ -93,9 +93,7 @@ Attachment Model::findFrame(const std::string& name) const {
     const ModelFrames& frames = m_contents->builder.getFrames();
     const auto fail = [](const std::string& what, const std::string& found,
                          const std::vector<std::string>& known) {
-        const std::string nearest = findNearestName(found, known);
-        throw std::invalid_argument("there is no " + what + " '" + found + "'" +
-                                    (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+        throw std::invalid_argument(describeUnknown(what, found, known));
     };
     return frames.attach(frames.find(name, fail), *m_contents->system);
 }

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <sstream>
 
 #include "simflex/base/Progress.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/file/KnownTimes.h"
+#include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/probes/TurnCounter.h"
@@ -76,9 +76,7 @@ Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 
 std::string Session::getTitle() const {
-    const ModelValue title = m_model->getFile().get("title");
-    return title.isGiven() ? title.getText()
-                           : std::filesystem::path(m_text.path).filename().string();
+    return getModelTitle(m_model->getFile());
 }
 
 double Session::calcEnergy() const {

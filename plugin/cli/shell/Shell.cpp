@@ -203,9 +203,7 @@ std::unique_ptr<OffscreenVisualizer> Shell::makeVisualizer() {
 
 void Shell::printSummary() {
     const Session& session = updSession();
-    const std::string title = session.getTitle();
-    std::printf("%s: %s, %s, %s; t = %g s\n",
-                title.empty() ? session.getText().path.c_str() : title.c_str(),
+    std::printf("%s: %s, %s, %s; t = %g s\n", session.getTitle().c_str(),
                 formatCount(session.getModel().getBodies().size(), "body", "bodies").c_str(),
                 formatCount(session.getModel().getJoints().size(), "joint", "joints").c_str(),
                 formatCount(session.getProbes().size(), "probe", "probes").c_str(),
