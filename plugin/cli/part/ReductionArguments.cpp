@@ -113,17 +113,17 @@ void ReductionArguments::addTo(CLI::App& command) {
                 "and z or the AXES given",
                 "NODES[=AXES]");
     CLI::Option* modes = command.add_option(
-        "-m,--modes", m_numModes,
+        "-m,--modes", m_options.numModes,
         "Craig-Bampton modes, 6 per interface among them; the part keeps 6 fewer");
     modes->capture_default_str()->check(makePositiveCheck());
     command
-        .add_option("--up-to", m_highestFrequency,
+        .add_option("--up-to", m_options.highestFrequency,
                     "all normal modes up to this frequency, instead of --modes")
         ->type_name("HZ")
         ->check(makePositiveCheck())
         ->excludes(modes);
     command
-        .add_option("--check", m_numCheckedModes,
+        .add_option("--check", m_options.numCheckedModes,
                     "compare so many frequencies of the part with those of the full model")
         ->type_name("COUNT")
         ->check(makePositiveCheck());
@@ -139,7 +139,7 @@ void ReductionArguments::addTo(CLI::App& command) {
 }
 
 ReductionOptions ReductionArguments::parse() const {
-    ReductionOptions options;
+    ReductionOptions options = m_options;
     for (const std::string& text : m_rigid) {
         const auto [name, nodes] = splitAssignment("--interface", text);
         options.interfaces.emplace_back(name, nodes);
@@ -170,9 +170,6 @@ ReductionOptions ReductionArguments::parse() const {
             throw CLI::ValidationError("--load-point", "'" + text + "' names no nodes");
         options.loadPoints.push_back(point);
     }
-    options.numModes = m_numModes;
-    if (m_highestFrequency > 0) options.highestFrequency = m_highestFrequency;
-    options.numCheckedModes = m_numCheckedModes;
     if (!m_stress.empty()) options.stress = parseStress(m_stress);
     if (m_memory > 0) options.memoryLimit = m_memory * 1073741824;
     return options;

@@ -40,10 +40,10 @@ public:
     ReductionOptions parse() const;
 
 private:
+    ReductionOptions m_options;
     std::vector<std::string> m_rigid, m_distributing, m_masters, m_loadPoints;
     std::string m_stress;  ///< all, skin or nodes; empty: none
-    int m_numModes = 50, m_numCheckedModes = 0;
-    double m_highestFrequency = 0, m_memory = 0;
+    double m_memory = 0;   ///< [GiB]
 };
 
 }  // namespace cli
