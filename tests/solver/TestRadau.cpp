@@ -294,6 +294,19 @@ TEST(Radau, FollowsFlexibleBodiesWithStiffModesInFewSteps) {
     }
 }
 
+TEST(Radau, StartsAtSmallAccuraciesFromJointsThatAreAlmostClosed) {
+    const Chain model;
+    State state = model.state;
+    model.system.realize(state, Stage::Velocity);
+    const Transform X = model.links[1].interface("A").calcMotion(state).X;
+    model.links[1].setPoseByInterface(state, "A", Transform(X.R(), X.p() + Vec3(3e-11, 0, 0)));
+    RadauIntegrator integrator(model.system);
+    integrator.setAccuracy(1e-12);
+    integrator.initialize(state);
+    EXPECT_NO_THROW(integrator.stepTo(1e-3));
+    EXPECT_LT(integrator.getStatistics().errorTestFailures, 5);
+}
+
 Transform findInterface(const std::shared_ptr<const ReducedBody>& part, const char* name) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);

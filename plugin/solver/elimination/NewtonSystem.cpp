@@ -245,7 +245,13 @@ void NewtonSystem::visit(Checkpoint& checkpoint) {
         block.matrix.resize(size_t(block.size) * size_t(block.size));
         checkpoint.visit(block.matrix);
     }
+    const std::vector<double> known = compliance;
     checkpoint.visit(compliance);
+    // Where there is one belongs to the structure.
+    for (size_t row = 0; row < known.size(); ++row)
+        if ((compliance[row] != 0) != (known[row] != 0))
+            Checkpoint::refuse("its row " + std::to_string(row) +
+                               " is another force element's or joint's");
 }
 
 template struct BasicNewtonSystem<double>;

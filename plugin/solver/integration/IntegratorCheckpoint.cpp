@@ -222,6 +222,12 @@ void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, co
     visitProgress(checkpoint);
     checkpoint.requireEnd();
     if (m_history.size() == 0) Checkpoint::refuse("it has no solution to go on from");
+    for (int age = 0; age < m_history.size(); ++age)
+        if (!std::isfinite(m_history[age].t) ||
+            (age > 0 && !(m_history[age].t < m_history[age - 1].t)))
+            Checkpoint::refuse("its points do not follow each other in time");
+    if (!std::isfinite(m_visible.t) || isLater(m_history[0].t, m_visible.t))
+        Checkpoint::refuse("what it shows is later than its last point");
     m_state = now;
     m_system.realize(m_state, Stage::Velocity);
     m_equations->takeVariables(m_events.getAutoUpdates(), m_state);

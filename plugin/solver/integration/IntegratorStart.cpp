@@ -211,6 +211,10 @@ bool ImplicitIntegrator::Implementation::projectStateByWeights(bool forced) {
 }
 
 void ImplicitIntegrator::Implementation::takeState(bool project, bool forced) {
+    // What the start leaves open the first step closes, and counts as its error.
+    constexpr Real Closest = 1e-13;  // [m, rad] that round-off allows
+    const Real tolerance =
+        std::min(m_waiting.constraintTolerance, std::max(constraintTolerance, Closest));
     const bool isProjected = project && m_equations->getTopology().numMultipliers > 0 &&
                              projectsByWeights() && projectStateByWeights(forced);
     SolutionPoint& point = m_visible;
@@ -221,9 +225,8 @@ void ImplicitIntegrator::Implementation::takeState(bool project, bool forced) {
     m_equations->updSimbody().setZ(point.z.data());
     m_equations->prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
     if (project && m_equations->getTopology().numMultipliers > 0 &&
-        !(isProjected &&
-          m_step->isAssembled(point.t, m_waiting.constraintTolerance, point.q, point.u)))
-        m_step->assemble(point.t, m_waiting.constraintTolerance, point.q, point.u);
+        !(isProjected && m_step->isAssembled(point.t, tolerance, point.q, point.u)))
+        m_step->assemble(point.t, tolerance, point.q, point.u);
     m_equations->getBlocks().normalizeQ(point.q.data());
 }
 
