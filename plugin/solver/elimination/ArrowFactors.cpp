@@ -309,6 +309,19 @@ void ArrowFactors<Scalar>::eliminate(const Scalar* r, Scalar* Gz) {
 }
 
 template <class Scalar>
+void ArrowFactors<Scalar>::prefetch() const {
+    constexpr size_t LineSize = 64;
+    const auto ask = [](const auto* values, size_t count) {
+        const char* bytes = reinterpret_cast<const char*>(values);
+        for (size_t i = 0; i < count * sizeof *values; i += LineSize) __builtin_prefetch(bytes + i);
+    };
+    ask(this, 1);
+    ask(m_dE.plane(0), size_t(3 * PaddedColumns<Scalar>::numPlanes * m_dE.paddedHeight()));
+    ask(m_Y.data(), m_Y.size());
+    ask(m_K.data(), m_K.size());
+}
+
+template <class Scalar>
 void ArrowFactors<Scalar>::substitute(const Scalar* r, const Scalar* lambda, Scalar* deltaU) {
     ScalarChunk columns{};
     std::fill(m_frameForces.begin(), m_frameForces.end(), ScalarChunk{});

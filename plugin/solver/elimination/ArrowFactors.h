@@ -38,6 +38,9 @@ public:
     @param r  that of eliminate(), or null: zero, eliminate() is not called before **/
     void substitute(const Scalar* r, const Scalar* lambda, Scalar* deltaU);
 
+    /** Asks for what either needs, which comes into cache meanwhile. **/
+    void prefetch() const;
+
 private:
     using ScalarChunk = ChunkOf<Scalar>;
 

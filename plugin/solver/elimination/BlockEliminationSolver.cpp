@@ -73,6 +73,7 @@ public:
         const auto start = Clock::now();
         const int count = int(m_blocks.size());
         parallelFor(hasResidual ? count : 0, m_threads, [&](int b) {
+            if (b + 1 < count) m_blocks[size_t(b) + 1].prefetch();
             if (m_isLate[size_t(b)]) return;
             m_blocks[size_t(b)].eliminate(system.r.data() + m_firstSpeed[size_t(b)],
                                           m_Gz.data() + m_firstColumn[size_t(b)]);
@@ -97,6 +98,7 @@ public:
         const auto substitutionStart = Clock::now();
 
         parallelFor(count, m_threads, [&](int b) {
+            if (b + 1 < count) m_blocks[size_t(b) + 1].prefetch();
             if (m_isLate[size_t(b)]) return;
             const int first = m_firstSpeed[size_t(b)];
             const int begin = m_firstColumn[size_t(b)], end = m_firstColumn[size_t(b) + 1];

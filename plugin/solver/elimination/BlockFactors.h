@@ -37,6 +37,11 @@ public:
     @param r  that of eliminate(), or null: zero, eliminate() is not called before **/
     void substitute(const Scalar* r, const Scalar* lambda, Scalar* deltaU);
 
+    /** Asks for what either needs, which comes into cache meanwhile. **/
+    void prefetch() const {
+        if (m_form == Form::Arrow) m_arrow->prefetch();
+    }
+
 private:
     using Form = NewtonBlock::Form;
     using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;

@@ -100,8 +100,10 @@ void FlexibleBlock::realize(const EvaluationContext&, const double* q, const dou
         const int curve = m_curveOf[k];
         m_poses[k] = calcFramePose(m_frames[k], curve < 0 ? calcFrameSums(int(k), m_shapesXi, q + 7)
                                                           : m_curves[size_t(curve)].atXi);
-        frames[k] =
+        const FrameMotion motion =
             calcFrameMotion(m_poses[k], m_body, calcFrameSums(int(k), m_shapesXiDot, u + 6));
+        frames[k].X = motion.X;  // accelerations are asked for elsewhere
+        frames[k].V = motion.V;
     }
 }
 
