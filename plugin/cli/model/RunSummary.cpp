@@ -31,7 +31,7 @@ std::string makeLabel(const Column& column) {
 }
 
 void print(const TextTable& table) {
-    std::fputs(table.format("  ").c_str(), stdout);
+    if (!table.isEmpty()) std::fputs(table.format("  ").c_str(), stdout);
 }
 
 void printTransient(const Results::Analysis& analysis) {

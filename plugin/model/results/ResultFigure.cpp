@@ -148,10 +148,9 @@ FigurePanel makePanel(std::vector<Candidate>& candidates, const std::vector<Figu
     std::vector<std::string> order;
     for (Candidate& candidate : candidates) {
         const ChosenColumn& column = candidate.column;
-        if (std::find(order.begin(), order.end(), column.name) == order.end())
-            order.push_back(column.name);
         const size_t place =
             size_t(std::find(order.begin(), order.end(), column.name) - order.begin());
+        if (place == order.size()) order.push_back(column.name);
         FigureCurve curve;
         curve.name = hasOneColumn ? "" : probes.size() == 1 ? column.column : column.name;
         if (files.size() > 1) {
