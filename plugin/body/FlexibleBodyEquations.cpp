@@ -16,6 +16,9 @@ using Eigen::VectorXd;
 
 namespace {
 
+/** Symmetry makes entries zero to what the modes are accurate to. **/
+constexpr double NegligibleInvariant = 1e-12;
+
 Matrix3d crossMatrix(const Vector3d& x) {
     Matrix3d matrix;
     matrix << 0, -x[2], x[1], x[2], 0, -x[0], -x[1], x[0], 0;
@@ -39,8 +42,8 @@ FlexibleBodyModel::FlexibleBodyModel(std::shared_ptr<const ReducedBody> reducedP
         I2.middleRows(c * n, n) = Map<const MatrixXd>(part->I2[size_t(c)].data(), n, n);
     for (int a = 0; a < 3; ++a)
         N.middleRows(a * n, n) = Map<const MatrixXd>(part->N[size_t(a)].data(), n, n);
-    I2Tiles = TiledMatrix(I2);
-    NTiles = TiledMatrix(N);
+    I2Tiles = TiledMatrix(I2, NegligibleInvariant);
+    NTiles = TiledMatrix(N, NegligibleInvariant);
     omegaSquared = Map<const VectorXd>(part->omegaSquared.data(), n);
     const std::vector<double> largest = part->calcLargestModeDisplacements();
     displacementPerMode = Map<const VectorXd>(largest.data(), n);
@@ -68,7 +71,7 @@ std::shared_ptr<const FlexibleBodyModel> FlexibleBodyModel::makeStiffened() cons
     for (int c = 0; c < 6; ++c)
         stiffened->I2.middleRows(c * n, n) -=
             Map<const MatrixXd>(part->stiffening->turning[size_t(c)].data(), n, n);
-    stiffened->I2Tiles = TiledMatrix(stiffened->I2);
+    stiffened->I2Tiles = TiledMatrix(stiffened->I2, NegligibleInvariant);
     return stiffened;
 }
 

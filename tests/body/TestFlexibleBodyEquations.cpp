@@ -249,5 +249,65 @@ TEST(PointMassPartTest, IsValidAndMeanAxis) {
     EXPECT_LT(calcAngularMomentum(part, motion).norm(), 1e-14);
 }
 
+/** Rows and columns of families in no order; entries between families are `between`. **/
+Eigen::MatrixXd makeFamilies(int rows, int columns, double between) {
+    Eigen::MatrixXd matrix(rows, columns);
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < columns; ++j)
+            matrix(i, j) =
+                (7 * i + 3) % 11 % 5 == (5 * j + 1) % 13 % 5 ? std::sin(i + 2.5 * j) : between;
+    return matrix;
+}
+
+Eigen::MatrixXd multiply(const TiledMatrix& tiles, const Eigen::MatrixXd& x, int rows) {
+    Eigen::MatrixXd y = Eigen::MatrixXd::Constant(tiles.paddedRows(), x.cols(), SimTK::NaN);
+    std::vector<const double*> factors;
+    std::vector<double*> products;
+    for (int c = 0; c < int(x.cols()); ++c) {
+        factors.push_back(x.col(c).data());
+        products.push_back(y.col(c).data());
+    }
+    tiles.multiply(int(x.cols()), factors.data(), products.data());
+    EXPECT_EQ(y.bottomRows(y.rows() - rows), Eigen::MatrixXd::Zero(y.rows() - rows, y.cols()));
+    return y.topRows(rows);
+}
+
+TEST(TiledMatrix, ProductsAreThoseOfTheMatrixHoweverItsZerosLie) {
+    for (const double between : {0.0, 1e-14, 0.5}) {
+        const Eigen::MatrixXd A = makeFamilies(101, 44, between);
+        for (const int count : {1, 2, 3, 5, 8, 16, 21}) {
+            const Eigen::MatrixXd x = makeFamilies(44, count, 0.3), y = A * x;
+            for (const double negligible : {0.0, 1e-12}) {
+                const TiledMatrix tiles(A, negligible);
+                const Eigen::MatrixXd found = multiply(tiles, x, 101);
+                EXPECT_LT((found - y).cwiseAbs().maxCoeff(), 1e-12);
+                EXPECT_EQ(found.col(0), multiply(tiles, x.leftCols(1), 101).col(0));
+            }
+        }
+    }
+}
+
+TEST(TiledMatrix, EntriesThatCountForZeroTakeNoPart) {
+    const Eigen::MatrixXd A = makeFamilies(200, 40, 1e-14);
+    Eigen::MatrixXd x = Eigen::MatrixXd::Zero(40, 1);
+    x(7, 0) = 1e16;  // 100 by way of each of them
+    const Eigen::MatrixXd all = multiply(TiledMatrix(A), x, 200);
+    const Eigen::MatrixXd kept = multiply(TiledMatrix(A, 1e-12), x, 200);
+    int numSmall = 0, numLeftOut = 0;
+    for (int i = 0; i < 200; ++i) {
+        if (A(i, 7) != 1e-14) {
+            EXPECT_EQ(kept(i, 0), all(i, 0));
+            continue;
+        }
+        ++numSmall;
+        numLeftOut += kept(i, 0) == 0;
+    }
+    // But for those that share a tile with rows of another family.
+    EXPECT_GT(numLeftOut, 0.8 * numSmall);
+    // What has no zeros stays as it is.
+    const Eigen::MatrixXd full = makeFamilies(200, 40, 0.1);
+    EXPECT_EQ(multiply(TiledMatrix(full, 1e-12), x, 200), multiply(TiledMatrix(full), x, 200));
+}
+
 }  // namespace
 }  // namespace simflex::test
