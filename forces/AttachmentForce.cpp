@@ -28,9 +28,9 @@ public:
     LawElement(const Attachment& attachment, AttachmentForce::Law law, AttachmentForce::Axes axes)
         : AttachmentForceElement(attachment, axes), m_law(std::move(law)) {}
 
-    void addInForces(Real time, const Array_<FrameMotion>& frames,
+    void addInForces(const ElementInputs& now, const Array_<FrameMotion>& frames,
                      Array_<SpatialVec>& forces_G) const override {
-        forces_G[0] += expressInGround(m_law(time, frames[0]), frames[0]);
+        forces_G[0] += expressInGround(m_law(now.time, frames[0]), frames[0]);
     }
 
 private:

@@ -65,7 +65,7 @@ public:
         m_attachments.push_back(M);
     }
 
-    void addInForces(Real, const Array_<FrameMotion>& frames,
+    void addInForces(const ElementInputs&, const Array_<FrameMotion>& frames,
                      Array_<SpatialVec>& forces_G) const override {
         const RelativePose pose(frames);
         const Vec6 force =
@@ -76,13 +76,14 @@ public:
         forces_G[1] += onM;
     }
 
-    Real calcPotentialEnergy(Real, const Array_<FrameMotion>& frames) const override {
+    Real calcPotentialEnergy(const ElementInputs&,
+                             const Array_<FrameMotion>& frames) const override {
         const RelativePose pose(frames);
         const Vec6 e = join(pose.theta, pose.p);
         return 0.5 * (~e * (m_stiffness * e));
     }
 
-    Real calcPower(Real, const Array_<FrameMotion>& frames,
+    Real calcPower(const ElementInputs&, const Array_<FrameMotion>& frames,
                    const Array_<SpatialVec>&) const override {
         const RelativePose pose(frames);
         const Vec6 rate = join(pose.thetaDot, pose.pDot);
@@ -91,8 +92,8 @@ public:
 
     int getNumJacobianTerms() const override { return 6; }
 
-    void calcJacobian(Real, const Array_<FrameMotion>& frames, Real gamma, Array_<Real>&,
-                      Array_<SpatialVec>& directions) const override {
+    void calcJacobian(const ElementInputs&, const Array_<FrameMotion>& frames, Real gamma,
+                      Array_<Real>&, Array_<SpatialVec>& directions) const override {
         // γK + C = Σ vᵢ √λᵢ (…)ᵀ
         const RelativePose pose(frames);
         Eigen::Matrix<double, 6, 6> sum;

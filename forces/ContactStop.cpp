@@ -17,7 +17,7 @@ public:
         m_attachments.push_back(M);
     }
 
-    void addInForces(Real, const Array_<FrameMotion>& frames,
+    void addInForces(const ElementInputs&, const Array_<FrameMotion>& frames,
                      Array_<SpatialVec>& forces_G) const override {
         const Touch touch(frames);
         const Vec3 push = calcForce(touch) * touch.normal;
@@ -25,11 +25,12 @@ public:
         forces_G[0] -= SpatialVec(touch.apart % push, push);
     }
 
-    Real calcPotentialEnergy(Real, const Array_<FrameMotion>& frames) const override {
+    Real calcPotentialEnergy(const ElementInputs&,
+                             const Array_<FrameMotion>& frames) const override {
         return 0.5 * m_stiffness * square(std::max(Real(0), Touch(frames).depth));
     }
 
-    Real calcPower(Real, const Array_<FrameMotion>& frames,
+    Real calcPower(const ElementInputs&, const Array_<FrameMotion>& frames,
                    const Array_<SpatialVec>&) const override {
         const Touch touch(frames);
         return -(calcForce(touch) - m_stiffness * std::max(Real(0), touch.depth)) * touch.rate;
@@ -37,8 +38,8 @@ public:
 
     int getNumJacobianTerms() const override { return 1; }
 
-    void calcJacobian(Real, const Array_<FrameMotion>& frames, Real gamma, Array_<Real>& signs,
-                      Array_<SpatialVec>& directions) const override {
+    void calcJacobian(const ElementInputs&, const Array_<FrameMotion>& frames, Real gamma,
+                      Array_<Real>& signs, Array_<SpatialVec>& directions) const override {
         const Touch touch(frames);
         Real factor = 0;
         if (calcForce(touch) > 0)

@@ -18,7 +18,7 @@ public:
         m_attachments.push_back(M);
     }
 
-    void addInForces(Real, const Array_<FrameMotion>& frames,
+    void addInForces(const ElementInputs&, const Array_<FrameMotion>& frames,
                      Array_<SpatialVec>& forces_G) const override {
         const Turn turn(frames);
         const Vec3 torque =
@@ -27,19 +27,20 @@ public:
         forces_G[1][0] += torque;
     }
 
-    Real calcPotentialEnergy(Real, const Array_<FrameMotion>& frames) const override {
+    Real calcPotentialEnergy(const ElementInputs&,
+                             const Array_<FrameMotion>& frames) const override {
         return 0.5 * m_stiffness * square(calcTwist(Turn(frames)));
     }
 
-    Real calcPower(Real, const Array_<FrameMotion>& frames,
+    Real calcPower(const ElementInputs&, const Array_<FrameMotion>& frames,
                    const Array_<SpatialVec>&) const override {
         return -m_damping * square(Turn(frames).rate);
     }
 
     int getNumJacobianTerms() const override { return 1; }
 
-    void calcJacobian(Real, const Array_<FrameMotion>& frames, Real gamma, Array_<Real>&,
-                      Array_<SpatialVec>& directions) const override {
+    void calcJacobian(const ElementInputs&, const Array_<FrameMotion>& frames, Real gamma,
+                      Array_<Real>&, Array_<SpatialVec>& directions) const override {
         const Vec3 d = std::sqrt(gamma * m_stiffness + m_damping) * Turn(frames).direction;
         directions[0] = SpatialVec(-d, Vec3(0));
         directions[1] = SpatialVec(d, Vec3(0));

@@ -18,7 +18,7 @@ public:
         m_attachments.push_back(second);
     }
 
-    void addInForces(Real, const Array_<FrameMotion>& frames,
+    void addInForces(const ElementInputs&, const Array_<FrameMotion>& frames,
                      Array_<SpatialVec>& forces_G) const override {
         const Line line(frames);
         const Vec3 pull =
@@ -27,11 +27,12 @@ public:
         forces_G[1][1] -= pull;
     }
 
-    Real calcPotentialEnergy(Real, const Array_<FrameMotion>& frames) const override {
+    Real calcPotentialEnergy(const ElementInputs&,
+                             const Array_<FrameMotion>& frames) const override {
         return 0.5 * m_stiffness * square(Line(frames).length - m_freeLength);
     }
 
-    Real calcPower(Real, const Array_<FrameMotion>& frames,
+    Real calcPower(const ElementInputs&, const Array_<FrameMotion>& frames,
                    const Array_<SpatialVec>&) const override {
         return -m_damping * square(Line(frames).rate);
     }
@@ -39,8 +40,8 @@ public:
     /** Along the line, and across it: the pull turns with the line. **/
     int getNumJacobianTerms() const override { return 3; }
 
-    void calcJacobian(Real, const Array_<FrameMotion>& frames, Real gamma, Array_<Real>& signs,
-                      Array_<SpatialVec>& directions) const override {
+    void calcJacobian(const ElementInputs&, const Array_<FrameMotion>& frames, Real gamma,
+                      Array_<Real>& signs, Array_<SpatialVec>& directions) const override {
         const Line line(frames);
         const Real tension = m_stiffness * (line.length - m_freeLength) + m_damping * line.rate;
         const Real across = line.length > 0 ? gamma * tension / line.length : 0;

@@ -16,6 +16,8 @@ What a Simbody program with flexible bodies needs, Simbody's own headers include
 #include "simflex/forces/ContactStop.h"
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/forces/ModalDamping.h"
+#include "simflex/forces/Signal.h"
+#include "simflex/forces/StateForces.h"
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/part/ModeSelection.h"

@@ -4,8 +4,8 @@ Connectors and loads that an OffscreenVisualizer draws, as in drawings of mechan
 
 @code
     viz.addConnector({ConnectorKind::Spring, ground, boom.interface("tip"), 0.8});
-    viz.addLoad({boom.interface("tip"), [](Real t) { return SpatialVec(Vec3(0), Vec3(0, -t, 0));
-}});
+    viz.addLoad({boom.interface("tip"),
+                 [](const State& s) { return SpatialVec(Vec3(0), Vec3(0, -s.getTime(), 0)); }});
 @endcode **/
 
 #include <functional>
@@ -38,7 +38,7 @@ struct DrawnConnector {
 struct DrawnLoad {
     enum class Axes { Ground, Attachment };
     Attachment frame;
-    std::function<SimTK::SpatialVec(SimTK::Real time)> force;  ///< (torque [N m], force [N])
+    std::function<SimTK::SpatialVec(const SimTK::State&)> force;  ///< (torque [N m], force [N])
     Axes axes = Axes::Ground;
 };
 

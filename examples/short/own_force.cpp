@@ -12,7 +12,7 @@ class Drag : public ForceElement {
 public:
     Drag(const Attachment& frame, Real c) : m_c(c) { m_attachments.push_back(frame); }
 
-    void addInForces(Real, const Array_<FrameMotion>& frames,
+    void addInForces(const ElementInputs&, const Array_<FrameMotion>& frames,
                      Array_<SpatialVec>& forces_G) const override {
         const Vec3& v = frames[0].V[1];
         forces_G[0][1] -= m_c * v.norm() * v;
@@ -20,7 +20,7 @@ public:
 
     // −∂F/∂v = c |v| (1 + n nᵀ) with n along v: a term for each axis, and one along n.
     int getNumJacobianTerms() const override { return 4; }
-    void calcJacobian(Real, const Array_<FrameMotion>& frames, Real, Array_<Real>&,
+    void calcJacobian(const ElementInputs&, const Array_<FrameMotion>& frames, Real, Array_<Real>&,
                       Array_<SpatialVec>& directions) const override {
         const Vec3& v = frames[0].V[1];
         const Real root = std::sqrt(m_c * v.norm());

@@ -68,6 +68,32 @@ void FlexibleBodySubsystem::adoptForceElement(std::unique_ptr<ForceElement> elem
     updGuts().addForceElement(std::move(element));
 }
 
+int FlexibleBodySubsystem::adoptState(std::unique_ptr<StateEquation> equation) {
+    return updGuts().addState(std::move(equation));
+}
+
+int FlexibleBodySubsystem::getNumStates() const {
+    return int(getGuts().states().size());
+}
+
+const std::string& FlexibleBodySubsystem::getStateName(int index) const {
+    return getGuts().state(index).getName();
+}
+
+Real FlexibleBodySubsystem::getStateValue(const State& state, int index) const {
+    getGuts().state(index);
+    return getGuts().getZ(state)[index];
+}
+
+void FlexibleBodySubsystem::setStateValue(State& state, int index, Real value) const {
+    getGuts().state(index);
+    getGuts().updZ(state)[index] = value;
+}
+
+void FlexibleBodySubsystem::startStates(State& state) const {
+    getGuts().startStates(state);
+}
+
 Real FlexibleBodySubsystem::calcKineticEnergy(const State& state) const {
     const Guts& own = getGuts();
     Real energy = own.getMatter().calcKineticEnergy(state);
@@ -136,6 +162,7 @@ void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const
     }
     own.setWeights(state, Guts::Weights::Displacement);
     system.realize(state, Stage::Velocity);
+    own.startStates(state);
 }
 
 void FlexibleBodySubsystem::lockModes(Assembler& assembler) const {
@@ -145,6 +172,35 @@ void FlexibleBodySubsystem::lockModes(Assembler& assembler) const {
 
 //---------------------------------------------------------------------------------------------------------------
 // guts
+
+StateEquation::StateEquation(std::string name, Real initialValue, Real scale)
+    : m_name(std::move(name)), m_initialValue(initialValue), m_scale(scale) {
+    if (!std::isfinite(initialValue))
+        throw std::invalid_argument("StateEquation '" + m_name +
+                                    "': the initial value is not a number");
+    if (!(scale > 0 && std::isfinite(scale)))
+        throw std::invalid_argument("StateEquation '" + m_name + "': the scale is " +
+                                    std::to_string(scale) + "; it must be a positive number");
+}
+
+int FlexibleBodySubsystem::Guts::addState(std::unique_ptr<StateEquation> equation) {
+    m_states.push_back(std::move(equation));
+    invalidateSubsystemTopologyCache();
+    return int(m_states.size()) - 1;
+}
+
+ElementInputs FlexibleBodySubsystem::Guts::getInputs(const State& state) const {
+    return {state.getTime(), m_states.empty() ? nullptr : &getZ(state)[0]};
+}
+
+void FlexibleBodySubsystem::Guts::startStates(State& state) const {
+    for (size_t i = 0; i < m_states.size(); ++i) {
+        const Real value = getZ(state)[int(i)];
+        const Real start =
+            m_states[i]->calcStart(value, calcMotions(state, m_states[i]->getAttachments()));
+        if (start != value) updZ(state)[int(i)] = start;
+    }
+}
 
 FlexibleBodyIndex FlexibleBodySubsystem::Guts::addBody(FlexibleBodyRecord record) {
     record.damping.setZero(record.numModes());
@@ -359,7 +415,7 @@ Real FlexibleBodySubsystem::Guts::calcPotentialEnergy(const State& state) const 
         energy += 0.5 * xi.dot(record.model->omegaSquared.cwiseProduct(xi));
     }
     for (const auto& element : m_forceElements)
-        energy += element->calcPotentialEnergy(state.getTime(),
+        energy += element->calcPotentialEnergy(getInputs(state),
                                                calcMotions(state, element->getAttachments()));
     return energy;
 }
@@ -371,6 +427,12 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemTopologyImpl(State& state) cons
     const bool hasModes =
         std::any_of(m_bodies.begin(), m_bodies.end(),
                     [](const FlexibleBodyRecord& body) { return body.numModes() > 0; });
+    if (!m_states.empty()) {
+        Vector initial(int(m_states.size()));
+        for (int i = 0; i < initial.size(); ++i)
+            initial[i] = m_states[size_t(i)]->getInitialValue();
+        allocateZ(state, initial);
+    }
     m_coupling = hasModes ? InertiaCoupling::make(getMultibodySystem()) : nullptr;
     m_stiffening.assign(m_bodies.size(), DiscreteVariableIndex());
     for (const FlexibleBodyRecord& record : m_bodies)
@@ -420,12 +482,21 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state
         const Array_<Attachment>& attachments = element->getAttachments();
         Array_<SpatialVec> forces(attachments.size(), SpatialVec(Vec3(0), Vec3(0)));
         const Array_<FrameMotion> frames = calcMotions(state, attachments);
-        element->addInForces(state.getTime(), frames, forces);
+        element->addInForces(getInputs(state), frames, forces);
         if (element->hasTimedForce())
             element->addInTimedForce(element->calcTimedForce(state.getTime()), frames, forces);
         for (unsigned k = 0; k < attachments.size(); ++k)
             addInAttachmentForce(state, attachments[k], forces[k], bodyForces, mobilityForces);
     }
+    return 0;
+}
+
+int FlexibleBodySubsystem::Guts::realizeSubsystemAccelerationImpl(const State& state) const {
+    if (m_states.empty()) return 0;
+    Vector& zDot = updZDot(state);
+    for (size_t i = 0; i < m_states.size(); ++i)
+        zDot[int(i)] = m_states[i]->calcRate(getInputs(state),
+                                             calcMotions(state, m_states[i]->getAttachments()));
     return 0;
 }
 

@@ -36,6 +36,7 @@ namespace simflex {
 
 class FlexibleBody;
 class ForceElement;
+class StateEquation;
 class Joint;
 SimTK_DEFINE_UNIQUE_INDEX_TYPE(JointIndex)
 
@@ -56,12 +57,26 @@ public:
     /** Adds a force element; the subsystem takes it over. **/
     void adoptForceElement(std::unique_ptr<ForceElement> element);
 
+    /** @name First-order equations beside those of motion **/
+    /**@{**/
+    /** Adds one; the subsystem takes it over.
+    @returns its number, which is that of its value among ElementInputs::states. **/
+    int adoptState(std::unique_ptr<StateEquation> equation);
+    int getNumStates() const;
+    const std::string& getStateName(int index) const;
+    SimTK::Real getStateValue(const SimTK::State& state, int index) const;
+    void setStateValue(SimTK::State& state, int index, SimTK::Real value) const;
+    /** Begins those that follow from where the bodies are, as every run does. Stage::Velocity. **/
+    void startStates(SimTK::State& state) const;
+    /**@}**/
+
     /** Gets a State ready for one of Simbody's own integrators: sets locked and prescribed
     coordinates, assembles joints and constraints by least strain energy, makes speeds consistent by
     rigid motion as far as possible, then sets the speeds' weights in Simbody's error norms and
     projections so that an accuracy or tolerance means metres for flexible bodies: 1 for
     translation, the part's radius for rotation, for a mode the largest displacement it causes.
-    Weights of other bodies are left alone. The State is realized to Stage::Velocity.
+    Weights of other bodies are left alone. States that follow from where the bodies are begin at
+    their values. The State is realized to Stage::Velocity.
     @param tolerance  largest constraint error left [m, rad]
     @throws std::invalid_argument as requireLinearRange() (LinearRangeReporter.h) does.
     @throws std::runtime_error if the constraints cannot be assembled, naming the worst one; the

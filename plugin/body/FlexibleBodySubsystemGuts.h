@@ -12,6 +12,7 @@ What a FlexibleBodySubsystem holds (private header). **/
 #include "simflex/body/ForceElement.h"
 #include "simflex/body/InertiaCoupling.h"
 #include "simflex/body/JointEquations.h"
+#include "simflex/body/StateEquation.h"
 
 namespace simflex {
 
@@ -58,6 +59,7 @@ public:
     FlexibleBodyIndex addBody(FlexibleBodyRecord record);
     JointIndex addJoint(JointRecord record);
     void addForceElement(std::unique_ptr<ForceElement> element);
+    int addState(std::unique_ptr<StateEquation> equation);
     /** Adds to the damping coefficients of a body, n_f [1/s]. **/
     void addModalDamping(FlexibleBodyIndex index, const SimTK::Array_<SimTK::Real>& coefficients);
     /** Adds a full n_f×n_f damping matrix [1/s]. **/
@@ -105,6 +107,8 @@ public:
     const std::vector<std::shared_ptr<const ForceElement>>& forceElements() const {
         return m_forceElements;
     }
+    const std::vector<std::shared_ptr<const StateEquation>>& states() const { return m_states; }
+    const StateEquation& state(int index) const { return *m_states.at(size_t(index)); }
     const FlexibleBodyRecord& body(FlexibleBodyIndex index) const { return m_bodies.at(index); }
     const JointRecord& joint(JointIndex index) const { return m_joints.at(index); }
 
@@ -116,6 +120,15 @@ public:
     FrameMotion calcMotion(const SimTK::State& state, const Attachment& attachment) const;
     SimTK::Array_<FrameMotion> calcMotions(const SimTK::State& state,
                                            const SimTK::Array_<Attachment>& attachments) const;
+
+    /** Number of the first state's value among all z of a State. Stage::Model. **/
+    int getFirstZ(const SimTK::State& state) const {
+        return int(state.getZStart(getMySubsystemIndex()));
+    }
+    /** For elements and equations; good as long as the State has these values. **/
+    ElementInputs getInputs(const SimTK::State& state) const;
+    /** Begins all states where they should. Stage::Velocity. **/
+    void startStates(SimTK::State& state) const;
 
     /** Turns the forces of this subsystem, inertia coupling included, off or on in one State
     (Stage::Instance): the BGE solver evaluates them itself. **/
@@ -138,6 +151,7 @@ protected:
     SimTK::Subsystem::Guts* cloneImpl() const override { return new Guts(*this); }
     int realizeSubsystemTopologyImpl(SimTK::State& state) const override;
     int realizeSubsystemDynamicsImpl(const SimTK::State& state) const override;
+    int realizeSubsystemAccelerationImpl(const SimTK::State& state) const override;
 
 private:
     /** What acts in a State when Simbody realizes it (Stage::Instance). **/
@@ -159,6 +173,7 @@ private:
     std::vector<FlexibleBodyRecord> m_bodies;
     std::vector<JointRecord> m_joints;
     std::vector<std::shared_ptr<const ForceElement>> m_forceElements;
+    std::vector<std::shared_ptr<const StateEquation>> m_states;
     std::map<const ReducedBody*, std::shared_ptr<const FlexibleBodyModel>> m_models, m_stiffened,
         m_rigid;
     mutable SimTK::DiscreteVariableIndex m_nativeForces, m_knownUDot;

@@ -4,19 +4,37 @@ Base of the force elements in simflex/forces: spatial forces at attachments.
 
 For the Newton matrix an element gives its stiffness and damping as a sum of terms of rank one,
 
-    −(γ ∂F/∂q·N + ∂F/∂u) ≈ Σ_i σ_i d_i d_iᵀ,    σ_i = ±1,
+    −(γ ∂F/∂q·N + ∂F/∂u) ≈ Σ_i σ_i d_i d_iᵀ + Σ_j l_j r_jᵀ,    σ_i = ±1,
 
-d_i stacked over the attachments: the factors of their twists (ω, v), in Ground. What turns a force
-or moves its point is left out. In the block elimination every term is one row more, d_i, beside
-those of the joints, and bodies stay apart. **/
+all stacked over the attachments: factors of their twists (ω, v), in Ground. What turns a force or
+moves its point is left out. In the block elimination every d_i is one row more beside those of the
+joints, a pair (l_j, r_j) two, and bodies stay apart. **/
 
 #include "simflex/body/Attachment.h"
 
 namespace simflex {
 
+/** What forces and equations know besides the motions of their frames. **/
+struct ElementInputs {
+    ElementInputs(SimTK::Real now, const SimTK::Real* statesNow = nullptr)
+        : time(now), states(statesNow) {}
+
+    SimTK::Real time;
+    const SimTK::Real* states;  ///< z of the subsystem's StateEquations, in their order
+
+    /** Where laws are replaced by their tangents, for equations that are linearised; null:
+    nowhere. **/
+    const SimTK::Array_<FrameMotion>* tangentFrames = nullptr;
+    const SimTK::Real* tangentStates = nullptr;
+};
+
 class ForceElement {
 public:
     virtual ~ForceElement() = default;
+
+    /** For messages; empty: none. **/
+    const std::string& getName() const { return m_name; }
+    void setName(const std::string& name) { m_name = name; }
 
     /** The frames this element acts on; fixed after construction. **/
     const SimTK::Array_<Attachment>& getAttachments() const { return m_attachments; }
@@ -24,7 +42,7 @@ public:
     /** Adds the spatial force (torque, force) on each attachment frame's origin, in Ground.
     @param[in]     frames    pose and velocity of each attachment
     @param[in,out] forces_G  one per attachment **/
-    virtual void addInForces([[maybe_unused]] SimTK::Real time,
+    virtual void addInForces([[maybe_unused]] const ElementInputs& now,
                              [[maybe_unused]] const SimTK::Array_<FrameMotion>& frames,
                              [[maybe_unused]] SimTK::Array_<SimTK::SpatialVec>& forces_G) const {}
 
@@ -43,13 +61,19 @@ public:
         [[maybe_unused]] SimTK::Array_<SimTK::SpatialVec>& forces_G) const {}
     /**@}**/
 
-    /** Number of terms of the Jacobian; fixed after construction. **/
+    /** @name Numbers of terms d_i and of pairs (l_j, r_j) of the Jacobian; fixed after construction
+     * **/
+    /**@{**/
     virtual int getNumJacobianTerms() const { return 0; }
+    virtual int getNumJacobianPairs() const { return 0; }
+    int getNumJacobianRows() const { return getNumJacobianTerms() + 2 * getNumJacobianPairs(); }
+    /**@}**/
 
     /** @param[in]  gamma       γ: dq = γ N du [s]
     @param[out] signs       σ_i, one per term
-    @param[out] directions  d_i: those of term 0 on every attachment, then of term 1 … **/
-    virtual void calcJacobian([[maybe_unused]] SimTK::Real time,
+    @param[out] directions  d_i: those of term 0 on every attachment, then of term 1 …; then those
+    of l_0, r_0, l_1 …, each of whatever length **/
+    virtual void calcJacobian([[maybe_unused]] const ElementInputs& now,
                               [[maybe_unused]] const SimTK::Array_<FrameMotion>& frames,
                               [[maybe_unused]] SimTK::Real gamma,
                               [[maybe_unused]] SimTK::Array_<SimTK::Real>& signs,
@@ -58,7 +82,8 @@ public:
 
     /** Power of the forces beyond what leaves the stored energy [W]: of applied loads and dampers.
     @param forces_G  of addInForces() and addInTimedForce() **/
-    virtual SimTK::Real calcPower(SimTK::Real /*time*/, const SimTK::Array_<FrameMotion>& frames,
+    virtual SimTK::Real calcPower(const ElementInputs& /*now*/,
+                                  const SimTK::Array_<FrameMotion>& frames,
                                   const SimTK::Array_<SimTK::SpatialVec>& forces_G) const {
         SimTK::Real power = 0;
         for (unsigned k = 0; k < frames.size(); ++k)
@@ -67,13 +92,16 @@ public:
     }
 
     /** Energy stored by the element [J]. **/
-    virtual SimTK::Real calcPotentialEnergy(SimTK::Real /*time*/,
+    virtual SimTK::Real calcPotentialEnergy(const ElementInputs& /*now*/,
                                             const SimTK::Array_<FrameMotion>& /*frames*/) const {
         return 0;
     }
 
 protected:
     SimTK::Array_<Attachment> m_attachments;
+
+private:
+    std::string m_name;
 };
 
 }  // namespace simflex

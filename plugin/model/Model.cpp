@@ -26,7 +26,7 @@ struct Model::Contents {
     static void checkRead(const ModelValue& file) {
         file.get("initial").get("start").getText();
         for (const char* section : {"gravity", "parts", "bodies", "frames", "joints", "motions",
-                                    "loads", "connectors", "initial"})
+                                    "loads", "connectors", "states", "events", "initial"})
             file.get(section).checkRead();
     }
 
@@ -71,6 +71,34 @@ const std::vector<Model::MotionEntry>& Model::getMotions() const {
     return m_contents->system->motions;
 }
 
+const std::map<std::string, Signal>& Model::getStates() const {
+    return m_contents->system->states;
+}
+
+const std::map<std::string, std::array<Signal, 6>>& Model::getLawLoads() const {
+    return m_contents->system->lawLoads;
+}
+
+std::vector<std::pair<std::string, double>> Model::takeOccurrences() const {
+    std::vector<std::pair<std::string, double>> list;
+    for (const ModelSystem::Occurrence& occurrence : *m_contents->system->occurrences)
+        list.emplace_back(occurrence.event, occurrence.time);
+    m_contents->system->occurrences->clear();
+    return list;
+}
+
+const std::string& Model::getLawFailure() const {
+    return *m_contents->system->lawFailure;
+}
+
+const Signal& Model::findState(const ModelValue& name) const {
+    const auto found = getStates().find(name.getText());
+    if (found != getStates().end()) return found->second;
+    std::vector<std::string> known;
+    for (const auto& state : getStates()) known.push_back(state.first);
+    name.failUnknown("state", name.getText(), known);
+}
+
 const Model::BodyEntry& Model::findBody(const ModelValue& name) const {
     return findEntry(getBodies(), "body", name.getText(), name);
 }
@@ -100,8 +128,19 @@ Attachment Model::findFrame(const std::string& name) const {
 
 State Model::makeInitialState() const {
     State state = m_contents->initialState;
-    getSystem().realize(state, Stage::Velocity);
+    startStates(state);
     return state;
+}
+
+void Model::startStates(State& state) const {
+    getSystem().realize(state, Stage::Velocity);
+    getFlexibleBodies().startStates(state);
+    std::vector<double> values;
+    for (const auto& follower : m_contents->system->followers)
+        values.push_back(follower.second.calcValue(getFlexibleBodies(), state));
+    for (size_t i = 0; i < values.size(); ++i)
+        getFlexibleBodies().setStateValue(state, m_contents->system->followers[i].first, values[i]);
+    getSystem().realize(state, Stage::Velocity);
 }
 
 }  // namespace simflex

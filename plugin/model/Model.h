@@ -7,6 +7,7 @@ that the file gives them.
     State state = model.makeInitialState();
     BdfIntegrator integrator(model.getSystem());  **/
 
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -17,6 +18,7 @@ that the file gives them.
 #include "Simbody.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/forces/Signal.h"
 #include "simflex/model/Listener.h"
 #include "simflex/model/file/ModelReader.h"
 
@@ -76,9 +78,18 @@ public:
     const std::vector<BodyEntry>& getBodies() const;
     const std::vector<JointEntry>& getJoints() const;
     const std::vector<MotionEntry>& getMotions() const;
+    /** Events of motions that have happened since the last call: names and times. **/
+    std::vector<std::pair<std::string, double>> takeOccurrences() const;
+    /** Why a law had no value when it was asked last; empty: all had one. **/
+    const std::string& getLawFailure() const;
+    /** Torque and force of loads that are laws, by name. **/
+    const std::map<std::string, std::array<Signal, 6>>& getLawLoads() const;
+    /** What states put out, by name. **/
+    const std::map<std::string, Signal>& getStates() const;
     const BodyEntry& findBody(const model::ModelValue& name) const;
     const JointEntry& findJoint(const model::ModelValue& name) const;
     const MotionEntry& findMotion(const model::ModelValue& name) const;
+    const Signal& findState(const model::ModelValue& name) const;
     /** The attachment that a frame of the file means, see "frame" in the key reference. **/
     Attachment findFrame(const model::ModelValue& frame) const;
     /** The same from text, as typed at a prompt; throws std::invalid_argument. **/
@@ -89,6 +100,10 @@ public:
     assembled only if the file gives initial coordinates or rates of joints. Flexible bodies are
     rigid where they should be. **/
     SimTK::State makeInitialState() const;
+
+    /** Filters begin at what they filter: to be called on a State that a motion begins with and
+    that was not made by makeInitialState(). Realized to Stage::Velocity. **/
+    void startStates(SimTK::State& state) const;
 
 private:
     class Builder;
@@ -107,6 +122,19 @@ struct ModelSystem {
     std::vector<Model::BodyEntry> bodies;
     std::vector<Model::JointEntry> joints;
     std::vector<Model::MotionEntry> motions;
+    std::map<std::string, Signal> states;                   ///< what the file's states put out
+    std::map<std::string, std::array<Signal, 6>> lawLoads;  ///< torque and force of these loads
+    /** What has happened in motions since somebody looked last. **/
+    struct Occurrence {
+        std::string event;
+        double time;
+    };
+    std::shared_ptr<std::vector<Occurrence>> occurrences =
+        std::make_shared<std::vector<Occurrence>>();
+    /** Why a law had no value when it was asked last. **/
+    std::shared_ptr<std::string> lawFailure = std::make_shared<std::string>();
+    /** States that begin at the value of a signal, by number. **/
+    std::vector<std::pair<int, Signal>> followers;
 };
 
 }  // namespace simflex

@@ -98,6 +98,17 @@ State Session::makeFresh(const State& state) const {
         else
             body.flexible->setFlexible(fresh);
     }
+    // What events have released stays so.
+    const SimTK::SimbodyMatterSubsystem& matter = m_model->getMatter();
+    for (SimTK::ConstraintIndex c(0); c < matter.getNumConstraints(); ++c) {
+        const SimTK::Constraint& constraint = matter.getConstraint(c);
+        if (constraint.isDisabled(state) == constraint.isDisabled(fresh)) continue;
+        if (constraint.isDisabled(state))
+            constraint.disable(fresh);
+        else
+            constraint.enable(fresh);
+    }
+    m_model->getSystem().realizeModel(fresh);
     fresh.setTime(state.getTime());
     fresh.updQ() = state.getQ();
     fresh.updU() = state.getU();

@@ -106,7 +106,7 @@ std::vector<ForceMarks::Arrow> ForceMarks::calcArrows(const SimTK::SimbodyMatter
         arrows.push_back(arrow);
     };
     for (const DrawnLoad& load : loads) {
-        SpatialVec force = load.force(state.getTime());
+        SpatialVec force = load.force(state);
         if (load.axes == DrawnLoad::Axes::Attachment)
             force = calcDrawnPose(matter, state, load.frame, 1).R() * force;
         add({calcDrawnPose(matter, state, load.frame, factor).p(), force[1], force[0]},

@@ -67,6 +67,18 @@ class Models(unittest.TestCase):
                       + load * (elbow + reach * math.cos(forearm)))
         self.assertAlmostEqual(probes["shoulder_torque"][:].ravel()[0] / torque, 1, delta=2e-3)  # it sags a little
 
+    def test_controller_holds_the_arm_and_loses_it_by_the_tip(self):
+        results = run("controlled_arm")
+        # The integral has found the torque of arm and load; no pole is unstable.
+        torque = G * 0.3 * (0.1973923 / 2 + 1.5)
+        self.assertAlmostEqual(results["rest/probes/torque"][:].ravel()[0] / torque, 1, delta=2e-3)
+        self.assertTrue(all(results["poles/damping_ratio"][:] > 0))
+        by_tip = run("controlled_arm", "--set", "parameters.tip_share=1")
+        frequency, damping = by_tip["poles/frequency"][:], by_tip["poles/damping_ratio"][:]
+        unstable = [f for f, d in zip(frequency, damping) if d < 0]
+        self.assertEqual(len(unstable), 1)
+        self.assertAlmostEqual(unstable[0], 807, delta=10)
+
     def test_slider_crank_is_that_of_the_program(self):
         parts = OPTIONS.build / "parts"
         slider = run("slider_crank", "--set", "parameters.offset=0", "--set", "solver.method=bdf",

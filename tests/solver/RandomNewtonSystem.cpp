@@ -133,6 +133,10 @@ private:
                 const bool isSpring = pick(0, 2) == 0;
                 for (int k = 0; k < count; ++k)
                     m_system.compliance.push_back(isSpring ? 1 + 0.5 * uniform() : 0);
+                if (isSpring && count > 1 && pick(0, 1)) {
+                    m_system.pairs.push_back(row);
+                    m_system.compliance[size_t(row) + 1] = m_system.compliance[size_t(row)];
+                }
             }
             if (first >= 0) addColumns(first, row, count);
             if (second >= 0 && second != first) addColumns(second, row, count);
@@ -253,6 +257,7 @@ ComplexNewtonSystem makeComplex(std::mt19937& random, const NewtonSystem& real) 
     system.r = addToVector(real.r, 1);
     for (double value : real.c) system.c.emplace_back(value, 0.5 * value);
     for (double value : real.compliance) system.compliance.emplace_back(value, -0.7 * value);
+    system.pairs = real.pairs;
     return system;
 }
 

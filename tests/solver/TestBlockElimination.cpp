@@ -87,6 +87,36 @@ TEST(BlockElimination, GivesTheSameBitsWithAnyNumberOfThreads) {
     }
 }
 
+TEST(BlockElimination, PairsAddOneSidedTermsToJ) {
+    // l acts on the first body, r on the second one, and both on the third.
+    NewtonSystem system;
+    system.blocks.resize(3);
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(6, 6);
+    VectorXd l(6), r(6);
+    l << 3, -1, 0, 0, 2, 0.5;
+    r << 0, 0, 4, 1, -1, 2;
+    for (int b = 0; b < 3; ++b) {
+        NewtonSystem::Block& block = system.blocks[size_t(b)];
+        block.resize(2, b == 0   ? std::vector<int>{0}
+                        : b == 1 ? std::vector<int>{1}
+                                 : std::vector<int>{0, 1});
+        block.form = NewtonBlock::Form::Symmetric;
+        block.matrix = {2.0 + b, 0.3, 0.3, 1.5};
+        J.block<2, 2>(2 * b, 2 * b) << 2.0 + b, 0.3, 0.3, 1.5;
+        for (size_t k = 0; k < block.rows.size(); ++k)
+            for (int i = 0; i < 2; ++i)
+                block.Gt[2 * k + size_t(i)] = (block.rows[k] == 0 ? l : r)[2 * b + i];
+    }
+    system.r = {1, 2, 3, 4, 5, 6};
+    system.c = {0, 0};
+    system.compliance = {1, 1};
+    system.pairs = {0};
+    system.checkSizes();
+    const VectorXd b = Eigen::Map<const VectorXd>(system.r.data(), 6);
+    const VectorXd exact = -(J + l * r.transpose()).partialPivLu().solve(b);
+    EXPECT_LT((solveByElimination(system).head(6) - exact).norm(), 1e-4 * exact.norm());
+}
+
 /** Rank by singular values. **/
 template <class Scalar>
 long rankOf(const MatrixOf<Scalar>& A) {
@@ -263,6 +293,7 @@ TEST(NewtonCombination, IsTheSumOfThreeRandomSystems) {
     for (int trial = 0; trial < 100; ++trial) {
         NewtonSystem systems[3] = {makeRandomSystem(random, 6)};
         NewtonSystem& a = systems[0];
+        a.pairs.clear();  // their sum is right to round-off of Newton's method only
         // The last joints are springs.
         int first = a.numMultipliers() / 2;
         for (bool isMoved = true; isMoved;) {

@@ -69,6 +69,11 @@ MatrixOf<Scalar> assembleDense(const BasicNewtonSystem<Scalar>& system) {
     }
     for (size_t row = 0; row < system.compliance.size(); ++row)
         A(speeds + int(row), speeds + int(row)) = -system.compliance[row];
+    for (int row : system.pairs) {
+        const Scalar D = system.compliance[size_t(row)];
+        A(speeds + row, speeds + row + 1) = -system.PairFactor * D;
+        A(speeds + row + 1, speeds + row) = -D;
+    }
     return A;
 }
 
@@ -94,6 +99,11 @@ VectorOf<Scalar> multiply(const BasicNewtonSystem<Scalar>& system, const VectorO
     }
     for (size_t row = 0; row < system.compliance.size(); ++row)
         product[speeds + int(row)] -= system.compliance[row] * x[speeds + int(row)];
+    for (int row : system.pairs) {
+        const Scalar D = system.compliance[size_t(row)];
+        product[speeds + row] -= system.PairFactor * D * x[speeds + row + 1];
+        product[speeds + row + 1] -= D * x[speeds + row];
+    }
     return product;
 }
 

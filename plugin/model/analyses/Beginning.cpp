@@ -134,7 +134,11 @@ std::string nameBodies(const Model& model, const std::string& text) {
                 name = entry.name;
         named += name;
     }
-    return named.append(last, message.cend());
+    named.append(last, message.cend());
+    const bool isUndefined =
+        named.find("not finite") != named.npos || named.find("finite numbers") != named.npos;
+    if (isUndefined && !model.getLawFailure().empty()) named += "; " + model.getLawFailure();
+    return named;
 }
 
 }  // namespace model

@@ -30,11 +30,12 @@ std::string readFile(const std::string& path) {
 
 /** A frame, with a checksum behind it. **/
 void visitFrame(Archive& archive, RunCheckpoint::Frame& frame) {
-    archive.visit(frame.time, frame.q, frame.u);
+    archive.visit(frame.time, frame.q, frame.u, frame.z);
     Hash hash;
     hash.add(frame.time);
     hash.add(frame.q);
     hash.add(frame.u);
+    hash.add(frame.z);
     std::uint64_t sum = hash.get();
     archive.visit(sum);
     if (sum != hash.get()) throw std::runtime_error("a frame is damaged");
@@ -84,6 +85,7 @@ void visitCheckpoint(Archive& archive, RunCheckpoint& checkpoint) {
                   energy.potentialAtStart, energy.largestPotentialChange, energy.largestWork,
                   energy.timeOfError, checkpoint.outputSeconds);
     archive.visit(checkpoint.kept.frames, checkpoint.kept.bytes);
+    archive.visit(checkpoint.events, checkpoint.eventTimes);
     archive.visit(checkpoint.turns, checkpoint.warnings, checkpoint.integrator);
 }
 

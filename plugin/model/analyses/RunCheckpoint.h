@@ -27,10 +27,10 @@ struct RunCheckpoint {
     Energy energy;
     double outputSeconds = 0;  ///< spent on rows and pictures' States
 
-    /** States to be drawn: time, q and u. **/
+    /** States to be drawn. **/
     struct Frame {
         double time = 0;
-        std::vector<double> q, u;
+        std::vector<double> q, u, z;
     };
     std::vector<Frame> frames;
     /** How many of them stand in the file of frames, and in how many bytes. **/
@@ -38,6 +38,10 @@ struct RunCheckpoint {
         std::uint64_t frames = 0, bytes = 0;
     };
     Kept kept;
+
+    /** Events that have happened, and when. **/
+    std::vector<std::string> events;
+    std::vector<double> eventTimes;
 
     std::vector<double> turns;     ///< as TurnCounter saves them
     std::vector<double> warnings;  ///< as MotionWarnings saves them

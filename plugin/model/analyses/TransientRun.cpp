@@ -92,7 +92,13 @@ void TransientRun::start(const State& state) {
     m_progress.analysis = m_name;
     m_startTime = state.getTime();
     checkMotions(m_run.m_model->getFile(), m_startTime, m_startTime + m_duration);
-    m_integrator->initialize(state);
+    try {
+        m_integrator->initialize(state);
+    } catch (const std::exception& error) {
+        if (m_run.m_model->getLawFailure().empty()) throw;
+        throw std::runtime_error("analysis '" + m_name +
+                                 "': " + nameBodies(*m_run.m_model, error.what()));
+    }
     const Moment moment{m_integrator->getState(), m_integrator->getUDot(),
                         m_integrator->getMultipliers(), 0};
     m_progress.energy.balanceAtStart = calcEnergy(*m_run.m_model, moment, "balance");
@@ -128,7 +134,11 @@ void TransientRun::perform() {
         const double rowTime =
             m_progress.numRows <= m_lastRow ? calcRowTime(m_progress.numRows) : SimTK::Infinity;
         const double frameTime = frame <= m_lastFrame ? calcFrameTime(frame) : SimTK::Infinity;
-        advance(std::min(rowTime, frameTime));
+        if (!advance(std::min(rowTime, frameTime))) {
+            if (m_lastFrame >= 0) takeFrame();
+            takeRow(m_integrator->getTime());
+            break;
+        }
         if (frameTime <= rowTime) takeFrame();
         if (rowTime <= frameTime) try {
                 takeRow(rowTime);
@@ -149,8 +159,8 @@ void TransientRun::failWith(const std::exception& error) {
                              "; the rows before stay in '" + m_run.m_resultPath + "'");
 }
 
-void TransientRun::advance(double time) {
-    if (time <= m_integrator->getTime()) return;
+bool TransientRun::advance(double time) {
+    if (time <= m_integrator->getTime()) return true;
     ImplicitIntegrator::StepStatus status;
     try {
         status = m_integrator->stepTo(time);
@@ -159,13 +169,22 @@ void TransientRun::advance(double time) {
     } catch (const std::exception& error) {
         failWith(error);
     }
-    if (status != ImplicitIntegrator::StepStatus::Interrupted) return;
+    noteEvents();
+    if (status == ImplicitIntegrator::StepStatus::Terminated) return false;
+    if (status != ImplicitIntegrator::StepStatus::Interrupted) return true;
     keep();
     std::ostringstream text;
     text << "analysis '" << m_name << "' has reached t = " << m_reached << " of "
          << m_startTime + m_duration << " s, which '" << m_run.m_resultPath
          << "' holds; go on with: " << m_run.m_options.resumeCommand;
     throw Cancelled(text.str());
+}
+
+void TransientRun::noteEvents() {
+    for (const auto& [event, time] : m_run.m_model->takeOccurrences()) {
+        m_progress.events.push_back(event);
+        m_progress.eventTimes.push_back(time);
+    }
 }
 
 bool TransientRun::watchStep(double time) {
@@ -235,8 +254,8 @@ void TransientRun::checkEnergy() {
 void TransientRun::takeFrame() {
     const Clock::time_point begun = Clock::now();
     const State& state = m_integrator->getState();
-    m_progress.frames.push_back(
-        {state.getTime(), toNumbers(state.getQ()), toNumbers(state.getU())});
+    m_progress.frames.push_back({state.getTime(), toNumbers(state.getQ()), toNumbers(state.getU()),
+                                 toNumbers(state.getZ())});
     m_progress.outputSeconds += secondsSince(begun);
 }
 
@@ -267,6 +286,9 @@ void TransientRun::finish() {
                  {"largest_kinetic_energy", m_progress.energy.largestKinetic},
                  {"integration_seconds", statistics.totalSeconds - statistics.outputSeconds},
                  {"output_seconds", statistics.outputSeconds + m_progress.outputSeconds}});
+    for (size_t i = 0; i < m_progress.events.size(); ++i)
+        m_run.m_remarks[m_name].push_back("event '" + m_progress.events[i] + "' at t = " +
+                                          writeGeneral(m_progress.eventTimes[i], 9) + " s");
     m_run.m_ends[m_name] = m_integrator->getState();
     std::vector<std::string> redundant = m_integrator->getRedundantConstraints();
     std::sort(redundant.begin(), redundant.end());

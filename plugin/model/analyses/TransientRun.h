@@ -32,7 +32,9 @@ private:
 
     double calcRowTime(int row) const;
     double calcFrameTime(int frame) const;
-    void advance(double time);
+    /** @returns false if an event has ended the motion. **/
+    bool advance(double time);
+    void noteEvents();
     bool watchStep(double time);
     void takeRow(double time);
     /** Names the analysis; the rows so far are kept. **/

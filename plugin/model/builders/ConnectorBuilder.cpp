@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <cmath>
 
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/ContactStop.h"
+#include "simflex/forces/StateForces.h"
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/model/builders/JointBuilder.h"
@@ -26,22 +28,75 @@ Mat66 readDiagonal(const ModelValue& value) {
     return Bushing::diagonal(Vec6(numbers.data()));
 }
 
+Signal reverse(const Signal& force) {
+    return Signal::function({force}, [](Real, const Real* x, Real* slopes) {
+        if (slopes) *slopes = -1;
+        return -*x;
+    });
+}
+
+/** A motor drives the coordinate of its joint. **/
+void addMotor(const ModelValue& value, SignalBuilder& signals, ModelSystem& system) {
+    const ModelValue what = value.get("joint");
+    const Signal position = signals.makeCoordinate(what), rate = signals.makeCoordinateRate(what);
+    const auto [name, number] = readJointCoordinate(what);
+    const Joint& joint = findEntry(system.joints, "joint", name.getText(), name).joint;
+    const int coordinate = std::max(number, 0);
+    const bool isAngle = findCoordinate(joint, coordinate).coordinate.isAngle();
+    const Signal force = signals.make(value.get("law"), {{isAngle ? "angle" : "length", position},
+                                                         {isAngle ? "speed" : "rate", rate}});
+    CoordinateForce(system.flexible, joint, coordinate, force, value.getName());
+}
+
+/** Springs, torsion springs and actuators whose force is a formula. **/
+void addLaw(const ModelValue& value, const std::string& type, const Attachment& F,
+            const Attachment& M, SignalBuilder& signals, ModelSystem& system) {
+    const std::string name = value.getName();
+    const ModelValue law = value.get("law");
+    if (type == "torsion_spring") {
+        const JointCoordinate angle = JointCoordinate::makeAngleAboutZ();
+        const Signal torque =
+            signals.make(law, {{"angle", Signal::turnedAngle(system.flexible, angle, F, M,
+                                                             "turns of connector '" + name + "'")},
+                               {"speed", Signal::coordinateRate(angle, F, M)}});
+        CoordinateForce(system.flexible, angle, F, M, reverse(torque), name);
+        return;
+    }
+    const Signal force = signals.make(
+        law, {{"length", Signal::distance(F, M)}, {"rate", Signal::distanceRate(F, M)}});
+    LineForce(system.flexible, F, M, type == "actuator" ? reverse(force) : force, name);
+}
+
 }  // namespace
 
 void addConnectors(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
-                   ModelSystem& system) {
+                   SignalBuilder& signals, ModelSystem& system) {
     const ModelValue connectors = file.get("connectors");
     for (const std::string& name : connectors.getKeys()) {
         const ModelValue value = connectors.get(name);
         const std::string type = value.get("type").getText();
+        if (type == "motor") {
+            if (!value.has("law")) value.fail("its torque is missing: law: \"-20*speed\"");
+            addMotor(value, signals, system);
+            continue;
+        }
         const FramePair pair = readBetween(value.get("between"), frames);
         const ModelValue stiffness = value.get("stiffness"), damping = value.get("damping");
+        if (!stiffness.isGiven() && !value.has("law") && type != "actuator")
+            value.fail("'stiffness' is missing, which '" + type + "' needs" +
+                       (type == "stop" || type == "bushing" ? "" : ", or its force as a 'law'"));
         withPlace(value.get("between"), [&] {
             const Attachment F = frames.attach(pair.F, system), M = frames.attach(pair.M, system);
             if (type == "bushing") {
                 Bushing(system.flexible, F, M, readDiagonal(stiffness), readDiagonal(damping));
                 return;
             }
+            if (value.has("law")) {
+                addLaw(value, type, F, M, signals, system);
+                return;
+            }
+            if (type == "actuator")
+                value.fail("its force is missing: law: \"1000 - 50*rate\", say");
             const double k = stiffness.getNumber();
             if (type == "stop") {
                 if (!(k > 0)) stiffness.fail("the stiffness of a stop must be more than 0");

@@ -7,6 +7,7 @@
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/forces/LoadShape.h"
+#include "simflex/forces/StateForces.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/builders/Seat.h"
 
@@ -27,11 +28,35 @@ Vec3 calcVector(const std::array<Expression, 3>& vector, double time) {
     return Vec3(vector[0].calcValue(time), vector[1].calcValue(time), vector[2].calcValue(time));
 }
 
-void addForce(const ModelValue& value, const ModelFrames& frames, ModelSystem& system) {
-    const auto force = readVector(value.get("force")), torque = readVector(value.get("torque"));
+bool isLaw(const ModelValue& vector) {
+    for (int i = 0; vector.isGiven() && i < vector.getSize(); ++i)
+        if (vector.at(i).isLaw()) return true;
+    return false;
+}
+
+std::array<Signal, 3> readLaws(const ModelValue& vector, SignalBuilder& signals) {
+    if (!vector.isGiven()) return {};
+    return {signals.make(vector.at(0)), signals.make(vector.at(1)), signals.make(vector.at(2))};
+}
+
+void addForce(const ModelValue& value, const ModelFrames& frames, SignalBuilder& signals,
+              ModelSystem& system) {
     const bool turns = value.get("axes").getText() == "frame";
     const FrameOnBody frame = findSeat(value.get("on"), frames);
     if (frame.body < 0) value.get("on").fail("ground takes no load");
+    if (isLaw(value.get("force")) || isLaw(value.get("torque"))) {
+        const auto force = readLaws(value.get("force"), signals),
+                   torque = readLaws(value.get("torque"), signals);
+        system.lawLoads[value.getName()] = {torque[0], torque[1], torque[2],
+                                            force[0],  force[1],  force[2]};
+        withPlace(value.get("on"), [&] {
+            StateForce(system.flexible, frames.attach(frame, system), force, torque,
+                       turns ? StateForce::Axes::Attachment : StateForce::Axes::Ground,
+                       value.getName());
+        });
+        return;
+    }
+    const auto force = readVector(value.get("force")), torque = readVector(value.get("torque"));
     withPlace(value.get("on"), [&] {
         AttachmentForce(
             system.flexible, frames.attach(frame, system),
@@ -106,12 +131,13 @@ void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, Mode
 
 }  // namespace
 
-void addLoads(const ModelValue& file, const ModelFrames& frames, ModelSystem& system) {
+void addLoads(const ModelValue& file, const ModelFrames& frames, SignalBuilder& signals,
+              ModelSystem& system) {
     const ModelValue loads = file.get("loads");
     for (const std::string& name : loads.getKeys()) {
         const ModelValue value = loads.get(name);
         if (value.has("on"))
-            addForce(value, frames, system);
+            addForce(value, frames, signals, system);
         else
             addDistributedLoad(value, frames, system);
     }

@@ -3,16 +3,18 @@
 Adds the loads and connectors of a model file to its system. **/
 
 #include "simflex/model/builders/Placement.h"
+#include "simflex/model/builders/SignalBuilder.h"
 
 namespace simflex {
 namespace model {
 
 /** Forces on frames, and pressures, tractions, forces on node sets and on modes. **/
-void addLoads(const ModelValue& file, const ModelFrames& frames, ModelSystem& system);
+void addLoads(const ModelValue& file, const ModelFrames& frames, SignalBuilder& signals,
+              ModelSystem& system);
 
-/** Springs, bushings, torsion springs and stops. **/
+/** Springs, bushings, torsion springs, stops, actuators and motors. **/
 void addConnectors(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
-                   ModelSystem& system);
+                   SignalBuilder& signals, ModelSystem& system);
 
 }  // namespace model
 }  // namespace simflex

@@ -6,6 +6,7 @@
 
 #include "simflex/base/NumberText.h"
 #include "simflex/model/builders/BodyBuilder.h"
+#include "simflex/model/builders/EventBuilder.h"
 #include "simflex/model/builders/LoadBuilder.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/parts/PartBuilder.h"
@@ -41,8 +42,12 @@ std::unique_ptr<ModelSystem> ModelBuilder::build(const std::vector<JointStart>& 
     JointBuilder joints(_file, _frames, _placement);
     joints.addTo(*system);
     addMotions(_file, _frames, joints, *system);
-    addLoads(_file, _frames, *system);
-    addConnectors(_file, _frames, _placement, *system);
+    SignalBuilder signals(_file, _frames, *system);
+    addEventCounts(_file, signals);
+    signals.addStates();
+    addLoads(_file, _frames, signals, *system);
+    addConnectors(_file, _frames, _placement, signals, *system);
+    addEvents(_file, signals, *system);
     if (leader) leader->addTo(*system, starts, _frames, joints);
     if (_options.extend) _options.extend(*system);
     system->system.realizeTopology();

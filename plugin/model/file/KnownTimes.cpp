@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "simflex/base/NumberText.h"
 #include "simflex/model/file/ModelNode.h"
+#include "simflex/model/file/VariableFormula.h"
 
 namespace simflex {
 namespace model {
@@ -20,26 +22,22 @@ const std::size_t kFewTimes = 1000;
 /** Where a function ends to have a value is found so far, of the time. **/
 const double kShortest = 1e-9;
 
-struct Function {
-    ModelValue value;
-    Expression expression;
-};
-
-/** Functions of time in a value and all below it. **/
-void collect(const ModelValue& value, std::vector<Function>& functions) {
+/** Functions in a value and all below it. **/
+void visitFunctions(const ModelValue& value,
+                    const std::function<void(const ModelValue& function)>& visit) {
     if (value.isMap())
-        for (const std::string& key : value.getKeys()) collect(value.get(key), functions);
+        for (const std::string& key : value.getKeys()) visitFunctions(value.get(key), visit);
     if (value.isList())
-        for (int i = 0; i < value.getSize(); ++i) collect(value.at(i), functions);
-    if (!value.isScalar() || value.getNode().form->kind != SchemaForm::Kind::Function) return;
-    const Expression expression = value.getExpression();
-    if (!expression.isConstant()) functions.push_back({value, expression});
+        for (int i = 0; i < value.getSize(); ++i) visitFunctions(value.at(i), visit);
+    if (value.isScalar() && value.getNode().form->kind == SchemaForm::Kind::Function) visit(value);
 }
+
+using Search = std::function<std::vector<double>(double from, double to)>;
 
 }  // namespace
 
 struct KnownTimes::Stretch {
-    std::vector<Function> functions;
+    std::vector<Search> functions;
     double from = kInfinity, to = -kInfinity, length = kFirstLength;
     std::vector<double> times;  ///< in (from, to], increasing
 
@@ -62,8 +60,8 @@ struct KnownTimes::Stretch {
     bool lookWithin() {
         times.clear();
         try {
-            for (const Function& function : functions) {
-                const std::vector<double> found = function.expression.findSwitches(from, to);
+            for (const Search& search : functions) {
+                const std::vector<double> found = search(from, to);
                 times.insert(times.end(), found.begin(), found.end());
             }
         } catch (const std::exception&) {
@@ -74,7 +72,17 @@ struct KnownTimes::Stretch {
 };
 
 KnownTimes::KnownTimes(const ModelValue& file) : _stretch(std::make_shared<Stretch>()) {
-    for (const char* key : {"loads", "motions"}) collect(file.get(key), _stretch->functions);
+    const auto add = [&](const ModelValue& value) {
+        const auto find = [](const auto& function) {
+            return [function](double from, double to) { return function.findSwitches(from, to); };
+        };
+        if (value.isLaw())
+            _stretch->functions.push_back(find(VariableFormula(value)));
+        else if (!value.getExpression().isConstant())
+            _stretch->functions.push_back(find(value.getExpression()));
+    };
+    for (const char* key : {"loads", "motions", "connectors", "states"})
+        visitFunctions(file.get(key), add);
 }
 
 double KnownTimes::operator()(double time) const {
@@ -90,22 +98,20 @@ double KnownTimes::operator()(double time) const {
 }
 
 void checkMotions(const ModelValue& file, double from, double to) {
-    std::vector<Function> motions;
-    collect(file.get("motions"), motions);
-    for (const Function& motion : motions) {
-        const std::optional<Expression::Kink> kink = motion.expression.findKink(from, to);
-        if (!kink) continue;
+    visitFunctions(file.get("motions"), [&](const ModelValue& motion) {
+        const std::optional<Expression::Kink> kink = motion.getExpression().findKink(from, to);
+        if (!kink) return;
         const std::string time = " at t = " + writeGeneral(kink->time, 6);
         const std::string change =
             " from " + writeGeneral(kink->before, 6) + " to " + writeGeneral(kink->after, 6);
-        motion.value.fail(kink->order == 0
-                              ? "the motion jumps" + time + change +
-                                    ", which no finite force can do; step(t, t0, y0, t1, y1) goes "
-                                    "from one value to another"
-                              : "the motion's speed jumps" + time + change +
-                                    ", which asks for infinite force; let it change over a while: "
-                                    "step(t, t0, y0, t1, y1), a spline through a table's points");
-    }
+        motion.fail(kink->order == 0
+                        ? "the motion jumps" + time + change +
+                              ", which no finite force can do; step(t, t0, y0, t1, y1) goes "
+                              "from one value to another"
+                        : "the motion's speed jumps" + time + change +
+                              ", which asks for infinite force; let it change over a while: "
+                              "step(t, t0, y0, t1, y1), a spline through a table's points");
+    });
 }
 
 }  // namespace model

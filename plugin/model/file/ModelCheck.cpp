@@ -158,6 +158,14 @@ private:
                 if (const YamlTree* child = tree.find(name); child && isGiven(*child))
                     check(*child, findSchemaKey(form, name)->forms, findSchemaKey(form, name), name,
                           name);
+            // So do names of what laws depend on.
+            for (const char* section : {"probes", "states", "events"})
+                if (const YamlTree* child = tree.find(section))
+                    for (const YamlTree::Entry& entry : child->entries)
+                        if (isName(entry.key, false) && !isFormulaWord(entry.key) &&
+                            entry.key.find('-') == std::string::npos)
+                            (isTaken(entry.key) ? _newFile->ambiguous : _newFile->quantities)
+                                .push_back(entry.key);
             _newFile = nullptr;
             throwMistakes();  // or formulas would miss what is wrong here
         }
@@ -261,6 +269,10 @@ private:
         throw ModelError(
             entry.place, node.path,
             "unknown key '" + shorten(entry.key) + "'" + (proposal.empty() ? "" : "; " + proposal));
+    }
+
+    bool isTaken(const std::string& name) const {
+        return _newFile->scope.constants.count(name) > 0 || _newFile->scope.tables.count(name) > 0;
     }
 
     // --- Entries ---

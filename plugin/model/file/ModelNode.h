@@ -19,6 +19,8 @@ namespace model {
 struct ModelFile {
     std::string path;
     formula::Scope scope;
+    std::vector<std::string> quantities;  ///< probes, states and events, which laws may name
+    std::vector<std::string> ambiguous;   ///< those of them that are parameters or tables, too
 };
 
 struct ModelValue::Node {
@@ -31,7 +33,8 @@ struct ModelValue::Node {
     const SchemaForm* form = nullptr;                ///< that it has
     const SchemaKey* key = nullptr;                  ///< null for items and entries
     std::string scalar;
-    Expression expression;        ///< of Number, Integer, Function
+    Expression expression;        ///< of Number, Integer, Function; of a law: none
+    bool isLaw = false;           ///< a Function that names quantities
     mutable bool isRead = false;  ///< somebody has asked for the scalar
     std::vector<std::shared_ptr<const Node>> items;
     std::vector<std::pair<std::string, std::shared_ptr<const Node>>> entries;
@@ -40,6 +43,9 @@ struct ModelValue::Node {
     [[noreturn]] void fail(const std::string& message) const;
     [[noreturn]] void failAt(int position, const std::string& message) const;
 };
+
+/** What a law may name besides the time: quantities with their components, and locals. **/
+std::vector<std::string> listLawVariables(const ModelFile& file, const SchemaForm& form);
 
 /** Checks `tree` against `forms`. @throws ModelError with up to ten mistakes, one a line. **/
 std::shared_ptr<const ModelValue::Node> checkModelValue(

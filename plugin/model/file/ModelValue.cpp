@@ -159,7 +159,12 @@ SimTK::Vec3 ModelValue::getVec3() const {
     return SimTK::Vec3(numbers[0], numbers[1], numbers[2]);
 }
 
+bool ModelValue::isLaw() const {
+    return _node->isLaw;
+}
+
 Expression ModelValue::getExpression() const {
+    if (isLaw()) fail("it depends on quantities of the motion, which is not possible here");
     const NodePointer contents = needContents(_node);
     if (!isNumeric(*contents)) _node->fail("a function of time is expected here");
     contents->isRead = true;
@@ -235,54 +240,98 @@ double calcConstant(const ModelValue& model, const std::string& text) {
 }
 
 struct VariableFormula::Shared {
-    std::unique_ptr<const formula::Formula> formula;
-    std::vector<int> used, numbers;  ///< of the formula's variables but t, in `variables`
-    std::size_t numVariables = 0;
+    std::unique_ptr<const formula::Formula> formula;  ///< of t and what is used
+    std::vector<std::string> used;
 };
 
 VariableFormula::VariableFormula(const ModelValue& text,
                                  const std::vector<std::string>& variables) {
-    auto shared = std::make_shared<Shared>();
     std::vector<std::string> names{"t"};
     const formula::Scope& scope = text.getNode().file->scope;
-    for (std::size_t i = 0; i < variables.size(); ++i) {
-        const std::string& name = variables[i];
+    for (const std::string& name : variables) {
         const bool isWord =
             name.find_first_not_of(
                 "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") ==
             std::string::npos;
-        if (!isWord || name.empty() || isFormulaWord(name) || scope.constants.count(name) > 0 ||
-            scope.tables.count(name) > 0)
-            continue;
-        if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-        names.push_back(name);
-        shared->numbers.push_back(static_cast<int>(i));
+        if (isWord && !name.empty() && !isFormulaWord(name) && scope.constants.count(name) == 0 &&
+            scope.tables.count(name) == 0 &&
+            std::find(names.begin(), names.end(), name) == names.end())
+            names.push_back(name);
     }
-    shared->numVariables = names.size();
+    auto shared = std::make_shared<Shared>();
     try {
+        shared->used = readFormula(text.getText(), scope, names).getUsedVariables();
+        shared->used.erase(std::remove(shared->used.begin(), shared->used.end(), "t"),
+                           shared->used.end());
+        names = shared->used;
+        names.insert(names.begin(), "t");
         shared->formula =
             std::make_unique<const formula::Formula>(readFormula(text.getText(), scope, names));
     } catch (const formula::SyntaxError& error) {
         text.getNode().failAt(error.position, error.what());
     }
-    for (const std::string& used : shared->formula->getUsedVariables()) {
-        const auto found = std::find(variables.begin(), variables.end(), used);
-        if (found != variables.end())
-            shared->used.push_back(static_cast<int>(found - variables.begin()));
-    }
-    std::sort(shared->used.begin(), shared->used.end());
     _shared = shared;
 }
 
-double VariableFormula::calcValue(double time, const double* values) const {
-    std::vector<double> all(_shared->numVariables);
-    all[0] = time;
-    for (std::size_t i = 1; i < all.size(); ++i) all[i] = values[_shared->numbers[i - 1]];
-    return _shared->formula->calc(all.data());
+VariableFormula::VariableFormula(const ModelValue& law)
+    : VariableFormula(law, listLawVariables(*law.getNode().file, *law.getNode().form)) {}
+
+const std::vector<std::string>& VariableFormula::getUsed() const {
+    return _shared->used;
 }
 
-const std::vector<int>& VariableFormula::getUsed() const {
-    return _shared->used;
+namespace {
+
+/** Time and values, on the stack as long as they are few. **/
+template <class Number>
+class Inputs {
+public:
+    Inputs(double time, const double* values, std::size_t count) {
+        if (count >= kFew) _many.resize(count + 1);
+        _begin = count >= kFew ? _many.data() : _few;
+        _begin[0] = time;
+        for (std::size_t i = 0; i < count; ++i) _begin[i + 1] = values[i];
+    }
+    Number* get() { return _begin; }
+
+private:
+    static constexpr std::size_t kFew = 12;
+    Number _few[kFew];
+    std::vector<Number> _many;
+    Number* _begin;
+};
+
+}  // namespace
+
+double VariableFormula::calcValue(double time, const double* values) const {
+    return _shared->formula->calc(Inputs<double>(time, values, getUsed().size()).get());
+}
+
+bool VariableFormula::isComparison() const {
+    return _shared->formula->isComparison();
+}
+
+double VariableFormula::calcMargin(double time, const double* values) const {
+    return _shared->formula->calcMargin(Inputs<double>(time, values, getUsed().size()).get());
+}
+
+void VariableFormula::calcSlopes(double time, const double* values, double* slopes) const {
+    using Number = formula::Jet<double>;
+    Inputs<Number> inputs(time, values, getUsed().size());
+    for (std::size_t i = 0; i < getUsed().size(); ++i) {
+        Number& input = inputs.get()[i + 1];
+        input = Number::makeVariable(values[i]);
+        slopes[i] = _shared->formula->calc(inputs.get()).first;
+        input = Number(values[i]);
+    }
+}
+
+std::string VariableFormula::explain(double time, const double* values) const {
+    return _shared->formula->explain(Inputs<double>(time, values, getUsed().size()).get());
+}
+
+std::vector<double> VariableFormula::findSwitches(double from, double to) const {
+    return _shared->formula->findSwitches(from, to);
 }
 
 }  // namespace model

@@ -56,8 +56,10 @@ public:
     std::vector<double> getNumbers() const;
     std::vector<std::string> getTexts() const;
     SimTK::Vec3 getVec3() const;
-    /** A function of time. **/
+    /** A function of time; fails for a law that names quantities. **/
     Expression getExpression() const;
+    /** True if it is a law that names quantities of the motion. **/
+    bool isLaw() const;
     /** One for each item of a list. **/
     std::vector<Expression> getExpressions() const;
     /**@}**/

@@ -58,7 +58,24 @@ void checkNumber(Node& node, const SchemaForm& form) {
         plain == "infinity")
         node.fail("'" + shorten(text) + "' is not finite");
     const bool canMove = form.kind == Form::Function;
+    double ignored = 0;
     try {
+        if (canMove && form.isLaw && !formula::readPlainNumber(text, ignored)) {
+            std::vector<std::string> variables = listLawVariables(*node.file, form);
+            variables.insert(variables.begin(), "t");
+            const std::vector<std::string>& ambiguous = node.file->ambiguous;
+            variables.insert(variables.end(), ambiguous.begin(), ambiguous.end());
+            const std::vector<std::string> used =
+                readFormula(text, node.file->scope, variables).getUsedVariables();
+            for (const std::string& name : used)
+                if (std::find(ambiguous.begin(), ambiguous.end(), name) != ambiguous.end())
+                    node.fail("'" + name +
+                              "' is a parameter or table and a probe, state or event: "
+                              "rename one of them");
+            node.isLaw = std::any_of(used.begin(), used.end(),
+                                     [](const std::string& name) { return name != "t"; });
+        }
+        if (node.isLaw) return;
         if (canMove) {
             node.expression =
                 Expression(text, node.file->scope, node.place.getText() + ": " + node.path);
@@ -130,6 +147,16 @@ bool isName(const std::string& text, bool canHaveDots) {
 
 std::string shorten(const std::string& text) {
     return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+std::vector<std::string> listLawVariables(const ModelFile& file, const SchemaForm& form) {
+    std::vector<std::string> names = form.locals;
+    for (const std::string& name : file.quantities) {
+        if (std::find(form.locals.begin(), form.locals.end(), name) != form.locals.end()) continue;
+        names.push_back(name);
+        for (const char* component : {".x", ".y", ".z"}) names.push_back(name + component);
+    }
+    return names;
 }
 
 void failForm(const YamlTree& tree, const Node& node) {

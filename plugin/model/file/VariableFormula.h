@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A formula of named variables and time: `slider.x - 2*crank.x + 0.1*t`. **/
+A formula of named variables and time: `slider.x - 2*crank.x + 0.1*t`, with exact derivatives. **/
 
 #include <memory>
 #include <string>
@@ -19,11 +19,24 @@ public:
     @throws ModelError pointing into the text. **/
     VariableFormula(const ModelValue& text, const std::vector<std::string>& variables);
 
-    /** @param values  of all variables, in their order **/
-    double calcValue(double time, const double* values) const;
+    /** A law: its variables are listLawVariables(). **/
+    explicit VariableFormula(const ModelValue& law);
 
-    /** Numbers of the variables that occur. **/
-    const std::vector<int>& getUsed() const;
+    /** Those that occur; in their order are the values below. **/
+    const std::vector<std::string>& getUsed() const;
+    /** NaN where it has none. **/
+    double calcValue(double time, const double* values) const;
+    /** True for `a < b`, `a > b` and the like. **/
+    bool isComparison() const;
+    /** Of a comparison: how far it holds, b − a. **/
+    double calcMargin(double time, const double* values) const;
+    /** ∂f/∂x_i; not finite where it has none. **/
+    void calcSlopes(double time, const double* values, double* slopes) const;
+    /** "division by zero in '1/x'": why it has no value. **/
+    std::string explain(double time, const double* values) const;
+
+    /** Times in (from, to] at which a part of it that depends on time alone changes its course. **/
+    std::vector<double> findSwitches(double from, double to) const;
 
 private:
     struct Shared;

@@ -1,5 +1,7 @@
 #include "simflex/model/formula/Formula.h"
 
+#include <algorithm>
+
 #include "simflex/base/NumberText.h"
 #include "simflex/model/formula/Evaluation.h"
 #include "simflex/model/formula/Switches.h"
@@ -7,7 +9,33 @@
 namespace simflex {
 namespace formula {
 
-namespace {}  // namespace
+namespace {
+
+/** Adds the largest parts below a node that depend on variable 0 alone. @returns false if a node
+depends on another one. **/
+bool collectTimed(const Tree& tree, int number, std::vector<int>& parts) {
+    const Node& node = tree[number];
+    if (node.operation == Operation::Variable) {
+        if (node.variable == 0) parts.push_back(number);
+        return node.variable == 0;
+    }
+    const std::size_t before = parts.size();
+    bool isTimed = true;
+    for (int operand : node.operands) isTimed &= collectTimed(tree, operand, parts);
+    if (!isTimed || parts.size() == before) return isTimed;
+    parts.resize(before);
+    parts.push_back(number);
+    return true;
+}
+
+int copyPart(const Tree& from, int number, Tree& to) {
+    Node node = from[number];
+    for (int& operand : node.operands) operand = copyPart(from, operand, to);
+    to.nodes.push_back(std::move(node));
+    return to.getRoot();
+}
+
+}  // namespace
 
 Formula::Formula(std::string text, const Scope& scope, const std::vector<std::string>& variables)
     : _text(std::move(text)), _tree(parse(_text, scope, variables)) {
@@ -24,6 +52,16 @@ double Formula::calc(const double* values) const {
 
 Jet<double> Formula::calc(const Jet<double>* values) const {
     return evaluate(_tree, _tree.getRoot(), values);
+}
+
+bool Formula::isComparison() const {
+    const Operation root = _tree[_tree.getRoot()].operation;
+    return root == Operation::Less || root == Operation::LessOrEqual;
+}
+
+double Formula::calcMargin(const double* values) const {
+    const Node& root = _tree[_tree.getRoot()];
+    return evaluate(_tree, root.operands[1], values) - evaluate(_tree, root.operands[0], values);
 }
 
 std::string Formula::explain(const double* values) const {
@@ -76,7 +114,17 @@ std::string Formula::explain(int number, const double* values) const {
 }
 
 std::vector<double> Formula::findSwitches(double from, double to) const {
-    return formula::findSwitches(_tree, from, to);
+    std::vector<int> parts;
+    if (collectTimed(_tree, _tree.getRoot(), parts)) return formula::findSwitches(_tree, from, to);
+    std::vector<double> times;
+    for (int part : parts) {
+        Tree timed;
+        copyPart(_tree, part, timed);
+        const std::vector<double> found = formula::findSwitches(timed, from, to);
+        times.insert(times.end(), found.begin(), found.end());
+    }
+    std::sort(times.begin(), times.end());
+    return times;
 }
 
 }  // namespace formula

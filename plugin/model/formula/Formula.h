@@ -22,11 +22,14 @@ public:
     @param values  of the variables, in their order **/
     double calc(const double* values) const;
     Jet<double> calc(const Jet<double>* values) const;
+    /** True for `a < b`, `a > b` and the like: its margin b − a is positive where it holds. **/
+    bool isComparison() const;
+    double calcMargin(const double* values) const;
     /** Why it has no finite value: "the root of -1 in 'sqrt(1 - t)'". **/
     std::string explain(const double* values) const;
 
-    /** Times in (from, to] at which it changes its course, see Switches.h.
-    @pre its one variable is the time **/
+    /** Times in (from, to] at which it changes its course, see Switches.h: of several variables the
+    first is the time, and parts that depend on it alone are searched. **/
     std::vector<double> findSwitches(double from, double to) const;
 
     /** Those of the variables that occur in the text. **/

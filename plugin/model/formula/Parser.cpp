@@ -23,20 +23,22 @@ struct Function {
     int fewest, most;  ///< arguments
 };
 const int kAny = 1000;
-const Function kFunctions[] = {{"sin", Operation::Sin, 1, 1},     {"cos", Operation::Cos, 1, 1},
-                               {"tan", Operation::Tan, 1, 1},     {"asin", Operation::Asin, 1, 1},
-                               {"acos", Operation::Acos, 1, 1},   {"atan", Operation::Atan, 1, 1},
-                               {"sinh", Operation::Sinh, 1, 1},   {"cosh", Operation::Cosh, 1, 1},
-                               {"tanh", Operation::Tanh, 1, 1},   {"exp", Operation::Exp, 1, 1},
-                               {"ln", Operation::Ln, 1, 1},       {"log", Operation::Ln, 1, 1},
-                               {"log10", Operation::Log10, 1, 1}, {"sqrt", Operation::Sqrt, 1, 1},
-                               {"abs", Operation::Abs, 1, 1},     {"sign", Operation::Sign, 1, 1},
-                               {"floor", Operation::Floor, 1, 1}, {"ceil", Operation::Ceil, 1, 1},
-                               {"step", Operation::Step, 5, 5},   {"ramp", Operation::Ramp, 5, 5},
-                               {"pulse", Operation::Pulse, 3, 3}, {"if", Operation::If, 3, 3},
-                               {"min", Operation::Min, 1, kAny},  {"max", Operation::Max, 1, kAny},
-                               {"mod", Operation::Mod, 2, 2},     {"atan2", Operation::Atan2, 2, 2},
-                               {"hypot", Operation::Hypot, 2, 2}};
+const Function kFunctions[] = {
+    {"sin", Operation::Sin, 1, 1},     {"cos", Operation::Cos, 1, 1},
+    {"tan", Operation::Tan, 1, 1},     {"asin", Operation::Asin, 1, 1},
+    {"acos", Operation::Acos, 1, 1},   {"atan", Operation::Atan, 1, 1},
+    {"sinh", Operation::Sinh, 1, 1},   {"cosh", Operation::Cosh, 1, 1},
+    {"tanh", Operation::Tanh, 1, 1},   {"exp", Operation::Exp, 1, 1},
+    {"ln", Operation::Ln, 1, 1},       {"log", Operation::Ln, 1, 1},
+    {"log10", Operation::Log10, 1, 1}, {"sqrt", Operation::Sqrt, 1, 1},
+    {"abs", Operation::Abs, 1, 2},     {"sign", Operation::Sign, 1, 2},
+    {"clamp", Operation::Min, 3, 3},   {"deadband", Operation::Min, 2, 2},
+    {"floor", Operation::Floor, 1, 1}, {"ceil", Operation::Ceil, 1, 1},
+    {"step", Operation::Step, 5, 5},   {"ramp", Operation::Ramp, 5, 5},
+    {"pulse", Operation::Pulse, 3, 3}, {"if", Operation::If, 3, 3},
+    {"min", Operation::Min, 1, kAny},  {"max", Operation::Max, 1, kAny},
+    {"mod", Operation::Mod, 2, 2},     {"atan2", Operation::Atan2, 2, 2},
+    {"hypot", Operation::Hypot, 2, 2}};
 
 const Function* findFunction(const std::string& name) {
     for (const Function& function : kFunctions)
@@ -428,12 +430,31 @@ private:
         if (count < fewest) fail("the function '" + word + "' has too few arguments", begin);
         if (count > most) fail("the function '" + word + "' has too many arguments", begin);
         if (!function) return add(Operation::Lookup, arguments, begin, table->second);
+        if (const int composed = compose(word, arguments, begin); composed >= 0) return composed;
         if (function->most != kAny) return add(function->operation, arguments, begin);
         int result = arguments[0];
         for (int i = 1; i < count; ++i)
             result =
                 add(function->operation, {result, arguments[static_cast<std::size_t>(i)]}, begin);
         return result;
+    }
+
+    /** Functions that are made of others; −1: it is none. **/
+    int compose(const std::string& word, const std::vector<int>& x, std::size_t begin) {
+        const auto make = [&](Operation operation, int a, int b) {
+            return add(operation, {a, b}, begin);
+        };
+        if (word == "clamp") return make(Operation::Max, make(Operation::Min, x[0], x[2]), x[1]);
+        if (word == "deadband") {
+            const int least = add(Operation::Negate, {x[1]}, begin);
+            const int within = make(Operation::Max, make(Operation::Min, x[0], x[1]), least);
+            return make(Operation::Subtract, x[0], within);
+        }
+        // Rounded over a width.
+        if (word == "abs" && x.size() == 2) return make(Operation::Hypot, x[0], x[1]);
+        if (word == "sign" && x.size() == 2)
+            return make(Operation::Divide, x[0], make(Operation::Hypot, x[0], x[1]));
+        return -1;
     }
 
     std::vector<int> parseArguments() {

@@ -28,6 +28,7 @@ Vec3 calc(const Formulas& formulas, Real time) {
 
 ConnectorKind chooseKind(const ModelValue& connector) {
     const std::string type = connector.get("type").getText();
+    if (type == "actuator") return ConnectorKind::Damper;
     if (type == "bushing") return ConnectorKind::Bushing;
     if (type == "stop") return ConnectorKind::Stop;
     if (type == "torsion_spring") return ConnectorKind::TorsionSpring;
@@ -44,6 +45,7 @@ void addConnectors(const Model& model, OffscreenVisualizer& viz) {
     const SimTK::State start = model.makeInitialState();
     for (const std::string& name : connectors.getKeys()) {
         const ModelValue value = connectors.get(name), between = value.get("between");
+        if (!between.isGiven()) continue;  // a motor is inside of its joint
         DrawnConnector connector{chooseKind(value), model.findFrame(between.at(0)),
                                  model.findFrame(between.at(1))};
         if (value.has("free_length")) connector.freeLength = value.get("free_length").getNumber();
@@ -55,13 +57,26 @@ void addConnectors(const Model& model, OffscreenVisualizer& viz) {
 }
 
 void addForce(const Model& model, const ModelValue& load, OffscreenVisualizer& viz) {
-    const Formulas force = readFormulas(load.get("force")),
-                   torque = readFormulas(load.get("torque"));
     const bool turns = load.has("axes") && load.get("axes").getText() == "frame";
-    viz.addLoad(
-        DrawnLoad{model.findFrame(load.get("on")),
-                  [force, torque](Real t) { return SpatialVec(calc(torque, t), calc(force, t)); },
-                  turns ? DrawnLoad::Axes::Attachment : DrawnLoad::Axes::Ground});
+    DrawnLoad drawn{model.findFrame(load.get("on")),
+                    {},
+                    turns ? DrawnLoad::Axes::Attachment : DrawnLoad::Axes::Ground};
+    const auto law = model.getLawLoads().find(load.getName());
+    if (law != model.getLawLoads().end()) {
+        drawn.force = [&model, law = law->second](const SimTK::State& state) {
+            SpatialVec force;
+            for (int i = 0; i < 6; ++i)
+                force[i / 3][i % 3] = law[size_t(i)].calcValue(model.getFlexibleBodies(), state);
+            return force;
+        };
+    } else {
+        const Formulas force = readFormulas(load.get("force")),
+                       torque = readFormulas(load.get("torque"));
+        drawn.force = [force, torque](const SimTK::State& state) {
+            return SpatialVec(calc(torque, state.getTime()), calc(force, state.getTime()));
+        };
+    }
+    viz.addLoad(drawn);
 }
 
 /** What acts on modes alone has no place. **/

@@ -277,6 +277,7 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
     for (const RunCheckpoint::Frame& frame : frames) {
         State state = pattern;
         setNumbers(state, frame.time, frame.q, frame.u);
+        for (int k = 0; k < state.getNZ(); ++k) state.updZ()[k] = frame.z.at(size_t(k));
         model.getSystem().realize(state, SimTK::Stage::Velocity);
         motion.record(state);
     }

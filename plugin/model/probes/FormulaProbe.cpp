@@ -47,7 +47,22 @@ Probe makeNumber(const ModelValue& entry) {
     return probe;
 }
 
+Probe makeSignal(const ProbeSource& source, const Signal& signal) {
+    Probe probe;
+    probe.columns = {""};
+    probe.calc = [model = source.model, signal](const Moment& moment, double* values) {
+        *values = signal.calcValue(model->getFlexibleBodies(), moment.state);
+    };
+    return probe;
+}
+
 }  // namespace
+
+Probe makeStateProbe(const ProbeSource& source) {
+    Probe probe = makeSignal(source, source.model->findState(source.entry.get("state")));
+    probe.unit = source.entry.get("unit").getText();
+    return probe;
+}
 
 Probe makeFunctionProbe(const ProbeSource& source) {
     Probe probe = makeNumber(source.entry);
@@ -66,18 +81,22 @@ Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::stri
         variables.push_back(name);
         for (const char* column : {".x", ".y", ".z"}) variables.push_back(name + column);
     }
+    const auto& states = source.model->getStates();
+    for (const auto& state : states) variables.push_back(state.first);
     const VariableFormula formula(text, variables);
-    // Only what is used is calculated.
-    std::vector<std::pair<size_t, Column>> columns;
-    for (const int k : formula.getUsed())
-        columns.push_back({size_t(k), findColumn(text, variables[size_t(k)], others, findProbe)});
+    std::vector<Column> columns;
+    for (const std::string& name : formula.getUsed()) {
+        const auto state = states.find(name);
+        columns.push_back(state != states.end() ? Column{makeSignal(source, state->second), 0}
+                                                : findColumn(text, name, others, findProbe));
+    }
     Probe probe = makeNumber(source.entry);
-    probe.calc = [formula, columns, size = variables.size()](const Moment& moment, double* values) {
-        std::vector<double> arguments(size, 0), numbers;
-        for (const auto& [k, column] : columns) {
+    probe.calc = [formula, columns](const Moment& moment, double* values) {
+        std::vector<double> arguments, numbers;
+        for (const Column& column : columns) {
             numbers.resize(column.probe.columns.size());
             column.probe.calc(moment, numbers.data());
-            arguments[k] = numbers[column.number];
+            arguments.push_back(numbers[column.number]);
         }
         *values = formula.calcValue(moment.state.getTime(), arguments.data());
         // One kind of nothing, on every machine.

@@ -4,6 +4,7 @@ Probes of how frames move. **/
 #include <map>
 
 #include "simflex/body/FrameAcceleration.h"
+#include "simflex/forces/Signal.h"
 #include "simflex/model/probes/ProbeKinds.h"
 
 namespace simflex {
@@ -60,6 +61,32 @@ const std::pair<const std::string, FrameQuantity>* findQuantity(const ModelValue
 }
 
 }  // namespace
+
+namespace {
+
+Probe makeDistance(const ProbeSource& source, const char* key, const char* unit,
+                   Signal (*make)(const Attachment&, const Attachment&)) {
+    const ModelValue frames = source.entry.get(key);
+    const Signal signal =
+        make(source.model->findFrame(frames.at(0)), source.model->findFrame(frames.at(1)));
+    Probe probe;
+    probe.unit = unit;
+    probe.columns = {""};
+    probe.calc = [model = source.model, signal](const Moment& moment, double* values) {
+        *values = signal.calcValue(model->getFlexibleBodies(), moment.state);
+    };
+    return probe;
+}
+
+}  // namespace
+
+Probe makeDistanceProbe(const ProbeSource& source) {
+    return makeDistance(source, "distance", "m", &Signal::distance);
+}
+
+Probe makeDistanceRateProbe(const ProbeSource& source) {
+    return makeDistance(source, "distance_rate", "m/s", &Signal::distanceRate);
+}
 
 bool isFrameProbe(const ModelValue& entry) {
     return findQuantity(entry) != nullptr;

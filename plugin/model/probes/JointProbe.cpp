@@ -108,10 +108,16 @@ Probe makeAnyCoordinate(const ProbeSource& source, const char* key, Order order)
 
 Vector getMultipliers(const Model& model, const Joint& joint, const Moment& moment) {
     const FlexibleBodySubsystem& subsystem = model.getFlexibleBodies();
+    // Released joints have none.
+    const auto isReleased = [&](const Joint& other) {
+        return model.getMatter().getConstraint(other.getConstraintIndex()).isDisabled(moment.state);
+    };
     int first = 0;
     for (JointIndex other(0); other < joint.getIndex(); ++other)
-        first += subsystem.getJoint(other).getNumEquations();
-    Vector multipliers(joint.getNumEquations());
+        if (!isReleased(subsystem.getJoint(other)))
+            first += subsystem.getJoint(other).getNumEquations();
+    Vector multipliers(joint.getNumEquations(), 0.0);
+    if (isReleased(joint)) return multipliers;
     for (int k = 0; k < multipliers.size(); ++k) multipliers[k] = moment.multipliers[first + k];
     return multipliers;
 }

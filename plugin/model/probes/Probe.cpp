@@ -23,11 +23,14 @@ const std::pair<const char*, Maker> kMakers[] = {
     {"strain", makeStrainProbe},
     {"coordinate", makeCoordinateProbe},
     {"rate", makeRateProbe},
+    {"distance", makeDistanceProbe},
+    {"distance_rate", makeDistanceRateProbe},
     {"joint_error", makeJointErrorProbe},
     {"reaction", makeReactionProbe},
     {"driving", makeDrivingProbe},
     {"energy", makeEnergyProbe},
     {"momentum", makeMomentumProbe},
+    {"state", makeStateProbe},
     {"function", makeFunctionProbe},
 };
 

@@ -22,6 +22,10 @@ struct ProbeSource {
 bool isFrameProbe(const ModelValue& entry);
 Probe makeFrameProbe(const ProbeSource& source);
 
+/** distance distance_rate **/
+Probe makeDistanceProbe(const ProbeSource& source);
+Probe makeDistanceRateProbe(const ProbeSource& source);
+
 /** displacement largest_displacement modes center_of_mass **/
 Probe makeDisplacementProbe(const ProbeSource& source);
 Probe makeLargestDisplacementProbe(const ProbeSource& source);
@@ -43,9 +47,10 @@ Probe makeDrivingProbe(const ProbeSource& source);
 Probe makeEnergyProbe(const ProbeSource& source);
 Probe makeMomentumProbe(const ProbeSource& source);
 
-/** function (of time), expression (of time and of other probes)
+/** state, function (of time), expression (of time, states and other probes)
 @param others    names of all other probes of the model
 @param findProbe  makes one of them, or has made it already **/
+Probe makeStateProbe(const ProbeSource& source);
 Probe makeFunctionProbe(const ProbeSource& source);
 Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::string>& others,
                           const std::function<Probe(const std::string& name)>& findProbe);

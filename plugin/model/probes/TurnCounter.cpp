@@ -31,7 +31,8 @@ TurnCounter::TurnCounter(const Model& model) : _model(model) {
     const ModelValue connectors = model.getFile().get("connectors");
     for (const std::string& name : connectors.getKeys()) {
         const ModelValue connector = connectors.get(name);
-        if (connector.get("type").getText() != "torsion_spring") continue;
+        // A law counts turns of its own.
+        if (connector.get("type").getText() != "torsion_spring" || connector.has("law")) continue;
         Angle angle;
         angle.spring = name;
         const ModelValue between = connector.get("between");

@@ -102,6 +102,12 @@ SchemaForm integer(double minimum, double maximum) {
 SchemaForm function() {
     return make(SchemaForm::Kind::Function, "a function of time");
 }
+SchemaForm law(const std::vector<std::string>& locals) {
+    SchemaForm form = make(SchemaForm::Kind::Function, "a function of time and of quantities");
+    form.isLaw = true;
+    form.locals = locals;
+    return form;
+}
 SchemaForm boolean() {
     return make(SchemaForm::Kind::Bool, "true or false");
 }
@@ -154,9 +160,9 @@ SchemaForm vec3() {
     form.title = "a vector [x, y, z]";
     return form;
 }
-SchemaForm functions3() {
-    SchemaForm form = list({function()}, {3});
-    form.title = "a vector [x, y, z] of functions of time";
+SchemaForm laws3() {
+    SchemaForm form = list({law()}, {3});
+    form.title = "a vector [x, y, z] of functions of time and of quantities";
     return form;
 }
 

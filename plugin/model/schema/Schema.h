@@ -18,7 +18,7 @@ struct SchemaForm {
     enum class Kind {
         Number,    ///< constant expression
         Integer,   ///< constant expression with a whole value
-        Function,  ///< of time
+        Function,  ///< of time, or a law
         Bool,
         Text,
         Name,     ///< of a body, joint … or BODY.INTERFACE
@@ -36,6 +36,9 @@ struct SchemaForm {
     double minimum = -std::numeric_limits<double>::infinity();
     double maximum = std::numeric_limits<double>::infinity();
     bool isOpen = false;  ///< the minimum itself is not allowed
+
+    bool isLaw = false;               ///< of a function: of quantities of the motion, too
+    std::vector<std::string> locals;  ///< of a law: quantities of its own entry
 
     std::vector<std::string> choices;
 

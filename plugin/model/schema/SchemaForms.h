@@ -16,6 +16,8 @@ SchemaForm number(double minimum = -kInfinity, double maximum = kInfinity);
 SchemaForm positive();
 SchemaForm integer(double minimum = -kInfinity, double maximum = kInfinity);
 SchemaForm function();
+/** A function of time, of quantities of the motion (probes, states) and of `locals`. **/
+SchemaForm law(const std::vector<std::string>& locals = {});
 SchemaForm boolean();
 SchemaForm text();
 SchemaForm name(const std::string& title);
@@ -32,7 +34,7 @@ SchemaForm entries(const std::string& title, const Forms& values);
 SchemaForm numbered(const std::string& title, const Forms& values);
 
 SchemaForm vec3();
-SchemaForm functions3();
+SchemaForm laws3();
 /** A list of numbers, or {from:, to:, count:}. **/
 Forms numbersOrRange();
 Forms rotation();

@@ -136,11 +136,11 @@ SchemaForm load() {
             SchemaKey("on", frame(), "Frame that the force or torque acts on.")
                 .with(point)
                 .such("tip"),
-            SchemaKey("force", {functions3()}, "Force.")
+            SchemaKey("force", {laws3()}, "Force.")
                 .in("N")
                 .with({"on"})
                 .such("[0, -100*sin(20*t), 0]"),
-            SchemaKey("torque", {functions3()}, "Torque.")
+            SchemaKey("torque", {laws3()}, "Torque.")
                 .in("N m")
                 .with({"on"})
                 .such("[0, 0, engine(t)]"),
@@ -179,44 +179,183 @@ SchemaForm load() {
 }
 
 SchemaForm connector() {
-    const std::vector<std::string> axial{"spring", "torsion_spring"};
-    return map("a connector",
-               {
-                   SchemaKey("type", {choice({"spring", "bushing", "torsion_spring", "stop"})},
-                             "Kind of the connector; a stop keeps M's origin at z > 0 of F.")
-                       .required()
-                       .such("spring"),
-                   between("The two frames it connects: F, then M.").required(),
-                   SchemaKey("stiffness", {number(0), list({number(0)}, {6})},
-                             "Stiffness (spring, stop: N/m; torsion_spring: "
-                             "N m/rad; bushing: [rx, ry, rz, x, y, z]).")
-                       .in("N/m, N m/rad")
-                       .required()
-                       .such("1e5"),
-                   SchemaKey("damping", {number(0), list({number(0)}, {6})},
-                             "Damping (spring: N s/m; torsion_spring: N m s/rad; "
-                             "bushing: six).")
-                       .in("N s/m, N m s/rad")
-                       .only({"spring", "torsion_spring", "bushing"})
-                       .orElse("0")
-                       .such("20"),
-                   SchemaKey("free_length", {number(0)}, "Length without force.")
-                       .in("m")
-                       .only({"spring"})
-                       .orElseNote("the distance at the placement")
-                       .such("0.2"),
-                   SchemaKey("free_angle", {number()},
-                             "Angle without torque. Turns count up to one half to each side of it.")
-                       .in("rad")
-                       .only({"torsion_spring"})
-                       .orElse("0")
-                       .such("0.1"),
-                   SchemaKey("dissipation", {number(0)}, "Dissipation of Hunt and Crossley.")
-                       .in("s/m")
-                       .only({"stop"})
-                       .orElse("0")
-                       .such("0.5"),
-               });
+    return map(
+        "a connector",
+        {
+            SchemaKey(
+                "type",
+                {choice({"spring", "bushing", "torsion_spring", "stop", "actuator", "motor"})},
+                "Kind of the connector; a stop keeps M's origin at z > 0 of F.")
+                .required()
+                .such("spring"),
+            between("The two frames it connects: F, then M.")
+                .only({"spring", "bushing", "torsion_spring", "stop", "actuator"})
+                .required(),
+            SchemaKey("joint", jointCoordinate(), "Joint whose coordinate the motor drives.")
+                .only({"motor"})
+                .required()
+                .such("shoulder"),
+            SchemaKey("stiffness", {number(0), list({number(0)}, {6})},
+                      "Stiffness (spring, stop: N/m; torsion_spring: "
+                      "N m/rad; bushing: [rx, ry, rz, x, y, z]).")
+                .in("N/m, N m/rad")
+                .only({"spring", "bushing", "torsion_spring", "stop"})
+                .such("1e5"),
+            SchemaKey("law", {law({"length", "rate", "angle", "speed"})},
+                      "Its force as a formula, instead of stiffness and damping: the pull of a "
+                      "spring, the push of an actuator, of length and rate; the torque that a "
+                      "torsion spring puts against the angle, or a motor's (force, on a slider) "
+                      "along its joint's coordinate, of angle and speed (length, rate).")
+                .in("N, N m")
+                .only({"spring", "torsion_spring", "actuator", "motor"})
+                .without({"stiffness", "damping"})
+                .such("\"2e4*max(0, length - 0.3) + 50*rate\""),
+            SchemaKey("damping", {number(0), list({number(0)}, {6})},
+                      "Damping (spring: N s/m; torsion_spring: N m s/rad; "
+                      "bushing: six).")
+                .in("N s/m, N m s/rad")
+                .only({"spring", "torsion_spring", "bushing"})
+                .orElse("0")
+                .such("20"),
+            SchemaKey("free_length", {number(0)}, "Length without force.")
+                .in("m")
+                .only({"spring"})
+                .without({"law"})
+                .orElseNote("the distance at the placement")
+                .such("0.2"),
+            SchemaKey("free_angle", {number()},
+                      "Angle without torque. Turns count up to one half to each side of it.")
+                .in("rad")
+                .only({"torsion_spring"})
+                .without({"law"})
+                .orElse("0")
+                .such("0.1"),
+            SchemaKey("dissipation", {number(0)}, "Dissipation of Hunt and Crossley.")
+                .in("s/m")
+                .only({"stop"})
+                .orElse("0")
+                .such("0.5"),
+        });
+}
+
+SchemaKey input(const std::string& example) {
+    return SchemaKey("input", {law()}, "What it takes in.").required().such(example);
+}
+
+SchemaForm state() {
+    const SchemaForm coefficients = list({number()});
+    return map(
+        "a state",
+        {
+            SchemaKey("rate", {law()}, "Its rate of change: a first-order equation.")
+                .in("1/s")
+                .such("\"target - angle\""),
+            SchemaKey("initial", {number()}, "Value at the start.")
+                .with({"rate"})
+                .orElse("0")
+                .such("0.1"),
+            SchemaKey("scale", {positive()},
+                      "Change that counts as much as a metre where errors are controlled.")
+                .orElse("1")
+                .such("100"),
+            SchemaKey("pid",
+                      {map("a controller",
+                           {
+                               input("\"target - angle\""),
+                               SchemaKey("proportional", {number()}, "Factor of the input.")
+                                   .orElse("0")
+                                   .such("400"),
+                               SchemaKey("integral", {number()}, "Factor of its integral.")
+                                   .in("1/s")
+                                   .orElse("0")
+                                   .such("100"),
+                               SchemaKey("derivative", {number()}, "Factor of its rate.")
+                                   .in("s")
+                                   .with({"filter"})
+                                   .orElse("0")
+                                   .such("30"),
+                               SchemaKey("filter", {positive()},
+                                         "Time constant that the rate is smoothed with.")
+                                   .in("s")
+                                   .with({"derivative"})
+                                   .such("1e-3"),
+                           })},
+                      "A proportional, integral and derivative controller of its input.")
+                .such("{input: \"0.5 - angle\", proportional: 400}"),
+            SchemaKey("low_pass",
+                      {map("a filter",
+                           {
+                               input("speed"),
+                               SchemaKey("time_constant", {positive()}, "Time constant.")
+                                   .in("s")
+                                   .required()
+                                   .such("0.01"),
+                           })},
+                      "The input, smoothed to first order; begins at the input's value.")
+                .such("{input: speed, time_constant: 0.01}"),
+            SchemaKey("lead_lag",
+                      {map("a filter",
+                           {
+                               input("\"target - angle\""),
+                               SchemaKey("lead", {number(0)}, "Time constant of the numerator.")
+                                   .in("s")
+                                   .required()
+                                   .such("0.1"),
+                               SchemaKey("lag", {positive()}, "Time constant of the denominator.")
+                                   .in("s")
+                                   .required()
+                                   .such("0.01"),
+                           })},
+                      "(1 + lead s)/(1 + lag s) of the input; begins at rest.")
+                .such("{input: error, lead: 0.1, lag: 0.01}"),
+            SchemaKey("transfer_function",
+                      {map("a transfer function",
+                           {
+                               input("error"),
+                               SchemaKey("numerator", {coefficients},
+                                         "Coefficients, of the highest power of s first.")
+                                   .required()
+                                   .such("[1]"),
+                               SchemaKey("denominator", {coefficients},
+                                         "The same; no fewer than the numerator has.")
+                                   .required()
+                                   .such("[0.01, 0.2, 1]"),
+                           })},
+                      "A rational function of s on the input; all of its states begin at zero.")
+                .such("{input: error, numerator: [1], denominator: [0.01, 0.2, 1]}"),
+        },
+        {"rate", "pid", "low_pass", "lead_lag", "transfer_function"});
+}
+
+SchemaForm event() {
+    return map(
+        "an event",
+        {
+            SchemaKey("when", {law()}, "A comparison; the event happens where it begins to hold.")
+                .required()
+                .such("height < 0"),
+            SchemaKey("once", {boolean()}, "Only the first time.").orElse("false").such("true"),
+            SchemaKey(
+                "do",
+                {list({map(
+                    "an action",
+                    {
+                        SchemaKey("stop", {boolean()}, "Ends the analysis.").such("true"),
+                        SchemaKey("set", {name("a state")},
+                                  "State of a rate of its own that gets a value.")
+                            .such("charge"),
+                        SchemaKey("to", {law()}, "The value.").with({"set"}).such("charge - 1"),
+                        SchemaKey("release", {name("a joint or motion")},
+                                  "Joint or motion that ends to hold.")
+                            .such("clamp"),
+                        SchemaKey("engage", {name("a joint or motion")},
+                                  "The same that holds again, where it is closed.")
+                            .such("clamp"),
+                    },
+                    {"stop", "set", "release", "engage"})})},
+                "What is done, one after the other.")
+                .such("[{release: clamp}]"),
+        });
 }
 
 SchemaForm initial() {
@@ -283,8 +422,18 @@ std::vector<SchemaKey> makeJointKeys() {
             .such("{drive: {joint: main_bearing, position: 150*t}}"),
         SchemaKey("loads", {entries("loads", {load()})}, "Forces, torques, pressures.")
             .such("{push: {on: tip, force: [0, 0, 100]}}"),
-        SchemaKey("connectors", {entries("connectors", {connector()})}, "Springs, bushings, stops.")
+        SchemaKey("connectors", {entries("connectors", {connector()})},
+                  "Springs, bushings, stops, actuators, motors.")
             .such("{strut: {type: spring, between: [ground, rod.tip], stiffness: 1e5}}"),
+        SchemaKey("states", {entries("states", {state()})},
+                  "Equations of one's own beside those of motion: controllers, filters. Laws and "
+                  "expressions know them by their names.")
+            .such("{integral: {rate: \"target - angle\"}}"),
+        SchemaKey(
+            "events", {entries("events", {event()})},
+            "What happens where a condition begins to hold, found to the accuracy. Laws know an "
+            "event by its name: how often it has happened.")
+            .such("{landed: {when: height < 0, do: [stop: true]}}"),
         SchemaKey("initial", {initial()}, "Values at the start.").such("{start: static}"),
     };
 }

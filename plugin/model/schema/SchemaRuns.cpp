@@ -179,6 +179,9 @@ const std::vector<std::string>& getQuantities() {
                                                 "modes",
                                                 "coordinate",
                                                 "rate",
+                                                "distance",
+                                                "distance_rate",
+                                                "state",
                                                 "joint_error",
                                                 "reaction",
                                                 "driving",
@@ -290,6 +293,16 @@ SchemaForm probe() {
             SchemaKey("rate", coordinate, "Rates of those coordinates.")
                 .in("rad/s or m/s")
                 .such("main_bearing"),
+            SchemaKey("distance", {list(frame(), {2})},
+                      "Distance between the origins of two frames.")
+                .in("m")
+                .such("[ground, crane.tip]"),
+            SchemaKey("distance_rate", {list(frame(), {2})},
+                      "Rate of that distance; positive where they part.")
+                .in("m/s")
+                .such("[ground, crane.tip]"),
+            SchemaKey("state", {name("a state")}, "Value of a state, or output of a controller.")
+                .such("integral"),
             SchemaKey("joint_error", {name("a joint")}, "How far the joint is violated.")
                 .in("m, rad")
                 .such("main_bearing"),
@@ -321,7 +334,8 @@ SchemaForm probe() {
                 .in("m")
                 .such("true"),
             SchemaKey("function", {function()}, "A function of time.").such("engine(t)"),
-            SchemaKey("expression", {formula()}, "A formula of other probes, parameters and t.")
+            SchemaKey("expression", {formula()},
+                      "A formula of other probes, states, parameters and t.")
                 .such("slider.x - 2*crank.x"),
             SchemaKey("component", {choice({"x", "y", "z", "norm", "all"})},
                       "Which part of a vector is kept.")
@@ -355,7 +369,7 @@ SchemaForm probe() {
                 .orElseNote("all bodies")
                 .such("rod"),
             SchemaKey("unit", {text()}, "Unit of a formula, for plots and tables.")
-                .with({"function", "expression"})
+                .with({"function", "expression", "state"})
                 .orElse("''")
                 .such("mm"),
         },

@@ -1,6 +1,7 @@
 #include "simflex/solver/BlockEliminationSolver.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <stdexcept>
 #include <string>
@@ -198,8 +199,11 @@ private:
             m_lateBlocks.push_back(std::move(late));
         }
         m_firstComplianceClique = int(pattern.cliques.size());
-        for (size_t row = 0; row < system.compliance.size(); ++row)
-            if (system.compliance[row] != 0.0) pattern.cliques.push_back({int(row)});
+        visitCompliances(system, [&](int row, bool isPair) {
+            pattern.cliques.push_back(isPair ? std::vector<int>{row, row + 1}
+                                             : std::vector<int>{row});
+        });
+        m_pairs.resize(system.pairs.size());
         // Rows that act on late blocks alone have no diagonal until the late blocks are eliminated.
         for (int row = 0; row < m_numMultipliers && !m_lateBlocks.empty(); ++row)
             if (std::all_of(blocksOfRow[size_t(row)].begin(), blocksOfRow[size_t(row)].end(),
@@ -233,16 +237,38 @@ private:
                                              " is singular or not finite");
     }
 
+    /** Rows that are not zero, two at once where they are a pair. **/
+    template <class Visit>
+    static void visitCompliances(const System& system, const Visit& visit) {
+        auto pair = system.pairs.begin();
+        for (int row = 0; row < int(system.compliance.size()); ++row) {
+            const bool isPair = pair != system.pairs.end() && *pair == row;
+            if (isPair || system.compliance[size_t(row)] != 0.0) visit(row, isPair);
+            if (!isPair) continue;
+            ++pair;
+            ++row;
+        }
+    }
+
     void factorSchurComplement(const System& system) {
-        bool isSymmetric = true;
+        bool isSymmetric = system.pairs.empty();
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             m_cliqueValues[b] = m_isLate[b] ? nullptr : m_blocks[b].getSchur();
             isSymmetric = isSymmetric && system.blocks[b].form != NewtonBlock::Form::General;
         }
         for (LateBlock& late : m_lateBlocks) fillLateBlock(system, late);
         size_t clique = size_t(m_firstComplianceClique);
-        for (const Scalar& compliance : system.compliance)
-            if (compliance != 0.0) m_cliqueValues.at(clique++) = &compliance;
+        size_t pair = 0;
+        visitCompliances(system, [&](int row, bool isPair) {
+            const Scalar& compliance = system.compliance[size_t(row)];
+            if (!isPair) {
+                m_cliqueValues.at(clique++) = &compliance;
+                return;
+            }
+            auto& values = m_pairs[pair++];
+            values = {compliance, compliance, System::PairFactor * compliance, compliance};
+            m_cliqueValues.at(clique++) = values.data();
+        });
         if (m_x.empty()) return;
         m_fronts->setSymmetric(isSymmetric);
         m_fronts->factor(m_cliqueValues, m_threads);
@@ -284,6 +310,7 @@ private:
     std::vector<Matrix> m_lateMatrices;  ///< by clique
     std::vector<const Scalar*> m_cliqueValues;
     int m_firstComplianceClique = 0;
+    std::vector<std::array<Scalar, 4>> m_pairs;  ///< D of each, column-major
     std::unique_ptr<FrontSolver<Scalar>> m_fronts;
 
     std::vector<int> m_firstColumn, m_firstSpeed;  ///< by block; all columns' end last

@@ -79,6 +79,8 @@ ComplexNewtonSystem makeCombined(const NewtonSystem& real, int firstElementRow) 
     made.compliance.assign(real.compliance.begin(), real.compliance.end());
     made.compliance.insert(made.compliance.end(), real.compliance.begin() + firstElementRow,
                            real.compliance.end());
+    made.pairs = real.pairs;
+    for (int row : real.pairs) made.pairs.push_back(real.numMultipliers() + row - firstElementRow);
     return made;
 }
 

@@ -120,6 +120,9 @@ void BasicNewtonSystem<Scalar>::checkSizes() const {
     if (!compliance.empty() && compliance.size() != c.size())
         refuse("the compliance has " + std::to_string(compliance.size()) + " entries for " +
                std::to_string(c.size()) + " rows");
+    for (size_t k = 0; k < pairs.size(); ++k)
+        if (pairs[k] < (k == 0 ? 0 : pairs[k - 1] + 2) || pairs[k] + 1 >= int(compliance.size()))
+            refuse("no pair begins at row " + std::to_string(pairs[k]));
     if (r.size() != size_t(numSpeeds()))
         refuse("r has " + std::to_string(r.size()) + " entries for " + std::to_string(numSpeeds()) +
                " speeds");
@@ -159,7 +162,7 @@ void readArray(std::istream& stream, std::vector<T>& values) {
 template <>
 void NewtonSystem::write(std::ostream& stream) const {
     const std::streamsize precision = stream.precision(std::numeric_limits<double>::max_digits10);
-    stream << "simflex-newton-system 4\n" << parts.size() << ' ' << blocks.size() << '\n';
+    stream << "simflex-newton-system 5\n" << parts.size() << ' ' << blocks.size() << '\n';
     for (const Part& part : parts) {
         stream << part.numModes << ' ' << part.numFrames << '\n';
         writeArray(stream, part.diagonal);
@@ -181,6 +184,7 @@ void NewtonSystem::write(std::ostream& stream) const {
     writeArray(stream, r);
     writeArray(stream, c);
     writeArray(stream, compliance);
+    writeArray(stream, pairs);
     stream.precision(precision);
 }
 
@@ -189,8 +193,8 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
     std::string magic;
     int version = 0;
     stream >> magic >> version;
-    if (magic != "simflex-newton-system" || version != 4)
-        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 4");
+    if (magic != "simflex-newton-system" || version != 5)
+        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 5");
     NewtonSystem system;
     const int numParts = readInteger(stream, 0), numBlocks = readInteger(stream, 0);
     system.parts.resize(size_t(numParts));
@@ -223,6 +227,7 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
     readArray(stream, system.r);
     readArray(stream, system.c);
     readArray(stream, system.compliance);
+    readArray(stream, system.pairs);
     try {
         system.checkSizes();
     } catch (const std::invalid_argument& error) {

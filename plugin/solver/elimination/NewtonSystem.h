@@ -8,7 +8,9 @@ One linear system of the Newton iteration, in blocks:
     [ G₁ G₂  ⋯   −D  ] [Δλ ]     [c ]
 
 D is a diagonal of compliances: zero in rows of constraints, ±1 in rows that stand for a force
-element's stiffness and damping. A block is a flexible body or a tree of rigid bodies. A flexible
+element's stiffness and damping. Two such rows, l and r, may be a pair: with PairFactor times the
+compliance beside the first and the compliance itself beside the second they add l·rᵀ to J, and
+l and r may act on any bodies. A block is a flexible body or a tree of rigid bodies. A flexible
 body's J is an *arrow*,
 
     [ H   E ]    H: 6×6 (rotation, translation),  E: only the 3 rotation rows are filled,
@@ -98,6 +100,11 @@ struct BasicNewtonSystem {
     std::vector<Scalar> c;  ///< constraint residual
     /** D, as long as c; rows that are not zero at analysis stay so. Empty: all zero. **/
     std::vector<Scalar> compliance;
+    /** First rows of pairs, ascending; the next row is the second, of the same compliance. **/
+    std::vector<int> pairs;
+    /** K of a pair's D = D_l·[1 K; 1 1]: r·lᵀ/K, which it adds to J as well, is round-off to Newton's
+    method. l and r are of about the same size. **/
+    static constexpr double PairFactor = 1 << 20;
 
     int numMultipliers() const { return int(c.size()); }
     int numSpeeds() const;

@@ -60,6 +60,7 @@ public:
     void addInForces(const State& state, Vector_<SpatialVec>& bodyForces, Vector& mobilityForces) {
         double *q = m_q.data(), *u = m_u.data(), *uDot = m_uDot.data();
         m_equations.getBlocks().getFromState(state, q, u);
+        if (!m_equations.getTopology().states.empty()) m_equations.setZ(&state.getZ()[0]);
         m_equations.realizeNatively(state, bodyForces, mobilityForces, q, u);
         m_equations.calcPrescribedUDot(q, uDot);
         m_equations.calcResidual(q, u, uDot, m_lambda.data(), m_system.r.data());

@@ -20,6 +20,10 @@ public:
     /** Displacement unless told. @pre all is rigid, if not Displacement. **/
     void setKind(Kind kind) { m_kind = kind; }
     bool isInMetres() const { return m_kind == Kind::Displacement; }
+    /** A change of z_i by `scale` counts as much as a metre. **/
+    void setZScale(int i, double scale) {
+        m_zScales[size_t(i)] = m_zWeights[size_t(i)] = 1 / scale;
+    }
     /** Values that errors are relative to from now on. **/
     void setReference(const double* q, const double* u, const double* z);
 

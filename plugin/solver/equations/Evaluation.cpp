@@ -154,6 +154,11 @@ void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& f
     m_hasInertia = true;
 }
 
+void Evaluation::setZ(const double* z) {
+    m_simbody->setZ(z);
+    m_loads.setStates(z);
+}
+
 void Evaluation::calcPrescribedUDot(const double* q, double* uDot) const {
     std::fill_n(uDot, m_topology->numU, 0.0);
     if (m_simbody->getPrescribed()) m_simbody->getPrescribed()->applyAccelerations(q, uDot);
@@ -263,6 +268,7 @@ void Evaluation::calcTimedLoads(double time, const NewtonFactors& factors, const
 void Evaluation::calcZDot(const double* q, const double* u, const double* uDot, const double* z,
                           double* zDot) {
     m_simbody->calcZDot(m_functions->get().time, q, u, uDot, z, zDot);
+    m_loads.calcStateRates(zDot);
 }
 
 void Evaluation::formNewtonSystem(const NewtonFactors& factors, bool dense, const double* q,

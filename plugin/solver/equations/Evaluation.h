@@ -65,6 +65,9 @@ public:
     With `uHist`, prescribed accelerations make u = u_hist + γu̇. **/
     void prescribe(double time, double gamma, const double* uHist, double* q, double* u);
 
+    /** Force elements see these values of all z from the next realize() on. **/
+    void setZ(const double* z);
+
     /** Positions, velocities, joint frames; first call of every evaluation. **/
     void realize(double time, const double* q, const double* u);
     /** The same for Setting::Native: locks and Motions, rigid trees and Simbody's constraints are

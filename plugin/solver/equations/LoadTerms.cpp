@@ -11,14 +11,17 @@ using namespace SimTK;
 LoadTerms::LoadTerms(const Topology& topology, Blocks& blocks, const FunctionsOfTime& functions)
     : m_topology(topology), m_blocks(blocks), m_functions(functions) {
     for (const Topology::Element& element : topology.elements) {
-        const unsigned frames = unsigned(element.frames.size()), terms = unsigned(element.numTerms);
+        const unsigned frames = unsigned(element.frames.size());
         Workspace workspace;
         workspace.motions.resize(frames);
         workspace.forces.resize(frames);
-        workspace.signs.resize(terms, Real(1));
-        workspace.directions.resize(terms * frames);
+        workspace.signs.resize(unsigned(element.numTerms), Real(1));
+        workspace.directions.resize(unsigned(element.numRows()) * frames);
         m_workspaces.push_back(workspace);
     }
+    m_states.resize(topology.states.size());
+    for (size_t i = 0; i < m_states.size(); ++i)
+        m_states[i] = topology.states[i].equation->getInitialValue();
     size_t mostU = 0, mostMoved = 0;
     for (const Topology::LoadedBlock& loaded : topology.loadedBlocks) {
         const Block& block = *blocks.all[size_t(loaded.block)];
@@ -37,8 +40,69 @@ void LoadTerms::calcForces(int e, const TimeValues& values, Forces& forces) cons
     const Topology::Element& element = m_topology.elements[size_t(e)];
     const Array_<FrameMotion>& motions = m_workspaces[size_t(e)].motions;
     for (SpatialVec& force : forces) force = SpatialVec(Vec3(0), Vec3(0));
-    element.element->addInForces(values.time, motions, forces);
+    element.element->addInForces(inputsAt(values.time, size_t(e)), motions, forces);
     element.element->addInTimedForce(values.forces[size_t(element.timedForce)], motions, forces);
+}
+
+void LoadTerms::setStates(const double* z) {
+    std::copy_n(z + m_topology.firstZ, m_states.size(), m_states.begin());
+}
+
+ElementInputs LoadTerms::inputsAt(double time, size_t place) const {
+    ElementInputs inputs(time, m_states.data());
+    if (!m_hasTangent) return inputs;
+    inputs.tangentFrames = &m_tangentFrames[place];
+    inputs.tangentStates = m_tangentStates.data();
+    return inputs;
+}
+
+void LoadTerms::takeTangent() {
+    m_tangentFrames.clear();
+    for (const Topology::Element& element : m_topology.elements) {
+        m_tangentFrames.emplace_back();
+        for (const FrameRef& frame : element.frames)
+            m_tangentFrames.back().push_back(m_blocks.motionOf(frame));
+    }
+    for (const Topology::StateEquationRef& state : m_topology.states)
+        m_tangentFrames.push_back(findFrames(state));
+    m_tangentStates = m_states;
+    m_hasTangent = true;
+}
+
+const Array_<FrameMotion>& LoadTerms::findFrames(const Topology::StateEquationRef& state) {
+    m_stateFrames.resize(unsigned(state.frames.size()));
+    for (size_t k = 0; k < state.frames.size(); ++k)
+        m_stateFrames[unsigned(k)] = m_blocks.motionOf(state.frames[k]);
+    return m_stateFrames;
+}
+
+void LoadTerms::startStates(double* z) {
+    for (size_t i = 0; i < m_states.size(); ++i) {
+        double& value = z[size_t(m_topology.firstZ) + i];
+        const Topology::StateEquationRef& state = m_topology.states[i];
+        value = m_states[i] = state.equation->calcStart(value, findFrames(state));
+    }
+}
+
+void LoadTerms::calcStateRates(double* zDot) {
+    for (size_t i = 0; i < m_states.size(); ++i) {
+        const Topology::StateEquationRef& state = m_topology.states[i];
+        zDot[size_t(m_topology.firstZ) + i] = state.equation->calcRate(
+            inputsAt(m_functions.get().time, m_workspaces.size() + i), findFrames(state));
+    }
+}
+
+void LoadTerms::calcStateSlopes(Eigen::MatrixXd& F) {
+    const size_t count = m_states.size();
+    F.resize(Eigen::Index(count), Eigen::Index(count));
+    std::vector<double> slopes(count);
+    for (size_t i = 0; i < count; ++i) {
+        std::fill(slopes.begin(), slopes.end(), 0.0);
+        const Topology::StateEquationRef& state = m_topology.states[i];
+        state.equation->addInStateSlopes(inputsAt(m_functions.get().time, m_workspaces.size() + i),
+                                         findFrames(state), slopes.data());
+        for (size_t j = 0; j < count; ++j) F(Eigen::Index(i), Eigen::Index(j)) = slopes[j];
+    }
 }
 
 void LoadTerms::realize() {
@@ -50,14 +114,14 @@ void LoadTerms::realize() {
             workspace.motions[unsigned(k)] = m_blocks.motionOf(element.frames[k]);
         calcForces(int(e), m_functions.get(), workspace.forces);
         // What has a stiffness is no load.
-        if (fraction != 1 && element.numTerms == 0)
+        if (fraction != 1 && element.isLoad())
             for (SpatialVec& force : workspace.forces) force *= fraction;
     }
 }
 
 void LoadTerms::clearStiffForces() {
     for (Workspace& workspace : m_workspaces)
-        if (!workspace.signs.empty())
+        if (!workspace.directions.empty())
             for (SpatialVec& force : workspace.forces) force = SpatialVec(Vec3(0), Vec3(0));
 }
 
@@ -86,16 +150,36 @@ void LoadTerms::subtractForcesAt(const TimeValues& values, const double* q, doub
 void LoadTerms::addInPower(double& power) const {
     for (size_t e = 0; e < m_workspaces.size(); ++e)
         power += m_topology.elements[e].element->calcPower(
-            m_functions.get().time, m_workspaces[e].motions, m_workspaces[e].forces);
+            inputsAt(m_functions.get().time, e), m_workspaces[e].motions, m_workspaces[e].forces);
+}
+
+void LoadTerms::balancePairs(const Topology::Element& element, Forces& directions) {
+    const unsigned frames = unsigned(element.frames.size());
+    for (int i = 0; i < element.numPairs; ++i) {
+        SpatialVec* l = &directions[unsigned(element.numTerms + 2 * i) * frames];
+        SpatialVec* r = l + frames;
+        const auto calcLength = [&](const SpatialVec* d) {
+            Real sum = 0;
+            for (unsigned k = 0; k < frames; ++k) sum += d[k][0].normSqr() + d[k][1].normSqr();
+            return std::sqrt(sum);
+        };
+        const Real ofL = calcLength(l), ofR = calcLength(r);
+        const Real factor = ofL > 0 && ofR > 0 ? std::sqrt(ofR / ofL) : 0;
+        for (unsigned k = 0; k < frames; ++k) {
+            l[k] *= factor;
+            r[k] *= factor > 0 ? 1 / factor : 0;
+        }
+    }
 }
 
 void LoadTerms::formColumns(const NewtonFactors& factors, NewtonSystem& system) {
     for (size_t e = 0; e < m_workspaces.size(); ++e) {
         const Topology::Element& element = m_topology.elements[e];
         Workspace& workspace = m_workspaces[e];
-        if (element.numTerms == 0) continue;
-        element.element->calcJacobian(m_functions.get().time, workspace.motions, factors.stiffness,
-                                      workspace.signs, workspace.directions);
+        if (element.isLoad()) continue;
+        element.element->calcJacobian(inputsAt(m_functions.get().time, e), workspace.motions,
+                                      factors.stiffness, workspace.signs, workspace.directions);
+        balancePairs(element, workspace.directions);
         for (unsigned i = 0; i < workspace.signs.size(); ++i)
             system.compliance[size_t(element.firstRow) + i] = workspace.signs[i];
     }
@@ -104,7 +188,7 @@ void LoadTerms::formColumns(const NewtonFactors& factors, NewtonSystem& system) 
             const Topology::Element& element = m_topology.elements[size_t(side.owner)];
             const Workspace& workspace = m_workspaces[size_t(side.owner)];
             const unsigned count = workspace.motions.size();
-            for (int i = 0; i < element.numTerms; ++i)
+            for (int i = 0; i < element.numRows(); ++i)
                 m_blocks.setColumn(b, element.frames[size_t(side.side)].frame, side.firstColumn + i,
                                    workspace.directions[unsigned(i) * count + unsigned(side.side)],
                                    system.blocks[size_t(b)]);
@@ -115,7 +199,7 @@ void LoadTerms::clearColumns(NewtonSystem& system) const {
     for (int b = 0; b < m_topology.numBlocks(); ++b)
         for (const Topology::BlockSide& side : m_topology.elementSides[size_t(b)]) {
             const Topology::Element& element = m_topology.elements[size_t(side.owner)];
-            for (int i = 0; i < element.numTerms; ++i)
+            for (int i = 0; i < element.numRows(); ++i)
                 m_blocks.setColumn(b, element.frames[size_t(side.side)].frame, side.firstColumn + i,
                                    SpatialVec(Vec3(0), Vec3(0)), system.blocks[size_t(b)]);
         }

@@ -1,9 +1,11 @@
 #pragma once
 /** @file
 Force elements of simflex/forces in the equations of motion, and what the motion of a block changes
-in the loads on it (private header). Springs and dampers enter the Newton system as rows of their
-own with a compliance; loads, by differences, the dense form of a block. **/
+in the loads on it (private header), and the equations of its states. Springs, dampers and laws
+enter the Newton system as rows of their own with a compliance; loads, by differences, the dense
+form of a block. **/
 
+#include <Eigen/Dense>
 #include <vector>
 
 #include "simflex/solver/equations/Blocks.h"
@@ -12,14 +14,26 @@ own with a compliance; loads, by differences, the dense form of a block. **/
 
 namespace simflex {
 
+// SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
+// meant.
+namespace Eigen = ::Eigen;
+
 class LoadTerms {
 public:
     using Forces = SimTK::Array_<SimTK::SpatialVec>;
 
     LoadTerms(const Topology& topology, Blocks& blocks, const FunctionsOfTime& functions);
 
+    /** Elements and equations see these values of their states from the next realize() on. **/
+    void setStates(const double* z);
     /** Forces of all elements where the blocks are. **/
     void realize();
+    /** Where a run begins, where the blocks are. **/
+    void startStates(double* z);
+    /** ż of the topology's states. **/
+    void calcStateRates(double* zDot);
+    /** ∂ż/∂z of those. **/
+    void calcStateSlopes(Eigen::MatrixXd& F);
     /** From now on those that have columns are zero. **/
     void clearStiffForces();
     /** r −= Jᵀf. **/
@@ -27,6 +41,19 @@ public:
     /** The same at another time, with the loads on whole bodies. **/
     void subtractForcesAt(const TimeValues& values, const double* q, double* r);
     void addInPower(double& power) const;
+
+    /** As long as it lives, laws are replaced by their tangents where the blocks are now: what is
+    differenced then knows no saturation that is near. **/
+    class Tangent {
+    public:
+        explicit Tangent(LoadTerms& loads) : m_loads(loads) { loads.takeTangent(); }
+        ~Tangent() { m_loads.m_hasTangent = false; }
+        Tangent(const Tangent&) = delete;
+        Tangent& operator=(const Tangent&) = delete;
+
+    private:
+        LoadTerms& m_loads;
+    };
 
     void formColumns(const NewtonFactors& factors, NewtonSystem& system);
     /** Springs and dampers have no part in accelerations. **/
@@ -44,7 +71,13 @@ private:
         SimTK::Array_<SimTK::Real> signs;
         Forces directions;
     };
+    const SimTK::Array_<FrameMotion>& findFrames(const Topology::StateEquationRef& state);
+    void takeTangent();
+    /** @param place  of the element, or of the equation after all elements **/
+    ElementInputs inputsAt(double time, size_t place) const;
     void calcForces(int element, const TimeValues& values, Forces& forces) const;
+    /** Makes l and r of every pair of one length; their product stays. **/
+    static void balancePairs(const Topology::Element& element, Forces& directions);
     void addInJacobian(const Topology::LoadedBlock& loaded, const NewtonFactors& factors,
                        const double* q, const double* u, NewtonSystem::Block& block);
     /** Moves a block to q and u of the whole system and writes −Q of the loads on it. **/
@@ -56,6 +89,11 @@ private:
     const FunctionsOfTime& m_functions;
     std::vector<Workspace> m_workspaces;  ///< by element
     Forces m_trial;                       ///< of one element
+    std::vector<double> m_states;
+    bool m_hasTangent = false;
+    std::vector<SimTK::Array_<FrameMotion>> m_tangentFrames;  ///< by element, then by equation
+    std::vector<double> m_tangentStates;
+    SimTK::Array_<FrameMotion> m_stateFrames;  ///< of one equation
     /** What loaded blocks share, one after the other. **/
     struct {
         std::vector<FlexibleBlock*> block;  ///< to be moved, if it is flexible

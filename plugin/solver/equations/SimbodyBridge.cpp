@@ -205,14 +205,14 @@ void SimbodyBridge::takeVariables(const std::vector<DiscreteVarKey>& keys, const
 }
 
 void SimbodyBridge::setZ(const double* z) {
-    if (m_topology.numZ == 0) return;
+    if (m_private.getNumSubsystems() == 0 || m_topology.numZ == 0) return;
     Vector& stateZ = m_private.updZ();
     std::copy_n(z, m_topology.numZ, &stateZ[0]);
 }
 
 void SimbodyBridge::calcZDot(double time, const double* q, const double* u, const double* uDot,
                              const double* z, double* zDot) {
-    if (m_topology.numZ == 0) return;
+    if (!m_topology.hasForeignZ()) return;
     const auto start = Clock::now();
     m_blocks.putIntoState(time, q, u, m_zState);
     std::copy_n(z, m_topology.numZ, &m_zState.updZ()[0]);

@@ -64,11 +64,12 @@ public:
     /** Force elements see these variables' values from the next realize() on. **/
     void takeVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from);
 
-    /** @name Auxiliary variables z, which belong to Simbody's elements and Measures **/
+    /** @name Auxiliary variables z **/
     /**@{**/
-    /** Elements see these z from the next realize() on. **/
+    /** Simbody's elements see these z from the next realize() on. **/
     void setZ(const double* z);
-    /** ż; those that depend on accelerations see these u̇. **/
+    /** ż of Simbody's elements and Measures, if there are any; those that depend on accelerations
+     * see these u̇. **/
     void calcZDot(double time, const double* q, const double* u, const double* uDot,
                   const double* z, double* zDot);
     /**@}**/
@@ -93,7 +94,7 @@ private:
     Blocks& m_blocks;
     SimTK::State m_private;                  ///< empty if Simbody is never asked
     const SimTK::State* m_now = &m_private;  ///< on which Simbody is asked
-    SimTK::State m_zState;                   ///< on which it evaluates ż; empty if there are no z
+    SimTK::State m_zState;                   ///< on which it evaluates ż; empty if it has none
     GravityField m_gravity, m_fullGravity;
     std::vector<const SimTK::Force::Gravity*> m_gravityForces;  ///< enabled ones
     std::unique_ptr<SimbodyConstraints> m_constraints;

@@ -78,7 +78,7 @@ void StepEquations::evaluate(const StepFormula& formula, MotionLevel level,
                              std::vector<double>& u, std::vector<double>& q,
                              std::vector<double>& uDot, NewtonSystem& system) {
     if (m_equations.canEvaluateByBlocks()) {
-        m_equations.updSimbody().setZ(z.data());
+        m_equations.setZ(z.data());
         const auto place = [&](const Block& block) {
             placeBlock(formula, block, u.data(), q.data(), uDot.data());
         };
@@ -87,11 +87,23 @@ void StepEquations::evaluate(const StepFormula& formula, MotionLevel level,
                              system.c.data());
         return;
     }
+    realize(formula, z, u, q);
+    calcResidual(formula, level, lambda, q, u, uDot, system);
+}
+
+void StepEquations::realize(const StepFormula& formula, const std::vector<double>& z,
+                            std::vector<double>& u, std::vector<double>& q) {
     calcQ(formula, u, q);
     m_equations.prescribe(formula.t, formula.factors.mass, formula.uHist.data(), q.data(),
                           u.data());
-    m_equations.updSimbody().setZ(z.data());
+    m_equations.setZ(z.data());
     m_equations.realize(formula.t, q.data(), u.data());
+}
+
+void StepEquations::calcResidual(const StepFormula& formula, MotionLevel level,
+                                 const std::vector<double>& lambda, const std::vector<double>& q,
+                                 const std::vector<double>& u, std::vector<double>& uDot,
+                                 NewtonSystem& system) {
     calcUDot(formula, q, u, uDot);
     m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), system.r.data());
     m_equations.calcStepErrors(level, formula.factors, uDot.data(), q.data(), system.c.data());

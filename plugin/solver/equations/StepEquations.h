@@ -25,6 +25,20 @@ public:
                   const std::vector<double>& z, std::vector<double>& u, std::vector<double>& q,
                   std::vector<double>& uDot, NewtonSystem& system);
 
+    /** @name evaluate() in two steps
+    between which z may be corrected, where the equations have states. **/
+    /**@{**/
+    /** Writes q that follows from u, and u where it is prescribed, and brings the equations there.
+     * **/
+    void realize(const StepFormula& formula, const std::vector<double>& z, std::vector<double>& u,
+                 std::vector<double>& q);
+    /** Writes u̇, r and c. **/
+    void calcResidual(const StepFormula& formula, MotionLevel level,
+                      const std::vector<double>& lambda, const std::vector<double>& q,
+                      const std::vector<double>& u, std::vector<double>& uDot,
+                      NewtonSystem& system);
+    /**@}**/
+
     /** (u − u_hist)/mass, or what is prescribed. **/
     void calcUDot(const StepFormula& formula, const std::vector<double>& q,
                   const std::vector<double>& u, std::vector<double>& uDot) const;

@@ -14,13 +14,21 @@ bool Topology::hasModes() const {
 }
 
 std::string Topology::Element::describe() const {
-    std::string text = numTerms == 0 ? "the load" : "the spring, damper or stop";
+    if (!element->getName().empty()) return "force '" + element->getName() + "'";
+    std::string text = isLoad() ? "the load" : "the spring, damper or stop";
     const char* separator = element->getAttachments().size() > 1 ? " between " : " on ";
     for (const Attachment& attachment : element->getAttachments()) {
         text += separator + ("'" + attachment.getName() + "'");
         separator = " and ";
     }
     return text;
+}
+
+std::vector<int> Topology::listOwnStates() const {
+    std::vector<int> list;
+    for (size_t i = 0; i < states.size(); ++i)
+        if (!states[i].equation->followsMotion()) list.push_back(firstZ + int(i));
+    return list;
 }
 
 NewtonSystem Topology::makeNewtonSystem() const {
@@ -44,7 +52,7 @@ NewtonSystem Topology::makeNewtonSystem() const {
         for (const BlockSide& side : blockSides[b])
             sides.push_back({side.partFrame, joints[size_t(side.owner)].numRows()});
         for (const BlockSide& side : elementSides[b])
-            sides.push_back({side.partFrame, elements[size_t(side.owner)].numTerms});
+            sides.push_back({side.partFrame, elements[size_t(side.owner)].numRows()});
         // Differenced forces act on the body's rigid motion: the frame's shapes get no coefficient.
         for (const DifferencedForce& forces : differenced)
             for (const DifferencedForce::Side& side : forces.sides)
@@ -56,6 +64,9 @@ NewtonSystem Topology::makeNewtonSystem() const {
     if (numElementRows > 0) {
         made.compliance.assign(made.c.size(), 0);
         std::fill(made.compliance.begin() + numMultipliers, made.compliance.end(), 1.0);
+        for (const Element& element : elements)
+            for (int i = 0; i < element.numPairs; ++i)
+                made.pairs.push_back(element.firstRow + element.numTerms + 2 * i);
     }
     return made;
 }
@@ -65,6 +76,12 @@ std::pair<int, int> Topology::findRows(ConstraintIndex constraint) const {
     const auto first = std::find_if(simbodyRows.begin(), simbodyRows.end(), isOwn);
     const int count = int(std::count_if(first, simbodyRows.end(), isOwn));
     return {firstSimbodyRow + (count > 0 ? int(first - simbodyRows.begin()) : 0), count};
+}
+
+int Topology::findFirstRow(JointIndex joint) const {
+    for (const Joint& own : joints)
+        if (own.record == &guts->joint(joint)) return own.firstRow;
+    return -1;
 }
 
 MotionLevel Topology::getRowLevel(int row) const {

@@ -43,8 +43,12 @@ struct Topology {
         const ForceElement* element;
         std::vector<FrameRef> frames;
         int timedForce;  ///< among TimeValues
-        int firstRow;    ///< of its Jacobian's terms, after those of all constraints
-        int numTerms;    ///< none: it is a load
+        int firstRow;    ///< of its Jacobian, after those of all constraints
+        int numTerms;    ///< of the Jacobian, a row each
+        int numPairs;    ///< two rows each
+
+        int numRows() const { return numTerms + 2 * numPairs; }
+        bool isLoad() const { return numRows() == 0; }
 
         std::string describe() const;
     };
@@ -56,6 +60,10 @@ struct Topology {
         int partFrame = 0;  ///< of the block's part, if it has one
     };
     /** The Jacobian of foreign forces; its terms in a block are columns of Gᵀ there. **/
+    struct StateEquationRef {
+        const StateEquation* equation;
+        std::vector<FrameRef> frames;
+    };
     struct DifferencedForce {
         int firstRow, numTerms;
         /** Blocks that it acts on: their first column for it, their speeds among its own. **/
@@ -92,7 +100,14 @@ struct Topology {
     const FlexibleBodySubsystem::Guts* guts = nullptr;  ///< null: no flexible bodies or joints
     Setting setting = Setting::Implicit;
 
-    int numQ = 0, numU = 0, numMultipliers = 0, numZ = 0;
+    int numQ = 0, numU = 0, numMultipliers = 0;
+    int numZ = 0;                          ///< those of `states` among them
+    std::vector<StateEquationRef> states;  ///< consecutive in z, from firstZ on
+    int firstZ = 0;
+    bool isState(int z) const { return z >= firstZ && z < firstZ + int(states.size()); }
+    /** Numbers among z of those that do not follow the motion. **/
+    std::vector<int> listOwnStates() const;
+    bool hasForeignZ() const { return numZ > int(states.size()); }
     int numSimbodyU = 0;
     /** Blocks 0 … n−1 are flexible bodies: q = (quaternion, p_GB, ξ), u = (ω_B, v_G, ξ̇), without ξ
     and ξ̇ if the body is rigid (Setting::Implicit). **/
@@ -138,6 +153,8 @@ struct Topology {
     /** First multiplier of a Simbody constraint, after those of all joints, and their number; none
     if it is disabled or a joint's own. **/
     std::pair<int, int> findRows(SimTK::ConstraintIndex constraint) const;
+    /** First multiplier of a joint; −1 if it is released: its Constraint is disabled. **/
+    int findFirstRow(JointIndex joint) const;
     /** Level at which a constraint row holds; joints hold positions. **/
     MotionLevel getRowLevel(int row) const;
     /** Name of the joint or Simbody constraint that owns a multiplier. **/

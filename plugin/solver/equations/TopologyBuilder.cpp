@@ -98,6 +98,9 @@ void TopologyBuilder::analyse(const State& state,
     makePrescribedMotion();
     makeForceElements();
     m_result.errorNorm = std::make_unique<ErrorNorm>(m_blocks, own);
+    for (size_t i = 0; i < m_topology.states.size(); ++i)
+        m_result.errorNorm->setZScale(m_topology.firstZ + int(i),
+                                      m_topology.states[i].equation->getScale());
     m_topology.numSimbodyU = m_blocks.numSimbodyU = own.getNU();
     m_topology.numZ = own.getNZ();
     if (m_topology.setting == Topology::Setting::Native)
@@ -112,7 +115,7 @@ void TopologyBuilder::analyse(const State& state,
 void TopologyBuilder::preparePrivateStates(const State& state) {
     m_blocks.context.state = m_topology.needsSimbody ? &m_simbody.m_private : nullptr;
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
-    if (m_topology.numZ > 0) {
+    if (m_topology.hasForeignZ()) {
         // Accelerations are given there: Simbody need not solve for the joints.
         m_simbody.m_zState = state;
         for (const Topology::Joint& joint : m_topology.joints)
@@ -126,7 +129,7 @@ void TopologyBuilder::preparePrivateStates(const State& state) {
     m_system.realize(m_simbody.m_private, Stage::Instance);
     // What nobody will look at need not be kept: a flexible body takes some 60 kB of a State.
     if (!m_topology.needsSimbody && !m_simbody.m_constraints && !m_simbody.m_prescribed &&
-        m_topology.numZ == 0)
+        !m_topology.hasForeignZ())
         m_simbody.m_private.clear();
 }
 
@@ -153,13 +156,7 @@ void TopologyBuilder::refuseUnsupported(const State& state) const {
         for (const JointRecord& joint : m_topology.guts->joints()) own.insert(joint.constraint);
     for (ConstraintIndex i(0); i < matter.getNumConstraints(); ++i) {
         const Constraint& constraint = matter.getConstraint(i);
-        if (constraint.isDisabled(state)) {
-            if (own.count(i) && m_topology.setting != Topology::Setting::Native)
-                throw std::invalid_argument(
-                    m_owner + ": joint '" + nameOfJoint(i) +
-                    "' is disabled in the State; leave it out of the model instead");
-            continue;
-        }
+        if (constraint.isDisabled(state)) continue;
         if (own.count(i)) continue;
         // A carrier's body stands still in Ground: only its coordinates can be constrained.
         for (ConstrainedBodyIndex b(0); b < constraint.getNumConstrainedBodies(); ++b) {
@@ -516,7 +513,9 @@ void TopologyBuilder::makeForceElements() {
         ref.timedForce = m_functions.add(*element);
         for (const Attachment& attachment : element->getAttachments())
             ref.frames.push_back(makeFrame(attachment));
-        const int rows = ref.numTerms = element->getNumJacobianTerms();
+        ref.numTerms = element->getNumJacobianTerms();
+        ref.numPairs = element->getNumJacobianPairs();
+        const int rows = ref.numRows();
         ref.firstRow = m_topology.numMultipliers + m_topology.numElementRows;
         m_topology.numElementRows += rows;
         for (size_t k = 0; k < ref.frames.size() && rows > 0; ++k) {
@@ -529,6 +528,15 @@ void TopologyBuilder::makeForceElements() {
         }
         m_topology.elements.push_back(ref);
     }
+    if (!m_topology.guts->states().empty())
+        m_topology.firstZ = m_topology.guts->getFirstZ(m_simbody.m_private);
+    for (const auto& equation : m_topology.guts->states()) {
+        Topology::StateEquationRef ref;
+        ref.equation = equation.get();
+        for (const Attachment& attachment : equation->getAttachments())
+            ref.frames.push_back(makeFrame(attachment));
+        m_topology.states.push_back(ref);
+    }
 }
 
 void TopologyBuilder::makeLoadedBlocks() {
@@ -536,7 +544,7 @@ void TopologyBuilder::makeLoadedBlocks() {
     std::vector<std::vector<int>> elements(m_blocks.all.size());
     for (size_t e = 0; e < m_topology.elements.size(); ++e) {
         const Topology::Element& element = m_topology.elements[e];
-        if (element.frames.size() == 1 && element.frames[0].block >= 0 && element.numTerms == 0)
+        if (element.frames.size() == 1 && element.frames[0].block >= 0 && element.isLoad())
             elements[size_t(element.frames[0].block)].push_back(int(e));
     }
     for (int b = 0; b < m_topology.numBlocks(); ++b) {

@@ -30,13 +30,14 @@ constexpr double NearestZero = 1e-6, NearZero = 1e-4;
 constexpr double SoftDirection = 1e-6;
 
 /** λ²M + λD + K in coordinates y with λ = s·ν, where all matrices have entries of order 1 or less.
- * **/
+States follow as coordinates without mass: λz = C δ + λE δ + F z. **/
 struct ReducedPencil {
     MatrixXd M, D, K;
     MatrixXd basis;  ///< δ = basis·y, all speeds
     MatrixXd fullK;  ///< all speeds; nothing for held ones
     double rate;     ///< s [1/s]
     double zero;     ///< ν² that is as good as none
+    int numStates = 0;
 };
 
 struct PencilMode {
@@ -64,6 +65,37 @@ double chooseReference(const MatrixXd& M, const MatrixXd& D, const MatrixXd& K,
         if (isModal[size_t(i)] && ratio > 0 && (lowest == 0 || ratio < lowest)) lowest = ratio;
     }
     return lowest > 0 ? lowest : largest > 0 ? largest : 1;
+}
+
+void addStates(const Linearization& linear, const std::vector<int>& free, const MatrixXd& Z,
+               ReducedPencil& pencil) {
+    const Eigen::Index n = Z.cols(), count = linear.F.nrow();
+    pencil.numStates = int(count);
+    if (count == 0) return;
+    std::vector<int> all;
+    for (int i = 0; i < count; ++i) all.push_back(i);
+    const MatrixXd B = select(linear.B, free, all), C = select(linear.C, all, free),
+                   E = select(linear.E, all, free), F = select(linear.F, all, all);
+    for (MatrixXd* matrix : {&pencil.M, &pencil.D, &pencil.K})
+        matrix->conservativeResizeLike(MatrixXd::Zero(n + count, n + count));
+    pencil.basis.conservativeResizeLike(MatrixXd::Zero(pencil.basis.rows(), n + count));
+    // Values of each state in units that make its equation's entries those of its effect.
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const VectorXd effect = Z.transpose() * B.col(i);
+        const double unit = effect.norm() > 0 ? 1 / effect.norm() : 1;
+        pencil.K.col(n + i).head(n) = unit * effect;
+        pencil.D(n + i, n + i) = unit;
+        pencil.K.row(n + i).head(n) = -(C.row(i) * Z) / pencil.rate;
+        pencil.D.row(n + i).head(n) = -(E.row(i) * Z);
+        for (Eigen::Index j = 0; j < count; ++j)
+            pencil.K(n + j, n + i) = -F(j, i) * unit / pencil.rate;
+    }
+    for (Eigen::Index i = n; i < n + count; ++i) {
+        const double size = std::max(
+            {pencil.K.row(i).cwiseAbs().maxCoeff(), pencil.D.row(i).cwiseAbs().maxCoeff()});
+        pencil.K.row(i) /= size;
+        pencil.D.row(i) /= size;
+    }
 }
 
 ReducedPencil reducePencil(const Linearization& linear) {
@@ -98,6 +130,7 @@ ReducedPencil reducePencil(const Linearization& linear) {
         for (size_t j = 0; j < free.size(); ++j)
             pencil.fullK(free[i], free[j]) = K(Eigen::Index(i), Eigen::Index(j));
     }
+    addStates(linear, free, Z, pencil);
     return pencil;
 }
 
@@ -171,7 +204,8 @@ void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
         throw std::runtime_error("calcEigenmodes(): the QR iteration for " + std::to_string(2 * n) +
                                  " eigenvalues does not converge");
 
-    const std::vector<VectorXcd> free = findFreeMotions(pencil);
+    const std::vector<VectorXcd> free =
+        pencil.numStates > 0 ? std::vector<VectorXcd>() : findFreeMotions(pencil);
     for (const VectorXcd& y : free) pairs.push_back({0, y});
     std::vector<PencilMode> others;
     for (Eigen::Index k = 0; k < 2 * n; ++k) {
@@ -230,7 +264,8 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
     std::vector<PencilMode> pairs;
     if (pencil.K.rows() == 0) return {};
     const double asymmetry = (pencil.K - pencil.K.transpose()).cwiseAbs().maxCoeff();
-    const bool isSymmetric = pencil.D.cwiseAbs().maxCoeff() < RoundOff && asymmetry < RoundOff;
+    const bool isSymmetric =
+        pencil.numStates == 0 && pencil.D.cwiseAbs().maxCoeff() < RoundOff && asymmetry < RoundOff;
     if (!isSymmetric || !solveSymmetric(pencil, pairs)) {
         pairs.clear();
         solveGeneral(pencil, pairs);

@@ -40,6 +40,7 @@ struct Instant : SteadyMotion::Balance {
     SolutionPoint point;
     SteadyMotion motion;
     MatrixXd D;
+    StateTangent states;
 };
 
 /** Accelerations and matrices at a point's t, q, u and z. **/
@@ -82,6 +83,7 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
     equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
                            VectorXd(equations.getTopology().numU).data());
     calcMassAndJacobian(equations, instant.M, instant.G);
+    const LoadTerms::Tangent tangent(equations.updLoads());
     instant.K = differentiateByQ(equations, scales, point.t, point.q, point.u,
                                  [&](const std::vector<double>& q, VectorXd& r) {
                                      if (observer) observer();
@@ -91,7 +93,15 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
                                                             point.lambda.data(), r.data());
                                  });
     instant.D = calcDampingMatrix(equations, scales, point);
+    instant.states = calcStateTangent(equations, scales, point);
     if (instant.motion.isAtRest()) return;
+    if (!instant.states.states.empty())
+        throw std::invalid_argument(
+            "calcLinearization(): the system moves, and has states of its own, such as '" +
+            equations.getTopology()
+                .states[size_t(instant.states.states[0] - equations.getTopology().firstZ)]
+                .equation->getName() +
+            "': only what is at rest can be linearised with them");
     const MatrixXd dX = differentiateByQ(equations, scales, point.t, point.q, point.u,
                                          [&](const std::vector<double>& q, VectorXd& f) {
                                              if (observer) observer();
@@ -103,9 +113,14 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
 
 /** Writes M, D, K and G into a result, with zeroes for what is held. **/
 void putMatrices(const Instant& instant, const MatrixXd& T, Linearization& result) {
-    MatrixXd D = T * instant.D * T.transpose(), K = T * instant.K * T.transpose();
+    MatrixXd D = T * instant.D * T.transpose(), K = T * instant.K * T.transpose(),
+             B = T * instant.states.B, C = instant.states.C * T.transpose(),
+             E = instant.states.E * T.transpose();
     for (Eigen::Index i = 0; i < D.rows(); ++i) {
         if (!result.isHeld[unsigned(i)]) continue;
+        B.row(i).setZero();
+        C.col(i).setZero();
+        E.col(i).setZero();
         for (MatrixXd* matrix : {&D, &K}) {
             matrix->row(i).setZero();
             matrix->col(i).setZero();
@@ -115,6 +130,10 @@ void putMatrices(const Instant& instant, const MatrixXd& T, Linearization& resul
     result.D = toMatrix(D);
     result.K = toMatrix(K);
     result.G = toMatrix(instant.G * T.transpose());
+    result.B = toMatrix(B);
+    result.C = toMatrix(C);
+    result.E = toMatrix(E);
+    result.F = toMatrix(instant.states.F);
 }
 
 /** Small displacements of the motion, as the motion carries them to where it is later. **/
@@ -258,7 +277,7 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     point.t = result.state.getTime();
     equations.getBlocks().getFromState(result.state, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = result.state.getZ()[int(i)];
-    equations.updSimbody().setZ(point.z.data());
+    equations.setZ(point.z.data());
     equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
     const CoordinateScales scales(equations.getBlocks());
     linearize(equations, scales, result.state, observer, now);

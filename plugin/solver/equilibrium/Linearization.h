@@ -2,7 +2,7 @@
 /** @file
 A multibody system's equations of motion, linearised about a State:
 
-    M δ̈ + D δ̇ + K δ + Gᵀ δλ = 0,   G δ = 0
+    M δ̈ + D δ̇ + K δ + B δz + Gᵀ δλ = 0,   G δ = 0
 
 δ are small displacements in the directions of Simbody's speeds u (quasi-displacements: a rotation
 for every ω), from the motion that passes through the State. With r = M u̇ + b − f + Gᵀλ and the
@@ -46,6 +46,9 @@ struct Linearization {
     SimTK::Vector multipliers;  ///< m: joints in order, then Simbody's constraints
     SimTK::Matrix M, D, K;      ///< n×n, Simbody's numbering of u
     SimTK::Matrix G;            ///< m×n
+    /** States z of the model's own (StateEquation), s of them, at rest: B δz stands beside K δ, and
+    δż = C δ + E δ̇ + F δz. **/
+    SimTK::Matrix B, C, E, F;
     /** n: displacement that a unit of each δ causes, at worst [m]. **/
     SimTK::Vector metres;
     /** n: nonzero for speeds that a lock or Motion prescribes, at whatever level; their δ is zero

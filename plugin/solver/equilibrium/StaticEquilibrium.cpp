@@ -68,6 +68,7 @@ private:
         MatrixXd K;  ///< scaled
         MatrixXd G;  ///< scaled columns
         VectorXd r, g;
+        StateTangent states;  ///< unscaled
     };
 
     bool converge(double fraction);
@@ -76,6 +77,10 @@ private:
     /** Steps downhill where the stiffness is not positive. **/
     VectorXd solveReduced(const MatrixXd& K, const VectorXd& f) const;
     double limitStep(const VectorXd& delta) const;
+    /** Onto states that do not change, together with the motions Z y. @returns false if they are
+    not determined. **/
+    bool solveWithStates(const Tangent& tangent, const MatrixXd& Z, const VectorXd& onto,
+                         const VectorXd& force, VectorXd& y, VectorXd& dz) const;
     VectorXd expand(const Tangent& tangent, const VectorXd& x) const;
     /** "'rod'" of the body that moves most in a motion δ. **/
     std::string nameMostMoved(const VectorXd& delta) const;
@@ -133,9 +138,15 @@ void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd&
 
 StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     const int n = int(m_free.size()), m = m_equations.getTopology().numMultipliers;
-    const MatrixXd K =
-        differentiateByQ(m_equations, m_scales, m_point.t, m_point.q, m_point.u,
-                         [&](const std::vector<double>& q, VectorXd& r) { evaluate(q, r); });
+    MatrixXd K;
+    Tangent tangent;
+    {
+        m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
+        const LoadTerms::Tangent ofLaws(m_equations.updLoads());
+        tangent.states = calcStateTangent(m_equations, m_scales, m_point);
+        K = differentiateByQ(m_equations, m_scales, m_point.t, m_point.q, m_point.u,
+                             [&](const std::vector<double>& q, VectorXd& r) { evaluate(q, r); });
+    }
     VectorXd r, withoutJoints, withoutLoads;
     std::vector<double> lambda(size_t(m), 0);
     std::swap(lambda, m_point.lambda);
@@ -148,7 +159,6 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     MatrixXd M, G;
     calcMassAndJacobian(m_equations, M, G);
 
-    Tangent tangent;
     tangent.g.resize(m);
     m_equations.calcPositionErrors(tangent.g.data());
     tangent.s.resize(n);
@@ -202,6 +212,44 @@ VectorXd StaticEquilibrium::Search::solveReduced(const MatrixXd& K, const Vector
     return y;
 }
 
+bool StaticEquilibrium::Search::solveWithStates(const Tangent& tangent, const MatrixXd& Z,
+                                                const VectorXd& onto, const VectorXd& force,
+                                                VectorXd& y, VectorXd& dz) const {
+    const StateTangent& states = tangent.states;
+    const Eigen::Index n = Z.cols(), s = states.F.rows();
+    MatrixXd B(Eigen::Index(m_free.size()), s), C(s, Eigen::Index(m_free.size()));
+    for (size_t i = 0; i < m_free.size(); ++i) {
+        const double scale = tangent.s[Eigen::Index(i)];
+        B.row(Eigen::Index(i)) = scale * states.B.row(m_free[i]);
+        C.col(Eigen::Index(i)) = scale * states.C.col(m_free[i]);
+    }
+    MatrixXd A(n + s, n + s);
+    A.topLeftCorner(n, n) = Z.transpose() * tangent.K * Z;
+    A.topRightCorner(n, s) = Z.transpose() * B;
+    A.bottomLeftCorner(s, n) = C * Z;
+    A.bottomRightCorner(s, s) = states.F;
+    VectorXd b(n + s);
+    b << Z.transpose() * force, -(states.rates + C * onto);
+    VectorXd columns = VectorXd::Ones(n + s);
+    for (Eigen::Index i = 0; i < n + s; ++i) {
+        const double size = A.row(i).cwiseAbs().maxCoeff();
+        if (!(size > 0)) return false;
+        A.row(i) /= size;
+        b[i] /= size;
+    }
+    for (Eigen::Index i = 0; i < n + s; ++i) {
+        columns[i] = A.col(i).cwiseAbs().maxCoeff();
+        if (!(columns[i] > 0)) return false;
+        A.col(i) /= columns[i];
+    }
+    const Eigen::PartialPivLU<MatrixXd> lu(A);
+    if (!(lu.matrixLU().diagonal().cwiseAbs().minCoeff() > ZeroStiffness)) return false;
+    const VectorXd x = lu.solve(b).cwiseQuotient(columns);
+    y = x.head(n);
+    dz = x.tail(s);
+    return true;
+}
+
 VectorXd StaticEquilibrium::Search::expand(const Tangent& tangent, const VectorXd& x) const {
     VectorXd delta = VectorXd::Zero(m_equations.getTopology().numU);
     for (size_t i = 0; i < m_free.size(); ++i)
@@ -243,8 +291,14 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         const MatrixXd& Z = space.getBasis();
         const VectorXd onto = space.solveForMotion(-tangent.g);
         const VectorXd force = -(tangent.r + tangent.K * onto);
-        VectorXd x = onto;
-        if (Z.cols() > 0)
+        VectorXd x = onto, y, dz = VectorXd::Zero(tangent.states.F.rows());
+        if (dz.size() > 0) {
+            if (!solveWithStates(tangent, Z, onto, force, y, dz)) {
+                m_reason = "no values of the states keep them from changing";
+                return false;
+            }
+            x += Z * y;
+        } else if (Z.cols() > 0)
             x += Z * solveReduced(Z.transpose() * tangent.K * Z, Z.transpose() * force);
         VectorXd delta = expand(tangent, x);
         m_change = m_equations.getBlocks().calcDisplacement(delta.data(), &m_worstBlock);
@@ -258,8 +312,17 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         m_equations.getBlocks().normalizeQ(m_point.q.data());
         for (size_t k = 0; k < m_point.lambda.size(); ++k)
             m_point.lambda[k] += deltaLambda[Eigen::Index(k)];
-        if (factor == 1 && m_change <= m_settings.m_tolerance &&
-            m_error <= m_settings.m_constraintTolerance) {
+        double largestState = 0;
+        for (Eigen::Index i = 0; i < dz.size(); ++i) {
+            const int state = tangent.states.states[size_t(i)];
+            m_point.z[size_t(state)] += factor * dz[i];
+            const Topology& topology = m_equations.getTopology();
+            const auto& equation = *topology.states[size_t(state - topology.firstZ)].equation;
+            largestState = std::max(largestState, std::abs(dz[i]) / equation.getScale());
+        }
+        if (dz.size() > 0) m_equations.setZ(m_point.z.data());
+        if (factor == 1 && largestState <= m_settings.m_tolerance &&
+            m_change <= m_settings.m_tolerance && m_error <= m_settings.m_constraintTolerance) {
             ++numLoadSteps;
             VectorXd r;
             evaluate(m_point.q, r);
@@ -366,8 +429,12 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     point.t = assembled.getTime();
     equations.getBlocks().getFromState(assembled, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = assembled.getZ()[int(i)];
-    equations.updSimbody().setZ(point.z.data());
+    equations.setZ(point.z.data());
     SteadyMotion motion;
+    if (speeds == Speeds::OfState && !equations.getTopology().listOwnStates().empty())
+        throw std::invalid_argument(
+            "no steady motion is looked for in a system with states of its own; let a motion "
+            "settle");
     if (speeds == Speeds::OfState) {
         std::vector<double> given = point.q;
         equations.getBlocks().getFromState(start, given.data(), point.u.data());
@@ -405,16 +472,17 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     m_firstRows.clear();
     if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system))
         for (JointIndex j(0); j < flexible->getNumJoints(); ++j)
-            m_firstRows.push_back(equations.getTopology().joints[size_t(j)].firstRow);
+            m_firstRows.push_back(equations.getTopology().findFirstRow(j));
     m_state = makeFreshState(m_system, state);
     equations.getBlocks().putIntoState(point.t, point.q.data(), point.u.data(), m_state);
+    for (size_t i = 0; i < point.z.size(); ++i) m_state.updZ()[int(i)] = point.z[i];
     m_system.realize(m_state, Stage::Velocity);
 }
 
 Vector StaticEquilibrium::getMultipliers(const Joint& joint) const {
     const int first = m_firstRows.at(size_t(joint.getIndex())), count = joint.getNumEquations();
-    Vector multipliers(count);
-    for (int k = 0; k < count; ++k) multipliers[k] = m_multipliers[first + k];
+    Vector multipliers(count, 0.0);
+    for (int k = 0; k < count && first >= 0; ++k) multipliers[k] = m_multipliers[first + k];
     return multipliers;
 }
 

@@ -154,6 +154,58 @@ MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales
     return D;
 }
 
+StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& scales,
+                              const SolutionPoint& point) {
+    const Topology& topology = equations.getTopology();
+    StateTangent tangent;
+    tangent.states = topology.listOwnStates();
+    const Eigen::Index n = topology.numU, s = Eigen::Index(tangent.states.size());
+    tangent.B = MatrixXd::Zero(n, s);
+    tangent.C = tangent.E = MatrixXd::Zero(s, n);
+    tangent.F = MatrixXd::Zero(s, s);
+    if (s == 0) return tangent;
+    std::vector<double> zDot(point.z.size());
+    const auto calcRates = [&](const std::vector<double>& q, const std::vector<double>& u) {
+        equations.realize(point.t, q.data(), u.data());
+        equations.updLoads().calcStateRates(zDot.data());
+        VectorXd rates(s);
+        for (Eigen::Index i = 0; i < s; ++i) rates[i] = zDot[size_t(tangent.states[size_t(i)])];
+        return rates;
+    };
+    tangent.rates = calcRates(point.q, point.u);
+    tangent.C = differentiateByQ(
+        equations, scales, point.t, point.q, point.u,
+        [&](const std::vector<double>& q, VectorXd& f) { f = calcRates(q, point.u); });
+    std::vector<double> u = point.u, z = point.z;
+    for (const int column : listFreeSpeeds(equations)) {
+        const size_t i = size_t(column);
+        const double h = scales.step[i] * scales.rate[i];
+        for (int k = 0; k < 4; ++k) {
+            u[i] = point.u[i] + Places[k] * h;
+            tangent.E.col(column) += Weights[k] / h * calcRates(point.q, u);
+        }
+        u[i] = point.u[i];
+    }
+    VectorXd r(n);
+    for (Eigen::Index j = 0; j < s; ++j) {
+        const size_t i = size_t(tangent.states[size_t(j)]);
+        const double scale = topology.states[i - size_t(topology.firstZ)].equation->getScale();
+        const double h = 1e-4 * std::max(scale, std::abs(z[i]));
+        for (int k = 0; k < 4; ++k) {
+            z[i] = point.z[i] + Places[k] * h;
+            equations.setZ(z.data());
+            tangent.F.col(j) += Weights[k] / h * calcRates(point.q, point.u);
+            equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(),
+                                   point.lambda.data(), r.data());
+            tangent.B.col(j) += Weights[k] / h * r;
+        }
+        z[i] = point.z[i];
+    }
+    equations.setZ(point.z.data());
+    equations.realize(point.t, point.q.data(), point.u.data());
+    return tangent;
+}
+
 MatrixXd calcRateMatrix(Evaluation& equations, const CoordinateScales& scales,
                         const SolutionPoint& point) {
     const int numU = equations.getTopology().numU, numQ = equations.getTopology().numQ;

@@ -39,6 +39,19 @@ Eigen::MatrixXd differentiateByQ(
 Eigen::MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
                                   const SolutionPoint& point);
 
+/** Small changes δz of the states that do not follow the motion, at a point:
+
+    r + … + B δz,    δż = C δ + E δu + F δz **/
+struct StateTangent {
+    std::vector<int> states;  ///< numbers among z
+    Eigen::MatrixXd B;        ///< n×s
+    Eigen::MatrixXd C, E;     ///< s×n
+    Eigen::MatrixXd F;        ///< s×s
+    Eigen::VectorXd rates;    ///< ż
+};
+StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& scales,
+                              const SolutionPoint& point);
+
 /** A(u) with δ̇ = δu − A δ: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where q̇ = u. **/
 Eigen::MatrixXd calcRateMatrix(Evaluation& equations, const CoordinateScales& scales,
                                const SolutionPoint& point);

@@ -170,11 +170,45 @@ void ImplicitStep::solveLinear() {
     ++m_statistics.linearSolves;
 }
 
+void ImplicitStep::correctStates(const double* A, int numPoints, std::vector<double>& residuals) {
+    const Topology& topology = m_equations.getTopology();
+    if (topology.states.empty()) return;
+    m_equations.updLoads().calcStateSlopes(m_stateSlopes);
+    if (m_stateSlopes.isZero(0)) return;
+    const Eigen::Index s = m_stateSlopes.rows();
+    const size_t numZ = residuals.size() / size_t(numPoints), first = size_t(topology.firstZ);
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Identity(numPoints * s, numPoints * s);
+    Eigen::VectorXd rho(numPoints * s);
+    for (int i = 0; i < numPoints; ++i) {
+        for (int j = 0; j < numPoints; ++j)
+            matrix.block(i * s, j * s, s, s) -= A[i * numPoints + j] * m_stateSlopes;
+        for (Eigen::Index k = 0; k < s; ++k)
+            rho[i * s + k] = residuals[size_t(i) * numZ + first + size_t(k)];
+    }
+    rho = matrix.partialPivLu().solve(rho).eval();
+    for (int i = 0; i < numPoints; ++i)
+        for (Eigen::Index k = 0; k < s; ++k)
+            residuals[size_t(i) * numZ + first + size_t(k)] = rho[i * s + k];
+}
+
+void ImplicitStep::correctStates(const StepFormula& formula, SolutionPoint& point) {
+    const Topology& topology = m_equations.getTopology();
+    m_equations.updLoads().calcStateRates(point.zDot.data());
+    const size_t end = size_t(topology.firstZ) + topology.states.size();
+    for (size_t i = size_t(topology.firstZ); i < end; ++i)
+        m_deltaZ[i] = formula.zHist[i] + formula.quadrature * point.zDot[i] - point.z[i];
+    correctStates(&formula.quadrature, 1, m_deltaZ);
+    for (size_t i = size_t(topology.firstZ); i < end; ++i) point.z[i] += m_deltaZ[i];
+    m_equations.setZ(point.z.data());
+    m_equations.updLoads().realize();
+}
+
 double ImplicitStep::updateZ(const StepFormula& formula, SolutionPoint& point) {
     std::vector<double>& z = point.z;
     m_equations.calcZDot(point.q.data(), point.u.data(), point.uDot.data(), z.data(),
                          point.zDot.data());
     for (size_t i = 0; i < z.size(); ++i) {
+        if (m_equations.getTopology().isState(int(i))) continue;
         const double value = formula.zHist[i] + formula.quadrature * point.zDot[i];
         m_deltaZ[i] = value - z[i];
         z[i] = value;
@@ -220,7 +254,13 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     int allowed = tolerances.maxIterations;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
-        m_stepEquations.evaluate(formula, level, lambda, point.z, u, q, uDot, m_system);
+        if (m_equations.getTopology().states.empty()) {
+            m_stepEquations.evaluate(formula, level, lambda, point.z, u, q, uDot, m_system);
+        } else {
+            m_stepEquations.realize(formula, point.z, u, q);
+            correctStates(formula, point);
+            m_stepEquations.calcResidual(formula, level, lambda, q, u, uDot, m_system);
+        }
         const double zChange = point.z.empty() ? 0 : updateZ(formula, point);
         const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
         m_statistics.evaluationSeconds += secondsSince(start);
@@ -560,7 +600,7 @@ double ImplicitStep::calcResponse(double stiffness, const std::vector<double>& l
 ImplicitStep::Imbalance ImplicitStep::calcImbalance(const SolutionPoint& point) {
     const FlushDenormals flush;
     Imbalance imbalance;
-    m_equations.updSimbody().setZ(point.z.data());
+    m_equations.setZ(point.z.data());
     m_equations.realize(point.t, point.q.data(), point.u.data());
     m_equations.calcPositionErrors(m_system.c.data());
     imbalance.positionError = findLargest(m_system.c);

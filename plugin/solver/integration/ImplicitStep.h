@@ -127,6 +127,11 @@ public:
     virtual void visit(Checkpoint& checkpoint);
 
 protected:
+    /** Newton's correction of the states among all z of some points, in place: solves
+    (1 − A⊗F) δz = residual with F = ∂ż/∂z, where the equations are.
+    @param A          numPoints×numPoints: how much of each point's ż is in each point's z
+    @param residuals  of all z, point after point **/
+    void correctStates(const double* A, int numPoints, std::vector<double>& residuals);
     void formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
                        const std::vector<double>& u, const std::vector<double>& uDot,
                        MotionLevel level = MotionLevel::Acceleration);
@@ -175,6 +180,7 @@ protected:
     NewtonSystem m_system;
     BlockEliminationSolver m_solver;
     std::vector<double> m_deltaZ;
+    Eigen::MatrixXd m_stateSlopes;
     NewtonMatrixReuse m_reuse;
     double m_multiplierFloor = 0;      ///< a ten-thousandth of the largest λ of any solved step
     bool m_renewsDerivatives = false;  ///< when the next matrix is formed
@@ -193,7 +199,9 @@ private:
     enum class Purpose { Final, Projected };
     Outcome solve(const StepFormula& formula, Formulation formulation, Purpose purpose,
                   SolutionPoint& point);
-    /** One functional iteration on z; returns the largest weighted change. **/
+    /** Newton's method on the topology's states, where the equations are. **/
+    void correctStates(const StepFormula& formula, SolutionPoint& point);
+    /** A functional iteration on other z; returns the largest weighted change of all. **/
     double updateZ(const StepFormula& formula, SolutionPoint& point);
     void factor();
     /** The arrow leaves gyroscopic and centrifugal terms out, that of rigid trees forces too: has

@@ -101,6 +101,7 @@ void ImplicitIntegrator::Implementation::visitModel(Checkpoint& c) const {
         visitCount(c, int(guts.bodies().size()), "flexible bodies");
         visitCount(c, int(guts.joints().size()), "joints");
         visitCount(c, int(guts.forceElements().size()), "force elements");
+        visitCount(c, int(guts.states().size()), "state equations");
         for (const FlexibleBodyRecord& body : guts.bodies()) {
             visitName(c, body.name, "flexible body");
             visitCount(c, body.numModes(), "modes of '" + body.name + "'");

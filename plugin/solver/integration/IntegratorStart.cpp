@@ -222,17 +222,20 @@ void ImplicitIntegrator::Implementation::takeState(bool project, bool forced) {
     enterSmoothSpan(point.t);
     m_equations->getBlocks().getFromState(m_state, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = m_state.getZ()[int(i)];
-    m_equations->updSimbody().setZ(point.z.data());
+    m_equations->setZ(point.z.data());
     m_equations->prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
     if (project && m_equations->getTopology().numMultipliers > 0 &&
         !(isProjected && m_step->isAssembled(point.t, tolerance, point.q, point.u)))
         m_step->assemble(point.t, tolerance, point.q, point.u);
     m_equations->getBlocks().normalizeQ(point.q.data());
+    if (m_equations->getTopology().states.empty()) return;
+    m_equations->realize(point.t, point.q.data(), point.u.data());
+    m_equations->updLoads().startStates(point.z.data());
 }
 
 void ImplicitIntegrator::Implementation::completeStart(SolutionPoint& point) {
     m_equations->updFunctions().forget();
-    m_equations->updSimbody().setZ(point.z.data());
+    m_equations->setZ(point.z.data());
     m_step->calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
     point.constraintError = m_step->calcPositionError(point.t, point.q, point.u);
     m_equations->updBlocks().followPose();

@@ -56,7 +56,7 @@ RadauStep::RadauStep(Evaluation& equations, IntegratorStatistics& statistics)
     m_real.fill(m_system);
     m_history.assign(size_t(topology.numU), 0);
     m_matrixQ = m_trial.q;
-    m_zBefore.assign(size_t(topology.numZ), 0);
+    m_zChange.assign(NumStages * size_t(topology.numZ), 0);
     for (int row = 0; row < topology.numMultipliers; ++row)
         if (topology.getRowLevel(row) == MotionLevel::Acceleration)
             m_accelerationRows.push_back(row);
@@ -111,10 +111,43 @@ bool RadauStep::keepsMatrices() const {
                        topology.blockSizes.end(), [](int size) { return size > LargestTree; });
 }
 
+template <class Choice>
+void RadauStep::correctZ(const SolutionPoint& start, double h, const Choice& isChosen,
+                         bool byNewton) {
+    const size_t numZ = start.z.size();
+    double hA[NumStages * NumStages];
+    for (int i = 0; i < NumStages; ++i)
+        for (int j = 0; j < NumStages; ++j) hA[i * NumStages + j] = h * A[i][j];
+    for (size_t i = 0; i < NumStages; ++i)
+        for (size_t k = 0; k < numZ; ++k) {
+            double change = start.z[k] - m_stages[i].z[k];
+            for (size_t j = 0; j < NumStages; ++j)
+                change += hA[i * NumStages + j] * m_stages[j].zDot[k];
+            m_zChange[i * numZ + k] = isChosen(k) ? change : 0;
+        }
+    if (byNewton) correctStates(hA, NumStages, m_zChange);
+    for (size_t k = 0; k < numZ; ++k) {
+        if (!isChosen(k)) continue;
+        for (size_t i = 0; i < NumStages; ++i) m_stages[i].z[k] += m_zChange[i * numZ + k];
+        m_deltaZ[k] = m_zChange[End * numZ + k];
+    }
+}
+
 double RadauStep::evaluateStages(const SolutionPoint& start, double h) {
+    const Topology& topology = m_equations.getTopology();
+    if (!topology.states.empty()) {
+        for (const int i : EvaluationOrder) {
+            SolutionPoint& stage = m_stages[size_t(i)];
+            m_equations.setZ(stage.z.data());
+            m_equations.realize(stage.t, stage.q.data(), stage.u.data());
+            m_equations.updLoads().calcStateRates(stage.zDot.data());
+        }
+        correctZ(
+            start, h, [&](size_t k) { return topology.isState(int(k)); }, true);
+    }
     for (const int i : EvaluationOrder) {
         SolutionPoint& stage = m_stages[size_t(i)];
-        m_equations.updSimbody().setZ(stage.z.data());
+        m_equations.setZ(stage.z.data());
         m_equations.realize(stage.t, stage.q.data(), stage.u.data());
         m_equations.calcResidual(stage.q.data(), stage.u.data(), stage.uDot.data(),
                                  stage.lambda.data(), m_r[size_t(i)].data());
@@ -133,9 +166,9 @@ double RadauStep::evaluateStages(const SolutionPoint& start, double h) {
                 h * (A[i][0] * errors[0] + A[i][1] * errors[1] + A[i][2] * errors[2]);
     }
     if (start.z.empty()) return 0;
-    m_zBefore = m_stages[End].z;
-    integrate(start.z, h, m_stages, &SolutionPoint::z, &SolutionPoint::zDot);
-    for (size_t k = 0; k < m_zBefore.size(); ++k) m_deltaZ[k] = m_stages[End].z[k] - m_zBefore[k];
+    if (topology.hasForeignZ())
+        correctZ(
+            start, h, [&](size_t k) { return !topology.isState(int(k)); }, false);
     return m_equations.updErrorNorm().calcZSize(m_deltaZ.data());
 }
 
@@ -318,7 +351,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
 bool RadauStep::completeStages(const SolutionPoint& start, double h) {
     const Topology& topology = m_equations.getTopology();
     for (SolutionPoint& stage : m_stages) {
-        m_equations.updSimbody().setZ(stage.z.data());
+        m_equations.setZ(stage.z.data());
         m_equations.realize(stage.t, stage.q.data(), stage.u.data());
         if (!topology.periods.empty()) {
             m_equations.calcPositionErrors(m_system.c.data());
@@ -355,13 +388,14 @@ void RadauStep::calcError(const SolutionPoint& start, const SolutionPoint& end, 
     embed(&SolutionPoint::q, &SolutionPoint::qDot, errorQ);
     embed(&SolutionPoint::u, &SolutionPoint::uDot, errorU);
     embed(&SolutionPoint::z, &SolutionPoint::zDot, errorZ);
+    correctStates(&gamma, 1, errorZ);
 
     // One iteration for the implicit formula of the embedded method, from the step's end.
     SolutionPoint& trial = m_trial;
     for (size_t k = 0; k < trial.q.size(); ++k) trial.q[k] = end.q[k] + errorQ[k];
     for (size_t k = 0; k < trial.uDot.size(); ++k) trial.uDot[k] = end.uDot[k] - errorU[k] / gamma;
     m_equations.getSimbody().clearPrescribedErrors(errorQ.data(), errorU.data());
-    m_equations.updSimbody().setZ(end.z.data());
+    m_equations.setZ(end.z.data());
     m_equations.realize(end.t, trial.q.data(), end.u.data());
     m_equations.calcResidual(trial.q.data(), end.u.data(), trial.uDot.data(), end.lambda.data(),
                              m_system.r.data());

@@ -66,6 +66,9 @@ private:
     void useThreads(int threads) override;
     /** q and u̇ of all stages, from u of all; u where it is prescribed. **/
     void placeStages(const SolutionPoint& start, double h);
+    /** One iteration on the chosen z of all stages. **/
+    template <class Choice>
+    void correctZ(const SolutionPoint& start, double h, const Choice& isChosen, bool byNewton);
     /** r and c of all stages; the middle one last. @returns largest change of z **/
     double evaluateStages(const SolutionPoint& start, double h);
     void formAndFactorBoth(const NewtonFactors& factors);
@@ -83,7 +86,7 @@ private:
     ComplexBlockEliminationSolver m_complexSolver;
     ComplexBlockEliminationSolver::Timing m_complexTimed;
     std::vector<double> m_matrixQ;  ///< where it was formed
-    std::vector<double> m_zBefore;
+    std::vector<double> m_zChange;  ///< by stage
     /** Of a step of length h; zero: there was none. **/
     struct Error {
         double h = 0;

@@ -80,9 +80,9 @@ Vector ImplicitIntegrator::Implementation::calcMultipliers(
 
 Vector ImplicitIntegrator::Implementation::calcMultipliers(const Joint* joint) const {
     if (!joint) return Vector(int(m_visible.lambda.size()), m_visible.lambda.data());
-    return Vector(joint->getNumEquations(),
-                  m_visible.lambda.data() +
-                      m_equations->getTopology().joints[size_t(joint->getIndex())].firstRow);
+    const int first = m_equations->getTopology().findFirstRow(joint->getIndex());
+    if (first < 0) return Vector(joint->getNumEquations(), 0.0);
+    return Vector(joint->getNumEquations(), m_visible.lambda.data() + first);
 }
 
 void ImplicitIntegrator::Implementation::updateDiscreteVariables(const SolutionPoint& point) {

@@ -94,6 +94,7 @@ TEST(Schema, EveryKeySaysWhatItMeans) {
 TEST(Schema, EveryExampleAndDefaultIsAllowed) {
     auto file = std::make_shared<ModelFile>();
     file->scope.constants = {{"pi", 3.14}, {"deg", 0.0175}, {"g", 9.81}, {"length", 1}};
+    file->quantities = {"angle", "target", "speed", "error", "height", "charge", "rate", "tip"};
     file->scope.tables["engine"] = std::make_shared<formula::Table>(
         "engine", std::vector<double>{0, 1}, std::vector<double>{0, 1});
     visitKeys(getModelSchema(), "",
@@ -193,7 +194,8 @@ TEST(Schema, CompletionKnowsChildrenAndChoices) {
     EXPECT_THAT(getSchemaChildren("connectors.any"), Contains("free_length"));
     EXPECT_THAT(getSchemaChildren("joints.a.between.0"), Contains("node"));
     EXPECT_THAT(getSchemaChildren("no.such"), IsEmpty());
-    EXPECT_THAT(getSchemaChoices("solver.method"), ElementsAre("bdf", "generalized_alpha", "radau"));
+    EXPECT_THAT(getSchemaChoices("solver.method"),
+                ElementsAre("bdf", "generalized_alpha", "radau"));
     EXPECT_THAT(getSchemaChoices("output.csv"), ElementsAre("true", "false"));
 }
 

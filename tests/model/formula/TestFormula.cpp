@@ -94,6 +94,15 @@ TEST(Formula, ValuesAndDerivativesAreThoseOfTheFunction) {
          [](Real t) { return std::atan2(std::sin(2 * t), std::cos(t)); }},
         {"atan2(cos(t), -sin(3*t))",
          [](Real t) { return std::atan2(std::cos(t), -std::sin(3 * t)); }},
+        {"clamp(t^2, 1.03, 1.06)",
+         [](Real t) { return std::clamp(t * t, Real(1.03), Real(1.06)); }},
+        {"deadband(sin(5*t), 0.3)",
+         [](Real t) {
+             const Real x = std::sin(5 * t);
+             return x > Real(0.3) ? x - Real(0.3) : x < Real(-0.3) ? x + Real(0.3) : 0;
+         }},
+        {"sign(t - 1, 0.1)", [](Real t) { return (t - 1) / std::hypot(t - 1, Real(0.1)); }},
+        {"abs(t - 1, 0.1)", [](Real t) { return std::hypot(t - 1, Real(0.1)); }},
         {"hypot(t, 2 + t^2)", [](Real t) { return std::hypot(t, 2 + t * t); }},
         {"min(t, 1.03, 2 - t)",
          [](Real t) {

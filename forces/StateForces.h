@@ -1,0 +1,50 @@
+#pragma once
+/** @file
+Forces whose size is a Signal: springs, cylinders and motors with laws of one's own, controllers.
+All that they do counts as work of loads.
+
+    LineForce(flexible, base, boom.interface("ram"), tension);
+    CoordinateForce(flexible, shoulder, 0, torque);
+    StateForce(flexible, tip, {drag, none, none});
+
+Names are for messages. **/
+
+#include <array>
+
+#include "simflex/forces/Signal.h"
+
+namespace simflex {
+
+class LineForce {
+public:
+    /** @param tension  in the line between the two origins [N]; positive pulls them together **/
+    LineForce(FlexibleBodySubsystem& subsystem, const Attachment& first, const Attachment& second,
+              const Signal& tension, const std::string& name = "");
+};
+
+class CoordinateForce {
+public:
+    /** @param force  that moves the joint's coordinate on [N], or torque that turns it on [N m]:
+    its power is force times rate
+    @throws std::out_of_range if the joint has no such coordinate. **/
+    CoordinateForce(FlexibleBodySubsystem& subsystem, const Joint& joint, int number,
+                    const Signal& force, const std::string& name = "");
+    CoordinateForce(FlexibleBodySubsystem& subsystem, const JointCoordinate& coordinate,
+                    const Attachment& F, const Attachment& M, const Signal& force,
+                    const std::string& name = "");
+};
+
+class StateForce {
+public:
+    enum class Axes { Ground, Attachment };
+
+    /** @param force, torque  components [N, N m] **/
+    StateForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
+               const std::array<Signal, 3>& force, const std::array<Signal, 3>& torque,
+               Axes axes = Axes::Ground, const std::string& name = "");
+    StateForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
+               const std::array<Signal, 3>& force, Axes axes = Axes::Ground,
+               const std::string& name = "");
+};
+
+}  // namespace simflex

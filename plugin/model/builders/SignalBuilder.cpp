@@ -1,0 +1,427 @@
+#include "simflex/model/builders/SignalBuilder.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "simflex/model/builders/ModelGeometry.h"
+#include "simflex/model/file/VariableFormula.h"
+
+namespace simflex {
+namespace model {
+
+using namespace SimTK;
+
+namespace {
+
+Signal makeSum(const std::vector<Signal>& terms, const std::vector<double>& factors) {
+    return Signal::function(terms, [factors](Real, const Real* x, Real* slopes) {
+        if (slopes) std::copy(factors.begin(), factors.end(), slopes);
+        Real sum = 0;
+        for (size_t i = 0; i < factors.size(); ++i) sum += factors[i] * x[i];
+        return sum;
+    });
+}
+
+[[noreturn]] void failNoForceDependsOn(const ModelValue& law, const std::string& name,
+                                       const std::string& kind) {
+    law.fail("no law can depend on probe '" + name + "', which is of kind '" + kind +
+             "': positions, velocities, angular velocities, coordinates, rates, distances, states, "
+             "functions of time and expressions of these can be used");
+}
+
+bool isSameCoordinate(const ModelValue& a, const ModelValue& b) {
+    if (a.isMap() && a.has("body")) return false;
+    const auto [joint, number] = readJointCoordinate(a);
+    const auto [other, otherNumber] = readJointCoordinate(b);
+    return joint.getText() == other.getText() && std::max(number, 0) == std::max(otherNumber, 0);
+}
+
+}  // namespace
+
+/** An entry of `states`: its equations, and what they put out. **/
+class SignalBuilder::StateEntry {
+public:
+    StateEntry(ModelSystem& system, const ModelValue& value)
+        : m_system(system), m_value(value), m_block(value) {
+        for (const char* kind : {"rate", "pid", "low_pass", "lead_lag", "transfer_function"})
+            if (value.has(kind)) m_kind = kind;
+        if (m_kind.empty()) {  // the count of an event
+            add("", 0);
+            return;
+        }
+        m_block = value.get(m_kind);
+        if (m_kind == "rate") {
+            add("", value.get("initial").getNumber());
+        } else if (m_kind == "pid") {
+            m_hasIntegral = m_block.get("integral").getNumber() != 0;
+            m_hasDerivative = m_block.get("derivative").getNumber() != 0;
+            if (m_hasIntegral) add(".integral");
+            if (m_hasDerivative) add(".filter");
+        } else if (m_kind == "transfer_function") {
+            readTransferFunction();
+        } else {
+            add("");
+        }
+    }
+
+    std::string getName() const { return m_value.getName(); }
+    const ModelValue& getValue() const { return m_value; }
+    /** The state that an event may set; −1: none. **/
+    int getSettable() const { return m_kind.empty() || m_kind == "rate" ? m_indices[0] : -1; }
+
+    /** What laws know by its name. @throws ModelError if it depends on itself at once. **/
+    const Signal& getOutput(SignalBuilder& signals) {
+        if (!m_hasOutput) m_output = makeOutput(signals);
+        m_hasOutput = true;
+        return m_output;
+    }
+
+    /** Once all entries are there. **/
+    void setRates(SignalBuilder& signals) {
+        if (m_kind.empty()) return;
+        if (m_kind == "rate") {
+            m_states[0]->setRate(signals.make(m_block));
+            return;
+        }
+        const Signal input = makeInput(signals);
+        if (m_kind == "pid") {
+            if (m_hasIntegral) m_states.front()->setRate(input);
+            if (m_hasDerivative) follow(m_block.get("filter").getNumber(), input);
+        } else if (m_kind == "transfer_function") {
+            setRatesOfTransferFunction(input);
+        } else {
+            const char* time = m_kind == "low_pass" ? "time_constant" : "lag";
+            follow(m_block.get(time).getNumber(), input);
+        }
+    }
+
+private:
+    void add(const std::string& suffix, double initial = 0) {
+        const double scale = m_kind.empty() ? 1 : m_value.get("scale").getNumber();
+        auto state = std::make_unique<SignalState>(getName() + suffix, initial, scale);
+        m_states.push_back(state.get());
+        m_values.push_back(Signal::state(m_system.flexible.adoptState(std::move(state))));
+        m_indices.push_back(m_system.flexible.getNumStates() - 1);
+    }
+
+    Signal makeInput(SignalBuilder& signals) { return signals.make(m_block.get("input")); }
+
+    Signal makeOutput(SignalBuilder& signals) {
+        if (m_kind.empty() || m_kind == "rate" || m_kind == "low_pass") return m_values[0];
+        const Signal input = makeInput(signals);
+        std::vector<Signal> terms{input};
+        terms.insert(terms.end(), m_values.begin(), m_values.end());
+        std::vector<double> factors;
+        if (m_kind == "lead_lag") {
+            const double ratio = m_block.get("lead").getNumber() / m_block.get("lag").getNumber();
+            factors = {ratio, 1 - ratio};
+        } else if (m_kind == "pid") {
+            factors = {m_block.get("proportional").getNumber()};
+            if (m_hasIntegral) factors.push_back(m_block.get("integral").getNumber());
+            if (m_hasDerivative) {
+                const double slope =
+                    m_block.get("derivative").getNumber() / m_block.get("filter").getNumber();
+                factors[0] += slope;
+                factors.push_back(-slope);
+            }
+        } else {
+            const size_t n = m_states.size();
+            const double through = m_numerator[0] / m_denominator[0];
+            factors = {through};
+            for (size_t i = 0; i < n; ++i)
+                factors.push_back((m_numerator[n - i] - through * m_denominator[n - i]) /
+                                  m_denominator[0]);
+        }
+        return makeSum(terms, factors);
+    }
+
+    /** T ẏ = u − y, from y = u on. **/
+    void follow(double time, const Signal& input) {
+        m_states.back()->setRate(makeSum({input, m_values.back()}, {1 / time, -1 / time}));
+        m_system.followers.push_back({m_indices.back(), input});
+    }
+
+    void readTransferFunction() {
+        m_numerator = m_block.get("numerator").getNumbers();
+        m_denominator = m_block.get("denominator").getNumbers();
+        if (m_denominator[0] == 0) m_block.get("denominator").fail("its first coefficient is zero");
+        if (m_numerator.size() > m_denominator.size())
+            m_block.get("numerator")
+                .fail(
+                    "it has more coefficients than the denominator: the output would follow from "
+                    "derivatives of the input");
+        m_numerator.insert(m_numerator.begin(), m_denominator.size() - m_numerator.size(), 0.0);
+        for (size_t i = 1; i < m_denominator.size(); ++i) add("." + std::to_string(i));
+    }
+
+    /** Controllable canonical form: ẋ_i = x_{i+1}, ẋ_n = u − Σ a_i x_i. **/
+    void setRatesOfTransferFunction(const Signal& input) {
+        const size_t n = m_states.size();
+        std::vector<Signal> terms{input};
+        std::vector<double> factors{1};
+        for (size_t i = 0; i < n; ++i) {
+            terms.push_back(m_values[i]);
+            factors.push_back(-m_denominator[n - i] / m_denominator[0]);
+            if (i + 1 < n) m_states[i]->setRate(m_values[i + 1]);
+        }
+        if (n > 0) m_states[n - 1]->setRate(makeSum(terms, factors));
+    }
+
+    ModelSystem& m_system;
+    ModelValue m_value, m_block;
+    std::string m_kind;
+    std::vector<SignalState*> m_states;
+    std::vector<Signal> m_values;
+    std::vector<int> m_indices;
+    bool m_hasIntegral = false, m_hasDerivative = false, m_hasOutput = false;
+    std::vector<double> m_numerator, m_denominator;  ///< as many of both
+    Signal m_output;
+};
+
+SignalBuilder::SignalBuilder(const ModelValue& file, const ModelFrames& frames, ModelSystem& system)
+    : _file(file), _frames(frames), _system(system) {}
+
+SignalBuilder::~SignalBuilder() = default;
+
+std::pair<ModelValue, int> readJointCoordinate(const ModelValue& value) {
+    if (!value.isMap()) return {value, -1};
+    const ModelValue number = value.get("coordinate");
+    return {value.get("joint"), number.isGiven() ? number.getInteger() : -1};
+}
+
+void SignalBuilder::addEntry(const ModelValue& entry) {
+    const std::string name = entry.getName();
+    if (_file.get("probes").has(name))
+        entry.fail("a probe has the name '" + name +
+                   "' already, and laws would not know which is meant");
+    for (const auto& other : _states)
+        if (other->getName() == name) entry.fail("a state has the name '" + name + "' already");
+    _states.push_back(std::make_unique<StateEntry>(_system, entry));
+}
+
+void SignalBuilder::addCount(const ModelValue& event) {
+    addEntry(event);
+}
+
+int SignalBuilder::findState(const ModelValue& name) const {
+    const std::string wanted = name.isMap() ? name.getName() : name.getText();
+    std::vector<std::string> known;
+    for (const auto& state : _states) {
+        if (state->getName() == wanted && state->getSettable() >= 0) return state->getSettable();
+        if (state->getSettable() >= 0) known.push_back(state->getName());
+    }
+    name.failUnknown("state with a rate", wanted, known);
+}
+
+void SignalBuilder::addStates() {
+    const ModelValue states = _file.get("states");
+    for (const std::string& name : states.getKeys()) addEntry(states.get(name));
+    for (const auto& state : _states) {
+        state->setRates(*this);
+        _system.states[state->getName()] = find(state->getName(), state->getValue());
+    }
+}
+
+Attachment SignalBuilder::attach(const ModelValue& frame) {
+    const FrameOnBody found = _frames.find(frame);
+    return withPlace(frame, [&] { return _frames.attach(found, _system); });
+}
+
+std::array<Attachment, 2> SignalBuilder::readTwoFrames(const ModelValue& list) {
+    return {attach(list.at(0)), attach(list.at(1))};
+}
+
+Signal SignalBuilder::make(const ModelValue& value, const Locals& locals) {
+    if (!value.isGiven()) return {};
+    if (!value.isLaw()) {
+        const Expression function = value.getExpression();
+        if (function.isConstant() && function.calcValue(0) == 0) return {};
+        return Signal::function(
+            {}, [function](Real time, const Real*, Real*) { return function.calcValue(time); });
+    }
+    return compile(value, locals);
+}
+
+Signal SignalBuilder::makeMargin(const ModelValue& condition) {
+    return compile(condition, {}, Value::Margin);
+}
+
+Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Value what) {
+    const VariableFormula formula(value);
+    if (what == Value::Margin && !formula.isComparison())
+        value.fail("it must be one comparison, such as 'gap < 0'");
+    std::vector<Signal> arguments;
+    for (const std::string& name : formula.getUsed()) {
+        const auto local = locals.find(name);
+        if (local != locals.end()) checkOwnName(name, value);
+        arguments.push_back(local != locals.end() ? local->second : find(name, value));
+    }
+    if (what == Value::Margin)
+        return Signal::function(arguments, [formula](Real time, const Real* x, Real*) {
+            return formula.calcMargin(time, x);
+        });
+    const std::string place = value.getPlace() + ": " + value.getPath();
+    return Signal::function(arguments, [formula, place, failure = _system.lawFailure](
+                                           Real time, const Real* x, Real* slopes) {
+        // Where there is no slope, Newton's method goes without.
+        if (slopes) {
+            formula.calcSlopes(time, x, slopes);
+            for (size_t i = 0; i < formula.getUsed().size(); ++i)
+                if (!std::isfinite(slopes[i])) slopes[i] = 0;
+        }
+        const double result = formula.calcValue(time, x);
+        // A shorter step may find one.
+        if (!std::isfinite(result))
+            *failure = place + " has no finite value: " + formula.explain(time, x);
+        return result;
+    });
+}
+
+void SignalBuilder::checkOwnName(const std::string& name, const ModelValue& law) const {
+    const ModelValue probes = _file.get("probes");
+    if (probes.has(name)) {
+        // A motor and a probe may mean the same coordinate.
+        const std::string path = law.getPath();  // connectors.NAME.law
+        const size_t begin = path.find('.') + 1;
+        const ModelValue probe = probes.get(name),
+                         joint = _file.get("connectors")
+                                     .get(path.substr(begin, path.rfind('.') - begin))
+                                     .get("joint");
+        const char* key = name == "angle" || name == "length" ? "coordinate" : "rate";
+        if (probe.has(key) && joint.isGiven() && isSameCoordinate(probe.get(key), joint)) return;
+    } else if (!_file.get("states").has(name) && !_file.get("events").has(name)) {
+        return;
+    }
+    law.fail("'" + name +
+             "' is the connector's own and the name of a probe, state or event of something else: "
+             "rename that");
+}
+
+Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
+    const size_t dot = name.find('.');
+    const std::string owner = name.substr(0, dot);
+    if (std::find(_open.begin(), _open.end(), owner) != _open.end()) {
+        std::string ring;
+        for (auto link = std::find(_open.begin(), _open.end(), owner); link != _open.end(); ++link)
+            ring += "'" + *link + "' → ";
+        law.fail("it depends on itself: " + ring + "'" + owner + "'");
+    }
+    const auto state = std::find_if(_states.begin(), _states.end(),
+                                    [&](const auto& entry) { return entry->getName() == name; });
+    const ModelValue probes = _file.get("probes");
+    if (state == _states.end() && !probes.has(owner)) {
+        std::vector<std::string> known = probes.getKeys();
+        for (const auto& entry : _states) known.push_back(entry->getName());
+        law.failUnknown("probe or state", name, known);
+    }
+    _open.push_back(owner);
+    const int component = dot == std::string::npos ? -1 : name[dot + 1] - 'x';
+    const Signal signal = state != _states.end() ? (*state)->getOutput(*this)
+                                                 : makeOfProbe(probes.get(owner), component);
+    _open.pop_back();
+    return signal;
+}
+
+Signal SignalBuilder::makeOfProbe(const ModelValue& probe, int component) {
+    const std::string name = probe.getName();
+    for (const char* kind : {"position", "velocity", "angular_velocity"})
+        if (probe.has(kind)) return makeOfFrame(probe, kind, component);
+    for (const char* kind :
+         {"coordinate", "rate", "distance", "distance_rate", "state", "function", "expression"})
+        if (component >= 0 && probe.has(kind)) probe.fail("it has no components x, y and z");
+    if (probe.has("coordinate")) return makeCoordinate(probe.get("coordinate"));
+    if (probe.has("rate")) return makeCoordinateRate(probe.get("rate"));
+    if (probe.has("distance")) {
+        const auto frames = readTwoFrames(probe.get("distance"));
+        return Signal::distance(frames[0], frames[1]);
+    }
+    if (probe.has("distance_rate")) {
+        const auto frames = readTwoFrames(probe.get("distance_rate"));
+        return Signal::distanceRate(frames[0], frames[1]);
+    }
+    if (probe.has("state")) return find(probe.get("state").getText(), probe.get("state"));
+    if (probe.has("function")) return make(probe.get("function"));
+    if (probe.has("expression")) return compile(probe.get("expression"), {});
+    for (const std::string& key : probe.getKeys())
+        if (key != "component" && key != "relative_to" && key != "unit")
+            failNoForceDependsOn(probe, name, key);
+    probe.fail("says nothing to probe");
+}
+
+Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& kind, int component) {
+    const ModelValue reference = probe.get("relative_to");
+    const Attachment M = attach(probe.get(kind)), F = reference.isGiven()
+                                                          ? attach(reference)
+                                                          : Attachment(_system.matter.Ground());
+    const auto take = [&](int axis) {
+        const CoordinateAxis along(axis);
+        return kind == "position"   ? Signal::displacement(F, M, along)
+               : kind == "velocity" ? Signal::displacementRate(F, M, along)
+                                    : Signal::angularVelocity(F, M, along);
+    };
+    const std::string part = probe.get("component").getText();
+    if (component >= 0) {
+        if (part != "all") probe.get("component").fail("only this component is there");
+        return take(component);
+    }
+    if (part == "all")
+        probe.fail("a law cannot depend on a vector: say which component, as " + probe.getName() +
+                   ".x");
+    if (part != "norm") return take(part[0] - 'x');
+    return Signal::function({take(0), take(1), take(2)}, [](Real, const Real* x, Real* slopes) {
+        const Real norm = Vec3::getAs(x).norm();
+        for (int i = 0; slopes && i < 3; ++i) slopes[i] = norm > 0 ? x[i] / norm : 0;
+        return norm;
+    });
+}
+
+Signal SignalBuilder::makeCoordinate(const ModelValue& value) {
+    if (value.isMap() && value.has("body")) return makeOfMobilizer(value, false);
+    const auto [name, number] = readJointCoordinate(value);
+    const Joint& joint = findEntry(_system.joints, "joint", name.getText(), name).joint;
+    if (number < 0 && joint.getNumCoordinates() > 1)
+        value.fail("joint '" + joint.getName() + "' has " +
+                   std::to_string(joint.getNumCoordinates()) +
+                   " coordinates; say which: {joint: " + joint.getName() + ", coordinate: 0}");
+    return withPlace(value, [&, n = std::max(number, 0)] {
+        return Signal::turnedAngle(_system.flexible, joint, n);
+    });
+}
+
+Signal SignalBuilder::makeCoordinateRate(const ModelValue& value) {
+    if (value.isMap() && value.has("body")) return makeOfMobilizer(value, true);
+    const auto [name, number] = readJointCoordinate(value);
+    const Joint& joint = findEntry(_system.joints, "joint", name.getText(), name).joint;
+    if (number < 0 && joint.getNumCoordinates() > 1)
+        value.fail("joint '" + joint.getName() + "' has " +
+                   std::to_string(joint.getNumCoordinates()) +
+                   " coordinates; say which: {joint: " + joint.getName() + ", coordinate: 0}");
+    return withPlace(value,
+                     [&, n = std::max(number, 0)] { return Signal::coordinateRate(joint, n); });
+}
+
+Signal SignalBuilder::makeOfMobilizer(const ModelValue& map, bool isRate) {
+    const Model::BodyEntry& body =
+        findEntry(_system.bodies, "body", map.get("body").getText(), map.get("body"));
+    const MobilizedBody& mobod = body.mobod;
+    JointCoordinate coordinate;
+    if (MobilizedBody::Pin::isInstanceOf(mobod))
+        coordinate = JointCoordinate::makeAngleAboutZ();
+    else if (MobilizedBody::Slider::isInstanceOf(mobod))
+        coordinate = JointCoordinate::makeDisplacement(0);
+    else
+        map.get("body").fail(
+            "laws know the coordinates of mobilizers 'pin' and 'slider' only; "
+            "probe a position or an angular velocity of a frame");
+    const ModelValue number = map.get("coordinate");
+    if (number.isGiven() && number.getInteger() != 0) number.fail("it has one, number 0");
+    const Attachment F(mobod.getParentMobilizedBody(), mobod.getDefaultInboardFrame()),
+        M(mobod, mobod.getDefaultOutboardFrame());
+    if (isRate) return Signal::coordinateRate(coordinate, F, M);
+    return Signal::turnedAngle(_system.flexible, coordinate, F, M,
+                               "turns of body '" + body.name + "'");
+}
+
+}  // namespace model
+}  // namespace simflex

@@ -1,0 +1,75 @@
+#pragma once
+/** @file
+What laws of a model file depend on: its probes and states as signals of the motion, with their
+derivatives, and the states' equations.
+
+    SignalBuilder signals(file, frames, system);
+    signals.addStates();
+    const Signal force = signals.make(value.get("law"), {{"length", length}}); **/
+
+#include <array>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "simflex/forces/Signal.h"
+#include "simflex/model/builders/ModelFrames.h"
+
+namespace simflex {
+namespace model {
+
+class SignalBuilder {
+public:
+    using Locals = std::map<std::string, Signal>;
+
+    SignalBuilder(const ModelValue& file, const ModelFrames& frames, ModelSystem& system);
+    ~SignalBuilder();
+
+    /** Adds the equations of all states, and their names to the system. **/
+    void addStates();
+
+    /** Adds a state that counts how often an event happens, by the event's name. **/
+    void addCount(const ModelValue& event);
+    /** Number of a state of type `rate`, or of an event's count. @throws ModelError. **/
+    int findState(const ModelValue& name) const;
+
+    /** Of a law that is a comparison: positive where it holds. **/
+    Signal makeMargin(const ModelValue& condition);
+    /** Of a law, or of a function of time.
+    @throws ModelError if it names what no force can depend on, or depends on itself. **/
+    Signal make(const ModelValue& value, const Locals& locals = {});
+
+    /** A joint by name or {joint:, coordinate:}: its coordinate, which counts turns, and its rate.
+    @throws ModelError if there is no such coordinate. **/
+    Signal makeCoordinate(const ModelValue& joint);
+    Signal makeCoordinateRate(const ModelValue& joint);
+
+private:
+    class StateEntry;
+
+    void addEntry(const ModelValue& entry);
+    /** How a formula is evaluated: itself, or its margin. **/
+    enum class Value { Own, Margin };
+    Signal compile(const ModelValue& formula, const Locals& locals, Value value = Value::Own);
+    void checkOwnName(const std::string& name, const ModelValue& law) const;
+    Signal find(const std::string& name, const ModelValue& law);
+    Signal makeOfProbe(const ModelValue& probe, int component);
+    Signal makeOfFrame(const ModelValue& probe, const std::string& kind, int component);
+    Signal makeOfMobilizer(const ModelValue& map, bool isRate);
+    std::array<Attachment, 2> readTwoFrames(const ModelValue& list);
+    Attachment attach(const ModelValue& frame);
+
+    ModelValue _file;
+    const ModelFrames& _frames;
+    ModelSystem& _system;
+    std::vector<std::unique_ptr<StateEntry>> _states;
+    std::vector<std::string> _open;  ///< probes and states that are being made
+};
+
+/** The joint's name and number of a joint or {joint:, coordinate:}. **/
+std::pair<ModelValue, int> readJointCoordinate(const ModelValue& value);
+
+}  // namespace model
+}  // namespace simflex

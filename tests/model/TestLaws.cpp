@@ -1,0 +1,280 @@
+/** @file
+Laws, states and controllers of model files: forces that depend on the motion. **/
+
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "cli/run/RunTest.h"
+#include "simflex/model/Session.h"
+
+namespace simflex {
+namespace {
+
+using SimTK::Vec3;
+using ::testing::HasSubstr;
+
+class LawsTest : public RunTest {
+protected:
+    Session start(const std::string& text) {
+        writeModel("simflex: 1\nsolver: {accuracy: 1e-8}\n" + text);
+        return Session(loadModelText(folder / "model.yaml"));
+    }
+    /** What is wrong with it. **/
+    std::string findMistake(const std::string& text) {
+        try {
+            start(text);
+        } catch (const ModelError& error) {
+            return error.what();
+        }
+        return "nothing";
+    }
+    static double get(const Session& session, const std::string& path) {
+        return session.get(path).at(0);
+    }
+};
+
+/** 1 kg on a slide along x of Ground; probes x, v. **/
+const std::string kSlide =
+    "bodies:\n"
+    "  mass: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: slider}}\n"
+    "probes:\n"
+    "  x: {coordinate: {body: mass}}\n"
+    "  v: {rate: {body: mass}}\n";
+
+/** 2 kg m² about a pin at Ground's origin; probes angle, speed. **/
+const std::string kWheel =
+    "bodies:\n"
+    "  wheel: {mass: 1, inertia: [1, 1, 2]}\n"
+    "joints:\n"
+    "  axle: {type: pin, axis: z, between: [ground, wheel]}\n"
+    "probes:\n"
+    "  angle: {coordinate: axle}\n"
+    "  speed: {rate: axle}\n";
+
+/** y' = f(t, y) by the classical Runge–Kutta method. **/
+template <size_t N>
+std::array<double, N> integrate(
+    std::array<double, N> y, double end, int steps,
+    const std::function<std::array<double, N>(double, const std::array<double, N>&)>& f) {
+    const double h = end / steps;
+    for (int i = 0; i < steps; ++i) {
+        const double t = i * h;
+        const auto add = [](std::array<double, N> a, double factor,
+                            const std::array<double, N>& b) {
+            for (size_t k = 0; k < N; ++k) a[k] += factor * b[k];
+            return a;
+        };
+        const auto k1 = f(t, y), k2 = f(t + h / 2, add(y, h / 2, k1)),
+                   k3 = f(t + h / 2, add(y, h / 2, k2)), k4 = f(t + h, add(y, h, k3));
+        y = add(add(add(add(y, h / 6, k1), h / 3, k2), h / 3, k3), h / 6, k4);
+    }
+    return y;
+}
+
+TEST_F(LawsTest, AControlledArmMovesAsItsEquationsSay) {
+    // 2 kg in the middle of an arm of 0.6 m: (I + m l²) θ'' = τ − m g l cos θ.
+    Session session = start(
+        "gravity: [0, -9.81, 0]\n"
+        "parameters: {target: 0.5}\n"
+        "bodies:\n"
+        "  arm: {mass: 2, inertia: [0.01, 0.2, 0.2], place: {position: [0.3, 0, 0]}}\n"
+        "joints:\n"
+        "  shoulder: {type: pin, axis: z, between: [ground, {on: arm, position: [-0.3, 0, 0]}]}\n"
+        "connectors: {drive: {type: motor, joint: shoulder, law: loop}}\n"
+        "states:\n"
+        "  loop:\n"
+        "    pid: {input: target - angle, proportional: 80, integral: 60, derivative: 9,\n"
+        "          filter: 0.01}\n"
+        "    scale: 0.01\n"
+        "probes: {angle: {coordinate: shoulder}, torque: {state: loop}}\n");
+    const double inertia = 0.2 + 2 * 0.09, T = 0.01;
+    const auto calcTorque = [&](const std::array<double, 4>& y) {
+        const double e = 0.5 - y[0];
+        return 80 * e + 60 * y[2] + 9 * (e - y[3]) / T;
+    };
+    const std::function<std::array<double, 4>(double, const std::array<double, 4>&)> f =
+        [&](double, const std::array<double, 4>& y) {
+            const double e = 0.5 - y[0];
+            return std::array<double, 4>{
+                y[1], (calcTorque(y) - 2 * 9.81 * 0.3 * std::cos(y[0])) / inertia, e,
+                (e - y[3]) / T};
+        };
+    for (const double time : {0.05, 0.3, 2.}) {
+        session.runTo(time, 0.05);
+        // The derivative's filter begins at the error: no kick.
+        const auto y = integrate<4>({0, 0, 0, 0.5}, time, 20000, f);
+        EXPECT_NEAR(get(session, "angle"), y[0], 2e-7) << time;
+        EXPECT_NEAR(get(session, "torque"), calcTorque(y), 2e-3) << time;
+    }
+}
+
+TEST_F(LawsTest, TorqueOverTheAngleDoesItsWorkInEveryTurn) {
+    // 12 N m over half of every turn: 12π J a turn.
+    Session session = start(kWheel +
+                            "initial: {rates: {axle: 10}}\n"
+                            "connectors: {drive: {type: motor, joint: axle,\n"
+                            "  law: 'mod(angle, 2*pi) < pi ? 12*sin(angle)^2 : 0'}}\n");
+    while (get(session, "angle") < 6 * M_PI) session.step();
+    session.runTo(session.getTime() + 1, 0.1);
+    const double angle = get(session, "angle"), speed = get(session, "speed");
+    const double turns = std::floor(angle / (2 * M_PI)), rest = angle - 2 * M_PI * turns;
+    const auto calcWork = [](double x) { return 12 * (x / 2 - std::sin(2 * x) / 4); };
+    const double work = turns * calcWork(M_PI) + calcWork(std::min(rest, M_PI));
+    EXPECT_NEAR(speed * speed, 100 + work, 1e-4);
+}
+
+TEST_F(LawsTest, TimesInALawAreKnown) {
+    // At rest, steps would grow over it.
+    Session session = start(kSlide +
+                            "loads: {push: {on: mass, force: [\"20*pulse(t, 5, 5.1) - "
+                            "1e-12*x\", 0, 0]}}\n");
+    session.runTo(10, 10);
+    const double impulse = get(session, "v");
+    EXPECT_NEAR(impulse, 2, 1e-6);
+}
+
+TEST_F(LawsTest, AOneSidedSpringBouncesWithoutLoss) {
+    Session session = start(kSlide +
+                            "gravity: [-10, 0, 0]\n"
+                            "connectors: {rope: {type: spring,\n"
+                            "  between: [{on: ground, position: [1, 0, 0]}, mass],\n"
+                            "  law: '1e4*max(0, length - 2)'}}\n");
+    // Falls 1 m, is stopped, and comes back.
+    const double stretch = (10 + std::sqrt(100 + 4 * 0.5e4 * 10)) / 1e4;
+    double lowest = 0;
+    while (session.getTime() < 0.8) {
+        session.step();
+        lowest = std::min(lowest, get(session, "x"));
+    }
+    EXPECT_GT(lowest, -1 - 1.001 * stretch);
+    EXPECT_LT(lowest, -1 - 0.9 * stretch);
+    const double speed = get(session, "v");
+    EXPECT_GT(speed, 0);
+    EXPECT_NEAR(0.5 * speed * speed + 10 * get(session, "x"), 0, 1e-4);
+}
+
+TEST_F(LawsTest, FiltersRespondAsTheirTransferFunctionsSay) {
+    Session session = start(
+        "bodies: {mass: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: slider}}}\n"
+        "states:\n"
+        "  second: {transfer_function: {input: 1, numerator: [2, 3],\n"
+        "           denominator: [0.01, 0.1, 1]}}\n"
+        "  lead: {lead_lag: {input: t, lead: 0.5, lag: 0.1}}\n"
+        "  smooth: {low_pass: {input: t + 1, time_constant: 0.2}}\n"
+        "  clock: {rate: 2, initial: 3}\n"
+        "probes:\n"
+        "  second_now: {state: second}\n"
+        "  lead_now: {state: lead}\n"
+        "  smooth_now: {state: smooth}\n"
+        "  both: {expression: clock + 2*smooth}\n");
+    const double t = 0.37, a = 5, b = std::sqrt(75.0);
+    session.runTo(t, 0.1);
+    // 0.01 ẅ + 0.1 ẇ + w = 1
+    const double w = 1 - std::exp(-a * t) * (std::cos(b * t) + a / b * std::sin(b * t)),
+                 rate = std::exp(-a * t) * 100 / b * std::sin(b * t);
+    const double smooth = 1 + t - 0.2 * (1 - std::exp(-5 * t));
+    EXPECT_NEAR(get(session, "second_now"), 2 * rate + 3 * w, 1e-5);
+    EXPECT_NEAR(get(session, "lead_now"), 5 * t - 4 * (t - 0.1 * (1 - std::exp(-10 * t))), 1e-6);
+    EXPECT_NEAR(get(session, "smooth_now"), smooth, 1e-6);
+    EXPECT_NEAR(get(session, "both"), 3 + 2 * t + 2 * smooth, 1e-6);
+}
+
+TEST_F(LawsTest, EventsHappenWhereTheirConditionBeginsToHold) {
+    writeModel(
+        "simflex: 1\n"
+        "gravity: [0, -9.81, 0]\n"
+        "bodies: {ball: {mass: 1, inertia: [1, 1, 1], place: {position: [0, 1, 0]}}}\n"
+        "probes: {height: {position: ball, component: y}, seen: {state: low}}\n"
+        "events:\n"
+        "  low: {when: height < 0.5}\n"
+        "  high: {when: height > 0.5}\n"
+        "  landed: {when: height < 0, do: [stop: true]}\n"
+        "analyses: {fall: {type: transient, duration: 2, interval: 0.1}}\n");
+    ASSERT_EQ(runModel(), 0) << err;
+    const Results::Analysis fall = read("fall");
+    EXPECT_NEAR(fall.time.back(), std::sqrt(2 / 9.81), 1e-7);
+    EXPECT_NEAR(find(fall, "height").rows.back()[0], 0, 1e-6);
+    EXPECT_EQ(find(fall, "seen").rows.front()[0], 0);
+    EXPECT_EQ(find(fall, "seen").rows.back()[0], 1);
+    EXPECT_THAT(out, HasSubstr("event 'low' at t = 0.3192"));
+    EXPECT_THAT(out, HasSubstr("event 'landed' at t = 0.4515"));
+    EXPECT_THAT(out, ::testing::Not(HasSubstr("event 'high'")));
+}
+
+TEST_F(LawsTest, EventsReleaseJointsAndSwitchLoads) {
+    // A wheel is driven until it has made a turn, then held by nothing and braked; counted.
+    Session session =
+        start(kWheel +
+              "states: {turns: {rate: 0}}\n"
+              "connectors: {drive: {type: motor, joint: axle, law: 'free ? -3 : 4'}}\n"
+              "events:\n"
+              "  free: {when: angle > 2*pi, once: true,\n"
+              "         do: [{set: turns, to: turns + 1}]}\n"
+              "  back: {when: speed < 0, do: [{release: axle}, {set: turns, to: 7}]}\n"
+              "gravity: [0, 0, -10]\n");
+    // θ̈ = 2 rad/s² over 2π, then −1.5 rad/s² until it stops.
+    const double free = std::sqrt(2 * M_PI), speed = 2 * free, back = free + speed / 1.5;
+    session.runTo(free + 0.5, 0.1);
+    EXPECT_NEAR(get(session, "speed"), speed - 0.75, 1e-6);
+    EXPECT_EQ(session.getModel().getStates().at("turns").calcValue(
+                  session.getModel().getFlexibleBodies(), session.getState()),
+              1);
+    session.runTo(back + 1, 0.1);
+    const auto occurrences = session.getModel().takeOccurrences();
+    ASSERT_EQ(occurrences.size(), 2u);
+    EXPECT_NEAR(occurrences[0].second, free, 1e-7);
+    EXPECT_NEAR(occurrences[1].second, back, 1e-7);
+    // Nothing holds the wheel up any more.
+    const Vec3 place =
+        session.getModel().getBodies()[0].mobod.getBodyOriginLocation(session.getState());
+    EXPECT_NEAR(place[2], -5, 1e-5);
+}
+
+TEST_F(LawsTest, ALawWithoutValueIsNamedWithItsReason) {
+    for (const char* law : {"sqrt(0.5 + x)", "sqrt(x - 1)"}) {
+        writeModel("simflex: 1\ngravity: [-10, 0, 0]\n" + kSlide +
+                   "loads: {push: {on: mass, force: [\"" + law +
+                   "\", 0, 0]}}\n"
+                   "analyses: {fall: {type: transient, duration: 2, interval: 0.1}}\n");
+        EXPECT_NE(runModel(), 0);
+        EXPECT_THAT(err, HasSubstr("loads.push.force.0 has no finite value: the root of -"));
+    }
+}
+
+TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
+    const auto withForce = [](const std::string& law, const std::string& probes = "") {
+        return kSlide + probes + "loads: {push: {on: mass, force: [\"" + law + "\", 0, 0]}}\n";
+    };
+    EXPECT_EQ(findMistake(withForce("-3*x")), "nothing");
+    EXPECT_THAT(findMistake(withForce("-3*y")),
+                HasSubstr("loads.push.force.0: 'y' is no parameter, table or function"));
+    EXPECT_THAT(findMistake(withForce("place", "  place: {position: mass}\n")),
+                HasSubstr("a law cannot depend on a vector: say which component, as place.x"));
+    EXPECT_EQ(findMistake(withForce("-place.x", "  place: {position: mass}\n")), "nothing");
+    EXPECT_THAT(findMistake(withForce("a.x", "  a: {acceleration: mass}\n")),
+                HasSubstr("no law can depend on probe 'a', which is of kind 'acceleration'"));
+    EXPECT_THAT(findMistake(withForce("a", "  a: {expression: b + x}\n  b: {expression: 2*a}\n")),
+                HasSubstr("it depends on itself: 'a' → 'b' → 'a'"));
+    EXPECT_THAT(findMistake(kSlide + "states: {loop: {pid: {input: 1 - loop, proportional: 2}}}\n"),
+                HasSubstr("it depends on itself: 'loop' → 'loop'"));
+    EXPECT_THAT(findMistake(kSlide + "states: {x: {rate: 1}}\n"),
+                HasSubstr("a probe has the name 'x' already"));
+    EXPECT_EQ(findMistake(kWheel + "connectors: {m: {type: motor, joint: axle, law: -angle}}\n"),
+              "nothing");
+    EXPECT_THAT(findMistake(kWheel + "  length: {expression: 2*angle}\n"
+                                     "connectors: {s: {type: actuator, law: length,\n"
+                                     "  between: [{on: ground, position: [0, 0, 1]}, wheel]}}\n"),
+                HasSubstr("'length' is the connector's own and the name of a probe, state or"));
+    EXPECT_THAT(findMistake(kSlide + "motions: {lead: {between: [ground, mass], position: x}}\n"),
+                HasSubstr("'x' is no parameter, table or function"));
+    EXPECT_THAT(findMistake("parameters: {v: 3}\n" + withForce("-2*v")),
+                HasSubstr("'v' is a parameter or table and a probe, state or event: rename one"));
+    EXPECT_THAT(findMistake(kSlide + "events: {e: {when: x}}\n"),
+                HasSubstr("it must be one comparison, such as 'gap < 0'"));
+    EXPECT_THAT(findMistake(kSlide + "events: {e: {when: x < 0, do: [{release: pivot}]}}\n"),
+                HasSubstr("there is no joint or motion 'pivot'"));
+}
+
+}  // namespace
+}  // namespace simflex
