@@ -451,12 +451,14 @@ std::vector<Comparison> compare(const Problem& problem) {
                 continue;
             }
             // Once more without the clock's stops, if it is worth it.
-            const double error = calcError(*solution, *reference);
+            double error = calcError(*solution, *reference);
             for (int again = 0; again < 2 && error <= Targets[0] && solution->seconds < ShortRun;
                  ++again) {
                 const auto repeated = method.run(problem, accuracy, Infinity);
                 solution->seconds = std::min(solution->seconds, repeated->seconds);
                 solution->steps = repeated->steps;
+                // Who looks at the clock may make steps shorter, and better.
+                error = std::max(error, calcError(*repeated, *reference));
             }
             if (isVerbose)
                 std::printf("%-20s %8.1e error %8.1e %10.3f ms %8ld steps\n", method.name, accuracy,
