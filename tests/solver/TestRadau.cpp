@@ -8,6 +8,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/forces/Bushing.h"
+#include "simflex/forces/ContactStop.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/RadauIntegrator.h"
 #include "simflex/solver/integration/RadauTableau.h"
@@ -429,6 +430,39 @@ void expectReactionsOfLeastNorm() {
 TEST(RedundantConstraints, KeepTheirReactionsSmallFromStepToStep) {
     expectReactionsOfLeastNorm<BdfIntegrator>();
     expectReactionsOfLeastNorm<RadauIntegrator>();
+}
+
+/** A ball that falls on a stop and springs back, again and again: what an error of position as
+large as the accuracy would do against the largest force is the measure. **/
+TEST(Radau, EnergyAtAStopFollowsTheAccuracy) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    constexpr Real g = 9.81, mass = 1, height = 0.1, stiffness = 1e5;
+    Force::Gravity gravity(forces, matter, -ZAxis, g);
+    FlexibleBodySubsystem flexible(system, matter);
+    const Transform upwards(Rotation(-Pi / 2, YAxis));
+    MobilizedBody::Slider ball(matter.Ground(), upwards,
+                               Body::Rigid(MassProperties(mass, Vec3(0), Inertia(0.01))), upwards);
+    ContactStop(flexible, Attachment(matter.Ground()), Attachment(ball), stiffness);
+    State state = system.realizeTopology();
+    ball.setLength(state, height);
+    const Real largestForce = std::sqrt(2 * g * height * mass * stiffness);
+    for (const Real accuracy : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8}) {
+        RadauIntegrator integrator(system);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(state);
+        Real error = 0;
+        for (int k = 1; k <= 2000; ++k) {
+            integrator.stepTo(1e-3 * k);
+            const State& now = integrator.getState();
+            const Real z = ball.getLength(now), v = ball.getRate(now), depth = std::max(-z, 0.0);
+            error = std::max(error, std::abs(mass * g * (z - height) + 0.5 * mass * v * v +
+                                             0.5 * stiffness * depth * depth));
+        }
+        EXPECT_LT(error, 10 * accuracy * largestForce) << accuracy;
+        EXPECT_LT(integrator.getStatistics().stepsTaken, 500) << accuracy;
+    }
 }
 
 TEST(Radau, RefusesIndex3) {

@@ -281,6 +281,9 @@ private:
 
     double m_longestStep = 0;  ///< allowed
     double m_nextStep = 0;
+    /** For which errors of speeds act, of methods with stages: no less than the steps before, as
+    after a short one, where something jumps, long ones follow. **/
+    double m_speedTime = 0;
     int m_order = 1, m_stepsAtOrder = 0;
     SimTK::Vector m_triggersBefore, m_triggersAfter, m_triggerTrial;
     bool m_hasTriggered = false, m_isTimeAdvancePending = false;

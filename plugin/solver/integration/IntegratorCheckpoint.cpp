@@ -160,7 +160,7 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
     m_new.visit(c);
     m_controller.visit(c);
     m_events.visit(c);
-    c.visit(m_nextStep);
+    c.visit(m_nextStep, m_speedTime);
     c.visitWithin(m_order, 1, 5, "the order");
     c.visit(m_stepsAtOrder, m_numRedundantAtStart);
     c.visit(firstStep, lastStep);

@@ -260,6 +260,7 @@ void ImplicitIntegrator::Implementation::start() {
     m_nextStep = chooseInitialStep(m_visible, LongestFraction * m_system.getDefaultTimeScale());
     m_order = std::min(m_scheme->getLowestOrder(), m_scheme->getHighestOrder(m_history));
     m_stepsAtOrder = 0;
+    m_speedTime = 0;
     m_stateIsCurrent = false;
     m_hasTriggered = m_isTimeAdvancePending = false;
     if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);

@@ -111,8 +111,8 @@ bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) 
         return true;
     }
     step.calcError(start, m_new, h, m_errorQ, m_errorU, m_errorZ);
-    *error = std::max(projected,
-                      calcErrorSize(h) * step.calcShareOfError(h, m_errorQ, m_errorU, m_errorZ));
+    *error = std::max(projected, calcErrorSize(std::max(h, m_speedTime)) *
+                                     step.calcShareOfError(h, m_errorQ, m_errorU, m_errorZ));
     if (m_equations->getTimedLoads().hasLoads())
         m_equations->realize(m_new.t, m_new.q.data(), m_new.u.data());
     if (*error <= 1) *error = std::max(*error, calcUnseenError(lastOrder));
@@ -253,6 +253,7 @@ void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
     statistics.smallestStep = statistics.stepsTaken == 1 ? h : std::min(statistics.smallestStep, h);
     if (SimTK::isNaN(firstStep)) firstStep = h;
     lastStep = h;
+    m_speedTime = std::max(h, m_speedTime - 0.5 * h);
     lastOrder = order;
 }
 
