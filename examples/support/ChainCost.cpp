@@ -71,11 +71,12 @@ ChainCost measureChain(const ChainOptions& options, const std::shared_ptr<const 
     integrator.initialize(initial);
     cost.initializeSeconds = watch.lap();
 
-    const int numSteps = std::clamp(4000 / options.numLinks, 8, 400);
-    // The first steps warm up.
-    integrator.stepTo(3 * step);
+    const int numSteps = std::clamp(40000 / options.numLinks, 8, 400);
+    // The first steps warm up, and show whether many threads are faster than one.
+    constexpr int warmUp = 12;
+    integrator.stepTo(warmUp * step);
     const IntegratorStatistics start = integrator.getStatistics();
-    integrator.stepTo((3 + numSteps) * step);
+    integrator.stepTo((warmUp + numSteps) * step);
     cost.statistics = subtract(integrator.getStatistics(), start);
     // Simbody is asked once, for the State to start with: stateSeconds, not part of a step.
     cost.iterationSeconds = (cost.statistics.totalSeconds - cost.statistics.simbodySeconds) /
