@@ -51,10 +51,7 @@ WorkTeam::~WorkTeam() {
 void WorkTeam::enlarge(int helpers) {
     m_process = long(getpid());
     try {
-        while (int(m_helpers.size()) < helpers) {
-            const int index = int(m_helpers.size()) + 1;
-            m_helpers.emplace_back([this, index] { help(index); });
-        }
+        while (int(m_helpers.size()) < helpers) m_helpers.emplace_back([this] { help(); });
     } catch (const std::system_error&) {
         // The machine gives no more threads: there is nobody to wait for.
     }
@@ -65,10 +62,11 @@ bool WorkTeam::isAnnounced(State seen) const {
     return (state & Open) && state / OneLoop != seen;
 }
 
-void WorkTeam::help(int index) {
+void WorkTeam::help() {
     isInLoop = true;
+    bool isWanted = true;
     for (State seen = 0;;) {
-        for (int k = 0; k < Patience && !isAnnounced(seen); ++k) pause();
+        for (int k = 0; k < Patience && isWanted && !isAnnounced(seen); ++k) pause();
         if (!isAnnounced(seen)) {
             ++m_numAsleep;
             std::unique_lock<std::mutex> lock(m_mutex);
@@ -78,13 +76,14 @@ void WorkTeam::help(int index) {
         }
         State state = m_state;
         if (!(state & Open) || state / OneLoop == seen) continue;
-        if (State(index) > (state & Wanted) / OneWanted) {
+        isWanted = (state & AtWork) < (state & Wanted) / OneWanted;
+        if (!isWanted) {
             seen = state / OneLoop;
             continue;
         }
         if (!m_state.compare_exchange_strong(state, state + OneAtWork)) continue;
         seen = state / OneLoop;
-        work(index);
+        work(int(state & AtWork) + 1);
         if (((m_state -= OneAtWork) & AtWork) == 0 && m_callerSleeps) {
             const std::lock_guard<std::mutex> lock(m_mutex);
             m_finished.notify_one();
@@ -131,9 +130,10 @@ void WorkTeam::run(long count, int shares, long size, int threads, unsigned mode
     m_loop = loop;
     isInLoop = true;
     m_state = ((m_state / OneLoop + 1) % OneLoop) * OneLoop + Open + State(helpers) * OneWanted;
-    if (m_numAsleep > 0) {
+    const int numAsleep = m_numAsleep, numAwake = int(m_helpers.size()) - numAsleep;
+    if (numAsleep > 0 && numAwake < helpers) {
         const std::lock_guard<std::mutex> lock(m_mutex);
-        m_opened.notify_all();
+        for (int k = numAwake; k < helpers; ++k) m_opened.notify_one();
     }
     work(0);
     m_state &= ~State(Open);

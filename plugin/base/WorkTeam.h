@@ -49,7 +49,7 @@ private:
     void enlarge(int helpers);
     /** Until nobody is at work. **/
     void wait();
-    void help(int index);
+    void help();
     void work(int index);
     bool isAnnounced(std::uint64_t seen) const;
 
