@@ -39,9 +39,7 @@ Signal reverse(const Signal& force) {
 void addMotor(const ModelValue& value, SignalBuilder& signals, ModelSystem& system) {
     const ModelValue what = value.get("joint");
     const Signal position = signals.makeCoordinate(what), rate = signals.makeCoordinateRate(what);
-    const auto [name, number] = readJointCoordinate(what);
-    const Joint& joint = findEntry(system.joints, "joint", name.getText(), name).joint;
-    const int coordinate = std::max(number, 0);
+    const auto [joint, coordinate] = signals.findCoordinateOf(what);
     const bool isAngle = findCoordinate(joint, coordinate).coordinate.isAngle();
     const Signal force = signals.make(value.get("law"), {{isAngle ? "angle" : "length", position},
                                                          {isAngle ? "speed" : "rate", rate}});

@@ -376,29 +376,28 @@ Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& ki
     });
 }
 
-Signal SignalBuilder::makeCoordinate(const ModelValue& value) {
-    if (value.isMap() && value.has("body")) return makeOfMobilizer(value, false);
+std::pair<Joint, int> SignalBuilder::findCoordinateOf(const ModelValue& value) const {
     const auto [name, number] = readJointCoordinate(value);
     const Joint& joint = findEntry(_system.joints, "joint", name.getText(), name).joint;
     if (number < 0 && joint.getNumCoordinates() > 1)
         value.fail("joint '" + joint.getName() + "' has " +
                    std::to_string(joint.getNumCoordinates()) +
                    " coordinates; say which: {joint: " + joint.getName() + ", coordinate: 0}");
-    return withPlace(value, [&, n = std::max(number, 0)] {
-        return Signal::turnedAngle(_system.flexible, joint, n);
+    return {joint, std::max(number, 0)};
+}
+
+Signal SignalBuilder::makeCoordinate(const ModelValue& value) {
+    if (value.isMap() && value.has("body")) return makeOfMobilizer(value, false);
+    return withPlace(value, [&, found = findCoordinateOf(value)] {
+        return Signal::turnedAngle(_system.flexible, found.first, found.second);
     });
 }
 
 Signal SignalBuilder::makeCoordinateRate(const ModelValue& value) {
     if (value.isMap() && value.has("body")) return makeOfMobilizer(value, true);
-    const auto [name, number] = readJointCoordinate(value);
-    const Joint& joint = findEntry(_system.joints, "joint", name.getText(), name).joint;
-    if (number < 0 && joint.getNumCoordinates() > 1)
-        value.fail("joint '" + joint.getName() + "' has " +
-                   std::to_string(joint.getNumCoordinates()) +
-                   " coordinates; say which: {joint: " + joint.getName() + ", coordinate: 0}");
-    return withPlace(value,
-                     [&, n = std::max(number, 0)] { return Signal::coordinateRate(joint, n); });
+    return withPlace(value, [&, found = findCoordinateOf(value)] {
+        return Signal::coordinateRate(found.first, found.second);
+    });
 }
 
 Signal SignalBuilder::makeOfMobilizer(const ModelValue& map, bool isRate) {

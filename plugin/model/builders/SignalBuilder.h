@@ -43,6 +43,7 @@ public:
 
     /** A joint by name or {joint:, coordinate:}: its coordinate, which counts turns, and its rate.
     @throws ModelError if there is no such coordinate. **/
+    std::pair<Joint, int> findCoordinateOf(const ModelValue& joint) const;
     Signal makeCoordinate(const ModelValue& joint);
     Signal makeCoordinateRate(const ModelValue& joint);
 

@@ -141,11 +141,6 @@ void TopologyBuilder::refuseUnsupported(const State& state) const {
                                         std::string(state.getSubsystemName(s)) +
                                         "' has coordinates or speeds of its own, which only "
                                         "SimTK::Integrator can move; keep them as z");
-    const auto nameOfJoint = [&](ConstraintIndex constraint) {
-        for (const JointRecord& joint : m_topology.guts->joints())
-            if (joint.constraint == constraint) return joint.name;
-        return std::string();
-    };
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i)
         if (PrescribedMotion::isUnsupported(matter.getMobilizedBody(i), state))
             throw std::invalid_argument(m_owner + ": " + describe(m_topology.guts, i) +
