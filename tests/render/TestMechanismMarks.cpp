@@ -300,7 +300,7 @@ TEST(ForceMarks, SpringsAndLoadsGoWithTheDrawnBodyInEveryState) {
     MechanismMarks marks;
     marks.forces.connectors.push_back({ConnectorKind::Spring, wall, tip, 1.0});
     marks.forces.loads.push_back(
-        {tip, [](Real t) { return SpatialVec(Vec3(0), Vec3(0, 0, -50 * t)); }});
+        {tip, [](const State& at) { return SpatialVec(Vec3(0), Vec3(0, 0, -50 * at.getTime())); }});
     for (const double angle : {0.0, 0.7}) {
         pendulum.body.setPoseByInterface(state, "A", Transform(Rotation(angle, ZAxis)));
         state.setTime(1 + angle);
@@ -370,8 +370,8 @@ TEST(ForceMarks, ALoadWithoutValueIsNamed) {
     Pendulum pendulum;
     const State state = pendulum.place();
     MechanismMarks marks;
-    marks.forces.loads.push_back(
-        {pendulum.body.interface("B"), [](Real) { return SpatialVec(Vec3(0), Vec3(NaN)); }});
+    marks.forces.loads.push_back({pendulum.body.interface("B"),
+                                  [](const State&) { return SpatialVec(Vec3(0), Vec3(NaN)); }});
     try {
         pendulum.takeStock(marks, state);
         FAIL() << "accepted";

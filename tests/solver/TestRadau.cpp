@@ -210,8 +210,9 @@ TEST(Radau, FollowsAThinBodyThatTurnsFastAboutItsAxis) {
             EXPECT_LT(run(integrator, model, exact), 10 * accuracy) << accuracy;
             const IntegratorStatistics& statistics = integrator.getStatistics();
             EXPECT_LE(statistics.convergenceFailures, 2) << accuracy;
-            if (angles == ThinLink::Angles::Quaternion)  // others pass singular ones
+            if (angles == ThinLink::Angles::Quaternion) {  // others pass singular ones
                 EXPECT_LT(statistics.calcRejectedFraction(), 0.05) << accuracy;
+            }
         }
     }
 }
