@@ -200,7 +200,7 @@ TEST(RunCheckpoint, FramesAreAppended) {
     const auto add = [&](int count) {
         for (int k = 0; k < count; ++k) {
             const double t = double(checkpoint.frames.size());
-            checkpoint.frames.push_back({t, {t, 2 * t, 3}, {-t}});
+            checkpoint.frames.push_back({t, {t, 2 * t, 3}, {-t}, {t / 2}});
         }
         model::writeRunCheckpoint(path, checkpoint);
     };
@@ -219,6 +219,7 @@ TEST(RunCheckpoint, FramesAreAppended) {
             EXPECT_EQ(found.frames[k].time, double(k));
             EXPECT_EQ(found.frames[k].q, (std::vector<double>{double(k), 2.0 * double(k), 3}));
             EXPECT_EQ(found.frames[k].u, (std::vector<double>{-double(k)}));
+            EXPECT_EQ(found.frames[k].z, (std::vector<double>{double(k) / 2}));
         }
     };
     check(300);
