@@ -124,6 +124,18 @@ TEST_F(LawsTest, TorqueOverTheAngleDoesItsWorkInEveryTurn) {
     EXPECT_NEAR(speed * speed, 100 + work, 1e-4);
 }
 
+TEST_F(LawsTest, AMotorFollowsItsMapOfSpeedAndThrottle) {
+    // Bilinear: 10 (1 − speed/100) throttle N m on 2 kg m², throttle = t/2.
+    Session session = start(
+        "tables:\n"
+        "  map: {x: [0, 100], y: [0, 1], z: [[0, 10], [0, 0]], interpolation: linear}\n" +
+        kWheel +
+        "states: {throttle: {rate: 0.5}}\n"
+        "connectors: {drive: {type: motor, joint: axle, law: 'map(speed, throttle)'}}\n");
+    session.runTo(1.5, 0.1);
+    EXPECT_NEAR(get(session, "speed"), 100 * (1 - std::exp(-0.025 * 1.5 * 1.5 / 2)), 1e-5);
+}
+
 TEST_F(LawsTest, TimesInALawAreKnown) {
     // At rest, steps would grow over it.
     Session session = start(kSlide +
@@ -266,10 +278,31 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
                                      "connectors: {s: {type: actuator, law: length,\n"
                                      "  between: [{on: ground, position: [0, 0, 1]}, wheel]}}\n"),
                 HasSubstr("'length' is the connector's own and the name of a probe, state or"));
+    const std::string spring =
+        "connectors: {s: {type: spring, between: [{on: ground, position: [0, 1, 0]}, mass],\n"
+        "  law: 'angle'}}\n";
+    EXPECT_THAT(findMistake(kSlide + spring),
+                HasSubstr("connectors.s.law: only laws of torsion springs and of motors of turning "
+                          "joints know 'angle'; springs, actuators"));
+    EXPECT_THAT(findMistake(kWheel + "connectors: {m: {type: motor, joint: axle, law: -length}}\n"),
+                HasSubstr("'length'; torsion springs and motors of turning joints know 'angle'"));
+    for (const char* t : {"probes: {t: {position: ground}}", "states: {t: {rate: 1}}",
+                          "events: {t: {when: t > 1}}"})
+        EXPECT_THAT(findMistake(t + std::string("\n")), HasSubstr("'t' is the time wherever")) << t;
+    EXPECT_THAT(
+        findMistake(withForce("-2*g", "  g: {rate: {body: mass}}\n")),
+        HasSubstr("'g' is a parameter, constant or table and a probe, state or event: rename one"));
     EXPECT_THAT(findMistake(kSlide + "motions: {lead: {between: [ground, mass], position: x}}\n"),
                 HasSubstr("'x' is no parameter, table or function"));
-    EXPECT_THAT(findMistake("parameters: {v: 3}\n" + withForce("-2*v")),
-                HasSubstr("'v' is a parameter or table and a probe, state or event: rename one"));
+    EXPECT_THAT(findMistake("tables: {m: {x: [0, 1], y: [0, 1], z: [[1, 2], [3]]}}\n" +
+                            withForce("m(x, v)")),
+                HasSubstr("tables.m: row 1 of z has 1 values and y 2; every y has one in each"));
+    EXPECT_THAT(findMistake("tables: {m: {x: [0, 1], y: [0, 1], z: [[1, 2], [3, 4]]}}\n" +
+                            withForce("m(x)")),
+                HasSubstr("loads.push.force.0: the table 'm' has two arguments, here it gets 1"));
+    EXPECT_THAT(
+        findMistake("parameters: {v: 3}\n" + withForce("-2*v")),
+        HasSubstr("'v' is a parameter, constant or table and a probe, state or event: rename one"));
     EXPECT_THAT(findMistake(kSlide + "events: {e: {when: x}}\n"),
                 HasSubstr("it must be one comparison, such as 'gap < 0'"));
     EXPECT_THAT(findMistake(kSlide + "events: {e: {when: x < 0, do: [{release: pivot}]}}\n"),

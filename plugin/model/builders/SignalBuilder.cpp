@@ -30,6 +30,16 @@ Signal makeSum(const std::vector<Signal>& terms, const std::vector<double>& fact
              "functions of time and expressions of these can be used");
 }
 
+/** What a connector of one type knows and one of another does not. **/
+void failOwnNameOfOthers(const ModelValue& law, const std::string& name) {
+    if (name == "angle" || name == "speed")
+        law.fail("only laws of torsion springs and of motors of turning joints know '" + name +
+                 "'; springs, actuators and motors of sliding joints know 'length' and 'rate'");
+    if (name == "length" || name == "rate")
+        law.fail("only laws of springs, actuators and motors of sliding joints know '" + name +
+                 "'; torsion springs and motors of turning joints know 'angle' and 'speed'");
+}
+
 bool isSameCoordinate(const ModelValue& a, const ModelValue& b) {
     if (a.isMap() && a.has("body")) return false;
     const auto [joint, number] = readJointCoordinate(a);
@@ -265,12 +275,10 @@ Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Val
     return Signal::function(arguments, [formula, place, failure = _system.lawFailure](
                                            Real time, const Real* x, Real* slopes) {
         // Where there is no slope, Newton's method goes without.
-        if (slopes) {
-            formula.calcSlopes(time, x, slopes);
-            for (size_t i = 0; i < formula.getUsed().size(); ++i)
-                if (!std::isfinite(slopes[i])) slopes[i] = 0;
-        }
-        const double result = formula.calcValue(time, x);
+        const double result =
+            slopes ? formula.calcSlopes(time, x, slopes) : formula.calcValue(time, x);
+        for (size_t i = 0; slopes && i < formula.getUsed().size(); ++i)
+            if (!std::isfinite(slopes[i])) slopes[i] = 0;
         // A shorter step may find one.
         if (!std::isfinite(result))
             *failure = place + " has no finite value: " + formula.explain(time, x);
@@ -313,6 +321,7 @@ Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
     if (state == _states.end() && !probes.has(owner)) {
         std::vector<std::string> known = probes.getKeys();
         for (const auto& entry : _states) known.push_back(entry->getName());
+        if (law.getPath().compare(0, 11, "connectors.") == 0) failOwnNameOfOthers(law, name);
         law.failUnknown("probe or state", name, known);
     }
     _open.push_back(owner);

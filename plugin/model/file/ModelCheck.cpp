@@ -162,7 +162,8 @@ private:
             for (const char* section : {"probes", "states", "events"})
                 if (const YamlTree* child = tree.find(section))
                     for (const YamlTree::Entry& entry : child->entries)
-                        if (isName(entry.key, false) && !isFormulaWord(entry.key) &&
+                        if (isName(entry.key, false) &&
+                            (!isFormulaWord(entry.key) || isTaken(entry.key)) &&
                             entry.key.find('-') == std::string::npos)
                             (isTaken(entry.key) ? _newFile->ambiguous : _newFile->quantities)
                                 .push_back(entry.key);
@@ -272,7 +273,7 @@ private:
     }
 
     bool isTaken(const std::string& name) const {
-        return _newFile->scope.constants.count(name) > 0 || _newFile->scope.tables.count(name) > 0;
+        return _newFile->scope.constants.count(name) > 0 || _newFile->scope.hasTable(name);
     }
 
     // --- Entries ---
@@ -300,7 +301,10 @@ private:
         if (!_newFile || _mistakes.size() > numMistakes) return;
         if (node.path == "parameters")
             _newFile->scope.constants[entry.key] = child->expression.calcValue(0);
-        if (node.path == "tables") _newFile->scope.tables[entry.key] = makeTable(child);
+        if (node.path == "tables" && child->find("z"))
+            _newFile->scope.surfaces[entry.key] = makeSurfaceTable(child);
+        else if (node.path == "tables")
+            _newFile->scope.tables[entry.key] = makeTable(child);
     }
 
     static void checkEntryName(const SchemaForm& form, const YamlTree::Entry& entry,
@@ -322,6 +326,8 @@ private:
                  "letter or _");
         if (entry.key == "ground")
             fail("'ground' is the name of the inertial frame; choose another");
+        if (entry.key == "t" && (path == "probes.t" || path == "states.t" || path == "events.t"))
+            fail("'t' is the time wherever formulas may name this; choose another name");
         if (!form.hasWords) return;
         if (isFormulaWord(entry.key))
             fail(name + " has a meaning in formulas already; choose another name");
@@ -329,13 +335,40 @@ private:
             fail(name + " cannot be a name in formulas: write _ instead of -");
     }
 
+    void checkTableName(const Node& node) const {
+        if (_newFile->scope.constants.count(node.name) > 0)
+            node.fail("a parameter has the name '" + node.name + "' already");
+    }
+    static formula::Table::Interpolation readInterpolation(const ModelValue& table) {
+        const std::string text = table.get("interpolation").getText();
+        return text == "linear" ? formula::Table::Interpolation::Linear
+               : text == "step" ? formula::Table::Interpolation::Step
+                                : formula::Table::Interpolation::Spline;
+    }
+    static formula::Table::Extrapolation readExtrapolation(const ModelValue& table) {
+        const std::string text = table.get("extrapolation").getText();
+        return text == "linear"   ? formula::Table::Extrapolation::Linear
+               : text == "refuse" ? formula::Table::Extrapolation::Refuse
+                                  : formula::Table::Extrapolation::Constant;
+    }
+
+    std::shared_ptr<const formula::SurfaceTable> makeSurfaceTable(const NodePointer& node) const {
+        const ModelValue table(node), rows = table.get("z");
+        checkTableName(*node);
+        std::vector<std::vector<double>> z;
+        for (int i = 0; i < rows.getSize(); ++i) z.push_back(rows.at(i).getNumbers());
+        try {
+            return std::make_shared<formula::SurfaceTable>(
+                node->name, table.get("x").getNumbers(), table.get("y").getNumbers(), z,
+                readInterpolation(table), readExtrapolation(table));
+        } catch (const std::invalid_argument& error) {
+            node->fail(error.what());
+        }
+    }
+
     std::shared_ptr<const formula::Table> makeTable(const NodePointer& node) const {
-        using formula::Table;
         const ModelValue table(node);
-        if (_newFile->scope.constants.count(node->name) > 0)
-            node->fail("a parameter has the name '" + node->name + "' already");
-        const std::string interpolation = table.get("interpolation").getText();
-        const std::string extrapolation = table.get("extrapolation").getText();
+        checkTableName(*node);
         std::vector<double> x, y;
         ModelValue culprit = table;
         try {
@@ -349,14 +382,8 @@ private:
                 x = culprit.getNumbers();
                 y = table.get("y").getNumbers();
             }
-            return std::make_shared<Table>(node->name, x, y,
-                                           interpolation == "linear" ? Table::Interpolation::Linear
-                                           : interpolation == "step" ? Table::Interpolation::Step
-                                                                     : Table::Interpolation::Spline,
-                                           extrapolation == "linear" ? Table::Extrapolation::Linear
-                                           : extrapolation == "refuse"
-                                               ? Table::Extrapolation::Refuse
-                                               : Table::Extrapolation::Constant);
+            return std::make_shared<formula::Table>(node->name, x, y, readInterpolation(table),
+                                                    readExtrapolation(table));
         } catch (const ModelError&) {
             throw;
         } catch (const std::exception& error) {

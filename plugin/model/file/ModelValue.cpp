@@ -254,8 +254,7 @@ VariableFormula::VariableFormula(const ModelValue& text,
                 "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") ==
             std::string::npos;
         if (isWord && !name.empty() && !isFormulaWord(name) && scope.constants.count(name) == 0 &&
-            scope.tables.count(name) == 0 &&
-            std::find(names.begin(), names.end(), name) == names.end())
+            !scope.hasTable(name) && std::find(names.begin(), names.end(), name) == names.end())
             names.push_back(name);
     }
     auto shared = std::make_shared<Shared>();
@@ -315,15 +314,13 @@ double VariableFormula::calcMargin(double time, const double* values) const {
     return _shared->formula->calcMargin(Inputs<double>(time, values, getUsed().size()).get());
 }
 
-void VariableFormula::calcSlopes(double time, const double* values, double* slopes) const {
-    using Number = formula::Jet<double>;
-    Inputs<Number> inputs(time, values, getUsed().size());
-    for (std::size_t i = 0; i < getUsed().size(); ++i) {
-        Number& input = inputs.get()[i + 1];
-        input = Number::makeVariable(values[i]);
-        slopes[i] = _shared->formula->calc(inputs.get()).first;
-        input = Number(values[i]);
-    }
+double VariableFormula::calcSlopes(double time, const double* values, double* slopes) const {
+    const std::size_t count = getUsed().size();
+    Inputs<double> all(0, values, count);
+    const double value = _shared->formula->calcSlopes(Inputs<double>(time, values, count).get(),
+                                                      all.get(), static_cast<int>(count) + 1);
+    std::copy_n(all.get() + 1, count, slopes);
+    return value;
 }
 
 std::string VariableFormula::explain(double time, const double* values) const {

@@ -30,8 +30,8 @@ public:
     bool isComparison() const;
     /** Of a comparison: how far it holds, b − a. **/
     double calcMargin(double time, const double* values) const;
-    /** ∂f/∂x_i; not finite where it has none. **/
-    void calcSlopes(double time, const double* values, double* slopes) const;
+    /** Its value, and ∂f/∂x_i; not finite where it has none. **/
+    double calcSlopes(double time, const double* values, double* slopes) const;
     /** "division by zero in '1/x'": why it has no value. **/
     std::string explain(double time, const double* values) const;
 

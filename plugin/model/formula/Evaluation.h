@@ -39,31 +39,33 @@ S rise(const S* t, Shape shape) {
 template <class S>
 S raise(const S& x, const S& p, double value, bool isConstant) {
     using std::exp;
-    using std::log;
-    using std::pow;
     if (isConstant)
         return chain(
-            x, [&](auto y) { return pow(y, value); },
-            [&](auto y) { return value == 0 ? decltype(y)(0) : value * pow(y, value - 1); },
+            x, [&](auto y) { return power(y, value); },
+            [&](auto y) { return value == 0 ? decltype(y)(0) : value * power(y, value - 1); },
             [&](auto y) {
                 const double factor = value * (value - 1);
-                return factor == 0 ? decltype(y)(0) : factor * pow(y, value - 2);
+                return factor == 0 ? decltype(y)(0) : factor * power(y, value - 2);
             });
-    const S logarithm = chain(
-        x, [](auto y) { return log(y); }, [](auto y) { return divide(decltype(y)(1), y); },
-        [](auto y) { return divide(decltype(y)(-1), y * y); });
+    const S exponent = p * chain(
+                               x, [](auto y) { return logarithm(y); },
+                               [](auto y) { return divide(decltype(y)(1), y); },
+                               [](auto y) { return divide(decltype(y)(-1), y * y); });
     return chain(
-        p * logarithm, [](auto y) { return exp(y); }, [](auto y) { return exp(y); },
+        exponent, [](auto y) { return exp(y); }, [](auto y) { return exp(y); },
         [](auto y) { return exp(y); });
 }
 
-template <class S>
-class Evaluation {
+/** What one operation makes of its operands.
+@tparam Operands  `S operator()(std::size_t i)` is operand i: what is not taken is not asked for;
+    `findNumber(i)` points to it if it is a Number **/
+template <class S, class Operands>
+class Application {
 public:
-    Evaluation(const Tree& tree, const S* inputs) : _tree(tree), _inputs(inputs) {}
+    explicit Application(const Operands& operands) : operand(operands) {}
 
-    S calc(int number) const {
-        const Node& node = _tree[number];
+    /** Of what is no Number and no Variable. **/
+    S calc(Operation operation, const Table* table, const SurfaceTable* surface) const {
         using std::acos;
         using std::asin;
         using std::atan;
@@ -72,21 +74,19 @@ public:
         using std::cosh;
         using std::exp;
         using std::floor;
-        using std::log;
-        using std::log10;
         using std::sin;
         using std::sinh;
         using std::sqrt;
         using std::tan;
         using std::tanh;
-        const auto operand = [&](std::size_t i) { return calc(node.operands[i]); };
-        switch (node.operation) {
+        switch (operation) {
             case Operation::Number:
-                return S(node.number);
             case Operation::Variable:
-                return _inputs[node.variable];
+                break;
             case Operation::Lookup:
-                return lookUp(*node.table, operand(0));
+                return lookUp(*table, operand(0));
+            case Operation::LookupTwo:
+                return lookUp(*surface, operand(0), operand(1));
             case Operation::Negate:
                 return -operand(0);
             case Operation::Add:
@@ -98,7 +98,7 @@ public:
             case Operation::Divide:
                 return divide(operand(0), operand(1));
             case Operation::Power:
-                return calcPower(node);
+                return calcPower();
             case Operation::Less:
                 return makeTruth<S>(isBelow(operand(0) - operand(1)));
             case Operation::LessOrEqual:
@@ -108,11 +108,11 @@ public:
             case Operation::NotEqual:
                 return makeTruth<S>(truthOf(operand(0) - operand(1)));
             case Operation::And:
-                return calcAnd(node);
+                return calcAnd();
             case Operation::Or:
-                return calcOr(node);
+                return calcOr();
             case Operation::If:
-                return calcIf(node);
+                return calcIf();
             case Operation::Sin:
                 return chain(
                     operand(0), [](auto x) { return sin(x); }, [](auto x) { return cos(x); },
@@ -163,13 +163,13 @@ public:
                     [](auto x) { return exp(x); });
             case Operation::Ln:
                 return chain(
-                    operand(0), [](auto x) { return log(x); },
+                    operand(0), [](auto x) { return logarithm(x); },
                     [](auto x) { return divide(decltype(x)(1), x); },
                     [](auto x) { return divide(decltype(x)(-1), x * x); });
             case Operation::Log10: {
                 const double scale = 1 / std::log(10.0);
                 return chain(
-                    operand(0), [](auto x) { return log10(x); },
+                    operand(0), [](auto x) { return decimalLogarithm(x); },
                     [scale](auto x) { return divide(decltype(x)(scale), x); },
                     [scale](auto x) { return divide(decltype(x)(-scale), x * x); });
             }
@@ -198,7 +198,9 @@ public:
             case Operation::Step:
             case Operation::Ramp: {
                 const S t[] = {operand(0), operand(1), operand(2), operand(3), operand(4)};
-                if (node.operation == Operation::Ramp) return rise(t, [](const S& s) { return s; });
+                for (const S& x : t)
+                    if (hasNoValue(x)) return S(kNoNumber);
+                if (operation == Operation::Ramp) return rise(t, [](const S& s) { return s; });
                 return rise(t, [](const S& s) {
                     return chain(
                         s, [](auto x) { return x * x * x * (10 + x * (6 * x - 15)); },
@@ -215,8 +217,7 @@ public:
     }
 
 private:
-    const Tree& _tree;
-    const S* _inputs;
+    const Operands& operand;
 
     template <class T>
     static T squareOf(const T& x) {
@@ -227,6 +228,8 @@ private:
     static T cubeOf(const T& x) {
         return x * x * x;
     }
+    static double decimalLogarithm(double x) { return x > 0 ? std::log10(x) : kNoNumber; }
+    static Interval decimalLogarithm(const Interval& x) { return log10(x); }
     static double calcTangent(double x) { return std::tan(x); }
     static Interval calcTangent(const Interval& x) { return sin(x) / cos(x); }
     /** Of asin. **/
@@ -236,46 +239,53 @@ private:
         return divide(T(1), sqrt((1 - x) * (1 + x)));
     }
 
+    static bool hasNoValue(double x) { return std::isnan(x); }
+    static bool hasNoValue(const Jet<double>& x) { return std::isnan(x.value); }
+    static bool hasNoValue(const Jet<Interval>&) { return false; }
+
+    static constexpr bool isOfBounds = std::is_same<S, Jet<Interval>>::value;
+
+    /** Of a number without value nothing follows; of bounds, that one is false. **/
     static Truth both(Truth a, Truth b) {
+        if (!isOfBounds && (a == Truth::Unknown || b == Truth::Unknown)) return Truth::Unknown;
         if (a == Truth::No || b == Truth::No) return Truth::No;
         return a == Truth::Yes ? b : a;
     }
 
-    S calcPower(const Node& node) const {
-        const S base = calc(node.operands[0]);
-        const Node& exponent = _tree[node.operands[1]];
-        if (exponent.operation == Operation::Number)
-            return raise(base, S(exponent.number), exponent.number, true);
-        return raiseToVariable(base, calc(node.operands[1]));
+    S calcPower() const {
+        const S base = operand(0);
+        if (const double* exponent = operand.findNumber(1))
+            return raise(base, S(*exponent), *exponent, true);
+        return raiseToVariable(base, operand(1));
     }
-    static double raiseToVariable(double x, double p) { return std::pow(x, p); }
+    static double raiseToVariable(double x, double p) { return power(x, p); }
     static Jet<double> raiseToVariable(const Jet<double>& x, const Jet<double>& p) {
         Jet<double> result = p.isConstant ? raise(x, p, p.value, true) : raise(x, p, 0, false);
-        result.value = std::pow(x.value, p.value);
+        result.value = power(x.value, p.value);
         return result;
     }
     static Jet<Interval> raiseToVariable(const Jet<Interval>& x, const Jet<Interval>& p) {
         return raise(x, p, 0, false);
     }
 
-    S calcAnd(const Node& node) const {
-        const Truth first = truthOf(calc(node.operands[0]));
+    S calcAnd() const {
+        const Truth first = truthOf(operand(0));
         if (first == Truth::No) return makeTruth<S>(Truth::No);
-        return makeTruth<S>(both(first, truthOf(calc(node.operands[1]))));
+        return makeTruth<S>(both(first, truthOf(operand(1))));
     }
-    S calcOr(const Node& node) const {
-        const Truth first = truthOf(calc(node.operands[0]));
+    S calcOr() const {
+        const Truth first = truthOf(operand(0));
         if (first == Truth::Yes) return makeTruth<S>(Truth::Yes);
-        return makeTruth<S>(negate(both(negate(first), negate(truthOf(calc(node.operands[1]))))));
+        return makeTruth<S>(negate(both(negate(first), negate(truthOf(operand(1))))));
     }
-    S calcIf(const Node& node) const {
-        const Truth truth = truthOf(calc(node.operands[0]));
-        if (truth == Truth::Unknown) return calcEither(node);
-        return calc(node.operands[truth == Truth::Yes ? 1 : 2]);
+    S calcIf() const {
+        const Truth truth = truthOf(operand(0));
+        if (truth == Truth::Unknown) return calcEither();
+        return operand(truth == Truth::Yes ? 1 : 2);
     }
-    S calcEither(const Node& node) const {
-        if constexpr (std::is_same<S, Jet<Interval>>::value)
-            return hull(calc(node.operands[1]), calc(node.operands[2]));
+    S calcEither() const {
+        if constexpr (isOfBounds)
+            return hull(operand(1), operand(2));
         else
             return S(kNoNumber);
     }
@@ -299,17 +309,17 @@ private:
     /** Slopes are those of atan(y/x), or of −atan(x/y). **/
     static Jet<double> calcAtan2(const Jet<double>& y, const Jet<double>& x) {
         Jet<double> result = std::abs(x.value) >= std::abs(y.value)
-                                 ? Evaluation::calcAtan(divide(y, x))
-                                 : -Evaluation::calcAtan(divide(x, y));
+                                 ? Application::calcAtan(divide(y, x))
+                                 : -Application::calcAtan(divide(x, y));
         result.value = std::atan2(y.value, x.value);
         return result;
     }
     static Jet<Interval> calcAtan2(const Jet<Interval>& y, const Jet<Interval>& x) {
         const double pi = std::acos(-1.0);
-        if (x.value.low > 0) return Evaluation::calcAtan(divide(y, x));
+        if (x.value.low > 0) return Application::calcAtan(divide(y, x));
         if (!y.value.contains(0)) {
             const Jet<Interval> quarter(y.value.low > 0 ? pi / 2 : -pi / 2);
-            return quarter - Evaluation::calcAtan(divide(x, y));
+            return quarter - Application::calcAtan(divide(x, y));
         }
         return {{-pi, pi}, Interval::makeWhole(), Interval::makeWhole()};
     }
@@ -322,15 +332,30 @@ private:
                 z, [](auto v) { return squareOf(v); }, [](auto v) { return 2 * v; },
                 [](auto v) { return decltype(v)(2); });
         };
-        Jet<T> result = Evaluation::calcRoot(square(x) + square(y));
+        Jet<T> result = Application::calcRoot(square(x) + square(y));
         if constexpr (std::is_same<T, double>::value) result.value = std::hypot(x.value, y.value);
         return result;
     }
 };
 
 template <class S>
-S evaluate(const Tree& tree, int node, const S* inputs) {
-    return Evaluation<S>(tree, inputs).calc(node);
+S evaluate(const Tree& tree, int number, const S* inputs) {
+    const Node& node = tree[number];
+    if (node.operation == Operation::Number) return S(node.number);
+    if (node.operation == Operation::Variable) return inputs[node.variable];
+    struct Operands {
+        const Tree& tree;
+        const Node& node;
+        const S* inputs;
+        S operator()(std::size_t i) const { return evaluate(tree, node.operands[i], inputs); }
+        const double* findNumber(std::size_t i) const {
+            const Node& operand = tree[node.operands[i]];
+            return operand.operation == Operation::Number ? &operand.number : nullptr;
+        }
+    };
+    const Operands operands{tree, node, inputs};
+    return Application<S, Operands>(operands).calc(node.operation, node.table.get(),
+                                                   node.surface.get());
 }
 
 }  // namespace formula

@@ -38,40 +38,55 @@ int copyPart(const Tree& from, int number, Tree& to) {
 }  // namespace
 
 Formula::Formula(std::string text, const Scope& scope, const std::vector<std::string>& variables)
-    : _text(std::move(text)), _tree(parse(_text, scope, variables)) {
+    : _text(std::move(text)),
+      _tree(std::make_unique<const Tree>(parse(_text, scope, variables))),
+      _program(*_tree) {
     std::vector<bool> isUsed(variables.size(), false);
-    for (const Node& node : _tree.nodes)
+    _numVariables = variables.size();
+    for (const Node& node : _tree->nodes)
         if (node.variable >= 0) isUsed[static_cast<std::size_t>(node.variable)] = true;
     for (std::size_t i = 0; i < variables.size(); ++i)
         if (isUsed[i]) _used.push_back(variables[i]);
 }
 
 double Formula::calc(const double* values) const {
-    return evaluate(_tree, _tree.getRoot(), values);
+    return _program.calc(values);
 }
 
 Jet<double> Formula::calc(const Jet<double>* values) const {
-    return evaluate(_tree, _tree.getRoot(), values);
+    return _program.calc(values);
+}
+
+double Formula::calcSlopes(const double* values, double* slopes, int count) const {
+    if (const auto value = _program.calcSlopes(values, slopes, count)) return *value;
+    std::vector<Jet<double>> inputs(values, values + _numVariables);
+    for (int i = 0; i < count; ++i) {
+        Jet<double>& input = inputs[static_cast<std::size_t>(i)];
+        input = Jet<double>::makeVariable(values[i]);
+        slopes[i] = calc(inputs.data()).first;
+        input = Jet<double>(values[i]);
+    }
+    return calc(values);
 }
 
 bool Formula::isComparison() const {
-    const Operation root = _tree[_tree.getRoot()].operation;
+    const Operation root = (*_tree)[_tree->getRoot()].operation;
     return root == Operation::Less || root == Operation::LessOrEqual;
 }
 
 double Formula::calcMargin(const double* values) const {
-    const Node& root = _tree[_tree.getRoot()];
-    return evaluate(_tree, root.operands[1], values) - evaluate(_tree, root.operands[0], values);
+    const Node& root = (*_tree)[_tree->getRoot()];
+    return evaluate(*_tree, root.operands[1], values) - evaluate(*_tree, root.operands[0], values);
 }
 
 std::string Formula::explain(const double* values) const {
-    return explain(_tree.getRoot(), values);
+    return explain(_tree->getRoot(), values);
 }
 
 std::string Formula::explain(int number, const double* values) const {
-    const Node& node = _tree[number];
+    const Node& node = (*_tree)[number];
     const auto calcOperand = [&](std::size_t i) {
-        return evaluate(_tree, node.operands[i], values);
+        return evaluate(*_tree, node.operands[i], values);
     };
     // The first operand without a value is to blame, unless it is a branch that is not taken.
     double x = 0;
@@ -100,11 +115,13 @@ std::string Formula::explain(int number, const double* values) const {
             return "no angle has the " +
                    std::string(node.operation == Operation::Asin ? "sine " : "cosine ") + at + in;
         case Operation::Power:
-            if (std::isnan(evaluate(_tree, number, values)) || x == 0)
+            if (std::isnan(evaluate(*_tree, number, values)) || x == 0)
                 return at + " to the power of " + writeGeneral(calcOperand(1), 9) + in;
             break;
         case Operation::Lookup:
             return node.table->describeRefusal(x);
+        case Operation::LookupTwo:
+            return node.surface->describeRefusal(x, calcOperand(1));
         case Operation::Variable:
             return "'" + text + "' has no value";
         default:
@@ -115,11 +132,12 @@ std::string Formula::explain(int number, const double* values) const {
 
 std::vector<double> Formula::findSwitches(double from, double to) const {
     std::vector<int> parts;
-    if (collectTimed(_tree, _tree.getRoot(), parts)) return formula::findSwitches(_tree, from, to);
+    if (collectTimed(*_tree, _tree->getRoot(), parts))
+        return formula::findSwitches(*_tree, from, to);
     std::vector<double> times;
     for (int part : parts) {
         Tree timed;
-        copyPart(_tree, part, timed);
+        copyPart(*_tree, part, timed);
         const std::vector<double> found = formula::findSwitches(timed, from, to);
         times.insert(times.end(), found.begin(), found.end());
     }

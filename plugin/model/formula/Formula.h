@@ -9,6 +9,7 @@ A formula of named variables: parsed once, evaluated by any number of threads.
 
 #include "simflex/model/formula/Jet.h"
 #include "simflex/model/formula/Parser.h"
+#include "simflex/model/formula/Program.h"
 
 namespace simflex {
 namespace formula {
@@ -22,6 +23,9 @@ public:
     @param values  of the variables, in their order **/
     double calc(const double* values) const;
     Jet<double> calc(const Jet<double>* values) const;
+    /** The value, and ∂f/∂x_i of the first `count` variables; not finite where it has none, at a
+    kink those of growing x_i. **/
+    double calcSlopes(const double* values, double* slopes, int count) const;
     /** True for `a < b`, `a > b` and the like: its margin b − a is positive where it holds. **/
     bool isComparison() const;
     double calcMargin(const double* values) const;
@@ -38,7 +42,9 @@ public:
 
 private:
     std::string _text;
-    Tree _tree;
+    std::unique_ptr<const Tree> _tree;
+    Program _program;
+    std::size_t _numVariables = 0;
     std::vector<std::string> _used;
 
     std::string explain(int node, const double* values) const;

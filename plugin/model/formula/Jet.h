@@ -17,6 +17,7 @@ slope |x'|. Derivatives that do not exist are not finite. **/
 #include <type_traits>
 
 #include "simflex/model/formula/Interval.h"
+#include "simflex/model/formula/SurfaceTable.h"
 #include "simflex/model/formula/Table.h"
 
 namespace simflex {
@@ -76,6 +77,19 @@ inline double divide(double a, double b) {
 inline Interval divide(const Interval& a, const Interval& b) {
     return a / b;
 }
+/** Likewise; and what has no value has no power, not even the zeroth. **/
+inline double logarithm(double x) {
+    return x > 0 ? std::log(x) : kNoNumber;
+}
+inline Interval logarithm(const Interval& x) {
+    return log(x);
+}
+inline double power(double x, double p) {
+    return std::isnan(x) || std::isnan(p) || (x == 0 && p < 0) ? kNoNumber : std::pow(x, p);
+}
+inline Interval power(const Interval& x, double p) {
+    return pow(x, p);
+}
 template <class T>
 Jet<T> divide(const Jet<T>& a, const Jet<T>& b) {
     const T value = divide(a.value, b.value);
@@ -115,9 +129,7 @@ double applySteps(double x, F f) {
 }
 template <class F>
 Jet<double> applySteps(const Jet<double>& x, F f) {
-    Jet<double> result(f(x.value), 0, 0);
-    result.isConstant = x.isConstant;
-    return result;
+    return f(x.value);
 }
 template <class F>
 Jet<Interval> applySteps(const Jet<Interval>& x, F f) {
@@ -211,7 +223,7 @@ S makeTruth(Truth truth) {
     if constexpr (std::is_same<S, double>::value) {
         return number;
     } else if constexpr (std::is_same<S, Jet<double>>::value) {
-        return {number, 0, 0};
+        return number;
     } else {
         const bool isKnown = truth != Truth::Unknown;
         const Interval slope = isKnown ? Interval(0) : Interval::makeWhole();
@@ -243,6 +255,42 @@ inline Jet<Interval> lookUp(const Table& table, const Jet<Interval>& x) {
         };
     };
     return chain(x, bound(0), bound(1), bound(2));
+}
+
+inline double lookUp(const SurfaceTable& table, double x, double y) {
+    return table.covers(x, y) ? table.calc(x, y) : kNoNumber;
+}
+/** f(x, y) by the chain rule. @param f  f(i, j): ∂^(i+j) f/∂x^i ∂y^j **/
+template <class T, class F>
+Jet<T> chainTwo(const Jet<T>& x, const Jet<T>& y, const F& f) {
+    Jet<T> result;
+    result.value = f(0, 0);
+    if (x.isConstant && y.isConstant) return result;
+    const T fx = f(1, 0), fy = f(0, 1);
+    result.first = fx * x.first + fy * y.first;
+    result.second = f(2, 0) * (x.first * x.first) + T(2) * (f(1, 1) * (x.first * y.first)) +
+                    f(0, 2) * (y.first * y.first) + fx * x.second + fy * y.second;
+    result.isConstant = false;
+    return result;
+}
+inline Jet<double> lookUp(const SurfaceTable& table, const Jet<double>& x, const Jet<double>& y) {
+    if (!table.covers(x.value, y.value)) return kNoNumber;
+    const auto findSide = [](const Jet<double>& z) {
+        return signAfter(Jet<double>(z.first, z.second, 0)) < 0 ? Table::Side::Left
+                                                                : Table::Side::Right;
+    };
+    const SurfaceTable::Sides sides{findSide(x), findSide(y)};
+    return chainTwo(x, y, [&](int i, int j) { return table.calc(x.value, y.value, i, j, sides); });
+}
+inline Jet<Interval> lookUp(const SurfaceTable& table, const Jet<Interval>& x,
+                            const Jet<Interval>& y) {
+    const bool isKnown = !x.value.isEmpty() && !y.value.isEmpty() &&
+                         table.covers(x.value.low, y.value.low) &&
+                         table.covers(x.value.high, y.value.high);
+    return chainTwo(x, y, [&](int i, int j) {
+        if (x.value.isEmpty() || y.value.isEmpty()) return Interval::makeEmpty();
+        return isKnown ? table.calcBounds(x.value, y.value, i, j) : Interval::makeWhole();
+    });
 }
 
 }  // namespace formula

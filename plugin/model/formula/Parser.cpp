@@ -189,10 +189,12 @@ private:
     // nodes
 
     int add(Operation operation, std::vector<int> operands, std::size_t begin,
-            std::shared_ptr<const Table> table = nullptr) {
+            std::shared_ptr<const Table> table = nullptr,
+            std::shared_ptr<const SurfaceTable> surface = nullptr) {
         Node node;
         node.operation = operation;
         node.table = std::move(table);
+        node.surface = std::move(surface);
         node.begin = static_cast<int>(begin);
         node.end = static_cast<int>(_end);
         for (int operand : operands) node.depth = std::max(node.depth, _tree[operand].depth + 1);
@@ -232,6 +234,7 @@ private:
                 node.number = value;
                 node.operands.clear();
                 node.table = nullptr;
+                node.surface = nullptr;
                 node.depth = 1;
             }
         }
@@ -416,8 +419,10 @@ private:
         const auto constant = _scope.constants.find(word);
         if (constant != _scope.constants.end()) return addNumber(constant->second, begin);
         const auto table = _scope.tables.find(word);
+        const auto surface = _scope.surfaces.find(word);
+        const bool isSurface = surface != _scope.surfaces.end();
         const Function* function = findFunction(word);
-        if (table == _scope.tables.end() && !function)
+        if (table == _scope.tables.end() && !isSurface && !function)
             throw SyntaxError(word == "t"
                                   ? "this number is constant: it cannot depend on the time t"
                                   : "'" + word + "' is no parameter, table or function",
@@ -426,9 +431,16 @@ private:
         const Nesting nesting(*this);
         const std::vector<int> arguments = parseArguments();
         const auto count = static_cast<int>(arguments.size());
-        const int fewest = function ? function->fewest : 1, most = function ? function->most : 1;
+        const int own = isSurface ? 2 : 1;
+        const int fewest = function ? function->fewest : own,
+                  most = function ? function->most : own;
+        if (!function && count != own)
+            fail("the table '" + word + "' has " + (isSurface ? "two arguments" : "one argument") +
+                     ", here it gets " + std::to_string(count),
+                 begin);
         if (count < fewest) fail("the function '" + word + "' has too few arguments", begin);
         if (count > most) fail("the function '" + word + "' has too many arguments", begin);
+        if (isSurface) return add(Operation::LookupTwo, arguments, begin, nullptr, surface->second);
         if (!function) return add(Operation::Lookup, arguments, begin, table->second);
         if (const int composed = compose(word, arguments, begin); composed >= 0) return composed;
         if (function->most != kAny) return add(function->operation, arguments, begin);
@@ -444,10 +456,23 @@ private:
         const auto make = [&](Operation operation, int a, int b) {
             return add(operation, {a, b}, begin);
         };
-        if (word == "clamp") return make(Operation::Max, make(Operation::Min, x[0], x[2]), x[1]);
+        const auto checkOrder = [&](int low, int high, const char* what) {
+            const Node &a = _tree[low], &b = _tree[high];
+            if (a.operation == Operation::Number && b.operation == Operation::Number &&
+                a.number > b.number)
+                fail(what, begin);
+        };
+        if (word == "clamp") {
+            checkOrder(x[1], x[2], "clamp(x, low, high) has a low above its high");
+            return make(Operation::Max, make(Operation::Min, x[0], x[2]), x[1]);
+        }
         if (word == "deadband") {
-            const int least = add(Operation::Negate, {x[1]}, begin);
-            const int within = make(Operation::Max, make(Operation::Min, x[0], x[1]), least);
+            const int most = _tree[x[1]].operation == Operation::Number
+                                 ? x[1]
+                                 : add(Operation::Abs, {x[1]}, begin);
+            const int least = add(Operation::Negate, {most}, begin);
+            checkOrder(least, most, "the width of deadband(x, width) is negative");
+            const int within = make(Operation::Max, make(Operation::Min, x[0], most), least);
             return make(Operation::Subtract, x[0], within);
         }
         // Rounded over a width.

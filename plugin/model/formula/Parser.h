@@ -22,6 +22,11 @@ namespace formula {
 struct Scope {
     std::map<std::string, double> constants;
     std::map<std::string, std::shared_ptr<const Table>> tables;
+    std::map<std::string, std::shared_ptr<const SurfaceTable>> surfaces;  ///< of two variables
+
+    bool hasTable(const std::string& name) const {
+        return tables.count(name) > 0 || surfaces.count(name) > 0;
+    }
 };
 
 /** What is wrong with a formula; `position` counts its characters from 0. **/

@@ -32,7 +32,9 @@ class Levels {
 public:
     static Levels zero() { return Levels(Kind::Zero, nullptr); }
     static Levels wholeNumbers() { return Levels(Kind::Whole, nullptr); }
-    static Levels pointsOf(const Table& table) { return Levels(Kind::Points, &table.getPoints()); }
+    static Levels pointsOf(const std::vector<double>& points) {
+        return Levels(Kind::Points, &points);
+    }
 
     /** Rises by 1 on a level, by 1 above it. **/
     double count(double x) const {
@@ -138,7 +140,10 @@ private:
                 return {{operand(0), operand(1), Levels::zero()},
                         {operand(0), operand(2), Levels::zero()}};
             case Operation::Lookup:
-                return {{operand(0), -1, Levels::pointsOf(*node.table)}};
+                return {{operand(0), -1, Levels::pointsOf(node.table->getPoints())}};
+            case Operation::LookupTwo:
+                return {{operand(0), -1, Levels::pointsOf(node.surface->getPoints(0))},
+                        {operand(1), -1, Levels::pointsOf(node.surface->getPoints(1))}};
             default:
                 return {};
         }

@@ -15,8 +15,10 @@ namespace {
 
 const std::size_t kMaxPoints = 5000000;
 
-/** Second derivatives at the points of the spline that is not a knot at its ends. **/
-std::vector<double> calcCurvature(const std::vector<double>& x, const std::vector<double>& y) {
+}  // namespace
+
+std::vector<double> calcSplineCurvature(const std::vector<double>& x,
+                                        const std::vector<double>& y) {
     const std::size_t n = x.size();
     std::vector<double> curvature(n, 0);
     if (n < 3) return curvature;
@@ -53,8 +55,6 @@ std::vector<double> calcCurvature(const std::vector<double>& x, const std::vecto
     return curvature;
 }
 
-}  // namespace
-
 Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
              Interpolation interpolation, Extrapolation extrapolation)
     : _name(std::move(name)),
@@ -74,7 +74,7 @@ Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
                                         " follows " + writeGeneral(_x[i - 1], 6));
     }
     if (_interpolation == Interpolation::Spline) {
-        _curvature = calcCurvature(_x, _y);
+        _curvature = calcSplineCurvature(_x, _y);
         for (double value : _curvature)
             if (!std::isfinite(value))
                 throw std::invalid_argument(

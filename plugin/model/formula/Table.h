@@ -6,6 +6,7 @@ Splines are cubic and "not a knot" at their ends (de Boor, A Practical Guide to 
 twice continuously differentiable, and exact for cubics. Two points make a line, three a parabola.
 **/
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,7 @@ public:
     const std::string& getName() const { return _name; }
     /** Where the pieces meet. **/
     const std::vector<double>& getPoints() const { return _x; }
+    bool isPoint(double x) const { return std::binary_search(_x.begin(), _x.end(), x); }
     /** "table 'engine' is asked for 3, outside of its points from 0 to 2". **/
     std::string describeRefusal(double x) const;
 
@@ -51,6 +53,9 @@ private:
     double calcPiece(int piece, double x, int order) const;
     Interval calcPieceBounds(int piece, const Interval& x, int order) const;
 };
+
+/** Second derivatives at the points of the spline that is not a knot at its ends. **/
+std::vector<double> calcSplineCurvature(const std::vector<double>& x, const std::vector<double>& y);
 
 /** Two columns (from 0) of a CSV file: separated by commas, semicolons, tabs or blanks; lines that
 begin with # and a first line of names are passed over. @throws std::runtime_error with file and

@@ -10,6 +10,7 @@ Operands stand before what is made of them. What depends on no variable is a Num
 #include <memory>
 #include <vector>
 
+#include "simflex/model/formula/SurfaceTable.h"
 #include "simflex/model/formula/Table.h"
 
 namespace simflex {
@@ -18,7 +19,8 @@ namespace formula {
 enum class Operation {
     Number,
     Variable,
-    Lookup,  ///< in a table
+    Lookup,     ///< in a table
+    LookupTwo,  ///< in a table of two variables
     Negate,
     Add,
     Subtract,
@@ -61,12 +63,13 @@ enum class Operation {
 
 struct Node {
     Operation operation = Operation::Number;
-    std::vector<int> operands;           ///< numbers of nodes
-    double number = 0;                   ///< of Number
-    int variable = -1;                   ///< of Variable
-    std::shared_ptr<const Table> table;  ///< of Lookup
-    int begin = 0, end = 0;              ///< its characters
-    int depth = 1;                       ///< of the tree below
+    std::vector<int> operands;                    ///< numbers of nodes
+    double number = 0;                            ///< of Number
+    int variable = -1;                            ///< of Variable
+    std::shared_ptr<const Table> table;           ///< of Lookup
+    std::shared_ptr<const SurfaceTable> surface;  ///< of LookupTwo
+    int begin = 0, end = 0;                       ///< its characters
+    int depth = 1;                                ///< of the tree below
 };
 
 struct Tree {

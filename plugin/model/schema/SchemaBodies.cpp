@@ -324,7 +324,15 @@ std::vector<SchemaKey> makePartKeys() {
                  SchemaKey("x", {list({number()})}, "Where the values stand, increasing.")
                      .with({"y"})
                      .such("[0, 1, 2]"),
-                 SchemaKey("y", {list({number()})}, "Values.").with({"x"}).such("[0, 5, 0]"),
+                 SchemaKey("y", {list({number()})},
+                           "Values; with z, where the values of a row stand, increasing.")
+                     .with({"x"})
+                     .such("[0, 5, 0]"),
+                 SchemaKey("z", {list({list({number()})})},
+                           "Values of a function of two variables: one row for each x, in it one "
+                           "value for each y.")
+                     .with({"x"})
+                     .such("[[0, 0, 0], [0, 1, 2]]"),
                  SchemaKey("file", {file("a CSV file")}, "CSV file with the points.")
                      .such("road.csv"),
                  SchemaKey("columns", {list({integer(0, 10000)}, {2})},
@@ -334,7 +342,8 @@ std::vector<SchemaKey> makePartKeys() {
                      .such("[0, 2]"),
                  SchemaKey("interpolation", {choice({"spline", "linear", "step"})},
                            "Between the points: cubic spline "
-                           "(not-a-knot), lines, or the value of the last point passed.")
+                           "(not-a-knot; bicubic), lines (bilinear), or the value of the last "
+                           "point passed.")
                      .orElse("spline")
                      .such("linear"),
                  SchemaKey("extrapolation", {choice({"constant", "linear", "refuse"})},
@@ -354,7 +363,9 @@ std::vector<SchemaKey> makePartKeys() {
         SchemaKey("parameters", {parameters},
                   "Constants for formulas; each may use those above it.")
             .such("{speed: 150, length: 0.18}"),
-        SchemaKey("tables", {tables}, "Functions of one variable for formulas: engine(t).")
+        SchemaKey(
+            "tables", {tables},
+            "Functions of one variable or two for formulas: engine(t), torque(speed, throttle).")
             .such("{engine: {x: [0, 1, 2], y: [0, 5, 0]}}"),
         SchemaKey("gravity", {vec3()}, "Acceleration of gravity in Ground.")
             .in("m/s^2")

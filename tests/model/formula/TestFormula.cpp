@@ -30,6 +30,20 @@ Scope makeScope() {
     scope.tables["strict"] = std::make_shared<Table>(
         "strict", std::vector<double>{0, 1, 3}, std::vector<double>{0, 5, 1},
         Table::Interpolation::Spline, Table::Extrapolation::Refuse);
+    // x³y² + xy at the points
+    const std::vector<double> x{-1, 0, 0.5, 2, 3}, y{0, 1, 1.5, 4};
+    std::vector<std::vector<double>> z;
+    for (double a : x) {
+        z.emplace_back();
+        for (double b : y) z.back().push_back(a * a * a * b * b + a * b);
+    }
+    using Interpolation = Table::Interpolation;
+    using Extrapolation = Table::Extrapolation;
+    scope.surfaces["map"] = std::make_shared<SurfaceTable>("map", x, y, z);
+    scope.surfaces["facets"] = std::make_shared<SurfaceTable>(
+        "facets", x, y, z, Interpolation::Linear, Extrapolation::Linear);
+    scope.surfaces["grid"] = std::make_shared<SurfaceTable>("grid", x, y, z, Interpolation::Spline,
+                                                            Extrapolation::Refuse);
     return scope;
 }
 
@@ -238,7 +252,7 @@ TEST(Formula, WhatIsNoFormulaIsRefusedWithTheReason) {
     EXPECT_EQ(refuse("t ="), "a formula assigns nothing; to compare, write ==");
     EXPECT_EQ(refuse("1.2.3"), "'1.2.3' is no number");
     EXPECT_EQ(refuse("sin()"), "the function 'sin' has too few arguments");
-    EXPECT_EQ(refuse("lines(t, 1)"), "the function 'lines' has too many arguments");
+    EXPECT_EQ(refuse("lines(t, 1)"), "the table 'lines' has one argument, here it gets 2");
     EXPECT_EQ(refuse("5 mm"), "numbers have no units here, all are SI: write 5e-3 instead of 5 mm");
     EXPECT_EQ(refuse(std::string(201, '(') + "t" + std::string(201, ')')),
               "parentheses are nested more than 200 deep");
@@ -264,4 +278,67 @@ TEST(Formula, WhatHasNoValueIsExplained) {
     // What is not taken needs no value.
     const double time = 4;
     EXPECT_EQ(Formula("t < 1 ? sqrt(1 - t) : strict(t - 3)", makeScope(), {"t"}).calc(&time), 5);
+}
+
+TEST(Formula, TablesOfTwoVariablesAreExactForCubics) {
+    const Formula formula("map(x, y)", makeScope(), {"x", "y"});
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> first(-1, 3), second(0, 4);
+    for (int k = 0; k < 200; ++k) {
+        const double at[] = {first(random), second(random)}, x = at[0], y = at[1];
+        double slopes[2];
+        EXPECT_NEAR(formula.calcSlopes(at, slopes, 2), x * x * x * y * y + x * y, 1e-11);
+        EXPECT_NEAR(slopes[0], 3 * x * x * y * y + y, 1e-11);
+        EXPECT_NEAR(slopes[1], 2 * x * x * x * y + x, 1e-11);
+    }
+    const double corner[] = {3, 4};
+    EXPECT_EQ(formula.calc(corner), 27 * 16 + 12);
+}
+
+TEST(Formula, TablesOfTwoVariablesGoOnAsTheyAreTold) {
+    const auto at = [](const std::string& text) {
+        const double none = 0;
+        return Formula(text, makeScope(), {"t"}).calc(&none);
+    };
+    EXPECT_EQ(at("map(5, 9)"), at("map(3, 4)"));
+    EXPECT_EQ(at("map(5, 1.2)"), at("map(3, 1.2)"));
+    EXPECT_NEAR(at("facets(4, 1)"), at("2*facets(3, 1) - facets(2, 1)"), 1e-12);
+    EXPECT_NEAR(at("facets(4, 5)"),
+                at("4*facets(3, 4) - 2*facets(2, 4) - 2*facets(3, 3) + facets(2, 3)"), 1e-11);
+    EXPECT_NEAR(at("facets(0.25, 2)"), at("(facets(0, 2) + facets(0.5, 2))/2"), 1e-12);
+    EXPECT_EQ(explain("grid(t, 1)", 3.5),
+              "table 'grid' is asked for (3.5, 1), outside of its grid from (-1, 0) to (3, 4)");
+    // Beyond the last point nothing changes any more; on the way there it did.
+    const Jet<double> end = calc("map(t, 1)", 3), back = calc("map(6 - t, 1)", 3);
+    EXPECT_EQ(end.first, 0);
+    EXPECT_NEAR(back.first, -28, 1e-11);
+    EXPECT_EQ(refuse("map(t)"), "the table 'map' has two arguments, here it gets 1");
+    EXPECT_EQ(refuse("map(t, 1, 2)"), "the table 'map' has two arguments, here it gets 3");
+}
+
+TEST(Formula, WhatHasNoValueStaysWithout) {
+    // Infinite or unknown on the way, it would look like a number.
+    for (const char* text : {"1/ln(t - 1)", "1/log10(t - 1)", "1/(t - 1)^-2", "ln(0*t) < 3",
+                             "sqrt(-t)^0", "1^sqrt(-t)", "sqrt(-t) || t", "sqrt(-t) && 0*t",
+                             "pulse(t, sqrt(-t), 0.5)", "step(t, sqrt(-t), 0, 0.5, 7)"}) {
+        const double time = 1;
+        EXPECT_TRUE(std::isnan(Formula(text, makeScope(), {"t"}).calc(&time))) << text;
+        EXPECT_TRUE(std::isnan(calc(text, time).value)) << text;
+    }
+    EXPECT_EQ(explain("1/ln(t - 1)", 1), "the logarithm of 0 in 'ln(t - 1)'");
+}
+
+TEST(Formula, SlopesAtAKinkAreThoseAhead) {
+    const Formula formula("max(x, 0) + abs(-y) + 0*z", makeScope(), {"x", "y", "z"});
+    const double origin[] = {0, 0, 0};
+    double slopes[3];
+    EXPECT_EQ(formula.calcSlopes(origin, slopes, 3), 0);
+    EXPECT_EQ(slopes[0], 1);
+    EXPECT_EQ(slopes[1], 1);
+    EXPECT_EQ(slopes[2], 0);
+}
+
+TEST(Formula, BoundsInAWrongOrderAreRefused) {
+    EXPECT_EQ(refuse("deadband(t, -2)"), "the width of deadband(x, width) is negative");
+    EXPECT_EQ(refuse("clamp(t, 2, 1)"), "clamp(x, low, high) has a low above its high");
 }

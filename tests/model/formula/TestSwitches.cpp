@@ -20,6 +20,10 @@ std::vector<double> find(const std::string& text, double from, double to) {
     scope.constants["pi"] = kPi;
     scope.tables["road"] = std::make_shared<Table>("road", std::vector<double>{0, 0.125, 2, 5},
                                                    std::vector<double>{0, 3, 1, 2});
+    scope.surfaces["map"] = std::make_shared<SurfaceTable>(
+        "map", std::vector<double>{0, 1, 3}, std::vector<double>{0, 2, 5},
+        std::vector<std::vector<double>>{{0, 1, 3}, {2, 2, 2}, {0, 1, 1}},
+        Table::Interpolation::Linear);
     return Formula(text, scope, {"t"}).findSwitches(from, to);
 }
 
@@ -147,4 +151,10 @@ TEST(Switches, AreFoundFarFromZero) {
     EXPECT_THAT(find("pulse(t, 86400.5, 86401)", 0, 1e6), ElementsAre(86400.5, 86401));
     const std::vector<double> train = find("mod(t, 1) < 0.5 ? 1 : 0", 1e6 + 0.1, 1e6 + 2.1);
     EXPECT_THAT(train, ElementsAre(1e6 + 0.5, 1e6 + 1, 1e6 + 1.5, 1e6 + 2));
+}
+
+TEST(Switches, OfTablesOfTwoVariablesAreWhereTheirLinesAre) {
+    expectTimes(find("map(t, t/2)", -1, 20), {0, 1, 3, 4, 10});
+    // 2x + y/2 − xy/2 on the first facet
+    expectTimes(find("map(t, 1) > 1 ? 1 : 0", 0.01, 0.9), {1. / 3});
 }

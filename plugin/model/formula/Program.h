@@ -1,0 +1,65 @@
+#pragma once
+/** @file
+A tree as a list of instructions on numbered registers: what is evaluated often.
+
+    sin(2*t) > 0 ? t : 1        r3 = 2·t,  r4 = sin r3,  r5 = 0 < r4,  r6 = if(r5, t, 1)
+
+Values are those of evaluate() of the tree. Slopes by all variables at once go
+backwards through the instructions (reverse mode; Griewank & Walther, Evaluating Derivatives, ch.
+3): what they cost does not grow with the number of variables. **/
+
+#include <optional>
+#include <vector>
+
+#include "simflex/model/formula/Jet.h"
+#include "simflex/model/formula/Tree.h"
+
+namespace simflex {
+namespace formula {
+
+class Program {
+public:
+    /** @param tree  outlives it, where it is **/
+    explicit Program(const Tree& tree);
+
+    double calc(const double* inputs) const;
+    Jet<double> calc(const Jet<double>* inputs) const;
+
+    /** The value, and its slopes by all variables; nothing at a kink, where slopes depend on the
+    direction. **/
+    std::optional<double> calcSlopes(const double* inputs, double* slopes, int count) const;
+
+private:
+    enum class Jump { None, UnlessTrue, IfTrue, IfFalse, Always };
+    struct Instruction {
+        Operation operation = Operation::Number;
+        Jump jump = Jump::None;  ///< by the truth of operand 0
+        int skipTo = 0;
+        int target = 0;  ///< register
+        int operands[5] = {};
+        const double* exponent = nullptr;  ///< if it is a Number
+        const Table* table = nullptr;
+        const SurfaceTable* surface = nullptr;
+    };
+    struct Input {
+        int variable, target;
+    };
+
+    // Registers hold numbers, inputs, then results.
+    std::vector<double> _numbers;
+    std::vector<Input> _inputs;
+    std::vector<Instruction> _instructions;
+    int _numRegisters = 0, _result = 0;
+
+    void findConstants(const Tree& tree, std::vector<int>& registers);
+    int add(const Tree& tree, int number, std::vector<int>& registers);
+    int addJump(Jump jump, int operand);
+    template <class S>
+    void run(const S* inputs, S* registers) const;
+    /** False at a kink. **/
+    static bool addInAdjoints(const Instruction& instruction, const double* registers,
+                              double* adjoints);
+};
+
+}  // namespace formula
+}  // namespace simflex

@@ -1,0 +1,71 @@
+#pragma once
+/** @file
+A function of two variables given on a grid.
+
+Linear: bilinear in every cell. Splines are tensor products of those of Table.h (de Boor, A
+Practical Guide to Splines, ch. XVII): bicubic, twice continuously differentiable, exact for x³y³.
+**/
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "simflex/model/formula/Table.h"
+
+namespace simflex {
+namespace formula {
+
+class SurfaceTable {
+public:
+    /** @param x, y  strictly increasing
+    @param z  one row for every x, one value of y each @throws std::invalid_argument. **/
+    SurfaceTable(std::string name, std::vector<double> x, std::vector<double> y,
+                 const std::vector<std::vector<double>>& z,
+                 Table::Interpolation interpolation = Table::Interpolation::Spline,
+                 Table::Extrapolation extrapolation = Table::Extrapolation::Constant);
+
+    /** False of NaN, and outside of the grid if extrapolation is refused. **/
+    bool covers(double x, double y) const;
+
+    using Sides = std::array<Table::Side, 2>;
+    /** ∂^(i+j) f/∂x^i ∂y^j, i, j ≤ 2. @pre covers(x, y) **/
+    double calc(double x, double y, int i = 0, int j = 0,
+                const Sides& sides = {Table::Side::Right, Table::Side::Right}) const;
+    /** What calc() can be for any x and y between the bounds. @pre it covers them **/
+    Interval calcBounds(const Interval& x, const Interval& y, int i, int j) const;
+
+    const std::string& getName() const { return _name; }
+    /** Where the cells meet. **/
+    const std::vector<double>& getPoints(int axis) const { return _points[axis]; }
+    bool isAtPoint(double x, double y) const {
+        return std::binary_search(_points[0].begin(), _points[0].end(), x) ||
+               std::binary_search(_points[1].begin(), _points[1].end(), y);
+    }
+    /** "table 'map' is asked for (3, 1), outside of its grid from (0, 0) to (2, 2)". **/
+    std::string describeRefusal(double x, double y) const;
+
+private:
+    std::string _name;
+    std::array<std::vector<double>, 2> _points;
+    /** At every point z, ∂²z/∂y², ∂²z/∂x², ∂⁴z/∂x²∂y². **/
+    std::vector<std::array<double, 4>> _values;
+    Table::Interpolation _interpolation;
+    Table::Extrapolation _extrapolation;
+
+    /** Factors of the values and second derivatives at both ends of a piece. **/
+    template <class Number>
+    struct Weights {
+        int piece;
+        std::array<Number, 2> values, curvatures;
+    };
+    int findPiece(int axis, double at, Table::Side side) const;
+    template <class Number>
+    Weights<Number> weigh(int axis, int piece, const Number& at, int order) const;
+    template <class Number>
+    Number sum(const Weights<Number>& x, const Weights<Number>& y) const;
+    /** Of every piece that an interval meets; empty: no bounds. **/
+    std::vector<Weights<Interval>> weighAll(int axis, const Interval& at, int order) const;
+};
+
+}  // namespace formula
+}  // namespace simflex
