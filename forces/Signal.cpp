@@ -113,9 +113,9 @@ private:
 class TurnState : public StateEquation {
 public:
     TurnState(const std::string& name, const JointCoordinate& coordinate, const Attachment& F,
-              const Attachment& M)
+              const Attachment& M, Real start)
         // Half a turn off would be too far, and an error of a thousandth is none.
-        : StateEquation(name, 0, 1e3), m_coordinate(coordinate) {
+        : StateEquation(name, start, 1e3), m_coordinate(coordinate) {
         m_attachments.push_back(F);
         m_attachments.push_back(M);
     }
@@ -315,19 +315,22 @@ Signal Signal::coordinateRate(const Joint& joint, int number) {
     return coordinateRate(found.coordinate, found.F, found.M);
 }
 
-Signal Signal::turnedAngle(FlexibleBodySubsystem& subsystem, const Joint& joint, int number) {
+Signal Signal::turnedAngle(FlexibleBodySubsystem& subsystem, const Joint& joint, int number,
+                           Real start) {
     const JointCoordinateFrames found = findCoordinate(joint, number);
     return turnedAngle(subsystem, found.coordinate, found.F, found.M,
-                       "turns of '" + joint.getName() + "', coordinate " + std::to_string(number));
+                       "turns of '" + joint.getName() + "', coordinate " + std::to_string(number),
+                       start);
 }
 
 Signal Signal::turnedAngle(FlexibleBodySubsystem& subsystem, const JointCoordinate& angle,
-                           const Attachment& F, const Attachment& M, const std::string& name) {
+                           const Attachment& F, const Attachment& M, const std::string& name,
+                           Real start) {
     if (!angle.isPeriodic()) return coordinate(angle, F, M);
     int state = 0;
     while (state < subsystem.getNumStates() && subsystem.getStateName(state) != name) ++state;
     if (state == subsystem.getNumStates())
-        subsystem.adoptState(std::make_unique<TurnState>(name, angle, F, M));
+        subsystem.adoptState(std::make_unique<TurnState>(name, angle, F, M, start));
     return Signal(std::make_shared<Coordinate>(angle, F, M, Coordinate::Kind::Turned, state));
 }
 

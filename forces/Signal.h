@@ -62,11 +62,15 @@ public:
                              const Attachment& M);
     static Signal coordinateRate(const JointCoordinate& coordinate, const Attachment& F,
                                  const Attachment& M);
-    /** An angle that goes on counting over any number of turns, from (−π, π] at the start of a run:
-    a state of the subsystem follows it. A coordinate that is no angle stays what it is. **/
-    static Signal turnedAngle(FlexibleBodySubsystem& subsystem, const Joint& joint, int number = 0);
+    /** An angle that goes on counting over any number of turns: a state of the subsystem follows
+    it, which a run begins at that value of the angle which is nearest to what the State has. A
+    coordinate that is no angle stays what it is.
+    @param start  what a State has that nobody has changed **/
+    static Signal turnedAngle(FlexibleBodySubsystem& subsystem, const Joint& joint, int number = 0,
+                              Real start = 0);
     static Signal turnedAngle(FlexibleBodySubsystem& subsystem, const JointCoordinate& coordinate,
-                              const Attachment& F, const Attachment& M, const std::string& name);
+                              const Attachment& F, const Attachment& M, const std::string& name,
+                              Real start = 0);
     /**@}**/
 
     /** Value of a state equation, by its number. **/
@@ -142,6 +146,8 @@ public:
     }
     void addInStateSlopes(const ElementInputs& now, const SimTK::Array_<FrameMotion>& frames,
                           SimTK::Real* slopes) const override;
+    /** One that only events change is no matter of equilibria. **/
+    bool followsMotion() const override { return m_rate.isZero(); }
     const Signal& getRate() const { return m_rate; }
 
 private:

@@ -49,7 +49,8 @@ public:
         return value;
     }
 
-    /** True of such a state: its rate says nothing about equilibria and small motions. **/
+    /** True of such a state, and of one that only events change: its rate says nothing about
+    equilibria and small motions. **/
     virtual bool followsMotion() const { return false; }
 
 protected:

@@ -87,6 +87,15 @@ std::vector<std::pair<std::string, double>> Model::takeOccurrences() const {
     return list;
 }
 
+std::vector<std::string> Model::findEventsThatHold(const State& state) const {
+    std::vector<std::string> names;
+    for (const ModelSystem::EventEntry& event : m_contents->system->events)
+        if (getFlexibleBodies().getStateValue(state, event.waitingState) > 0 &&
+            event.margin.calcValue(getFlexibleBodies(), state) > 0)
+            names.push_back(event.name);
+    return names;
+}
+
 const std::string& Model::getLawFailure() const {
     return *m_contents->system->lawFailure;
 }

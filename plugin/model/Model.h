@@ -80,6 +80,8 @@ public:
     const std::vector<MotionEntry>& getMotions() const;
     /** Events of motions that have happened since the last call: names and times. **/
     std::vector<std::pair<std::string, double>> takeOccurrences() const;
+    /** Names of events that wait for a condition that holds already; Stage::Velocity. **/
+    std::vector<std::string> findEventsThatHold(const SimTK::State& state) const;
     /** Why a law had no value when it was asked last; empty: all had one. **/
     const std::string& getLawFailure() const;
     /** Torque and force of loads that are laws, by name. **/
@@ -124,6 +126,12 @@ struct ModelSystem {
     std::vector<Model::MotionEntry> motions;
     std::map<std::string, Signal> states;                   ///< what the file's states put out
     std::map<std::string, std::array<Signal, 6>> lawLoads;  ///< torque and force of these loads
+    struct EventEntry {
+        std::string name;
+        Signal margin;     ///< positive while its condition holds
+        int waitingState;  ///< 1 while the event waits for that
+    };
+    std::vector<EventEntry> events;
     /** What has happened in motions since somebody looked last. **/
     struct Occurrence {
         std::string event;

@@ -319,6 +319,39 @@ TEST(StateForce, EigenvaluesAreThoseOfTheControlledLoop) {
     }
 }
 
+TEST(StateForce, EigenvaluesAreThoseOfALoopThatHoldsByItsStateAlone) {
+    // m ẍ = z, T ż = −P x − z: nothing but the filter restores it, and it is unstable. Neither a
+    // state that nothing follows nor one far from rest makes a difference.
+    const Real P = 100, T = 1e-3;
+    for (const Real initial : {0.0, 3e3}) {
+        Slides model(1);
+        SignalState* states[2];
+        const char* const names[] = {"filter", "observer"};
+        for (int k = 0; k < 2; ++k) {
+            auto state = std::make_unique<SignalState>(names[k], k == 0 ? initial : 7);
+            states[k] = state.get();
+            model.flexible.adoptState(std::move(state));
+        }
+        states[0]->setRate(sum({model.position(0), Signal::state(0)}, {-P / T, -1 / T}));
+        states[1]->setRate(sum({model.position(0), Signal::state(1)}, {10, -10}));
+        model.push(0, Signal::state(0));
+        const State state = model.system.realizeTopology();
+        const auto modes = calcEigenmodes(calcLinearization(model.system, state));
+        Eigen::Matrix4d A;
+        A << 0, 1, 0, 0, 0, 0, 1, 0, -P / T, 0, -1 / T, 0, 10, 0, 0, -10;
+        const Eigen::Vector4cd exact = A.eigenvalues();
+        ASSERT_EQ(modes.size(), 3u);
+        for (const Eigenmode& mode : modes) {
+            double nearest = 1e9;
+            for (int i = 0; i < 4; ++i)
+                nearest =
+                    std::min(nearest, std::abs(exact[i] - std::complex<double>(mode.eigenvalue)));
+            EXPECT_LT(nearest, 1e-7 * std::abs(std::complex<double>(mode.eigenvalue)));
+            EXPECT_FALSE(mode.isUncertain());
+        }
+    }
+}
+
 TEST(StateForce, SmallMotionsKnowNoSaturationNearBy) {
     Slides model(1);
     model.push(0, Signal::function({model.position(0)}, [](Real, const Real* x, Real* slopes) {

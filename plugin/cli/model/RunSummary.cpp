@@ -78,8 +78,6 @@ void printStatic(const Results::Analysis& analysis) {
 }
 
 constexpr double Aperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate
-// Of eigenvalues λ², whose errors are those of the largest: of frequencies its root.
-constexpr double EigenvalueError = 1e-7;
 
 void printEigen(const Results::Analysis& analysis) {
     const double numRigid = getStatistic(analysis, "rigid_motions");
@@ -88,7 +86,7 @@ void printEigen(const Results::Analysis& analysis) {
         std::printf(", besides %.0f motion%s that nothing restores", numRigid,
                     numRigid == 1 ? "" : "s");
     std::printf("\n  mode  frequency [Hz]  damping ratio\n");
-    const double free = EigenvalueError * getStatistic(analysis, "highest_frequency");
+    const double free = getStatistic(analysis, "resolution");
     const size_t count = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
     for (size_t k = 0; k < count; ++k) {
         const double frequency = analysis.frequency[0][k], damping = analysis.dampingRatio[0][k];

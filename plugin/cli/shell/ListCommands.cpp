@@ -200,9 +200,6 @@ std::string findLargest(const Model& model, const Linearization& linear, const E
     return largest;
 }
 
-/** Below this fraction of the largest eigenvalue nothing but rounding is left. **/
-constexpr double FreeMotion = 3e-7;
-
 /** A row of the table for each motion: a free one may have two eigenvalues, ±what rounding left.
  * **/
 void printEigenmodes(Shell& shell, const Words& words) {
@@ -213,13 +210,11 @@ void printEigenmodes(Shell& shell, const Words& words) {
             if (wasInterrupted()) throw Cancelled("nothing has changed");
         });
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
-    double highest = 0;
-    for (const Eigenmode& mode : modes) highest = std::max(highest, double(mode.frequency));
     TextTable table({"mode", "frequency [Hz]", "damping [%]", "moves most"});
     int numMotions = 0;
     bool hasPartner = false;
     for (const Eigenmode& mode : modes) {
-        const bool isFree = mode.frequency <= FreeMotion * highest;
+        const bool isFree = mode.isUncertain();
         const bool oscillates = mode.eigenvalue.imag() != 0;
         hasPartner = isFree && !oscillates && !mode.isRigidMotion() && !hasPartner;
         const bool isSecond = isFree && !oscillates && !mode.isRigidMotion() && !hasPartner;

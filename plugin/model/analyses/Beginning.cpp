@@ -18,6 +18,9 @@ namespace {
 
 using Integrator = ImplicitIntegrator;
 
+/** What begins and ends to hold within a quarter of a step may be overlooked. **/
+constexpr int TriggerSamples = 4;
+
 void setSteps(const ModelValue& solver, Integrator& integrator) {
     const auto set = [&](const char* key, void (Integrator::*method)(SimTK::Real)) {
         const ModelValue value = solver.get(key);
@@ -84,6 +87,9 @@ std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
         integrator = std::move(bdf);
     }
     setSteps(solver, *integrator);
+    // Joints engage and close by impulses, whatever bodies are made of.
+    integrator->setProjectionNorm(Integrator::ProjectionNorm::Inertia);
+    integrator->setTriggerSamples(TriggerSamples);
     integrator->addBreakTimes(KnownTimes(model.getFile()));
     if (isIndex3) integrator->setFormulation(Integrator::Formulation::Index3);
     const std::string form = solver.get("block_form").getText();

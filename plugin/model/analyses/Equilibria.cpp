@@ -107,7 +107,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const auto firstElastic = std::find_if(
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
     const auto numRigid = firstElastic - modes.begin();
-    const double highest = modes.empty() ? 0 : double(modes.back().frequency);
+    const double resolution = modes.empty() ? 0 : double(modes.back().resolution);
     modes.erase(modes.begin(), firstElastic);
     if (int(modes.size()) > count) modes.resize(size_t(count));
     const bool isDrawn = analysis.get("pictures").getBool() && m_options.drawsPictures;
@@ -121,7 +121,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         results.frequency[0].push_back(mode.frequency);
         results.dampingRatio[0].push_back(mode.dampingRatio);
     }
-    results.statistics = {{"rigid_motions", double(numRigid)}, {"highest_frequency", highest}};
+    results.statistics = {{"rigid_motions", double(numRigid)}, {"resolution", resolution}};
     if (isDrawn)
         m_remarks[name].push_back(
             drawModes(*m_model, linear, modes, name, getUsualFolder(), m_options.listener));

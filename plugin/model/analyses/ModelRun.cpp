@@ -348,12 +348,16 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
 
 State ModelRun::findEnd(const std::string& name) const {
     const auto found = m_ends.find(name);
-    if (found != m_ends.end()) return found->second;
+    if (found != m_ends.end()) return found->second.state;
     // Of a run that is gone on with.
     const Results results = readResults(m_resultPath);
     const auto* analysis = seekNamed(results.analyses, name);
     if (analysis && analysis->isComplete && !analysis->q.empty()) {
         State state = m_model->makeInitialState();
+        if (state.getNZ() > 0)
+            throw std::runtime_error("the end of analysis '" + name +
+                                     "' is not known: results keep no states of controllers, "
+                                     "filters and events; run it anew");
         setNumbers(state, analysis->time.back(), analysis->q.back(), analysis->u.back());
         return state;
     }

@@ -31,6 +31,8 @@ constexpr double LargestImbalance = 0.01;
 // What the accuracy of positions cannot show: the weight's work along it.
 constexpr double EarthsGravity = 9.81;
 constexpr double EnergyRoundOff = 1e-9;
+/** Of a speed that the file gives. **/
+constexpr double LostSpeed = 1e-3;
 
 /** Number of intervals that cover a duration; the last may be shorter. **/
 int countIntervals(double duration, double interval, const ModelValue& where) {
@@ -91,6 +93,8 @@ void TransientRun::start(const State& state) {
     m_progress.inputs = calcInputChecksums(*m_run.m_model);
     m_progress.analysis = m_name;
     m_startTime = state.getTime();
+    const auto before = m_run.m_ends.find(m_analysis.get("from").getText());
+    if (before != m_run.m_ends.end()) m_turns.restore(before->second.turns);
     checkMotions(m_run.m_model->getFile(), m_startTime, m_startTime + m_duration);
     try {
         m_integrator->initialize(state);
@@ -99,10 +103,33 @@ void TransientRun::start(const State& state) {
         throw std::runtime_error("analysis '" + m_name +
                                  "': " + nameBodies(*m_run.m_model, error.what()));
     }
+    warnOfStart(state);
     const Moment moment{m_integrator->getState(), m_integrator->getUDot(),
                         m_integrator->getMultipliers(), 0};
     m_progress.energy.balanceAtStart = calcEnergy(*m_run.m_model, moment, "balance");
     m_progress.energy.potentialAtStart = calcEnergy(*m_run.m_model, moment, "potential");
+}
+
+void TransientRun::warnOfStart(const State& given) {
+    const State& state = m_integrator->getState();
+    for (const std::string& event : m_run.m_model->findEventsThatHold(state))
+        m_run.warn(m_name, "event '" + event +
+                               "': its condition holds from the start on; it will happen when it "
+                               "begins to hold again");
+    const ModelValue bodies = m_run.m_model->getFile().get("initial").get("bodies");
+    for (const Model::BodyEntry& body : m_run.m_model->getBodies()) {
+        if (!bodies.has(body.name)) continue;
+        const Vector wanted = body.mobod.getUAsVector(given),
+                     found = body.mobod.getUAsVector(state);
+        if (!((found - wanted).normInf() > LostSpeed * wanted.normInf())) continue;
+        std::ostringstream text;
+        text << "initial.bodies." << body.name
+             << ": joints do not let it move as given; its mobilizer "
+             << "begins with speeds " << found << " instead of " << wanted
+             << ". Give all bodies that move together their speeds, or a joint its rate "
+                "(initial.rates)";
+        m_run.warn(m_name, text.str());
+    }
 }
 
 void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
@@ -289,7 +316,7 @@ void TransientRun::finish() {
     for (size_t i = 0; i < m_progress.events.size(); ++i)
         m_run.m_remarks[m_name].push_back("event '" + m_progress.events[i] + "' at t = " +
                                           writeGeneral(m_progress.eventTimes[i], 9) + " s");
-    m_run.m_ends[m_name] = m_integrator->getState();
+    m_run.m_ends[m_name] = {m_integrator->getState(), m_turns.save()};
     std::vector<std::string> redundant = m_integrator->getRedundantConstraints();
     std::sort(redundant.begin(), redundant.end());
     for (const std::string& line : redundant)

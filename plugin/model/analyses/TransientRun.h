@@ -36,6 +36,8 @@ private:
     bool advance(double time);
     void noteEvents();
     bool watchStep(double time);
+    /** Of what the file gives and the start is not. **/
+    void warnOfStart(const SimTK::State& given);
     void takeRow(double time);
     /** Names the analysis; the rows so far are kept. **/
     [[noreturn]] void failWith(const std::exception& error);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "simflex/model/builders/InitialValues.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/file/VariableFormula.h"
 
@@ -56,8 +57,9 @@ public:
         : m_system(system), m_value(value), m_block(value) {
         for (const char* kind : {"rate", "pid", "low_pass", "lead_lag", "transfer_function"})
             if (value.has(kind)) m_kind = kind;
-        if (m_kind.empty()) {  // the count of an event
+        if (m_kind.empty()) {  // an event's
             add("", 0);
+            add(".waiting", 1);
             return;
         }
         m_block = value.get(m_kind);
@@ -210,7 +212,7 @@ void SignalBuilder::addEntry(const ModelValue& entry) {
     _states.push_back(std::make_unique<StateEntry>(_system, entry));
 }
 
-void SignalBuilder::addCount(const ModelValue& event) {
+void SignalBuilder::addEventStates(const ModelValue& event) {
     addEntry(event);
 }
 
@@ -260,7 +262,7 @@ Signal SignalBuilder::makeMargin(const ModelValue& condition) {
 Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Value what) {
     const VariableFormula formula(value);
     if (what == Value::Margin && !formula.isComparison())
-        value.fail("it must be one comparison, such as 'gap < 0'");
+        value.fail("it must be a comparison, such as 'gap < 0', or several with && and ||");
     std::vector<Signal> arguments;
     for (const std::string& name : formula.getUsed()) {
         const auto local = locals.find(name);
@@ -398,7 +400,12 @@ std::pair<Joint, int> SignalBuilder::findCoordinateOf(const ModelValue& value) c
 Signal SignalBuilder::makeCoordinate(const ModelValue& value) {
     if (value.isMap() && value.has("body")) return makeOfMobilizer(value, false);
     return withPlace(value, [&, found = findCoordinateOf(value)] {
-        return Signal::turnedAngle(_system.flexible, found.first, found.second);
+        const std::string joint = readJointCoordinate(value).first.getText();
+        double start = 0;
+        for (const JointStart& given : readJointStarts(_file))
+            if (given.value && given.joint.getName() == joint && given.coordinate == found.second)
+                start = *given.value;
+        return Signal::turnedAngle(_system.flexible, found.first, found.second, start);
     });
 }
 
@@ -427,8 +434,10 @@ Signal SignalBuilder::makeOfMobilizer(const ModelValue& map, bool isRate) {
     const Attachment F(mobod.getParentMobilizedBody(), mobod.getDefaultInboardFrame()),
         M(mobod, mobod.getDefaultOutboardFrame());
     if (isRate) return Signal::coordinateRate(coordinate, F, M);
+    const ModelValue given = _file.get("initial").get("bodies").get(body.name).get("coordinates");
     return Signal::turnedAngle(_system.flexible, coordinate, F, M,
-                               "turns of body '" + body.name + "'");
+                               "turns of body '" + body.name + "'",
+                               given.isGiven() ? given.getNumbers().at(0) : 0);
 }
 
 }  // namespace model

@@ -30,12 +30,14 @@ public:
     /** Adds the equations of all states, and their names to the system. **/
     void addStates();
 
-    /** Adds a state that counts how often an event happens, by the event's name. **/
-    void addCount(const ModelValue& event);
+    /** What is known of an event, in states of consecutive numbers: how often it has happened, what
+    its name means, and 1 while it waits for its condition to hold, 0 for it to end. **/
+    enum class EventState { Count, Waiting };
+    void addEventStates(const ModelValue& event);
     /** Number of a state of type `rate`, or of an event's count. @throws ModelError. **/
     int findState(const ModelValue& name) const;
 
-    /** Of a law that is a comparison: positive where it holds. **/
+    /** Of a law that is a comparison: how far it holds, see Formula. **/
     Signal makeMargin(const ModelValue& condition);
     /** Of a law, or of a function of time.
     @throws ModelError if it names what no force can depend on, or depends on itself. **/

@@ -81,7 +81,7 @@ KnownTimes::KnownTimes(const ModelValue& file) : _stretch(std::make_shared<Stret
         else if (!value.getExpression().isConstant())
             _stretch->functions.push_back(find(value.getExpression()));
     };
-    for (const char* key : {"loads", "motions", "connectors", "states"})
+    for (const char* key : {"loads", "motions", "connectors", "states", "events"})
         visitFunctions(file.get(key), add);
 }
 

@@ -26,9 +26,8 @@ public:
     const std::vector<std::string>& getUsed() const;
     /** NaN where it has none. **/
     double calcValue(double time, const double* values) const;
-    /** True for `a < b`, `a > b` and the like. **/
+    /** @name Comparisons, see Formula **/
     bool isComparison() const;
-    /** Of a comparison: how far it holds, b − a. **/
     double calcMargin(double time, const double* values) const;
     /** Its value, and ∂f/∂x_i; not finite where it has none. **/
     double calcSlopes(double time, const double* values, double* slopes) const;

@@ -70,13 +70,30 @@ double Formula::calcSlopes(const double* values, double* slopes, int count) cons
 }
 
 bool Formula::isComparison() const {
-    const Operation root = (*_tree)[_tree->getRoot()].operation;
-    return root == Operation::Less || root == Operation::LessOrEqual;
+    return isComparison(_tree->getRoot());
+}
+
+bool Formula::isComparison(int number) const {
+    const Node& node = (*_tree)[number];
+    if (node.operation == Operation::And || node.operation == Operation::Or)
+        return isComparison(node.operands[0]) && isComparison(node.operands[1]);
+    return node.operation == Operation::Less || node.operation == Operation::LessOrEqual;
 }
 
 double Formula::calcMargin(const double* values) const {
-    const Node& root = (*_tree)[_tree->getRoot()];
-    return evaluate(*_tree, root.operands[1], values) - evaluate(*_tree, root.operands[0], values);
+    return calcMargin(_tree->getRoot(), values);
+}
+
+double Formula::calcMargin(int number, const double* values) const {
+    const Node& node = (*_tree)[number];
+    if (node.operation == Operation::And || node.operation == Operation::Or) {
+        const double first = calcMargin(node.operands[0], values),
+                     second = calcMargin(node.operands[1], values);
+        return node.operation == Operation::And ? std::min(first, second) : std::max(first, second);
+    }
+    const double low = evaluate(*_tree, node.operands[0], values),
+                 high = evaluate(*_tree, node.operands[1], values);
+    return (high - low) / std::max({1.0, std::abs(low), std::abs(high)});
 }
 
 std::string Formula::explain(const double* values) const {

@@ -26,8 +26,10 @@ public:
     /** The value, and ∂f/∂x_i of the first `count` variables; not finite where it has none, at a
     kink those of growing x_i. **/
     double calcSlopes(const double* values, double* slopes, int count) const;
-    /** True for `a < b`, `a > b` and the like: its margin b − a is positive where it holds. **/
+    /** True for `a < b`, `a > b` and the like, and what `&&` and `||` make of these. **/
     bool isComparison() const;
+    /** How far a comparison holds, negative where it does not: b − a, over the larger of 1, |a| and
+    |b|; of several the least, or the largest. **/
     double calcMargin(const double* values) const;
     /** Why it has no finite value: "the root of -1 in 'sqrt(1 - t)'". **/
     std::string explain(const double* values) const;
@@ -41,6 +43,9 @@ public:
     const std::string& getText() const { return _text; }
 
 private:
+    bool isComparison(int node) const;
+    double calcMargin(int node, const double* values) const;
+
     std::string _text;
     std::unique_ptr<const Tree> _tree;
     Program _program;

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "simflex/body/JointEquations.h"
+#include "simflex/model/builders/InitialValues.h"
 
 namespace simflex {
 namespace model {
@@ -20,12 +21,16 @@ constexpr size_t kNumbersPerAngle = 3;
 }  // namespace
 
 TurnCounter::TurnCounter(const Model& model) : _model(model) {
+    const std::vector<JointStart> starts = readJointStarts(model.getFile());
     for (const Model::JointEntry& entry : model.getJoints())
         for (int k = 0; k < entry.joint.getNumCoordinates(); ++k) {
             if (!entry.joint.getEquations().getCoordinate(k).isPeriodic()) continue;
             Angle angle;
             angle.joint = entry.joint.getIndex();
             angle.coordinate = k;
+            for (const JointStart& given : starts)
+                if (given.value && given.joint.getName() == entry.name && given.coordinate == k)
+                    angle.start = *given.value;
             _angles.push_back(angle);
         }
     const ModelValue connectors = model.getFile().get("connectors");
@@ -64,7 +69,8 @@ void TurnCounter::update(const State& state) {
     for (Angle& angle : _angles) {
         const Vec2 now = calcAngle(angle, state);
         if (std::isnan(step)) {
-            angle.turned = 0;
+            angle.turned =
+                angle.spring.empty() ? 2 * Pi * std::round((angle.start - now[0]) / (2 * Pi)) : 0;
         } else {
             const double expected = angle.value + angle.turned + 0.5 * step * (angle.rate + now[1]);
             const double turns = std::round((expected - now[0]) / (2 * Pi));

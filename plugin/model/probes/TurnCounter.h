@@ -16,7 +16,8 @@ public:
     /** Counts the angles of all joints, and of the model's torsion springs. **/
     explicit TurnCounter(const Model& model);
 
-    /** Begins anew: the next State has made no turns. **/
+    /** Begins anew: the next State has made the turns that the file's `initial.joints` have, or
+    none. **/
     void reset();
     /** Goes on to a later State: each angle by whole turns next to where the mean of its rates
     before and now leads. Right if a rate changes by less than a turn per interval between two
@@ -44,6 +45,7 @@ private:
         std::string spring;
         std::vector<Attachment> frames;  ///< of a spring: F, M
         double center = 0;               ///< of a spring: where it is free
+        double start = 0;                ///< of a joint: what the file begins with
         double value = 0, rate = 0, turned = 0;
     };
     SimTK::Vec2 calcAngle(const Angle& angle, const SimTK::State& state) const;

@@ -26,6 +26,8 @@ constexpr double SlowestMotion = 1e-5;
 /** |ν| of its eigenvalues, which are defective: roots of round-off, and of noise in differences.
  * **/
 constexpr double NearestZero = 1e-6, NearZero = 1e-4;
+/** Of the stiffest motion's frequency: the root of round-off in λ². **/
+constexpr double LeastFrequency = 1e-7;
 /** What resists a motion that may be free. **/
 constexpr double SoftDirection = 1e-6;
 
@@ -67,6 +69,26 @@ double chooseReference(const MatrixXd& M, const MatrixXd& D, const MatrixXd& K,
     return lowest > 0 ? lowest : largest > 0 ? largest : 1;
 }
 
+/** Units of states: those whose effect on the motion is of order 1; of a state that moves others
+only, whose effect on these is; of one that nothing follows, that the motion drives by as much. **/
+VectorXd chooseStateUnits(const MatrixXd& B, const MatrixXd& C, const MatrixXd& F, double rate) {
+    const Eigen::Index count = F.rows();
+    VectorXd units = VectorXd::Zero(count);
+    for (Eigen::Index i = 0; i < count; ++i)
+        if (B.col(i).norm() > 0) units[i] = 1 / B.col(i).norm();
+    for (Eigen::Index pass = 0; pass < count; ++pass)
+        for (Eigen::Index j = 0; j < count; ++j) {
+            if (units[j] > 0) continue;
+            double effect = 0;
+            for (Eigen::Index i = 0; i < count; ++i)
+                if (units[i] > 0) effect = std::max(effect, std::abs(F(i, j)) / (rate * units[i]));
+            if (effect > 0) units[j] = 1 / effect;
+        }
+    for (Eigen::Index i = 0; i < count; ++i)
+        if (units[i] == 0) units[i] = C.row(i).norm() > 0 ? C.row(i).norm() / rate : 1;
+    return units;
+}
+
 void addStates(const Linearization& linear, const std::vector<int>& free, const MatrixXd& Z,
                ReducedPencil& pencil) {
     const Eigen::Index n = Z.cols(), count = linear.F.nrow();
@@ -79,11 +101,10 @@ void addStates(const Linearization& linear, const std::vector<int>& free, const 
     for (MatrixXd* matrix : {&pencil.M, &pencil.D, &pencil.K})
         matrix->conservativeResizeLike(MatrixXd::Zero(n + count, n + count));
     pencil.basis.conservativeResizeLike(MatrixXd::Zero(pencil.basis.rows(), n + count));
-    // Values of each state in units that make its equation's entries those of its effect.
+    const VectorXd units = chooseStateUnits(Z.transpose() * B, C * Z, F, pencil.rate);
     for (Eigen::Index i = 0; i < count; ++i) {
-        const VectorXd effect = Z.transpose() * B.col(i);
-        const double unit = effect.norm() > 0 ? 1 / effect.norm() : 1;
-        pencil.K.col(n + i).head(n) = unit * effect;
+        const double unit = units[i];
+        pencil.K.col(n + i).head(n) = unit * (Z.transpose() * B.col(i));
         pencil.D(n + i, n + i) = unit;
         pencil.K.row(n + i).head(n) = -(C.row(i) * Z) / pencil.rate;
         pencil.D.row(n + i).head(n) = -(E.row(i) * Z);
@@ -172,14 +193,34 @@ bool isFree(const ReducedPencil& pencil, const VectorXcd& y) {
     return work <= RoundOffOfSum * parts + pencil.zero * modalMass;
 }
 
+/** Whether neither coordinates nor states would change, but for round-off. **/
+bool isStationary(const ReducedPencil& pencil, const VectorXcd& y) {
+    const double parts = (pencil.K.cwiseAbs() * y.cwiseAbs()).maxCoeff();
+    return (pencil.K * y).cwiseAbs().maxCoeff() <= RoundOffOfSum * parts;
+}
+
+/** Directions among which are all that nothing restores. **/
+MatrixXd findSoftDirections(const ReducedPencil& pencil) {
+    const double largest = pencil.K.rowwise().norm().maxCoeff();
+    return largest > 0 ? calcColumnSpace(pencil.K.transpose(), SoftDirection / largest).complement
+                       : MatrixXd::Identity(pencil.K.rows(), pencil.K.rows());
+}
+
 /** Motions that nothing restores: of the softest directions those of least stiffness over mass. **/
 std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
     std::vector<VectorXcd> motions;
-    const double largest = pencil.K.rowwise().norm().maxCoeff();
-    const MatrixXd V =
-        largest > 0 ? calcColumnSpace(pencil.K.transpose(), SoftDirection / largest).complement
-                    : MatrixXd::Identity(pencil.K.rows(), pencil.K.rows());
+    const MatrixXd V = findSoftDirections(pencil);
     if (V.cols() == 0) return motions;
+    if (pencil.numStates > 0) {
+        const MatrixXd KV = pencil.K * V;
+        const SymmetricEigen eigen =
+            calcSymmetricEigen(KV.transpose() * KV, MatrixXd::Identity(V.cols(), V.cols()));
+        for (Eigen::Index k = 0; k < V.cols(); ++k) {
+            const VectorXcd y = (V * eigen.vectors.col(k)).cast<Complex>();
+            if (isStationary(pencil, y)) motions.push_back(y);
+        }
+        return motions;
+    }
     const MatrixXd K = V.transpose() * pencil.K * V;
     const SymmetricEigen eigen =
         calcSymmetricEigen(0.5 * (K + K.transpose()), V.transpose() * pencil.M * V);
@@ -190,40 +231,83 @@ std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
     return motions;
 }
 
-/** ν = 1 + 1/μ with μ²(M + D + K) + μ(D + 2M) + M = 0: again the slowest come out sharpest. **/
-void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
+/** Eigenvalues μ = 1/(ν − 1), the slowest of which are the largest and come out sharpest, and
+vectors whose first rows are y. **/
+struct InvertedPencil {
+    MatrixXd matrix;
+    Eigen::Index shapeRow;  ///< where a vector's y begins
+};
+
+/** μ²(M + D + K) + μ(D + 2M) + M = 0. **/
+InvertedPencil invertSecondOrder(const ReducedPencil& pencil) {
     const Eigen::Index n = pencil.M.rows();
-    if (n == 0) return;
     const Eigen::PartialPivLU<MatrixXd> shifted(pencil.M + pencil.D + pencil.K);
     MatrixXd companion = MatrixXd::Zero(2 * n, 2 * n);
     companion.topLeftCorner(n, n) = -shifted.solve(pencil.D + 2 * pencil.M);
     companion.topRightCorner(n, n) = -shifted.solve(pencil.M);
     companion.bottomLeftCorner(n, n).setIdentity();
-    const Eigen::EigenSolver<MatrixXd> solver(companion);
+    return {std::move(companion), n};
+}
+
+/** Of first order in coordinates, states, speeds (y, z, v): as many eigenvalues as there are of
+these, none of which is infinite. **/
+InvertedPencil invertFirstOrder(const ReducedPencil& pencil) {
+    const Eigen::Index s = pencil.numStates, c = pencil.M.rows(), n = c - s;
+    MatrixXd rates = MatrixXd::Zero(c + n, c + n), inertia = MatrixXd::Zero(c + n, c + n);
+    rates.block(0, c, n, n).setIdentity();
+    inertia.topLeftCorner(n, n).setIdentity();
+    rates.block(n, 0, s, c) = -pencil.K.bottomRows(s);
+    rates.block(n, c, s, n) = -pencil.D.bottomLeftCorner(s, n);
+    inertia.block(n, n, s, s) = pencil.D.bottomRightCorner(s, s);
+    rates.block(c, 0, n, c) = -pencil.K.topRows(n);
+    rates.block(c, c, n, n) = -pencil.D.topLeftCorner(n, n);
+    inertia.block(c, c, n, n) = pencil.M.topLeftCorner(n, n);
+    return {Eigen::PartialPivLU<MatrixXd>(rates - inertia).solve(inertia), 0};
+}
+
+void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
+    const Eigen::Index n = pencil.M.rows();
+    if (n == 0) return;
+    const InvertedPencil inverted =
+        pencil.numStates > 0 ? invertFirstOrder(pencil) : invertSecondOrder(pencil);
+    const Eigen::Index count = inverted.matrix.rows();
+    const Eigen::EigenSolver<MatrixXd> solver(inverted.matrix);
     if (solver.info() != Eigen::Success)
-        throw std::runtime_error("calcEigenmodes(): the QR iteration for " + std::to_string(2 * n) +
+        throw std::runtime_error("calcEigenmodes(): the QR iteration for " + std::to_string(count) +
                                  " eigenvalues does not converge");
 
-    const std::vector<VectorXcd> free =
-        pencil.numStates > 0 ? std::vector<VectorXcd>() : findFreeMotions(pencil);
+    const std::vector<VectorXcd> free = findFreeMotions(pencil);
     for (const VectorXcd& y : free) pairs.push_back({0, y});
     std::vector<PencilMode> others;
-    for (Eigen::Index k = 0; k < 2 * n; ++k) {
+    for (Eigen::Index k = 0; k < count; ++k) {
         const Complex mu = solver.eigenvalues()[k];
         if (std::abs(mu) < 1e-14) continue;  // no mass, no motion
-        others.push_back({1.0 + 1.0 / mu, solver.eigenvectors().col(k).tail(n)});
+        others.push_back(
+            {1.0 + 1.0 / mu, solver.eigenvectors().col(k).segment(inverted.shapeRow, n)});
     }
     std::stable_sort(others.begin(), others.end(), [](const PencilMode& a, const PencilMode& b) {
         return std::abs(a.nu) < std::abs(b.nu);
     });
+    const auto isAtRest = [&](const VectorXcd& y) {
+        return pencil.numStates > 0 ? isStationary(pencil, y) : isFree(pencil, y);
+    };
     for (size_t k = 0; k < others.size(); ++k) {
         const PencilMode& pair = others[k];
         const double size = std::abs(pair.nu);
-        if (k < 2 * free.size() &&
-            (size < NearestZero || (size < NearZero && isFree(pencil, pair.y))))
+        if (k < 2 * free.size() && (size < NearestZero || (size < NearZero && isAtRest(pair.y))))
             continue;
         if (pair.nu.imag() >= 0) pairs.push_back(pair);
     }
+}
+
+/** Of the motions that would be without states: a filter may be as fast as it likes. **/
+double calcStiffestRate(const ReducedPencil& pencil) {
+    const Eigen::Index n = pencil.M.rows() - pencil.numStates;
+    const MatrixXd K = pencil.K.topLeftCorner(n, n);
+    if (n == 0) return 0;
+    const SymmetricEigen eigen =
+        calcSymmetricEigen(0.5 * (K + K.transpose()), pencil.M.topLeftCorner(n, n));
+    return pencil.rate * std::sqrt(eigen.values.cwiseAbs().maxCoeff());
 }
 
 Eigenmode makeMode(const Linearization& linear, const ReducedPencil& pencil,
@@ -275,6 +359,9 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
     });
     std::vector<Eigenmode> modes;
     for (const PencilMode& pair : pairs) modes.push_back(makeMode(linearization, pencil, pair));
+    const double stiffest =
+        pencil.numStates > 0 ? calcStiffestRate(pencil) / (2 * Pi) : modes.back().frequency;
+    for (Eigenmode& mode : modes) mode.resolution = LeastFrequency * stiffest;
     return modes;
 }
 

@@ -4,7 +4,8 @@ Natural motions of a linearised system,
 
     (λ²M + λD + K) x + Gᵀμ = 0,   G x = 0
 
-in the null space of G (redundant rows are allowed). Without damping, gyroscopic terms and follower
+in the null space of G (redundant rows are allowed); with states z of the model's own, whose
+equations have modes too, λz = (C + λE) x + F z. Without damping, gyroscopic terms and follower
 forces the problem is symmetric and λ = ±iω; else λ is complex.
 
     const Linearization linear = calcLinearization(system, state);
@@ -29,9 +30,14 @@ struct Eigenmode {
     /** n: x in Simbody's numbering of u, axes as in Linearization; xᴴMx = 1, largest displacement
     real and positive. **/
     SimTK::Vector_<SimTK::Complex> shape;
+    /** What is this slow or slower may be a free motion with the round-off of the stiffest one; the
+    same for all modes [Hz]. **/
+    SimTK::Real resolution = 0;
 
     /** True if nothing restores this motion: λ = 0. **/
     bool isRigidMotion() const { return frequency == 0; }
+    /** True if it cannot be told from one. **/
+    bool isUncertain() const { return frequency <= resolution; }
 };
 
 /** All modes: rigid motions first, then by ascending frequency. A motion that does not oscillate

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "simflex/base/DenseAlgebra.h"
 
@@ -25,6 +26,24 @@ constexpr double KinkBend = 0.1, SmallForceChange = 1e-3;
  * **/
 constexpr double KinkAgreement = 0.02, StepRefinement = 1.0 / 16;
 constexpr int MaxRefinements = 4;
+
+/** Of differences, where round-off is none: what does not depend on a state shall not seem to. **/
+class Slope {
+public:
+    explicit Slope(Eigen::Index size)
+        : m_sum(VectorXd::Zero(size)), m_largest(VectorXd::Zero(size)) {}
+    void add(int place, const VectorXd& f) {
+        m_sum += Weights[place] * f;
+        m_largest = m_largest.cwiseMax(f.cwiseAbs());
+    }
+    VectorXd get(double h) const {
+        constexpr double RoundOff = 16 * std::numeric_limits<double>::epsilon();
+        return (m_sum.cwiseAbs().array() <= RoundOff * m_largest.array()).select(0, m_sum) / h;
+    }
+
+private:
+    VectorXd m_sum, m_largest;
+};
 
 /** Whether two columns are the same but for what SmallForceChange hides. **/
 bool areAlike(const VectorXd& a, const VectorXd& b, double allowed) {
@@ -180,10 +199,12 @@ StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& sca
     for (const int column : listFreeSpeeds(equations)) {
         const size_t i = size_t(column);
         const double h = scales.step[i] * scales.rate[i];
+        Slope slope(s);
         for (int k = 0; k < 4; ++k) {
             u[i] = point.u[i] + Places[k] * h;
-            tangent.E.col(column) += Weights[k] / h * calcRates(point.q, u);
+            slope.add(k, calcRates(point.q, u));
         }
+        tangent.E.col(column) = slope.get(h);
         u[i] = point.u[i];
     }
     VectorXd r(n);
@@ -191,14 +212,17 @@ StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& sca
         const size_t i = size_t(tangent.states[size_t(j)]);
         const double scale = topology.states[i - size_t(topology.firstZ)].equation->getScale();
         const double h = 1e-4 * std::max(scale, std::abs(z[i]));
+        Slope rates(s), forces(n);
         for (int k = 0; k < 4; ++k) {
             z[i] = point.z[i] + Places[k] * h;
             equations.setZ(z.data());
-            tangent.F.col(j) += Weights[k] / h * calcRates(point.q, point.u);
+            rates.add(k, calcRates(point.q, point.u));
             equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(),
                                    point.lambda.data(), r.data());
-            tangent.B.col(j) += Weights[k] / h * r;
+            forces.add(k, r);
         }
+        tangent.F.col(j) = rates.get(h);
+        tangent.B.col(j) = forces.get(h);
         z[i] = point.z[i];
     }
     equations.setZ(point.z.data());

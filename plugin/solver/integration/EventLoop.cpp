@@ -21,14 +21,19 @@ void ImplicitIntegrator::Implementation::calcTriggersAt(double t, Vector& values
 }
 
 bool ImplicitIntegrator::Implementation::locateTrigger() {
-    calcTriggersAt(m_history[0].t, m_triggerTrial);
-    if (!m_events.isTriggered(m_triggersBefore, m_triggerTrial)) {
-        m_triggersBefore = m_triggerTrial;
-        return false;
+    const double start = m_history[solvesStages() ? radau::NumStages : 1].t, end = m_history[0].t;
+    double low = start, high = start;
+    bool isFound = false;
+    for (int k = 1; k <= triggerSamples && !isFound; ++k) {
+        low = std::exchange(high,
+                            k < triggerSamples ? start + k * (end - start) / triggerSamples : end);
+        calcTriggersAt(high, m_triggerTrial);
+        isFound = m_events.isTriggered(m_triggersBefore, m_triggerTrial);
+        if (!isFound) m_triggersBefore = m_triggerTrial;
     }
+    if (!isFound) return false;
     // The root is sought on the step's own polynomial; no step is repeated.
-    TriggerSearch search(m_events, m_history[solvesStages() ? radau::NumStages : 1].t,
-                         m_triggersBefore, m_history[0].t, m_triggerTrial,
+    TriggerSearch search(m_events, low, m_triggersBefore, high, m_triggerTrial,
                          accuracy * m_system.getDefaultTimeScale());
     while (!search.isDone()) {
         const double t = search.calcTrialTime();
@@ -149,6 +154,12 @@ void ImplicitIntegrator::Implementation::continueFromHandlersState() {
     }
 }
 
+Real ImplicitIntegrator::Implementation::calcEnergy(const State& state) const {
+    m_system.realize(state, Stage::Velocity);
+    const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system);
+    return flexible ? flexible->calcEnergy(state) : m_system.calcEnergy(state);
+}
+
 void ImplicitIntegrator::Implementation::startFromHandlersState() {
     const auto progress = [this] {
         return std::tie(m_history, m_visible, m_trial, m_new, m_formula, m_errorQ, m_errorU,
@@ -161,10 +172,11 @@ void ImplicitIntegrator::Implementation::startFromHandlersState() {
     auto equations = std::move(m_equations);
     auto step = std::move(m_step);
     try {
-        const double work = m_visible.work;
+        const double work = m_visible.work, energy = calcEnergy(m_kept);
         buildEquations();  // discrete variables may have changed at any stage
-        m_visible.work = work;
         takeState(true);
+        writeState(m_visible, m_scratch);
+        m_visible.work = work + calcEnergy(m_scratch) - energy;
         start();
     } catch (...) {
         m_equations = std::move(equations);

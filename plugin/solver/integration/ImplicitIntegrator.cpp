@@ -108,6 +108,13 @@ void ImplicitIntegrator::setProjectionNorm(ProjectionNorm norm) {
     m_impl->projectionNorm = norm;
 }
 
+void ImplicitIntegrator::setTriggerSamples(int count) {
+    if (count < 1)
+        throw std::invalid_argument(
+            m_impl->name + "::setTriggerSamples(): " + std::to_string(count) + " is less than 1");
+    m_impl->triggerSamples = count;
+}
+
 void ImplicitIntegrator::setAllowInterpolation(bool shouldInterpolate) {
     m_impl->allowInterpolation = shouldInterpolate;
 }

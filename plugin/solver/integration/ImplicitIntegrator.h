@@ -218,6 +218,9 @@ public:
     bool isInfinityNormInUse() const;
     /** Forms and factors Newton's matrix in every iteration; costs time. **/
     void setForceFullNewton(bool forceFullNewton);
+    /** At how many places of a step, its end one of them, event triggers are looked at; 1 unless
+    set. What changes its sign twice between two of them is overlooked. **/
+    void setTriggerSamples(int count);
     /** stepTo() and stepBy() return after so many internal steps; 0 or less: no limit. **/
     void setInternalStepLimit(int steps);
     /** stepTo() and stepBy() return after every internal step. **/
@@ -342,7 +345,8 @@ public:
     first. **/
     std::string getErrorSource() const;
     /** Work since initialize() of loads and dampers in simflex/forces, prescribed motions of
-    joints, Motions, locked speeds and Simbody's working constraints [J]. Gravity, elasticity and
+    joints, Motions, locked speeds and Simbody's working constraints [J], and the change of energy
+    by event handlers and by the impacts that they cause. Gravity, elasticity and
     springs are potential energy; Simbody's other force elements are not counted. Integrated along
     with the scheme's own order. **/
     SimTK::Real getWork() const;

@@ -108,6 +108,7 @@ public:
     int numThreads = 0;
     bool projectInitialState = true;
     ProjectionNorm projectionNorm = ProjectionNorm::Automatic;
+    int triggerSamples = 1;
     bool useInfinityNorm = false, forceFullNewton = false;
     bool allowInterpolation = true, projectInterpolatedStates = true;
     bool returnEveryInternalStep = false;
@@ -216,6 +217,7 @@ private:
     void takeOver(const EventDriver::Outcome& outcome);
     /** The same; if it cannot be started from, nothing has changed but m_state. **/
     void startFromHandlersState();
+    SimTK::Real calcEnergy(const SimTK::State& state) const;
     /** The same where no more than forces or motions at a time can have changed: the equations
     stay, and order and history where what has changed is too small to be felt. **/
     void continueFromHandlersState();

@@ -17,8 +17,9 @@ using namespace simflex::model;
 using ::testing::HasSubstr;
 
 /** Only what is built at once: analyses, output and pictures are read while they are done. **/
-const char* const kSections[] = {"gravity", "parts",      "bodies",  "frames", "joints", "motions",
-                                 "loads",   "connectors", "initial", "probes", "solver"};
+const char* const kSections[] = {"gravity", "parts",  "bodies",     "frames", "joints",
+                                 "motions", "loads",  "connectors", "states", "events",
+                                 "initial", "probes", "solver"};
 
 /** What needs a reduction, or a part with modal stress: TestPartCache and TestProbes have them. **/
 bool isElsewhere(const std::string& path) {
@@ -127,6 +128,19 @@ connectors:
   mount: {type: bushing, between: [ground, {on: c.B, rotation: [0.1, 0, 0]}], stiffness: [1, 1, 1, 2, 2, 2], damping: [1, 1, 1, 2, 2, 2]}
   wind: {type: torsion_spring, between: [ground, e], stiffness: 1, free_angle: 0.1}
   bump: {type: stop, between: [ground, e], stiffness: 1e4, dissipation: 0.5}
+  ram: {type: actuator, between: [ground, e], law: 100*(0.2 - length)}
+  spun: {type: motor, joint: p, law: -0.1*t}
+  turner: {type: motor, joint: {joint: q, coordinate: 0}, law: held + followed + shaped}
+states:
+  held: {rate: 0.5 - turned, initial: 0.1, scale: 2}
+  driven: {rate: 1}
+  followed: {pid: {input: turned, proportional: 1, integral: 2, derivative: 3, filter: 1e-3}}
+  smooth: {low_pass: {input: turning, time_constant: 0.1}}
+  quick: {lead_lag: {input: smooth, lead: 0.1, lag: 0.2}}
+  shaped: {transfer_function: {input: quick, numerator: [1], denominator: [1, 2]}}
+events:
+  begun: {when: t > 0.5, once: true, do: [{set: held, to: 2*t}, {release: drive}]}
+  ended: {when: turned < 0 && t > 0.6, do: [{engage: drive}, {stop: true}]}
 initial:
   bodies:
     a: {velocity: [1, 0, 0], angular_velocity: [0, 0, 1], modes: {1: 1e-4}, modal_speeds: {2: 0.1}}
@@ -152,12 +166,15 @@ probes:
   bent_turned: {displacement: {on: a.B, rotation: {axis: z, angle: 0.1}}}
   most: {largest_displacement: a}
   shapes: {modes: a, select: [1, 2]}
-  angle: {coordinate: p}
+  turned: {coordinate: p}
   angle_: {coordinate: {joint: p, coordinate: 0}}
   own: {coordinate: {body: f}}
-  rate: {rate: p}
+  turning: {rate: p}
   rate_: {rate: {joint: p, coordinate: 0}}
   gap: {joint_error: p}
+  far: {distance: [ground, {on: a.B, position: [0, 0, 0.1]}]}
+  parting: {distance_rate: [ground, {on: a.B, position: [0, 0, 0.1]}]}
+  kept: {state: held}
   hold: {reaction: p, part: torque, on: F, axes: M}
   motor: {driving: drive}
   energy: {energy: kinetic, body: a}
