@@ -37,8 +37,11 @@ public:
         m_largest = m_largest.cwiseMax(f.cwiseAbs());
     }
     VectorXd get(double h) const {
-        constexpr double RoundOff = 16 * std::numeric_limits<double>::epsilon();
-        return (m_sum.cwiseAbs().array() <= RoundOff * m_largest.array()).select(0, m_sum) / h;
+        constexpr double Certain = 16 * std::numeric_limits<double>::epsilon();
+        VectorXd slope = m_sum / h;
+        for (Eigen::Index i = 0; i < slope.size(); ++i)
+            if (!(std::abs(m_sum[i]) > Certain * m_largest[i])) slope[i] = 0;
+        return slope;
     }
 
 private:
