@@ -75,6 +75,10 @@ const std::map<std::string, Signal>& Model::getStates() const {
     return m_contents->system->states;
 }
 
+const std::map<std::string, int>& Model::getSettableStates() const {
+    return m_contents->system->settableStates;
+}
+
 const std::map<std::string, std::array<Signal, 6>>& Model::getLawLoads() const {
     return m_contents->system->lawLoads;
 }
@@ -90,7 +94,7 @@ std::vector<std::pair<std::string, double>> Model::takeOccurrences() const {
 std::vector<std::string> Model::findEventsThatHold(const State& state) const {
     std::vector<std::string> names;
     for (const ModelSystem::EventEntry& event : m_contents->system->events)
-        if (getFlexibleBodies().getStateValue(state, event.waitingState) > 0 &&
+        if (getFlexibleBodies().getStateValue(state, event.waitingState) > 0.5 &&
             event.margin.calcValue(getFlexibleBodies(), state) > 0)
             names.push_back(event.name);
     return names;

@@ -86,8 +86,10 @@ public:
     const std::string& getLawFailure() const;
     /** Torque and force of loads that are laws, by name. **/
     const std::map<std::string, std::array<Signal, 6>>& getLawLoads() const;
-    /** What states put out, by name. **/
+    /** What states put out and how often events have happened, by name. **/
     const std::map<std::string, Signal>& getStates() const;
+    /** Numbers of those whose value is one's own to set: of a rate of their own, and counts. **/
+    const std::map<std::string, int>& getSettableStates() const;
     const BodyEntry& findBody(const model::ModelValue& name) const;
     const JointEntry& findJoint(const model::ModelValue& name) const;
     const MotionEntry& findMotion(const model::ModelValue& name) const;
@@ -125,6 +127,7 @@ struct ModelSystem {
     std::vector<Model::JointEntry> joints;
     std::vector<Model::MotionEntry> motions;
     std::map<std::string, Signal> states;                   ///< what the file's states put out
+    std::map<std::string, int> settableStates;              ///< numbers of those of a rate
     std::map<std::string, std::array<Signal, 6>> lawLoads;  ///< torque and force of these loads
     struct EventEntry {
         std::string name;

@@ -67,6 +67,11 @@ struct Results {
         std::vector<double> speeds;
         std::vector<std::vector<double>> frequency, dampingRatio;  ///< eigen: one row
         std::map<std::string, double> statistics;
+        struct Event {
+            std::string name;
+            double time;
+        };
+        std::vector<Event> events;  ///< transient: what has happened, in its order
         std::vector<std::string> warnings;
 
         /** @throws std::out_of_range naming those there are. **/

@@ -209,6 +209,9 @@ TEST_F(LawsTest, EventsHappenWhereTheirConditionBeginsToHold) {
     EXPECT_NEAR(find(fall, "height").rows.back()[0], 0, 1e-6);
     EXPECT_EQ(find(fall, "seen").rows.front()[0], 0);
     EXPECT_EQ(find(fall, "seen").rows.back()[0], 1);
+    ASSERT_EQ(fall.events.size(), 2u);
+    EXPECT_EQ(fall.events[0].name, "low");
+    EXPECT_NEAR(fall.events[0].time, std::sqrt(1 / 9.81), 1e-7);
     EXPECT_THAT(out, HasSubstr("event 'low' at t = 0.3192"));
     EXPECT_THAT(out, HasSubstr("event 'landed' at t = 0.4515"));
     EXPECT_THAT(out, ::testing::Not(HasSubstr("event 'high' at")));
@@ -230,14 +233,16 @@ TEST_F(LawsTest, EventsReleaseJointsAndSwitchLoads) {
     const double free = std::sqrt(2 * M_PI), speed = 2 * free, back = free + speed / 1.5;
     session.runTo(free + 0.5, 0.1);
     EXPECT_NEAR(get(session, "speed"), speed - 0.75, 1e-6);
-    EXPECT_EQ(session.getModel().getStates().at("turns").calcValue(
-                  session.getModel().getFlexibleBodies(), session.getState()),
-              1);
+    EXPECT_EQ(get(session, "states.turns"), 1);
+    EXPECT_EQ(get(session, "states.free"), 1) << "a count";
+    session.set("states.turns", {2.5});
+    EXPECT_EQ(get(session, "states.turns"), 2.5);
     session.runTo(back + 1, 0.1);
     const auto occurrences = session.getModel().takeOccurrences();
     ASSERT_EQ(occurrences.size(), 2u);
     EXPECT_NEAR(occurrences[0].second, free, 1e-7);
     EXPECT_NEAR(occurrences[1].second, back, 1e-7);
+    EXPECT_NEAR(get(session, "states.turns"), 7, 1e-13);
     // Nothing holds the wheel up any more.
     const Vec3 place =
         session.getModel().getBodies()[0].mobod.getBodyOriginLocation(session.getState());

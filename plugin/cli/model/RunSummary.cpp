@@ -25,6 +25,8 @@ double getStatistic(const Results::Analysis& analysis, const std::string& name) 
     return found == analysis.statistics.end() ? 0 : found->second;
 }
 
+constexpr size_t MostEvents = 20;  // to be printed
+
 template <class Column>
 std::string makeLabel(const Column& column) {
     return makeAxisLabel(column.name, column.unit);
@@ -66,6 +68,15 @@ void printTransient(const Results::Analysis& analysis) {
                    formatNumber(analysis.time[largest]), formatNumber(values.back())});
     }
     print(table);
+}
+
+void printEvents(const Results::Analysis& analysis) {
+    for (size_t i = 0; i < std::min(analysis.events.size(), MostEvents); ++i)
+        std::printf("  event '%s' at t = %.9g s\n", analysis.events[i].name.c_str(),
+                    analysis.events[i].time);
+    if (analysis.events.size() > MostEvents)
+        std::printf("  and %zu events more, which the result file has\n",
+                    analysis.events.size() - MostEvents);
 }
 
 void printStatic(const Results::Analysis& analysis) {
@@ -141,6 +152,7 @@ void printAnalysis(const Results::Analysis& analysis, const std::vector<std::str
     if (analysis.type == "static") printStatic(analysis);
     if (analysis.type == "eigen") printEigen(analysis);
     if (analysis.type == "campbell") printCampbell(analysis);
+    printEvents(analysis);
     for (const std::string& warning : analysis.warnings)
         std::printf("  warning: %s\n", warning.c_str());
     for (const std::string& remark : remarks) std::printf("  %s\n", remark.c_str());

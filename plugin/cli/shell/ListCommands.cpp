@@ -130,12 +130,21 @@ void listFrames(Shell& shell) {
     std::printf("%s", table.format().c_str());
 }
 
+void listStates(Shell& shell) {
+    const Session& session = shell.updSession();
+    TextTable table({"state", "value"});
+    for (const auto& [name, value] : session.getModel().getStates())
+        table.add({name, formatNumber(value.calcValue(session.getModel().getFlexibleBodies(),
+                                                      session.getState()))});
+    std::printf("%s", table.format().c_str());
+}
+
 const struct NamedList {
     const char* name;
     void (*print)(Shell&);  ///< null: wants a body
 } NamedLists[] = {{"bodies", listBodies}, {"joints", listJoints}, {"motions", listMotions},
                   {"modes", nullptr},     {"probes", listProbes}, {"parameters", listParameters},
-                  {"frames", listFrames}};
+                  {"frames", listFrames}, {"states", listStates}};
 
 void printList(Shell& shell, const Words& words) {
     const NamedList& list = findNamed(NamedLists, "list of", words[0]);
@@ -246,7 +255,8 @@ std::vector<std::string> completeList(const Shell& shell, const Words& before, c
 void addListCommands(std::vector<Command>& commands) {
     const std::string group = "What there is";
     commands.push_back(
-        {group, "list", "bodies | joints | motions | modes BODY | probes | parameters | frames",
+        {group, "list",
+         "bodies | joints | motions | modes BODY | probes | parameters | frames | states",
          "Lists what the model has, as it is now.", "", 1, 2, printList, completeList});
     commands.push_back({group, "probe", "[NAME ...]", "Prints probes as they are now; alone: all.",
                         "", 0, 1000, printProbes,

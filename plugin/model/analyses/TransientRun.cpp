@@ -179,7 +179,16 @@ void TransientRun::perform() {
     finish();
 }
 
+void TransientRun::writeEvents() {
+    std::vector<Results::Analysis::Event> events;
+    for (size_t i = 0; i < m_progress.events.size(); ++i)
+        events.push_back({m_progress.events[i], m_progress.eventTimes[i]});
+    if (!events.empty()) m_run.m_writer->setEvents(m_name, events);
+}
+
 void TransientRun::failWith(const std::exception& error) {
+    noteEvents();
+    writeEvents();
     m_run.m_writer->flush();
     throw std::runtime_error("analysis '" + m_name +
                              "': " + nameBodies(*m_run.m_model, error.what()) +
@@ -199,6 +208,7 @@ bool TransientRun::advance(double time) {
     noteEvents();
     if (status == ImplicitIntegrator::StepStatus::Terminated) return false;
     if (status != ImplicitIntegrator::StepStatus::Interrupted) return true;
+    writeEvents();
     keep();
     std::ostringstream text;
     text << "analysis '" << m_name << "' has reached t = " << m_reached << " of "
@@ -313,9 +323,7 @@ void TransientRun::finish() {
                  {"largest_kinetic_energy", m_progress.energy.largestKinetic},
                  {"integration_seconds", statistics.totalSeconds - statistics.outputSeconds},
                  {"output_seconds", statistics.outputSeconds + m_progress.outputSeconds}});
-    for (size_t i = 0; i < m_progress.events.size(); ++i)
-        m_run.m_remarks[m_name].push_back("event '" + m_progress.events[i] + "' at t = " +
-                                          writeGeneral(m_progress.eventTimes[i], 9) + " s");
+    writeEvents();
     m_run.m_ends[m_name] = {m_integrator->getState(), m_turns.save()};
     std::vector<std::string> redundant = m_integrator->getRedundantConstraints();
     std::sort(redundant.begin(), redundant.end());

@@ -35,6 +35,7 @@ private:
     /** @returns false if an event has ended the motion. **/
     bool advance(double time);
     void noteEvents();
+    void writeEvents();
     bool watchStep(double time);
     /** Of what the file gives and the start is not. **/
     void warnOfStart(const SimTK::State& given);

@@ -60,7 +60,7 @@ private:
     void set(State& state, EventState which, Real value) const {
         m_system.flexible.setStateValue(state, m_count + int(which), value);
     }
-    bool isWaiting(const State& state) const { return get(state, EventState::Waiting) > 0; }
+    bool isWaiting(const State& state) const { return get(state, EventState::Waiting) > 0.5; }
     void waitAgain(State& state) const { set(state, EventState::Waiting, 1); }
 
     void happen(State& state, bool& shouldTerminate, ModelEvents& happened) const {

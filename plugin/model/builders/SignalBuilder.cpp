@@ -232,6 +232,8 @@ void SignalBuilder::addStates() {
     for (const auto& state : _states) {
         state->setRates(*this);
         _system.states[state->getName()] = find(state->getName(), state->getValue());
+        if (state->getSettable() >= 0)
+            _system.settableStates[state->getName()] = state->getSettable();
     }
 }
 

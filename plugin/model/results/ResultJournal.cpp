@@ -23,7 +23,7 @@ constexpr std::uint64_t RecordFrame =
     3 * sizeof(std::uint64_t);  // kind and size before, sum behind
 constexpr size_t LeastSeries = 4 * sizeof(std::uint64_t),
                  LeastStatistic = 2 * sizeof(std::uint64_t);
-enum EntryKind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete, Warning };
+enum EntryKind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete, Warning, Events };
 
 std::uint64_t calcSum(const char* bytes, size_t size) {
     Hash hash;
@@ -198,6 +198,14 @@ void ResultJournal::take(std::uint64_t kind, const std::string& payload, std::ui
             archive.visit(value);
             if (value.size() == 1) statistics[name] = value[0];
         }
+    } else if (kind == Events) {
+        auto& events = update(getText()).contents.events;
+        events.clear();
+        std::vector<std::string> names;
+        std::vector<double> times;
+        archive.visit(names, times);
+        for (size_t i = 0; i < std::min(names.size(), times.size()); ++i)
+            events.push_back({names[i], times[i]});
     } else if (kind == Complete) {
         update(getText()).contents.isComplete = true;
     } else if (kind == Warning) {
@@ -262,6 +270,17 @@ void ResultJournal::addStatistics(const std::string& analysis,
     std::string bytes = pack(analysis, std::uint64_t(values.size()));
     for (const auto& [name, value] : values) bytes += pack(name, std::vector<double>{value});
     append(Statistics, bytes);
+}
+
+void ResultJournal::addEvents(const std::string& analysis,
+                              const std::vector<Results::Analysis::Event>& events) {
+    std::vector<std::string> names;
+    std::vector<double> times;
+    for (const Results::Analysis::Event& event : events) {
+        names.push_back(event.name);
+        times.push_back(event.time);
+    }
+    append(Events, pack(analysis, names, times));
 }
 
 void ResultJournal::addComplete(const std::string& analysis) {

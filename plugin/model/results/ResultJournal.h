@@ -55,6 +55,8 @@ public:
     /** A row of the last analysis. **/
     void addRow(const std::vector<double>& row);
     void addStatistics(const std::string& analysis, const std::map<std::string, double>& values);
+    void addEvents(const std::string& analysis,
+                   const std::vector<Results::Analysis::Event>& events);
     void addComplete(const std::string& analysis);
     /** @param analysis  empty: of all **/
     void addWarning(const std::string& analysis, const std::string& text);

@@ -192,6 +192,17 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
         const auto statistics = hdf5::createGroup(group, "statistics");
         for (const auto& [name, value] : contents.statistics) writeNumber(statistics, name, value);
     }
+    if (!contents.events.empty()) {
+        std::vector<std::string> names;
+        std::vector<double> times;
+        for (const Results::Analysis::Event& event : contents.events) {
+            names.push_back(event.name);
+            times.push_back(event.time);
+        }
+        const auto events = hdf5::createGroup(group, "events");
+        hdf5::writeTexts(events, "name", names);
+        hdf5::write(events, "time", {times.size()}, times.data());
+    }
     const std::vector<std::string>& warnings = journal.getWarnings(contents.name);
     if (!warnings.empty()) hdf5::writeTexts(group, "warnings", warnings);
 }
@@ -277,6 +288,12 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
     }
     if (hdf5::hasLink(group, "statistics"))
         analysis.statistics = readStatistics(hdf5::openGroup(group, "statistics"));
+    if (hdf5::hasLink(group, "events")) {
+        const auto events = hdf5::openGroup(group, "events");
+        const std::vector<std::string> names = hdf5::readTexts(events, "name");
+        const std::vector<double> times = hdf5::readNumbers(events, "time", {names.size()});
+        for (size_t i = 0; i < names.size(); ++i) analysis.events.push_back({names[i], times[i]});
+    }
     if (hdf5::hasLink(group, "warnings")) analysis.warnings = hdf5::readTexts(group, "warnings");
     return analysis;
 }

@@ -213,6 +213,7 @@ void ResultWriter::append(const Results::Analysis& source) {
                   source.u.empty() ? std::vector<double>() : source.u[k]);
     }
     if (!source.statistics.empty()) m_journal->addStatistics(source.name, source.statistics);
+    if (!source.events.empty()) m_journal->addEvents(source.name, source.events);
     if (source.isComplete) m_journal->addComplete(source.name);
 }
 
@@ -277,6 +278,11 @@ void ResultWriter::flush() {
 void ResultWriter::setStatistics(const std::string& name,
                                  const std::map<std::string, double>& values) {
     guard([&] { updJournal().addStatistics(name, values); });
+}
+
+void ResultWriter::setEvents(const std::string& name,
+                             const std::vector<Results::Analysis::Event>& events) {
+    guard([&] { updJournal().addEvents(name, events); });
 }
 
 void ResultWriter::addWarning(const std::string& analysis, const std::string& text) {

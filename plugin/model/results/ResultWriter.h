@@ -40,6 +40,8 @@ public:
     /** A whole analysis; a complete one replaces the HDF5 file. **/
     void add(const Results::Analysis& analysis);
     void setStatistics(const std::string& analysis, const std::map<std::string, double>& values);
+    void setEvents(const std::string& analysis,
+                   const std::vector<Results::Analysis::Event>& events);
     /** Each text counts once. @param analysis  need not have begun; empty: all **/
     void addWarning(const std::string& analysis, const std::string& text);
     /** Replaces the HDF5 file, too. **/

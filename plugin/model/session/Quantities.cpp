@@ -216,6 +216,31 @@ std::optional<Quantity> findBodyQuantity(const Session& session, const PathParts
     return pickElement(*quantity, int(axes.find(parts[3])), parts[3]);
 }
 
+// ---- states
+
+Quantity makeStateQuantity(const Session& session, const std::string& name, const Signal& value) {
+    const FlexibleBodySubsystem& flexible = session.getModel().getFlexibleBodies();
+    Quantity quantity{"states." + name,
+                      "",
+                      [&] { return Values{value.calcValue(flexible, session.getState())}; },
+                      {}};
+    const auto& settable = session.getModel().getSettableStates();
+    const auto found = settable.find(name);
+    if (found != settable.end())
+        quantity.calcStateWith = calcChanged(
+            session, [&flexible, number = found->second](State& state, const Values& z) {
+                flexible.setStateValue(state, number, z[0]);
+            });
+    return quantity;
+}
+
+std::vector<Quantity> makeStateQuantities(const Session& session) {
+    std::vector<Quantity> all;
+    for (const auto& [name, value] : session.getModel().getStates())
+        all.push_back(makeStateQuantity(session, name, value));
+    return all;
+}
+
 }  // namespace
 
 int readIndex(const std::string& text, int first, int count, const std::string& what) {
@@ -232,7 +257,8 @@ std::string normalizePath(const std::string& path) {
     static const std::pair<const char*, const char*> plurals[] = {
         {"joint.", "joints."}, {"body.", "bodies."},          {"parameter.", "parameters."},
         {"probe.", "probes."}, {"motion.", "motions."},       {"frame.", "frames."},
-        {"load.", "loads."},   {"connector.", "connectors."}, {"part.", "parts."}};
+        {"load.", "loads."},   {"connector.", "connectors."}, {"part.", "parts."},
+        {"state.", "states."}};
     for (const auto& [singular, plural] : plurals)
         if (path.rfind(singular, 0) == 0) return plural + path.substr(std::string(singular).size());
     return path;
@@ -249,6 +275,7 @@ std::optional<Quantity> Session::findQuantity(const std::string& path) const {
     if (parts.size() < 2) return {};
     if (parts[0] == "joints") return findJointQuantity(*this, parts);
     if (parts[0] == "bodies") return findBodyQuantity(*this, parts);
+    if (parts[0] == "states") return findByPath(makeStateQuantities(*this), normalizePath(path));
     return {};
 }
 
@@ -261,6 +288,7 @@ std::vector<std::string> Session::listQuantities() const {
         add(makeJointQuantities(*this, entry));
     for (const Model::BodyEntry& body : getModel().getBodies())
         add(makeBodyQuantities(*this, body));
+    add(makeStateQuantities(*this));
     return paths;
 }
 

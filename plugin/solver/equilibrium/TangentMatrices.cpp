@@ -40,7 +40,7 @@ public:
         constexpr double Certain = 16 * std::numeric_limits<double>::epsilon();
         VectorXd slope = m_sum / h;
         for (Eigen::Index i = 0; i < slope.size(); ++i)
-            if (!(std::abs(m_sum[i]) > Certain * m_largest[i])) slope[i] = 0;
+            if (std::abs(m_sum[i]) <= Certain * m_largest[i]) slope[i] = 0;
         return slope;
     }
 
