@@ -18,7 +18,8 @@ namespace {
 using ::testing::HasSubstr;
 
 /** Two pendulums, the second on the first: no two runs that differ by a bit stay together. A wheel
-that turns many times. **/
+that turns many times, is braked by what a filter remembers, and driven by how often the tip has
+passed a place. **/
 const char kModel[] = R"(simflex: 1
 gravity: [0, -9.81, 0]
 bodies:
@@ -33,7 +34,11 @@ probes:
   tip: {position: {on: lower, position: [0, -0.5, 0]}}
   balance: {energy: balance}
   turned: {coordinate: bearing}
+  spin: {rate: bearing}
   root: {expression: sqrt(0.03 - t)}
+states: {lag: {low_pass: {input: spin, time_constant: 0.3}}}
+connectors: {drive: {type: motor, joint: bearing, law: 0.02*passed - 0.1*lag}}
+events: {passed: {when: tip.x > 0.3 && t > 0.1}}
 initial: {rates: {bearing: 7}}
 solver: {accuracy: 1e-8}
 output: {checkpoint: 0.02}
