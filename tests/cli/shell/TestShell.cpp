@@ -73,6 +73,24 @@ TEST_F(ShellTest, StaticFindsThePendulumHangingAndResetTheStart) {
     EXPECT_EQ(readNumber("time"), 0);
 }
 
+TEST_F(ShellTest, StatesAreListedAndSetAndEventsTold) {
+    writeModel(R"(simflex: 1
+bodies: {mass: {mass: 1, inertia: [1, 1, 1]}}
+states: {charge: {rate: 2, initial: 1}, smooth: {low_pass: {input: charge, time_constant: 1}}}
+events: {full: {when: charge > 5, do: [{stop: true}]}}
+)");
+    ASSERT_EQ(shell("list states; set state.charge 4; run 1; get states.charge states.full\n"), 0)
+        << err;
+    EXPECT_EQ(readRow("charge")[1], "1");
+    EXPECT_EQ(readRow("smooth")[1], "1") << "filters begin at their input";
+    EXPECT_THAT(out, AllOf(HasSubstr("event 'full' at t = 0.5 s\n"),
+                           HasSubstr("the model ended its motion at t = 0.5 s")));
+    EXPECT_NEAR(readNumber("states.charge"), 5, 1e-5);
+    EXPECT_EQ(readNumber("states.full"), 1);
+    EXPECT_EQ(shell("set states.smooth 3\n"), 1);
+    EXPECT_THAT(err, HasSubstr("states.smooth"));
+}
+
 TEST_F(ShellTest, AParameterThatIsSetBuildsTheModelAnew) {
     writePendulum();
     ASSERT_EQ(
