@@ -1,5 +1,7 @@
 #include "simflex/forces/Signal.h"
 
+#include "simflex/forces/TurnState.h"
+
 #include <cmath>
 #include <set>
 
@@ -98,40 +100,10 @@ public:
         gradient.frames[places[1]] += scale * D_M;
     }
 
-    /** The angle on the turn where `counted` is. **/
-    static Real followTurns(Real counted, Real angle) {
-        return counted - std::remainder(counted - angle, 2 * Pi);
-    }
-
 private:
     JointCoordinate m_coordinate;
     Kind m_kind;
     int m_state;
-};
-
-/** Follows an angle over its turns. **/
-class TurnState : public StateEquation {
-public:
-    TurnState(const std::string& name, const JointCoordinate& coordinate, const Attachment& F,
-              const Attachment& M, Real start)
-        // Half a turn off would be too far, and an error of a thousandth is none.
-        : StateEquation(name, start, 1e3), m_coordinate(coordinate) {
-        m_attachments.push_back(F);
-        m_attachments.push_back(M);
-    }
-
-    Real calcRate(const ElementInputs&, const Array_<FrameMotion>& frames) const override {
-        return m_coordinate.calcMotion(frames[0], frames[1])[1];
-    }
-
-    bool followsMotion() const override { return true; }
-
-    Real calcStart(Real value, const Array_<FrameMotion>& frames) const override {
-        return Coordinate::followTurns(value, m_coordinate.calcValue(frames[0].X, frames[1].X));
-    }
-
-private:
-    JointCoordinate m_coordinate;
 };
 
 class AngularVelocity : public Signal::Implementation {

@@ -2,6 +2,7 @@
 
 #include "simflex/body/ForceElement.h"
 #include "simflex/forces/ElementParameters.h"
+#include "simflex/forces/TurnState.h"
 
 namespace simflex {
 
@@ -12,24 +13,24 @@ namespace {
 class TorsionSpringElement : public ForceElement {
 public:
     TorsionSpringElement(const Attachment& F, const Attachment& M, Real stiffness, Real damping,
-                         Real freeAngle)
-        : m_stiffness(stiffness), m_damping(damping), m_freeAngle(freeAngle) {
+                         Real freeAngle, int turns)
+        : m_stiffness(stiffness), m_damping(damping), m_freeAngle(freeAngle), m_turns(turns) {
         m_attachments.push_back(F);
         m_attachments.push_back(M);
     }
 
-    void addInForces(const ElementInputs&, const Array_<FrameMotion>& frames,
+    void addInForces(const ElementInputs& now, const Array_<FrameMotion>& frames,
                      Array_<SpatialVec>& forces_G) const override {
         const Turn turn(frames);
         const Vec3 torque =
-            -(m_stiffness * calcTwist(turn) + m_damping * turn.rate) * turn.direction;
+            -(m_stiffness * calcTwist(now, turn) + m_damping * turn.rate) * turn.direction;
         forces_G[0][0] -= torque;
         forces_G[1][0] += torque;
     }
 
-    Real calcPotentialEnergy(const ElementInputs&,
+    Real calcPotentialEnergy(const ElementInputs& now,
                              const Array_<FrameMotion>& frames) const override {
-        return 0.5 * m_stiffness * square(calcTwist(Turn(frames)));
+        return 0.5 * m_stiffness * square(calcTwist(now, Turn(frames)));
     }
 
     Real calcPower(const ElementInputs&, const Array_<FrameMotion>& frames,
@@ -63,12 +64,13 @@ private:
         Vec3 direction;  ///< ∂θ̇/∂ω, in Ground
     };
 
-    /** θ − θ₀ within half a turn. **/
-    Real calcTwist(const Turn& turn) const {
-        return std::remainder(turn.angle - m_freeAngle, 2 * Pi);
+    /** θ − θ₀ **/
+    Real calcTwist(const ElementInputs& now, const Turn& turn) const {
+        return followTurns(now.states[m_turns], turn.angle) - m_freeAngle;
     }
 
     Real m_stiffness, m_damping, m_freeAngle;
+    int m_turns;  ///< number of the state that counts them
 };
 
 }  // namespace
@@ -79,8 +81,10 @@ TorsionSpring::TorsionSpring(FlexibleBodySubsystem& subsystem, const Attachment&
     checkNotNegative(name, "stiffness", stiffness);
     checkNotNegative(name, "damping", damping);
     checkFinite(name, "free angle", freeAngle);
+    const int turns = subsystem.adoptState(std::make_unique<TurnState>(
+        "turns of " + name, JointCoordinate::makeAngleAboutZ(), F, M, freeAngle));
     subsystem.adoptForceElement(
-        std::make_unique<TorsionSpringElement>(F, M, stiffness, damping, freeAngle));
+        std::make_unique<TorsionSpringElement>(F, M, stiffness, damping, freeAngle, turns));
 }
 
 }  // namespace simflex

@@ -6,7 +6,8 @@ axis of M stands turned about it,
     torque on M:  −k (θ − θ₀) − c θ̇    about F's z axis if M's is in line with it,
 
 and the opposite on F; in general the torque that θ's energy ½k(θ − θ₀)² has. Put the frames where a
-Joint::Pin has them. Turns count up to one half to each side of θ₀.
+Joint::Pin has them. It winds up over any number of turns, which a state of the subsystem counts,
+from the one nearest to θ₀ on.
 
     TorsionSpring hinge(flexible, base.interface("seat"), lid.interface("hinge"), 12, 0.1); **/
 

@@ -228,7 +228,7 @@ void Session::recordRow() {
     const std::vector<double> values = m_probes.calc(
         {getState(), m_uDot, m_multipliers, double(m_integrator->getWork()), m_turns.get()});
     m_record.add(getTime(), values);
-    m_warnings->check(getState(), values, *m_turns);
+    m_warnings->check(getState(), values);
     if (m_pathCount++ % m_pathStride) return;
     if (m_path.size() == MostPathStates) {
         dropEverySecond(m_path);

@@ -251,7 +251,9 @@ TEST_P(ConnectorJacobianTest, TermsAddUpToTheDerivativeOfTheForces) {
     Array_<Real> signs(terms, Real(1));
     Array_<SpatialVec> directions(2 * terms);
     Array_<FrameMotion> frames{test.F, test.M};
-    element.calcJacobian(0, frames, gamma, signs, directions);
+    const Real turns = 0;
+    const ElementInputs now(0, &turns);
+    element.calcJacobian(now, frames, gamma, signs, directions);
     const auto entry = [](const SpatialVec* twists, int i) {
         return twists[i / 6][i % 6 / 3][i % 3];
     };
@@ -270,7 +272,7 @@ TEST_P(ConnectorJacobianTest, TermsAddUpToTheDerivativeOfTheForces) {
             frame.V[1] += delta * axis;
         }
         Array_<SpatialVec> forces(2, SpatialVec(Vec3(0), Vec3(0)));
-        element.addInForces(0, moved, forces);
+        element.addInForces(now, moved, forces);
         return forces;
     };
     Real largest = 0;

@@ -32,18 +32,7 @@ const char* MotionWarnings::getAdviceAtStart() {
            "that they do.";
 }
 
-void MotionWarnings::check(const SimTK::State& state, const std::vector<double>& values,
-                           const TurnCounter& turns) {
-    const std::vector<std::string>& springs = turns.getOverturnedSprings();
-    for (; m_numOverturned < springs.size(); ++m_numOverturned) {
-        std::ostringstream message;
-        message << "torsion spring '" << springs[m_numOverturned]
-                << "' has been turned by more than "
-                << "half a turn from where it is free, before t = " << state.getTime()
-                << " s: it does not count turns, its moment has changed sign there; divide the "
-                   "angle among several springs in a row";
-        m_warn(message.str());
-    }
+void MotionWarnings::check(const SimTK::State& state, const std::vector<double>& values) {
     m_linearRange.handleEvent(state);
     checkTurning(state);
     checkFinite(state.getTime(), values);
@@ -94,7 +83,7 @@ void MotionWarnings::checkFinite(double time, const std::vector<double>& values)
 }
 
 std::vector<double> MotionWarnings::save() const {
-    std::vector<double> saved{double(m_isAtStart), double(m_numOverturned)};
+    std::vector<double> saved{double(m_isAtStart)};
     for (const bool isTold : m_isNotFinite) saved.push_back(isTold);
     for (const bool isTold : m_turnsFast) saved.push_back(isTold);
     for (const auto& [body, isRotation] : m_linearRange.getWarned())
@@ -105,14 +94,13 @@ std::vector<double> MotionWarnings::save() const {
 void MotionWarnings::restore(const std::vector<double>& saved) {
     const size_t numProbes = m_isNotFinite.size(), numBodies = m_turnsFast.size(),
                  numFlags = numProbes + numBodies;
-    if (saved.size() < 2 + numFlags || (saved.size() - numFlags) % 2 != 0)
+    if (saved.size() < 1 + numFlags || (saved.size() - numFlags) % 2 != 1)
         throw std::invalid_argument("its warnings are of another model");
     m_isAtStart = saved[0] != 0;
-    m_numOverturned = size_t(saved[1]);
-    for (size_t k = 0; k < numProbes; ++k) m_isNotFinite[k] = saved[2 + k] != 0;
-    for (size_t k = 0; k < numBodies; ++k) m_turnsFast[k] = saved[2 + numProbes + k] != 0;
+    for (size_t k = 0; k < numProbes; ++k) m_isNotFinite[k] = saved[1 + k] != 0;
+    for (size_t k = 0; k < numBodies; ++k) m_turnsFast[k] = saved[1 + numProbes + k] != 0;
     std::set<std::pair<int, bool>> warned;
-    for (size_t k = 2 + numFlags; k < saved.size(); k += 2)
+    for (size_t k = 1 + numFlags; k < saved.size(); k += 2)
         warned.emplace(int(saved[k]), saved[k + 1] != 0);
     m_linearRange.setWarned(warned);
 }

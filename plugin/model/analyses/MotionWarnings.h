@@ -10,7 +10,6 @@ torsion springs that have been turned too far. What `simflex run` and the prompt
 
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/model/probes/Probe.h"
-#include "simflex/model/probes/TurnCounter.h"
 
 namespace simflex {
 namespace model {
@@ -24,8 +23,7 @@ public:
     MotionWarnings& operator=(const MotionWarnings&) = delete;
 
     /** Looks at a row of results. @pre Stage::Velocity. **/
-    void check(const SimTK::State& state, const std::vector<double>& values,
-               const TurnCounter& turns);
+    void check(const SimTK::State& state, const std::vector<double>& values);
     /** Warns of bodies whose stiffness turning would change by more than this part, as far as
     ω²/Ω₁² tells: of the lowest frequency, and of what is spread across the axis as it is at most.
     **/
@@ -51,7 +49,6 @@ private:
     const Model& m_model;
     std::vector<bool> m_turnsFast;    ///< by body
     std::vector<bool> m_isNotFinite;  ///< by probe
-    size_t m_numOverturned = 0;
     bool m_isAtStart = true;
 };
 

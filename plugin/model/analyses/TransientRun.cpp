@@ -243,7 +243,7 @@ void TransientRun::takeRow(double time) {
                         m_integrator->getWork(), &m_turns};
     takeEnergy(moment);
     const std::vector<double> values = m_run.m_probes.calc(moment);
-    m_warnings.check(state, values, m_turns);
+    m_warnings.check(state, values);
     // The State's own time may be later by round-off, where a step ends close by.
     m_run.m_writer->addRow(time, values,
                            m_keepsStates ? toNumbers(state.getQ()) : std::vector<double>(),

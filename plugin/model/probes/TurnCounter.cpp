@@ -33,35 +33,17 @@ TurnCounter::TurnCounter(const Model& model) : _model(model) {
                     angle.start = *given.value;
             _angles.push_back(angle);
         }
-    const ModelValue connectors = model.getFile().get("connectors");
-    for (const std::string& name : connectors.getKeys()) {
-        const ModelValue connector = connectors.get(name);
-        // A law counts turns of its own.
-        if (connector.get("type").getText() != "torsion_spring" || connector.has("law")) continue;
-        Angle angle;
-        angle.spring = name;
-        const ModelValue between = connector.get("between");
-        for (int k : {0, 1}) angle.frames.push_back(model.findFrame(between.at(k)));
-        if (connector.has("free_angle")) angle.center = connector.get("free_angle").getNumber();
-        _angles.push_back(angle);
-    }
 }
 
 void TurnCounter::reset() {
     _time = SimTK::NaN;
-    _overturned.clear();
 }
 
 /** Value within half a turn, and rate. **/
 Vec2 TurnCounter::calcAngle(const Angle& angle, const State& state) const {
-    if (angle.spring.empty()) {
-        const Joint& joint = _model.getFlexibleBodies().getJoint(angle.joint);
-        return {joint.calcCoordinates(state)[angle.coordinate],
-                joint.calcCoordinateDots(state)[angle.coordinate]};
-    }
-    const SimTK::Vec3 motion = JointCoordinate::makeAngleAboutZ().calcMotion(
-        angle.frames[0].calcMotion(state), angle.frames[1].calcMotion(state));
-    return {std::remainder(motion[0] - angle.center, 2 * Pi), motion[1]};
+    const Joint& joint = _model.getFlexibleBodies().getJoint(angle.joint);
+    return {joint.calcCoordinates(state)[angle.coordinate],
+            joint.calcCoordinateDots(state)[angle.coordinate]};
 }
 
 void TurnCounter::update(const State& state) {
@@ -69,8 +51,7 @@ void TurnCounter::update(const State& state) {
     for (Angle& angle : _angles) {
         const Vec2 now = calcAngle(angle, state);
         if (std::isnan(step)) {
-            angle.turned =
-                angle.spring.empty() ? 2 * Pi * std::round((angle.start - now[0]) / (2 * Pi)) : 0;
+            angle.turned = 2 * Pi * std::round((angle.start - now[0]) / (2 * Pi));
         } else {
             const double expected = angle.value + angle.turned + 0.5 * step * (angle.rate + now[1]);
             const double turns = std::round((expected - now[0]) / (2 * Pi));
@@ -78,17 +59,13 @@ void TurnCounter::update(const State& state) {
         }
         angle.value = now[0];
         angle.rate = now[1];
-        if (!angle.spring.empty() && angle.turned != 0 &&
-            std::find(_overturned.begin(), _overturned.end(), angle.spring) == _overturned.end())
-            _overturned.push_back(angle.spring);
     }
     _time = state.getTime();
 }
 
 double TurnCounter::getTurned(JointIndex joint, int coordinate) const {
     for (const Angle& angle : _angles)
-        if (angle.spring.empty() && angle.joint == joint && angle.coordinate == coordinate)
-            return angle.turned;
+        if (angle.joint == joint && angle.coordinate == coordinate) return angle.turned;
     return 0;
 }
 
@@ -111,7 +88,6 @@ void TurnCounter::restore(const std::vector<double>& saved) {
         angle.rate = next[1];
         angle.turned = next[2];
         next += kNumbersPerAngle;
-        if (!angle.spring.empty() && angle.turned != 0) _overturned.push_back(angle.spring);
     }
 }
 

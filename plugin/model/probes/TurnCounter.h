@@ -3,7 +3,6 @@
 Whole turns of angles in the course of a motion: a State tells an angle of a joint within half a
 turn only. **/
 
-#include <string>
 #include <vector>
 
 #include "simflex/model/Model.h"
@@ -13,7 +12,7 @@ namespace model {
 
 class TurnCounter {
 public:
-    /** Counts the angles of all joints, and of the model's torsion springs. **/
+    /** Counts the angles of all joints. **/
     explicit TurnCounter(const Model& model);
 
     /** Begins anew: the next State has made the turns that the file's `initial.joints` have, or
@@ -27,10 +26,6 @@ public:
     /** What is to be added to a joint's coordinate [rad]; 0 for one that is no angle. **/
     double getTurned(JointIndex joint, int coordinate) const;
 
-    /** Names of the torsion springs that have been turned by more than half a turn from where they
-    are free: their moment has changed sign there (TorsionSpring). In the file's order. **/
-    const std::vector<std::string>& getOverturnedSprings() const { return _overturned; }
-
     /** @name All that is known, as numbers **/
     /**@{**/
     std::vector<double> save() const;
@@ -40,19 +35,15 @@ public:
 
 private:
     struct Angle {
-        JointIndex joint;  ///< or none, but a spring
+        JointIndex joint;
         int coordinate = 0;
-        std::string spring;
-        std::vector<Attachment> frames;  ///< of a spring: F, M
-        double center = 0;               ///< of a spring: where it is free
-        double start = 0;                ///< of a joint: what the file begins with
+        double start = 0;  ///< what the file begins with
         double value = 0, rate = 0, turned = 0;
     };
     SimTK::Vec2 calcAngle(const Angle& angle, const SimTK::State& state) const;
 
     const Model& _model;
     std::vector<Angle> _angles;
-    std::vector<std::string> _overturned;
     double _time = SimTK::NaN;  ///< NaN: at no State yet
 };
 

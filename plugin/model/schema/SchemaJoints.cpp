@@ -224,7 +224,7 @@ SchemaForm connector() {
                 .orElseNote("the distance at the placement")
                 .such("0.2"),
             SchemaKey("free_angle", {number()},
-                      "Angle without torque. Turns count up to one half to each side of it.")
+                      "Angle without torque. A run begins on the turn nearest to it.")
                 .in("rad")
                 .only({"torsion_spring"})
                 .without({"law"})
