@@ -40,6 +40,10 @@ Mat66 makeCoupledMatrix(Real scale) {
 using Maker = std::function<void(FlexibleBodySubsystem&, const Attachment&, const Attachment&,
                                  Real dampingFactor)>;
 
+/** Time 0, and a torsion spring that has made no turns. **/
+const Real noTurns = 0;
+const ElementInputs unturned(0, &noTurns);
+
 struct Connector {
     const char* name;
     Maker make;
@@ -143,7 +147,7 @@ TEST_P(ConnectorTest, UndampedPowerIsWhatTheEnergyLoses) {
     const ForceElement& element = *flexible.getGuts().forceElements().front();
     const Real loss = -differentiate(state, [&](const State& moved) {
         return element.calcPotentialEnergy(
-            0, flexible.getGuts().calcMotions(moved, element.getAttachments()));
+            unturned, flexible.getGuts().calcMotions(moved, element.getAttachments()));
     });
     EXPECT_NEAR(calcPowerOfForces(flexible, state) - others, loss,
                 1e-7 * std::max(1.0, std::abs(loss)));
@@ -157,15 +161,15 @@ TEST_P(ConnectorTest, DampersOnlyTakeEnergyAndTheirPowerIsReported) {
     const Array_<FrameMotion> frames =
         flexible.getGuts().calcMotions(state, element.getAttachments());
     Array_<SpatialVec> forces(2, SpatialVec(Vec3(0), Vec3(0)));
-    element.addInForces(0, frames, forces);
+    element.addInForces(unturned, frames, forces);
     Real power = 0;
     for (unsigned k = 0; k < 2; ++k)
         power += ~forces[k][0] * frames[k].V[0] + ~forces[k][1] * frames[k].V[1];
     const Real rate = differentiate(state, [&](const State& moved) {
         return element.calcPotentialEnergy(
-            0, flexible.getGuts().calcMotions(moved, element.getAttachments()));
+            unturned, flexible.getGuts().calcMotions(moved, element.getAttachments()));
     });
-    const Real lost = element.calcPower(0, frames, forces);
+    const Real lost = element.calcPower(unturned, frames, forces);
     EXPECT_LE(lost, 0);
     EXPECT_NEAR(power + rate, lost, 1e-7 * std::max(1.0, std::abs(power)));
     // Action and reaction: no force and, about the origin, no torque is left over.
@@ -251,9 +255,7 @@ TEST_P(ConnectorJacobianTest, TermsAddUpToTheDerivativeOfTheForces) {
     Array_<Real> signs(terms, Real(1));
     Array_<SpatialVec> directions(2 * terms);
     Array_<FrameMotion> frames{test.F, test.M};
-    const Real turns = 0;
-    const ElementInputs now(0, &turns);
-    element.calcJacobian(now, frames, gamma, signs, directions);
+    element.calcJacobian(unturned, frames, gamma, signs, directions);
     const auto entry = [](const SpatialVec* twists, int i) {
         return twists[i / 6][i % 6 / 3][i % 3];
     };
@@ -272,7 +274,7 @@ TEST_P(ConnectorJacobianTest, TermsAddUpToTheDerivativeOfTheForces) {
             frame.V[1] += delta * axis;
         }
         Array_<SpatialVec> forces(2, SpatialVec(Vec3(0), Vec3(0)));
-        element.addInForces(now, moved, forces);
+        element.addInForces(unturned, moved, forces);
         return forces;
     };
     Real largest = 0;
