@@ -65,12 +65,12 @@ Span readSpan(Shell& shell, Words words) {
     return span;
 }
 
-constexpr size_t MostEvents = 20;  // to be printed
+constexpr size_t MostToldEvents = 20;  // to be printed
 
 void reportOutcome(Shell& shell, Session::Outcome outcome) {
     const double time = shell.updSession().getTime();
     const auto events = shell.updSession().getModel().takeOccurrences();
-    const size_t numLeftOut = events.size() > MostEvents ? events.size() - MostEvents : 0;
+    const size_t numLeftOut = events.size() > MostToldEvents ? events.size() - MostToldEvents : 0;
     if (numLeftOut > 0) std::printf("%zu events, the last of them:\n", events.size());
     for (size_t i = numLeftOut; i < events.size(); ++i)
         std::printf("event '%s' at t = %s s\n", events[i].first.c_str(),
