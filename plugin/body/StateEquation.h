@@ -53,6 +53,10 @@ public:
     equilibria and small motions. **/
     virtual bool followsMotion() const { return false; }
 
+    /** True of one that handlers of events change, and that holds its value between them: a system
+    with it has neither equilibria nor small motions. **/
+    virtual bool isHeld() const { return false; }
+
 protected:
     SimTK::Array_<Attachment> m_attachments;
 

@@ -142,6 +142,8 @@ struct ModelSystem {
     };
     std::shared_ptr<std::vector<Occurrence>> occurrences =
         std::make_shared<std::vector<Occurrence>>();
+    /** All that waits for the motion: events and relays. **/
+    std::vector<const SimTK::TriggeredEventHandler*> triggers;
     /** Why a law had no value when it was asked last. **/
     std::shared_ptr<std::string> lawFailure = std::make_shared<std::string>();
     /** States that begin at the value of a signal, by number. **/

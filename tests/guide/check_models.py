@@ -12,6 +12,8 @@ import unittest
 from pathlib import Path
 
 import h5py
+import numpy
+import yaml
 
 OPTIONS = None
 G = 9.80665
@@ -78,6 +80,34 @@ class Models(unittest.TestCase):
         unstable = [f for f, d in zip(frequency, damping) if d < 0]
         self.assertEqual(len(unstable), 1)
         self.assertAlmostEqual(unstable[0], 807, delta=10)
+
+    def test_brake_takes_the_work_of_the_gas(self):
+        table = yaml.safe_load((OPTIONS.source / "examples/models/engine.yaml").read_text())["tables"]["pressure"]
+        throw, rod, area = 0.045, 0.144, math.pi * 0.04**2
+        angle = numpy.linspace(0, 720, 72001)
+        turn = numpy.radians(angle)
+        place = throw * numpy.cos(turn) + numpy.sqrt(rod**2 - (throw * numpy.sin(turn))**2)
+        probes = run("engine")["run/probes"]
+        turned, torque = (probes[name][:].ravel() for name in ("angle", "brake_torque"))
+        pressure = 1e5 * numpy.interp(angle, table["x"], numpy.array(table["z"])[:, 1])
+        mean = -4 * area * numpy.trapz(pressure, place) / (4 * math.pi)
+        last = turned > turned[-1] - 4 * math.pi
+        taken = -numpy.trapz(torque[last], turned[last]) / (turned[last][-1] - turned[last][0])
+        self.assertAlmostEqual(taken / mean, 1, delta=0.01)
+
+    def test_ram_carries_boom_and_load(self):
+        def rest(*arguments):
+            probes = run("crane", "--only", "rest", *arguments)["rest/probes"]
+            return [probes[name][:].ravel()[0] for name in ("force", "ram_length")]
+
+        tilt = math.radians(10)
+        arm = complex(2, -0.23) * complex(math.cos(tilt), math.sin(tilt))
+        ram = arm - complex(1, 0.12 - 1.5)
+        lever = (arm.conjugate() * ram).imag / abs(ram)
+        force, length = rest()
+        self.assertAlmostEqual(length, abs(ram), delta=1e-3)
+        more = rest("--set", "parameters.load=1000")[0] - force
+        self.assertAlmostEqual(more * lever / (400 * G * 6 * math.cos(tilt)), 1, delta=5e-3)
 
     def test_slider_crank_is_that_of_the_program(self):
         parts = OPTIONS.build / "parts"

@@ -32,6 +32,10 @@ protected:
     static double get(const Session& session, const std::string& path) {
         return session.get(path).at(0);
     }
+    static double getState(const Session& session, const std::string& name) {
+        const Model& model = session.getModel();
+        return model.getStates().at(name).calcValue(model.getFlexibleBodies(), session.getState());
+    }
 };
 
 /** 1 kg on a slide along x of Ground; probes x, v. **/
@@ -190,6 +194,151 @@ TEST_F(LawsTest, FiltersRespondAsTheirTransferFunctionsSay) {
     EXPECT_NEAR(get(session, "lead_now"), 5 * t - 4 * (t - 0.1 * (1 - std::exp(-10 * t))), 1e-6);
     EXPECT_NEAR(get(session, "smooth_now"), smooth, 1e-6);
     EXPECT_NEAR(get(session, "both"), 3 + 2 * t + 2 * smooth, 1e-6);
+}
+
+TEST_F(LawsTest, ALimitedRateFollowsWhereItMay) {
+    Session session = start(
+        kSlide +
+        "states: {ramp: {rate_limit: {input: 't < 1 ? 0 : t < 4 ? 3 : -1', rise: 2, fall: 8,\n"
+        "         time_constant: 1e-3}}}\n");
+    // A step of 3 at 1 s, one of −4 at 4 s.
+    const std::array<double, 2> expected[] = {{1, 0},    {1.5, 1},     {2.25, 2.5}, {3.9, 3},
+                                              {4.25, 1}, {4.45, -0.6}, {4.9, -1}};
+    for (const auto& [time, value] : expected) {
+        session.runTo(time, 0.1);
+        EXPECT_NEAR(getState(session, "ramp"), value, 1e-6) << time;
+    }
+}
+
+TEST_F(LawsTest, AStateSpaceSystemIsItsMatrices) {
+    Session session = start(
+        kSlide +
+        "states:\n"
+        "  plant: {state_space: {inputs: [1, t], outputs: [a, b], A: [[-2, 0], [0, -5]],\n"
+        "          B: [[3, 0], [0, 10]], C: [[1, 1], [0, 2]], D: [[0, 0], [4, -1]],\n"
+        "          initial: [0.5, 0]}}\n"
+        "  lag: {low_pass: {input: 2*plant.a, time_constant: 1e-4}}\n"
+        "  whole: {state_space: {inputs: [1], outputs: [y], A: [[0, 1], [-100, -10]],\n"
+        "          B: [[0], [1]], C: [[300, 200]]}}\n"
+        "  same: {transfer_function: {input: 1, numerator: [200, 300],\n"
+        "         denominator: [1, 10, 100]}}\n"
+        "  loop: {transfer_function: {input: 1 - loop, numerator: [1], denominator: [1, 0]}}\n"
+        "loads: {none: {on: mass, force: [0*plant.b, 0, 0]}}\n");
+    const double t = 0.7;
+    session.runTo(t, 0.1);
+    const double x1 = 1.5 - std::exp(-2 * t), x2 = 2 * t - 0.4 * (1 - std::exp(-5 * t));
+    EXPECT_NEAR(getState(session, "plant.a"), x1 + x2, 1e-6);
+    EXPECT_NEAR(getState(session, "plant.b"), 2 * x2 + 4 - t, 1e-6);
+    EXPECT_NEAR(getState(session, "lag"), 2 * (x1 + x2), 1e-3);
+    EXPECT_NEAR(getState(session, "whole.y"), getState(session, "same"), 1e-6);
+    EXPECT_NEAR(getState(session, "loop"), 1 - std::exp(-t), 1e-6);
+}
+
+/** 1 kg under a discrete controller of position and speed, target 1. **/
+const std::string kSampled =
+    "bodies:\n"
+    "  mass: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: slider}}\n"
+    "states:\n"
+    "  force: {sample_and_hold: {input: '20*(1 - x) - 6*v + sum', period: 0.05}}\n"
+    "  sum: {sample_and_hold: {input: 'sum + 0.5*(1 - x)', period: 0.05}}\n"
+    "loads: {push: {on: mass, force: [force, 0, 0]}}\n"
+    "probes: {x: {coordinate: {body: mass}}, v: {rate: {body: mass}}, f: {state: force}}\n";
+
+TEST_F(LawsTest, ASampledControllerIsItsDifferenceEquation) {
+    Session session = start(kSampled);
+    const double T = 0.05;
+    double x = 0, v = 0, sum = 0, force = 0;
+    for (int k = 0; k < 41; ++k) {
+        if (k > 0) session.runTo(k * T, 0.01);
+        EXPECT_NEAR(get(session, "x"), x, 1e-8) << k;
+        EXPECT_NEAR(get(session, "v"), v, 1e-7) << k;
+        // The sum of before: both are sampled at once.
+        force = 20 * (1 - x) - 6 * v + sum;
+        sum += 0.5 * (1 - x);
+        session.runTo(k * T + 0.02, 0.01);
+        EXPECT_NEAR(get(session, "f"), force, 1e-6) << k;
+        x += T * v + T * T / 2 * force;
+        v += T * force;
+    }
+}
+
+TEST_F(LawsTest, ARelaySwitchesAtItsThresholds) {
+    // T' = 10 (1 − on) − T between 2 and 3, from 1.
+    Session session = start(kSlide +
+                            "states:\n"
+                            "  heat: {rate: '10*(1 - hot) - heat', initial: 1}\n"
+                            "  hot: {hysteresis: {input: heat, lower: 2, upper: 3}}\n"
+                            "  switched: {rate: hot}\n"
+                            "");
+    const double rise = std::log(9. / 7), cool = std::log(3. / 2), again = std::log(8. / 7);
+    const double cycle = cool + again;
+    for (int k = 0; k < 5; ++k) {
+        const double on = rise + k * cycle;
+        session.runTo(on + 0.5 * cool, 0.02);
+        EXPECT_EQ(getState(session, "hot"), 1);
+        EXPECT_NEAR(getState(session, "heat"), 3 * std::exp(-0.5 * cool), 1e-6);
+        session.runTo(on + cool + 0.5 * again, 0.02);
+        EXPECT_EQ(getState(session, "hot"), 0);
+        EXPECT_NEAR(getState(session, "switched"), (k + 1) * cool, 1e-6);
+    }
+}
+
+TEST_F(LawsTest, SamplesRelaysAndEventsSetEachOtherOff) {
+    // x is seen at 0.25, 0.5 … s: 0.7 has been passed at 0.75 s, −0.2 never. An event then sets
+    // what another relay watches.
+    Session session = start("initial: {bodies: {mass: {rates: [1]}}}\n" + kSlide +
+                            "states:\n"
+                            "  seen: {sample_and_hold: {input: x, period: 0.25}}\n"
+                            "  near: {hysteresis: {input: seen, lower: -0.2, upper: 0.7}}\n"
+                            "  level: {rate: 0*x}\n"
+                            "  high: {hysteresis: {input: level, lower: 1, upper: 2}}\n"
+                            "events:\n"
+                            "  came: {when: near > 0.5, do: [{set: level, to: 5}]}\n"
+                            "  rose: {when: high > 0.5}\n");
+    session.runTo(1.1, 0.1);
+    const auto occurrences = session.getModel().takeOccurrences();
+    ASSERT_EQ(occurrences.size(), 2u);
+    EXPECT_EQ(std::min(occurrences[0].first, occurrences[1].first), "came");
+    EXPECT_EQ(std::max(occurrences[0].first, occurrences[1].first), "rose");
+    for (const auto& occurrence : occurrences) EXPECT_DOUBLE_EQ(occurrence.second, 0.75);
+    EXPECT_EQ(getState(session, "near"), 1);
+    EXPECT_EQ(getState(session, "high"), 1);
+}
+
+TEST_F(LawsTest, ARelayThatSwitchesItselfBackIsRefused) {
+    Session session = start(kSlide +
+                            "states: {round: {hysteresis: {input: 't + 1 - 4*round', lower: 0,\n"
+                            "         upper: 1.5}}}\n");
+    try {
+        session.runTo(1, 0.1);
+        FAIL() << "it has an end";
+    } catch (const std::exception& error) {
+        EXPECT_THAT(error.what(), HasSubstr("set each other off without end at t = 0.5"));
+    }
+}
+
+TEST_F(LawsTest, ASampledRunGoesOnFromACheckpointBitForBit) {
+    const auto run = [&](bool stops) {
+        Session session = start(kSampled);
+        session.runTo(0.2, 0.01);  // a sample's own time
+        if (stops) {
+            const SavedState saved = session.save();
+            session.runTo(0.33, 0.01);
+            session.restore(saved);
+        }
+        session.runTo(1, 0.01);
+        return std::array<double, 3>{get(session, "x"), get(session, "v"), get(session, "f")};
+    };
+    EXPECT_EQ(run(false), run(true));
+}
+
+TEST_F(LawsTest, WhatHoldsItsValueHasNoEquilibrium) {
+    for (const char* type : {"static", "eigen"}) {
+        writeModel("simflex: 1\n" + kSampled + "analyses: {one: {type: " + type + "}}\n");
+        EXPECT_NE(runModel(), 0) << type;
+        EXPECT_THAT(err, HasSubstr("state 'force' changes at times of its own and holds its "
+                                   "value between them"));
+    }
 }
 
 TEST_F(LawsTest, EventsHappenWhereTheirConditionBeginsToHold) {
@@ -389,6 +538,13 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
                 HasSubstr("no law can depend on probe 'a', which is of kind 'acceleration'"));
     EXPECT_THAT(findMistake(withForce("a", "  a: {expression: b + x}\n  b: {expression: 2*a}\n")),
                 HasSubstr("it depends on itself: 'a' → 'b' → 'a'"));
+    EXPECT_THAT(findMistake(withForce("-3*(x + 0.1*x + x + v)")),
+                HasSubstr("loads.push.force.0: 'x + 0.1*x + x + v' takes m and m/s together; if "
+                          "one of them has a factor of 1, write it: 1*..."));
+    EXPECT_THAT(findMistake(withForce("x > t ? 1 : 0")), HasSubstr("'x > t' takes "));
+    EXPECT_EQ(findMistake(withForce("-3*(x + 1*v) + min(x, 2) - (v < 3)")), "nothing");
+    EXPECT_THAT(findMistake(kWheel + "events: {e: {when: 'angle > speed'}}\n"),
+                HasSubstr("'angle > speed' takes "));
     EXPECT_THAT(findMistake(kSlide + "states: {loop: {pid: {input: 1 - loop, proportional: 2}}}\n"),
                 HasSubstr("it depends on itself: 'loop' → 'loop'"));
     EXPECT_THAT(findMistake(kSlide + "states: {x: {rate: 1}}\n"),
@@ -414,7 +570,8 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
         findMistake(withForce("-2*g", "  g: {rate: {body: mass}}\n")),
         HasSubstr("'g' is a parameter, constant or table and a probe, state or event: rename one"));
     EXPECT_THAT(findMistake(kSlide + "motions: {lead: {between: [ground, mass], position: x}}\n"),
-                HasSubstr("'x' is no parameter, table or function"));
+                HasSubstr("; it is a quantity of the motion, and this is a function of time "
+                          "alone"));
     EXPECT_THAT(findMistake("tables: {m: {x: [0, 1], y: [0, 1], z: [[1, 2], [3]]}}\n" +
                             withForce("m(x, v)")),
                 HasSubstr("tables.m: row 1 of z has 1 values and y 2; every y has one in each"));

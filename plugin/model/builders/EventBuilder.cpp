@@ -1,6 +1,7 @@
 #include "simflex/model/builders/EventBuilder.h"
 
 #include "simflex/body/Assembly.h"
+#include "simflex/model/builders/HeldStates.h"
 
 namespace simflex {
 namespace model {
@@ -47,8 +48,10 @@ public:
     }
 
     void handleEvent(State& state, Real, bool& shouldTerminate) const override {
-        ModelEvents happened;
-        happen(state, shouldTerminate, happened);
+        changeWithTriggers(m_system, state, shouldTerminate, [&] {
+            ModelEvents happened;
+            happen(state, shouldTerminate, happened);
+        });
     }
 
 private:
@@ -171,8 +174,10 @@ void addEvents(const ModelValue& file, SignalBuilder& signals, ModelSystem& syst
         const Signal margin = signals.makeMargin(value.get("when"));
         const int count = signals.findState(value);
         system.events.push_back({name, margin, count + int(SignalBuilder::EventState::Waiting)});
-        system.system.addEventHandler(new ModelEvent(
-            system, all, name, margin, count, value.get("once").getBool(), std::move(actions)));
+        auto* event = new ModelEvent(system, all, name, margin, count, value.get("once").getBool(),
+                                     std::move(actions));
+        system.triggers.push_back(event);
+        system.system.addEventHandler(event);
     }
 }
 

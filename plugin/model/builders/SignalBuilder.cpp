@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "simflex/model/builders/HeldStates.h"
 #include "simflex/model/builders/InitialValues.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/file/VariableFormula.h"
@@ -15,7 +16,14 @@ using namespace SimTK;
 
 namespace {
 
-Signal makeSum(const std::vector<Signal>& terms, const std::vector<double>& factors) {
+/** Terms whose factor is 0 are left out, and nothing depends on them. **/
+Signal makeSum(std::vector<Signal> terms, std::vector<double> factors) {
+    for (size_t i = factors.size(); i-- > 0;)
+        if (factors[i] == 0) {
+            terms.erase(terms.begin() + std::ptrdiff_t(i));
+            factors.erase(factors.begin() + std::ptrdiff_t(i));
+        }
+    if (terms.empty()) return {};
     return Signal::function(terms, [factors](Real, const Real* x, Real* slopes) {
         if (slopes) std::copy(factors.begin(), factors.end(), slopes);
         Real sum = 0;
@@ -55,7 +63,8 @@ class SignalBuilder::StateEntry {
 public:
     StateEntry(ModelSystem& system, const ModelValue& value)
         : m_system(system), m_value(value), m_block(value) {
-        for (const char* kind : {"rate", "pid", "low_pass", "lead_lag", "transfer_function"})
+        for (const char* kind : {"rate", "pid", "low_pass", "lead_lag", "transfer_function",
+                                 "rate_limit", "state_space", "sample_and_hold", "hysteresis"})
             if (value.has(kind)) m_kind = kind;
         if (m_kind.empty()) {  // an event's
             add("", 0);
@@ -72,6 +81,14 @@ public:
             if (m_hasDerivative) add(".filter");
         } else if (m_kind == "transfer_function") {
             readTransferFunction();
+        } else if (m_kind == "state_space") {
+            readStateSpace();
+        } else if (m_kind == "sample_and_hold") {
+            addHeld("");
+            addHeld(".sample");
+        } else if (m_kind == "hysteresis") {
+            readThresholds();
+            addHeld("", m_block.get("initial").getInteger());
         } else {
             add("");
         }
@@ -82,11 +99,20 @@ public:
     /** The state that an event may set; −1: none. **/
     int getSettable() const { return m_kind.empty() || m_kind == "rate" ? m_indices[0] : -1; }
 
-    /** What laws know by its name. @throws ModelError if it depends on itself at once. **/
-    const Signal& getOutput(SignalBuilder& signals) {
-        if (!m_hasOutput) m_output = makeOutput(signals);
-        m_hasOutput = true;
-        return m_output;
+    /** What laws know by its name, and by NAME.OUTPUT if there are several. **/
+    std::vector<std::string> listOutputs() const {
+        if (m_outputs.empty()) return {getName()};
+        std::vector<std::string> names;
+        for (const std::string& output : m_outputs) names.push_back(getName() + "." + output);
+        return names;
+    }
+    /** @throws ModelError if it depends on itself at once. **/
+    const Signal& getOutput(const std::string& name, SignalBuilder& signals) {
+        const auto known = m_made.find(name);
+        if (known != m_made.end()) return known->second;
+        const Signal output =
+            m_kind == "state_space" ? makeSpaceOutput(name, signals) : makeOutput(signals);
+        return m_made.emplace(name, output).first->second;
     }
 
     /** Once all entries are there. **/
@@ -96,12 +122,28 @@ public:
             m_states[0]->setRate(signals.make(m_block));
             return;
         }
+        if (m_kind == "state_space") {
+            setRatesOfStateSpace(signals);
+            return;
+        }
         const Signal input = makeInput(signals);
         if (m_kind == "pid") {
             if (m_hasIntegral) m_states.front()->setRate(input);
             if (m_hasDerivative) follow(m_block.get("filter").getNumber(), input);
         } else if (m_kind == "transfer_function") {
             setRatesOfTransferFunction(input);
+        } else if (m_kind == "rate_limit") {
+            limitRate(input);
+        } else if (m_kind == "sample_and_hold") {
+            const double period = m_block.get("period").getNumber();
+            signals._samplings.push_back({m_indices[0], m_indices[1], period, input});
+            m_system.followers.push_back({m_indices[0], input});
+            m_system.followers.push_back(
+                {m_indices[1], Signal::function({}, [period](Real time, const Real*, Real*) {
+                     return countSamples(time, period);
+                 })});
+        } else if (m_kind == "hysteresis") {
+            addRelayOf(input);
         } else {
             const char* time = m_kind == "low_pass" ? "time_constant" : "lag";
             follow(m_block.get(time).getNumber(), input);
@@ -117,12 +159,23 @@ private:
         m_indices.push_back(m_system.flexible.getNumStates() - 1);
     }
 
+    void addHeld(const std::string& suffix, double initial = 0) {
+        auto state = std::make_unique<HeldState>(getName() + suffix, initial);
+        m_values.push_back(Signal::state(m_system.flexible.adoptState(std::move(state))));
+        m_indices.push_back(m_system.flexible.getNumStates() - 1);
+    }
+
     Signal makeInput(SignalBuilder& signals) { return signals.make(m_block.get("input")); }
 
     Signal makeOutput(SignalBuilder& signals) {
-        if (m_kind.empty() || m_kind == "rate" || m_kind == "low_pass") return m_values[0];
-        const Signal input = makeInput(signals);
-        std::vector<Signal> terms{input};
+        if (m_kind == "hysteresis")  // integrated with the others, it is 1 to round-off
+            return Signal::function(m_values, [](Real, const Real* x, Real* slopes) {
+                if (slopes) *slopes = 0;
+                return x[0] > 0.5 ? 1. : 0.;
+            });
+        for (const char* own : {"", "rate", "low_pass", "rate_limit", "sample_and_hold"})
+            if (m_kind == own) return m_values[0];
+        std::vector<Signal> terms{Signal()};
         terms.insert(terms.end(), m_values.begin(), m_values.end());
         std::vector<double> factors;
         if (m_kind == "lead_lag") {
@@ -145,6 +198,7 @@ private:
                 factors.push_back((m_numerator[n - i] - through * m_denominator[n - i]) /
                                   m_denominator[0]);
         }
+        if (factors[0] != 0) terms[0] = makeInput(signals);
         return makeSum(terms, factors);
     }
 
@@ -180,15 +234,111 @@ private:
         if (n > 0) m_states[n - 1]->setRate(makeSum(terms, factors));
     }
 
+    /** T ẏ = u − y, but no faster than the limits. **/
+    void limitRate(const Signal& input) {
+        const double time = m_block.get("time_constant").getNumber();
+        const double rise = m_block.get("rise").getNumber();
+        const double fall = m_block.has("fall") ? m_block.get("fall").getNumber() : rise;
+        const auto rate = [=](Real, const Real* x, Real* slopes) {
+            const Real free = (x[0] - x[1]) / time;
+            const bool isFree = free >= -fall && free <= rise;
+            if (slopes) slopes[0] = isFree ? 1 / time : 0, slopes[1] = -slopes[0];
+            return std::min(std::max(free, -fall), rise);
+        };
+        m_states[0]->setRate(Signal::function({input, m_values[0]}, rate));
+        m_system.followers.push_back({m_indices[0], input});
+    }
+
+    std::vector<double> readRow(const ModelValue& row, size_t count, const char* what) const {
+        const std::vector<double> numbers = row.getNumbers();
+        if (numbers.size() != count)
+            row.fail("the row has " + std::to_string(numbers.size()) + " numbers; there are " +
+                     std::to_string(count) + " " + what);
+        return numbers;
+    }
+    std::vector<std::vector<double>> readMatrix(const char* key, size_t numRows, const char* rows,
+                                                size_t numColumns, const char* columns) const {
+        const ModelValue matrix = m_block.get(key);
+        if (!matrix.isGiven())
+            return std::vector<std::vector<double>>(numRows, std::vector<double>(numColumns, 0));
+        if (size_t(matrix.getSize()) != numRows)
+            matrix.fail("it has " + std::to_string(matrix.getSize()) + " rows; there are " +
+                        std::to_string(numRows) + " " + rows);
+        std::vector<std::vector<double>> result;
+        for (int i = 0; i < matrix.getSize(); ++i)
+            result.push_back(readRow(matrix.at(i), numColumns, columns));
+        return result;
+    }
+    void readStateSpace() {
+        const ModelValue outputs = m_block.get("outputs");
+        for (int i = 0; i < outputs.getSize(); ++i) {
+            const std::string name = outputs.at(i).getText();
+            if (std::count(m_outputs.begin(), m_outputs.end(), name) > 0)
+                outputs.at(i).fail("there is an output of that name already");
+            m_outputs.push_back(name);
+        }
+        const size_t n = size_t(m_block.get("A").getSize()),
+                     inputs = size_t(m_block.get("inputs").getSize());
+        m_A = readMatrix("A", n, "states", n, "states: A is square");
+        m_B = readMatrix("B", n, "states, as many as A has", inputs, "inputs");
+        m_C = readMatrix("C", m_outputs.size(), "outputs", n, "states, as many as A has");
+        m_D = readMatrix("D", m_outputs.size(), "outputs", inputs, "inputs");
+        const ModelValue initial = m_block.get("initial");
+        const std::vector<double> start = initial.isGiven()
+                                              ? readRow(initial, n, "states, as many as A has")
+                                              : std::vector<double>(n, 0);
+        for (size_t i = 0; i < n; ++i) add("." + std::to_string(i + 1), start[i]);
+    }
+    /** Σ row·states + Σ gains·inputs; inputs without gain are not asked for. **/
+    Signal makeCombination(const std::vector<double>& row, const std::vector<double>& gains,
+                           SignalBuilder& signals) {
+        std::vector<Signal> terms = m_values;
+        std::vector<double> factors = row;
+        for (size_t k = 0; k < gains.size(); ++k) {
+            if (gains[k] == 0) continue;
+            terms.push_back(signals.make(m_block.get("inputs").at(int(k))));
+            factors.push_back(gains[k]);
+        }
+        return makeSum(terms, factors);
+    }
+    Signal makeSpaceOutput(const std::string& name, SignalBuilder& signals) {
+        const std::string own = name.substr(std::min(name.size(), getName().size() + 1));
+        const size_t i =
+            size_t(std::find(m_outputs.begin(), m_outputs.end(), own) - m_outputs.begin());
+        return makeCombination(m_C[i], m_D[i], signals);
+    }
+    void setRatesOfStateSpace(SignalBuilder& signals) {
+        for (size_t i = 0; i < m_A.size(); ++i)
+            m_states[i]->setRate(makeCombination(m_A[i], m_B[i], signals));
+    }
+
+    void readThresholds() {
+        m_lower = m_block.get("lower").getNumber();
+        m_upper = m_block.get("upper").getNumber();
+        if (!(m_lower < m_upper)) m_block.get("lower").fail("it must be less than 'upper'");
+    }
+    void addRelayOf(const Signal& input) {
+        addRelay({m_indices[0], m_lower, m_upper, input}, m_system);
+        const double lower = m_lower, upper = m_upper,
+                     initial = m_block.get("initial").getInteger();
+        m_system.followers.push_back(
+            {m_indices[0], Signal::function({input}, [=](Real, const Real* x, Real*) {
+                 return x[0] > upper ? 1. : x[0] < lower ? 0. : initial;
+             })});
+    }
+
     ModelSystem& m_system;
     ModelValue m_value, m_block;
     std::string m_kind;
     std::vector<SignalState*> m_states;
     std::vector<Signal> m_values;
     std::vector<int> m_indices;
-    bool m_hasIntegral = false, m_hasDerivative = false, m_hasOutput = false;
+    bool m_hasIntegral = false, m_hasDerivative = false;
     std::vector<double> m_numerator, m_denominator;  ///< as many of both
-    Signal m_output;
+    std::vector<std::vector<double>> m_A, m_B, m_C, m_D;
+    std::vector<std::string> m_outputs;  ///< names; empty: one that has the entry's name
+    double m_lower = 0, m_upper = 0;
+    std::map<std::string, Signal> m_made;
 };
 
 SignalBuilder::SignalBuilder(const ModelValue& file, const ModelFrames& frames, ModelSystem& system)
@@ -231,10 +381,12 @@ void SignalBuilder::addStates() {
     for (const std::string& name : states.getKeys()) addEntry(states.get(name));
     for (const auto& state : _states) {
         state->setRates(*this);
-        _system.states[state->getName()] = find(state->getName(), state->getValue());
+        for (const std::string& output : state->listOutputs())
+            _system.states[output] = find(output, state->getValue());
         if (state->getSettable() >= 0)
             _system.settableStates[state->getName()] = state->getSettable();
     }
+    addSamplings(_samplings, _system);
 }
 
 Attachment SignalBuilder::attach(const ModelValue& frame) {
@@ -266,11 +418,14 @@ Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Val
     if (what == Value::Margin && !formula.isComparison())
         value.fail("it must be a comparison, such as 'gap < 0', or several with && and ||");
     std::vector<Signal> arguments;
+    std::vector<std::string> units;
     for (const std::string& name : formula.getUsed()) {
         const auto local = locals.find(name);
+        units.push_back(findUnit(name, local != locals.end()));
         if (local != locals.end()) checkOwnName(name, value);
         arguments.push_back(local != locals.end() ? local->second : find(name, value));
     }
+    formula.checkUnits(value, units);
     if (what == Value::Margin)
         return Signal::function(arguments, [formula](Real time, const Real* x, Real*) {
             return formula.calcMargin(time, x);
@@ -288,6 +443,35 @@ Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Val
             *failure = place + " has no finite value: " + formula.explain(time, x);
         return result;
     });
+}
+
+std::string SignalBuilder::findUnit(const std::string& name, bool isLocal) const {
+    if (isLocal)
+        return name == "length" ? "m" : name == "rate" ? "m/s" : name == "angle" ? "rad" : "rad/s";
+    const ModelValue probes = _file.get("probes");
+    const std::string owner = name.substr(0, name.find('.'));
+    if (!probes.has(owner)) return "";
+    const ModelValue probe = probes.get(owner);
+    if (probe.has("position") || probe.has("distance")) return "m";
+    if (probe.has("velocity") || probe.has("distance_rate")) return "m/s";
+    if (probe.has("angular_velocity")) return "rad/s";
+    for (const char* kind : {"coordinate", "rate"}) {
+        if (!probe.has(kind)) continue;
+        const ModelValue value = probe.get(kind);
+        bool isAngle = false;
+        if (value.isMap() && value.has("body")) {
+            const std::string body = value.get("body").getText();
+            isAngle = MobilizedBody::Pin::isInstanceOf(
+                findEntry(_system.bodies, "body", body, value.get("body")).mobod);
+        } else {
+            const auto [joint, coordinate] = findCoordinateOf(value);
+            isAngle = withPlace(value, [&, joint = joint, coordinate = coordinate] {
+                return findCoordinate(joint, coordinate).coordinate.isAngle();
+            });
+        }
+        return std::string(isAngle ? "rad" : "m") + (kind[0] == 'r' ? "/s" : "");
+    }
+    return "";
 }
 
 void SignalBuilder::checkOwnName(const std::string& name, const ModelValue& law) const {
@@ -317,20 +501,24 @@ Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
         std::string ring;
         for (auto link = std::find(_open.begin(), _open.end(), owner); link != _open.end(); ++link)
             ring += "'" + *link + "' → ";
-        law.fail("it depends on itself: " + ring + "'" + owner + "'");
+        law.fail("it depends on itself: " + ring + "'" + owner +
+                 "'; a state in the ring, such as a low_pass, takes it apart");
     }
-    const auto state = std::find_if(_states.begin(), _states.end(),
-                                    [&](const auto& entry) { return entry->getName() == name; });
+    const auto state = std::find_if(_states.begin(), _states.end(), [&](const auto& entry) {
+        const std::vector<std::string> outputs = entry->listOutputs();
+        return std::find(outputs.begin(), outputs.end(), name) != outputs.end();
+    });
     const ModelValue probes = _file.get("probes");
     if (state == _states.end() && !probes.has(owner)) {
         std::vector<std::string> known = probes.getKeys();
-        for (const auto& entry : _states) known.push_back(entry->getName());
+        for (const auto& entry : _states)
+            for (const std::string& output : entry->listOutputs()) known.push_back(output);
         if (law.getPath().compare(0, 11, "connectors.") == 0) failOwnNameOfOthers(law, name);
         law.failUnknown("probe or state", name, known);
     }
     _open.push_back(owner);
     const int component = dot == std::string::npos ? -1 : name[dot + 1] - 'x';
-    const Signal signal = state != _states.end() ? (*state)->getOutput(*this)
+    const Signal signal = state != _states.end() ? (*state)->getOutput(name, *this)
                                                  : makeOfProbe(probes.get(owner), component);
     _open.pop_back();
     return signal;

@@ -15,6 +15,7 @@ derivatives, and the states' equations.
 #include <vector>
 
 #include "simflex/forces/Signal.h"
+#include "simflex/model/builders/HeldStates.h"
 #include "simflex/model/builders/ModelFrames.h"
 
 namespace simflex {
@@ -58,6 +59,8 @@ private:
     Signal compile(const ModelValue& formula, const Locals& locals, Value value = Value::Own);
     void checkOwnName(const std::string& name, const ModelValue& law) const;
     Signal find(const std::string& name, const ModelValue& law);
+    /** Empty if it is not known. **/
+    std::string findUnit(const std::string& name, bool isLocal) const;
     Signal makeOfProbe(const ModelValue& probe, int component);
     Signal makeOfFrame(const ModelValue& probe, const std::string& kind, int component);
     Signal makeOfMobilizer(const ModelValue& map, bool isRate);
@@ -68,6 +71,7 @@ private:
     const ModelFrames& _frames;
     ModelSystem& _system;
     std::vector<std::unique_ptr<StateEntry>> _states;
+    std::vector<Sampling> _samplings;
     std::vector<std::string> _open;  ///< probes and states that are being made
 };
 

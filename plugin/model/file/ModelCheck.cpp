@@ -167,6 +167,13 @@ private:
                             entry.key.find('-') == std::string::npos)
                             (isTaken(entry.key) ? _newFile->ambiguous : _newFile->quantities)
                                 .push_back(entry.key);
+            if (const YamlTree* states = tree.find("states"))
+                for (const YamlTree::Entry& entry : states->entries)
+                    if (const YamlTree* space = entry.value.find("state_space"))
+                        if (const YamlTree* outputs = space->find("outputs"))
+                            for (const YamlTree& output : outputs->items)
+                                if (isName(output.scalar, false))
+                                    _newFile->quantities.push_back(entry.key + "." + output.scalar);
             _newFile = nullptr;
             throwMistakes();  // or formulas would miss what is wrong here
         }

@@ -323,6 +323,17 @@ double VariableFormula::calcSlopes(double time, const double* values, double* sl
     return value;
 }
 
+void VariableFormula::checkUnits(const ModelValue& text,
+                                 const std::vector<std::string>& units) const {
+    std::vector<std::string> all = units;
+    all.insert(all.begin(), "s");  // of the time
+    try {
+        _shared->formula->checkUnits(all);
+    } catch (const formula::SyntaxError& error) {
+        text.getNode().failAt(error.position, error.what());
+    }
+}
+
 std::string VariableFormula::explain(double time, const double* values) const {
     return _shared->formula->explain(Inputs<double>(time, values, getUsed().size()).get());
 }

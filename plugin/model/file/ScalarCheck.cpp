@@ -50,6 +50,17 @@ void checkOutput(const Node& node) {
                   "current folder (the command line may name any other)");
 }
 
+/** True of what would be a law elsewhere. **/
+bool namesQuantities(const std::string& text, const Node& node, const SchemaForm& form) {
+    std::vector<std::string> variables = listLawVariables(*node.file, form);
+    variables.push_back("t");
+    try {
+        return !readFormula(text, node.file->scope, variables).getUsedVariables().empty();
+    } catch (const formula::SyntaxError&) {
+        return false;
+    }
+}
+
 void checkNumber(Node& node, const SchemaForm& form) {
     const std::string& text = node.scalar;
     std::string plain = lowerCase(text);
@@ -83,7 +94,13 @@ void checkNumber(Node& node, const SchemaForm& form) {
             node.expression = Expression(calcConstant(text, node.file->scope));
         }
     } catch (const formula::SyntaxError& error) {
-        node.failAt(error.position, error.what());
+        const bool isLaw = !form.isLaw && namesQuantities(text, node, form);
+        node.failAt(error.position,
+                    error.what() + std::string(!isLaw    ? ""
+                                               : canMove ? "; it is a quantity of the motion, and "
+                                                           "this is a function of time alone"
+                                                         : "; it is a quantity of the motion, and "
+                                                           "this is a constant"));
     }
     if (canMove) return;
     const double value = node.expression.calcValue(0);

@@ -34,6 +34,10 @@ public:
     /** "division by zero in '1/x'": why it has no value. **/
     std::string explain(double time, const double* values) const;
 
+    /** @param units  of getUsed(); empty: not known
+    @throws ModelError that points to where what is added or compared has different units. **/
+    void checkUnits(const ModelValue& text, const std::vector<std::string>& units) const;
+
     /** Times in (from, to] at which a part of it that depends on time alone changes its course. **/
     std::vector<double> findSwitches(double from, double to) const;
 

@@ -147,6 +147,58 @@ std::string Formula::explain(int number, const double* values) const {
     return "a number that is too large" + in;
 }
 
+void Formula::checkUnits(const std::vector<std::string>& units) const {
+    findUnit(_tree->getRoot(), units);
+}
+
+/** Empty if it is not known: a factor may have any. **/
+std::string Formula::findUnit(int number, const std::vector<std::string>& units) const {
+    const Node& node = (*_tree)[number];
+    if (node.operation == Operation::Variable)
+        return units[static_cast<std::size_t>(node.variable)];
+    std::vector<std::string> found;
+    for (int operand : node.operands) found.push_back(findUnit(operand, units));
+    const auto unite = [&](std::size_t first, std::size_t second) {
+        const std::string &a = found[first], &b = found[second];
+        if (!a.empty() && !b.empty() && a != b) {
+            const std::string text = _text.substr(static_cast<std::size_t>(node.begin),
+                                                  static_cast<std::size_t>(node.end - node.begin));
+            throw SyntaxError("'" + text + "' takes " + a + " and " + b +
+                                  " together; if one of them has a factor of 1, write it: 1*...",
+                              node.begin);
+        }
+        return a.empty() ? b : a;
+    };
+    switch (node.operation) {
+        case Operation::Negate:
+        case Operation::Abs:
+            return found[0];
+        case Operation::Add:
+        case Operation::Subtract:
+        case Operation::Min:
+        case Operation::Max:
+        case Operation::Hypot:
+        case Operation::Mod:
+            return unite(0, 1);
+        case Operation::Less:
+        case Operation::LessOrEqual:
+        case Operation::Equal:
+        case Operation::NotEqual:
+        case Operation::Atan2:
+            unite(0, 1);
+            return "";
+        case Operation::If:
+            return unite(1, 2);
+        case Operation::Step:
+        case Operation::Ramp:
+            unite(0, 1);
+            unite(0, 3);
+            return unite(2, 4);
+        default:
+            return "";
+    }
+}
+
 std::vector<double> Formula::findSwitches(double from, double to) const {
     std::vector<int> parts;
     if (collectTimed(*_tree, _tree->getRoot(), parts))

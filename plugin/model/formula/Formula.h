@@ -34,6 +34,10 @@ public:
     /** Why it has no finite value: "the root of -1 in 'sqrt(1 - t)'". **/
     std::string explain(const double* values) const;
 
+    /** @param units  of the variables; empty: not known
+    @throws SyntaxError where numbers are added or compared whose units are known and differ. **/
+    void checkUnits(const std::vector<std::string>& units) const;
+
     /** Times in (from, to] at which it changes its course, see Switches.h: of several variables the
     first is the time, and parts that depend on it alone are searched. **/
     std::vector<double> findSwitches(double from, double to) const;
@@ -52,6 +56,7 @@ private:
     std::size_t _numVariables = 0;
     std::vector<std::string> _used;
 
+    std::string findUnit(int node, const std::vector<std::string>& units) const;
     std::string explain(int node, const double* values) const;
 };
 

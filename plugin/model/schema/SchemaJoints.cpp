@@ -243,7 +243,7 @@ SchemaKey input(const std::string& example) {
 }
 
 SchemaForm state() {
-    const SchemaForm coefficients = list({number()});
+    const SchemaForm coefficients = list({number()}), matrix = list({coefficients});
     return map(
         "a state",
         {
@@ -323,8 +323,91 @@ SchemaForm state() {
                            })},
                       "A rational function of s on the input; all of its states begin at zero.")
                 .such("{input: error, numerator: [1], denominator: [0.01, 0.2, 1]}"),
+            SchemaKey("rate_limit",
+                      {map("a limit",
+                           {
+                               input("target"),
+                               SchemaKey("rise", {positive()}, "It rises no faster.")
+                                   .in("1/s")
+                                   .required()
+                                   .such("0.5"),
+                               SchemaKey("fall", {positive()}, "It falls no faster.")
+                                   .in("1/s")
+                                   .orElseNote("as it rises")
+                                   .such("2"),
+                               SchemaKey("time_constant", {positive()},
+                                         "Time constant with which it follows where it may.")
+                                   .in("s")
+                                   .required()
+                                   .such("1e-3"),
+                           })},
+                      "The input, no faster than it may change; begins at the input's value.")
+                .such("{input: target, rise: 0.5, time_constant: 1e-3}"),
+            SchemaKey("state_space",
+                      {map("a linear system",
+                           {
+                               SchemaKey("inputs", {list({law()})}, "What it takes in: u.")
+                                   .required()
+                                   .such("[angle, speed]"),
+                               SchemaKey("outputs", {list({name("an output")})},
+                                         "Names of what it puts out, y: laws know them as "
+                                         "STATE.OUTPUT.")
+                                   .required()
+                                   .such("[torque]"),
+                               SchemaKey("A", {matrix}, "x' = A x + B u: a row for each x.")
+                                   .required()
+                                   .such("[[0, 1], [-4, -2]]"),
+                               SchemaKey("B", {matrix}, "A row for each x, a column for each u.")
+                                   .required()
+                                   .such("[[0, 0], [1, 0.1]]"),
+                               SchemaKey("C", {matrix},
+                                         "y = C x + D u: a row for each y, a column for each x.")
+                                   .required()
+                                   .such("[[5, 0]]"),
+                               SchemaKey("D", {matrix}, "A row for each y, a column for each u.")
+                                   .orElseNote("0")
+                                   .such("[[0, 2]]"),
+                               SchemaKey("initial", {list({number()})}, "x at the start.")
+                                   .orElseNote("0")
+                                   .such("[1, 0]"),
+                           })},
+                      "A linear system of several inputs and outputs.")
+                .such("{inputs: [error], outputs: [u], A: [[-1]], B: [[1]], C: [[3]]}"),
+            SchemaKey(
+                "sample_and_hold",
+                {map("a sampled value",
+                     {
+                         input("angle"),
+                         SchemaKey("period", {positive()}, "Time from sample to sample.")
+                             .in("s")
+                             .required()
+                             .such("0.01"),
+                     })},
+                "The input at t = 0, period, 2 period …, held between them. It may name "
+                "itself, as it was before: a discrete controller. Samples of one time are all "
+                "of what was before it.")
+                .such("{input: angle, period: 0.01}"),
+            SchemaKey(
+                "hysteresis",
+                {map("a relay",
+                     {
+                         input("speed"),
+                         SchemaKey("lower", {number()}, "It becomes 0 where the input falls below.")
+                             .required()
+                             .such("18"),
+                         SchemaKey("upper", {number()}, "It becomes 1 where the input exceeds it.")
+                             .required()
+                             .such("22"),
+                         SchemaKey("initial", {integer(0, 1)},
+                                   "At the start, if the input is between the two.")
+                             .orElse("0")
+                             .such("1"),
+                     })},
+                "A relay between two thresholds: 0 or 1.")
+                .such("{input: speed, lower: 18, upper: 22}"),
         },
-        {"rate", "pid", "low_pass", "lead_lag", "transfer_function"});
+        {"rate", "pid", "low_pass", "lead_lag", "transfer_function", "rate_limit", "state_space",
+         "sample_and_hold", "hysteresis"});
 }
 
 SchemaForm event() {

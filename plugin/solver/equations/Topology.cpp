@@ -26,6 +26,11 @@ std::string Topology::Element::describe() const {
 
 std::vector<int> Topology::listOwnStates() const {
     std::vector<int> list;
+    for (const auto& state : states)
+        if (state.equation->isHeld())
+            throw std::runtime_error("state '" + state.equation->getName() +
+                                     "' changes at times of its own and holds its value between "
+                                     "them: such a system has no equilibria and no natural modes");
     for (size_t i = 0; i < states.size(); ++i)
         if (!states[i].equation->followsMotion()) list.push_back(firstZ + int(i));
     return list;

@@ -105,7 +105,8 @@ struct Topology {
     std::vector<StateEquationRef> states;  ///< consecutive in z, from firstZ on
     int firstZ = 0;
     bool isState(int z) const { return z >= firstZ && z < firstZ + int(states.size()); }
-    /** Numbers among z of those that do not follow the motion. **/
+    /** Numbers among z of those that do not follow the motion.
+    @throws std::runtime_error if one is held between events. **/
     std::vector<int> listOwnStates() const;
     bool hasForeignZ() const { return numZ > int(states.size()); }
     int numSimbodyU = 0;
