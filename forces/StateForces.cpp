@@ -1,7 +1,8 @@
 #include "simflex/forces/StateForces.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/ForceElement.h"
 
@@ -109,7 +110,7 @@ private:
             for (Eigen::Index j = 0; j < count; ++j)
                 A(j, k) -= gamma * rates[size_t(m_states[size_t(j)].number)];
         }
-        const Eigen::VectorXd weights = A.partialPivLu().solve(b);
+        const Eigen::VectorXd weights = SquareSystem(A).solve(b);
         for (Eigen::Index k = 0; k < count; ++k)
             if (weights[k] != 0)
                 m_states[size_t(k)].rate.addInGradient(now, frames, m_states[size_t(k)].places,

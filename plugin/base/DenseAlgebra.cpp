@@ -2,12 +2,14 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <limits>
 
 namespace simflex {
 
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 namespace {
 
@@ -52,8 +54,60 @@ ColumnSpace calcColumnSpace(const MatrixXd& A, double threshold) {
     return space;
 }
 
-MatrixXd solveLeastSquares(const MatrixXd& A, const MatrixXd& B, double threshold) {
-    return decompose(A, threshold).solve(B);
+struct LeastSquares::Factors {
+    Eigen::CompleteOrthogonalDecomposition<MatrixXd> QTZ;
+};
+
+LeastSquares::LeastSquares(const MatrixXd& A, double threshold)
+    : m_factors(new Factors{decompose(A, threshold)}) {}
+
+LeastSquares::~LeastSquares() = default;
+
+int LeastSquares::getRank() const {
+    return int(m_factors->QTZ.rank());
+}
+
+MatrixXd LeastSquares::solve(const MatrixXd& B) const {
+    return m_factors->QTZ.solve(B);
+}
+
+struct SquareSystem::Factors {
+    Eigen::PartialPivLU<MatrixXd> LU;
+};
+
+SquareSystem::SquareSystem(const MatrixXd& A)
+    : m_factors(new Factors{Eigen::PartialPivLU<MatrixXd>(A)}) {}
+
+SquareSystem::~SquareSystem() = default;
+
+double SquareSystem::getSmallestPivot() const {
+    return m_factors->LU.matrixLU().diagonal().cwiseAbs().minCoeff();
+}
+
+VectorXd SquareSystem::solve(const VectorXd& b) const {
+    return m_factors->LU.solve(b);
+}
+
+MatrixXd SquareSystem::solveEach(const MatrixXd& B) const {
+    return m_factors->LU.solve(B);
+}
+
+VectorXd solveSymmetric(const MatrixXd& A, const VectorXd& b) {
+    return Eigen::LDLT<MatrixXd>(A).solve(b);
+}
+
+MatrixXd solveEachSymmetric(const MatrixXd& A, const MatrixXd& B) {
+    return Eigen::LDLT<MatrixXd>(A).solve(B);
+}
+
+MatrixXd calcCongruent(const MatrixXd& Z, const MatrixXd& A) {
+    return Z.transpose() * A * Z;
+}
+
+std::vector<int> orderColumns(const MatrixXd& A) {
+    const Eigen::ColPivHouseholderQR<MatrixXd> QR(A);
+    const auto& order = QR.colsPermutation().indices();
+    return {order.begin(), order.end()};
 }
 
 }  // namespace simflex

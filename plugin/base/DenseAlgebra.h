@@ -4,6 +4,8 @@ Decompositions of dense matrices, by Eigen: compiled once for all libraries, sin
 compiler 5 to 10 s. Internal. **/
 
 #include <Eigen/Core>
+#include <memory>
+#include <vector>
 
 namespace simflex {
 
@@ -36,8 +38,47 @@ struct ColumnSpace {
 Eigen's own, round-off, where it is negative. **/
 ColumnSpace calcColumnSpace(const Eigen::MatrixXd& A, double threshold = -1);
 
-/** The shortest x of least ‖A x − b‖, for each column of B. **/
-Eigen::MatrixXd solveLeastSquares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B,
-                                  double threshold = -1);
+/** The shortest x of least ‖A x − b‖. **/
+class LeastSquares {
+public:
+    explicit LeastSquares(const Eigen::MatrixXd& A, double threshold = -1);
+    ~LeastSquares();
+    int getRank() const;
+    Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;  ///< for each column of B
+
+private:
+    struct Factors;
+    std::unique_ptr<Factors> m_factors;
+};
+
+inline Eigen::MatrixXd solveLeastSquares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B,
+                                         double threshold = -1) {
+    return LeastSquares(A, threshold).solve(B);
+}
+
+/** A x = b by LU with partial pivoting. **/
+class SquareSystem {
+public:
+    explicit SquareSystem(const Eigen::MatrixXd& A);
+    ~SquareSystem();
+    double getSmallestPivot() const;  ///< its size
+    Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
+    Eigen::MatrixXd solveEach(const Eigen::MatrixXd& B) const;  ///< for each column of B
+
+private:
+    struct Factors;
+    std::unique_ptr<Factors> m_factors;
+};
+
+/** A x = b by LDLᵀ with pivoting; only the lower triangle of A is read. **/
+Eigen::VectorXd solveSymmetric(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+Eigen::MatrixXd solveEachSymmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
+
+/** ZᵀAZ. **/
+Eigen::MatrixXd calcCongruent(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& A);
+
+/** Columns in the order in which QR decomposition with column pivoting takes them: always the one
+farthest from those before. **/
+std::vector<int> orderColumns(const Eigen::MatrixXd& A);
 
 }  // namespace simflex

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <set>
 
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 
@@ -38,8 +39,8 @@ Eigen::MatrixXd calcNodeRotations(const ReducedBody& part, int node) {
     Eigen::MatrixXd offsets(neighbours.size(), 3);
     for (size_t k = 0; k < neighbours.size(); ++k)
         offsets.row(k) = (positions.col(neighbours[k]) - positions.col(node)).transpose();
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> fit(offsets);
-    if (fit.rank() < 3)
+    const LeastSquares fit(offsets);
+    if (fit.getRank() < 3)
         throw std::invalid_argument("part '" + part.name + "': node " +
                                     std::to_string(part.mesh.nodeNumbers[node]) +
                                     " has too few neighbours in the mesh to carry an attachment");

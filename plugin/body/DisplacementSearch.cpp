@@ -7,6 +7,7 @@
 #include <queue>
 
 #include "simflex/base/Chunk.h"
+#include "simflex/base/DenseAlgebra.h"
 
 namespace simflex {
 
@@ -116,7 +117,7 @@ void DisplacementSearch::fit(int index) {
     tile.high = x.rowwise().maxCoeff();
     // Where nodes lie in a plane or on a line, nothing is said of what is across.
     const Matrix3d moments = x * x.transpose();
-    const Matrix3d inverse = moments.completeOrthogonalDecomposition().pseudoInverse();
+    const Matrix3d inverse = calcColumnSpace(moments).pseudoInverse;
     float* own = m_coefficients.data() + size_t(index) * size_t(numModes) * NumCoefficients;
     for (int i = 0; i < numModes; ++i, own += NumCoefficients) {
         Vector3d sum = Vector3d::Zero();

@@ -306,7 +306,7 @@ struct RigidPart {
             const Matrix3d P = sums.getP(i);
             h.col(i) << P(1, 2) - P(2, 1), P(2, 0) - P(0, 2), P(0, 1) - P(1, 0);
         }
-        b = sums.inertia.ldlt().solve(h);
+        b = solveEachSymmetric(sums.inertia, h);
     }
 };
 
@@ -325,7 +325,8 @@ void removeRigid(const RigidPart& rigid, ModalSums& sums, MatrixXd& M) {
                           old.getP(i).transpose() * bj - bi * old.getP(j) - bi * S * bj);
         }
     }
-    M -= sums.mass * rigid.a.transpose() * rigid.a + rigid.b.transpose() * sums.inertia * rigid.b;
+    M -= sums.mass * rigid.a.transpose() * rigid.a;
+    M -= calcCongruent(rigid.b, sums.inertia);
     sums.T.setZero();
 }
 
@@ -345,7 +346,7 @@ MatrixXd solvePencil(const FemFile& file, const MatrixXd& M, const VectorXd& who
     const long n = mu.size() - numRigid;
     const MatrixXd W = scale.asDiagonal() * mass.vectors.rightCols(n) *
                        mu.tail(n).cwiseSqrt().cwiseInverse().asDiagonal();
-    const MatrixXd reduced = W.transpose() * K * W;
+    const MatrixXd reduced = calcCongruent(W, K);
     const SymmetricEigen stiffness = calcSymmetricEigen(0.5 * (reduced + reduced.transpose()));
     omegaSquared = stiffness.values;
     return W * stiffness.vectors;
@@ -362,7 +363,7 @@ void setInvariants(const ModalSums& sums, const MatrixXd& V, ReducedBody& body) 
     for (size_t a = 0; a < 3; ++a)
         for (size_t b = 0; b < 3; ++b) {
             P[a][b] = V.transpose() * sums.P[a][b];
-            G[a][b] = V.transpose() * sums.G[a][b] * V;
+            G[a][b] = calcCongruent(V, sums.G[a][b]);
         }
     const Matrix3d& I0 = sums.inertia;
     body.mass = sums.mass;
@@ -534,8 +535,7 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
             "invariants (12 and 14 to 18), so that its mass cannot be known; write one of "
             "them");
     ModalSums sums = hasInvariants ? sumInvariants(file, n) : sumLumped(file, modes);
-    if (!(Eigen::SelfAdjointEigenSolver<Matrix3d>(sums.inertia).eigenvalues()[0] >
-          1e-12 * sums.inertia.trace()))
+    if (!(calcSymmetricEigen(sums.inertia).values[0] > 1e-12 * sums.inertia.trace()))
         file.refuse(hasInvariants ? 12 : 11,
                     "gives no inertia about some axis: the masses lie on "
                     "a line");

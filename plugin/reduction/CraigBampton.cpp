@@ -45,9 +45,10 @@ public:
         const SymmetricEigen eigen = calcSymmetricEigen(
             scale.asDiagonal() * (0.5 * (K + K.transpose())) * scale.asDiagonal());
         const Index elastic = K.rows() - 6;
-        m_static =
-            constraint * (scale.asDiagonal() * eigen.vectors.rightCols(elastic) *
-                          eigen.values.tail(elastic).cwiseSqrt().cwiseInverse().asDiagonal());
+        const MatrixXd orthonormal =
+            scale.asDiagonal() * eigen.vectors.rightCols(elastic) *
+            eigen.values.tail(elastic).cwiseSqrt().cwiseInverse().asDiagonal();
+        m_static = constraint * orthonormal;
     }
 
     Index size() const override { return m_static.cols() + m_held.size(); }
@@ -56,13 +57,15 @@ public:
     Shapes toShapes(const MatrixXd& X) const {
         Shapes u = m_held.toShapes(X.bottomRows(m_held.size()));
         u.noalias() += m_static * X.topRows(m_static.cols());
-        u -= m_R * m_RMR.solve(MatrixXd(m_MR.transpose() * u));
+        const MatrixXd motions = m_RMR.solve(MatrixXd(m_MR.transpose() * u));
+        u -= m_R * motions;
         return u;
     }
 
     void apply(const MatrixXd& X, MatrixXd& Y) const override {
         Shapes f = m_m.multiplyPerAxis(toShapes(X));
-        f -= m_MR * m_RMR.solve(MatrixXd(m_R.transpose() * f));
+        const MatrixXd accelerations = m_RMR.solve(MatrixXd(m_R.transpose() * f));
+        f -= m_MR * accelerations;
         Y.resize(X.rows(), X.cols());
         Y.topRows(m_static.cols()) = m_static.transpose() * f;
         Y.bottomRows(m_held.size()) = m_held.fromForces(f);
@@ -115,15 +118,17 @@ u_iᵀKu_j = f_iᵀu_j, as long as the interfaces are held in all. **/
 Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
     if (loads.cols() == 0) return u;
     const Eigen::VectorXd before = (loads.transpose() * u).diagonal();
-    u -= normal * (normal.transpose() * loads);
+    const MatrixXd held = normal.transpose() * loads;
+    u -= normal * held;
     // A load on nodes that constraints hang on a rigid interface bends nothing.
     const Eigen::VectorXd scale =
         before.unaryExpr([](double twice) { return twice > 0 ? 1 / std::sqrt(twice) : 0.0; });
     const SymmetricEigen energy =
         calcSymmetricEigen(scale.asDiagonal() * symmetricGram(loads, u) * scale.asDiagonal());
     const Index kept = (energy.values.array() > NothingNew).count();
-    return u * (scale.asDiagonal() * energy.vectors.rightCols(kept) *
-                energy.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal());
+    const MatrixXd orthonormal = scale.asDiagonal() * energy.vectors.rightCols(kept) *
+                                 energy.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+    return u * orthonormal;
 }
 
 /** Keeps the results of phases, and takes those that were kept. **/
@@ -288,8 +293,8 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
     basis.held = held;
     if (hasInterfaces) {
         const Shapes MR = products.m.multiplyPerAxis(rigid.R);
-        basis.effectiveMasses = (MR.transpose() * basis.Psi.rightCols(numNormal)).cwiseAbs2() *
-                                basis.normalOmegaSquared.asDiagonal();
+        const MatrixXd shares = MR.transpose() * basis.Psi.rightCols(numNormal);
+        basis.effectiveMasses = shares.cwiseAbs2() * basis.normalOmegaSquared.asDiagonal();
     }
     timings.normalModes = lapTime(lap);
     return basis;

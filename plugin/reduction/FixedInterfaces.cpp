@@ -185,6 +185,8 @@ struct FixedInterfaces::Data {
         return f;
     }
 
+    MatrixXd solveCY(const MatrixXd& B) const { return CY.solve(B); }
+
     /** K⁻¹ B of the free coordinates. **/
     MatrixXd solveFree(const MatrixXd& B) const {
         return solver ? solver->solve(B) : cholesky.solve(B);
@@ -193,13 +195,16 @@ struct FixedInterfaces::Data {
     /** Loads on the free coordinates; of a supported part, in equilibrium. **/
     MatrixXd takeForces(const Shapes& f) const {
         if (!isSupported()) return coordinates.contract(free, f);
-        return coordinates.contract(free, f - spread(G.transpose() * (rigid.R.transpose() * f)));
+        const MatrixXd resultant = rigid.R.transpose() * f;
+        return coordinates.contract(free, f - spread(G.transpose() * resultant));
     }
 
     /** Shapes of the free coordinates; of a supported part, with its interfaces put back. **/
     Shapes makeShapes(const MatrixXd& x) const {
         Shapes u = coordinates.expand(free, x);
-        if (isSupported()) u.noalias() -= rigid.R * (G * calcMean(u));
+        if (!isSupported()) return u;
+        const MatrixXd motion = G * calcMean(u);
+        u.noalias() -= rigid.R * motion;
         return u;
     }
 
@@ -264,8 +269,8 @@ void FixedInterfaces::Data::findCoordinates() {
         // The six coordinates whose rigid motions are the farthest from dependent.
         MatrixXd motions = rigidCoordinates.transpose();
         for (Index j = 0; j < 6; ++j) motions.row(j).normalize();
-        const Eigen::ColPivHouseholderQR<MatrixXd> pivoted(motions);
-        for (Index k = 0; k < 6; ++k) tieOf[size_t(pivoted.colsPermutation().indices()[k])] = 0;
+        const std::vector<int> order = orderColumns(motions);
+        for (size_t k = 0; k < 6; ++k) tieOf[size_t(order[k])] = 0;
     }
     for (size_t q = 0; q < tieOf.size(); ++q)
         if (tieOf[q] < 0) free.push_back(int(q));
@@ -375,7 +380,7 @@ Shapes FixedInterfaces::toShapes(const MatrixXd& z) const {
     const Data& d = *m_data;
     if (d.free.empty()) return Shapes::Zero(d.model.K.size, z.cols());
     MatrixXd x = z;
-    if (d.Q.cols() > 0) x.noalias() -= d.Q * (d.Q.transpose() * z);
+    if (d.Q.cols() > 0) x.noalias() -= d.Q * (d.Q.transpose() * z).eval();
     d.cholesky.solveUpper(x, x);
     return d.makeShapes(x);
 }
@@ -393,7 +398,7 @@ Shapes FixedInterfaces::solve(const Shapes& f) const {
     const Data& d = *m_data;
     if (d.free.empty() || f.cols() == 0) return Shapes::Zero(d.model.K.size, f.cols());
     MatrixXd x = d.solveFree(d.takeForces(f));
-    if (d.C.cols() > 0) x -= d.Y * d.CY.solve(d.C.transpose() * x);
+    if (d.C.cols() > 0) x -= d.Y * d.solveCY(d.C.transpose() * x);
     return d.makeShapes(x);
 }
 
@@ -407,13 +412,18 @@ Shapes FixedInterfaces::calcConstraintModes() const {
         // Loads in equilibrium on the interfaces, then the rigid motion that is left.
         Shapes u = Shapes::Zero(d.model.K.size, numBoundary);
         if (d.C.cols() > 0)
-            u = d.coordinates.expand(d.free, d.Y * d.CY.solve(d.N.transpose() * prescribed));
-        return u + d.rigid.R * (d.G * (prescribed - d.calcMean(u)));
+            u = d.coordinates.expand(d.free, d.Y * d.solveCY(d.N.transpose() * prescribed));
+        const MatrixXd missing = prescribed - d.calcMean(u), motion = d.G * missing;
+        u.noalias() += d.rigid.R * motion;
+        return u;
     }
     const Shapes u = d.coordinates.expand(d.tied, d.tiedMotion);
     if (d.free.empty()) return u;
     MatrixXd x = d.solveFree(-d.coordinates.contract(d.free, d.products.K.multiply(u)));
-    if (d.C.cols() > 0) x += d.Y * d.CY.solve(prescribed - d.C.transpose() * x);
+    if (d.C.cols() > 0) {
+        const MatrixXd missing = prescribed - d.C.transpose() * x;
+        x += d.Y * d.solveCY(missing);
+    }
     return u + d.coordinates.expand(d.free, x);
 }
 

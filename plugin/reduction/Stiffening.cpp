@@ -70,7 +70,8 @@ Loads makeLoads(const FeModel& model, const FeProducts& products, const RigidMot
     const Eigen::LDLT<MatrixXd> RMR(MatrixXd(rigid.R.transpose() * MR));
     for (int pass = 0; pass < 2; ++pass) {  // twice, for round-off
         const MatrixXd rest = rigid.R.transpose() * loads.applied + resultant;
-        loads.applied -= MR * RMR.solve(rest);
+        const MatrixXd accelerations = RMR.solve(rest);
+        loads.applied -= MR * accelerations;
     }
     return loads;
 }
@@ -86,8 +87,9 @@ Shapes solve(const FeProducts& products, const InterfaceTies& ties, const ModeBa
         const Eigen::Index rest = numBoundary - 6;
         const MatrixXd stiffness = constraint.transpose() * products.K.multiply(constraint);
         const MatrixXd force = constraint.transpose() * loads.applied + loads.onTies;
-        u = constraint.rightCols(rest) *
-            stiffness.bottomRightCorner(rest, rest).ldlt().solve(force.bottomRows(rest));
+        const Eigen::LDLT<MatrixXd> factors(stiffness.bottomRightCorner(rest, rest));
+        const MatrixXd motions = factors.solve(MatrixXd(force.bottomRows(rest)));
+        u = constraint.rightCols(rest) * motions;
     }
     return u + basis.held->solve(loads.applied);
 }

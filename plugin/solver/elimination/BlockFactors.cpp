@@ -28,25 +28,27 @@ bool BlockFactors<Scalar>::factor(const System& system, const Block& block) {
     m_Gz.resize(m);
     m_lambda.resize(m);
     system.expandGt(block, m_Gt.data());
-    if (hasCholesky()) {
-        m_symmetric.compute(J);
-        if (m_symmetric.info() != Eigen::Success ||
-            !isFinite(m_symmetric.matrixLLT().diagonal().sum()))
-            return false;
-        if (m == 0) return true;
-        m_W = m_Gt;
-        m_symmetric.matrixL().solveInPlace(m_W);
-        m_schur.noalias() = m_W.transpose() * m_W;
-    } else {
-        m_needsPivoting = !m_general.factor(block.matrix.data(), n, m_Gt, m_W);
-        if (m_needsPivoting) {
-            m_pivoting.compute(J);
-            if (!(m_pivoting.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
-            m_W = m_pivoting.solve(m_Gt.template cast<Scalar>());
+    if constexpr (IsReal<Scalar>) {
+        if (m_form == Form::Symmetric) {
+            m_symmetric.compute(J);
+            if (m_symmetric.info() != Eigen::Success ||
+                !isFinite(m_symmetric.matrixLLT().diagonal().sum()))
+                return false;
+            if (m == 0) return true;
+            m_W = m_Gt;
+            m_symmetric.matrixL().solveInPlace(m_W);
+            m_schur.noalias() = m_W.transpose() * m_W;
+            return m_schur.allFinite();
         }
-        if (m == 0) return true;
-        m_schur.noalias() = m_Gt.transpose() * m_W;
     }
+    m_needsPivoting = !m_general.factor(block.matrix.data(), n, m_Gt, m_W);
+    if (m_needsPivoting) {
+        m_pivoting.compute(J);
+        if (!(m_pivoting.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
+        m_W = m_pivoting.solve(m_Gt.template cast<Scalar>());
+    }
+    if (m == 0) return true;
+    m_schur.noalias() = m_Gt.transpose() * m_W;
     return m_schur.allFinite();
 }
 
@@ -54,18 +56,21 @@ template <class Scalar>
 void BlockFactors<Scalar>::eliminate(const Scalar* r, Scalar* Gz) {
     if (m_form == Form::Arrow) return m_arrow->eliminate(r, Gz);
     std::copy_n(r, m_z.size(), m_z.data());
-    if (hasCholesky()) {
-        m_symmetric.matrixL().solveInPlace(m_z);
-        m_Gz.noalias() = m_W.transpose() * m_z;
-    } else {
-        if (m_needsPivoting) {
-            m_r = m_z;
-            m_z = m_pivoting.solve(m_r);
-        } else {
-            m_general.solveInPlace(m_z.data());
+    if constexpr (IsReal<Scalar>) {
+        if (m_form == Form::Symmetric) {
+            m_symmetric.matrixL().solveInPlace(m_z);
+            m_Gz.noalias() = m_W.transpose() * m_z;
+            std::copy_n(m_Gz.data(), m_Gz.size(), Gz);
+            return;
         }
-        m_Gz.noalias() = m_Gt.transpose() * m_z;
     }
+    if (m_needsPivoting) {
+        m_r = m_z;
+        m_z = m_pivoting.solve(m_r);
+    } else {
+        m_general.solveInPlace(m_z.data());
+    }
+    m_Gz.noalias() = m_Gt.transpose() * m_z;
     std::copy_n(m_Gz.data(), m_Gz.size(), Gz);
 }
 
@@ -75,7 +80,8 @@ void BlockFactors<Scalar>::substitute(const Scalar* r, const Scalar* lambda, Sca
     std::copy_n(lambda, m_lambda.size(), m_lambda.data());
     if (!r) m_z.setZero();
     m_z.noalias() += m_W * m_lambda;
-    if (hasCholesky()) m_symmetric.matrixU().solveInPlace(m_z);
+    if constexpr (IsReal<Scalar>)
+        if (m_form == Form::Symmetric) m_symmetric.matrixU().solveInPlace(m_z);
     for (Eigen::Index i = 0; i < m_z.size(); ++i) deltaU[i] = -m_z[i];
 }
 

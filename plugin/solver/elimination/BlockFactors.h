@@ -47,15 +47,13 @@ private:
     using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
     using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
-    /** Eigen's LLᵀ is Hermitian: complex symmetric matrices go as general ones. **/
-    bool hasCholesky() const { return IsReal<Scalar> && m_form == Form::Symmetric; }
-
     Form m_form = Form::Symmetric;
     Matrix m_schur;
     std::optional<ArrowFactors<Scalar>> m_arrow;  ///< if the block has a part
 
-    // By LLᵀ: W = L⁻¹Gᵀ, z = L⁻¹r; else W = J⁻¹Gᵀ, z = J⁻¹r.
-    Eigen::LLT<Matrix> m_symmetric;
+    // By LLᵀ: W = L⁻¹Gᵀ, z = L⁻¹r; else W = J⁻¹Gᵀ, z = J⁻¹r. Eigen's LLᵀ is Hermitian: complex
+    // symmetric matrices go as general ones.
+    Eigen::LLT<Eigen::MatrixXd> m_symmetric;
     ChunkedLu<Scalar> m_general;
     Eigen::PartialPivLU<Matrix> m_pivoting;  ///< where that fails
     bool m_needsPivoting = false;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "simflex/base/Checkpoint.h"
+#include "simflex/base/DenseAlgebra.h"
 
 namespace simflex {
 
@@ -583,7 +584,7 @@ void RigidTree::weighQ(const double* q, const double* uWeights, const double* de
             N.col(k) = Map<const VectorXd>(column, nq);
         }
         const VectorXd du =
-            MatrixXd(N.transpose() * N).ldlt().solve(N.transpose() * Map<const VectorXd>(dq, nq));
+            solveSymmetric(N.transpose() * N, N.transpose() * Map<const VectorXd>(dq, nq));
         Map<VectorXd>(own, nq) = N * du.cwiseProduct(Map<const VectorXd>(w, nu));
     }
 }

@@ -141,9 +141,9 @@ ReducedPencil reducePencil(const Linearization& linear) {
     const VectorXd scale =
         (K.diagonal().cwiseAbs() + reference * M.diagonal()).cwiseSqrt().cwiseInverse();
     const MatrixXd Z = scale.asDiagonal() * TangentSpace(G * scale.asDiagonal()).getBasis();
-    pencil.M = reference * (Z.transpose() * M * Z);
-    pencil.D = pencil.rate * (Z.transpose() * D * Z);
-    pencil.K = Z.transpose() * K * Z;
+    pencil.M = reference * calcCongruent(Z, M);
+    pencil.D = pencil.rate * calcCongruent(Z, D);
+    pencil.K = calcCongruent(Z, K);
     pencil.basis = MatrixXd::Zero(n, Z.cols());
     pencil.fullK = MatrixXd::Zero(n, n);
     for (size_t i = 0; i < free.size(); ++i) {
@@ -221,9 +221,9 @@ std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
         }
         return motions;
     }
-    const MatrixXd K = V.transpose() * pencil.K * V;
+    const MatrixXd K = calcCongruent(V, pencil.K);
     const SymmetricEigen eigen =
-        calcSymmetricEigen(0.5 * (K + K.transpose()), V.transpose() * pencil.M * V);
+        calcSymmetricEigen(0.5 * (K + K.transpose()), calcCongruent(V, pencil.M));
     for (Eigen::Index k = 0; k < V.cols(); ++k) {
         const VectorXcd y = (V * eigen.vectors.col(k)).cast<Complex>();
         if (isFree(pencil, y)) motions.push_back(y);
@@ -241,10 +241,10 @@ struct InvertedPencil {
 /** μ²(M + D + K) + μ(D + 2M) + M = 0. **/
 InvertedPencil invertSecondOrder(const ReducedPencil& pencil) {
     const Eigen::Index n = pencil.M.rows();
-    const Eigen::PartialPivLU<MatrixXd> shifted(pencil.M + pencil.D + pencil.K);
+    const SquareSystem shifted(pencil.M + pencil.D + pencil.K);
     MatrixXd companion = MatrixXd::Zero(2 * n, 2 * n);
-    companion.topLeftCorner(n, n) = -shifted.solve(pencil.D + 2 * pencil.M);
-    companion.topRightCorner(n, n) = -shifted.solve(pencil.M);
+    companion.topLeftCorner(n, n) = -shifted.solveEach(pencil.D + 2 * pencil.M);
+    companion.topRightCorner(n, n) = -shifted.solveEach(pencil.M);
     companion.bottomLeftCorner(n, n).setIdentity();
     return {std::move(companion), n};
 }
@@ -262,7 +262,7 @@ InvertedPencil invertFirstOrder(const ReducedPencil& pencil) {
     rates.block(c, 0, n, c) = -pencil.K.topRows(n);
     rates.block(c, c, n, n) = -pencil.D.topLeftCorner(n, n);
     inertia.block(c, c, n, n) = pencil.M.topLeftCorner(n, n);
-    return {Eigen::PartialPivLU<MatrixXd>(rates - inertia).solve(inertia), 0};
+    return {SquareSystem(rates - inertia).solveEach(inertia), 0};
 }
 
 void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {

@@ -233,9 +233,9 @@ std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scal
                    " does not let displaced bodies go on as they move now";
 
     Instant mean = now;
-    mean.M = 0.5 * (now.M + carried.transpose() * later.M * carried);
-    mean.D = 0.5 * (now.D + carried.transpose() * later.D * carried);
-    mean.K = 0.5 * (now.K + carried.transpose() * later.K * carried);
+    mean.M = 0.5 * (now.M + calcCongruent(carried, later.M));
+    mean.D = 0.5 * (now.D + calcCongruent(carried, later.D));
+    mean.K = 0.5 * (now.K + calcCongruent(carried, later.K));
     Linearization between = result;
     putMatrices(mean, T, between);
     const std::vector<Real> others = listFrequencies(between, lowest);

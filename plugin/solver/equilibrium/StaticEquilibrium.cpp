@@ -197,7 +197,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
 
 VectorXd StaticEquilibrium::Search::solveReduced(const MatrixXd& K, const VectorXd& f) const {
     const MatrixXd symmetric = 0.5 * (K + K.transpose());
-    if (calcSmallestPivot(symmetric) > 100 * ZeroStiffness) return K.partialPivLu().solve(f);
+    if (calcSmallestPivot(symmetric) > 100 * ZeroStiffness) return SquareSystem(K).solve(f);
     const SymmetricEigen eigen = calcSymmetricEigen(symmetric);
     const double allowed = ZeroForce * m_forceScale;
     VectorXd y = VectorXd::Zero(f.size());
@@ -224,7 +224,7 @@ bool StaticEquilibrium::Search::solveWithStates(const Tangent& tangent, const Ma
         C.col(Eigen::Index(i)) = scale * states.C.col(m_free[i]);
     }
     MatrixXd A(n + s, n + s);
-    A.topLeftCorner(n, n) = Z.transpose() * tangent.K * Z;
+    A.topLeftCorner(n, n) = calcCongruent(Z, tangent.K);
     A.topRightCorner(n, s) = Z.transpose() * B;
     A.bottomLeftCorner(s, n) = C * Z;
     A.bottomRightCorner(s, s) = states.F;
@@ -242,9 +242,9 @@ bool StaticEquilibrium::Search::solveWithStates(const Tangent& tangent, const Ma
         if (!(columns[i] > 0)) return false;
         A.col(i) /= columns[i];
     }
-    const Eigen::PartialPivLU<MatrixXd> lu(A);
-    if (!(lu.matrixLU().diagonal().cwiseAbs().minCoeff() > ZeroStiffness)) return false;
-    const VectorXd x = lu.solve(b).cwiseQuotient(columns);
+    const SquareSystem system(A);
+    if (!(system.getSmallestPivot() > ZeroStiffness)) return false;
+    const VectorXd x = system.solve(b).cwiseQuotient(columns);
     y = x.head(n);
     dz = x.tail(s);
     return true;
@@ -299,7 +299,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
             }
             x += Z * y;
         } else if (Z.cols() > 0)
-            x += Z * solveReduced(Z.transpose() * tangent.K * Z, Z.transpose() * force);
+            x += Z * solveReduced(calcCongruent(Z, tangent.K), Z.transpose() * force);
         VectorXd delta = expand(tangent, x);
         m_change = m_equations.getBlocks().calcDisplacement(delta.data(), &m_worstBlock);
         const double factor = limitStep(delta);
@@ -339,7 +339,7 @@ std::vector<VectorXd> StaticEquilibrium::Search::findFreeMotions(const Tangent& 
     const MatrixXd& Z = space.getBasis();
     std::vector<VectorXd> motions;
     if (Z.cols() == 0) return motions;
-    const MatrixXd K = Z.transpose() * tangent.K * Z;
+    const MatrixXd K = calcCongruent(Z, tangent.K);
     const SymmetricEigen eigen = calcSymmetricEigen(0.5 * (K + K.transpose()));
     for (Eigen::Index k = 0; k < K.rows(); ++k)
         if (std::abs(eigen.values[k]) < ZeroStiffness)

@@ -274,9 +274,9 @@ std::string SteadyMotion::findDeparture(const CoordinateScales& scales, const Ba
     const MatrixXd Z = directions * TangentSpace(balance.G * directions).getBasis();
     if (Z.cols() == 0) return "";
     // Springs resist and inertia, however the motion softens the springs.
-    const MatrixXd reduced = Z.transpose() * K * Z;
+    const MatrixXd reduced = calcCongruent(Z, K);
     const SymmetricEigen modes =
-        calcSymmetricEigen(0.5 * (reduced + reduced.transpose()), Z.transpose() * M * Z);
+        calcSymmetricEigen(0.5 * (reduced + reduced.transpose()), calcCongruent(Z, M));
     VectorXd y = modes.vectors.transpose() * (Z.transpose() * (M * balance.moreUDot));
     for (Eigen::Index k = 0; k < y.size(); ++k) y[k] /= std::abs(modes.values[k]) + inertia;
     const VectorXd delta = Z * (modes.vectors * y);

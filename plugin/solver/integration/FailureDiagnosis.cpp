@@ -219,7 +219,7 @@ std::string FailureDiagnosis::findSingularity(const FailedStep& step) const {
         } else {
             M = Eigen::Map<const Eigen::MatrixXd>(block.matrix.data(), n, n);
         }
-        const Eigen::MatrixXd part = Gt.transpose() * M.ldlt().solve(Gt);
+        const Eigen::MatrixXd part = Gt.transpose() * solveEachSymmetric(M, Gt);
         for (int i = 0; i < columns; ++i)
             for (int j = 0; j < columns; ++j)
                 if (block.rows[size_t(i)] < m && block.rows[size_t(j)] < m)

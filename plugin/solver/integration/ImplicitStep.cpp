@@ -6,6 +6,7 @@
 
 #include "simflex/base/Checkpoint.h"
 #include "simflex/base/Chunk.h"
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/SecondsSince.h"
 #include "simflex/solver/integration/FailureDiagnosis.h"
@@ -185,7 +186,7 @@ void ImplicitStep::correctStates(const double* A, int numPoints, std::vector<dou
         for (Eigen::Index k = 0; k < s; ++k)
             rho[i * s + k] = residuals[size_t(i) * numZ + first + size_t(k)];
     }
-    rho = matrix.partialPivLu().solve(rho).eval();
+    rho = SquareSystem(matrix).solve(rho);
     for (int i = 0; i < numPoints; ++i)
         for (Eigen::Index k = 0; k < s; ++k)
             residuals[size_t(i) * numZ + first + size_t(k)] = rho[i * s + k];
