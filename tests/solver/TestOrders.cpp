@@ -170,6 +170,36 @@ protected:
         }
     }
 
+    /** Times of output lie at 0.2, 0.4, 0.6 and 0.8 of steps, whichever their length. **/
+    void expectRadausOrderInsideOfSteps() {
+        const Real spacing = 0.008, coarsest = 0.02;
+        const int count = 40;
+        const Array_<State> reference = integrateReference(spacing, count);
+        std::vector<Real> errors, speedErrors;
+        for (int level = 0; level < 3; ++level) {
+            RadauIntegrator integrator(m_system);
+            integrator.setFixedStep(coarsest / (1 << level));
+            integrator.setAccuracy(1e-10);
+            integrator.setConstraintTolerance(1e-13);
+            integrator.initialize(m_start);
+            errors.push_back(0);
+            speedErrors.push_back(0);
+            for (int i = 1; i <= count; ++i) {
+                integrator.stepTo(i * spacing);
+                if (!integrator.isStateInterpolated()) continue;
+                const State &found = integrator.getState(), &exact = reference[unsigned(i)];
+                errors.back() = std::max(errors.back(), calcDistance(found, exact));
+                speedErrors.back() = std::max(speedErrors.back(), calcSpeedDistance(found, exact));
+            }
+        }
+        for (int level = 1; level < 3; ++level) {
+            EXPECT_NEAR(std::log2(errors[level - 1] / errors[level]), 4, 0.3)
+                << "errors " << errors[level - 1] << " " << errors[level];
+            EXPECT_NEAR(std::log2(speedErrors[level - 1] / speedErrors[level]), 4, 0.3)
+                << "errors " << speedErrors[level - 1] << " " << speedErrors[level];
+        }
+    }
+
     MultibodySystem m_system;
     SimbodyMatterSubsystem m_matter;
     GeneralForceSubsystem m_forces;
@@ -193,6 +223,10 @@ INSTANTIATE_TEST_SUITE_P(Orders, BdfOrder, ::testing::Values(1, 2, 3, 4, 5));
 
 TEST_F(SoftPendulum, RadauHasOrder5) {
     expectRadausOrder();
+}
+
+TEST_F(SoftPendulum, RadausErrorInsideOfStepsFallsWithTheFourthPower) {
+    expectRadausOrderInsideOfSteps();
 }
 
 TEST_F(SoftPendulum, GlobalErrorFallsMonotonicallyWithAccuracy) {

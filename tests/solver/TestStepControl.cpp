@@ -228,6 +228,37 @@ TEST(Starts, FixedStepsHaveTheirOrderWithoutAGivenHistory) {
 }
 
 template <class Integrator>
+void expectFixedStepsWhateverTheAccuracy() {
+    const Model pushed(true);
+    const std::vector<Real> accuracies{1e-8, 1e-5, 1e-2};
+    std::vector<std::vector<Real>> times;
+    Array_<State> ends;
+    for (Real accuracy : accuracies) {
+        times.emplace_back();
+        Integrator integrator(pushed.system);
+        integrator.setFixedStep(3e-3);
+        integrator.setAccuracy(accuracy);
+        integrator.setStepObserver([&](Real time) {
+            times.back().push_back(time);
+            return true;
+        });
+        integrator.initialize(pushed.state);
+        integrator.stepTo(0.55);
+        ends.push_back(integrator.getState());
+    }
+    for (unsigned i : {1u, 2u}) {
+        EXPECT_EQ(times[i], times[0]);
+        EXPECT_LT(pushed.calcDistance(ends[i], ends[0]), 0.1 * accuracies[i]);
+    }
+}
+
+TEST(FixedSteps, AreTheSameWhateverTheAccuracy) {
+    expectFixedStepsWhateverTheAccuracy<BdfIntegrator>();
+    expectFixedStepsWhateverTheAccuracy<GeneralizedAlphaIntegrator>();
+    expectFixedStepsWhateverTheAccuracy<RadauIntegrator>();
+}
+
+template <class Integrator>
 void expectSameTrajectoryFromASavedState() {
     const Model model;
     for (Real accuracy : {1e-6, 1e-8}) {

@@ -55,7 +55,9 @@ SchemaForm solver() {
                 .in("s")
                 .orElseNote("set by rounding")
                 .such("1e-12"),
-            SchemaKey("fixed_step", {positive()}, "The same step always, without error control.")
+            SchemaKey("fixed_step", {positive()},
+                      "The same step always, without error control: accuracy says only how far its "
+                      "iteration goes.")
                 .in("s")
                 .without({"initial_step", "maximum_step", "minimum_step"})
                 .such("1e-4"),
