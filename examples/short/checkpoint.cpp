@@ -5,7 +5,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/part/ReducedBodyFile.h"
-#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 using namespace SimTK;
 using namespace simflex;
 
@@ -20,7 +20,7 @@ int main() {
     State start = system.realizeTopology();
     rod.setPoseByInterface(start, "big_end", Transform());
 
-    BdfIntegrator integrator(system);
+    RadauIntegrator integrator(system);
     integrator.initialize(start);
     integrator.stepTo(0.1);
     std::ofstream out("run.checkpoint", std::ios::binary);
@@ -28,7 +28,7 @@ int main() {
     out.close();
     integrator.stepTo(0.2);
 
-    BdfIntegrator later(system);  // another process, another day
+    RadauIntegrator later(system);  // another process, another day
     std::ifstream in("run.checkpoint", std::ios::binary);
     later.readCheckpoint(in, start);
     later.stepTo(0.2);

@@ -22,7 +22,7 @@ int main() {
     State state = system.realizeTopology();
     slider.setOneQ(state, 0, 0.24);
     rod.setPoseByInterface(state, "big_end", Vec3(0.06, 0, 0));
-    BdfIntegrator integ(system);
+    RadauIntegrator integ(system);
     simflex::TimeStepper ts(system, integ);
     ts.initialize(state);
     ts.stepTo(0.5);

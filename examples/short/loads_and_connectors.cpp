@@ -6,7 +6,7 @@
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/part/ReducedBodyFile.h"
-#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 using namespace SimTK;
 using namespace simflex;
 
@@ -34,7 +34,7 @@ int main() {
 
     State state = system.realizeTopology();
     rod.setPoseByInterface(state, "big_end", Transform());
-    BdfIntegrator integrator(system);
+    RadauIntegrator integrator(system);
     integrator.initialize(state);
     for (const Real time : {0.05, 0.5}) {
         integrator.stepTo(time);

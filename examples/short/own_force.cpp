@@ -3,7 +3,7 @@
 #include "Simbody.h"
 #include "simflex/body/FlexibleBodySubsystem.h"
 #include "simflex/body/ForceElement.h"
-#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 using namespace SimTK;
 using namespace simflex;
 
@@ -46,7 +46,7 @@ int main() {
 
     State state = system.realizeTopology();
     sled.setRate(state, 10);
-    BdfIntegrator integrator(system);
+    RadauIntegrator integrator(system);
     integrator.initialize(state);
     integrator.stepTo(1);
     // v = v₀/(1 + c v₀ t/m)

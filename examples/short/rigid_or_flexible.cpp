@@ -5,7 +5,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/part/ReducedBodyFile.h"
-#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 using namespace SimTK;
 using namespace simflex;
 
@@ -21,7 +21,7 @@ Real calcAngle(bool isRigid) {
     State state = system.realizeTopology();
     rod.setPoseByInterface(state, "big_end", Transform());
     if (isRigid) rod.setRigid(state);
-    BdfIntegrator integrator(system);
+    RadauIntegrator integrator(system);
     integrator.initialize(state);
     integrator.stepTo(0.1);
     return pin.calcCoordinates(integrator.getState())[0];

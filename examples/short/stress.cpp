@@ -7,7 +7,7 @@
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/part/ReducedBodyFile.h"
-#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 using namespace SimTK;
 using namespace simflex;
 
@@ -29,7 +29,7 @@ int main() {
 
     State state = system.realizeTopology();
     crank.setPoseByInterface(state, "shaft", Transform());
-    BdfIntegrator integrator(system);
+    RadauIntegrator integrator(system);
     integrator.initialize(state);
     integrator.stepTo(0.005);
     extremes->write(std::cout);

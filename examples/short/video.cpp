@@ -4,7 +4,7 @@
 #include "simflex/body/Joint.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/render/FrameReporter.h"
-#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 using namespace SimTK;
 using namespace simflex;
 
@@ -28,7 +28,7 @@ int main() {
 
     State state = system.realizeTopology();
     rod.setPoseByInterface(state, "big_end", Transform());
-    BdfIntegrator integrator(system);
+    RadauIntegrator integrator(system);
     integrator.initialize(state);
     integrator.stepTo(0.4);
     reporter->finish();

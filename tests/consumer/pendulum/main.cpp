@@ -1,7 +1,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/part/ReducedBodyFile.h"
-#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 using namespace SimTK;
 
 int main(int, char** argv) {
@@ -15,7 +15,7 @@ int main(int, char** argv) {
     simflex::Joint::Pin pin(flexible, matter.Ground(), bar.interface("big_end"));
     State state = system.realizeTopology();
     bar.setPoseByInterface(state, "big_end", Transform());
-    simflex::BdfIntegrator integrator(system);
+    simflex::RadauIntegrator integrator(system);
     integrator.initialize(state);
     integrator.stepTo(0.1);
     std::printf("fell by %.3f rad\n", -pin.calcCoordinates(integrator.getState())[0]);
