@@ -205,6 +205,49 @@ private:
     StateForce::Axes m_axes;
 };
 
+/** Acts at the origin O of B, and on the modes by a torque about x of a frame S that turns by Ψξ
+with Ψ = (f_ξᵀ/|f_ξ|; 0; 0) and is balanced by the same torque on O. S is at Tξ, from where the
+torque that the modes add is known. **/
+class SpreadForceElement : public StateForceElement {
+public:
+    SpreadForceElement(const FlexibleBody& body, const LoadShape& shape, const Signal& scale)
+        : StateForceElement({Attachment::onShapes(body, Vec3(0)), makeFrame(body, shape)}),
+          m_force(shape.force),
+          m_torque(shape.torque),
+          m_modal(shape.modal.norm()) {
+        addTerm(scale, 0);
+    }
+
+protected:
+    void calcWrench(const Term&, const Array_<FrameMotion>& frames,
+                    SpatialVec* wrench) const override {
+        const Rotation& R = frames[0].X.R();
+        const Vec3 added = frames[1].X.p() - frames[0].X.p(), onModes = m_modal * Vec3(R.x());
+        wrench[0] = SpatialVec(R * m_torque + added - onModes, R * m_force);
+        wrench[1] = SpatialVec(onModes, Vec3(0));
+    }
+
+private:
+    static Attachment makeFrame(const FlexibleBody& body, const LoadShape& shape) {
+        const int n = body.getNumModes();
+        if (shape.modal.size() != n || shape.torquePerMode.nrow() != 3 ||
+            shape.torquePerMode.ncol() != n)
+            throw std::invalid_argument(
+                "StateLoad on '" + body.getName() + "': the load shape is of " +
+                std::to_string(shape.modal.size()) + " modes, the body has " + std::to_string(n));
+        const Real size = shape.modal.norm();
+        std::vector<double> Phi, Psi;
+        for (int i = 0; i < n; ++i) {
+            for (int a = 0; a < 3; ++a) Phi.push_back(shape.torquePerMode(a, i));
+            Psi.insert(Psi.end(), {size > 0 ? shape.modal[i] / size : 0, 0, 0});
+        }
+        return Attachment::onShapes(body, Vec3(0), Phi, Psi);
+    }
+
+    Vec3 m_force, m_torque;
+    Real m_modal;
+};
+
 void adopt(FlexibleBodySubsystem& subsystem, std::unique_ptr<StateForceElement> element,
            const std::string& name) {
     element->setName(name);
@@ -241,5 +284,10 @@ StateForce::StateForce(FlexibleBodySubsystem& subsystem, const Attachment& attac
 StateForce::StateForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
                        const std::array<Signal, 3>& force, Axes axes, const std::string& name)
     : StateForce(subsystem, attachment, force, {}, axes, name) {}
+
+StateLoad::StateLoad(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
+                     const LoadShape& shape, const Signal& scale, const std::string& name) {
+    adopt(subsystem, std::make_unique<SpreadForceElement>(body, shape, scale), name);
+}
 
 }  // namespace simflex

@@ -6,11 +6,14 @@ All that they do counts as work of loads.
     LineForce(flexible, base, boom.interface("ram"), tension);
     CoordinateForce(flexible, shoulder, 0, torque);
     StateForce(flexible, tip, {drag, none, none});
+    StateLoad(flexible, hull, LoadShape::pressure(part, "SKIN"), pressure);
 
 Names are for messages. **/
 
 #include <array>
 
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/forces/LoadShape.h"
 #include "simflex/forces/Signal.h"
 
 namespace simflex {
@@ -45,6 +48,14 @@ public:
     StateForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
                const std::array<Signal, 3>& force, Axes axes = Axes::Ground,
                const std::string& name = "");
+};
+
+class StateLoad {
+public:
+    /** A LoadShape on a flexible body, scaled by a Signal.
+    @throws std::invalid_argument if the shape has another number of modes than the body. **/
+    StateLoad(FlexibleBodySubsystem& subsystem, const FlexibleBody& body, const LoadShape& shape,
+              const Signal& scale, const std::string& name = "");
 };
 
 }  // namespace simflex

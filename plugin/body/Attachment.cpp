@@ -145,6 +145,28 @@ Attachment Attachment::onNode(const FlexibleBody& body, int nodeNumber, const Tr
     return attachment;
 }
 
+Attachment Attachment::onShapes(const FlexibleBody& body, const Vec3& s, std::vector<double> Phi,
+                                std::vector<double> Psi) {
+    const size_t count = 3 * size_t(body.getNumModes());
+    for (std::vector<double>* shapes : {&Phi, &Psi}) {
+        if (shapes->empty()) shapes->resize(count, 0);
+        if (shapes->size() != count)
+            throw std::invalid_argument("body '" + body.getName() + "': a frame has shapes of " +
+                                        std::to_string(shapes->size() / 3) + " modes, the body " +
+                                        std::to_string(body.getNumModes()));
+    }
+    auto frame = std::make_shared<FlexibleFrame>();
+    frame->shapes = FrameShapes::make(s, Phi, Psi);
+
+    Attachment attachment;
+    attachment.m_name = body.getName();
+    attachment.m_mobod = body.getFrame().getMobilizedBodyIndex();
+    attachment.m_flexibleBody = body.getIndex();
+    attachment.m_flexibleFrame = frame;
+    attachment.m_body = std::make_shared<const FlexibleBody>(body);
+    return attachment;
+}
+
 FrameAtXi::Order Attachment::getFrameOrder(const State& state) const {
     return m_body->isStiffeningEnabled(state) ? FrameAtXi::Order::Second : FrameAtXi::Order::First;
 }

@@ -5,6 +5,7 @@ any MobilizedBody. **/
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "simflex/body/InterfaceKinematics.h"
 
@@ -31,6 +32,13 @@ public:
     @throws std::out_of_range if the mesh has no such node. **/
     static Attachment onNode(const FlexibleBody& body, int nodeNumber,
                              const SimTK::Transform& X_NA = SimTK::Transform());
+
+    /** A frame that moves with the modes as it is told: at s + Φξ, turned by Ψξ.
+    @param s         from the centre of mass, in B [m]
+    @param Phi, Psi  3×n_f, column-major; empty: 0
+    @throws std::invalid_argument on other numbers of shapes. **/
+    static Attachment onShapes(const FlexibleBody& body, const SimTK::Vec3& s,
+                               std::vector<double> Phi = {}, std::vector<double> Psi = {});
 
     bool isFlexible() const { return bool(m_flexibleFrame); }
 

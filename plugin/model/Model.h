@@ -128,7 +128,7 @@ struct ModelSystem {
     std::vector<Model::MotionEntry> motions;
     std::map<std::string, Signal> states;                   ///< what the file's states put out
     std::map<std::string, int> settableStates;              ///< numbers of those of a rate
-    std::map<std::string, std::array<Signal, 6>> lawLoads;  ///< torque and force of these loads
+    std::map<std::string, std::array<Signal, 6>> lawLoads;  ///< torque and force, or factor
     struct EventEntry {
         std::string name;
         Signal margin;     ///< positive while its condition holds

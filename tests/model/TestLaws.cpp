@@ -140,6 +140,19 @@ TEST_F(LawsTest, AMotorFollowsItsMapOfSpeedAndThrottle) {
     EXPECT_NEAR(get(session, "speed"), 100 * (1 - std::exp(-0.025 * 1.5 * 1.5 / 2)), 1e-5);
 }
 
+TEST_F(LawsTest, ATableTakesAnyQuantity) {
+    // 20 N/m to one side, 10 N/m to the other.
+    Session session = start(
+        "tables: {pull: {x: [-2, 0, 2], y: [-20, 0, 40], interpolation: linear}}\n"
+        "initial: {bodies: {mass: {rates: [1]}}}\n" +
+        kSlide + "loads: {spring: {on: mass, force: [-pull(x), 0, 0]}}\n");
+    const double a = std::sqrt(20.), b = std::sqrt(10.), back = M_PI / a;
+    session.runTo(0.9 * back, 0.1);
+    EXPECT_NEAR(get(session, "x"), std::sin(0.9 * M_PI) / a, 1e-6);
+    session.runTo(back + 0.7, 0.1);
+    EXPECT_NEAR(get(session, "x"), -std::sin(b * 0.7) / b, 1e-6);
+}
+
 TEST_F(LawsTest, TimesInALawAreKnown) {
     // At rest, steps would grow over it.
     Session session = start(kSlide +

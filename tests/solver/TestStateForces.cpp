@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/forces/DistributedLoad.h"
 #include "simflex/forces/StateForces.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/BdfIntegrator.h"
@@ -15,6 +16,7 @@
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/RadauIntegrator.h"
 #include "simflex/solver/StaticEquilibrium.h"
+#include "support/PointMassPart.h"
 
 namespace simflex {
 namespace {
@@ -443,6 +445,102 @@ TEST(Signal, RefusesWhatIsNotThere) {
     EXPECT_THROW(Signal::function({}, nullptr), std::invalid_argument);
     EXPECT_THROW(SignalState("z", Signal(), NaN), std::invalid_argument);
     EXPECT_THROW(SignalState("z", Signal(), 0, -1), std::invalid_argument);
+}
+
+/** A free body of point masses under a load on some of its nodes. **/
+struct LoadedBody {
+    explicit LoadedBody(const std::function<void(LoadedBody&)>& load)
+        : body(flexible, part, "body") {
+        load(*this);
+        state = system.realizeTopology();
+        body.setFramePose(state, Transform(Rotation(0.7, UnitVec3(1, 2, 3)), Vec3(1, 2, 3)));
+        Vector xi(body.getNumModes());
+        for (int i = 0; i < xi.size(); ++i) xi[i] = 2e-2 * std::cos(1.0 + i);
+        body.setModalCoordinates(state, xi);
+        for (int i = 0; i < state.getNU(); ++i) state.updU()[i] = std::sin(2.0 + i);
+    }
+
+    LoadShape makeShape() const {
+        return LoadShape::fromNodalForces(*part, {0, 3, 5},
+                                          {Vec3(30, -10, 5), Vec3(0, 20, -8), Vec3(7, 1, 12)});
+    }
+
+    const std::shared_ptr<const ReducedBody> part = test::makePointMassPart().body;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    FlexibleBody body;
+    State state;
+};
+
+TEST(StateLoad, AcceleratesAsTheSameLoadOfTime) {
+    LoadedBody given([](LoadedBody& model) {
+        DistributedLoad(model.flexible, model.body, model.makeShape(), 3);
+    });
+    LoadedBody law([](LoadedBody& model) {
+        StateLoad(model.flexible, model.body, model.makeShape(), Signal::constant(3));
+    });
+    given.system.realize(given.state, Stage::Acceleration);
+    law.system.realize(law.state, Stage::Acceleration);
+    const Vector expected = given.state.getUDot(), found = law.state.getUDot();
+    EXPECT_LT((found - expected).normInf(), 1e-11 * expected.normInf());
+
+    BdfIntegrator first(given.system), second(law.system);
+    for (BdfIntegrator* integrator : {&first, &second}) integrator->setAccuracy(1e-9);
+    first.initialize(given.state);
+    second.initialize(law.state);
+    EXPECT_LT((second.getUDot() - first.getUDot()).normInf(), 1e-10 * expected.normInf());
+    first.stepTo(0.05);
+    second.stepTo(0.05);
+    EXPECT_LT((second.getState().getQ() - first.getState().getQ()).normInf(), 1e-7);
+}
+
+TEST(StateLoad, OfWhatItBendsIsAStiffness) {
+    // f_ξ = −k b s with s the distance between two ends, from rest: K = Ω² + k b gᵀ.
+    const Real k = 4e3;
+    const auto end = [](const LoadedBody& made, size_t i) {
+        const auto& s = made.part->interfaces[i].position;
+        return Vec3(s[0], s[1], s[2]);
+    };
+    Vector b;
+    LoadedBody model([&](LoadedBody& made) {
+        b.resize(made.body.getNumModes());
+        for (int i = 0; i < b.size(); ++i) b[i] = std::cos(3.0 * i);
+        const Signal distance = Signal::distance(Attachment::onInterface(made.body, "A"),
+                                                 Attachment::onInterface(made.body, "B"));
+        const Real rest = (end(made, 1) - end(made, 0)).norm();
+        const auto law = [=](Real, const Real* x, Real* slopes) {
+            if (slopes) *slopes = -k;
+            return -k * (*x - rest);
+        };
+        StateLoad(made.flexible, made.body, LoadShape::fromModalForces(b),
+                  Signal::function({distance}, law));
+    });
+    const State rest = model.system.getDefaultState();
+    const int n = model.body.getNumModes();
+    const Vec3 along(UnitVec3(end(model, 1) - end(model, 0)));
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n, n);
+    for (int j = 0; j < n; ++j) {
+        const size_t at = 3 * size_t(j);
+        const auto &PhiA = model.part->interfaces[0].Phi, &PhiB = model.part->interfaces[1].Phi;
+        Real g = 0;
+        for (size_t a = 0; a < 3; ++a) g += along[int(a)] * (PhiB[at + a] - PhiA[at + a]);
+        for (int i = 0; i < n; ++i) K(i, j) = k * b[i] * g;
+        K(j, j) += model.part->omegaSquared[size_t(j)];
+    }
+    std::vector<Real> expected, found;
+    for (const std::complex<double> value : K.eigenvalues()) {
+        ASSERT_NEAR(value.imag(), 0, 1e-6);
+        expected.push_back(std::sqrt(value.real()) / (2 * Pi));
+    }
+    for (const Eigenmode& mode : calcEigenmodes(calcLinearization(model.system, rest)))
+        if (!mode.isRigidMotion()) found.push_back(mode.frequency);
+    std::sort(expected.begin(), expected.end());
+    std::sort(found.begin(), found.end());
+    ASSERT_EQ(found.size(), expected.size());
+    for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i] / expected[i], 1, 1e-7) << i;
+    // It makes a difference.
+    EXPECT_GT(std::abs(found[0] - std::sqrt(model.part->omegaSquared[0]) / (2 * Pi)), 0.01);
 }
 
 }  // namespace

@@ -105,7 +105,8 @@ std::vector<int> readNodes(const ModelValue& list, const ReducedBody& part) {
     return nodes;
 }
 
-void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, ModelSystem& system) {
+void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, SignalBuilder& signals,
+                        ModelSystem& system) {
     const int index = frames.findBody(value.get("body"));
     if (!frames.getPart(index))
         value.get("body").fail("'" + value.get("body").getText() +
@@ -125,7 +126,14 @@ void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, Mode
         if (nodes.isList()) return makeNodalShape(part, readNodes(nodes, part), kinds, what);
         return makeNodalShape(part, nodes.getText(), kinds, what);
     });
-    const Expression scale = (kinds == "pressure" ? what : value.get("scale")).getExpression();
+    const ModelValue factor = kinds == "pressure" ? what : value.get("scale");
+    if (factor.isGiven() && factor.isLaw()) {
+        const Signal size = signals.make(factor);
+        system.lawLoads[value.getName()] = {size};
+        withPlace(factor, [&] { StateLoad(system.flexible, body, shape, size, value.getName()); });
+        return;
+    }
+    const Expression scale = factor.getExpression();
     DistributedLoad(system.flexible, body, shape, [scale](Real t) { return scale.calcValue(t); });
 }
 
@@ -139,7 +147,7 @@ void addLoads(const ModelValue& file, const ModelFrames& frames, SignalBuilder& 
         if (value.has("on"))
             addForce(value, frames, signals, system);
         else
-            addDistributedLoad(value, frames, system);
+            addDistributedLoad(value, frames, signals, system);
     }
 }
 

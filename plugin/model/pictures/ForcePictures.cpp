@@ -86,22 +86,32 @@ void addSpreadLoad(const Model& model, const ModelValue& load, OffscreenVisualiz
     const ReducedBody& part = body.getPart();
     const std::string set = load.get("nodes").getText();
     LoadShape shape;
-    Expression scale(1);
     if (load.has("pressure")) {
         shape = LoadShape::pressure(part, set);
-        scale = load.get("pressure").getExpression();
     } else if (load.has("traction")) {
         shape = LoadShape::traction(part, set, load.get("traction").getVec3());
     } else {
         shape = LoadShape::nodeSetForce(part, set, load.get("total_force").getVec3());
     }
-    if (load.has("scale")) scale = load.get("scale").getExpression();
     const std::vector<int>& nodes = part.mesh.nodeSets.at(set);
     Vec3 center(0);
     for (const int node : nodes) {
         const auto p = part.mesh.position(node);
         center += Vec3(p[0], p[1], p[2]) / Real(nodes.size());
     }
+    const auto law = model.getLawLoads().find(load.getName());
+    if (law != model.getLawLoads().end()) {
+        viz.addLoad(DrawnLoad{
+            Attachment::onShapes(body, center),
+            [&model, size = law->second[0], force = shape.force](const SimTK::State& state) {
+                return SpatialVec(Vec3(0),
+                                  size.calcValue(model.getFlexibleBodies(), state) * force);
+            },
+            DrawnLoad::Axes::Attachment});
+        return;
+    }
+    const ModelValue factor = load.get(load.has("pressure") ? "pressure" : "scale");
+    const Expression scale = factor.isGiven() ? factor.getExpression() : Expression(1);
     viz.addLoad(DrawnSpreadLoad{body, center, shape.force, shape.modal,
                                 [scale](Real t) { return scale.calcValue(t); }});
 }

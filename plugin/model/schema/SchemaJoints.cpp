@@ -154,7 +154,7 @@ SchemaForm load() {
             SchemaKey("nodes", {text(), list({integer(0)})}, "Node set, or node numbers.")
                 .with(nodes)
                 .such("SEAT"),
-            SchemaKey("pressure", {function()}, "Pressure, inwards.")
+            SchemaKey("pressure", {law()}, "Pressure, inwards.")
                 .in("Pa")
                 .with({"body"})
                 .such("1e5*engine(t)"),
@@ -170,7 +170,7 @@ SchemaForm load() {
                       "Force on each mode, numbered from 1.")
                 .with({"body"})
                 .such("{3: 1.0}"),
-            SchemaKey("scale", {function()}, "Factor over time.")
+            SchemaKey("scale", {law()}, "Factor.")
                 .with({"traction", "total_force", "modes"})
                 .orElse("1")
                 .such("sin(100*t)"),
