@@ -15,6 +15,7 @@ What a Simbody program with flexible bodies needs, Simbody's own headers include
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/ContactStop.h"
 #include "simflex/forces/DistributedLoad.h"
+#include "simflex/forces/JointFriction.h"
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/forces/Signal.h"
 #include "simflex/forces/StateForces.h"

@@ -144,6 +144,12 @@ void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const
     const Guts& own = getGuts();
     system.realizeModel(state);
     requireLinearRange(*this, state, "FlexibleBodySubsystem::initializeNative()");
+    for (const JointRecord& joint : own.joints())
+        if (joint.friction)
+            throw std::invalid_argument("FlexibleBodySubsystem::initializeNative(): joint '" +
+                                        joint.name +
+                                        "' has friction, which a native run would leave out: take "
+                                        "an integrator of simflex, such as BdfIntegrator");
     const State start = state;
     own.setWeights(state, Guts::Weights::Assembly);
     try {
@@ -214,6 +220,12 @@ JointIndex FlexibleBodySubsystem::Guts::addJoint(JointRecord record) {
     m_joints.push_back(std::move(record));
     invalidateSubsystemTopologyCache();
     return JointIndex(int(m_joints.size()) - 1);
+}
+
+void FlexibleBodySubsystem::Guts::setFriction(JointIndex index,
+                                              std::shared_ptr<const FrictionEquations> friction) {
+    m_joints.at(size_t(index)).friction = std::move(friction);
+    invalidateSubsystemTopologyCache();
 }
 
 void FlexibleBodySubsystem::Guts::addForceElement(std::unique_ptr<ForceElement> element) {

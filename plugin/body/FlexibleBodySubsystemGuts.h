@@ -10,6 +10,7 @@ What a FlexibleBodySubsystem holds (private header). **/
 #include "simflex/body/FlexibleBodyEquations.h"
 #include "simflex/body/FlexibleBodySubsystem.h"
 #include "simflex/body/ForceElement.h"
+#include "simflex/body/FrictionEquations.h"
 #include "simflex/body/InertiaCoupling.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/body/StateEquation.h"
@@ -41,6 +42,7 @@ struct JointRecord {
     std::shared_ptr<const JointEquations> equations;
     std::vector<Attachment> frames;  ///< F, M; of a coupler those of every coordinate
     SimTK::ConstraintIndex constraint;
+    std::shared_ptr<const FrictionEquations> friction;  ///< null: none
 };
 
 class FlexibleBodySubsystem::Guts : public SimTK::ForceSubsystem::Guts {
@@ -58,6 +60,7 @@ public:
 
     FlexibleBodyIndex addBody(FlexibleBodyRecord record);
     JointIndex addJoint(JointRecord record);
+    void setFriction(JointIndex index, std::shared_ptr<const FrictionEquations> friction);
     void addForceElement(std::unique_ptr<ForceElement> element);
     int addState(std::unique_ptr<StateEquation> equation);
     /** Adds to the damping coefficients of a body, n_f [1/s]. **/

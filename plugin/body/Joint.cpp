@@ -42,7 +42,7 @@ private:
 Joint::Joint(FlexibleBodySubsystem& subsystem, std::shared_ptr<const JointEquations> equations,
              std::vector<Attachment> frames, const std::string& name)
     : m_system(&subsystem.getMultibodySystem()), m_subsystem(subsystem.getMySubsystemIndex()) {
-    JointRecord record{name, std::move(equations), std::move(frames), ConstraintIndex()};
+    JointRecord record{name, std::move(equations), std::move(frames), ConstraintIndex(), nullptr};
     if (name.empty())
         for (size_t i = 0; i < record.frames.size(); ++i)
             record.name += (i == 0 ? "" : i % 2 == 0 ? ", " : " - ") + record.frames[i].getName();

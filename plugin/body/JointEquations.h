@@ -136,6 +136,8 @@ public:
 
     /** Of a coupler's error; 0: none. **/
     SimTK::Real getPeriod() const { return m_period; }
+    /** Of a screw [m/rad]. **/
+    SimTK::Real getPitch() const { return m_pitch; }
     /** c_i of a coupler. **/
     const SimTK::Array_<SimTK::Real>& getCoefficients() const { return m_coefficients; }
 

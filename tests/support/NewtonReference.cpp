@@ -74,6 +74,11 @@ MatrixOf<Scalar> assembleDense(const BasicNewtonSystem<Scalar>& system) {
         A(speeds + row, speeds + row + 1) = -system.PairFactor * D;
         A(speeds + row + 1, speeds + row) = -D;
     }
+    for (const auto& coupling : system.couplings)
+        for (size_t j = 0; j < coupling.rows.size(); ++j)
+            for (size_t i = 0; i < coupling.rows.size(); ++i)
+                A(speeds + coupling.rows[i], speeds + coupling.rows[j]) -=
+                    coupling.values[i + j * coupling.rows.size()];
     return A;
 }
 
@@ -104,6 +109,11 @@ VectorOf<Scalar> multiply(const BasicNewtonSystem<Scalar>& system, const VectorO
         product[speeds + row] -= system.PairFactor * D * x[speeds + row + 1];
         product[speeds + row + 1] -= D * x[speeds + row];
     }
+    for (const auto& coupling : system.couplings)
+        for (size_t j = 0; j < coupling.rows.size(); ++j)
+            for (size_t i = 0; i < coupling.rows.size(); ++i)
+                product[speeds + coupling.rows[i]] -=
+                    coupling.values[i + j * coupling.rows.size()] * x[speeds + coupling.rows[j]];
     return product;
 }
 

@@ -204,6 +204,8 @@ private:
                                              : std::vector<int>{row});
         });
         m_pairs.resize(system.pairs.size());
+        m_firstCouplingClique = int(pattern.cliques.size());
+        for (const auto& coupling : system.couplings) pattern.cliques.push_back(coupling.rows);
         // Rows that act on late blocks alone have no diagonal until the late blocks are eliminated.
         for (int row = 0; row < m_numMultipliers && !m_lateBlocks.empty(); ++row)
             if (std::all_of(blocksOfRow[size_t(row)].begin(), blocksOfRow[size_t(row)].end(),
@@ -251,7 +253,7 @@ private:
     }
 
     void factorSchurComplement(const System& system) {
-        bool isSymmetric = system.pairs.empty();
+        bool isSymmetric = system.pairs.empty() && system.couplings.empty();
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             m_cliqueValues[b] = m_isLate[b] ? nullptr : m_blocks[b].getSchur();
             isSymmetric = isSymmetric && system.blocks[b].form != NewtonBlock::Form::General;
@@ -269,6 +271,9 @@ private:
             values = {compliance, compliance, System::PairFactor * compliance, compliance};
             m_cliqueValues.at(clique++) = values.data();
         });
+        for (size_t k = 0; k < system.couplings.size(); ++k)
+            m_cliqueValues.at(size_t(m_firstCouplingClique) + k) =
+                system.couplings[k].values.data();
         if (m_x.empty()) return;
         m_fronts->setSymmetric(isSymmetric);
         m_fronts->factor(m_cliqueValues, m_threads);
@@ -309,7 +314,7 @@ private:
     std::vector<LateBlock> m_lateBlocks;
     std::vector<Matrix> m_lateMatrices;  ///< by clique
     std::vector<const Scalar*> m_cliqueValues;
-    int m_firstComplianceClique = 0;
+    int m_firstComplianceClique = 0, m_firstCouplingClique = 0;
     std::vector<std::array<Scalar, 4>> m_pairs;  ///< D of each, column-major
     std::unique_ptr<FrontSolver<Scalar>> m_fronts;
 

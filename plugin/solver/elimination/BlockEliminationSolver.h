@@ -8,7 +8,8 @@ Solves a NewtonSystem by block Gaussian elimination over bodies, then over multi
     4. per block, in parallel:  Δu_b = −z_b − J_b⁻¹ G_bᵀ Δλ
 
 An arrow block costs O(36 n). S is factored by fronts in a nested-dissection order found once, or as
-one dense matrix if it is small; LDLᵀ if every block is symmetric, else LU. A body with very many
+one dense matrix if it is small; LDLᵀ if every block is symmetric and there are
+neither pairs nor couplings, else LU. A body with very many
 joints would couple them all: it is late, its speeds stay in step 3 as unknowns instead.
 
 Redundant constraints leave S singular: then Δλ is the least-squares solution of least norm, and

@@ -75,6 +75,8 @@ ComplexNewtonSystem makeCombined(const NewtonSystem& real, int firstElementRow) 
     }
     made.r.resize(real.r.size());
     made.c.resize(real.c.size() + real.c.size() - size_t(firstElementRow));
+    for (const NewtonSystem::Coupling& coupling : real.couplings)
+        made.couplings.push_back({coupling.rows, {coupling.values.begin(), coupling.values.end()}});
     if (real.compliance.empty()) return made;
     made.compliance.assign(real.compliance.begin(), real.compliance.end());
     made.compliance.insert(made.compliance.end(), real.compliance.begin() + firstElementRow,
@@ -107,6 +109,9 @@ void combine(const NewtonSystem& a, const NewtonSystem& b, const NewtonSystem& c
         }
         combineColumns(from, second, firstElementRow, block);
     }
+    for (size_t k = 0; k < a.couplings.size(); ++k)
+        std::copy(a.couplings[k].values.begin(), a.couplings[k].values.end(),
+                  result.couplings[k].values.begin());
     if (a.compliance.empty()) return;
     const size_t first = size_t(firstElementRow), rows = a.compliance.size();
     std::copy_n(a.compliance.begin(), first, result.compliance.begin());

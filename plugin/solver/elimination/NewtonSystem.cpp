@@ -123,6 +123,14 @@ void BasicNewtonSystem<Scalar>::checkSizes() const {
     for (size_t k = 0; k < pairs.size(); ++k)
         if (pairs[k] < (k == 0 ? 0 : pairs[k - 1] + 2) || pairs[k] + 1 >= int(compliance.size()))
             refuse("no pair begins at row " + std::to_string(pairs[k]));
+    for (const Coupling& coupling : couplings) {
+        if (coupling.values.size() != coupling.rows.size() * coupling.rows.size())
+            refuse("the sizes of a coupling do not fit together");
+        for (int row : coupling.rows)
+            if (row < 0 || row >= numMultipliers())
+                refuse("a coupling names constraint row " + std::to_string(row) + " of " +
+                       std::to_string(numMultipliers()));
+    }
     if (r.size() != size_t(numSpeeds()))
         refuse("r has " + std::to_string(r.size()) + " entries for " + std::to_string(numSpeeds()) +
                " speeds");
@@ -162,7 +170,7 @@ void readArray(std::istream& stream, std::vector<T>& values) {
 template <>
 void NewtonSystem::write(std::ostream& stream) const {
     const std::streamsize precision = stream.precision(std::numeric_limits<double>::max_digits10);
-    stream << "simflex-newton-system 5\n" << parts.size() << ' ' << blocks.size() << '\n';
+    stream << "simflex-newton-system 6\n" << parts.size() << ' ' << blocks.size() << '\n';
     for (const Part& part : parts) {
         stream << part.numModes << ' ' << part.numFrames << '\n';
         writeArray(stream, part.diagonal);
@@ -185,6 +193,11 @@ void NewtonSystem::write(std::ostream& stream) const {
     writeArray(stream, c);
     writeArray(stream, compliance);
     writeArray(stream, pairs);
+    stream << couplings.size() << '\n';
+    for (const Coupling& coupling : couplings) {
+        writeArray(stream, coupling.rows);
+        writeArray(stream, coupling.values);
+    }
     stream.precision(precision);
 }
 
@@ -193,8 +206,8 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
     std::string magic;
     int version = 0;
     stream >> magic >> version;
-    if (magic != "simflex-newton-system" || version != 5)
-        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 5");
+    if (magic != "simflex-newton-system" || version != 6)
+        throw std::runtime_error("NewtonSystem::read: not a Newton system of version 6");
     NewtonSystem system;
     const int numParts = readInteger(stream, 0), numBlocks = readInteger(stream, 0);
     system.parts.resize(size_t(numParts));
@@ -228,6 +241,11 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
     readArray(stream, system.c);
     readArray(stream, system.compliance);
     readArray(stream, system.pairs);
+    system.couplings.resize(size_t(readInteger(stream, 0)));
+    for (Coupling& coupling : system.couplings) {
+        readArray(stream, coupling.rows);
+        readArray(stream, coupling.values);
+    }
     try {
         system.checkSizes();
     } catch (const std::invalid_argument& error) {
@@ -257,6 +275,7 @@ void NewtonSystem::visit(Checkpoint& checkpoint) {
         if ((compliance[row] != 0) != (known[row] != 0))
             Checkpoint::refuse("its row " + std::to_string(row) +
                                " is another force element's or joint's");
+    for (Coupling& coupling : couplings) checkpoint.visit(coupling.values);
 }
 
 template struct BasicNewtonSystem<double>;

@@ -7,11 +7,11 @@ One linear system of the Newton iteration, in blocks:
     [        ⋱     ⋮  ] [ ⋮ ]     [⋮ ]
     [ G₁ G₂  ⋯   −D  ] [Δλ ]     [c ]
 
-D is a diagonal of compliances: zero in rows of constraints, ±1 in rows that stand for a force
-element's stiffness and damping. Two such rows, l and r, may be a pair: with PairFactor times the
-compliance beside the first and the compliance itself beside the second they add l·rᵀ to J, and
-l and r may act on any bodies. A block is a flexible body or a tree of rigid bodies. A flexible
-body's J is an *arrow*,
+D is a diagonal of compliances, but for couplings: zero in rows of constraints, ±1 in rows that
+stand for a force element's stiffness and damping. Two such rows, l and r, may be a pair: with
+PairFactor times the compliance beside the first and the compliance itself beside the second they
+add l·rᵀ to J, and l and r may act on any bodies. A block is a flexible body or a tree of rigid
+bodies. A flexible body's J is an *arrow*,
 
     [ H   E ]    H: 6×6 (rotation, translation),  E: only the 3 rotation rows are filled,
     [ Eᵀ  d ]    d: a diagonal, the same for all bodies of one part,
@@ -102,8 +102,15 @@ struct BasicNewtonSystem {
     std::vector<Scalar> compliance;
     /** First rows of pairs, ascending; the next row is the second, of the same compliance. **/
     std::vector<int> pairs;
-    /** K of a pair's D = D_l·[1 K; 1 1]: r·lᵀ/K, which it adds to J as well, is round-off to Newton's
-    method. l and r are of about the same size. **/
+    /** More of D between some rows, in no way symmetric: a friction force and the multipliers that
+    it follows. Each of its rows has some of it on the diagonal, unless its columns have. **/
+    struct Coupling {
+        std::vector<int> rows;
+        std::vector<Scalar> values;  ///< k×k, column-major
+    };
+    std::vector<Coupling> couplings;
+    /** K of a pair's D = D_l·[1 K; 1 1]: r·lᵀ/K, which it adds to J as well, is round-off to
+    Newton's method. l and r are of about the same size. **/
     static constexpr double PairFactor = 1 << 20;
 
     int numMultipliers() const { return int(c.size()); }

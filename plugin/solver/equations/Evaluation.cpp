@@ -22,6 +22,7 @@ Evaluation::Evaluation(TopologyBuilder::Result parts)
       m_functions(std::move(parts.functions)),
       m_simbody(std::move(parts.simbody)),
       m_joints(*m_topology, *m_blocks, *m_functions),
+      m_frictions(*m_topology, *m_blocks, m_joints),
       m_loads(*m_topology, *m_blocks, *m_functions),
       m_trees(*m_topology, *m_blocks),
       m_timedLoads(*m_topology, *m_blocks, *m_simbody, *m_functions),
@@ -92,6 +93,10 @@ void Evaluation::realizeBlocks(const double* q, const double* u) {
     parallelFor(int(m_topology->batches.size()), m_blocks->numThreads,
                 [&](int k) { realizeBatch(k, q, u); });
     m_joints.forgetJacobians();
+    if (!m_frictions.isEmpty()) {
+        m_joints.updateJacobians();
+        m_frictions.update();
+    }
     m_loads.realize();
     m_stage = Stage::Velocities;
 }
@@ -117,7 +122,7 @@ void Evaluation::calcBatchResidual(int batch, const double* q, const double* u, 
 }
 
 bool Evaluation::canEvaluateByBlocks() const {
-    return !m_topology->needsSimbody && !m_simbody->getPrescribed();
+    return !m_topology->needsSimbody && !m_simbody->getPrescribed() && m_frictions.isEmpty();
 }
 
 void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& factors,
@@ -164,9 +169,14 @@ void Evaluation::calcPrescribedUDot(const double* q, double* uDot) const {
     if (m_simbody->getPrescribed()) m_simbody->getPrescribed()->applyAccelerations(q, uDot);
 }
 
+void Evaluation::clearFrictionRows(double* rows) const {
+    std::fill(rows + m_topology->firstFrictionRow, rows + m_topology->numMultipliers, 0.0);
+}
+
 void Evaluation::calcPositionErrors(double* g) const {
     require(Stage::Velocities, "calcPositionErrors");
     m_joints.calcErrors(g);
+    clearFrictionRows(g);
     if (const SimbodyConstraints* constraints = m_simbody->getConstraints())
         constraints->calcPositionErrors(m_simbody->getState(), g + m_topology->firstSimbodyRow);
 }
@@ -174,6 +184,7 @@ void Evaluation::calcPositionErrors(double* g) const {
 void Evaluation::calcVelocityErrors(double* gDot) const {
     require(Stage::Velocities, "calcVelocityErrors");
     m_joints.calcErrorDots(gDot);
+    clearFrictionRows(gDot);
     if (const SimbodyConstraints* constraints = m_simbody->getConstraints())
         constraints->calcVelocityErrors(m_simbody->getState(), gDot + m_topology->firstSimbodyRow);
 }
@@ -186,6 +197,7 @@ void Evaluation::calcStepErrors(MotionLevel level, const NewtonFactors& factors,
         calcPositionErrors(c);
     if (level == MotionLevel::Position)
         for (int k = 0; k < m_topology->numMultipliers; ++k) c[k] /= factors.stiffness;
+    m_frictions.calcErrors(c);
     const SimbodyConstraints* constraints = m_simbody->getConstraints();
     if (!constraints) return;
     // Rows that are not holonomic stand at their own level, in terms of Δu.
@@ -214,6 +226,7 @@ void Evaluation::calcAccelerationErrors(const double* q, const double* u, const 
                                             m_blocks->calcSimbodyUDot(q, uDot),
                                             gDotDot + m_topology->firstSimbodyRow);
     m_joints.calcErrorDotDots(u, uDot, gDotDot);
+    m_frictions.calcErrorDots(u, uDot, gDotDot);
 }
 
 void Evaluation::calcResidual(const double* q, const double* u, const double* uDot,
@@ -237,6 +250,7 @@ void Evaluation::calcUnclearedResidual(const double* q, const double* u, const d
             m_simbody->subtractForces(getBlock(b), own);
         }
     });
+    m_frictions.addInForces(lambda, r);
     m_loads.subtractForces(r);
 }
 
@@ -256,6 +270,7 @@ double Evaluation::calcPower(const double* q, const double* u, const double* uDo
     m_loads.addInPower(power);
     m_blocks->addInPower(q, u, power);
     m_joints.addInPower(lambda, power);
+    m_frictions.addInPower(lambda, power);
     return power;
 }
 
@@ -285,6 +300,10 @@ void Evaluation::formNewtonSystem(const NewtonFactors& factors, bool dense, cons
                               uDot + block.firstU, system.blocks[size_t(b)]);
         m_joints.formColumns(b, system.blocks[size_t(b)]);
     });
+    if (level == MotionLevel::Acceleration)
+        m_frictions.form(FrictionTerms::By::Rates, system);
+    else
+        m_frictions.formReleased(system);
     m_loads.formColumns(factors, system);
     if (dense && level == MotionLevel::Acceleration && m_trees.areKnown()) {
         m_trees.addIn(factors, system);
@@ -307,6 +326,7 @@ void Evaluation::formMassSystem(NewtonSystem& system) {
         m_blocks->all[size_t(b)]->formMassBlock(system.blocks[size_t(b)]);
         m_joints.formColumns(b, system.blocks[size_t(b)]);
     });
+    m_frictions.form(FrictionTerms::By::Accelerations, system);
     m_loads.clearColumns(system);
     m_simbody->clearDifferencedColumns(system);
     m_simbody->formColumns(MotionLevel::Acceleration, system);
@@ -327,6 +347,7 @@ void Evaluation::takeVariables(const std::vector<DiscreteVarKey>& keys, const St
 void Evaluation::visit(Checkpoint& checkpoint) {
     for (const auto& block : m_blocks->all) block->visit(checkpoint);
     m_trees.visit(checkpoint);
+    m_frictions.visit(checkpoint);
     m_simbody->visit(checkpoint);
     if (checkpoint.isReading()) m_functions->forget();
 }

@@ -9,6 +9,7 @@ formNewtonSystem(); what is asked out of turn is refused. The terms:
 
     inertia, gyroscopic and centrifugal, elasticity, damping    FlexibleBlock, RigidTree
     joints                                                      JointTerms
+    friction of joints                                          FrictionTerms
     loads, springs, dampers                                     LoadTerms
     Simbody's forces, constraints, Motions, z                   SimbodyBridge
 
@@ -27,6 +28,7 @@ part. **/
 #include <vector>
 
 #include "simflex/solver/equations/ErrorNorm.h"
+#include "simflex/solver/equations/FrictionTerms.h"
 #include "simflex/solver/equations/JointTerms.h"
 #include "simflex/solver/equations/LoadTerms.h"
 #include "simflex/solver/equations/SimbodyBridge.h"
@@ -55,6 +57,8 @@ public:
     SimbodyBridge& updSimbody() { return *m_simbody; }
     const JointTerms& getJoints() const { return m_joints; }
     JointTerms& updJoints() { return m_joints; }
+    const FrictionTerms& getFrictions() const { return m_frictions; }
+    FrictionTerms& updFrictions() { return m_frictions; }
     const LoadTerms& getLoads() const { return m_loads; }
     LoadTerms& updLoads() { return m_loads; }
     TreeDerivatives& updTrees() { return m_trees; }
@@ -86,7 +90,8 @@ public:
     /** Zero in rows of acceleration-only constraints. **/
     void calcVelocityErrors(double* gDot) const;
     /** Constraint residual of a step: velocity errors, or position errors divided by the stiffness
-    factor; rows that are not so deep at their own level. **/
+    factor; rows that are not so deep at their own level, friction's rates among them, which are no
+    errors elsewhere. **/
     void calcStepErrors(MotionLevel level, const NewtonFactors& factors, const double* uDot,
                         const double* q, double* c) const;
     /** g̈ for the given accelerations. **/
@@ -96,7 +101,7 @@ public:
     void calcResidual(const double* q, const double* u, const double* uDot, const double* lambda,
                       double* r);
     /** True if a block can be evaluated as soon as it is known where it is: nothing is asked of
-    Simbody, and nothing is prescribed. **/
+    Simbody, nothing is prescribed, and there is no friction to decide about. **/
     bool canEvaluateByBlocks() const;
     /** realize(), calcResidual() and calcStepErrors() in one pass over the blocks.
     @param place  writes the q, u and u̇ of a block, from several threads
@@ -156,6 +161,7 @@ private:
     /** @throws std::logic_error if the evaluation has not come so far. **/
     void require(Stage stage, const char* method) const;
     void realizeBlocks(const double* q, const double* u);
+    void clearFrictionRows(double* rows) const;
     void realizeBatch(int batch, const double* q, const double* u);
     /** Without what comes from joints, Simbody and force elements. **/
     void calcBatchResidual(int batch, const double* q, const double* u, const double* uDot,
@@ -168,6 +174,7 @@ private:
     std::unique_ptr<FunctionsOfTime> m_functions;
     std::unique_ptr<SimbodyBridge> m_simbody;
     JointTerms m_joints;
+    FrictionTerms m_frictions;
     LoadTerms m_loads;
     TreeDerivatives m_trees;
     TimedLoads m_timedLoads;

@@ -49,6 +49,12 @@ public:
     /** Name of a joint that is assembled on the wrong branch, or null. **/
     const std::string* findFlipped() const;
 
+    /** Rows of a joint's second side. After updateJacobians(). **/
+    const SimTK::SpatialVec* getJacobianOfM(int joint) const {
+        return m_D.data() + m_workspaces[size_t(joint)].firstD +
+               size_t(m_topology.joints[size_t(joint)].numRows());
+    }
+
     const std::vector<const FrameMotion*>& getMotions(int joint) const {
         return m_workspaces[size_t(joint)].motions;
     }

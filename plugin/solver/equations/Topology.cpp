@@ -56,6 +56,8 @@ NewtonSystem Topology::makeNewtonSystem() const {
         std::vector<NewtonSystem::Side> sides;
         for (const BlockSide& side : blockSides[b])
             sides.push_back({side.partFrame, joints[size_t(side.owner)].numRows()});
+        for (const BlockSide& side : frictionSides[b])
+            sides.push_back({side.partFrame, frictions[size_t(side.owner)].numRows()});
         for (const BlockSide& side : elementSides[b])
             sides.push_back({side.partFrame, elements[size_t(side.owner)].numRows()});
         // Differenced forces act on the body's rigid motion: the frame's shapes get no coefficient.
@@ -66,6 +68,14 @@ NewtonSystem Topology::makeNewtonSystem() const {
     }
     made.r.assign(size_t(numU), 0);
     made.c.assign(size_t(numMultipliers + numElementRows), 0);
+    for (const Friction& friction : frictions) {
+        NewtonSystem::Coupling coupling;
+        for (int i = 0; i < friction.numRows(); ++i) coupling.rows.push_back(friction.firstRow + i);
+        const Joint& joint = joints[size_t(friction.joint)];
+        for (int k = 0; k < joint.numRows(); ++k) coupling.rows.push_back(joint.firstRow + k);
+        coupling.values.assign(coupling.rows.size() * coupling.rows.size(), 0);
+        made.couplings.push_back(std::move(coupling));
+    }
     if (numElementRows > 0) {
         made.compliance.assign(made.c.size(), 0);
         std::fill(made.compliance.begin() + numMultipliers, made.compliance.end(), 1.0);
@@ -89,7 +99,14 @@ int Topology::findFirstRow(JointIndex joint) const {
     return -1;
 }
 
+int Topology::findFirstFrictionRow(JointIndex joint) const {
+    for (const Friction& friction : frictions)
+        if (joints[size_t(friction.joint)].record == &guts->joint(joint)) return friction.firstRow;
+    return -1;
+}
+
 MotionLevel Topology::getRowLevel(int row) const {
+    if (row >= firstFrictionRow) return MotionLevel::Velocity;
     return row < firstSimbodyRow ? MotionLevel::Position
                                  : simbodyRows[size_t(row - firstSimbodyRow)].level;
 }
@@ -99,15 +116,20 @@ const std::string& Topology::getJointName(int row) const {
         if (row < joint.firstRow + joint.numRows()) return joint.record->name;
     if (row >= numMultipliers)
         throw std::out_of_range("no joint has multiplier " + std::to_string(row));
+    for (const Friction& friction : frictions)
+        if (friction.firstRow <= row && row < friction.firstRow + friction.numRows())
+            return joints[size_t(friction.joint)].record->name;
     return simbodyRows[size_t(row - firstSimbodyRow)].name;
 }
 
 std::string Topology::describeConstraint(int row) const {
     const std::string& name = getJointName(row);
+    if (row >= firstFrictionRow) return "the friction of joint '" + name + "'";
     return row < firstSimbodyRow ? "joint '" + name + "'" : name;
 }
 
 std::string Topology::describeRow(int row) const {
+    if (row >= firstFrictionRow) return describeConstraint(row);
     int first = firstSimbodyRow;
     for (const Joint& joint : joints)
         if (joint.firstRow <= row && row < firstSimbodyRow) first = joint.firstRow;

@@ -39,6 +39,20 @@ struct Topology {
 
         int numRows() const { return record->equations->getNumEquations(); }
     };
+    /** A contact of a joint's friction. A force has two rows each for what it does, first of all:
+    the force's own, which is one of the multipliers, and one that stays zero. **/
+    struct Friction {
+        int joint;    ///< among `joints`
+        int contact;  ///< of its FrictionEquations
+        int firstRow, numRates;
+        const FrictionEquations& getEquations(const Topology& topology) const {
+            return *topology.joints[size_t(joint)].record->friction;
+        }
+        int numRows() const { return 2 * numRates; }
+        /** Of the force along a rate, and the one beside it. **/
+        int forceRow(int rate) const { return firstRow + rate; }
+        int slopeRow(int rate) const { return firstRow + numRates + rate; }
+    };
     struct Element {
         const ForceElement* element;
         std::vector<FrameRef> frames;
@@ -127,6 +141,10 @@ struct Topology {
     std::vector<std::vector<BlockSide>> blockSides;  ///< of joints, by block
     std::vector<std::pair<int, double>> periods;     ///< rows of couplers that have one
 
+    std::vector<Friction> frictions;
+    std::vector<std::vector<BlockSide>> frictionSides;  ///< by block
+    int firstFrictionRow = 0;                           ///< after those of Simbody
+
     int firstSimbodyRow = 0;
     std::vector<SimbodyRow> simbodyRows;
     /** Columns of Gᵀ that Simbody's constraints have in each block: constraint row, column. **/
@@ -156,9 +174,11 @@ struct Topology {
     std::pair<int, int> findRows(SimTK::ConstraintIndex constraint) const;
     /** First multiplier of a joint; −1 if it is released: its Constraint is disabled. **/
     int findFirstRow(JointIndex joint) const;
-    /** Level at which a constraint row holds; joints hold positions. **/
+    /** First row of a joint's friction, −1 if it has none. **/
+    int findFirstFrictionRow(JointIndex joint) const;
+    /** Level at which a constraint row holds; joints hold positions, and friction speeds. **/
     MotionLevel getRowLevel(int row) const;
-    /** Name of the joint or Simbody constraint that owns a multiplier. **/
+    /** Name of the joint, its friction's too, or Simbody constraint that owns a multiplier. **/
     const std::string& getJointName(int row) const;
     /** "joint 'gudgeon pin'", or a Simbody constraint's kind and bodies. **/
     std::string describeConstraint(int row) const;

@@ -95,6 +95,7 @@ void TopologyBuilder::analyse(const State& state,
     makeBatches();
     makeJoints();
     makeSimbodyConstraints();
+    makeFrictions();
     makePrescribedMotion();
     makeForceElements();
     m_result.errorNorm = std::make_unique<ErrorNorm>(m_blocks, own);
@@ -258,6 +259,7 @@ void TopologyBuilder::makeBlocks(const State& state) {
     m_topology.isPrescribed.assign(size_t(m_topology.numU), 0);
     m_topology.blockRows.resize(m_blocks.all.size());
     m_topology.blockSides.resize(m_blocks.all.size());
+    m_topology.frictionSides.resize(m_blocks.all.size());
     m_topology.elementSides.resize(m_blocks.all.size());
     m_topology.simbodyColumns.resize(m_blocks.all.size());
 }
@@ -418,6 +420,29 @@ void TopologyBuilder::makeJoints() {
     }
 }
 
+void TopologyBuilder::makeFrictions() {
+    m_topology.firstFrictionRow = m_topology.numMultipliers;
+    for (int j = 0; j < int(m_topology.joints.size()); ++j) {
+        const Topology::Joint& joint = m_topology.joints[size_t(j)];
+        const FrictionEquations* equations = joint.record->friction.get();
+        for (int contact = 0; equations && contact < equations->getNumContacts(); ++contact) {
+            const Topology::Friction friction{j, contact, m_topology.numMultipliers,
+                                              equations->getNumRates(contact)};
+            m_topology.numMultipliers += friction.numRows();
+            for (int side = 0; side < int(joint.sides.size()); ++side) {
+                const int b = joint.sides[size_t(side)].block;
+                if (b < 0) continue;
+                std::vector<int>& blockRows = m_topology.blockRows[size_t(b)];
+                m_topology.frictionSides[size_t(b)].push_back(
+                    {int(m_topology.frictions.size()), side, int(blockRows.size())});
+                for (int i = 0; i < friction.numRows(); ++i)
+                    blockRows.push_back(friction.firstRow + i);
+            }
+            m_topology.frictions.push_back(friction);
+        }
+    }
+}
+
 bool TopologyBuilder::sharesPart(int block, int other) const {
     const FlexibleBlock &a = *m_blocks.flexible[size_t(block)],
                         &b = *m_blocks.flexible[size_t(other)];
@@ -476,6 +501,11 @@ void TopologyBuilder::makeParts() {
             for (Topology::BlockSide& side : m_topology.blockSides[size_t(b)])
                 visitSide(side.partFrame,
                           m_topology.joints[size_t(side.owner)].sides[size_t(side.side)].frame);
+            for (Topology::BlockSide& side : m_topology.frictionSides[size_t(b)]) {
+                const Topology::Friction& friction = m_topology.frictions[size_t(side.owner)];
+                visitSide(side.partFrame,
+                          m_topology.joints[size_t(friction.joint)].sides[size_t(side.side)].frame);
+            }
             for (Topology::BlockSide& side : m_topology.elementSides[size_t(b)])
                 visitSide(side.partFrame,
                           m_topology.elements[size_t(side.owner)].frames[size_t(side.side)].frame);

@@ -46,6 +46,7 @@ private:
     /** The system's enabled constraints that are not joints. **/
     std::vector<SimTK::ConstraintIndex> findSimbodyConstraints(const SimTK::State& state) const;
     void makeSimbodyConstraints();
+    void makeFrictions();
     void makePrescribedMotion();
     void makeForceElements();
     /** The private States without what is evaluated by blocks. **/

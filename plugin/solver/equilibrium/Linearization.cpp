@@ -79,6 +79,14 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
         }
     };
 
+    const Topology& topology = equations.getTopology();
+    for (int k = 0; k < int(topology.frictions.size()); ++k)
+        if (equations.getFrictions().isSliding(k))
+            throw std::invalid_argument(
+                "calcLinearization(): " +
+                topology.describeConstraint(topology.frictions[size_t(k)].firstRow) +
+                " slides, or begins to: only what sticks can be linearised, where it is held; let "
+                "it come to rest, or leave the friction out");
     equations.realize(point.t, point.q.data(), point.u.data());
     equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
                            VectorXd(equations.getTopology().numU).data());
@@ -262,7 +270,7 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     result.state = state;
     system.realize(result.state, Stage::Velocity);
     Evaluation equations(system, result.state, Topology::Setting::Linearize);
-    for (int row = 0; row < equations.getTopology().numMultipliers; ++row)
+    for (int row = 0; row < equations.getTopology().firstFrictionRow; ++row)
         if (equations.getTopology().getRowLevel(row) != MotionLevel::Position)
             throw std::invalid_argument(
                 "calcLinearization(): " + equations.getTopology().describeConstraint(row) +

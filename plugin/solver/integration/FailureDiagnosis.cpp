@@ -72,6 +72,17 @@ std::string FailureDiagnosis::explainSpeeds(double t, const std::vector<double>&
     return text.str();
 }
 
+std::string FailureDiagnosis::explainFriction(int contact) const {
+    const Topology& topology = m_equations.getTopology();
+    const std::string who =
+        contact < 0 ? "the friction of joints"
+                    : topology.describeConstraint(topology.frictions[size_t(contact)].firstRow);
+    return who +
+           " finds neither sticking nor sliding that agrees with the reaction it causes: a joint "
+           "that jams itself, or a load that several joints share in more than one way; smaller "
+           "coefficients, a part that bends, or friction in fewer of them make it definite";
+}
+
 std::string FailureDiagnosis::explainSingularBlock(int block, const NewtonSystem& system) const {
     const NewtonSystem::Block& values = system.blocks[size_t(block)];
     const auto isFinite = [](const std::vector<double>& numbers) {
@@ -198,7 +209,7 @@ std::string FailureDiagnosis::findSingularity(const FailedStep& step) const {
     constexpr int MostRows = 500;
     constexpr double Redundant = 1e-12, Singular = 1e-6, Involved = 0.1;
     NewtonSystem system = m_equations.getTopology().makeNewtonSystem();
-    const int m = m_equations.getTopology().numMultipliers;
+    const int m = m_equations.getTopology().firstFrictionRow;
     if (m == 0 || m > MostRows) return "";
     const SolutionPoint& last = step.last;
     std::vector<double> residual(last.u.size());
@@ -259,6 +270,8 @@ std::string FailureDiagnosis::explainNoConvergence(const FailedStep& step) const
     if (row >= 0 && row < m_equations.getTopology().numMultipliers)
         text << ", " << m_equations.getTopology().describeConstraint(row) << " has residual "
              << outcome.constraintResidual;
+    if (const int undecided = m_equations.getFrictions().findUndecided(); undecided >= 0)
+        return text.str() + ": " + explainFriction(undecided);
     const double *q = step.last.q.data(), *u = step.last.u.data();
     const std::string jump = findMotionJump(m_equations, step.last.t, step.h, q, u);
     if (!jump.empty()) {

@@ -51,6 +51,8 @@ public:
                               const std::vector<std::string>& redundancies) const;
     /** A block's matrix is singular or not finite. **/
     std::string explainSingularBlock(int block, const NewtonSystem& system) const;
+    /** @param contact  that finds neither stick nor slip; −1: any **/
+    std::string explainFriction(int contact) const;
 
 private:
     /** "joint 'a' (error 0.1), joint 'b' (error 0.02)": the largest ones. **/

@@ -279,6 +279,11 @@ SimTK::Vector ImplicitIntegrator::getMultipliers(const Joint& joint) const {
     return m_impl->calcMultipliers(&joint);
 }
 
+SimTK::Vector ImplicitIntegrator::getFrictionForces(const Joint& joint) const {
+    m_impl->requireInitialized("getFrictionForces");
+    return m_impl->calcFrictionForces(joint);
+}
+
 Real ImplicitIntegrator::getLastStepSize() const {
     return m_impl->lastStep;
 }

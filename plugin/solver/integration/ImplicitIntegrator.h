@@ -334,11 +334,15 @@ public:
     /** u̇ in Simbody's numbering: the scheme's u̇ at the last step, which satisfies the equations of
     motion, or exact accelerations after initialize(). **/
     SimTK::Vector getUDot() const;
-    SimTK::Vector getMultipliers() const;  ///< all joints, in order, then Simbody's constraints
+    SimTK::Vector getMultipliers() const;  ///< all joints, in order, then Simbody's constraints,
+                                           ///< then joints' friction
     SimTK::Vector getMultipliers(const Joint& joint) const;  ///< λ of one joint: [N, N m]
     /** λ of one of Simbody's own constraints, in its order: holonomic, nonholonomic, acceleration
     rows; empty if it is disabled. **/
     SimTK::Vector getMultipliers(const SimTK::Constraint& constraint) const;
+    /** What a joint's dry friction does to M along its sliding rates, contact after contact
+    [N, N m]; empty if it has none. See JointFriction. **/
+    SimTK::Vector getFrictionForces(const Joint& joint) const;
     SimTK::Real getLastStepSize() const;
     int getLastOrder() const;
     /** The body whose error was largest in the last step, and so limits the steps; empty before the

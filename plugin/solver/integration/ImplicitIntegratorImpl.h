@@ -71,6 +71,7 @@ public:
     std::vector<std::string> describeRedundancies() const { return m_step->describeRedundancies(); }
     SimTK::Vector calcMultipliers(const Joint* joint) const;
     SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint) const;
+    SimTK::Vector calcFrictionForces(const Joint& joint) const;
     void requireInitialized(const char* method) const;
     /** @throws std::logic_error naming the setter after initialize(). **/
     void requireNotInitialized(const char* method) const;

@@ -126,9 +126,23 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
         if (named.empty())
             line = m_equations.getTopology().describeRow(rows[size_t(k)]) +
                    " has nothing to hold: bodies on both sides are held so already";
-        lines.push_back(line);
+        lines.push_back(line + describeUndetermined(m_solver.findInvolvedRows(k)));
     }
     return lines;
+}
+
+std::string ImplicitStep::describeUndetermined(const std::vector<int>& rows) const {
+    constexpr double Least = 1e-6;
+    const Topology& topology = m_equations.getTopology();
+    for (int k = 0; k < int(topology.frictions.size()); ++k) {
+        const Topology::Joint& joint = topology.joints[size_t(topology.frictions[size_t(k)].joint)];
+        for (const int row : rows)
+            if (row >= joint.firstRow && row < joint.firstRow + joint.numRows() &&
+                std::abs(m_equations.getFrictions().getLoadSlope(k, row - joint.firstRow)) > Least)
+                return ": the friction of '" + joint.record->name +
+                       "' depends on what it leaves undetermined";
+    }
+    return "";
 }
 
 bool ImplicitStep::mayDifferentiate() const {
@@ -249,17 +263,25 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         m_reuse.beginStep(formula.factors) || blockForm == BlockForm::Dense || forceFullNewton;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
     bool hasNewDerivatives = false;
+    FrictionTerms& frictions = m_equations.updFrictions();
+    frictions.recall();
 
     // Not where a point was looked at last.
     if (m_equations.getBlocks().askForN()) m_equations.realize(t, q.data(), u.data());
     int allowed = tolerances.maxIterations;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
-        if (m_equations.getTopology().states.empty()) {
+        const bool hasStates = !m_equations.getTopology().states.empty();
+        if (!hasStates && frictions.isEmpty()) {
             m_stepEquations.evaluate(formula, level, lambda, point.z, u, q, uDot, m_system);
         } else {
             m_stepEquations.realize(formula, point.z, u, q);
-            correctStates(formula, point);
+            if (hasStates) correctStates(formula, point);
+            if (frictions.decide(FrictionTerms::By::Rates, lambda.data())) {
+                // Other equations than those of the iteration before.
+                refresh = true;
+                previousChange = previousMultiplierChange = 0;
+            }
             m_stepEquations.calcResidual(formula, level, lambda, q, u, uDot, m_system);
         }
         const double zChange = point.z.empty() ? 0 : updateZ(formula, point);
@@ -274,6 +296,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             outcome.worstBlock = findNonFiniteBlock();
             break;
         }
+        if (frictions.findUndecided() >= 0) break;
         if (iteration == 0 && formulation == Formulation::Index3 &&
             m_equations.getTopology().mayLoseCount(m_system.c.data(), stiffness))
             break;
@@ -571,20 +594,48 @@ void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
     std::fill(lambda.begin(), lambda.end(), 0.0);
     m_equations.realize(t, q.data(), u.data());
     m_equations.calcPrescribedUDot(q.data(), uDot.data());
+    m_equations.updFrictions().start();
+    // Friction makes the equations nonlinear: what it follows is known when they are solved.
+    constexpr int MaxIterations = 50;
+    int iteration = 0;
+    while (!improveAccelerations(t, q, u, uDot, lambda))
+        if (++iteration == MaxIterations)
+            throw std::runtime_error(FailureDiagnosis(m_equations).explainFriction(-1));
+    m_canProject = false;
+    invalidateMatrix();
+}
+
+bool ImplicitStep::improveAccelerations(double t, const std::vector<double>& q,
+                                        const std::vector<double>& u, std::vector<double>& uDot,
+                                        std::vector<double>& lambda) {
+    constexpr double Accuracy = 1e-12;  // of multipliers
+    FrictionTerms& frictions = m_equations.updFrictions();
+    const auto calcErrors = [&] {
+        m_equations.calcAccelerationErrors(q.data(), u.data(), uDot.data(), m_system.c.data());
+    };
+    if (!frictions.isEmpty()) {
+        calcErrors();
+        frictions.decide(FrictionTerms::By::Accelerations, lambda.data());
+        if (const int k = frictions.findUndecided(); k >= 0)
+            throw std::runtime_error(FailureDiagnosis(m_equations).explainFriction(k));
+    }
     m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
-    m_equations.calcAccelerationErrors(q.data(), u.data(), uDot.data(), m_system.c.data());
+    calcErrors();
     if (!std::isfinite(findLargest(m_system.r)))
         throw std::runtime_error(
             FailureDiagnosis(m_equations).explainNonFiniteForces(findNonFiniteBlock(), t, q, u));
     m_equations.formMassSystem(m_system);
     factor();
-    m_canProject = false;
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;
     const std::vector<double>& delta = m_solver.getDeltaU();
     for (size_t i = 0; i < uDot.size(); ++i) uDot[i] += delta[i];
-    std::copy_n(m_solver.getDeltaLambda(), lambda.size(), lambda.begin());
-    invalidateMatrix();
+    double change = 0;
+    for (size_t i = 0; i < lambda.size(); ++i) {
+        lambda[i] += m_solver.getDeltaLambda()[i];
+        change = std::max(change, std::abs(m_solver.getDeltaLambda()[i]));
+    }
+    return frictions.isEmpty() || change <= Accuracy * findLargest(lambda);
 }
 
 double ImplicitStep::calcResponse(double stiffness, const std::vector<double>& loads) {

@@ -187,6 +187,12 @@ protected:
     bool m_mayLoseCount = false;
 
 private:
+    /** Of a joint whose friction depends on the multipliers of these rows, which are redundant. **/
+    std::string describeUndetermined(const std::vector<int>& rows) const;
+    /** One iteration for accelerations and multipliers; without friction there is one.
+    @returns true if there need be no other **/
+    bool improveAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
+                              std::vector<double>& uDot, std::vector<double>& lambda);
     /** Gauss–Newton in q until no position error is larger; returns the error. **/
     double closeJoints(double t, double tolerance, int maxIterations, std::vector<double>& q,
                        const std::vector<double>& u);

@@ -81,6 +81,15 @@ std::uint64_t calcChecksum(const SimTK::MobilizedBody& body) {
     return hash.get();
 }
 
+std::uint64_t calcChecksum(const FrictionEquations* friction) {
+    Hash hash;
+    if (!friction) return hash.get();
+    const FrictionCoefficients& own = friction->getCoefficients();
+    hash.add(
+        std::vector<Real>{own.coulomb, own.breakaway, own.viscous, own.radius, own.axialRadius});
+    return hash.get();
+}
+
 std::uint64_t calcChecksum(const FlexibleBodyRecord& body) {
     Hash hash;
     hash.addBytes(body.model->omegaSquared.data(),
@@ -111,6 +120,8 @@ void ImplicitIntegrator::Implementation::visitModel(Checkpoint& c) const {
         for (const JointRecord& joint : guts.joints()) {
             visitName(c, joint.name, "joint");
             visitCount(c, joint.equations->getNumEquations(), "equations of '" + joint.name + "'");
+            visitConstants(c, calcChecksum(joint.friction.get()),
+                           "friction of joint '" + joint.name + "'");
         }
     }
     for (SimTK::MobilizedBodyIndex b(1); b < matter.getNumBodies(); ++b)

@@ -237,6 +237,7 @@ void ImplicitIntegrator::Implementation::completeStart(SolutionPoint& point) {
     m_equations->updFunctions().forget();
     m_equations->setZ(point.z.data());
     m_step->calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
+    m_equations->updFrictions().keep();
     point.constraintError = m_step->calcPositionError(point.t, point.q, point.u);
     m_equations->updBlocks().followPose();
     m_equations->getBlocks().calcQDot(point.q.data(), point.u.data(), point.qDot.data());

@@ -133,7 +133,8 @@ void RadauStep::correctZ(const SolutionPoint& start, double h, const Choice& isC
     }
 }
 
-double RadauStep::evaluateStages(const SolutionPoint& start, double h) {
+double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool& hasOtherFriction) {
+    hasOtherFriction = false;
     const Topology& topology = m_equations.getTopology();
     if (!topology.states.empty()) {
         for (const int i : EvaluationOrder) {
@@ -145,10 +146,18 @@ double RadauStep::evaluateStages(const SolutionPoint& start, double h) {
         correctZ(
             start, h, [&](size_t k) { return topology.isState(int(k)); }, true);
     }
+    FrictionTerms& frictions = m_equations.updFrictions();
+    if (!frictions.isEmpty()) {
+        SolutionPoint& end = m_stages[End];
+        m_equations.setZ(end.z.data());
+        m_equations.realize(end.t, end.q.data(), end.u.data());
+        hasOtherFriction = frictions.decide(FrictionTerms::By::Rates, end.lambda.data());
+    }
     for (const int i : EvaluationOrder) {
         SolutionPoint& stage = m_stages[size_t(i)];
         m_equations.setZ(stage.z.data());
         m_equations.realize(stage.t, stage.q.data(), stage.u.data());
+        frictions.follow(stage.lambda.data());
         m_equations.calcResidual(stage.q.data(), stage.u.data(), stage.uDot.data(),
                                  stage.lambda.data(), m_r[size_t(i)].data());
         m_equations.calcStepErrors(MotionLevel::Velocity, 1, stage.uDot.data(), stage.q.data(),
@@ -251,11 +260,17 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
         m_stages[size_t(i)].uDot = start.uDot;
     }
 
+    m_equations.updFrictions().recall();
     int allowed = tolerances.maxIterations;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto begin = RadauClock::now();
         placeStages(start, h);
-        const double zChange = evaluateStages(start, h);
+        bool hasOtherFriction;
+        const double zChange = evaluateStages(start, h, hasOtherFriction);
+        if (hasOtherFriction) {
+            refresh = true;
+            previousChange = previousMultiplierChange = 0;
+        }
         const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
         m_statistics.evaluationSeconds += secondsSince(begin);
 
@@ -277,7 +292,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
             }
             forceScale = std::max({forceScale, r, findLargest(m_stages[size_t(i)].lambda)});
         }
-        if (!outcome.isFinite) break;
+        if (!outcome.isFinite || m_equations.getFrictions().findUndecided() >= 0) break;
         if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
             outcome.constraintResidual <= tolerances.constraintResidual && hasZConverged) {
             outcome.converged = true;

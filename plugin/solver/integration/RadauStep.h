@@ -69,8 +69,10 @@ private:
     /** One iteration on the chosen z of all stages. **/
     template <class Choice>
     void correctZ(const SolutionPoint& start, double h, const Choice& isChosen, bool byNewton);
-    /** r and c of all stages; the middle one last. @returns largest change of z **/
-    double evaluateStages(const SolutionPoint& start, double h);
+    /** r and c of all stages; the middle one last.
+    @param hasOtherFriction  joints stick or slide otherwise than when the matrix was formed
+    @returns largest change of z **/
+    double evaluateStages(const SolutionPoint& start, double h, bool& hasOtherFriction);
     void formAndFactorBoth(const NewtonFactors& factors);
     void factorComplex();
     /** ΔU and Δλ of all stages from r and c. **/

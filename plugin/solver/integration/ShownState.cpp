@@ -85,6 +85,17 @@ Vector ImplicitIntegrator::Implementation::calcMultipliers(const Joint* joint) c
     return Vector(joint->getNumEquations(), m_visible.lambda.data() + first);
 }
 
+Vector ImplicitIntegrator::Implementation::calcFrictionForces(const Joint& joint) const {
+    const Topology& topology = m_equations->getTopology();
+    std::vector<SimTK::Real> forces;
+    for (const Topology::Friction& friction : topology.frictions)
+        if (topology.joints[size_t(friction.joint)].record ==
+            &topology.guts->joint(joint.getIndex()))
+            for (int i = 0; i < friction.numRates; ++i)
+                forces.push_back(-m_visible.lambda[size_t(friction.forceRow(i))]);
+    return Vector(int(forces.size()), forces.data());
+}
+
 void ImplicitIntegrator::Implementation::updateDiscreteVariables(const SolutionPoint& point) {
     const auto start_ = Clock::now();
     m_stateIsCurrent = false;

@@ -246,6 +246,7 @@ void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
     }
     std::swap(m_history.push(), m_new);  // the next step writes all of it anew
     m_equations->updBlocks().followPose();
+    m_equations->updFrictions().keep();
     ++statistics.stepsTaken;
     ++statistics.stepsAtOrder[size_t(order)];
     statistics.timeCovered += h;

@@ -1,0 +1,351 @@
+#include "simflex/solver/equations/FrictionTerms.h"
+
+#include <algorithm>
+
+#include "simflex/base/Checkpoint.h"
+
+namespace simflex {
+
+using SimTK::SpatialVec;
+using SimTK::Vec3;
+
+namespace {
+
+/** Slower than this a contact is at rest where a run begins [m/s, rad/s]. **/
+constexpr double RestingRate = 1e-8;
+/** By so much more than its limit a force makes a contact slide: round-off does not. **/
+constexpr double Excess = 1e-9;
+/** Changes of mind within a step. **/
+constexpr int MostChanges = 12;
+/** Of contacts that stick, relative to what their rows have in S: those that hold the same share
+it, and do not creep, as their rates are driven to zero all the same. **/
+constexpr double Softness = 1e-9;
+
+const SpatialVec NoVector(Vec3(0), Vec3(0));
+
+}  // namespace
+
+FrictionTerms::FrictionTerms(const Topology& topology, const Blocks& blocks,
+                             const JointTerms& joints)
+    : m_topology(topology), m_blocks(blocks), m_joints(joints) {
+    for (const Topology::Friction& friction : topology.frictions) {
+        const Topology::Joint& joint = topology.joints[size_t(friction.joint)];
+        Contact contact;
+        contact.equations = joint.record->friction.get();
+        contact.numRates = friction.numRates;
+        contact.F = joint.sides[0];
+        contact.M = joint.sides[1];
+        contact.loadSlope.assign(size_t(joint.numRows()), 0);
+        contact.formedSlope = contact.loadSlope;
+        for (auto& side : contact.slopes) std::fill_n(side, MaxRates, NoVector);
+        m_contacts.push_back(std::move(contact));
+    }
+    m_diagonals.resize(size_t(topology.numMultipliers - topology.firstFrictionRow));
+}
+
+void FrictionTerms::update() {
+    for (size_t k = 0; k < m_contacts.size(); ++k) {
+        Contact& contact = m_contacts[k];
+        const FrameMotion &F = m_blocks.motionOf(contact.F), &M = m_blocks.motionOf(contact.M);
+        contact.equations->calcGradients(m_topology.frictions[k].contact, F.X, M.X, contact.D[0],
+                                         contact.D[1]);
+        for (int i = 0; i < contact.numRates; ++i) {
+            const SpatialVec &onF = contact.D[0][i], &onM = contact.D[1][i];
+            contact.rates[i] =
+                ~onF[0] * F.V[0] + ~onF[1] * F.V[1] + ~onM[0] * M.V[0] + ~onM[1] * M.V[1];
+        }
+    }
+}
+
+void FrictionTerms::start() {
+    for (Contact& contact : m_contacts) {
+        const double speed = contact.rates.norm();
+        contact.mode = speed > RestingRate || !isDry(contact) ? Mode::Slip : Mode::Stick;
+        contact.direction = speed > RestingRate ? Vector(contact.rates / speed) : Vector::Zero();
+        contact.numChanges = 0;
+    }
+}
+
+void FrictionTerms::keep() {
+    for (Contact& contact : m_contacts) {
+        contact.kept = contact.mode;
+        contact.keptDirection = contact.direction;
+    }
+}
+
+void FrictionTerms::recall() {
+    for (Contact& contact : m_contacts) {
+        contact.mode = contact.kept;
+        contact.direction = contact.keptDirection;
+        contact.numChanges = 0;
+    }
+}
+
+void FrictionTerms::updateLoad(int k, const double* lambda) {
+    Contact& contact = m_contacts[size_t(k)];
+    const Topology::Friction& friction = m_topology.frictions[size_t(k)];
+    contact.load = contact.equations->calcLoad(
+        friction.contact, m_blocks.motionOf(contact.F).X, m_joints.getJacobianOfM(friction.joint),
+        lambda + m_topology.joints[size_t(friction.joint)].firstRow, contact.loadSlope.data());
+}
+
+FrictionTerms::Vector FrictionTerms::calcSlidingForce(const Contact& contact,
+                                                      const Vector& direction) const {
+    return contact.equations->getCoefficients().coulomb * contact.load * direction;
+}
+
+bool FrictionTerms::isDry(const Contact& contact) {
+    return contact.equations->getCoefficients().breakaway > 0;
+}
+
+void FrictionTerms::writeForce(int k, const Vector& force, double* lambda) const {
+    const Topology::Friction& friction = m_topology.frictions[size_t(k)];
+    for (int i = 0; i < friction.numRates; ++i) lambda[friction.forceRow(i)] = force[i];
+}
+
+bool FrictionTerms::decide(By by, double* lambda) {
+    bool hasChanged = false;
+    for (int k = 0; k < int(m_contacts.size()); ++k) {
+        Contact& contact = m_contacts[size_t(k)];
+        const Topology::Friction& friction = m_topology.frictions[size_t(k)];
+        updateLoad(k, lambda);
+        Vector force = Vector::Zero();
+        for (int i = 0; i < contact.numRates; ++i) {
+            force[i] = lambda[friction.forceRow(i)];
+            lambda[friction.slopeRow(i)] = 0;
+        }
+        const double limit = contact.equations->getCoefficients().breakaway * contact.load;
+        const double size = force.norm();
+        if (contact.mode == Mode::Stick && size > (1 + Excess) * limit) {
+            contact.mode = Mode::Slip;
+            contact.direction = force / size;
+            ++contact.numChanges;
+        } else if (contact.mode == Mode::Slip) {
+            // What is at rest leaves the way it is accelerated.
+            const bool isLeaving = by == By::Accelerations && contact.rates.norm() <= RestingRate;
+            const Vector& motion = isLeaving ? contact.accelerations : contact.rates;
+            const double speed = motion.norm();
+            if (limit > 0 && motion.dot(contact.direction) < 0) {
+                contact.mode = Mode::Stick;
+                ++contact.numChanges;
+            } else if (speed > 0) {
+                contact.direction = motion / speed;
+            }
+        }
+        if (contact.mode == Mode::Released)
+            writeForce(k, Vector::Zero(), lambda);
+        else if (contact.mode == Mode::Slip)
+            writeForce(k, calcSlidingForce(contact, contact.direction), lambda);
+        hasChanged = hasChanged || isOutdated(contact);
+    }
+    return hasChanged;
+}
+
+void FrictionTerms::follow(double* lambda) {
+    for (int k = 0; k < int(m_contacts.size()); ++k) {
+        const Contact& contact = m_contacts[size_t(k)];
+        updateLoad(k, lambda);
+        if (contact.mode == Mode::Stick) continue;
+        const double speed = contact.rates.norm();
+        const bool turnsBack = !(contact.rates.dot(contact.direction) > 0);
+        const Vector direction = turnsBack ? contact.direction : Vector(contact.rates / speed);
+        writeForce(k,
+                   contact.mode == Mode::Slip ? calcSlidingForce(contact, direction)
+                                              : Vector(Vector::Zero()),
+                   lambda);
+    }
+}
+
+int FrictionTerms::findUndecided() const {
+    for (size_t k = 0; k < m_contacts.size(); ++k)
+        if (m_contacts[k].numChanges > MostChanges) return int(k);
+    return -1;
+}
+
+bool FrictionTerms::isOutdated(const Contact& contact) {
+    if (contact.mode != contact.formedMode) return true;
+    if (contact.mode != Mode::Slip) return false;
+    // Half a right angle in either.
+    constexpr double Turned = 0.7;
+    if (contact.direction.dot(contact.formedDirection) < Turned) return true;
+    double product = 0, now = 0, then = 0;
+    for (size_t k = 0; k < contact.loadSlope.size(); ++k) {
+        product += contact.loadSlope[k] * contact.formedSlope[k];
+        now += contact.loadSlope[k] * contact.loadSlope[k];
+        then += contact.formedSlope[k] * contact.formedSlope[k];
+    }
+    return now > 0 && product < Turned * std::sqrt(now * then);
+}
+
+void FrictionTerms::calcErrors(double* c) const {
+    std::fill(c + m_topology.firstFrictionRow, c + m_topology.numMultipliers, 0.0);
+    for (size_t k = 0; k < m_contacts.size(); ++k)
+        for (int i = 0; i < m_contacts[k].numRates; ++i)
+            if (m_contacts[k].mode == Mode::Stick)
+                c[m_topology.frictions[k].forceRow(i)] = m_contacts[k].rates[i];
+}
+
+void FrictionTerms::calcErrorDots(const double* u, const double* uDot, double* gDotDot) {
+    std::fill(gDotDot + m_topology.firstFrictionRow, gDotDot + m_topology.numMultipliers, 0.0);
+    const auto accelerate = [&](const FrameRef& ref) {
+        FrameMotion motion = m_blocks.motionOf(ref);
+        if (ref.block < 0) return motion;
+        const Block& block = *m_blocks.all[size_t(ref.block)];
+        motion.A = block.calcFrameAcceleration(ref.frame, u + block.firstU, uDot + block.firstU);
+        return motion;
+    };
+    for (size_t k = 0; k < m_contacts.size(); ++k) {
+        Contact& contact = m_contacts[k];
+        const Topology::Friction& friction = m_topology.frictions[k];
+        contact.equations->calcAccelerations(friction.contact, accelerate(contact.F),
+                                             accelerate(contact.M), contact.accelerations.data());
+        for (int i = 0; i < contact.numRates && contact.mode == Mode::Stick; ++i)
+            gDotDot[friction.forceRow(i)] = contact.accelerations[i];
+    }
+}
+
+void FrictionTerms::addInForces(const double* lambda, double* r) const {
+    for (size_t k = 0; k < m_contacts.size(); ++k) {
+        const Contact& contact = m_contacts[k];
+        if (contact.mode == Mode::Released) continue;
+        SpatialVec onF = NoVector, onM = NoVector;
+        for (int i = 0; i < contact.numRates; ++i) {
+            const double force = calcForce(int(k), i, lambda);
+            onF -= force * contact.D[0][i];
+            onM -= force * contact.D[1][i];
+        }
+        m_blocks.subtractForce(contact.F, onF, r);
+        m_blocks.subtractForce(contact.M, onM, r);
+    }
+}
+
+double FrictionTerms::calcForce(int k, int rate, const double* lambda) const {
+    const Contact& contact = m_contacts[size_t(k)];
+    return lambda[m_topology.frictions[size_t(k)].forceRow(rate)] +
+           contact.equations->getCoefficients().viscous * contact.rates[rate];
+}
+
+void FrictionTerms::addInPower(const double* lambda, double& power) const {
+    for (int k = 0; k < int(m_contacts.size()); ++k) {
+        const Contact& contact = m_contacts[size_t(k)];
+        if (contact.mode == Mode::Released) continue;
+        for (int i = 0; i < contact.numRates; ++i)
+            power -= calcForce(k, i, lambda) * contact.rates[i];
+    }
+}
+
+void FrictionTerms::setColumns(NewtonSystem& system, bool areActive) const {
+    for (int b = 0; b < m_topology.numBlocks(); ++b)
+        for (const Topology::BlockSide& side : m_topology.frictionSides[size_t(b)]) {
+            const Contact& contact = m_contacts[size_t(side.owner)];
+            const int frame = (side.side == 0 ? contact.F : contact.M).frame;
+            const bool acts = areActive && contact.hasColumns;
+            for (int i = 0; i < contact.numRates; ++i) {
+                m_blocks.setColumn(b, frame, side.firstColumn + i,
+                                   acts ? contact.D[side.side][i] : NoVector,
+                                   system.blocks[size_t(b)]);
+                m_blocks.setColumn(b, frame, side.firstColumn + contact.numRates + i,
+                                   acts ? contact.slopes[side.side][i] : NoVector,
+                                   system.blocks[size_t(b)]);
+            }
+        }
+}
+
+void FrictionTerms::formReleased(NewtonSystem& system) const {
+    setColumns(system, false);
+    for (size_t k = 0; k < m_contacts.size(); ++k) {
+        NewtonSystem::Coupling& coupling = system.couplings[k];
+        const size_t size = coupling.rows.size();
+        std::fill(coupling.values.begin(), coupling.values.end(), 0.0);
+        for (int i = 0; i < m_topology.frictions[k].numRows(); ++i)
+            coupling.values[size_t(i) * (size + 1)] = 1;
+    }
+}
+
+void FrictionTerms::form(By by, NewtonSystem& system) {
+    if (isEmpty()) return;
+    for (Contact& contact : m_contacts) {
+        for (auto& side : contact.slopes) std::fill_n(side, MaxRates, NoVector);
+        contact.formedMode = contact.mode;
+        contact.formedDirection = contact.direction;
+        contact.formedSlope = contact.loadSlope;
+        // Viscous friction alone has no part in accelerations.
+        contact.hasColumns = contact.mode != Mode::Released && (by == By::Rates || isDry(contact));
+        if (contact.mode != Mode::Slip || by == By::Accelerations) continue;
+        const FrictionCoefficients& own = contact.equations->getCoefficients();
+        const double speed = contact.rates.norm();
+        const double turning =
+            contact.numRates > 1 && speed > RestingRate ? own.coulomb * contact.load / speed : 0;
+        for (int i = 0; i < contact.numRates; ++i)
+            for (int j = 0; j < contact.numRates; ++j) {
+                const double slope = (i == j ? own.viscous + turning : 0) -
+                                     turning * contact.direction[i] * contact.direction[j];
+                for (int side = 0; side < 2; ++side)
+                    contact.slopes[side][i] += slope * contact.D[side][j];
+            }
+    }
+    formReleased(system);
+    setColumns(system, true);
+
+    // w J⁻¹w of each row at least, by Cauchy and Schwarz: w_i²/J_ii for every i.
+    std::fill(m_diagonals.begin(), m_diagonals.end(), 0.0);
+    for (int b = 0; b < m_topology.numBlocks(); ++b) {
+        const NewtonSystem::Block& block = system.blocks[size_t(b)];
+        const bool isArrow = block.form == NewtonSystem::Block::Form::Arrow;
+        const size_t height = size_t(block.heightOfGt()), size = isArrow ? 6 : size_t(block.size);
+        const std::vector<double>& J = isArrow ? block.head : block.matrix;
+        for (const Topology::BlockSide& side : m_topology.frictionSides[size_t(b)])
+            for (int i = 0; i < m_contacts[size_t(side.owner)].numRates; ++i) {
+                const size_t column = size_t(side.firstColumn + i);
+                double largest = 0;
+                for (size_t a = 0; a < std::min(size, height); ++a) {
+                    const double w = block.Gt[column * height + a], Jaa = J[a * (size + 1)];
+                    if (Jaa > 0) largest = std::max(largest, w * w / Jaa);
+                }
+                m_diagonals[size_t(m_topology.frictions[size_t(side.owner)].forceRow(i) -
+                                   m_topology.firstFrictionRow)] += largest;
+            }
+    }
+    for (size_t k = 0; k < m_contacts.size(); ++k) {
+        const Contact& contact = m_contacts[k];
+        if (!contact.hasColumns) continue;
+        NewtonSystem::Coupling& coupling = system.couplings[k];
+        const size_t size = coupling.rows.size(), n = size_t(contact.numRates);
+        const auto at = [&](size_t row, size_t column) -> double& {
+            return coupling.values[row + column * size];
+        };
+        for (size_t i = 0; i < n; ++i) {
+            const double own = m_diagonals[size_t(m_topology.frictions[k].forceRow(int(i)) -
+                                                  m_topology.firstFrictionRow)];
+            const double diagonal = own > 0 ? own : 1;
+            if (contact.mode == Mode::Stick) {
+                at(i, i) = Softness * diagonal;
+                continue;
+            }
+            // s is what the second row makes of it.
+            at(i, i) = diagonal;
+            at(i, n + i) = NewtonSystem::PairFactor * diagonal;
+            at(n + i, i) = 1;
+            for (size_t j = 0; j < contact.loadSlope.size(); ++j)
+                at(n + i, 2 * n + j) = -contact.equations->getCoefficients().coulomb *
+                                       contact.direction[Eigen::Index(i)] * contact.loadSlope[j];
+        }
+    }
+}
+
+void FrictionTerms::visit(Checkpoint& checkpoint) {
+    for (Contact& contact : m_contacts) {
+        for (Mode* mode : {&contact.mode, &contact.kept, &contact.formedMode}) {
+            int number = int(*mode);
+            checkpoint.visitWithin(number, int(Mode::Released), int(Mode::Slip),
+                                   "what a joint's friction does");
+            *mode = Mode(number);
+        }
+        for (Vector* vector :
+             {&contact.direction, &contact.keptDirection, &contact.formedDirection})
+            for (double& entry : *vector) checkpoint.visit(entry);
+        checkpoint.visit(contact.formedSlope);
+    }
+}
+
+}  // namespace simflex

@@ -1,0 +1,120 @@
+#pragma once
+/** @file
+Friction of joints in the equations of motion (private header). Its forces are multipliers: with the
+gradients w of the sliding rates v and the load P that the joint's own multipliers λ make,
+
+    r += w (s + c v),    sticking:  v = 0,  |s| ≤ μ_s P    s is what it takes
+                         sliding:   s = μ P(λ) d           d = v/|v|
+
+Which of the two a contact does is part of what Newton's method looks for: it begins as the last
+step ended, and changes where s exceeds its limit or v turns against d. A contact that sticks has a
+row of G as a joint has, so that it does not creep; one that slides has the derivatives of s in its
+rows, those by λ in a coupling of the NewtonSystem.
+
+Rows, for each rate i: forceRow(i), whose column is w_i and whose multiplier is s_i; slopeRow(i), by
+which ∂(s_i + c v_i)/∂v·w and ∂s_i/∂λ enter, as the second row of a pair does. **/
+
+#include <vector>
+
+#include "simflex/solver/equations/Blocks.h"
+#include "simflex/solver/equations/JointTerms.h"
+
+namespace simflex {
+
+class FrictionTerms {
+public:
+    FrictionTerms(const Topology& topology, const Blocks& blocks, const JointTerms& joints);
+
+    bool isEmpty() const { return m_contacts.empty(); }
+
+    /** Gradients and rates where the blocks are. @pre joints have their Jacobians. **/
+    void update();
+
+    /** @name What contacts do **/
+    /**@{**/
+    /** Until then none acts, as in assemblies and equilibria. Those sliding that move, the others
+     * sticking, where the blocks are. **/
+    void start();
+    /** The last step is taken: what contacts do at its end is what the next one begins with. **/
+    void keep();
+    /** Back to that. **/
+    void recall();
+    enum class By {
+        Rates,         ///< of a step
+        Accelerations  ///< at one moment; rates matter only where they are not zero
+    };
+    /** Decides for these multipliers, and writes the forces of those that slide among them.
+    @returns true if the last matrix is of no use for that **/
+    bool decide(By by, double* lambda);
+    /** Writes the forces of a stage of a step, as decided for its end. **/
+    void follow(double* lambda);
+    /** A contact that has changed its mind too often, or −1. **/
+    int findUndecided() const;
+    /** By dry friction. **/
+    bool isSliding(int contact) const {
+        return m_contacts[size_t(contact)].mode == Mode::Slip && isDry(m_contacts[size_t(contact)]);
+    }
+    /**@}**/
+
+    /** @name For what they do **/
+    /**@{**/
+    /** Rates of those that stick; zero in the other rows. **/
+    void calcErrors(double* c) const;
+    /** The same of accelerations. @pre JointTerms::calcErrorDotDots() **/
+    void calcErrorDots(const double* u, const double* uDot, double* gDotDot);
+    /** r += w (s + c v). **/
+    void addInForces(const double* lambda, double* r) const;
+    /** Columns and couplings; after J and the columns of joints.
+    @param by  what the unknowns are: speeds or accelerations **/
+    void form(By by, NewtonSystem& system);
+    /** The same where none acts. **/
+    void formReleased(NewtonSystem& system) const;
+    void addInPower(const double* lambda, double& power) const;
+    /** How much s of a contact changes with multiplier k of its joint, at most, per μ. **/
+    double getLoadSlope(int contact, int k) const {
+        return m_contacts[size_t(contact)].loadSlope[size_t(k)];
+    }
+    /**@}**/
+
+    void visit(Checkpoint& checkpoint);
+
+private:
+    static constexpr int MaxRates = FrictionEquations::MaxRates;
+    using Vector = Eigen::Vector3d;  ///< entries beyond the rates are zero
+    enum class Mode : char { Released, Stick, Slip };
+    struct Contact {
+        const FrictionEquations* equations;
+        int numRates;
+        FrameRef F, M;
+        SimTK::SpatialVec D[2][MaxRates];       ///< w, of F and M
+        SimTK::SpatialVec slopes[2][MaxRates];  ///< Σ_k ∂s_i/∂v_k w_k
+        Vector rates = Vector::Zero(), accelerations = Vector::Zero();
+        double load = 0;
+        std::vector<double> loadSlope;  ///< ∂P/∂λ, of the joint's multipliers
+        Mode mode = Mode::Released, kept = Mode::Released;
+        Vector direction = Vector::Zero(), keptDirection = Vector::Zero();  ///< d
+        int numChanges = 0;
+
+        /** What the last matrix was formed with. **/
+        Mode formedMode = Mode::Released;
+        Vector formedDirection = Vector::Zero();
+        bool hasColumns = false;
+        std::vector<double> formedSlope;
+    };
+    void updateLoad(int contact, const double* lambda);
+    void writeForce(int contact, const Vector& force, double* lambda) const;
+    Vector calcSlidingForce(const Contact& contact, const Vector& direction) const;
+    static bool isOutdated(const Contact& contact);
+    static bool isDry(const Contact& contact);
+    /** s + c v of a rate. **/
+    double calcForce(int contact, int rate, const double* lambda) const;
+    void setColumns(NewtonSystem& system, bool areActive) const;
+
+    const Topology& m_topology;
+    const Blocks& m_blocks;
+    const JointTerms& m_joints;
+    std::vector<Contact> m_contacts;  ///< as in the topology
+    std::vector<double> m_diagonals;  ///< by row
+};
+
+}  // namespace simflex
