@@ -142,8 +142,10 @@ OffscreenVisualizer& OffscreenVisualizer::setShowReactions(bool show) {
 }
 
 OffscreenVisualizer& OffscreenVisualizer::setMultiplierSource(
-    std::function<SimTK::Vector(const State&, const Joint&)> multipliers) {
+    std::function<SimTK::Vector(const State&, const Joint&)> multipliers,
+    std::function<SimTK::SpatialVec(const State&, const Joint&)> friction) {
     impl->marks.settings.multipliers = std::move(multipliers);
+    impl->marks.settings.friction = std::move(friction);
     return *this;
 }
 

@@ -271,9 +271,12 @@ public:
     /** Where the multipliers of joints come from instead, such as an implicit run:
     @code viz.setShowReactions(true).setMultiplierSource(
         [&](const State&, const Joint& joint) { return integrator.getMultipliers(joint); });
-    @endcode States are then realized to Stage::Velocity only. **/
+    @endcode States are then realized to Stage::Velocity only.
+    @param friction  spatial force on M besides, at its origin and in Ground: see
+    JointFriction::calcForce(); Simbody knows nothing of it **/
     OffscreenVisualizer& setMultiplierSource(
-        std::function<SimTK::Vector(const SimTK::State&, const Joint&)> multipliers);
+        std::function<SimTK::Vector(const SimTK::State&, const Joint&)> multipliers,
+        std::function<SimTK::SpatialVec(const SimTK::State&, const Joint&)> friction = {});
     /** Values at the arrows; default hidden. **/
     OffscreenVisualizer& setShowReactionValues(bool show);
     /**@}**/

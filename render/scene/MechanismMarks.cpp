@@ -93,8 +93,8 @@ void MechanismMarks::append(const SimTK::System& system, const State& state, Fra
             continue;
         const Vector lambda =
             settings.multipliers ? settings.multipliers(state, joint) : joint.getMultipliers(state);
-        const SimTK::SpatialVec onM =
-            joint.calcReaction(state, lambda, Joint::Side::M, Joint::Side::M);
+        SimTK::SpatialVec onM = joint.calcReaction(state, lambda, Joint::Side::M, Joint::Side::M);
+        if (settings.friction) onM += settings.friction(state, joint);
         if (!onM[0].isFinite() || !onM[1].isFinite())
             throw std::runtime_error("the reaction of joint '" + joint.getName() +
                                      "' is not finite");

@@ -24,6 +24,8 @@ struct MarkSettings {
     /** λ of a joint; empty: Simbody's own, for which States are realized to Stage::Acceleration.
      * **/
     std::function<SimTK::Vector(const SimTK::State&, const Joint&)> multipliers;
+    /** What a joint does to M besides, at its origin and in Ground; empty: nothing. **/
+    std::function<SimTK::SpatialVec(const SimTK::State&, const Joint&)> friction;
 
     bool isEmpty() const { return !showInterfaces && !showJoints && !showReactions; }
 };

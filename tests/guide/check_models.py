@@ -109,6 +109,19 @@ class Models(unittest.TestCase):
         more = rest("--set", "parameters.load=1000")[0] - force
         self.assertAlmostEqual(more * lever / (400 * G * 6 * math.cos(tilt)), 1, delta=5e-3)
 
+    def test_pendulum_tears_off_where_its_sleeve_cannot_hold_it(self):
+        probes = run("froude_pendulum")["run/probes"]
+        angle, slip, balance = (probes[name][:].ravel() for name in ("angle", "slip", "balance"))
+        r, sticking = 0.06, 0.45
+        parts = [(math.pi * (1.4 * r)**2 * 0.04, 0), (0.03 * 0.2 * 0.02, 0.16), (0.09 * 0.03 * 0.03, 0.25)]
+        arm = sum(volume * y for volume, y in parts) / sum(volume for volume, _ in parts)
+        carried = [a for a, v in zip(angle, slip) if abs(v) < 1e-9]
+        # What turns with the shaft is a little heavier than what hangs, and rows are 0.01 s apart.
+        self.assertAlmostEqual(max(carried), math.asin(sticking * r / arm), delta=0.01)
+        self.assertGreater(len(carried), 100)
+        self.assertLess(max(slip) - min(slip), 10)
+        self.assertLess(max(abs(balance - balance[0])), 1e-5)
+
     def test_slider_crank_is_that_of_the_program(self):
         parts = OPTIONS.build / "parts"
         slider = run("slider_crank", "--set", "parameters.offset=0", "--set", "solver.method=bdf",

@@ -600,5 +600,93 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
                 HasSubstr("there is no joint or motion 'pivot'"));
 }
 
+/** 2 kg on a slide along x, gravity as on an incline. **/
+std::string makeIncline(const std::string& friction, const std::string& more = "") {
+    return "parameters: {incline: atan(0.4)}\n"
+           "gravity: [9.81*sin(incline), -9.81*cos(incline), 0]\n"
+           "bodies: {block: {mass: 2, shape: {box: [0.1, 0.1, 0.1]}}}\n"
+           "joints: {slide: {type: slider, between: [ground, block]" +
+           friction + "}}\n" + more;
+}
+
+const std::string kRubbing =
+    "probes:\n"
+    "  x: {position: block, component: x}\n"
+    "  force: {friction: slide}\n"
+    "  load: {friction: slide, what: load}\n"
+    "  rate: {friction: slide, what: rate}\n"
+    "  lost: {friction: slide, what: power}\n"
+    "  reaction: {reaction: slide}\n"
+    "  back: {reaction: slide, on: F, axes: M}\n"
+    "  balance: {energy: balance}\n";
+
+TEST_F(LawsTest, AJointOfAFileRubsByItsOwnReaction) {
+    const double angle = std::atan(0.4), across = 2 * 9.81 * std::cos(angle),
+                 pull = 2 * 9.81 * std::sin(angle);
+    Session session = start(makeIncline(", friction: {coulomb: 0.3, static: 0.35}", kRubbing));
+    const double a = pull / 2 - 0.3 * across / 2;
+    session.runTo(1, 0.1);
+    EXPECT_NEAR(get(session, "x"), a / 2, 1e-6);
+    EXPECT_NEAR(get(session, "force"), -0.3 * across, 1e-9);
+    EXPECT_NEAR(get(session, "load"), across, 1e-9);
+    EXPECT_NEAR(get(session, "rate"), a, 1e-6);
+    EXPECT_NEAR(get(session, "lost"), -0.3 * across * a, 1e-5);
+    const std::vector<double> reaction = session.get("reaction"), back = session.get("back");
+    EXPECT_NEAR(reaction[0], -0.3 * across, 1e-9);
+    EXPECT_NEAR(reaction[1], across, 1e-9);
+    for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(back[k], -reaction[k], 1e-9) << k;
+    EXPECT_NEAR(get(session, "balance"), 0, 1e-6);
+    // It sticks where it may.
+    Session held = start(makeIncline(", friction: {coulomb: 0.3, static: 0.41}", kRubbing));
+    held.runTo(10, 1);
+    EXPECT_LT(std::abs(get(held, "x")), 1e-12);
+    EXPECT_NEAR(get(held, "force"), -pull, 1e-9);
+    EXPECT_NEAR(get(held, "lost"), 0, 1e-12);
+}
+
+TEST_F(LawsTest, RunsSayWhatBecomesOfFriction) {
+    writeModel("simflex: 1\n" +
+               makeIncline(", friction: {coulomb: 0.3, static: 0.5}",
+                           "connectors: {hold: {type: spring, between: [{on: ground, position: "
+                           "[-1, 0, 0]}, block], stiffness: 100}}\n"
+                           "analyses:\n"
+                           "  rest: {type: static}\n"
+                           "  run: {type: transient, duration: 0.1}\n"
+                           "probes: {x: {position: block, component: x}, rub: {friction: "
+                           "slide}}\n"));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(err, HasSubstr("rest: is found without the friction of 'slide'"));
+    EXPECT_NEAR(find(read("rest"), "x").rows[0][0], 0.02 * 9.81 * std::sin(std::atan(0.4)), 1e-9);
+    EXPECT_EQ(find(read("rest"), "rub").rows[0][0], 0);
+    EXPECT_NEAR(find(read("run"), "x").rows.back()[0], 0, 1e-15);
+}
+
+TEST_F(LawsTest, WrongFrictionIsRefusedByName) {
+    const auto tell = [&](const std::string& friction) {
+        return findMistake(makeIncline(", friction: " + friction));
+    };
+    EXPECT_THAT(tell("{coulomb: -0.1}"),
+                HasSubstr("model.yaml:6:78: joints.slide.friction.coulomb"));
+    EXPECT_THAT(
+        tell("{coulomb: 0.2, static: 0.1}"),
+        HasSubstr("friction of joint 'slide': the coefficient of static friction is 0.1; it "
+                  "must not be below that of Coulomb friction"));
+    EXPECT_THAT(tell("{coulomb: 0.2, radius: 0.1}"), HasSubstr("a Slider has none"));
+    EXPECT_THAT(tell("{radius: 0.1}"), HasSubstr("give 'coulomb', 'static' or 'viscous'"));
+    EXPECT_THAT(tell("{coulom: 0.1}"), HasSubstr("did you mean 'coulomb'"));
+    EXPECT_THAT(findMistake(makeIncline("", "probes: {rub: {friction: slide}}\n")),
+                HasSubstr("joint 'slide' has no friction"));
+    const auto tellOf = [&](const std::string& joint) {
+        return findMistake(
+            "bodies: {block: {mass: 2, shape: {box: [1, 1, 1]}}}\n"
+            "joints: {seat: {between: [ground, block], " +
+            joint + "}}\n");
+    };
+    EXPECT_THAT(tellOf("type: weld, friction: {coulomb: 0.1}"),
+                HasSubstr("joints.seat.friction: 'friction' is for type pin, ball"));
+    EXPECT_THAT(tellOf("type: pin, friction: {coulomb: 0.1}"),
+                HasSubstr("a Pin with dry friction needs that of its bearing"));
+}
+
 }  // namespace
 }  // namespace simflex

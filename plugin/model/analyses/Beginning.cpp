@@ -3,7 +3,9 @@
 #include <regex>
 
 #include "simflex/body/JointEquations.h"
+#include "simflex/forces/JointFriction.h"
 #include "simflex/model/file/KnownTimes.h"
+#include "simflex/model/file/NearestName.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/RadauIntegrator.h"
@@ -123,6 +125,14 @@ std::string describeLostSpeeds(const Model& model) {
     if (model.makeInitialState().getU().normInf() == 0) return "";
     return "begins at static equilibrium, where everything is at rest: the model's initial "
            "velocities have no effect";
+}
+
+std::string nameRubbingJoints(const Model& model) {
+    std::vector<std::string> names;
+    for (const Model::JointEntry& entry : model.getJoints())
+        if (JointFriction::exists(model.getFlexibleBodies(), entry.joint))
+            names.push_back("'" + entry.name + "'");
+    return joinNames(names);
 }
 
 std::string nameBodies(const Model& model, const std::string& text) {

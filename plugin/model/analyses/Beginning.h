@@ -25,6 +25,9 @@ SimTK::State findStart(const Model& model, const std::function<void()>& observer
 otherwise empty: "begins at …". **/
 std::string describeLostSpeeds(const Model& model);
 
+/** Joints with friction, "'pin', 'slide'"; empty if there are none. **/
+std::string nameRubbingJoints(const Model& model);
+
 /** A message of the library in the words of the model: "rigid tree at body 3" becomes "slider", and
 "the motion of joint 'swing' jumps by 1 m or rad" becomes "the motion 'swing' of joint 'pin' jumps
 by 1 rad". **/

@@ -89,6 +89,8 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     results.q = {toNumbers(equilibrium.state.getQ())};
     results.statistics["iterations"] = equilibrium.numIterations;
     m_writer->add(results);
+    const std::string rubbing = nameRubbingJoints(*m_model);
+    if (!rubbing.empty()) warn(name, "is found without the friction of " + rubbing);
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
         m_remarks[name].push_back(nameBodies(*m_model, motion) +
                                   (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
@@ -126,6 +128,8 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         m_remarks[name].push_back(
             drawModes(*m_model, linear, modes, name, getUsualFolder(), m_options.listener));
     m_writer->add(results);
+    const std::string rubbing = nameRubbingJoints(*m_model);
+    if (!rubbing.empty()) m_remarks[name].push_back(rubbing + " stick and are held");
 }
 
 void ModelRun::runCampbell(const ModelValue& analysis) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/forces/JointFriction.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/builders/Seat.h"
 
@@ -21,6 +22,19 @@ double readNonZero(const ModelValue& value) {
     const double number = value.getNumber();
     if (number == 0) value.fail("it is 0, and must not be");
     return number;
+}
+
+void addFriction(const ModelValue& value, const Joint& joint, ModelSystem& system) {
+    FrictionCoefficients read;
+    read.coulomb = value.get("coulomb").getNumber();
+    const ModelValue breakaway = value.get("static");
+    if (value.has("static")) read.breakaway = breakaway.getNumber();
+    read.viscous = value.get("viscous").getNumber();
+    read.radius = value.get("radius").getNumber();
+    read.axialRadius = value.get("axial_radius").getNumber();
+    if (read.coulomb == 0 && read.viscous == 0 && !(read.breakaway > 0))
+        value.fail("it has none: give 'coulomb', 'static' or 'viscous'");
+    withPlace(value, [&] { JointFriction(system.flexible, joint, read); });
 }
 
 }  // namespace
@@ -132,6 +146,7 @@ void JointBuilder::addTo(ModelSystem& system) {
             const Joint joint =
                 couplings ? addCoupling(value, type, system) : addJoint(value, type, system);
             system.joints.push_back({name, joint});
+            if (value.has("friction")) addFriction(value.get("friction"), joint, system);
         }
     // As in the file.
     const std::vector<std::string> keys = _joints.getKeys();

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <mutex>
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
+#include "simflex/forces/JointFriction.h"
 #include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/file/ModelTexts.h"
@@ -13,16 +15,19 @@
 #include "simflex/model/pictures/ForcePictures.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
+#include "simflex/solver/BdfIntegrator.h"
 
 namespace simflex {
 namespace model {
 
 namespace fs = std::filesystem;
 using SimTK::Pi;
+using SimTK::SpatialVec;
 using SimTK::State;
 using SimTK::Transform;
 using SimTK::UnitVec3;
 using SimTK::Vec3;
+using SimTK::Vector;
 
 namespace {
 
@@ -159,6 +164,61 @@ void addPlots(const Model& model, const Results::Analysis& rows, OffscreenVisual
 
 }  // namespace
 
+namespace {
+
+/** Multipliers and friction of the State that is drawn: Simbody's lack the friction. **/
+class ReactionSource {
+public:
+    explicit ReactionSource(const Model& model) : m_model(model) {}
+
+    Vector getMultipliers(const State& state, const Joint& joint) {
+        const std::lock_guard<std::mutex> lock(m_mutex);
+        return find(state).getMultipliers(joint);
+    }
+    SpatialVec getFriction(const State& state, const Joint& joint) {
+        const FlexibleBodySubsystem& subsystem = m_model.getFlexibleBodies();
+        if (!JointFriction::exists(subsystem, joint)) return {Vec3(0), Vec3(0)};
+        const std::lock_guard<std::mutex> lock(m_mutex);
+        return JointFriction(subsystem, joint)
+            .calcForce(state, find(state).getFrictionForces(joint), Joint::Side::M);
+    }
+
+private:
+    const ImplicitIntegrator& find(const State& state) {
+        if (m_integrator && m_time == state.getTime() && (m_y - state.getY()).normInf() == 0)
+            return *m_integrator;
+        m_integrator = std::make_unique<BdfIntegrator>(m_model.getSystem());
+        m_integrator->initialize(state);
+        m_time = state.getTime();
+        m_y = state.getY();
+        return *m_integrator;
+    }
+
+    const Model& m_model;
+    std::mutex m_mutex;
+    std::unique_ptr<BdfIntegrator> m_integrator;
+    double m_time = 0;
+    Vector m_y;
+};
+
+void addReactions(const Model& model, OffscreenVisualizer& viz) {
+    const std::vector<Model::JointEntry>& joints = model.getJoints();
+    if (std::none_of(joints.begin(), joints.end(), [&](const Model::JointEntry& entry) {
+            return JointFriction::exists(model.getFlexibleBodies(), entry.joint);
+        }))
+        return;
+    const auto source = std::make_shared<ReactionSource>(model);
+    viz.setMultiplierSource(
+        [source](const State& state, const Joint& joint) {
+            return source->getMultipliers(state, joint);
+        },
+        [source](const State& state, const Joint& joint) {
+            return source->getFriction(state, joint);
+        });
+}
+
+}  // namespace
+
 const std::vector<Drawing>& getDrawings() {
     using Visualizer = OffscreenVisualizer;
     static const std::vector<Drawing> drawings = {
@@ -213,6 +273,7 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     for (const Model::BodyEntry& body : model.getBodies())
         if (body.flexible) viz->addFlexibleBody(*body.flexible);
     addForces(model, *viz);
+    addReactions(model, *viz);
     if (pictures.get("contour").getText() != "displacement" || pictures.get("range").isGiven())
         setContour(pictures, *viz);
     if (!isText(pictures.get("exaggeration"), "auto"))

@@ -2,6 +2,7 @@
 Probes of joints and prescribed motions. **/
 
 #include "simflex/body/JointEquations.h"
+#include "simflex/forces/JointFriction.h"
 #include "simflex/model/probes/ProbeKinds.h"
 #include "simflex/model/probes/TurnCounter.h"
 
@@ -122,6 +123,30 @@ Vector getMultipliers(const Model& model, const Joint& joint, const Moment& mome
     return multipliers;
 }
 
+Vector getFrictionForces(const Model& model, const Joint& joint, const Moment& moment) {
+    // They stand last, two numbers for each rate: the force, and one that is none.
+    const FlexibleBodySubsystem& subsystem = model.getFlexibleBodies();
+    const auto countRates = [&](const Joint& other) {
+        const bool rubs =
+            JointFriction::exists(subsystem, other) &&
+            !model.getMatter().getConstraint(other.getConstraintIndex()).isDisabled(moment.state);
+        return rubs ? JointFriction(subsystem, other).getNumRates() : 0;
+    };
+    int first = moment.multipliers.size();
+    for (JointIndex other = joint.getIndex(); other < subsystem.getNumJoints(); ++other)
+        first -= 2 * countRates(subsystem.getJoint(other));
+    const JointFriction friction(subsystem, joint);
+    Vector forces(friction.getNumRates(), 0.0);
+    if (countRates(joint) == 0) return forces;
+    for (int k = 0, done = 0; k < friction.getNumContacts(); ++k) {
+        const int rates = friction.getNumRates(k);
+        for (int i = 0; i < rates; ++i) forces[done + i] = -moment.multipliers[first + i];
+        done += rates;
+        first += 2 * rates;
+    }
+    return forces;
+}
+
 Probe makeJointCoordinates(const std::shared_ptr<const Model>& model, const Joint& joint,
                            int number) {
     return makeCoordinates(model, joint, number, Order::Value);
@@ -170,11 +195,52 @@ Probe makeReactionProbe(const ProbeSource& source) {
     probe.columns = {"x", "y", "z"};
     probe.calc = [model = source.model, joint, side, inAxes, row](const Moment& moment,
                                                                   double* values) {
-        const SpatialVec reaction = joint.calcReaction(
+        SpatialVec reaction = joint.calcReaction(
             moment.state, getMultipliers(*model, joint, moment), side, side, inAxes);
+        const FlexibleBodySubsystem& subsystem = model->getFlexibleBodies();
+        if (JointFriction::exists(subsystem, joint))
+            reaction += JointFriction(subsystem, joint)
+                            .calcForce(moment.state, getFrictionForces(*model, joint, moment), side,
+                                       inAxes);
         for (int k = 0; k < 3; ++k) values[k] = reaction[row][k];
     };
     return selectComponent(entry, std::move(probe));
+}
+
+Probe makeFrictionProbe(const ProbeSource& source) {
+    const ModelValue named = source.entry.get("friction");
+    const Joint joint = source.model->findJoint(named).joint;
+    const FlexibleBodySubsystem& subsystem = source.model->getFlexibleBodies();
+    if (!JointFriction::exists(subsystem, joint))
+        named.fail("joint '" + joint.getName() + "' has no friction");
+    const JointFriction friction(subsystem, joint);
+    const std::string what = source.entry.get("what").getText();
+    Probe probe;
+    int columns = friction.getNumRates();
+    if (what == "load") columns = friction.getNumContacts();
+    if (what == "power") columns = 1;
+    const bool turns = friction.turns();
+    probe.unit = what == "power"  ? "W"
+                 : what == "rate" ? (turns ? "rad/s" : "m/s")
+                                  : (turns ? "N m" : "N");
+    for (int k = 0; k < columns; ++k)
+        probe.columns.push_back(columns == 1 ? "" : std::to_string(k));
+    probe.calc = [model = source.model, friction, what](const Moment& moment, double* values) {
+        const Joint& rubbing = friction.getJoint();
+        const Vector multipliers = getMultipliers(*model, rubbing, moment),
+                     forces = getFrictionForces(*model, rubbing, moment);
+        if (what == "power") *values = 0;
+        for (int k = 0; k < friction.getNumContacts(); ++k) {
+            const JointFriction::Contact contact =
+                friction.calcContact(moment.state, multipliers, forces, k);
+            if (what == "power") *values += contact.power;
+            if (what == "load") *values++ = contact.load;
+            if (what != "force" && what != "rate") continue;
+            for (int i = 0; i < friction.getNumRates(k); ++i)
+                *values++ = what == "force" ? contact.force[i] : contact.rates[i];
+        }
+    };
+    return probe;
 }
 
 Probe makeDrivingProbe(const ProbeSource& source) {

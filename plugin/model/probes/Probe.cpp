@@ -27,6 +27,7 @@ const std::pair<const char*, Maker> kMakers[] = {
     {"distance_rate", makeDistanceRateProbe},
     {"joint_error", makeJointErrorProbe},
     {"reaction", makeReactionProbe},
+    {"friction", makeFrictionProbe},
     {"driving", makeDrivingProbe},
     {"energy", makeEnergyProbe},
     {"momentum", makeMomentumProbe},

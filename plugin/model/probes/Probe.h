@@ -20,7 +20,7 @@ class TurnCounter;
 struct Moment {
     const SimTK::State& state;           ///< realized to Stage::Velocity
     const SimTK::Vector& uDot;           ///< in Simbody's numbering; empty: at rest
-    const SimTK::Vector& multipliers;    ///< of all joints, then of Simbody's constraints
+    const SimTK::Vector& multipliers;    ///< see ImplicitIntegrator::getMultipliers()
     double work = 0;                     ///< of loads and dampers since the start [J]
     const TurnCounter* turns = nullptr;  ///< in a motion; null: angles are within half a turn
 

@@ -36,11 +36,12 @@ Probe makeMassCenterProbe(const ProbeSource& source);
 Probe makeStressProbe(const ProbeSource& source);
 Probe makeStrainProbe(const ProbeSource& source);
 
-/** coordinate rate joint_error reaction driving **/
+/** coordinate rate joint_error reaction friction driving **/
 Probe makeCoordinateProbe(const ProbeSource& source);
 Probe makeRateProbe(const ProbeSource& source);
 Probe makeJointErrorProbe(const ProbeSource& source);
 Probe makeReactionProbe(const ProbeSource& source);
+Probe makeFrictionProbe(const ProbeSource& source);
 Probe makeDrivingProbe(const ProbeSource& source);
 
 /** energy momentum **/

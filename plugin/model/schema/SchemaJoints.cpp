@@ -25,6 +25,35 @@ Forms jointCoordinate() {
                 })};
 }
 
+SchemaForm friction() {
+    return map(
+        "friction",
+        {
+            SchemaKey("coulomb", {number(0)}, "Coefficient of what slides.")
+                .orElse("0")
+                .such("0.1"),
+            SchemaKey("static", {number(0)}, "Coefficient up to which it sticks.")
+                .orElseNote("as what slides")
+                .such("0.12"),
+            SchemaKey("viscous", {number(0)},
+                      "Friction for each unit of speed (of a slider, cylinder or screw m/s, of a "
+                      "pin, ball or universal rad/s).")
+                .in("N s/m, N m s/rad")
+                .orElse("0")
+                .such("0.05"),
+            SchemaKey("radius", {number(0)},
+                      "Radius of the bearing, or mean radius of the thread; not of a slider.")
+                .in("m")
+                .orElse("0")
+                .such("0.01"),
+            SchemaKey("axial_radius", {number(0)},
+                      "Mean radius of the collar that carries a pin's axial force.")
+                .in("m")
+                .orElse("0")
+                .such("0.015"),
+        });
+}
+
 SchemaForm joint() {
     const std::vector<std::string> paired{
         "ball",   "pin",   "slider",        "weld",           "cylinder", "universal",
@@ -61,6 +90,12 @@ SchemaForm joint() {
                 .only({"rod"})
                 .orElseNote("the distance at the placement")
                 .such("0.25"),
+            SchemaKey("friction", {friction()},
+                      "Dry friction, by the joint's own force: without its axial part times "
+                      "radius (pin, cylinder), all of it times radius (ball, universal), across "
+                      "the slide, along the screw. Its moments do not count.")
+                .only({"pin", "ball", "slider", "cylinder", "universal", "screw"})
+                .such("{coulomb: 0.1, static: 0.12, radius: 0.01}"),
             SchemaKey("wheels", {list(jointCoordinate(), {2})},
                       "The two joints whose angles are coupled.")
                 .only({"gear"})

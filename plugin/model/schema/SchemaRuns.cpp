@@ -186,6 +186,7 @@ const std::vector<std::string>& getQuantities() {
                                                 "state",
                                                 "joint_error",
                                                 "reaction",
+                                                "friction",
                                                 "driving",
                                                 "stress",
                                                 "strain",
@@ -308,9 +309,18 @@ SchemaForm probe() {
             SchemaKey("joint_error", {name("a joint")}, "How far the joint is violated.")
                 .in("m, rad")
                 .such("main_bearing"),
-            SchemaKey("reaction", {name("a joint")}, "Force or torque of a joint.")
+            SchemaKey("reaction", {name("a joint")},
+                      "Force or torque of a joint, its friction included.")
                 .in("N, N m")
                 .such("main_bearing"),
+            SchemaKey("friction", {name("a joint")}, "What the friction of a joint does.")
+                .such("main_bearing"),
+            SchemaKey("what", {choice({"force", "load", "rate", "power"})},
+                      "Force or torque on M along the way it slides, the load that presses, the "
+                      "rate of sliding, or the power, which is lost.")
+                .with({"friction"})
+                .orElse("force")
+                .such("load"),
             SchemaKey("driving", {name("a motion")},
                       "Force that a motion takes, or torque where it leads an angle.")
                 .in("N, N m")
