@@ -105,7 +105,7 @@ frames:
   corner: {on: h, position: [0.1, 0, 0], rotation: [0, 0.1, 0]}
   tip: {on: a, node: 3, rotation: {axis: y, angle: 0.1}}
 joints:
-  p: {type: pin, between: [ground, {on: a.A, position: [0, 0, 0.01]}], axis: z, as_placed: true}
+  p: {type: pin, between: [ground, {on: a.A, position: [0, 0, 0.01]}], axis: z, as_placed: true, friction: {coulomb: 0.1, static: 0.12, viscous: 0.01, radius: 0.02, axial_radius: 0.03}}
   q: {type: pin, between: [ground, b.A], axis: [0, 1, 0]}
   s: {type: screw, between: [ground, c.A], pitch: 0.001}
   r: {type: rod, between: [d.A, e], length: 0.25}
@@ -138,6 +138,10 @@ states:
   smooth: {low_pass: {input: turning, time_constant: 0.1}}
   quick: {lead_lag: {input: smooth, lead: 0.1, lag: 0.2}}
   shaped: {transfer_function: {input: quick, numerator: [1], denominator: [1, 2]}}
+  limited: {rate_limit: {input: turned, rise: 1, fall: 2, time_constant: 0.1}}
+  linear: {state_space: {inputs: [turned, limited], outputs: [out], A: [[-1]], B: [[1, 0]], C: [[2]], D: [[0, 0.1]], initial: [0.5]}}
+  sampled: {sample_and_hold: {input: linear.out, period: 0.01}}
+  relay: {hysteresis: {input: turned, lower: -1, upper: 1, initial: 1}}
 events:
   begun: {when: t > 0.5, once: true, do: [{set: held, to: 2*t}, {release: drive}]}
   ended: {when: turned < 0 && t > 0.6, do: [{engage: drive}, {stop: true}]}
@@ -175,6 +179,7 @@ probes:
   far: {distance: [ground, {on: a.B, position: [0, 0, 0.1]}]}
   parting: {distance_rate: [ground, {on: a.B, position: [0, 0, 0.1]}]}
   kept: {state: held}
+  rubbed: {friction: p, what: power}
   hold: {reaction: p, part: torque, on: F, axes: M}
   motor: {driving: drive}
   energy: {energy: kinetic, body: a}
