@@ -1,12 +1,11 @@
 #include "simflex/forces/Signal.h"
 
-#include "simflex/forces/TurnState.h"
-
 #include <cmath>
 #include <set>
 
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/JointEquations.h"
+#include "simflex/forces/TurnState.h"
 
 namespace simflex {
 

@@ -23,6 +23,9 @@ that the file gives them.
 #include "simflex/model/file/ModelReader.h"
 
 namespace simflex {
+namespace model {
+class ModelTrigger;
+}
 
 struct ModelSystem;
 
@@ -143,7 +146,7 @@ struct ModelSystem {
     std::shared_ptr<std::vector<Occurrence>> occurrences =
         std::make_shared<std::vector<Occurrence>>();
     /** All that waits for the motion: events and relays. **/
-    std::vector<const SimTK::TriggeredEventHandler*> triggers;
+    std::vector<const model::ModelTrigger*> triggers;
     /** Why a law had no value when it was asked last. **/
     std::shared_ptr<std::string> lawFailure = std::make_shared<std::string>();
     /** States that begin at the value of a signal, by number. **/

@@ -1,7 +1,7 @@
 #include "simflex/model/builders/EventBuilder.h"
 
 #include "simflex/body/Assembly.h"
-#include "simflex/model/builders/HeldStates.h"
+#include "simflex/model/builders/ModelTrigger.h"
 
 namespace simflex {
 namespace model {
@@ -15,29 +15,18 @@ using Action = std::function<bool(State& state)>;
 
 /** Of a condition's margin: less is round-off, of what is welded, say. **/
 constexpr Real LeastMargin = 1e-9;
-/** Events at one time, each set off by another. **/
-constexpr int LongestCascade = 1000;
-
-class ModelEvent;
-using ModelEvents = std::vector<const ModelEvent*>;
 
 /** Waits for its condition to hold, and once it has happened for it to end, so that round-off about
 the margin makes no second event. **/
-class ModelEvent : public TriggeredEventHandler {
+class ModelEvent : public ModelTrigger {
 public:
-    ModelEvent(const ModelSystem& system, std::shared_ptr<ModelEvents> all, const std::string& name,
-               const Signal& margin, int count, bool isOnce, std::vector<Action> actions)
-        : TriggeredEventHandler(Stage::Velocity),
-          m_system(system),
-          m_all(std::move(all)),
-          m_name(name),
+    ModelEvent(const ModelSystem& system, const std::string& name, const Signal& margin, int count,
+               bool isOnce, std::vector<Action> actions)
+        : ModelTrigger(system, name),
           m_margin(margin),
           m_count(count),
           m_isOnce(isOnce),
-          m_actions(std::move(actions)) {
-        getTriggerInfo().setTriggerOnFallingSignTransition(false);
-        m_all->push_back(this);
-    }
+          m_actions(std::move(actions)) {}
 
     /** Never 0, which Simbody would not see the end of. **/
     Real getValue(const State& state) const override {
@@ -47,11 +36,16 @@ public:
         return value == 0 ? -LeastMargin : value;
     }
 
-    void handleEvent(State& state, Real, bool& shouldTerminate) const override {
-        changeWithTriggers(m_system, state, shouldTerminate, [&] {
-            ModelEvents happened;
-            happen(state, shouldTerminate, happened);
-        });
+    void act(State& state, bool& shouldTerminate) const override {
+        const bool happens = isWaiting(state);
+        set(state, EventState::Waiting, happens ? 0 : 1);
+        if (!happens) return;
+        set(state, EventState::Count, get(state, EventState::Count) + 1);
+        for (const Action& action : m_actions) {
+            m_system.system.realize(state, Stage::Velocity);
+            shouldTerminate |= action(state);
+        }
+        m_system.occurrences->push_back({getName(), state.getTime()});
     }
 
 private:
@@ -64,41 +58,7 @@ private:
         m_system.flexible.setStateValue(state, m_count + int(which), value);
     }
     bool isWaiting(const State& state) const { return get(state, EventState::Waiting) > 0.5; }
-    void waitAgain(State& state) const { set(state, EventState::Waiting, 1); }
 
-    void happen(State& state, bool& shouldTerminate, ModelEvents& happened) const {
-        if (!isWaiting(state)) return waitAgain(state);
-        happened.push_back(this);
-        if (int(happened.size()) > LongestCascade)
-            throw std::runtime_error(
-                "events set each other off without end at t = " + std::to_string(state.getTime()) +
-                " s: '" + happened[happened.size() - 2]->m_name + "', then '" + m_name + "'");
-        std::vector<Real> before;
-        for (const ModelEvent* other : *m_all) before.push_back(other->getValue(state));
-        set(state, EventState::Waiting, 0);
-        set(state, EventState::Count, get(state, EventState::Count) + 1);
-        for (const Action& action : m_actions) {
-            m_system.system.realize(state, Stage::Velocity);
-            shouldTerminate |= action(state);
-        }
-        m_system.occurrences->push_back({m_name, state.getTime()});
-        m_system.system.realize(state, Stage::Velocity);
-        // What it has done may end what some of them, and begin what others wait for; that was
-        // not so before, or their own turn comes.
-        const auto isDue = [&](size_t i, bool isWaiting) {
-            const ModelEvent& other = *(*m_all)[i];
-            return (&other == this || before[i] < 0) && other.isWaiting(state) == isWaiting &&
-                   other.getValue(state) > 0;
-        };
-        for (size_t i = 0; i < m_all->size(); ++i)
-            if (isDue(i, false)) (*m_all)[i]->waitAgain(state);
-        for (size_t i = 0; i < m_all->size(); ++i)
-            if (isDue(i, true)) (*m_all)[i]->happen(state, shouldTerminate, happened);
-    }
-
-    const ModelSystem& m_system;
-    std::shared_ptr<ModelEvents> m_all;
-    std::string m_name;
     Signal m_margin;
     int m_count;
     bool m_isOnce;
@@ -165,7 +125,6 @@ void addEventCounts(const ModelValue& file, SignalBuilder& signals) {
 
 void addEvents(const ModelValue& file, SignalBuilder& signals, ModelSystem& system) {
     const ModelValue events = file.get("events");
-    const auto all = std::make_shared<ModelEvents>();
     for (const std::string& name : events.getKeys()) {
         const ModelValue value = events.get(name), list = value.get("do");
         std::vector<Action> actions;
@@ -174,10 +133,9 @@ void addEvents(const ModelValue& file, SignalBuilder& signals, ModelSystem& syst
         const Signal margin = signals.makeMargin(value.get("when"));
         const int count = signals.findState(value);
         system.events.push_back({name, margin, count + int(SignalBuilder::EventState::Waiting)});
-        auto* event = new ModelEvent(system, all, name, margin, count, value.get("once").getBool(),
-                                     std::move(actions));
-        system.triggers.push_back(event);
-        system.system.addEventHandler(event);
+        addTrigger(new ModelEvent(system, name, margin, count, value.get("once").getBool(),
+                                  std::move(actions)),
+                   system);
     }
 }
 

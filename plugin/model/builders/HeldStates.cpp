@@ -3,15 +3,14 @@
 #include <cmath>
 #include <limits>
 
+#include "simflex/model/builders/ModelTrigger.h"
+
 namespace simflex {
 namespace model {
 
 using namespace SimTK;
 
 namespace {
-
-/** Changes within changes. **/
-constexpr int LongestChain = 300;
 
 class SamplingHandler : public ScheduledEventHandler {
 public:
@@ -56,12 +55,10 @@ private:
     std::vector<Sampling> m_samplings;
 };
 
-class RelayHandler : public TriggeredEventHandler {
+class RelayTrigger : public ModelTrigger {
 public:
-    RelayHandler(const ModelSystem& system, const Relay& relay)
-        : TriggeredEventHandler(Stage::Velocity), m_system(system), m_relay(relay) {
-        getTriggerInfo().setTriggerOnFallingSignTransition(false);
-    }
+    RelayTrigger(const ModelSystem& system, const Relay& relay)
+        : ModelTrigger(system, relay.name), m_relay(relay) {}
 
     /** Never 0, which is no sign. **/
     Real getValue(const State& state) const override {
@@ -70,11 +67,8 @@ public:
         return beyond == 0 ? -std::numeric_limits<Real>::min() : beyond;
     }
 
-    void handleEvent(State& state, Real, bool& shouldTerminate) const override {
-        changeWithTriggers(
-            m_system, state, shouldTerminate,
-            [&] { m_system.flexible.setStateValue(state, m_relay.value, isOn(state) ? 0 : 1); },
-            this);
+    void act(State& state, bool&) const override {
+        m_system.flexible.setStateValue(state, m_relay.value, isOn(state) ? 0 : 1);
     }
 
 private:
@@ -82,34 +76,10 @@ private:
         return m_system.flexible.getStateValue(state, m_relay.value) > 0.5;
     }
 
-    const ModelSystem& m_system;
     Relay m_relay;
 };
 
 }  // namespace
-
-void changeWithTriggers(const ModelSystem& system, State& state, bool& shouldTerminate,
-                        const std::function<void()>& change, const TriggeredEventHandler* own) {
-    thread_local int depth = 0;
-    struct Link {
-        Link() { ++depth; }
-        ~Link() { --depth; }
-    } link;
-    if (depth > LongestChain)
-        throw std::runtime_error("relays and events set each other off without end at t = " +
-                                 std::to_string(state.getTime()) + " s");
-    system.system.realize(state, Stage::Velocity);
-    std::vector<Real> before;
-    for (const TriggeredEventHandler* trigger : system.triggers)
-        before.push_back(trigger == own ? -1 : trigger->getValue(state));
-    change();
-    system.system.realize(state, Stage::Velocity);
-    for (size_t i = 0; i < before.size(); ++i)
-        if (before[i] < 0 && system.triggers[i]->getValue(state) > 0) {
-            system.triggers[i]->handleEvent(state, 0, shouldTerminate);
-            system.system.realize(state, Stage::Velocity);
-        }
-}
 
 double countSamples(double time, double period) {
     const double nearest = std::round(time / period);
@@ -124,9 +94,7 @@ void addSamplings(const std::vector<Sampling>& samplings, ModelSystem& system) {
 }
 
 void addRelay(const Relay& relay, ModelSystem& system) {
-    auto* handler = new RelayHandler(system, relay);
-    system.triggers.push_back(handler);
-    system.system.addEventHandler(handler);
+    addTrigger(new RelayTrigger(system, relay), system);
 }
 
 }  // namespace model

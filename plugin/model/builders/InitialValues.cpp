@@ -110,6 +110,13 @@ std::vector<JointStart> readJointStarts(const ModelValue& file) {
     return starts;
 }
 
+double findStartValue(const ModelValue& file, const std::string& joint, int coordinate) {
+    for (const JointStart& start : readJointStarts(file))
+        if (start.value && start.joint.getName() == joint && start.coordinate == coordinate)
+            return *start.value;
+    return 0;
+}
+
 void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
                  const ModelSystem& system, State& state) {
     const ModelValue bodies = file.get("bodies"), initial = file.get("initial").get("bodies");
@@ -160,8 +167,8 @@ void JointLeader::addTo(ModelSystem& system, const std::vector<JointStart>& star
         const auto isCalledSo = [&](const auto& entry) { return entry.name == name; };
         if (std::none_of(system.joints.begin(), system.joints.end(), isCalledSo) &&
             std::any_of(system.bodies.begin(), system.bodies.end(), isCalledSo))
-            start.joint.fail("'" + name + "' is a body: its " + what +
-                             " stand in initial.bodies." + name);
+            start.joint.fail("'" + name + "' is a body: its " + what + " stand in initial.bodies." +
+                             name);
         const Joint joint = findEntry(system.joints, "joint", name, start.joint).joint;
         if (joint.getNumCoordinates() == 0)
             start.joint.fail("joints of its type have no " + std::string(what) +

@@ -14,6 +14,8 @@ struct JointStart {
     std::optional<double> value, rate;
 };
 std::vector<JointStart> readJointStarts(const ModelValue& file);
+/** What the file gives a coordinate of a joint to begin with; 0: nothing. **/
+double findStartValue(const ModelValue& file, const std::string& joint, int coordinate);
 
 /** As placed, with velocities and modes of bodies; joints are not assembled.
 @throws ModelError if a mobilizer cannot put its body where it is placed. **/

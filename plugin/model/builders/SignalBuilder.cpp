@@ -318,7 +318,7 @@ private:
         if (!(m_lower < m_upper)) m_block.get("lower").fail("it must be less than 'upper'");
     }
     void addRelayOf(const Signal& input) {
-        addRelay({m_indices[0], m_lower, m_upper, input}, m_system);
+        addRelay({getName(), m_indices[0], m_lower, m_upper, input}, m_system);
         const double lower = m_lower, upper = m_upper,
                      initial = m_block.get("initial").getInteger();
         m_system.followers.push_back(
@@ -591,11 +591,8 @@ Signal SignalBuilder::makeCoordinate(const ModelValue& value) {
     if (value.isMap() && value.has("body")) return makeOfMobilizer(value, false);
     return withPlace(value, [&, found = findCoordinateOf(value)] {
         const std::string joint = readJointCoordinate(value).first.getText();
-        double start = 0;
-        for (const JointStart& given : readJointStarts(_file))
-            if (given.value && given.joint.getName() == joint && given.coordinate == found.second)
-                start = *given.value;
-        return Signal::turnedAngle(_system.flexible, found.first, found.second, start);
+        return Signal::turnedAngle(_system.flexible, found.first, found.second,
+                                   findStartValue(_file, joint, found.second));
     });
 }
 

@@ -21,16 +21,13 @@ constexpr size_t kNumbersPerAngle = 3;
 }  // namespace
 
 TurnCounter::TurnCounter(const Model& model) : _model(model) {
-    const std::vector<JointStart> starts = readJointStarts(model.getFile());
     for (const Model::JointEntry& entry : model.getJoints())
         for (int k = 0; k < entry.joint.getNumCoordinates(); ++k) {
             if (!entry.joint.getEquations().getCoordinate(k).isPeriodic()) continue;
             Angle angle;
             angle.joint = entry.joint.getIndex();
             angle.coordinate = k;
-            for (const JointStart& given : starts)
-                if (given.value && given.joint.getName() == entry.name && given.coordinate == k)
-                    angle.start = *given.value;
+            angle.start = findStartValue(model.getFile(), entry.name, k);
             _angles.push_back(angle);
         }
 }

@@ -185,18 +185,17 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs)
 
 /** Whether nothing but round-off restores a motion. **/
 bool isFree(const ReducedPencil& pencil, const VectorXcd& y) {
+    if (pencil.numStates > 0) {
+        // Nor may states change: all equations are looked at.
+        const double parts = (pencil.K.cwiseAbs() * y.cwiseAbs()).maxCoeff();
+        return (pencil.K * y).cwiseAbs().maxCoeff() <= RoundOffOfSum * parts;
+    }
     const VectorXcd x = pencil.basis * y;
     const VectorXd sizes = x.cwiseAbs();
     const double work = std::abs(Complex(x.dot(pencil.fullK * x)));
     const double parts = sizes.dot(pencil.fullK.cwiseAbs() * sizes);
     const double modalMass = std::real(Complex(y.dot(pencil.M * y)));
     return work <= RoundOffOfSum * parts + pencil.zero * modalMass;
-}
-
-/** Whether neither coordinates nor states would change, but for round-off. **/
-bool isStationary(const ReducedPencil& pencil, const VectorXcd& y) {
-    const double parts = (pencil.K.cwiseAbs() * y.cwiseAbs()).maxCoeff();
-    return (pencil.K * y).cwiseAbs().maxCoeff() <= RoundOffOfSum * parts;
 }
 
 /** Directions among which are all that nothing restores. **/
@@ -217,7 +216,7 @@ std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
             calcSymmetricEigen(KV.transpose() * KV, MatrixXd::Identity(V.cols(), V.cols()));
         for (Eigen::Index k = 0; k < V.cols(); ++k) {
             const VectorXcd y = (V * eigen.vectors.col(k)).cast<Complex>();
-            if (isStationary(pencil, y)) motions.push_back(y);
+            if (isFree(pencil, y)) motions.push_back(y);
         }
         return motions;
     }
@@ -288,13 +287,11 @@ void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
     std::stable_sort(others.begin(), others.end(), [](const PencilMode& a, const PencilMode& b) {
         return std::abs(a.nu) < std::abs(b.nu);
     });
-    const auto isAtRest = [&](const VectorXcd& y) {
-        return pencil.numStates > 0 ? isStationary(pencil, y) : isFree(pencil, y);
-    };
     for (size_t k = 0; k < others.size(); ++k) {
         const PencilMode& pair = others[k];
         const double size = std::abs(pair.nu);
-        if (k < 2 * free.size() && (size < NearestZero || (size < NearZero && isAtRest(pair.y))))
+        if (k < 2 * free.size() &&
+            (size < NearestZero || (size < NearZero && isFree(pencil, pair.y))))
             continue;
         if (pair.nu.imag() >= 0) pairs.push_back(pair);
     }
