@@ -385,6 +385,50 @@ Array_<FrameMotion> FlexibleBodySubsystem::Guts::calcMotions(
     return motions;
 }
 
+Vector FlexibleBodySubsystem::getHolding(const State& state) const {
+    const SimbodyMatterSubsystem& matter = getGuts().getMatter();
+    const int numConstraints = matter.getNumConstraints();
+    Vector holding(numConstraints + getNumJoints());
+    for (ConstraintIndex c(0); c < numConstraints; ++c)
+        holding[c] = matter.getConstraint(c).isDisabled(state) ? 0 : 1;
+    for (JointIndex j(0); j < getNumJoints(); ++j)
+        holding[numConstraints + j] = getGuts().getHeld(state, j);
+    return holding;
+}
+
+void FlexibleBodySubsystem::setHolding(State& state, const Vector& holding) const {
+    const SimbodyMatterSubsystem& matter = getGuts().getMatter();
+    const int numConstraints = matter.getNumConstraints();
+    if (holding.size() != numConstraints + getNumJoints())
+        throw std::invalid_argument("what a State holds together is that of another system");
+    for (ConstraintIndex c(0); c < numConstraints; ++c) {
+        const Constraint& constraint = matter.getConstraint(c);
+        if (constraint.isDisabled(state) != (holding[c] != 0)) continue;
+        if (holding[c] != 0)
+            constraint.enable(state);
+        else
+            constraint.disable(state);
+    }
+    for (JointIndex j(0); j < getNumJoints(); ++j)
+        if (getGuts().joint(j).equations->isLock())
+            getGuts().setHeld(state, j, holding[numConstraints + j]);
+}
+
+JointEquations::Drive FlexibleBodySubsystem::Guts::calcDrive(const State& state,
+                                                             JointIndex index) const {
+    return joint(index).equations->calcDrive(state.getTime(), getHeld(state, index));
+}
+
+Real FlexibleBodySubsystem::Guts::getHeld(const State& state, JointIndex index) const {
+    const DiscreteVariableIndex variable = m_held.at(size_t(index));
+    return variable.isValid() ? Value<Real>::downcast(getDiscreteVariable(state, variable)).get()
+                              : 0;
+}
+
+void FlexibleBodySubsystem::Guts::setHeld(State& state, JointIndex index, Real value) const {
+    Value<Real>::updDowncast(updDiscreteVariable(state, m_held.at(size_t(index)))) = value;
+}
+
 void FlexibleBodySubsystem::Guts::setWeights(State& state, Weights weights) const {
     // (Ω_i ξ_i)²/2 is a mode's strain energy: all of it is dear against rigid motions.
     constexpr Real StrainFactor = 100;
@@ -451,6 +495,10 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemTopologyImpl(State& state) cons
         if (record.stiffened)
             m_stiffening[size_t(record.index)] = allocateDiscreteVariable(
                 state, Stage::Instance, new Value<int>(record.isStiffenedByDefault));
+    m_held.assign(m_joints.size(), DiscreteVariableIndex());
+    for (size_t j = 0; j < m_joints.size(); ++j)
+        if (m_joints[j].equations->isLock())
+            m_held[j] = allocateDiscreteVariable(state, Stage::Instance, new Value<Real>(0));
     return 0;
 }
 

@@ -53,6 +53,11 @@ public:
     FlexibleBody getBody(FlexibleBodyIndex index) const;
     int getNumJoints() const;
     Joint getJoint(JointIndex index) const;
+    /** What a State holds together beyond its coordinates: 1 for each of Simbody's constraints that
+    is enabled, 0 for others, then where each joint is locked. Stage::Model. **/
+    SimTK::Vector getHolding(const SimTK::State& state) const;
+    /** @throws std::invalid_argument if it is of another system. **/
+    void setHolding(SimTK::State& state, const SimTK::Vector& holding) const;
 
     /** Adds a force element; the subsystem takes it over. **/
     void adoptForceElement(std::unique_ptr<ForceElement> element);

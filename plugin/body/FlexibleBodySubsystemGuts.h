@@ -124,6 +124,12 @@ public:
     SimTK::Array_<FrameMotion> calcMotions(const SimTK::State& state,
                                            const SimTK::Array_<Attachment>& attachments) const;
 
+    /** What drives a joint in a State. Stage::Time. **/
+    JointEquations::Drive calcDrive(const SimTK::State& state, JointIndex index) const;
+    /** Where a lock holds its coordinate, an Instance-stage variable; 0 of other joints. **/
+    SimTK::Real getHeld(const SimTK::State& state, JointIndex index) const;
+    void setHeld(SimTK::State& state, JointIndex index, SimTK::Real value) const;
+
     /** Number of the first state's value among all z of a State. Stage::Model. **/
     int getFirstZ(const SimTK::State& state) const {
         return int(state.getZStart(getMySubsystemIndex()));
@@ -182,6 +188,7 @@ private:
     mutable SimTK::DiscreteVariableIndex m_nativeForces, m_knownUDot;
     mutable std::shared_ptr<InertiaCoupling> m_coupling;             ///< null if no body has modes
     mutable std::vector<SimTK::DiscreteVariableIndex> m_stiffening;  ///< by body; invalid: no data
+    mutable std::vector<SimTK::DiscreteVariableIndex> m_held;        ///< by joint; invalid: no lock
 };
 
 inline Eigen::Vector3d toEigen(const SimTK::Vec3& v) {

@@ -93,8 +93,8 @@ const JointEquations& Joint::getEquations() const {
 
 Vector Joint::calcPositionErrors(const State& state) const {
     Vector errors(getNumEquations());
-    getEquations().calcErrors(getEquations().calcDrive(state.getTime()),
-                              Motions(*this, state).frames(), errors.updContiguousScalarData());
+    getEquations().calcErrors(guts().calcDrive(state, m_index), Motions(*this, state).frames(),
+                              errors.updContiguousScalarData());
     return errors;
 }
 
@@ -135,7 +135,7 @@ SpatialVec Joint::calcReaction(const State& state, const Vector& multipliers, Si
     const Motions motions(*this, state);
     const Transform &F = motions[first].X, &M = motions[first + 1].X;
     std::vector<SpatialVec> D(numRows * size_t(equations.getNumFrames()));
-    equations.calcJacobian(equations.calcDrive(state.getTime()), motions.frames(), D.data());
+    equations.calcJacobian(guts().calcDrive(state, m_index), motions.frames(), D.data());
     const SpatialVec* rows = &D[numRows * (on == Side::F ? first : first + 1)];
     SpatialVec force(Vec3(0), Vec3(0));
     for (size_t k = 0; k < numRows; ++k) force -= multipliers[int(k)] * rows[k];
@@ -421,5 +421,33 @@ Joint::Coupler::Coupler(FlexibleBodySubsystem& subsystem, const std::vector<Term
 Joint::Coupler::Coupler(FlexibleBodySubsystem& subsystem, const std::vector<Term>& terms,
                         Real constant, const std::string& name)
     : Joint(subsystem, makeCoupler(terms, constant, name), listFrames(terms), name) {}
+
+Joint::Lock::Lock(FlexibleBodySubsystem& subsystem, const Coordinate& coordinate,
+                  const std::string& name)
+    : Joint(subsystem, share(JointEquations::makeLock(coordinate.getCoordinate())),
+            {coordinate.getFrameF(), coordinate.getFrameM()}, name) {
+    subsystem.updGuts().updMatter().updConstraint(getConstraintIndex()).setDisabledByDefault(true);
+}
+
+void Joint::Lock::lock(State& state) const {
+    lockAt(state, calcCoordinates(state)[0]);
+}
+
+void Joint::Lock::lockAt(State& state, Real value) const {
+    guts().setHeld(state, getIndex(), value);
+    guts().getMatter().getConstraint(getConstraintIndex()).enable(state);
+}
+
+void Joint::Lock::unlock(State& state) const {
+    guts().getMatter().getConstraint(getConstraintIndex()).disable(state);
+}
+
+bool Joint::Lock::isLocked(const State& state) const {
+    return !guts().getMatter().getConstraint(getConstraintIndex()).isDisabled(state);
+}
+
+Real Joint::Lock::getLockValue(const State& state) const {
+    return guts().getHeld(state, getIndex());
+}
 
 }  // namespace simflex

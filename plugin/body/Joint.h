@@ -47,6 +47,7 @@ public:
     class PrescribedPosition;     ///< M's origin in F is a function of time (3)
     class PrescribedPose;         ///< M's place and axes in F are (6)
     class Gear;                   ///< teeth of two turning wheels mesh (1)
+    class Lock;                   ///< holds a coordinate where it is found (1); at first nothing
     class Coupler;                ///< a linear relation between coordinates of joints (1)
 
     class Coordinate;  ///< what couplers couple
@@ -303,6 +304,23 @@ public:
             const std::string& name = "");
     Coupler(FlexibleBodySubsystem& subsystem, const std::vector<Term>& terms, SimTK::Real constant,
             const std::string& name = "");
+};
+
+/** Holds a coordinate where it is when lock() is called, until unlock(): a brake, a clutch, a
+latch, for event handlers. In a fresh State it holds nothing. **/
+class Joint::Lock : public Joint {
+public:
+    Lock(FlexibleBodySubsystem& subsystem, const Coordinate& coordinate,
+         const std::string& name = "");
+
+    /** Speeds stay what they are: assemble() makes them fit. Stage::Velocity. **/
+    void lock(SimTK::State& state) const;
+    /** @param value  [rad or m] **/
+    void lockAt(SimTK::State& state, SimTK::Real value) const;
+    void unlock(SimTK::State& state) const;
+    bool isLocked(const SimTK::State& state) const;
+    /** Where it holds the coordinate, or did last [rad or m]. **/
+    SimTK::Real getLockValue(const SimTK::State& state) const;
 };
 
 }  // namespace simflex

@@ -23,7 +23,9 @@ public:
     JointImplementation(const FlexibleBodySubsystem::Guts& guts, SimbodyMatterSubsystem& matter,
                         const JointRecord& joint)
         : Constraint::Custom::Implementation(matter, joint.equations->getNumEquations(), 0, 0),
-          m_equations(joint.equations) {
+          m_equations(joint.equations),
+          m_subsystem(guts.getMySubsystemIndex()),
+          m_index(int(guts.joints().size())) {
         for (const Attachment& frame : joint.frames)
             m_sides.push_back(makeSide(guts, matter, frame));
         // With Ground among the bodies the ancestor frame is Ground, as JointEquations assume.
@@ -109,8 +111,12 @@ private:
         const SimbodyMatterSubsystem& matter = getMatterSubsystem();
         // Simbody 3.7 takes an entry for up to date in a copy of a State whose time was set last.
         auto& kept = Value<DriveAtTime>::updDowncast(matter.updCacheEntry(state, m_drive)).upd();
-        if (!matter.isCacheValueRealized(state, m_drive) || kept.time != state.getTime()) {
-            kept.drive = m_equations->calcDrive(state.getTime());
+        if (!matter.isCacheValueRealized(state, m_drive) || kept.time != state.getTime() ||
+            m_equations->isLock()) {
+            const Subsystem& subsystem = matter.getSystem().getSubsystem(m_subsystem);
+            kept.drive =
+                dynamic_cast<const FlexibleBodySubsystem::Guts&>(subsystem.getSubsystemGuts())
+                    .calcDrive(state, m_index);
             kept.time = state.getTime();
             matter.markCacheValueRealized(state, m_drive);
         }
@@ -216,6 +222,8 @@ private:
     }
 
     std::shared_ptr<const JointEquations> m_equations;
+    SubsystemIndex m_subsystem;
+    JointIndex m_index;
     std::vector<Side> m_sides;
     int m_numModes = 0;  ///< of all sides
     mutable CacheEntryIndex m_drive;

@@ -195,8 +195,16 @@ JointEquations JointEquations::makeCoupler(const char* kind,
     return equations;
 }
 
-JointEquations::Drive JointEquations::calcDrive(Real time) const {
+JointEquations JointEquations::makeLock(const JointCoordinate& coordinate) {
+    JointEquations equations =
+        makeCoupler("Lock", {coordinate}, {1}, 0, coordinate.isPeriodic() ? 2 * SimTK::Pi : 0);
+    equations.m_isLock = true;
+    return equations;
+}
+
+JointEquations::Drive JointEquations::calcDrive(Real time, Real held) const {
     Drive drive;
+    drive.held = held;
     if (m_motion) drive.motions[0] = m_motion(time);
     if (m_position) {
         const std::array<Vec3, 3> p = m_position(time);
@@ -212,8 +220,8 @@ const FrameMotion& JointEquations::driveF(const Drive& drive, Frames frames,
     return driven.emplace(moveAlong(*frames[0], drive.pose));
 }
 
-Real JointEquations::calcCoupledError(Frames frames) const {
-    Real sum = -m_constant;
+Real JointEquations::calcCoupledError(const Drive& drive, Frames frames) const {
+    Real sum = -m_constant - drive.held;
     for (int i = 0; i < getNumCoordinates(); ++i)
         sum += m_coefficients[unsigned(i)] *
                getCoordinate(i).calcValue(frames[2 * i]->X, frames[2 * i + 1]->X);
@@ -248,7 +256,7 @@ void JointEquations::calcErrors(const Drive& drive, Frames frames, Real* errors)
                 *errors++ = offset.norm() - m_length;
                 break;
             case RowKind::Coupled:
-                *errors++ = calcCoupledError(frames);
+                *errors++ = calcCoupledError(drive, frames);
                 break;
         }
     }

@@ -20,7 +20,8 @@ A coupler is one row between the coordinates of several pairs of frames,
 
     e = Σ c_i q_i(F_i, M_i) − c₀    wrapped to ± half its period
 
-where a turn of any angle is a whole number of periods: so it counts turns by angles alone. **/
+where a turn of any angle is a whole number of periods: so it counts turns by angles alone. A lock
+is one whose c₀ is kept in a State. **/
 
 #include <array>
 #include <functional>
@@ -75,20 +76,26 @@ public:
                                       const std::vector<JointCoordinate>& coordinates,
                                       const std::vector<SimTK::Real>& coefficients,
                                       SimTK::Real constant, SimTK::Real period);
+    /** Holds a coordinate at Drive::held. **/
+    static JointEquations makeLock(const JointCoordinate& coordinate);
 
     const char* getKind() const { return m_kind; }
     int getNumEquations() const { return int(m_rows.size()); }
     int getNumFrames() const { return isCoupler() ? 2 * getNumCoordinates() : 2; }
     bool dependsOnTime() const { return m_motion || m_position || m_pose; }
     bool isCoupler() const { return !m_coefficients.empty(); }
+    bool isLock() const { return m_isLock; }
 
-    /** What functions of time drive rows to at one time; nothing of joints that have none. **/
+    /** What functions of time drive rows to at one time, and what a lock holds; nothing of other
+     * joints. **/
     struct Drive {
         SimTK::Vec3 motions[3] = {SimTK::Vec3(0), SimTK::Vec3(0), SimTK::Vec3(0)};
         FrameMotion pose;
+        SimTK::Real held = 0;
     };
-    /** Asks each function once. **/
-    Drive calcDrive(SimTK::Real time) const;
+    /** Asks each function once.
+    @param held  of a lock, from the State **/
+    Drive calcDrive(SimTK::Real time, SimTK::Real held = 0) const;
 
     /** Writes getNumEquations() position errors [m or 1 or rad]; from the frames' X. **/
     void calcErrors(const Drive& drive, Frames frames, SimTK::Real* errors) const;
@@ -153,7 +160,7 @@ private:
     Frames framesOf(int coordinate, Frames frames) const {
         return isCoupler() ? frames + 2 * coordinate : frames;
     }
-    SimTK::Real calcCoupledError(Frames frames) const;
+    SimTK::Real calcCoupledError(const Drive& drive, Frames frames) const;
     int countPerpendicularRows() const;
     /** Rotation vector of M's axes from their place, in F. **/
     SimTK::Vec3 calcTurn(const SimTK::Transform& F, const SimTK::Transform& M) const;
@@ -168,6 +175,7 @@ private:
     SimTK::Real m_constant = 0, m_period = 0;   ///< of a coupler
     SimTK::Real m_pitch = 0;                    ///< [m/rad]
     SimTK::Real m_length = 0;                   ///< [m]
+    bool m_isLock = false;
 };
 
 }  // namespace simflex

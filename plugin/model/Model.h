@@ -138,6 +138,7 @@ struct ModelSystem {
         int waitingState;  ///< 1 while the event waits for that
     };
     std::vector<EventEntry> events;
+    std::map<std::string, std::vector<Joint::Lock>> locks;  ///< by joint, of its coordinates
     /** What has happened in motions since somebody looked last. **/
     struct Occurrence {
         std::string event;

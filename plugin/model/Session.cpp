@@ -12,6 +12,7 @@
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
+#include "simflex/model/probes/ProbeKinds.h"
 #include "simflex/model/probes/TurnCounter.h"
 #include "simflex/model/session/KeptState.h"
 #include "simflex/model/session/Quantities.h"
@@ -98,16 +99,9 @@ State Session::makeFresh(const State& state) const {
         else
             body.flexible->setFlexible(fresh);
     }
-    // What events have released stays so.
-    const SimTK::SimbodyMatterSubsystem& matter = m_model->getMatter();
-    for (SimTK::ConstraintIndex c(0); c < matter.getNumConstraints(); ++c) {
-        const SimTK::Constraint& constraint = matter.getConstraint(c);
-        if (constraint.isDisabled(state) == constraint.isDisabled(fresh)) continue;
-        if (constraint.isDisabled(state))
-            constraint.disable(fresh);
-        else
-            constraint.enable(fresh);
-    }
+    // What events have released or locked stays so.
+    const FlexibleBodySubsystem& flexible = m_model->getFlexibleBodies();
+    flexible.setHolding(fresh, flexible.getHolding(state));
     m_model->getSystem().realizeModel(fresh);
     fresh.setTime(state.getTime());
     fresh.updQ() = state.getQ();
@@ -302,6 +296,28 @@ std::vector<double> Session::calcProbe(const Probe& probe) const {
     probe.calc({getState(), m_uDot, m_multipliers, double(m_integrator->getWork()), m_turns.get()},
                values.data());
     return values;
+}
+
+double Session::calcFormula(const std::string& formula) const {
+    std::vector<std::string> names;
+    for (const Probe& probe : getProbes()) names.push_back(probe.name);
+    std::string unused = "formula", quoted;
+    while (seekNamed(getProbes(), unused)) unused += '_';
+    for (const char letter : formula)
+        quoted += letter == '\'' ? std::string("''") : std::string(1, letter);
+    ModelText text = m_text;
+    text.set("probes." + unused, "{expression: '" + quoted + "'}");
+    try {
+        const ModelValue entry = readModel(text).get("probes").get(unused);
+        const auto find = [&](const std::string& name) { return *seekNamed(getProbes(), name); };
+        return calcProbe(makeExpressionProbe({m_model, entry}, names, find))[0];
+    } catch (const ModelError& error) {
+        // Its place is none that anybody has written.
+        const std::string message = error.what(), key = ".expression: ";
+        const size_t place = message.find(key);
+        throw std::invalid_argument(
+            place == std::string::npos ? message : message.substr(place + key.size()));
+    }
 }
 
 std::vector<double> Session::get(const std::string& path) const {

@@ -133,6 +133,9 @@ public:
     /**@{**/
     const std::vector<model::Probe>& getProbes() const { return m_probes.getProbes(); }
     std::vector<double> calcProbe(const model::Probe& probe) const;
+    /** A formula of probes, states and t as they are now: "tip.x/length".
+    @throws std::invalid_argument if it is none. **/
+    double calcFormula(const std::string& formula) const;
     const ProbeRecord& getRecord() const { return m_record; }
     /**@}**/
 

@@ -457,6 +457,80 @@ TEST_F(LawsTest, ShortEventsAreFoundWithinSteps) {
     EXPECT_THAT(out, HasSubstr("event 'near' at t = 0.51"));
 }
 
+TEST_F(LawsTest, WhatLocksTurnsTogetherUntilItIsUnlocked) {
+    // 1 kg m² at 3 rad/s and 2 kg m² at rest.
+    writeModel(
+        "simflex: 1\n"
+        "bodies:\n"
+        "  a: {mass: 1, inertia: [1, 1, 1]}\n"
+        "  b: {mass: 100, inertia: [1, 1, 2]}\n"
+        "joints:\n"
+        "  bearing: {type: pin, axis: z, between: [ground, a]}\n"
+        "  clutch: {type: pin, axis: z, between: [a, b]}\n"
+        "loads: {drive: {on: a, torque: [0, 0, \"t > 2 ? 3 : 0\"]}}\n"
+        "initial: {rates: {bearing: 3, clutch: -3}}\n"
+        "events:\n"
+        "  shut: {when: t > 1, do: [{lock: clutch}]}\n"
+        "  open: {when: t > 3, do: [{unlock: clutch}]}\n"
+        "  again: {when: slip < -1.5, do: [{lock: clutch}]}\n"
+        "probes: {speed: {rate: bearing}, slip: {rate: clutch}, at: {coordinate: clutch}}\n"
+        "analyses:\n"
+        "  run: {type: transient, duration: 3.75, interval: 0.25}\n"
+        "  more: {type: transient, from: run, duration: 0.75, interval: 0.25}\n");
+    ASSERT_EQ(runModel(), 0) << err;
+    const auto speed = find(read("run"), "speed").rows, at = find(read("run"), "at").rows;
+    EXPECT_NEAR(speed[6][0], 1, 1e-9);   // 3/(1 + 2)
+    EXPECT_NEAR(at[8][0], -3, 1e-7);     // since t = 1
+    EXPECT_NEAR(speed[12][0], 2, 1e-7);  // 3 N m on both for 1 s
+    EXPECT_THAT(out, HasSubstr("event 'again' at t = 3.5"));
+    const auto later = find(read("more"), "speed").rows;
+    EXPECT_NEAR(later.back()[0], (3.5 + 4) / 3 + 1, 1e-6);
+    EXPECT_NEAR(find(read("more"), "at").rows.back()[0], -3 - 0.375, 1e-6);
+}
+
+TEST_F(LawsTest, AKeptStateKnowsWhatIsReleasedAndLocked) {
+    const std::string model =
+        "gravity: [0, -9.81, 0]\n"
+        "bodies: {a: {mass: 1, inertia: [1, 1, 1]}, b: {mass: 1, inertia: [1, 1, 1]}}\n"
+        "joints:\n"
+        "  bearing: {type: pin, axis: z, between: [ground, a]}\n"
+        "  glue: {type: weld, between: [ground, b]}\n"
+        "initial: {rates: {bearing: 1}}\n"
+        "events: {e: {when: t > 0.1, do: [{lock: bearing}, {release: glue}]}}\n";
+    Session first = start(model), later = start(model);
+    first.runTo(0.2, 0.1);
+    first.keepState(folder / "kept.txt");
+    later.restoreState(folder / "kept.txt");
+    later.runTo(0.5, 0.1);
+    EXPECT_NEAR(get(later, "joints.bearing"), 0.1, 1e-7);
+    EXPECT_NEAR(later.get("bodies.b.position")[1], -9.81 * 0.16 / 2, 1e-7);
+}
+
+TEST_F(LawsTest, LocksAreRefusedWhereTheyMakeNoSense) {
+    const std::string model =
+        "simflex: 1\n"
+        "bodies: {a: {mass: 1, inertia: [1, 1, 1]}, b: {mass: 1, inertia: [1, 1, 1]}}\n"
+        "joints:\n"
+        "  bearing: {type: pin, axis: z, between: [ground, a]}\n"
+        "  ball: {type: ball, between: [a, b]}\n";
+    const std::string analysis =
+        "analyses: {run: {type: transient, duration: 1, interval: 0.25}}\n";
+    writeModel(model + "events: {e: {when: t > 0.5, do: [{lock: ball}]}}\n" + analysis);
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("'ball' has no coordinates to lock"));
+    writeModel(model + "events: {e: {when: t > 0.5, do: [{lock: bal}]}}\n" + analysis);
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("did you mean 'ball'?"));
+    writeModel(model + "motions: {m: {joint: bearing, position: t}}\n" +
+               "events: {e: {when: t > 0.5, do: [{lock: bearing}]}}\n" + analysis);
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("'lock of bearing' follows from 'm'"));
+    writeModel(model + "events: {e: {when: t > 0.5, do: [{release: bearing}, {lock: bearing}]}}\n" +
+               analysis);
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("'bearing' is released"));
+}
+
 TEST_F(LawsTest, WhatEngagesKeepsItsMomentumAndLosesEnergy) {
     // 1 kg m² at 3 rad/s catches 2 kg m² at rest.
     writeModel(

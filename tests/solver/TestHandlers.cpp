@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "simflex/body/Assembly.h"
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
@@ -197,6 +198,77 @@ void expectRefused(const std::string& method, Call call) {
                                     "() after initialize(): an integration keeps the settings it "
                                     "was begun with; set them before, or make another integrator");
     }
+}
+
+/** Locks at 0.3 s. **/
+class Brake : public ScheduledEventHandler {
+public:
+    Brake(const MultibodySystem& system, const Joint::Lock& lock)
+        : m_system(system), m_lock(lock) {}
+    Real getNextEventTime(const State& state, bool includeCurrent) const override {
+        const bool isAhead = state.getTime() < 0.3 || (includeCurrent && state.getTime() == 0.3);
+        return isAhead ? 0.3 : Infinity;
+    }
+    void handleEvent(State& state, Real, bool&) const override {
+        m_lock.lock(state);
+        assemble(m_system, state, 1e-12);
+    }
+
+private:
+    const MultibodySystem& m_system;
+    const Joint::Lock& m_lock;
+};
+
+TEST(Handlers, ThatLockAJointMakeTwoBodiesOne) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    const Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    FlexibleBodySubsystem flexible(system, matter);
+    const Body::Rigid bar(MassProperties(1, Vec3(0, -0.5, 0), Inertia(0.34, 0.01, 0.34)));
+    MobilizedBody::Free upper(matter.Ground(), bar), lower(matter.Ground(), bar);
+    const Vec3 end(0, -1, 0);
+    const Joint::Pin hip(flexible, Attachment(matter.Ground()), Attachment(upper), "hip");
+    const Joint::Pin knee(flexible, Attachment(upper, end), Attachment(lower), "knee");
+    const Joint::Lock lock(flexible, knee, "knee lock");
+    system.addEventHandler(new Brake(system, lock));
+    State state = system.realizeTopology();
+    EXPECT_FALSE(lock.isLocked(state));
+    upper.setQToFitRotation(state, Rotation(1.2, ZAxis));
+    lower.setQToFitRotation(state, Rotation(0.4, ZAxis));
+    lower.setQToFitTranslation(state, Rotation(1.2, ZAxis) * end);
+    RadauIntegrator integrator(system);
+    integrator.setAccuracy(1e-9);
+    integrator.initialize(state);
+    const auto calcMomentum = [&] {  // about the hip; its reaction has no moment there
+        const SpatialVec momentum =
+            matter.calcSystemMomentumAboutGroundOrigin(integrator.getState());
+        return momentum[0][2];
+    };
+    const auto calcEnergy = [&] {
+        system.realize(integrator.getState(), Stage::Dynamics);
+        return system.calcEnergy(integrator.getState());
+    };
+    integrator.stepTo(0.3 - 1e-9);
+    const Real momentum = calcMomentum(), energy = calcEnergy();
+    const Real angle = knee.calcCoordinates(integrator.getState())[0];
+    EXPECT_GT(std::abs(knee.calcCoordinateDots(integrator.getState())[0]), 1);
+    integrator.stepTo(0.3 + 1e-9);
+    const State locked = integrator.getState();
+    EXPECT_NEAR(calcMomentum(), momentum, 1e-6);
+    EXPECT_LT(calcEnergy(), energy - 0.1) << "an inelastic impact";
+    EXPECT_TRUE(lock.isLocked(locked));
+    EXPECT_NEAR(lock.getLockValue(locked), angle, 1e-6);
+
+    integrator.stepTo(1.3);
+    EXPECT_NEAR(knee.calcCoordinates(integrator.getState())[0], angle, 1e-6);
+    RungeKuttaMersonIntegrator native(system);
+    native.setAccuracy(1e-9);
+    native.setConstraintTolerance(1e-11);
+    native.initialize(locked);
+    while (native.getTime() < 1.3) native.stepTo(1.3);
+    EXPECT_LT((native.getState().getQ() - integrator.getState().getQ()).norm(), 1e-6);
+    EXPECT_LT((native.getState().getU() - integrator.getState().getU()).norm(), 1e-5);
 }
 
 TEST(Settings, AreRefusedByNameOnceTheIntegrationHasBegun) {

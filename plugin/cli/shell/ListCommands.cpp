@@ -12,6 +12,7 @@ Commands of the prompt that list what the model has, and what it does now. **/
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/NearestName.h"
+#include "simflex/model/file/ScalarCheck.h"
 #include "simflex/model/session/JointDrag.h"
 #include "simflex/solver/Eigenmodes.h"
 
@@ -160,9 +161,11 @@ void printList(Shell& shell, const Words& words) {
 void printProbes(Shell& shell, const Words& words) {
     const Session& session = shell.updSession();
     for (const std::string& name : words.empty() ? getNames(session.getProbes()) : words) {
-        const Probe& probe = findNamed(session.getProbes(), "probe", name);
+        const Probe* probe = seekNamed(session.getProbes(), name);
+        if (!probe && isName(name, false)) probe = &findNamed(session.getProbes(), "probe", name);
         std::printf("%s = %s\n", name.c_str(),
-                    formatValues(session.calcProbe(probe), probe.unit).c_str());
+                    probe ? formatValues(session.calcProbe(*probe), probe->unit).c_str()
+                          : formatNumber(session.calcFormula(name)).c_str());
     }
 }
 
@@ -258,12 +261,14 @@ void addListCommands(std::vector<Command>& commands) {
         {group, "list",
          "bodies | joints | motions | modes BODY | probes | parameters | frames | states",
          "Lists what the model has, as it is now.", "", 1, 2, printList, completeList});
-    commands.push_back({group, "probe", "[NAME ...]", "Prints probes as they are now; alone: all.",
-                        "", 0, 1000, printProbes,
-                        [](const Shell& shell, const Words&, const std::string&) {
-                            return shell.hasSession() ? getNames(shell.updSession().getProbes())
-                                                      : std::vector<std::string>();
-                        }});
+    commands.push_back(
+        {group, "probe", "[NAME | FORMULA ...]", "Prints probes as they are now; alone: all.",
+         "Formulas know t, probes, states, parameters and tables: probe "
+         "'hypot(tip.x, tip.y)'",
+         0, 1000, printProbes, [](const Shell& shell, const Words&, const std::string&) {
+             return shell.hasSession() ? getNames(shell.updSession().getProbes())
+                                       : std::vector<std::string>();
+         }});
     commands.push_back({group, "energy", "", "Prints the energies and their balance.",
                         "The balance counts from the start, or from the last change by hand.", 0, 0,
                         printEnergy});

@@ -1,6 +1,7 @@
 #include "simflex/model/builders/EventBuilder.h"
 
 #include "simflex/body/Assembly.h"
+#include "simflex/body/JointEquations.h"
 #include "simflex/model/builders/ModelTrigger.h"
 
 namespace simflex {
@@ -82,7 +83,43 @@ const Joint& findHeld(const ModelValue& name, const ModelSystem& system) {
 /** How far a joint may be open when it is engaged, and how far it is then [m, rad]. **/
 constexpr Real ClosedJoint = 1e-3, ClosedTolerance = 1e-10;
 
-Action makeAction(const ModelValue& value, SignalBuilder& signals, const ModelSystem& system) {
+/** Speeds as after an impact, for the events that wait for them. **/
+void collide(const ModelSystem& system, State& state) {
+    assemble(system.system, state, ClosedTolerance);
+}
+
+/** Those of a joint's coordinates; made when they are asked for first. **/
+const std::vector<Joint::Lock>& obtainLocks(const ModelValue& name, ModelSystem& system) {
+    const Joint& joint = findEntry(system.joints, "joint", name.getText(), name).joint;
+    if (joint.getEquations().isCoupler())
+        name.fail("'" + name.getText() + "' is a gear or coupler: name a joint it turns");
+    if (joint.getNumCoordinates() == 0)
+        name.fail("'" + name.getText() +
+                  "' has no coordinates to lock; a joint beside it that is engaged may hold it");
+    std::vector<Joint::Lock>& locks = system.locks[name.getText()];
+    for (int c = int(locks.size()); c < joint.getNumCoordinates(); ++c)
+        locks.emplace_back(system.flexible, Joint::Coordinate(joint, c),
+                           "lock of " + name.getText());
+    return locks;
+}
+
+Action makeLock(const ModelValue& name, ModelSystem& system) {
+    const std::vector<Joint::Lock>& locks = obtainLocks(name, system);
+    const Joint joint = findEntry(system.joints, "joint", name.getText(), name).joint;
+    return [&system, &locks, joint](State& now) {
+        if (system.matter.getConstraint(joint.getConstraintIndex()).isDisabled(now))
+            throw std::runtime_error("joint '" + joint.getName() +
+                                     "' is released and cannot be locked");
+        for (const Joint::Lock& lock : locks) {
+            system.system.realize(now, Stage::Velocity);
+            if (!lock.isLocked(now)) lock.lock(now);
+        }
+        collide(system, now);
+        return false;
+    };
+}
+
+Action makeAction(const ModelValue& value, SignalBuilder& signals, ModelSystem& system) {
     if (value.has("stop")) {
         if (!value.get("stop").getBool()) value.get("stop").fail("leave it out to go on");
         return [](State&) { return true; };
@@ -96,12 +133,23 @@ Action makeAction(const ModelValue& value, SignalBuilder& signals, const ModelSy
             return false;
         };
     }
+    if (value.has("lock")) return makeLock(value.get("lock"), system);
+    if (value.has("unlock")) {
+        const auto& locks = obtainLocks(value.get("unlock"), system);
+        return [&locks](State& now) {
+            for (const Joint::Lock& lock : locks) lock.unlock(now);
+            return false;
+        };
+    }
     const bool releases = value.has("release");
     const Joint joint = findHeld(value.get(releases ? "release" : "engage"), system);
     return [&system, joint, releases](State& now) {
         const Constraint& constraint = system.matter.getConstraint(joint.getConstraintIndex());
         if (releases) {
             constraint.disable(now);
+            const auto locks = system.locks.find(joint.getName());
+            if (locks == system.locks.end()) return false;
+            for (const Joint::Lock& lock : locks->second) lock.unlock(now);
             return false;
         }
         const Vector errors = joint.calcPositionErrors(now);
@@ -110,8 +158,7 @@ Action makeAction(const ModelValue& value, SignalBuilder& signals, const ModelSy
                                      std::to_string(errors.normInf()) +
                                      " m or rad open; let the event happen where it is closed");
         constraint.enable(now);
-        // Speeds as after an impact, for the events that wait for them.
-        assemble(system.system, now, ClosedTolerance);
+        collide(system, now);
         return false;
     };
 }

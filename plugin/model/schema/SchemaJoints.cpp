@@ -469,8 +469,13 @@ SchemaForm event() {
                         SchemaKey("engage", {name("a joint or motion")},
                                   "The same that holds again, where it is closed.")
                             .such("clamp"),
+                        SchemaKey("lock", {name("a joint")},
+                                  "Joint whose coordinates stay where they are now.")
+                            .such("hinge"),
+                        SchemaKey("unlock", {name("a joint")}, "The same that moves again.")
+                            .such("hinge"),
                     },
-                    {"stop", "set", "release", "engage"})})},
+                    {"stop", "set", "release", "engage", "lock", "unlock"})})},
                 "What is done, one after the other.")
                 .such("[{release: clamp}]"),
         });

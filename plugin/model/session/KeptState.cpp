@@ -13,7 +13,7 @@ using SimTK::State;
 namespace {
 
 const char* const StateTitle = "simflex state";
-constexpr int StateVersion = 2;
+constexpr int StateVersion = 3;
 
 std::string formatLine(const char* name, const std::vector<double>& values) {
     std::string line = name;
@@ -52,7 +52,8 @@ void writeKeptState(const std::string& path, const Model& model, const KeptState
     }
     text += formatLine("time", {state.getTime()}) + formatLine("q", toNumbers(state.getQ())) +
             formatLine("u", toNumbers(state.getU())) + formatLine("z", toNumbers(state.getZ())) +
-            formatLine("turns", kept.turns) + "end\n";
+            formatLine("turns", kept.turns) +
+            formatLine("holding", toNumbers(model.getFlexibleBodies().getHolding(state))) + "end\n";
     replaceFile(path, text);
 }
 
@@ -82,6 +83,9 @@ KeptState readKeptState(const std::string& path, const Model& model) {
     setNumbers(state, time, q, u);
     state.updZ() = toVector(readNumbers(lines, "z", state.getNZ()));
     kept.turns = readNumbers(lines, "turns", int(kept.turns.size()));
+    const FlexibleBodySubsystem& flexible = model.getFlexibleBodies();
+    const int numHolding = flexible.getHolding(state).size();
+    flexible.setHolding(state, toVector(readNumbers(lines, "holding", numHolding)));
     readLine(lines, "end");
     try {
         model.getSystem().realize(state, SimTK::Stage::Velocity);

@@ -19,8 +19,11 @@ int addTimed(const Source& source, bool isTimed, std::vector<const Source*>& sou
 
 }  // namespace
 
-int FunctionsOfTime::add(const JointEquations& equations) {
-    const int place = addTimed(equations, equations.dependsOnTime(), m_equations);
+int FunctionsOfTime::add(const JointEquations& equations, Real held) {
+    const int place =
+        addTimed(equations, equations.dependsOnTime() || equations.isLock(), m_equations);
+    m_held.resize(m_equations.size(), 0);
+    m_held[size_t(place)] = held;
     resize();
     return place;
 }
@@ -73,7 +76,7 @@ size_t FunctionsOfTime::obtain(double time) {
         TimeValues& values = m_values[place];
         values.time = NaN;
         for (size_t i = 0; i < m_equations.size(); ++i)
-            if (m_equations[i]) values.drives[i] = m_equations[i]->calcDrive(time);
+            if (m_equations[i]) values.drives[i] = m_equations[i]->calcDrive(time, m_held[i]);
         for (size_t i = 0; i < m_elements.size(); ++i)
             if (m_elements[i]) values.forces[i] = m_elements[i]->calcTimedForce(time);
         for (size_t i = 0; i < m_loads.size(); ++i) values.scales[i] = m_loads[i]->scale(time);

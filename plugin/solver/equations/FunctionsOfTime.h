@@ -32,7 +32,8 @@ public:
     /** @name Where the values will stand in TimeValues
     What has no functions has values that never change. **/
     /**@{**/
-    int add(const JointEquations& equations);
+    /** @param held  of a lock **/
+    int add(const JointEquations& equations, SimTK::Real held = 0);
     int add(const ForceElement& element);
     /** @returns the place of the first one's scale **/
     int add(const std::vector<BodyLoad>& loads);
@@ -64,7 +65,8 @@ private:
     size_t obtain(double time);
 
     std::vector<const JointEquations*> m_equations;  ///< null: the drive of those without functions
-    std::vector<const ForceElement*> m_elements;     ///< the same
+    std::vector<SimTK::Real> m_held;                 ///< by locks among these
+    std::vector<const ForceElement*> m_elements;     ///< null: those without
     std::vector<const BodyLoad*> m_loads;
     std::array<TimeValues, Capacity> m_values;
     std::array<long, Capacity> m_lastUse;

@@ -397,12 +397,14 @@ FrameRef TopologyBuilder::makeFrame(const Attachment& attachment) {
 void TopologyBuilder::makeJoints() {
     if (!m_topology.guts) return;
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
-    for (const JointRecord& record : m_topology.guts->joints()) {
+    for (JointIndex j(0); j < int(m_topology.guts->joints().size()); ++j) {
+        const JointRecord& record = m_topology.guts->joint(j);
         if (matter.getConstraint(record.constraint).isDisabled(m_simbody.m_private)) continue;
         Topology::Joint joint;
         joint.record = &record;
         joint.firstRow = m_topology.numMultipliers;
-        joint.drive = m_functions.add(*record.equations);
+        joint.drive =
+            m_functions.add(*record.equations, m_topology.guts->getHeld(m_simbody.m_private, j));
         for (const Attachment& attachment : record.frames)
             joint.sides.push_back(makeFrame(attachment));
         const int rows = joint.numRows();

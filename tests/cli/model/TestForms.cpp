@@ -144,7 +144,7 @@ states:
   relay: {hysteresis: {input: turned, lower: -1, upper: 1, initial: 1}}
 events:
   begun: {when: t > 0.5, once: true, do: [{set: held, to: 2*t}, {release: drive}]}
-  ended: {when: turned < 0 && t > 0.6, do: [{engage: drive}, {stop: true}]}
+  ended: {when: turned < 0 && t > 0.6, do: [{engage: drive}, {lock: s}, {unlock: s}, {stop: true}]}
 initial:
   bodies:
     a: {velocity: [1, 0, 0], angular_velocity: [0, 0, 1], modes: {1: 1e-4}, modal_speeds: {2: 0.1}}

@@ -290,6 +290,8 @@ TEST_F(ShellTest, ErrorsNameTheLineAndProposeWhatWasMeant) {
         {"set mass 3kg", "mass"},
         {"set time 1", "'time' cannot be set"},
         {"probe y", "there is no probe 'y'"},
+        {"probe 2*y", "'y' is no parameter, table or function"},
+        {"probe 2*", "formula"},
         {"plot x", "nothing was recorded there yet"},
         {"run -1", "has passed"},
         {"run", "no transient analysis"},
@@ -322,6 +324,13 @@ TEST_F(ShellTest, ErrorsNameTheLineAndProposeWhatWasMeant) {
     ASSERT_EQ(shell(commands + "get time\n", "model.yaml -q --keep-going"), 1);
     EXPECT_EQ(size_t(std::count(err.begin(), err.end(), '\n')), std::size(mistakes)) << err;
     EXPECT_THAT(out, ::testing::EndsWith("time = 0 s\n"));
+}
+
+TEST_F(ShellTest, ProbesAreReckonedWith) {
+    writePendulum("probes: {at: {position: rod}, turn: {coordinate: pivot}}\n");
+    ASSERT_EQ(shell("set pivot 0.5\nprobe mass*turn+t 'hypot(at.x, at.y)/at.y' turn\n"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("mass*turn+t = 1\n"));
+    EXPECT_THAT(out, HasSubstr("turn = 0.5 rad\n"));
 }
 
 TEST_F(ShellTest, AFailedRunKeepsTheLastGoodState) {
@@ -514,7 +523,7 @@ solver: {accuracy: 1e-8}
         EXPECT_EQ(shell("restore bad.state\n"), 1);
         return err;
     };
-    EXPECT_THAT(damage("simflex state 2", "simflex state 7"), HasSubstr("format 7"));
+    EXPECT_THAT(damage("simflex state 3", "simflex state 7"), HasSubstr("format 7"));
     EXPECT_THAT(damage("rod", "bar"), HasSubstr("another model"));
     EXPECT_THAT(damage("\nq ", "\nq 1 "), HasSubstr("another model"));
     EXPECT_THAT(damage("end\n", ""), HasSubstr("damaged"));
