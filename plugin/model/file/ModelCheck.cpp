@@ -308,10 +308,7 @@ private:
         if (!_newFile || _mistakes.size() > numMistakes) return;
         if (node.path == "parameters")
             _newFile->scope.constants[entry.key] = child->expression.calcValue(0);
-        if (node.path == "tables" && child->find("z"))
-            _newFile->scope.surfaces[entry.key] = makeSurfaceTable(child);
-        else if (node.path == "tables")
-            _newFile->scope.tables[entry.key] = makeTable(child);
+        if (node.path == "tables") addTable(child);
     }
 
     static void checkEntryName(const SchemaForm& form, const YamlTree::Entry& entry,
@@ -342,10 +339,6 @@ private:
             fail(name + " cannot be a name in formulas: write _ instead of -");
     }
 
-    void checkTableName(const Node& node) const {
-        if (_newFile->scope.constants.count(node.name) > 0)
-            node.fail("a parameter has the name '" + node.name + "' already");
-    }
     static formula::Table::Interpolation readInterpolation(const ModelValue& table) {
         const std::string text = table.get("interpolation").getText();
         return text == "linear" ? formula::Table::Interpolation::Linear
@@ -359,38 +352,41 @@ private:
                                   : formula::Table::Extrapolation::Constant;
     }
 
-    std::shared_ptr<const formula::SurfaceTable> makeSurfaceTable(const NodePointer& node) const {
-        const ModelValue table(node), rows = table.get("z");
-        checkTableName(*node);
-        std::vector<std::vector<double>> z;
-        for (int i = 0; i < rows.getSize(); ++i) z.push_back(rows.at(i).getNumbers());
-        try {
-            return std::make_shared<formula::SurfaceTable>(
-                node->name, table.get("x").getNumbers(), table.get("y").getNumbers(), z,
-                readInterpolation(table), readExtrapolation(table));
-        } catch (const std::invalid_argument& error) {
-            node->fail(error.what());
-        }
-    }
-
-    std::shared_ptr<const formula::Table> makeTable(const NodePointer& node) const {
+    /** Adds it to the names that formulas know. **/
+    void addTable(const NodePointer& node) const {
         const ModelValue table(node);
-        checkTableName(*node);
-        std::vector<double> x, y;
-        ModelValue culprit = table;
+        if (_newFile->scope.constants.count(node->name) > 0)
+            node->fail("a parameter has the name '" + node->name + "' already");
+        const ModelValue culprit = table.has("file") ? table.get("file")
+                                   : table.has("z")  ? table
+                                                     : table.get("x");
+        const auto interpolation = readInterpolation(table);
+        const auto extrapolation = readExtrapolation(table);
+        const auto addCurve = [&](const std::vector<double>& x, const std::vector<double>& y) {
+            _newFile->scope.tables[node->name] =
+                std::make_shared<formula::Table>(node->name, x, y, interpolation, extrapolation);
+        };
+        const auto addSurface = [&](formula::SurfaceTable surface) {
+            _newFile->scope.surfaces[node->name] =
+                std::make_shared<formula::SurfaceTable>(std::move(surface));
+        };
         try {
             if (table.has("file")) {
-                culprit = table.get("file");
-                const std::vector<double> columns = table.get("columns").getNumbers();
-                formula::readTableFile(culprit.getFilePath(), static_cast<int>(columns[0]),
-                                       static_cast<int>(columns[1]), x, y);
-            } else {
-                culprit = table.get("x");
-                x = culprit.getNumbers();
-                y = table.get("y").getNumbers();
+                std::vector<int> columns;
+                for (const double number : table.get("columns").getNumbers())
+                    columns.push_back(static_cast<int>(number));
+                const auto points = formula::readTableFile(culprit.getFilePath(), columns);
+                if (columns.size() == 2) return addCurve(points[0], points[1]);
+                return addSurface(formula::SurfaceTable::fromPoints(node->name, points,
+                                                                    interpolation, extrapolation));
             }
-            return std::make_shared<formula::Table>(node->name, x, y, readInterpolation(table),
-                                                    readExtrapolation(table));
+            const std::vector<double> x = table.get("x").getNumbers(),
+                                      y = table.get("y").getNumbers();
+            if (!table.has("z")) return addCurve(x, y);
+            std::vector<std::vector<double>> z;
+            const ModelValue rows = table.get("z");
+            for (int i = 0; i < rows.getSize(); ++i) z.push_back(rows.at(i).getNumbers());
+            addSurface({node->name, x, y, z, interpolation, extrapolation});
         } catch (const ModelError&) {
             throw;
         } catch (const std::exception& error) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
@@ -86,6 +87,46 @@ std::string SurfaceTable::describeRefusal(double x, double y) const {
     return "table '" + _name + "' is asked for " + write(x, y) + ", outside of its grid from " +
            write(_points[0].front(), _points[1].front()) + " to " +
            write(_points[0].back(), _points[1].back());
+}
+
+SurfaceTable SurfaceTable::fromPoints(std::string name,
+                                      const std::vector<std::vector<double>>& points,
+                                      Table::Interpolation interpolation,
+                                      Table::Extrapolation extrapolation) {
+    const std::size_t numPoints = points[0].size();
+    std::array<std::vector<double>, 2> axes;
+    for (std::size_t a = 0; a < 2; ++a) {
+        axes[a] = points[a];
+        std::sort(axes[a].begin(), axes[a].end());
+        axes[a].erase(std::unique(axes[a].begin(), axes[a].end()), axes[a].end());
+    }
+    const auto refuse = [&](std::size_t i, std::size_t j, const char* what) {
+        throw std::invalid_argument("the point (" + writeGeneral(axes[0][i], 6) + ", " +
+                                    writeGeneral(axes[1][j], 6) + ") " + what +
+                                    "; there must be one for every x and every y");
+    };
+    // Before room is made for them: some columns make no grid at all.
+    if (axes[0].size() * axes[1].size() > numPoints + kMostValues)
+        throw std::invalid_argument(std::to_string(numPoints) + " points with " +
+                                    std::to_string(axes[0].size()) + " values of x and " +
+                                    std::to_string(axes[1].size()) +
+                                    " of y are no grid; there must be one for every x and every y");
+    constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+    std::vector<std::vector<double>> z(axes[0].size(),
+                                       std::vector<double>(axes[1].size(), nothing));
+    for (std::size_t k = 0; k < numPoints; ++k) {
+        const auto find = [&](std::size_t a) {
+            return std::size_t(std::lower_bound(axes[a].begin(), axes[a].end(), points[a][k]) -
+                               axes[a].begin());
+        };
+        const std::size_t i = find(0), j = find(1);
+        if (!std::isnan(z[i][j])) refuse(i, j, "stands there twice");
+        z[i][j] = points[2][k];
+    }
+    for (std::size_t i = 0; i < z.size(); ++i)
+        for (std::size_t j = 0; j < z[i].size(); ++j)
+            if (std::isnan(z[i][j])) refuse(i, j, "is missing");
+    return SurfaceTable(std::move(name), axes[0], axes[1], z, interpolation, extrapolation);
 }
 
 bool SurfaceTable::covers(double x, double y) const {

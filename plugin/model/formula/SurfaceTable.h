@@ -24,6 +24,14 @@ public:
                  Table::Interpolation interpolation = Table::Interpolation::Spline,
                  Table::Extrapolation extrapolation = Table::Extrapolation::Constant);
 
+    /** Of points in any order, one for every x and every y of them.
+    @param points  x, y and z of all
+    @throws std::invalid_argument, naming the point that is missing or there twice **/
+    static SurfaceTable fromPoints(
+        std::string name, const std::vector<std::vector<double>>& points,
+        Table::Interpolation interpolation = Table::Interpolation::Spline,
+        Table::Extrapolation extrapolation = Table::Extrapolation::Constant);
+
     /** False of NaN, and outside of the grid if extrapolation is refused. **/
     bool covers(double x, double y) const;
 

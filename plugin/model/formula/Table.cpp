@@ -205,8 +205,10 @@ TableLine readTableLine(const char* at, const char* const lineEnd) {
 
 }  // namespace
 
-void readTableFile(const std::string& path, int columnX, int columnY, std::vector<double>& x,
-                   std::vector<double>& y) {
+std::vector<std::vector<double>> readTableFile(const std::string& path,
+                                               const std::vector<int>& columns) {
+    std::vector<std::vector<double>> read(columns.size());
+    const int wanted = *std::max_element(columns.begin(), columns.end());
     std::ifstream file(path);
     if (!file) throw std::runtime_error("cannot read the file " + path);
     std::string line;
@@ -216,28 +218,28 @@ void readTableFile(const std::string& path, int columnX, int columnY, std::vecto
         if (number == 1 && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
         const std::size_t begin = line.find_first_not_of(" \t\r");
         if (begin == std::string::npos || line[begin] == '#') continue;
-        const TableLine read = readTableLine(line.c_str() + begin, line.c_str() + line.size());
-        const std::vector<double>& values = read.values;
-        const bool isText = !read.unread.empty();
-        if (isText && x.empty() && values.empty()) continue;  // names of the columns
-        if (isText) throw std::runtime_error(place + "'" + read.unread + "' is no finite number");
-        if (read.separators.size() > 1)
+        const TableLine found = readTableLine(line.c_str() + begin, line.c_str() + line.size());
+        const std::vector<double>& values = found.values;
+        const bool isText = !found.unread.empty();
+        if (isText && read[0].empty() && values.empty()) continue;  // names of the columns
+        if (isText) throw std::runtime_error(place + "'" + found.unread + "' is no finite number");
+        if (found.separators.size() > 1)
             throw std::runtime_error(
                 place +
                 "columns are separated in more than one way: by commas, semicolons or "
                 "blanks, but one of them throughout; decimals are written with a point "
                 "(1.5), not with a comma");
-        const int wanted = std::max(columnX, columnY);
         if (static_cast<int>(values.size()) <= wanted)
             throw std::runtime_error(place + "the line has " + std::to_string(values.size()) +
                                      " columns; column " + std::to_string(wanted) +
                                      " (counted from 0) is wanted");
-        x.push_back(values[static_cast<std::size_t>(columnX)]);
-        y.push_back(values[static_cast<std::size_t>(columnY)]);
-        if (x.size() > kMaxPoints)
+        for (std::size_t i = 0; i < columns.size(); ++i)
+            read[i].push_back(values[static_cast<std::size_t>(columns[i])]);
+        if (read[0].size() > kMaxPoints)
             throw std::runtime_error(place + "the table has more than " +
                                      std::to_string(kMaxPoints) + " points");
     }
+    return read;
 }
 
 }  // namespace formula

@@ -57,11 +57,11 @@ private:
 /** Second derivatives at the points of the spline that is not a knot at its ends. **/
 std::vector<double> calcSplineCurvature(const std::vector<double>& x, const std::vector<double>& y);
 
-/** Two columns (from 0) of a CSV file: separated by commas, semicolons, tabs or blanks; lines that
+/** Columns (from 0) of a CSV file: separated by commas, semicolons, tabs or blanks; lines that
 begin with # and a first line of names are passed over. @throws std::runtime_error with file and
 line. **/
-void readTableFile(const std::string& path, int columnX, int columnY, std::vector<double>& x,
-                   std::vector<double>& y);
+std::vector<std::vector<double>> readTableFile(const std::string& path,
+                                               const std::vector<int>& columns);
 
 }  // namespace formula
 }  // namespace simflex

@@ -335,8 +335,10 @@ std::vector<SchemaKey> makePartKeys() {
                      .such("[[0, 0, 0], [0, 1, 2]]"),
                  SchemaKey("file", {file("a CSV file")}, "CSV file with the points.")
                      .such("road.csv"),
-                 SchemaKey("columns", {list({integer(0, 10000)}, {2})},
-                           "Columns of x and y, from 0.")
+                 SchemaKey("columns", {list({integer(0, 10000)}, {2, 3})},
+                           "Columns of x and y, from 0; with a third, of a function of two "
+                           "variables, whose points may stand in any order, one for every x and "
+                           "every y.")
                      .with({"file"})
                      .orElse("[0, 1]")
                      .such("[0, 2]"),

@@ -333,10 +333,9 @@ TEST(Table, FilesAreReadInTheUsualFormats) {
     const simflex::testing::TestFolder folder;
     const auto read = [&](const std::string& text, int columnX, int columnY) {
         std::ofstream(folder / "table.csv", std::ios::binary) << text;
-        std::vector<double> x, y;
-        readTableFile(folder / "table.csv", columnX, columnY, x, y);
-        x.insert(x.end(), y.begin(), y.end());
-        return x;
+        auto columns = readTableFile(folder / "table.csv", {columnX, columnY});
+        columns[0].insert(columns[0].end(), columns[1].begin(), columns[1].end());
+        return columns[0];
     };
     using ::testing::ElementsAre;
     EXPECT_THAT(read("0,1\n2,3\n", 0, 1), ElementsAre(0, 2, 1, 3));
@@ -349,9 +348,8 @@ TEST(Table, BadFilesAreRefusedWithTheirLine) {
     const simflex::testing::TestFolder folder;
     const auto refuse = [&](const std::string& text) -> std::string {
         std::ofstream(folder / "table.csv", std::ios::binary) << text;
-        std::vector<double> x, y;
         try {
-            readTableFile(folder / "table.csv", 0, 1, x, y);
+            readTableFile(folder / "table.csv", {0, 1});
         } catch (const std::runtime_error& error) {
             return error.what();
         }
