@@ -118,30 +118,23 @@ int Program::add(const Tree& tree, int number, std::vector<int>& registers) {
 
 template <class S>
 void Program::run(const S* inputs, S* registers) const {
-    for (std::size_t i = 0; i < _numbers.size(); ++i) registers[i] = S(_numbers[i]);
+    std::copy(_numbers.begin(), _numbers.end(), registers);
     for (const Input& input : _inputs) registers[input.target] = inputs[input.variable];
     const Instruction* const begin = _instructions.data();
     const Instruction* const end = begin + _instructions.size();
     for (const Instruction* at = begin; at != end; ++at) {
         const auto operand = [&](int i) -> const S& { return registers[at->operands[i]]; };
-        S& result = registers[at->target];
-        switch (at->jump) {
-            case Jump::None:
-                break;
-            case Jump::UnlessTrue:
-                if (truthOf(operand(0)) != Truth::Yes) at = begin + at->skipTo - 1;
-                continue;
-            case Jump::IfTrue:
-                if (truthOf(operand(0)) == Truth::Yes) at = begin + at->skipTo - 1;
-                continue;
-            case Jump::IfFalse:
-                if (truthOf(operand(0)) == Truth::No) at = begin + at->skipTo - 1;
-                continue;
-            case Jump::Always:
+        if (at->jump != Jump::None) {
+            const Truth truth =
+                at->jump == Jump::Always ? Truth::Unknown : truthOf(registers[at->operands[0]]);
+            if (at->jump == Jump::Always || (at->jump == Jump::UnlessTrue && truth != Truth::Yes) ||
+                (at->jump == Jump::IfTrue && truth == Truth::Yes) ||
+                (at->jump == Jump::IfFalse && truth == Truth::No))
                 at = begin + at->skipTo - 1;
-                continue;
+            continue;
         }
-        switch (at->operation) {  // without a call
+        S& result = registers[at->target];
+        switch (at->operation) {  // what occurs often, without a call
             case Operation::Add:
                 result = operand(0) + operand(1);
                 break;
@@ -153,6 +146,15 @@ void Program::run(const S* inputs, S* registers) const {
                 break;
             case Operation::Divide:
                 result = divide(operand(0), operand(1));
+                break;
+            case Operation::Negate:
+                result = -operand(0);
+                break;
+            case Operation::Min:
+                result = minimum(operand(0), operand(1));
+                break;
+            case Operation::Max:
+                result = maximum(operand(0), operand(1));
                 break;
             default:
                 result = apply(*at, registers);

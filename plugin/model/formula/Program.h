@@ -32,8 +32,8 @@ public:
 private:
     enum class Jump { None, UnlessTrue, IfTrue, IfFalse, Always };
     struct Instruction {
-        Operation operation = Operation::Number;
         Jump jump = Jump::None;  ///< by the truth of operand 0
+        Operation operation = Operation::Number;
         int skipTo = 0;
         int target = 0;  ///< register
         int operands[5] = {};
