@@ -1,4 +1,5 @@
 #include "BulkCards.h"
+#include "InpCards.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -99,15 +100,8 @@ void BulkCards::refuse(const BulkCard& card, const std::string& why) const {
 double BulkCards::parseNumber(const BulkCard& card, std::string_view field,
                               const char* what) const {
     if (field.empty()) return 0;
-    std::string text(field);
-    // 1.5-3 is 1.5e-3: a sign that neither begins the number nor follows an exponent's letter.
-    for (size_t k = 1; k < text.size(); ++k)
-        if ((text[k] == '+' || text[k] == '-') && (isDigit(text[k - 1]) || text[k - 1] == '.')) {
-            text.insert(k, "e");
-            break;
-        }
     double value = 0;
-    if (!readNumber(text, value))
+    if (!readNumber(withExponentLetter(field), value))
         refuse(card, std::string(what) + " is " + quoteField(field) + ", must be a finite number");
     return value;
 }

@@ -1,5 +1,6 @@
 #include "simflex/fe/CalculixDeck.h"
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <stdexcept>
@@ -7,6 +8,7 @@
 #include "BeamMatrices.h"
 #include "CalculixRun.h"
 #include "DeckBuilder.h"
+#include "IncompatibleModes.h"
 #include "simflex/base/Archive.h"
 #include "simflex/base/Hash.h"
 
@@ -31,8 +33,10 @@ void assembleByCalculix(const DeckModel& deck, const std::string& program,
         for (const auto& solid : solids)
             for (const int node : solid.nodes)
                 if (type != BeamSolid) expected[size_t(deck.mesh.indexOf(node))] = 1;
+    std::fill(expected.end() - deck.mesh.numInternalNodes, expected.end(), char(1));
     runCalculix(program, folder.path(), job, progress);
     readCalculixMatrices(folder.path(), job, expected, model, progress);
+    turnToInternalNodes(deck, model);
 }
 
 /** K and m of the deck's elements. **/

@@ -6,17 +6,21 @@ simflex reads the deck itself, writes a clean one (nodes, solid elements, materi
 a temporary folder and runs `ccx` on it with `*FREQUENCY, SOLVER=MATRIXSTORAGE`. K and m are those
 of the solids alone; what ties their nodes to each other is FeModel::constraints, u = T q.
 
-- Kept: *NODE, *ELEMENT (C3D4, C3D6, C3D8, C3D8R, C3D10, C3D10T, C3D15, C3D20, C3D20R), *NSET
-  and *ELSET (GENERATE, sets of sets), *MATERIAL, *ELASTIC, *DENSITY, *ORIENTATION, *SOLID SECTION,
-  *INCLUDE.
-- Shells S3, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS) and
-  beams B32, B32R with *BEAM SECTION (RECT, CIRC; OFFSET1, OFFSET2), isotropic, become solids as ccx
-  expands them (ThinElements.h), with new nodes that have numbers behind the deck's. The deck's own
-  node stays as a place between its expanded nodes; node sets take both in, so that an interface on
-  the edge of a shell holds rotation too. Where normals, thicknesses or kinds differ, the node is a
-  knot. A shell or beam that shares one row of nodes with solids is hinged there, as in ccx.
-- *EQUATION among translations; *MPC of STRAIGHT, PLANE, BEAM, linear at zero displacement. Rigid
-  motions must satisfy them.
+- Kept: *NODE, *ELEMENT (C3D4, C3D6, C3D8, C3D8I, C3D8R, C3D10, C3D10T, C3D15, C3D20, C3D20R),
+  *NSET and *ELSET (GENERATE, sets of sets), *MATERIAL, *ELASTIC, *DENSITY, *ORIENTATION,
+  *SOLID SECTION, *INCLUDE. The internal degrees of freedom of C3D8I become three more nodes of
+  each, with numbers behind all others (IncompatibleModes.h). Types of Abaqus that CalculiX does
+  not have (C3D10M, hybrid ones, S3R …) are taken as the nearest it has, with a warning.
+- *PART, *INSTANCE, *ASSEMBLY: flattened (DeckAssembly.h).
+- Shells S3, S4, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS)
+  and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC; OFFSET1, OFFSET2), isotropic, become
+  solids as ccx expands them (ThinElements.h), with new nodes that have numbers behind the deck's.
+  The deck's own node stays as a place between its expanded nodes; node sets take both in, so that
+  an interface on the edge of a shell holds rotation too. Where normals, thicknesses or kinds
+  differ, the node is a knot. A shell or beam that shares one row of nodes with solids is hinged
+  there, as in ccx.
+- *EQUATION among translations, of nodes or sets, also in axes of *TRANSFORM, which else is left
+  out; *MPC of STRAIGHT, PLANE, BEAM, linear at zero displacement. Rigid motions must satisfy them.
 - *SURFACE (TYPE=ELEMENT of faces S1…S6, SNEG, SPOS; TYPE=NODE) also becomes a node set of its name.
 - *TIE of a slave surface to a master's faces (POSITION TOLERANCE, ADJUST): as ccx does, slave nodes
   are moved onto the master. With ADJUST=NO they stay, and the gap turns with the face, where ccx
@@ -30,8 +34,8 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
 - Left out and reported: steps, *BOUNDARY, loads, amplitudes, output, other initial conditions,
   surface and line elements that Gmsh writes, nodes of no element that nothing ties.
 - Refused, with file and line: what makes K or M other than that of free solids, such as
-  *TRANSFORM, contact, springs, point masses, membranes, equations of rotations, composite shells,
-  other beam sections, and C3D8I, S4, B31 (ccx gives them internal degrees of freedom with mass);
+  contact, springs, point masses, membranes, equations of rotations, composite shells,
+  other beam sections, and B31R (in ccx without inertia about its axis);
   keywords and parameters that are not known; elements without material, materials without
   *ELASTIC or *DENSITY; nodes given twice at different places; elements with swapped nodes.
   DeckVocabulary.h decides on every keyword of CalculiX 2.20.

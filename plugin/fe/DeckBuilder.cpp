@@ -13,12 +13,14 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "DeckAssembly.h"
 #include "DeckConstraints.h"
 #include "DeckMaterials.h"
 #include "DeckRigidBodies.h"
 #include "DeckVocabulary.h"
 #include "ElasticLaw.h"
 #include "ElementShapes.h"
+#include "IncompatibleModes.h"
 #include "ThinSections.h"
 #include "simflex/base/NumberText.h"
 
@@ -39,8 +41,9 @@ void sortUnique(std::vector<int>& values) {
 
 class Builder {
 public:
-    Builder(const std::string& path, std::vector<DeckCard> cards) : m_cards(std::move(cards)) {
+    Builder(const std::string& path, std::vector<DeckCard> cards) {
         m_model.path = path;
+        m_cards = flattenAssembly(std::move(cards), m_model.notes);
     }
 
     DeckModel build() {
@@ -87,6 +90,10 @@ public:
                 keepNumbers(card);
                 m_model.materials.push_back(card);
             } else if (keyword == "ORIENTATION") {
+                if (card.has("DEFINITION") && card.get("DEFINITION") != "COORDINATES")
+                    refuseCard(card, card.title + " with DEFINITION=" + card.get("DEFINITION") +
+                                         " is not known to simflex; give its axes as COORDINATES");
+                card.parameters.erase("DEFINITION");
                 keepNumbers(card);
                 m_model.sections.push_back(card);
             } else if (keyword == "SOLIDSECTION" || keyword == "SHELLSECTION" ||
@@ -97,6 +104,7 @@ public:
             } else if (keyword == "EQUATION" || keyword == "MPC") {
                 m_equationCards.push_back(card);
             } else if (keyword == "RIGIDBODY" || keyword == "COUPLING") {
+                for (const char* parameter : {"REFNODE", "ROTNODE"}) settleNode(card, parameter);
                 m_rigidCards.push_back(readRigidCard(card));
                 if (keyword == "COUPLING") coupling = &m_rigidCards.back();
             } else if (keyword == "INITIALCONDITIONS") {
@@ -105,19 +113,27 @@ public:
                 m_tieCards.push_back(card);
             } else if (keyword == "SURFACE") {
                 m_surfaceCards.push_back(card);
+            } else if (keyword == "TRANSFORM") {
+                readTransform(card);
             } else if (use == CardUse::LeftOut || use == CardUse::LeftOutProperty) {
                 if (keyword != "HEADING") noteLeftOut(card.title, card, findConsequence(keyword));
             } else if (use == CardUse::Refused) {
                 refuseCard(card, card.title +
                                      " cannot be part of a flexible body: " + getRefusal(keyword));
             } else if (use == CardUse::Unknown) {
+                const std::string proposal = proposeCard(keyword);
                 refuseCard(card, card.title +
                                      " is not known to simflex, so it cannot tell whether K and "
-                                     "M stay those of a free solid; take it out of the deck");
+                                     "M stay those of a free solid" +
+                                     (proposal.empty() ? "; take it out of the deck" : proposal));
             }
         }
         if (m_numSolids == 0 && m_thin.empty())
-            throw std::invalid_argument(m_model.path + ": the deck has no solid elements");
+            throw std::invalid_argument(
+                m_model.path + ": the deck has no solid elements" +
+                (m_skinTypes.empty() ? ""
+                                     : ", but " + *m_skinTypes.begin() +
+                                           ": mesh the part in space, by solids, shells or beams"));
         if (coupling)
             refuseCard(coupling->card, "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
         finishSections();
@@ -126,6 +142,7 @@ public:
         checkRigidNodes();
         readEquationCards();
         finishMesh();
+        addInternalNodes(m_model);
         finishElementSets();
         settleMaterials(m_temperatures, m_model);
         finishSurfaces();
@@ -136,6 +153,7 @@ public:
             for (const int node : block.nodes) hasElement[size_t(node)] = 1;
         m_model.constraints = applyConstraints(m_constraints, hasElement, m_model.mesh,
                                                m_model.notes, m_model.warnings);
+        placeInternalNodes(m_model);
         checkElementShapes(m_model);
         for (const auto& [what, leftOut] : m_leftOut) {
             const std::string text =
@@ -201,6 +219,11 @@ private:
             std::array<double, 3> position{};
             for (size_t a = 1; a < data.fields.size(); ++a) {
                 if (data.fields[a].empty()) continue;
+                if (a == 4 && data.fields.size() == 5 &&
+                    parseDeckNumber(data.fields[a], card.where(data.line)) == 0) {
+                    noteLeftOut("zeros behind the three coordinates of nodes", card);
+                    continue;
+                }
                 if (a > 3)
                     refuseCard(card,
                                "node " + std::to_string(number) + " has '" + data.fields[a] +
@@ -223,16 +246,17 @@ private:
     }
 
     void addElements(const DeckCard& card) {
-        const std::string& type = card.get("TYPE");
+        std::string type = card.get("TYPE");
+        if (const std::string* nearest = findNearestElement(type)) {
+            const std::string text = "elements " + type + " are taken as " + *nearest;
+            if (m_replaced.insert(type).second)
+                m_model.warnings.push_back(card.where() + text + ", which CalculiX has");
+            type = *nearest;
+        }
         const ThinType* thin = findThinType(type);
         const ElementType* solid = thin ? nullptr : findSolid(type);
         const int skinNodes = numSkinNodesOf(type);
-        if (const std::string* reason = findElementRefusal(type)) refuseCard(card, *reason);
-        if (!solid && !skinNodes && !thin)
-            refuseCard(card,
-                       "element type " + type +
-                           " is none that simflex knows: solids C3D4, C3D6, C3D8, C3D8R, C3D10, "
-                           "C3D15, C3D20, C3D20R, shells S3, S4R, S6, S8, S8R, beams B32, B32R");
+        if (!solid && !skinNodes && !thin) refuseCard(card, findElementRefusal(type));
         const int size = solid ? numNodesOf(*solid) : thin ? thin->numNodes : skinNodes;
         std::vector<int> numbers;
         int firstLine = 0;
@@ -274,6 +298,7 @@ private:
                 }
             } else {
                 m_skin.insert(numbers[0]);
+                m_skinTypes.insert(type);
                 noteLeftOut("surface or line elements " + type, card);
             }
             if (set) set->push_back(numbers[0]);
@@ -290,6 +315,7 @@ private:
     void addSet(const DeckCard& card, const std::string& kind, Sets& sets) {
         const std::string name = card.get(kind);
         std::vector<int> members;
+        if (&sets == &m_nodeSets && card.has("ELSET")) members = listNodesOf(card);
         std::set<std::string> included;  // a set named twice adds nothing
         for (const DeckLine& data : card.data) {
             if (card.has("GENERATE")) {
@@ -329,6 +355,56 @@ private:
         std::vector<int>& set = sets[name];
         set.insert(set.end(), members.begin(), members.end());
         sortUnique(set);
+    }
+
+    /** Nodes of the elements of the set that a card names. **/
+    std::vector<int> listNodesOf(const DeckCard& card) const {
+        const auto set = m_elementSets.find(card.get("ELSET"));
+        if (set == m_elementSets.end())
+            refuseCard(card, card.title + " names element set " + card.get("ELSET") +
+                                 ", which the deck does not define before it");
+        const std::set<int> numbers(set->second.begin(), set->second.end());
+        std::vector<int> nodes;
+        const auto add = [&](int number, const std::vector<int>& of) {
+            if (numbers.count(number)) nodes.insert(nodes.end(), of.begin(), of.end());
+        };
+        for (const auto& [type, solids] : m_model.solids)
+            for (const auto& solid : solids) add(solid.number, solid.nodes);
+        for (const ThinElement& element : m_thin) add(element.number, element.nodes);
+        return nodes;
+    }
+
+    /** Axes of the nodes of a set, in which supports, loads and equations speak of them. **/
+    void readTransform(const DeckCard& card) {
+        DeckCard axes = card;
+        axes.parameters["SYSTEM"] = card.has("TYPE") ? card.get("TYPE") : "R";
+        const auto set = m_nodeSets.find(card.get("NSET"));
+        if (set == m_nodeSets.end())
+            refuseCard(card, card.title + " names node set " + card.get("NSET") +
+                                 ", which the deck does not define before it");
+        for (const int node : set->second) m_axesOf[node] = m_transforms.size();
+        m_transforms.emplace_back(axes);
+        noteLeftOut(card.title + " but for equations", card);
+    }
+
+    /** An equation in the deck's axes of one in those of its nodes. **/
+    void turnTerms(const DeckCard& card, DeckEquation& equation) const {
+        std::vector<DeckEquation::Term> terms;
+        for (const auto& term : equation.terms) {
+            const auto found = m_axesOf.find(term.node);
+            if (found == m_axesOf.end()) {
+                terms.push_back(term);
+                continue;
+            }
+            if (m_rotationNodes.count(term.node))
+                refuseCard(card, card.title + " names turns of node " + std::to_string(term.node) +
+                                     " in axes of *TRANSFORM, which simflex does not do");
+            const Axes axes = m_transforms[found->second].calcAxes(m_nodes.at(term.node));
+            for (int a = 0; a < 3; ++a)
+                if (const double part = axes[size_t(a)][size_t(term.axis)]; part != 0)
+                    terms.push_back({term.node, a, term.coefficient * part});
+        }
+        equation.terms = std::move(terms);
     }
 
     /** Thicknesses and axes of shells and beams; their cards become those of solids. **/
@@ -396,9 +472,26 @@ private:
         return result;
     }
 
-    /** The node or the nodes of the set named in the first field. **/
+    /** The number of a node that a parameter names by a set. **/
+    void settleNode(DeckCard& card, const char* parameter) const {
+        if (!card.has(parameter) || isDeckNumber(card.get(parameter))) return;
+        const std::string& name = card.get(parameter);
+        const auto set = m_nodeSets.find(name);
+        if (set == m_nodeSets.end() || set->second.size() != 1)
+            refuseCard(card,
+                       card.title + " names node set " + name + ", which " +
+                           (set == m_nodeSets.end()
+                                ? "the deck does not define before it"
+                                : "has " + plural(set->second.size(), "node") + ", must have one"));
+        card.parameters[parameter] = std::to_string(set->second[0]);
+    }
+
+    /** The node or the nodes of the set named in a field. **/
     std::vector<int> findNodes(const DeckCard& card, const DeckLine& data) const {
-        const std::string& field = data.fields[0];
+        return findNodes(card, data, data.fields[0]);
+    }
+    std::vector<int> findNodes(const DeckCard& card, const DeckLine& data,
+                               const std::string& field) const {
         if (isDeckNumber(field)) return {parseDeckInteger(field, card.where(data.line))};
         const auto set = m_nodeSets.find(field);
         if (set == m_nodeSets.end())
@@ -458,13 +551,23 @@ private:
                                          ", which the deck does not define");
                 return found->second;
             };
-            auto equations = card.keyword == "MPC" ? readMultiPointConstraints(card, positionOf)
-                                                   : readEquations(card);
+            const auto& expanded = m_constraints.thin.nodes;
+            const auto nodesOf = [&](const std::string& field, const DeckLine& data) {
+                std::vector<int> nodes = findNodes(card, data, field);
+                nodes.erase(std::remove_if(nodes.begin(), nodes.end(),
+                                           [&](int node) { return expanded.count(node) > 0; }),
+                            nodes.end());
+                return nodes;
+            };
+            auto equations = card.keyword == "MPC"
+                                 ? readMultiPointConstraints(card, nodesOf, positionOf)
+                                 : readEquations(card, nodesOf);
             for (DeckEquation& equation : equations) {
                 for (const auto& term : equation.terms) {
                     positionOf(term.node);
                     if (!m_rotationNodes.count(term.node)) m_extraNodes.push_back(term.node);
                 }
+                if (card.keyword == "EQUATION") turnTerms(card, equation);
                 m_constraints.equations.push_back(std::move(equation));
             }
         }
@@ -564,6 +667,12 @@ private:
                     tie.tolerance = parseDeckNumber(card.get(parameter), card.where());
                 } else if (parameter == "ADJUST") {
                     tie.adjust = value != "NO";
+                } else if (parameter == "TYPE") {
+                    if (value == "SURFACETOSURFACE")
+                        m_model.warnings.push_back(
+                            card.where() +
+                            "*TIE, TYPE=SURFACE TO SURFACE ties node by node, as "
+                            "CalculiX does");
                 } else {
                     refuseCard(card, "*TIE with " + parameter + " is not known to simflex");
                 }
@@ -724,6 +833,10 @@ private:
         if (!card.orientation.empty() && !orientation)
             refuseCard(card.card, "the deck has no *ORIENTATION " + card.orientation);
         for (const int node : body.nodes) {
+            if (!orientation && m_axesOf.count(m_model.mesh.nodeNumbers[size_t(node)]))
+                refuseCard(card.card,
+                           "some directions of nodes with a *TRANSFORM follow, which "
+                           "simflex does not do; give the axes as its ORIENTATION");
             Axes axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
             if (orientation) axes = orientation->calcAxes(m_model.mesh.position(node));
             std::vector<Vec3d> directions;
@@ -761,6 +874,12 @@ private:
             }
             for (const auto& solid : solids)
                 for (const int number : solid.nodes) block->nodes.push_back(indexOf[number]);
+        }
+        for (const auto& [node, expanded] : m_constraints.thin.expandedOf) {
+            std::vector<int>& nodes = mesh.expandedNodes[node];
+            for (const int number : expanded) nodes.push_back(indexOf.at(number));
+            nodes.push_back(indexOf.at(node));
+            sortUnique(nodes);
         }
         if (m_nodes.size() > mesh.nodeNumbers.size())
             m_model.notes.push_back("left out " +
@@ -832,7 +951,11 @@ private:
     DeckConstraints m_constraints;
     std::vector<int> m_extraNodes;  ///< that belong to the mesh, of an element or not
     std::unordered_map<int, int> m_indexOf;
+    std::map<int, size_t> m_axesOf;  ///< index in m_transforms of nodes
+    std::vector<Orientation> m_transforms;
+    std::set<std::string> m_replaced;  ///< element types
     std::set<int> m_skin;
+    std::set<std::string> m_skinTypes;
     size_t m_numSolids = 0;
     std::map<std::string, LeftOut> m_leftOut;
 };

@@ -35,7 +35,7 @@ struct NodeList {
     std::vector<int> nodes;
 };
 
-std::vector<NodeList> readNodeLists(const DeckCard& card) {
+std::vector<NodeList> readNodeLists(const DeckCard& card, const FindDeckNodes& nodesOf) {
     std::vector<NodeList> lists;
     for (const DeckLine& data : card.data)
         for (size_t k = 0; k < data.fields.size(); ++k) {
@@ -46,8 +46,8 @@ std::vector<NodeList> readNodeLists(const DeckCard& card) {
                 continue;
             }
             if (lists.empty()) refuse(card, data.line, "needs its kind before the nodes");
-            const int node = parseDeckInteger(field, card.where(data.line));
-            if (node != 0) lists.back().nodes.push_back(node);
+            for (const int node : nodesOf(field, data))
+                if (node != 0) lists.back().nodes.push_back(node);
         }
     return lists;
 }
@@ -72,10 +72,28 @@ std::array<Vec3d, 2> acrossOf(const Vec3d& along) {
 
 }  // namespace
 
-std::vector<DeckEquation> readEquations(const DeckCard& card) {
+std::vector<DeckEquation> readEquations(const DeckCard& card, const FindDeckNodes& nodesOf) {
     for (const auto& [parameter, value] : card.parameters)
         refuse(card, card.line, "with " + parameter + " is not known to simflex");
     std::vector<DeckEquation> equations;
+    std::vector<std::vector<int>> nodes;  // of the terms of the last one
+    const auto multiply = [&](int line) {
+        size_t count = 1;
+        for (const auto& of : nodes) count = std::max(count, of.size());
+        for (const auto& of : nodes)
+            if (of.size() != 1 && of.size() != count)
+                refuse(card, line,
+                       "names sets of " + std::to_string(count) + " and " +
+                           std::to_string(of.size()) + " nodes, must be as many or one");
+        const DeckEquation form = std::move(equations.back());
+        equations.pop_back();
+        for (size_t k = 0; k < count; ++k) {
+            equations.push_back(form);
+            for (size_t t = 0; t < nodes.size(); ++t)
+                equations.back().terms[t].node = nodes[t][nodes[t].size() == 1 ? 0 : k];
+        }
+        nodes.clear();
+    };
     size_t missing = 0;
     for (const DeckLine& data : card.data) {
         const std::string where = card.where(data.line);
@@ -90,11 +108,12 @@ std::vector<DeckEquation> readEquations(const DeckCard& card) {
         if (data.fields.size() < 3 * here && data.fields.size() % 3 != 0)
             refuse(card, data.line, "needs node, direction, coefficient of each term");
         for (size_t k = 0; 3 * k + 2 < data.fields.size() && missing > 0; ++k, --missing) {
-            const int node = parseDeckInteger(data.fields[3 * k], where);
+            nodes.push_back(nodesOf(data.fields[3 * k], data));
             const int axis = parseAxis(card, data, data.fields[3 * k + 1]);
             equations.back().terms.push_back(
-                {node, axis, parseDeckNumber(data.fields[3 * k + 2], where)});
+                {0, axis, parseDeckNumber(data.fields[3 * k + 2], where)});
         }
+        if (missing == 0) multiply(data.line);
     }
     if (missing > 0)
         refuse(card, card.data.empty() ? card.line : card.data.back().line,
@@ -103,9 +122,10 @@ std::vector<DeckEquation> readEquations(const DeckCard& card) {
 }
 
 std::vector<DeckEquation> readMultiPointConstraints(
-    const DeckCard& card, const std::function<Vec3d(int node)>& positionOf) {
+    const DeckCard& card, const FindDeckNodes& nodesOf,
+    const std::function<Vec3d(int node)>& positionOf) {
     std::vector<DeckEquation> equations;
-    for (const NodeList& list : readNodeLists(card)) {
+    for (const NodeList& list : readNodeLists(card, nodesOf)) {
         const std::string where = card.where(list.line) + card.title + " " + list.kind;
         const auto add = [&](const std::vector<std::pair<int, Vec3d>>& parts) {
             equations.push_back({{}, where});
@@ -149,13 +169,19 @@ std::vector<DeckEquation> readMultiPointConstraints(
             }
         } else if (list.kind == "PLANE") {
             needNodes(4);
-            const Vec3d a = sumOf(x[1], -1, x[0]), b = sumOf(x[2], -1, x[0]);
-            const Vec3d normal = cross(a, b);
+            // The plane of its first two nodes and the one farthest from their line.
+            const Vec3d a = sumOf(x[1], -1, x[0]);
+            const auto normalOf = [&](size_t k) { return cross(a, sumOf(x[k], -1, x[0])); };
+            size_t third = 2;
+            for (size_t k = 3; k < x.size(); ++k)
+                if (normOf(normalOf(k)) > normOf(normalOf(third))) third = k;
+            const Vec3d b = sumOf(x[third], -1, x[0]), normal = normalOf(third);
             const double area = normOf(normal);
             if (area <= Straight * normOf(a) * normOf(b))
-                refuse(card, list.line, "PLANE: its first three nodes lie on a line");
+                refuse(card, list.line, "PLANE: its nodes lie on a line");
             const Vec3d n = scaled(normal, 1 / area);
-            for (size_t k = 3; k < list.nodes.size(); ++k) {
+            for (size_t k = 2; k < list.nodes.size(); ++k) {
+                if (k == third) continue;
                 const Vec3d r = sumOf(x[k], -1, x[0]);
                 checkOn(list.nodes[k], std::abs(dot(r, n)), std::sqrt(area), "plane");
                 // r = α a + β b
@@ -163,7 +189,7 @@ std::vector<DeckEquation> readMultiPointConstraints(
                 add({{list.nodes[k], n},
                      {list.nodes[0], scaled(n, alpha + beta - 1)},
                      {list.nodes[1], scaled(n, -alpha)},
-                     {list.nodes[2], scaled(n, -beta)}});
+                     {list.nodes[third], scaled(n, -beta)}});
             }
         } else {
             refuse(card, list.line,

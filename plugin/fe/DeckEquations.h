@@ -30,14 +30,20 @@ struct DeckEquation {
     std::string where;        ///< "FILE:LINE: *EQUATION"
 };
 
-/** The equations of one *EQUATION card. @throws std::invalid_argument with file and line. **/
-std::vector<DeckEquation> readEquations(const DeckCard& card);
+/** The nodes that a field names: a number, or a set, whose nodes come by their numbers. **/
+using FindDeckNodes =
+    std::function<std::vector<int>(const std::string& field, const DeckLine& data)>;
 
-/** Those of one *MPC card.
+/** The equations of one *EQUATION card: where terms name sets, one for each of their nodes; sets of
+one equation have as many nodes, or one. @throws std::invalid_argument with file and line. **/
+std::vector<DeckEquation> readEquations(const DeckCard& card, const FindDeckNodes& nodesOf);
+
+/** Those of one *MPC card, which may name sets of nodes.
 @param positionOf  of a node by its deck number
 @throws std::invalid_argument with file and line, also where the nodes do not lie on the line or in
     the plane. **/
 std::vector<DeckEquation> readMultiPointConstraints(
-    const DeckCard& card, const std::function<Vec3d(int node)>& positionOf);
+    const DeckCard& card, const FindDeckNodes& nodesOf,
+    const std::function<Vec3d(int node)>& positionOf);
 
 }  // namespace simflex

@@ -27,7 +27,7 @@ bool DeckModel::isForCalculix() const {
 
 void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
     out << "*NODE\n";
-    for (int node = 0; node < mesh.numNodes(); ++node) {
+    for (int node = 0; node < mesh.numNodes() - mesh.numInternalNodes; ++node) {
         out << mesh.nodeNumbers[node];
         for (const double x : mesh.position(node)) out << ',' << writeFortran(x, 13);
         out << '\n';

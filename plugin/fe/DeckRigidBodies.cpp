@@ -12,10 +12,12 @@ DeckRigidCard readRigidCard(const DeckCard& card) {
         return body;
     }
     if (card.has("ROTNODE")) body.rotation = parseDeckInteger(card.get("ROTNODE"), card.where());
-    if (card.has("NSET") == card.has("ELSET"))
+    if (card.has("NSET") + card.has("ELSET") + card.has("TIENSET") != 1)
         refuseCard(card, card.title + " needs either NSET=… or ELSET=…");
-    (card.has("NSET") ? body.nodeSet : body.elementSet) =
-        card.get(card.has("NSET") ? "NSET" : "ELSET");
+    if (card.has("ELSET"))
+        body.elementSet = card.get("ELSET");
+    else
+        body.nodeSet = card.get(card.has("NSET") ? "NSET" : "TIENSET");
     if (!card.data.empty())
         refuseCard(card, card.title + " has a line of data, of which simflex knows nothing",
                    card.data[0].line);
@@ -24,8 +26,7 @@ DeckRigidCard readRigidCard(const DeckCard& card) {
 
 void readCouplingKind(const DeckCard& card, DeckRigidCard& coupling) {
     coupling.isDistributing = card.keyword == "DISTRIBUTING";
-    if (card.data.empty())
-        refuseCard(card, card.title + " needs its degrees of freedom: first, last");
+    if (card.data.empty()) return;  // in Abaqus, all
     coupling.axes.fill(false);
     for (const DeckLine& data : card.data) {
         const int first = int(readDeckNumber(card, data, 0, "its first degree of freedom"));

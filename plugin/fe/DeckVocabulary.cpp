@@ -4,6 +4,8 @@
 #include <set>
 
 #include "BeamMatrices.h"
+#include "ThinElements.h"
+#include "simflex/base/NameDistance.h"
 
 namespace simflex {
 namespace {
@@ -15,26 +17,27 @@ const std::set<std::string> ReadCards = {
     "BEAMSECTION", "SHELLSECTION",   "EQUATION",    "MPC",
     "TIE",         "RIGIDBODY",      "COUPLING",    "DISTRIBUTING",
     "KINEMATIC",   "NODALTHICKNESS", "INCLUDE",     "INITIALCONDITIONS",
-    "STEP",        "ENDSTEP"};
+    "STEP",        "ENDSTEP",        "TRANSFORM"};
 
 /** Parameters of those whose readers do not check them. **/
 const std::map<std::string, std::set<std::string>> Parameters = {
     {"NODE", {"NSET"}},
     {"ELEMENT", {"TYPE", "ELSET"}},
-    {"NSET", {"NSET", "GENERATE", "INTERNAL", "UNSORTED"}},
+    {"NSET", {"NSET", "ELSET", "GENERATE", "INTERNAL", "UNSORTED"}},
     {"ELSET", {"ELSET", "GENERATE", "INTERNAL"}},
     {"SURFACE", {"NAME", "TYPE", "INTERNAL"}},
     {"MATERIAL", {"NAME"}},
     {"ELASTIC", {"TYPE"}},
     {"DENSITY", {}},
-    {"ORIENTATION", {"NAME", "SYSTEM"}},
-    {"SOLIDSECTION", {"ELSET", "MATERIAL", "ORIENTATION"}},
+    {"ORIENTATION", {"NAME", "SYSTEM", "DEFINITION"}},
+    {"SOLIDSECTION", {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS"}},
+    {"TRANSFORM", {"NSET", "TYPE"}},
     {"NODALTHICKNESS", {}},
     {"MPC", {}},
-    {"RIGIDBODY", {"NSET", "ELSET", "REFNODE", "ROTNODE"}},
+    {"RIGIDBODY", {"NSET", "TIENSET", "ELSET", "REFNODE", "ROTNODE"}},
     {"COUPLING", {"REFNODE", "SURFACE", "CONSTRAINTNAME", "ORIENTATION"}},
     {"KINEMATIC", {}},
-    {"DISTRIBUTING", {}},
+    {"DISTRIBUTING", {"WEIGHTINGMETHOD", "COUPLING"}},
     {"INITIALCONDITIONS", {"TYPE"}}};
 
 /** Cards that the deck of a free solid part can have, but that do not belong to K and M: output,
@@ -53,6 +56,7 @@ const std::set<std::string> LeftOutCards = {"AMPLITUDE",
                                             "CLOAD",
                                             "COMPLEXFREQUENCY",
                                             "CONSTRAINT",
+                                            "CONTACTDAMPING",
                                             "CONTACTFILE",
                                             "CONTACTOUTPUT",
                                             "CONTACTPRINT",
@@ -75,12 +79,16 @@ const std::set<std::string> LeftOutCards = {"AMPLITUDE",
                                             "FILM",
                                             "FILTER",
                                             "FREQUENCY",
+                                            "FRICTION",
+                                            "GAPCONDUCTANCE",
+                                            "GAPHEATGENERATION",
                                             "GEOMETRICCONSTRAINT",
                                             "GEOMETRICTOLERANCE",
                                             "GREEN",
                                             "HCF",
                                             "HEADING",
                                             "HEATTRANSFER",
+                                            "HOURGLASSSTIFFNESS",
                                             "MASSFLOW",
                                             "MODALDAMPING",
                                             "MODALDYNAMIC",
@@ -97,6 +105,7 @@ const std::set<std::string> LeftOutCards = {"AMPLITUDE",
                                             "RESTART",
                                             "RETAINEDNODALDOFS",
                                             "ROBUSTDESIGN",
+                                            "SECTIONCONTROLS",
                                             "SECTIONPRINT",
                                             "SELECTCYCLICSYMMETRYMODES",
                                             "SENSITIVITY",
@@ -104,20 +113,26 @@ const std::set<std::string> LeftOutCards = {"AMPLITUDE",
                                             "STEADYSTATEDYNAMICS",
                                             "SUBSTRUCTUREGENERATE",
                                             "SUBSTRUCTUREMATRIXOUTPUT",
+                                            "SURFACEBEHAVIOR",
+                                            "SURFACEINTERACTION",
+                                            TextBeforeCards,
                                             "TIMEPOINTS",
                                             "UNCOUPLEDTEMPERATURE-DISPLACEMENT",
                                             "VALUESATINFINITY",
                                             "VIEWFACTOR",
                                             "VISCO"};
 
-constexpr const char *NotLinear = "contact is not linear",
+constexpr const char *NotLinear =
+                         "contact is not linear; tie surfaces that stay together by *TIE, and "
+                         "take the card out where they may part",
+                     *Generates =
+                         "simflex does not make nodes and elements; write the deck out with them",
                      *MaterialCards = "the material is not linear",
                      *Changes = "simflex takes the part as it is before all steps";
 
 /** Cards that change K or M in a way that simflex does not do, and why each is refused. **/
 const std::map<std::string, std::string> RefusedCards = {
     {"NETWORKMPC", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
-    {"TRANSFORM", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
     {"TRANSFORMF", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
     {"BEAMGENERALSECTION", "its stiffness is not that of a solid; use *BEAM SECTION"},
     {"MEMBRANESECTION",
@@ -134,16 +149,24 @@ const std::map<std::string, std::string> RefusedCards = {
     {"SPRING", "put springs into the multibody model"},
     {"DASHPOT", "put dashpots into the multibody model"},
     {"GAP", "gaps are not linear"},
-    {"GAPCONDUCTANCE", NotLinear},
-    {"GAPHEATGENERATION", NotLinear},
     {"MASS", "a point mass makes M other than that of solids; weld a rigid body to an interface"},
     {"MATRIXASSEMBLE", "it adds matrices from files to those of the elements"},
+    {"CONTACT", NotLinear},
     {"CONTACTPAIR", NotLinear},
-    {"CONTACTDAMPING", NotLinear},
-    {"SURFACEINTERACTION", NotLinear},
-    {"SURFACEBEHAVIOR", NotLinear},
     {"CLEARANCE", NotLinear},
-    {"FRICTION", NotLinear},
+    {"NGEN", Generates},
+    {"NFILL", Generates},
+    {"NCOPY", Generates},
+    {"NMAP", Generates},
+    {"ELGEN", Generates},
+    {"ELCOPY", Generates},
+    {"SYSTEM", "it moves the nodes that follow; write them in the axes of the part"},
+    {"IMPERFECTION", "it moves nodes by files of other runs; write the deck with the nodes moved"},
+    {"PARAMETER", "simflex does not compute numbers that have names; write them out"},
+    {"CONNECTORSECTION", "put connectors into the multibody model"},
+    {"CONNECTORBEHAVIOR", "put connectors into the multibody model"},
+    {"EMBEDDEDELEMENT", "it ties degrees of freedom in a way that simflex does not do"},
+    {"TRANSVERSESHEARSTIFFNESS", "it makes shells and beams other than the solids they become"},
     {"HYPERELASTIC", MaterialCards},
     {"HYPERFOAM", MaterialCards},
     {"DEFORMATIONPLASTICITY", "the material is not linear; give its *ELASTIC instead"},
@@ -194,26 +217,62 @@ const std::map<std::string, std::string> Consequences = {
 
 /** The solids of the deck, and their place in Mesh. **/
 const std::map<std::string, ElementType> SolidElements = {
-    {"C3D4", ElementType::Tet4},     {"C3D6", ElementType::Wedge6}, {"C3D8", ElementType::Hex8},
-    {"C3D8R", ElementType::Hex8},    {"C3D10", ElementType::Tet10}, {"C3D10T", ElementType::Tet10},
-    {"C3D15", ElementType::Wedge15}, {"C3D20", ElementType::Hex20}, {"C3D20R", ElementType::Hex20},
-    {BeamSolid, ElementType::Hex20},
+    {"C3D4", ElementType::Tet4},    {"C3D6", ElementType::Wedge6},   {"C3D8", ElementType::Hex8},
+    {"C3D8R", ElementType::Hex8},   {"C3D8I", ElementType::Hex8},    {"C3D10", ElementType::Tet10},
+    {"C3D10T", ElementType::Tet10}, {"C3D15", ElementType::Wedge15}, {"C3D20", ElementType::Hex20},
+    {"C3D20R", ElementType::Hex20}, {BeamSolid, ElementType::Hex20},
 };
 
 /** Elements that are refused, and why. **/
 const std::map<std::string, std::string> RefusedElements = {
-    {"C3D8I",
-     "C3D8I has internal degrees of freedom that carry mass, so that M is not one of plain nodal "
-     "translations; use C3D8, C3D8R or C3D20R"},
-    {"S4",
-     "CalculiX expands S4 to C3D8I, which has internal degrees of freedom that carry mass; use S4R "
-     "or S8R"},
-    {"B31",
-     "CalculiX expands B31 to C3D8I, which has internal degrees of freedom that carry mass; use "
-     "B32R"},
     {"B31R",
      "CalculiX expands B31R to C3D8R, which has no inertia about the beam's axis; use B32R"},
 };
+
+/** Elements of Abaqus that CalculiX does not have, and the nearest of its own. **/
+const std::map<std::string, std::string> NearestElements = {
+    {"C3D4H", "C3D4"},   {"C3D6H", "C3D6"},     {"C3D8H", "C3D8"},    {"C3D8RH", "C3D8R"},
+    {"C3D8IH", "C3D8I"}, {"C3D10H", "C3D10"},   {"C3D10HS", "C3D10"}, {"C3D10I", "C3D10"},
+    {"C3D10M", "C3D10"}, {"C3D10MH", "C3D10"},  {"C3D15H", "C3D15"},  {"C3D20H", "C3D20"},
+    {"S3R", "S3"},       {"C3D20RH", "C3D20R"}, {"STRI3", "S3"},      {"STRI65", "S6"},
+    {"S4R5", "S4R"},     {"S4RS", "S4R"},       {"S8R5", "S8R"},      {"B31H", "B31"},
+    {"B32H", "B32"}};
+
+constexpr const char *InSpace = "mesh the part in space, by solids, shells or beams",
+                     *IsNoPart =
+                         "they have no place in the part; put them into the multibody model";
+
+/** What elements are whose types begin so, and what to do; the longest beginning holds. **/
+const std::map<std::string, std::pair<const char*, const char*>> RefusedFamilies = {
+    {"CAX", {"axisymmetric elements", InSpace}},
+    {"CGAX", {"axisymmetric elements", InSpace}},
+    {"SAX", {"axisymmetric shells", InSpace}},
+    {"MAX", {"axisymmetric membranes", InSpace}},
+    {"CPE", {"plane elements", InSpace}},
+    {"CPS", {"plane elements", InSpace}},
+    {"CPEG", {"plane elements", InSpace}},
+    {"B2", {"plane beams", InSpace}},
+    {"B33", {"beams without shear", "use B31 or B32R"}},
+    {"PIPE3", {"pipes", "use B32R with *BEAM SECTION, SECTION=PIPE, or shells"}},
+    {"T2D", {"trusses", "they are hinged at their nodes; use beams"}},
+    {"T3D", {"trusses", "they are hinged at their nodes; use beams"}},
+    {"M3D", {"membranes", "they are hinged at their nodes; use shells"}},
+    {"SPRING", {"springs", IsNoPart}},
+    {"DASHPOT", {"dashpots", IsNoPart}},
+    {"CONN", {"connectors", IsNoPart}},
+    {"GAP", {"gaps", "they are not linear; tie what stays together by *TIE or *EQUATION"}},
+    {"ITT", {"contact elements", "they are not linear"}},
+    {"DCOUP", {"distributing couplings", "use *COUPLING with *DISTRIBUTING"}},
+    {"COH", {"cohesive elements", "tie the surfaces by *TIE"}},
+    {"GK", {"gaskets", "they are not linear"}},
+    {"SC", {"continuum shells", "use C3D8I"}},
+    {"R2D", {"rigid elements", "use *RIGID BODY"}},
+    {"R3D", {"rigid elements", "use *RIGID BODY"}},
+    {"DC", {"elements of heat conduction alone", "they have no stiffness; use C3D ones"}},
+    {"DS", {"elements of heat conduction alone", "they have no stiffness; use shells"}},
+    {"AC", {"acoustic elements", "they have no place in a solid part"}},
+    {"F", {"fluid elements", "they have no place in a solid part"}},
+    {"U", {"user elements", "their degrees of freedom are not known"}}};
 
 /** Elements that meshers write along the skin of a solid; number of nodes of each. **/
 const std::map<std::string, int> SkinElements = {
@@ -262,9 +321,38 @@ int numSkinNodesOf(const std::string& calculixType) {
     return found == SkinElements.end() ? 0 : found->second;
 }
 
-const std::string* findElementRefusal(const std::string& calculixType) {
-    const auto found = RefusedElements.find(calculixType);
-    return found == RefusedElements.end() ? nullptr : &found->second;
+std::string findElementRefusal(const std::string& type) {
+    const auto found = RefusedElements.find(type);
+    if (found != RefusedElements.end()) return found->second;
+    if (type == "D") return "D is an element of fluid networks, which have no place in a part";
+    for (size_t length = type.size(); length > 0; --length) {
+        const auto family = RefusedFamilies.find(type.substr(0, length));
+        if (family != RefusedFamilies.end())
+            return type + ": " + family->second.first +
+                   " are not known to simflex: " + family->second.second;
+    }
+    std::vector<std::string> known;
+    for (const auto& solid : SolidElements) known.push_back(solid.first);
+    for (const std::string& thin : listThinTypes()) known.push_back(thin);
+    const std::string nearest = findNearestName(type, known);
+    std::string text = "element type " + type + " is none that simflex knows";
+    if (!nearest.empty()) return text + "; did you mean " + nearest + "?";
+    for (const std::string& name : known) text += (name == known[0] ? ": " : ", ") + name;
+    return text;
+}
+
+const std::string* findNearestElement(const std::string& type) {
+    const auto found = NearestElements.find(type);
+    return found == NearestElements.end() ? nullptr : &found->second;
+}
+
+std::string proposeCard(const std::string& keyword) {
+    std::vector<std::string> known;
+    for (const auto* cards : {&ReadCards, &MaterialCardsKept, &MaterialCardsLeftOut, &LeftOutCards})
+        known.insert(known.end(), cards->begin(), cards->end());
+    for (const auto& card : RefusedCards) known.push_back(card.first);
+    const std::string nearest = findNearestName(keyword, known);
+    return nearest.empty() ? "" : "; did you mean *" + nearest + "?";
 }
 
 }  // namespace simflex

@@ -44,7 +44,13 @@ ElementType getSolid(const std::string& calculixType);
 /** Number of nodes of an element that meshers write along the skin of a solid; 0 for others. **/
 int numSkinNodesOf(const std::string& calculixType);
 
-/** Why elements of this type are refused, or null. **/
-const std::string* findElementRefusal(const std::string& calculixType);
+/** What CalculiX has in place of an element type of Abaqus, or null. **/
+const std::string* findNearestElement(const std::string& type);
+
+/** Why elements of a type that is none of those above are refused. **/
+std::string findElementRefusal(const std::string& type);
+
+/** "; did you mean *NODE?", or nothing where no card is near. **/
+std::string proposeCard(const std::string& keyword);
 
 }  // namespace simflex

@@ -23,9 +23,9 @@ constexpr double FarthestMiddle = 0.49;
 class ShapeCheck {
 public:
     ShapeCheck(const std::string& calculixType, ElementType type)
-        : m_points(makeIntegrationPoints(calculixType == "C3D8R"    ? "C3D8"
-                                         : calculixType == "C3D20R" ? "C3D20"
-                                                                    : calculixType,
+        : m_points(makeIntegrationPoints(calculixType.compare(0, 4, "C3D8") == 0 ? "C3D8"
+                                         : calculixType == "C3D20R"              ? "C3D20"
+                                                                                 : calculixType,
                                          type)),
           m_corners(makeCornerPoints(type)),
           m_ends(getEdgeEnds(type)) {}

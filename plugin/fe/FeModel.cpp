@@ -78,9 +78,12 @@ void checkConnected(const FeModel& model) {
             }
     }
     const SymmetricMatrix& K = model.K;
-    for (int column = 0; mesh.elements.empty() && column < K.size; ++column)
+    const int firstInternal = mesh.numNodes() - mesh.numInternalNodes;
+    std::fill(used.begin() + firstInternal, used.end(), 1);
+    for (int column = 0; column < K.size; ++column)
         for (auto k = K.columnStarts[column]; k < K.columnStarts[column + 1]; ++k)
-            if (K.values[k] != 0) join(column / 3, K.rows[k] / 3);
+            if ((mesh.elements.empty() || K.rows[k] / 3 >= firstInternal) && K.values[k] != 0)
+                join(column / 3, K.rows[k] / 3);
     // A coordinate connects the nodes that it moves; one of an element must be among them.
     std::vector<int> nodeOf(size_t(T.numCoordinates), -1);
     for (const bool pass : {true, false})

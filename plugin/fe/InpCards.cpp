@@ -1,12 +1,17 @@
 #include "InpCards.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <limits>
 #include <stdexcept>
+#include <string_view>
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace {
@@ -14,77 +19,103 @@ namespace {
 namespace fs = std::filesystem;
 constexpr int DeepestInclude = 20;
 
-std::string trimmed(const std::string& text) {
-    const auto begin = text.find_first_not_of(" \t\r");
-    if (begin == std::string::npos) return "";
-    return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
 std::string withoutBlanks(std::string text) {
     text.erase(std::remove_if(text.begin(), text.end(), isBlank), text.end());
     return text;
 }
 
-std::vector<std::string> splitAtCommas(const std::string& text) {
-    std::vector<std::string> fields;
-    size_t begin = 0;
-    while (true) {
-        const size_t comma = text.find(',', begin);
-        fields.push_back(trimmed(text.substr(begin, comma - begin)));
-        if (comma == std::string::npos) return fields;
-        begin = comma + 1;
-    }
+/** A name has neither blanks nor quotes. **/
+std::string bareName(const std::string& text) {
+    std::string name = withoutBlanks(text);
+    name.erase(std::remove(name.begin(), name.end(), '"'), name.end());
+    return name;
 }
 
 DeckCard parseKeyword(const std::string& text, const std::string& file, int line) {
     DeckCard card;
     card.file = file;
     card.line = line;
-    const auto fields = splitAtCommas(text);
-    card.title = upperCase(fields[0]);
+    const std::vector<std::string> fields = splitAt(text, ',');
+    card.title = upperCase(trimBlanks(fields[0]));
     card.keyword = withoutBlanks(card.title).substr(1);
     for (size_t i = 1; i < fields.size(); ++i) {
-        if (fields[i].empty()) continue;
+        if (trimBlanks(fields[i]).empty()) continue;
         const size_t equals = fields[i].find('=');
         const std::string name = upperCase(withoutBlanks(fields[i].substr(0, equals)));
-        std::string value =
-            equals == std::string::npos ? "" : trimmed(fields[i].substr(equals + 1));
-        if (name != "INPUT") {  // file names keep their case
-            value = upperCase(withoutBlanks(value));
-            value.erase(std::remove(value.begin(), value.end(), '"'), value.end());
-        }
+        std::string value(equals == std::string::npos
+                              ? std::string_view()
+                              : trimBlanks(std::string_view(fields[i]).substr(equals + 1)));
+        if (name != "INPUT") value = upperCase(bareName(value));  // file names keep their case
         card.parameters[name] = value;
     }
     return card;
 }
+
+/** The text of a file in ASCII's letters: of UTF-8 without its mark, of UTF-16 other letters are
+'?'. **/
+std::string readPlainText(std::istream& in) {
+    std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) return text.substr(3);
+    const bool isLittle = text.compare(0, 2, "\xFF\xFE") == 0;
+    if (!isLittle && text.compare(0, 2, "\xFE\xFF") != 0) return text;
+    std::string plain;
+    for (size_t k = 2; k + 1 < text.size(); k += 2) {
+        const char low = text[isLittle ? k : k + 1], high = text[isLittle ? k + 1 : k];
+        plain += high == 0 && static_cast<unsigned char>(low) < 128 ? low : '?';
+    }
+    return plain;
+}
+
+/** Lines that end in LF, CR LF or CR. **/
+class Lines {
+public:
+    explicit Lines(std::string text) : m_text(std::move(text)) {}
+
+    bool next() {
+        if (m_at >= m_text.size()) return false;
+        const size_t end = std::min(m_text.find_first_of("\n\r", m_at), m_text.size());
+        m_line = std::string_view(m_text).substr(m_at, end - m_at);
+        m_at = end + (m_text.compare(end, 2, "\r\n") == 0 ? 2 : 1);
+        ++m_number;
+        return true;
+    }
+    bool nextUnlessKeyword() { return m_at < m_text.size() && m_text[m_at] != '*' && next(); }
+
+    std::string_view line() const { return m_line; }
+    int number() const { return m_number; }
+
+private:
+    const std::string m_text;
+    size_t m_at = 0;
+    std::string_view m_line;
+    int m_number = 0;
+};
 
 class CardReader {
 public:
     std::vector<DeckCard> cards;
 
     void read(const fs::path& path, const std::string& includedFrom, int depth) {
-        std::ifstream in(path);
+        std::ifstream in(path, std::ios::binary);
         // A device may have no end.
         if (!in || fs::is_directory(path) || (depth > 0 && !fs::is_regular_file(path)))
             throw std::runtime_error(includedFrom + "cannot read deck '" + path.string() + "'");
         if (depth > DeepestInclude)
             throw std::runtime_error(includedFrom + "*INCLUDE goes " + std::to_string(depth) +
                                      " files deep; does a file include itself?");
-        std::string text;
-        for (int line = 1; std::getline(in, text); ++line) {
-            text = trimmed(text);
-            if (text.empty() || text.compare(0, 2, "**") == 0) continue;
+        Lines lines(readPlainText(in));
+        while (lines.next()) {
+            std::string_view text = trimBlanks(lines.line());
+            if (text.empty() || text.substr(0, 2) == "**") continue;
             if (text[0] != '*') {
-                addData(text, path.string(), line);
+                addData(text, path.string(), lines.number());
                 continue;
             }
-            const int keywordLine = line;
-            for (std::string more; text.back() == ',' && in.peek() != '*' && isKeywordOpen(text);) {
-                if (!std::getline(in, more)) break;
-                ++line;
-                text += trimmed(more);
-            }
-            DeckCard card = parseKeyword(text, path.string(), keywordLine);
+            const int keywordLine = lines.number();
+            std::string keyword(text);
+            while (keyword.back() == ',' && isKeywordOpen(keyword) && lines.nextUnlessKeyword())
+                keyword += trimBlanks(lines.line());
+            DeckCard card = parseKeyword(keyword, path.string(), keywordLine);
             if (card.keyword == "INCLUDE") {
                 read(resolve(card, path), card.where(), depth + 1);
             } else {
@@ -99,15 +130,28 @@ private:
         return std::count(text.begin(), text.end(), ',') > 1;
     }
 
-    void addData(const std::string& text, const std::string& file, int line) {
-        if (cards.empty())
-            throw std::invalid_argument(file + ":" + std::to_string(line) +
-                                        ": data before the first keyword");
+    void addData(std::string_view text, const std::string& file, int line) {
+        if (cards.empty()) {  // as ccx, which reads on at the first keyword
+            DeckCard before;
+            before.keyword = TextBeforeCards;
+            before.title = "text before the first keyword";
+            before.file = file;
+            before.line = line;
+            cards.push_back(std::move(before));
+        }
         DeckLine data;
         data.line = line;
         data.continues = text.back() == ',';
-        data.fields = splitAtCommas(upperCase(text));
-        if (data.continues) data.fields.pop_back();
+        if (data.continues) text.remove_suffix(1);
+        data.fields.reserve(size_t(std::count(text.begin(), text.end(), ',')) + 1);
+        for (size_t begin = 0;;) {
+            const size_t comma = text.find(',', begin);
+            std::string field = upperCase(trimBlanks(text.substr(begin, comma - begin)));
+            if (!field.empty() && (isLetter(field[0]) || field[0] == '"')) field = bareName(field);
+            data.fields.push_back(std::move(field));
+            if (comma == std::string_view::npos) break;
+            begin = comma + 1;
+        }
         cards.back().data.push_back(std::move(data));
     }
 
@@ -138,18 +182,33 @@ std::vector<DeckCard> readDeckCards(const std::string& path) {
     return std::move(reader.cards);
 }
 
+std::string withExponentLetter(std::string_view number) {
+    std::string text(number);
+    for (size_t k = 1; k < text.size(); ++k)
+        if ((text[k] == '+' || text[k] == '-') && (isDigit(text[k - 1]) || text[k - 1] == '.')) {
+            text.insert(k, "e");
+            break;
+        }
+    return text;
+}
+
 double parseDeckNumber(const std::string& field, const std::string& where) {
     double value = 0;
-    if (!readNumber(field, value))
+    if (!readNumber(field, value) && !readNumber(withExponentLetter(field), value))
         throw std::invalid_argument(where + "'" + field + "' is not a finite number");
     return value;
 }
 
 int parseDeckInteger(const std::string& field, const std::string& where) {
     int value = 0;
-    if (!readInteger(field, value))
+    double number = 0;
+    if (readInteger(field, value)) return value;
+    if (!readNumber(field, number) || number != std::floor(number))
         throw std::invalid_argument(where + "'" + field + "' is not a whole number");
-    return value;
+    if (std::abs(number) > std::numeric_limits<int>::max())
+        throw std::invalid_argument(where + field + " is too large: numbers of nodes and " +
+                                    "elements go up to 2147483647; renumber them");
+    return int(number);
 }
 
 bool isDeckNumber(const std::string& field) {

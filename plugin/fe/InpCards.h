@@ -3,11 +3,13 @@
 The cards of a CalculiX (Abaqus-style) input deck, with *INCLUDE resolved. Internal to fe.
 
 A card is a keyword line `*KEYWORD, PARAMETER=VALUE, …` with the data lines below it. As ccx does,
-blanks are dropped and letters made upper case; `**` begins a comment. **/
+blanks are dropped and letters made upper case; `**` begins a comment. Names may stand in quotes.
+Files may be UTF-8 or UTF-16, lines end in LF, CR LF or CR. **/
 
 #include <map>
 #include <ostream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace simflex {
@@ -42,7 +44,13 @@ struct DeckCard {
 @throws std::runtime_error for a file that cannot be read or an include that includes itself. **/
 std::vector<DeckCard> readDeckCards(const std::string& path);
 
-/** A number as ccx reads it (D exponents too).
+/** The keyword of a card that holds what stands before the first one. **/
+constexpr const char* TextBeforeCards = "TEXTBEFORECARDS";
+
+/** 1.5-3 is 1.5e-3: a sign that neither begins the number nor follows an exponent's letter. **/
+std::string withExponentLetter(std::string_view number);
+
+/** A number as ccx reads it (exponents of D or without letter, too).
 @throws std::invalid_argument that begins with `where`. **/
 double parseDeckNumber(const std::string& field, const std::string& where);
 

@@ -276,16 +276,19 @@ std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection) {
                                     "plane:");
     if (kind == "NODE") {
         const double number = parseNumbers(selection, colon, {1}, "node:NUMBER")[0];
-        const auto found = std::find(mesh.nodeNumbers.begin(), mesh.nodeNumbers.end(), int(number));
-        if (found == mesh.nodeNumbers.end() || *found != number)
+        const auto end = mesh.nodeNumbers.end() - mesh.numInternalNodes;
+        const auto found = std::find(mesh.nodeNumbers.begin(), end, int(number));
+        if (found == end || *found != number)
             refuse(selection, "names a node that the model does not have");
+        const auto expanded = mesh.expandedNodes.find(*found);
+        if (expanded != mesh.expandedNodes.end()) return expanded->second;
         return {int(found - mesh.nodeNumbers.begin())};
     }
     const auto outside = makeShape(selection, kind, colon);
     const double slack = Slack * calcSize(mesh);
     std::vector<int> nodes;
     double nearest = std::numeric_limits<double>::infinity();
-    for (int node = 0; node < mesh.numNodes(); ++node) {
+    for (int node = 0; node < mesh.numNodes() - mesh.numInternalNodes; ++node) {
         const double distance = outside(mesh.position(node));
         nearest = std::min(nearest, distance);
         if (distance <= slack) nodes.push_back(node);

@@ -3,7 +3,8 @@
 Chooses nodes of a mesh: by node set, number or geometry. Deck coordinates, metres.
 
     selectNodes(mesh, "SHAFT")                           the nodes of a set (or surface) of the deck
-    selectNodes(mesh, "node:17")                         one node by its number in the deck
+    selectNodes(mesh, "node:17")                         one node by its number in the deck; of a
+                                                         shell or beam its expanded nodes too
     selectNodes(mesh, "sphere:0,0,0,0.01")               x,y,z,r: nodes no farther than r from x,y,z
     selectNodes(mesh, "cylinder:0,0,0,0,0,1,0.005")      x,y,z,ax,ay,az,r: nodes no farther than r
                                                          from the axis through x,y,z along a

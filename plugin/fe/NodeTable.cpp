@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "BulkCards.h"
+#include "DeckAssembly.h"
 #include "DeckModel.h"
 #include "DeckVocabulary.h"
 #include "InpCards.h"
@@ -115,15 +116,18 @@ public:
 
     NodeTable read() {
         for (const DeckCard& card : m_cards) {
-            if (card.keyword == "STEP") break;
-            if (card.keyword == "NODE") addNodes(card);
-            if (card.keyword == "ELEMENT") addElements(card);
-            if (card.keyword == "NSET") addSet(card);
             if (card.keyword == "PART" && ++m_numParts > 1)
                 refuse(card, card.line,
                        "the deck has several parts, whose node numbers are not those of the "
                        "matrices; write a deck without parts and instances");
             if (card.keyword == "INSTANCE") checkInstance(card);
+        }
+        std::vector<std::string> notes;  // of several instances alone
+        for (const DeckCard& card : flattenAssembly(std::move(m_cards), notes)) {
+            if (card.keyword == "STEP") break;
+            if (card.keyword == "NODE") addNodes(card);
+            if (card.keyword == "ELEMENT") addElements(card);
+            if (card.keyword == "NSET") addSet(card);
         }
         NodeTable table = sortNodes(m_path, m_listed);
         for (auto& [type, nodes] : m_elements) addBlock(type, nodes, table.mesh);

@@ -10,12 +10,13 @@ namespace {
 
 constexpr double SameNormal = 0.939693;  // cosine of 20°, CalculiX's digits
 constexpr double SameThickness = 1e-10;  // thicknesses [m] and offsets, CalculiX's too
+constexpr double NearlyParallel = 1e-4;  // sine of the angle between normals of a knot
 constexpr double Flat = 1e-8;            // share of the largest moment that counts as none
 
 const std::map<std::string, ThinType> Thin = {
-    {"S3", {false, 3, "C3D6"}},  {"S4R", {false, 4, "C3D8R"}},  {"S6", {false, 6, "C3D15"}},
-    {"S8", {false, 8, "C3D20"}}, {"S8R", {false, 8, "C3D20R"}}, {"B32", {true, 3, "C3D20"}},
-    {"B32R", {true, 3, "B32R"}}};
+    {"S3", {false, 3, "C3D6"}},  {"S4", {false, 4, "C3D8I"}}, {"S4R", {false, 4, "C3D8R"}},
+    {"S6", {false, 6, "C3D15"}}, {"S8", {false, 8, "C3D20"}}, {"S8R", {false, 8, "C3D20R"}},
+    {"B31", {true, 2, "C3D8I"}}, {"B32", {true, 3, "C3D20"}}, {"B32R", {true, 3, "B32R"}}};
 
 /** Places of a beam's expanded nodes in its section, ξ along n₁ and η along n₂ of −1…1: corners,
 then the middles of the sides. **/
@@ -165,6 +166,12 @@ private:
             expansion.normal = unit(expansion.normal);
             expansion.thickness = lead.thickness;
             expansion.offset = lead.element->offset;
+            // A knot whose nodes lie on a line but for the digits of the mesh has them on it.
+            if (index > 0) {
+                const Vec3d& other = m_expansions[node][0].normal;
+                if (normOf(cross(expansion.normal, other)) < NearlyParallel)
+                    expansion.normal = scaled(other, dot(expansion.normal, other) > 0 ? 1.0 : -1.0);
+            }
             m_expansions[node].push_back(expansion);
         }
     }
@@ -338,6 +345,12 @@ private:
 const ThinType* findThinType(const std::string& type) {
     const auto found = Thin.find(type);
     return found == Thin.end() ? nullptr : &found->second;
+}
+
+std::vector<std::string> listThinTypes() {
+    std::vector<std::string> types;
+    for (const auto& entry : Thin) types.push_back(entry.first);
+    return types;
 }
 
 ThinExpansion expandThinElements(const std::map<int, std::array<double, 3>>& nodes,

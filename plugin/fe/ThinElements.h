@@ -51,6 +51,7 @@ struct ThinType {
 };
 /** Null if it is none that simflex expands. **/
 const ThinType* findThinType(const std::string& type);
+std::vector<std::string> listThinTypes();
 
 /** The solids and what ties their nodes to those of the deck. **/
 struct ThinExpansion {

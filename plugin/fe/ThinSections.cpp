@@ -43,10 +43,10 @@ ThinElement readThinSection(const DeckCard& card, const std::vector<DeckCard>& m
     }
     checkIsotropic(card, materials);
     if (isBeam) {
-        const std::string& shape = card.get("SECTION");
+        const std::string shape = card.get("SECTION").substr(0, 4);  // as ccx: RECTANGULAR too
         if (shape != "RECT" && shape != "CIRC")
             refuseCard(card,
-                       "section " + shape +
+                       "section " + card.get("SECTION") +
                            " has no geometry of its own in CalculiX; use RECT or CIRC, or mesh "
                            "the beam with shells or solids");
         if (shape == "CIRC") section.section = BeamSection::Circle;

@@ -32,6 +32,10 @@ struct Mesh {
     std::vector<ElementBlock> elements;
     std::map<std::string, std::vector<int>>
         nodeSets;  ///< upper-case name → mesh indices, ascending
+    /** Of nodes of shells and beams, by their numbers: the mesh indices of the nodes of their
+     * solids. **/
+    std::map<int, std::vector<int>> expandedNodes;
+    int numInternalNodes = 0;  ///< the last ones are no places: elements bend by them within
 
     int numNodes() const { return int(nodeNumbers.size()); }
 

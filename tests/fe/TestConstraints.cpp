@@ -193,8 +193,40 @@ TEST_F(ConstraintsTest, MultiPointConstraintsAreTheirLinearEquations) {
 
 TEST_F(ConstraintsTest, NodesOffTheirLineOrUnknownKindsAreRefused) {
     EXPECT_THAT(errorOf(Brick().text() + "*MPC\nSTRAIGHT,1,9,12\n"), HasSubstr("off the line"));
-    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nPLANE,1,2,3,12\n"), HasSubstr("on a line"));
+    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nPLANE,1,2,3,4\n"), HasSubstr("on a line"));
     EXPECT_THAT(errorOf(Brick().text() + "*MPC\nMEANROT,1,9,12\n"), HasSubstr("MEANROT"));
+}
+
+TEST_F(ConstraintsTest, EquationsInTheAxesOfTheirNodesHaveCalculixFrequencies) {
+    // Node 55 at (0, −0.015, 0.01), 81 at (0.2, 0.015, 0.01): their distance stays.
+    expectCalculixFrequencies(Brick().text() +
+                              "*NSET,NSET=TURNED\n55,81\n"
+                              "*TRANSFORM,NSET=TURNED,TYPE=R\n20.,3.,0.,-3.,20.,0.\n"
+                              "*EQUATION\n2\n55,1,1.,81,1,-1.\n");
+    // About the line through 55 along z, 81 moves out as 55 along x and y.
+    expectCalculixFrequencies(
+        Brick().text() +
+        "*NSET,NSET=FAR\n81\n"
+        "*TRANSFORM,NSET=FAR,TYPE=C\n0.,-0.015,0.,0.,-0.015,1.\n"
+        "*EQUATION\n3\n81,1,-1.,55,1,0.98893635286830,55,2,0.14834045293025\n");
+    const std::string error = errorOf(Brick().text() + "*TRANSFORM,NSET=NOWHERE\n1,0,0,0,1,0\n");
+    EXPECT_THAT(error, AllOf(HasSubstr("NOWHERE"), ContainsRegex("deck.inp:[0-9]+:")));
+}
+
+TEST_F(ConstraintsTest, EquationsAndPlanesOfSetsAreThoseOfTheirNodes) {
+    const std::string sets = Brick().text() +
+                             "*NSET,NSET=A\n1,2,3\n*NSET,NSET=B\n4\n"
+                             "*NSET,NSET=FLAT\n28,29,30,36,38,46\n";
+    // Along x, on the same line: distances stay.
+    const FeModel model = read(sets + "*EQUATION\n2\nA,1,1.,B,1,-1.\n*MPC\nPLANE,FLAT\n");
+    const FeModel plain = read(sets +
+                               "*EQUATION\n2\n1,1,1.,4,1,-1.\n2\n2,1,1.,4,1,-1.\n2\n"
+                               "3,1,1.,4,1,-1.\n*MPC\nPLANE,28,29,30,36,38,46\n");
+    EXPECT_EQ(model.constraints.columns, plain.constraints.columns);
+    EXPECT_EQ(model.constraints.coefficients, plain.constraints.coefficients);
+    EXPECT_THAT(errorOf(sets + "*NSET,NSET=C\n5,6\n*EQUATION\n2\nA,1,1.,C,1,-1.\n"),
+                HasSubstr("sets of 3 and 2 nodes"));
+    EXPECT_THAT(errorOf(sets + "*EQUATION\n2\nA,1,1.,NOWHERE,1,-1.\n"), HasSubstr("NOWHERE"));
 }
 
 struct TiePair {
@@ -210,14 +242,16 @@ TEST_P(TiedBoxes, HaveCalculixFrequencies) {
 
 INSTANTIATE_TEST_SUITE_P(Types, TiedBoxes,
                          ::testing::Values(TiePair{"C3D8", "C3D8"}, TiePair{"C3D20R", "C3D20R"},
-                                           TiePair{"C3D8", "C3D20"}, TiePair{"C3D20", "C3D8"}),
+                                           TiePair{"C3D8I", "C3D8I"}, TiePair{"C3D8", "C3D20"},
+                                           TiePair{"C3D20", "C3D8"}),
                          [](const auto& pair) {
                              return std::string(pair.param.first) + "_" + pair.param.second;
                          });
 
 TEST_F(ConstraintsTest, ATiePullsSlaveNodesOntoTheMasterAsCalculixDoes) {
-    const std::string text = twoBricks("C3D8", "C3D8", 2e-4) + facingSurfaces() +
-                             "*TIE, NAME=SEAM, POSITION TOLERANCE=1e-3\nEND, BEGIN\n";
+    const std::string tie = "*TIE, NAME=SEAM, POSITION TOLERANCE=1e-3\nEND, BEGIN\n";
+    expectCalculixFrequencies(twoBricks("C3D8I", "C3D8I", 2e-4) + facingSurfaces() + tie);
+    const std::string text = twoBricks("C3D8", "C3D8", 2e-4) + facingSurfaces() + tie;
     expectCalculixFrequencies(text);
     const FeModel model = read(text);
     EXPECT_NEAR(model.mesh.position(model.mesh.indexOf(5))[0], 0.1 + 2e-4, 1e-12);
@@ -327,9 +361,9 @@ TEST_F(ConstraintsTest, RigidBodiesThatCannotBeAreRefusedWithTheirLine) {
               folder / where + "*RIGID BODY names node set GONE, which the deck does not have");
     EXPECT_EQ(errorOf(text + "*RIGID BODY, NSET=LEFT, REF NODE=1, ROT NODE=2\n"),
               folder / where + "ROT NODE 2 is a node of elements; give one of its own");
-    EXPECT_EQ(errorOf(text + "*RIGID BODY, NSET=LEFT, REF NODE=1, TIE NSET=RIGHT\n"),
+    EXPECT_EQ(errorOf(text + "*RIGID BODY, NSET=LEFT, REF NODE=1, PIN NSET=RIGHT\n"),
               folder / where +
-                  "*RIGID BODY with TIENSET is not known to simflex, so it cannot tell what that "
+                  "*RIGID BODY with PINNSET is not known to simflex, so it cannot tell what that "
                   "does to K and M; take it out of the deck");
     EXPECT_EQ(errorOf(text + "*COUPLING, REF NODE=1, SURFACE=S, CONSTRAINT NAME=C\n"),
               folder / where + "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
@@ -341,6 +375,119 @@ TEST_F(ConstraintsTest, AMaterialAtTheTemperatureOfItsNodesHasCalculixFrequencie
     std::string text = Brick().text();
     text.replace(text.find("7e+10,0.3"), 9, "70e9,0.3,20\n35e9,0.25,120\n20e9,0.2,500");
     expectCalculixFrequencies(text + "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 260\n");
+}
+
+/** The part of a deck that stands between *PART and *END PART, and the material behind. **/
+std::pair<std::string, std::string> dividePart(const Brick& brick) {
+    const std::string text = brick.materialText();
+    const size_t section = text.find("*SOLID SECTION");
+    return {brick.meshText() + text.substr(section), text.substr(0, section)};
+}
+
+TEST_F(ConstraintsTest, AnAssemblyIsTheDeckFlattenedByHand) {
+    twoBricks("C3D8", "C3D8");
+    const auto [firstPart, material] = dividePart(first);
+    const std::string secondPart = dividePart(second).first;
+    const FeModel model = read(
+        "*PART, NAME=A\n" + firstPart + "*END PART\n*PART, NAME=B\n" + secondPart +
+        "*END PART\n*ASSEMBLY, NAME=ALL\n*INSTANCE, NAME=A-1, PART=A\n*END INSTANCE\n"
+        "*INSTANCE, NAME=B-1, PART=B\n0.1, 0., 0.\n*END INSTANCE\n"
+        "*ELSET, ELSET=LAST, INSTANCE=A-1, GENERATE\n4, 16, 4\n"
+        "*ELSET, ELSET=FIRST, INSTANCE=B-1, GENERATE\n1, 25, 3\n"
+        "*SURFACE, NAME=END\nLAST, S4\n*SURFACE, NAME=BEGIN\nFIRST, S6\n"
+        "*NODE\n1, 0.3, 0., 0.\n*NSET, NSET=FAR\n1\n*RIGID BODY, NSET=B-1.RIGHT, REF NODE=FAR\n"
+        "*NSET, NSET=MIXED, INSTANCE=A-1\n1, 2\n*NSET, NSET=MIXED, INSTANCE=B-1\n1\n"
+        "*NSET, NSET=POINTED\nB-1.2, A-1.ONE\n"
+        "*TIE, NAME=SEAM\nEND, BEGIN\n*END ASSEMBLY\n" +
+        material);
+
+    std::istringstream lines(second.meshText(46, 17));
+    std::string moved;
+    bool isNode = false;
+    for (std::string line; std::getline(lines, line);) {
+        if (line[0] == '*') isNode = line == "*NODE";
+        int number;
+        double x[3];
+        if (isNode && std::sscanf(line.c_str(), "%d,%lf,%lf,%lf", &number, x, x + 1, x + 2) == 4) {
+            char text[100];
+            std::snprintf(text, sizeof text, "%d,%.17g,%.17g,%.17g", number, x[0] + 0.1, x[1],
+                          x[2]);
+            line = text;
+        }
+        const size_t set = line.find("SET=");
+        if (set != std::string::npos && line.find("BODY") == std::string::npos)
+            line.insert(set + 4, "X");
+        moved += line + "\n";
+    }
+    const FeModel plain =
+        read(first.meshText() + moved + first.materialText() +
+             "*ELSET, ELSET=LAST, GENERATE\n4, 16, 4\n*ELSET, ELSET=FIRST, GENERATE\n17, 41, 3\n"
+             "*SURFACE, NAME=END\nLAST, S4\n*SURFACE, NAME=BEGIN\nFIRST, S6\n"
+             "*NODE\n1000, 0.3, 0., 0.\n*RIGID BODY, NSET=XRIGHT, REF NODE=1000\n"
+             "*TIE, NAME=SEAM\nEND, BEGIN\n");
+    EXPECT_EQ(model.mesh.nodeNumbers, plain.mesh.nodeNumbers);
+    EXPECT_EQ(model.mesh.positions, plain.mesh.positions);
+    EXPECT_EQ(model.K.values, plain.K.values);
+    EXPECT_EQ(model.m.values, plain.m.values);
+    EXPECT_EQ(model.constraints.columns, plain.constraints.columns);
+    EXPECT_EQ(model.constraints.coefficients, plain.constraints.coefficients);
+    EXPECT_EQ(model.mesh.nodeSets.at("B-1.LEFT"), plain.mesh.nodeSets.at("XLEFT"));
+    EXPECT_EQ(model.mesh.nodeSets.at("MIXED"), (std::vector<int>{0, 1, 45}));
+    const int one = model.mesh.nodeSets.at("A-1.ONE").at(0);
+    EXPECT_EQ(model.mesh.nodeSets.at("POINTED"), (std::vector<int>{one, 46}));
+    EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("instance B-1 have their number + 45")));
+}
+
+TEST_F(ConstraintsTest, ATurnedInstanceHasTheFrequenciesOfItsPart) {
+    const std::string wood =
+        "*MATERIAL, NAME=WOOD\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
+        "1e10, 1e9, 5e8, 0.3, 0.3, 0.3, 7e8, 6e8,\n5e8\n*DENSITY\n700.\n"
+        "*MATERIAL, NAME=IRON\n*ELASTIC\n2e11, 0.3\n*DENSITY\n7800.\n";
+    for (const char* axes : {"SYSTEM=RECTANGULAR\n1.,0.3,0.,0.,1.,0.\n3, 20.\n",
+                             "SYSTEM=CYLINDRICAL\n0.,-0.1,0.,0.1,-0.1,0.\n"}) {
+        const std::string part = Brick().meshText() + "*ORIENTATION, NAME=GRAIN, " + axes +
+                                 "*SOLID SECTION, ELSET=BODY, MATERIAL=WOOD, ORIENTATION=GRAIN\n"
+                                 "*NODE\n901,0.2,0.1,0.\n902,0.2,0.2,0.\n"
+                                 "*ELEMENT, TYPE=B31, ELSET=ARM\n901,9,901\n902,901,902\n"
+                                 "*BEAM SECTION, ELSET=ARM, MATERIAL=IRON, SECTION=RECT\n"
+                                 "0.02,0.01\n0.,0.,1.\n";
+        const auto plain = testing::calcFreeFrequencies(read(part + wood), 16);
+        const FeModel model = read("*PART, NAME=P\n" + part +
+                                   "*END PART\n*ASSEMBLY, NAME=A\n"
+                                   "*INSTANCE, NAME=P-1, PART=P\n1., 2., 3.\n"
+                                   "0., 1., 0., 1., 3., 0.5, 70.\n*END INSTANCE\n*END ASSEMBLY\n" +
+                                   wood);
+        const auto turned = testing::calcFreeFrequencies(model, 16);
+        for (size_t i = 9; i < plain.size(); ++i)  // the arm turns on its node
+            EXPECT_NEAR(turned[i], plain[i], 1e-8 * plain[i]) << "mode " << i + 1;
+        EXPECT_EQ(model.mesh.nodeSets.count("LEFT"), 1u);  // of one instance, as it is
+    }
+}
+
+TEST_F(ConstraintsTest, AssembliesThatCannotBeAreRefusedWithTheirLine) {
+    const auto [part, material] = dividePart(Brick());
+    const std::string text = "*PART, NAME=P\n" + part + "*END PART\n*ASSEMBLY, NAME=A\n";
+    const auto refusal = [&, material = material](const std::string& cards) {
+        const std::string error = errorOf(text + cards + "*END ASSEMBLY\n" + material);
+        EXPECT_THAT(error, ContainsRegex("deck.inp:[0-9]+: "));
+        return error;
+    };
+    EXPECT_THAT(refusal("*INSTANCE, NAME=I, PART=Q\n*END INSTANCE\n"), HasSubstr("no *PART Q"));
+    EXPECT_THAT(refusal("*INSTANCE, NAME=I, PART=P, LIBRARY=L\n"), HasSubstr("LIBRARY"));
+    EXPECT_THAT(refusal("*INSTANCE, NAME=I, PART=P\n1., 2.\n"), HasSubstr("translation"));
+    EXPECT_THAT(refusal("*INSTANCE, NAME=I, PART=P\n0,0,0\n1,1,1,1,1,1,90\n"),
+                HasSubstr("are the same"));
+    const std::string instance =
+        "*INSTANCE, NAME=I, PART=P\n0,0,0\n0,0,0,1,1,1,90\n*END INSTANCE\n";
+    EXPECT_THAT(refusal(instance + instance), HasSubstr("given twice"));
+    EXPECT_THAT(refusal(instance + "*NSET, NSET=N, INSTANCE=J\n1\n"), HasSubstr("instance J"));
+    EXPECT_THAT(refusal(instance + "*RIGID BODY, NSET=LEFT, REF NODE=RIGHT\n"),
+                HasSubstr("must have one"));
+    EXPECT_THAT(errorOf("*PART, NAME=P\n" + part +
+                        "*EQUATION\n1\n1,1,1.\n*END PART\n"
+                        "*ASSEMBLY, NAME=A\n" +
+                        instance + "*END ASSEMBLY\n" + material),
+                HasSubstr("write it in the assembly"));
 }
 
 TEST_F(ConstraintsTest, LoosePiecesUnderATieAreConnected) {

@@ -10,6 +10,7 @@ Decks of shells and beams, against CalculiX's own frequencies of the same deck. 
 #include "fe/TestDecks.h"
 #include "fe/ThinDeck.h"
 #include "simflex/fe/CalculixDeck.h"
+#include "simflex/fe/NodeSelection.h"
 
 namespace simflex {
 namespace {
@@ -89,8 +90,9 @@ TEST_P(EveryShell, AsAnAngleWithAKnotHasCalculixFrequencies) {
     expectCalculixFrequencies();
 }
 
-INSTANTIATE_TEST_SUITE_P(Types, EveryShell, ::testing::Values("S3", "S4R", "S6", "S8", "S8R"));
-INSTANTIATE_TEST_SUITE_P(Types, EveryCurvedShell, ::testing::Values("S3", "S6", "S8", "S8R"));
+INSTANTIATE_TEST_SUITE_P(Types, EveryShell,
+                         ::testing::Values("S3", "S4", "S4R", "S6", "S8", "S8R"));
+INSTANTIATE_TEST_SUITE_P(Types, EveryCurvedShell, ::testing::Values("S3", "S4", "S6", "S8", "S8R"));
 
 TEST_F(ThinDecks, CurvedS4RIsRefusedForItResistsTurning) {
     deck.addPatch("S4R", "SHELL", 6, 3, [](double u, double v) -> Point {
@@ -158,8 +160,9 @@ TEST_P(EveryBeam, AsAFrameInSpaceHasCalculixFrequencies) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Types, EveryBeam,
-                         ::testing::Values(BeamType{"B32", "RECT"}, BeamType{"B32", "CIRC"},
-                                           BeamType{"B32R", "RECT"}, BeamType{"B32R", "CIRC"}),
+                         ::testing::Values(BeamType{"B31", "RECT"}, BeamType{"B32", "RECT"},
+                                           BeamType{"B32", "CIRC"}, BeamType{"B32R", "RECT"},
+                                           BeamType{"B32R", "CIRC"}),
                          [](const auto& beam) {
                              return std::string(beam.param.type) + "_" + beam.param.shape;
                          });
@@ -211,6 +214,28 @@ TEST_F(ThinDecks, EquationsOfShellNodesHaveCalculixFrequencies) {
                      std::to_string(a) + ",1.," + std::to_string(numbers[size_t(k)]) + "," +
                      std::to_string(a) + ",-1.\n");
     expectCalculixFrequencies(7);  // the seam is a hinge
+}
+
+TEST_F(ThinDecks, PlatesWhoseNormalsDifferByTheirDigitsMeetInAKnotOnALine) {
+    deck.addPatch("S8R", "THIN", 3, 3, [](double u, double v) -> Point {
+        return {0.1 * u, 0.15 * v, 0};
+    });
+    deck.addPatch("S8R", "THICK", 3, 3, [](double u, double v) -> Point {
+        return {0.1 + 0.1 * u, 0.15 * v, 2e-6 * u};
+    });
+    deck.addShellSection("THIN", 0.004);
+    deck.addShellSection("THICK", 0.006);
+    expectCalculixFrequencies();
+}
+
+TEST_F(ThinDecks, ANodeByItsNumberIsChosenWithItsExpandedNodes) {
+    deck.addBeam("B32R", "BEAM", 4, {0, 0, 0}, {0.4, 0, 0});
+    deck.addBeamSection("BEAM", "RECT", 0.012, 0.008, "0,1,0");
+    const int end = deck.addNode({0.4, 0, 0});
+    deck.add("*NSET, NSET=END\n" + std::to_string(end) + "\n");
+    const Mesh mesh = read(deck.text()).mesh;
+    EXPECT_EQ(selectNodes(mesh, "node:" + std::to_string(end)), mesh.nodeSets.at("END"));
+    EXPECT_EQ(mesh.nodeSets.at("END").size(), 9u);
 }
 
 TEST_F(ThinDecks, NodeSetsHoldTheExpandedNodesToo) {

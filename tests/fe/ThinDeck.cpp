@@ -36,7 +36,7 @@ void ThinDeck::addBeam(const std::string& type, const std::string& set, int n, c
     _elements << "*ELEMENT, TYPE=" << type << ", ELSET=" << set << "\n";
     for (int i = 0; i < n; ++i) {
         std::vector<int> numbers;
-        for (int k = 0; k <= 2; ++k) {
+        for (int k = 0; k <= 2; k += type[2] == '1' ? 2 : 1) {
             const double s = (i + 0.5 * k) / n;
             Point x;
             for (size_t c = 0; c < 3; ++c) x[c] = a[c] + s * (b[c] - a[c]);

@@ -7,11 +7,10 @@ The known name that was probably meant. **/
 #include <string>
 #include <vector>
 
+#include "simflex/base/NameDistance.h"
+
 namespace simflex {
 namespace model {
-
-/** The nearest of `known` by edits (case aside), or "" if none is near. **/
-std::string findNearestName(const std::string& name, const std::vector<std::string>& known);
 
 /** "did you mean 'x'?", or "there is: a, b, c" if they are few, or "". **/
 std::string proposeName(const std::string& name, const std::vector<std::string>& known);
