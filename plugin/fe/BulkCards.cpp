@@ -32,7 +32,8 @@ std::string_view takeColumns(const std::string& line, size_t begin, size_t width
 }
 
 /** Appends the fields of one line; they begin behind its name or continuation mark. **/
-void addFields(const std::string& line, bool isLarge, std::vector<std::string>& fields) {
+void addFields(const TextLines& lines, const std::string& line, bool isLarge,
+               std::vector<std::string>& fields) {
     const size_t count = isLarge ? LargeFields : SmallFields;
     if (line.find(',') != std::string::npos) {
         size_t at = line.find(',') + 1;
@@ -43,6 +44,11 @@ void addFields(const std::string& line, bool isLarge, std::vector<std::string>& 
                                     : trimBlanks(std::string_view(line).substr(at, comma - at)));
             at = comma + 1;
         }
+        // One more is the mark of a continuation.
+        at = std::min(line.find(',', std::min(at, line.size())), line.size());
+        if (!trimBlanks(std::string_view(line).substr(std::min(at + 1, line.size()))).empty())
+            lines.refuse("the line has more than the " + std::to_string(count) +
+                         " fields that Nastran reads; continue it on the next");
         return;
     }
     const size_t width = isLarge ? LargeWidth : SmallWidth;
@@ -69,12 +75,12 @@ bool BulkCards::next(BulkCard& card) {
         bool isLarge = !name.empty() && name.back() == '*';
         if (isLarge) name.pop_back();
         name.resize(trimBlanks(name).size());
-        if (!m_names.count(name)) continue;
+        if (m_names.empty() ? name.empty() || name[0] == '+' : !m_names.count(name)) continue;
 
         card.name = name;
         card.fields.clear();
         card.line = m_lines.number();
-        addFields(line, isLarge, card.fields);
+        addFields(m_lines, line, isLarge, card.fields);
         while (m_lines.next()) {
             if (!m_lines.line().empty() && m_lines.line()[0] == '$') continue;
             line = withoutTabs(m_lines.line());
@@ -85,7 +91,7 @@ bool BulkCards::next(BulkCard& card) {
                 m_lines.stepBack();
                 break;
             }
-            addFields(line, mark == '*', card.fields);
+            addFields(m_lines, line, mark == '*', card.fields);
         }
         return true;
     }

@@ -22,7 +22,8 @@ struct BulkCard {
     }
 };
 
-/** Walks through the entries of some names; lines of all others are passed over. **/
+/** Walks through the entries of some names; lines of all others are passed over. Without names
+through all entries. **/
 class BulkCards {
 public:
     BulkCards(const std::string& path, const std::string& kind, std::set<std::string> names);

@@ -39,6 +39,22 @@ void assembleByCalculix(const DeckModel& deck, const std::string& program,
     turnToInternalNodes(deck, model);
 }
 
+void addPointMasses(const DeckModel& deck, FeModel& model) {
+    for (const auto& [number, mass] : deck.masses) {
+        const auto node = size_t(deck.mesh.indexOf(number));
+        const auto first = size_t(model.m.columnStarts[node]);
+        const bool hasDiagonal = model.m.columnStarts[node + 1] > std::int64_t(first) &&
+                                 model.m.rows[first] == int(node);
+        if (!hasDiagonal) {
+            model.m.rows.insert(model.m.rows.begin() + std::ptrdiff_t(first), int(node));
+            model.m.values.insert(model.m.values.begin() + std::ptrdiff_t(first), 0);
+            for (size_t k = node + 1; k < model.m.columnStarts.size(); ++k)
+                ++model.m.columnStarts[k];
+        }
+        model.m.values[first] += mass;
+    }
+}
+
 /** K and m of the deck's elements. **/
 void assemble(const DeckModel& deck, const std::string& program, const ProgressCallback& progress,
               FeModel& model) {
@@ -49,6 +65,7 @@ void assemble(const DeckModel& deck, const std::string& program, const ProgressC
         model.m = SymmetricMatrix::fromEntries(model.mesh.numNodes(), {}, {}, {});
     }
     addBeamMatrices(deck, model);
+    addPointMasses(deck, model);
 }
 
 void visitMatrix(Archive& archive, SymmetricMatrix& A) {
@@ -60,6 +77,7 @@ void visitMatrix(Archive& archive, SymmetricMatrix& A) {
 Hash hashCards(const std::vector<DeckCard>& cards) {
     Hash hash;
     for (const DeckCard& card : cards) {
+        if (card.keyword == NoteCard) continue;
         hash.add(card.keyword);
         for (const auto& [parameter, value] : card.parameters) hash.add(parameter + "=" + value);
         for (const DeckLine& line : card.data)
@@ -72,7 +90,7 @@ Hash hashCards(const std::vector<DeckCard>& cards) {
 
 FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options) {
     reportProgress(options.progress, "reading the deck", 0);
-    std::vector<DeckCard> cards = readDeckCards(path);
+    std::vector<DeckCard> cards = readModelCards(path);
     Hash hash;
     if (options.checkpoint) hash = hashCards(cards);
     DeckModel deck = buildDeckModel(path, std::move(cards));
@@ -116,7 +134,7 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
 }
 
 Mesh readCalculixMesh(const std::string& path) {
-    return buildDeckModel(path, readDeckCards(path)).mesh;
+    return buildDeckModel(path, readModelCards(path)).mesh;
 }
 
 }  // namespace simflex

@@ -29,12 +29,13 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
   directions alone): nodes follow the rigid motion of the reference node; of a shell or beam the
   expanded nodes, so that its thickness there does not stretch as in ccx. *DISTRIBUTING stiffens
   nothing.
+- *MASS of elements of type MASS, in nodes of elements or of rigid bodies.
 - *INITIAL CONDITIONS, TYPE=TEMPERATURE: a material that depends on temperature is taken at that of
   the nodes of its elements, which must be one.
 - Left out and reported: steps, *BOUNDARY, loads, amplitudes, output, other initial conditions,
   surface and line elements that Gmsh writes, nodes of no element that nothing ties.
 - Refused, with file and line: what makes K or M other than that of free solids, such as
-  contact, springs, point masses, membranes, equations of rotations, composite shells,
+  contact, springs, inertias of points, membranes, equations of rotations, composite shells,
   other beam sections, and B31R (in ccx without inertia about its axis);
   keywords and parameters that are not known; elements without material, materials without
   *ELASTIC or *DENSITY; nodes given twice at different places; elements with swapped nodes.

@@ -192,6 +192,7 @@ private:
         if (const std::string* nearest = findNearestElement(type)) type = *nearest;
         if (const ThinType* thin = findThinType(type)) return size_t(thin->numNodes);
         if (const ElementType* solid = findSolid(type)) return size_t(numNodesOf(*solid));
+        if (type == PointMass) return 1;
         return size_t(numSkinNodesOf(type));
     }
 

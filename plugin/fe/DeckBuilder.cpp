@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iomanip>
 #include <limits>
 #include <map>
@@ -21,7 +22,9 @@
 #include "ElasticLaw.h"
 #include "ElementShapes.h"
 #include "IncompatibleModes.h"
+#include "NastranDeck.h"
 #include "ThinSections.h"
+#include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -52,6 +55,10 @@ public:
         DeckRigidCard* coupling = nullptr;  // the card before, if it waits for its kind
         for (DeckCard& card : m_cards) {
             const std::string& keyword = card.keyword;
+            if (keyword == NoteCard) {
+                m_model.notes.push_back(card.title);
+                continue;
+            }
             if (keyword == "STEP") inStep = true;
             if (inStep) {
                 if (const std::string* reason = findStepRefusal(keyword))
@@ -113,6 +120,8 @@ public:
                 m_tieCards.push_back(card);
             } else if (keyword == "SURFACE") {
                 m_surfaceCards.push_back(card);
+            } else if (keyword == "MASS") {
+                m_massCards.push_back(card);
             } else if (keyword == "TRANSFORM") {
                 readTransform(card);
             } else if (use == CardUse::LeftOut || use == CardUse::LeftOutProperty) {
@@ -139,6 +148,7 @@ public:
         finishSections();
         expandThin();
         readTemperatures();
+        readMasses();
         checkRigidNodes();
         readEquationCards();
         finishMesh();
@@ -256,8 +266,12 @@ private:
         const ThinType* thin = findThinType(type);
         const ElementType* solid = thin ? nullptr : findSolid(type);
         const int skinNodes = numSkinNodesOf(type);
-        if (!solid && !skinNodes && !thin) refuseCard(card, findElementRefusal(type));
-        const int size = solid ? numNodesOf(*solid) : thin ? thin->numNodes : skinNodes;
+        const bool isMass = type == PointMass;
+        if (!solid && !skinNodes && !thin && !isMass) refuseCard(card, findElementRefusal(type));
+        const int size = solid    ? numNodesOf(*solid)
+                         : thin   ? thin->numNodes
+                         : isMass ? 1
+                                  : skinNodes;
         std::vector<int> numbers;
         int firstLine = 0;
         std::vector<int>* set = card.has("ELSET") ? &m_elementSets[card.get("ELSET")] : nullptr;
@@ -272,7 +286,9 @@ private:
                            "element " + std::to_string(numbers[0]) + " has more than the " +
                                std::to_string(size) + " nodes of a " + type,
                            firstLine);
-            if (solid || thin) {
+            if (isMass) {
+                m_massElements[numbers[0]] = {numbers[1], card.where(firstLine)};
+            } else if (solid || thin) {
                 if (!m_solidNumbers.insert({numbers[0], type}).second)
                     refuseCard(card, "element " + std::to_string(numbers[0]) + " is given twice",
                                firstLine);
@@ -738,6 +754,42 @@ private:
             m_temperatures.thinNodes[element.number] = element.nodes;
     }
 
+    /** Masses of nodes, which become part of the mesh. **/
+    void readMasses() {
+        std::set<int> given;
+        for (const DeckCard& card : m_massCards) {
+            const auto set = m_elementSets.find(card.get("ELSET"));
+            if (set == m_elementSets.end())
+                refuseCard(card, card.title + " names element set " + card.get("ELSET") +
+                                     ", which the deck does not have");
+            if (card.data.empty()) refuseCard(card, card.title + " needs a mass");
+            const double mass = readDeckNumber(card, card.data[0], 0, "a mass");
+            if (!(mass > 0))
+                refuseCard(card,
+                           card.title + " is " + card.data[0].fields[0] + ", must be positive",
+                           card.data[0].line);
+            for (const int number : set->second) {
+                const auto element = m_massElements.find(number);
+                if (element == m_massElements.end())
+                    refuseCard(card, card.title + " gives a mass to element " +
+                                         std::to_string(number) + ", which is none of type MASS");
+                const int node = element->second.first;
+                if (!m_nodes.count(node))
+                    throw std::invalid_argument(
+                        element->second.second + "mass " + std::to_string(number) + " uses node " +
+                        std::to_string(node) + ", which the deck does not define");
+                if (!given.insert(number).second)
+                    refuseCard(card, "mass " + std::to_string(number) + " is given twice");
+                m_model.masses[node] += mass;
+                m_extraNodes.push_back(node);
+            }
+        }
+        for (const auto& [number, element] : m_massElements)
+            if (!given.count(number))
+                throw std::invalid_argument(element.second + "element " + std::to_string(number) +
+                                            ", a MASS, has no *MASS");
+    }
+
     void checkRigidNodes() {
         for (const DeckRigidCard& body : m_rigidCards)
             for (const int node : {body.reference, body.rotation}) {
@@ -809,6 +861,16 @@ private:
                                         "reference node are left out");
                 continue;
             }
+            const bool holdsTurns =
+                std::any_of(body.nodes.begin(), body.nodes.end(), [&](int node) {
+                    return m_constraints.thin.nodes.count(m_model.mesh.nodeNumbers[size_t(node)]);
+                });
+            if (holdsTurns && m_model.masses.count(card.reference) &&
+                card.card.title == "*RIGID BODY")
+                m_model.warnings.push_back(
+                    body.where +
+                    " holds the turns of shells or beams, too, where in CalculiX a row of nodes is "
+                    "a hinge: what its mass does differs");
             if (m_indexOf.count(card.rotation))
                 refuseCard(card.card, "ROT NODE " + std::to_string(card.rotation) +
                                           " is a node of elements; give one of its own");
@@ -954,6 +1016,8 @@ private:
     std::map<int, size_t> m_axesOf;  ///< index in m_transforms of nodes
     std::vector<Orientation> m_transforms;
     std::set<std::string> m_replaced;  ///< element types
+    std::vector<DeckCard> m_massCards;
+    std::map<int, std::pair<int, std::string>> m_massElements;  ///< node, and where it is given
     std::set<int> m_skin;
     std::set<std::string> m_skinTypes;
     size_t m_numSolids = 0;
@@ -961,6 +1025,13 @@ private:
 };
 
 }  // namespace
+
+std::vector<DeckCard> readModelCards(const std::string& path) {
+    const std::string suffix = lowerCase(std::filesystem::path(path).extension().string());
+    for (const char* bulk : {".bdf", ".nas", ".dat"})
+        if (suffix == bulk) return readNastranCards(path);
+    return readDeckCards(path);
+}
 
 DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards) {
     try {

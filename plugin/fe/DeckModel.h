@@ -25,6 +25,7 @@ struct DeckModel {
     Mesh mesh;  ///< nodes of solids and those only tied to them; deck coordinates
     std::map<std::string, std::vector<Solid>> solids;     ///< by CalculiX type, C3D8R …
     std::map<std::string, std::vector<int>> elementSets;  ///< element numbers, solids only
+    std::map<int, double> masses;                         ///< of points, by node [kg]
     NodalConstraints constraints;                         ///< what ties nodes to each other
     std::vector<DeckCard> materials;                      ///< *MATERIAL with its properties
     std::vector<DeckCard> sections;                       ///< *ORIENTATION, *SOLID SECTION

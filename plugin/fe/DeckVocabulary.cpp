@@ -17,7 +17,7 @@ const std::set<std::string> ReadCards = {
     "BEAMSECTION", "SHELLSECTION",   "EQUATION",    "MPC",
     "TIE",         "RIGIDBODY",      "COUPLING",    "DISTRIBUTING",
     "KINEMATIC",   "NODALTHICKNESS", "INCLUDE",     "INITIALCONDITIONS",
-    "STEP",        "ENDSTEP",        "TRANSFORM"};
+    "STEP",        "ENDSTEP",        "TRANSFORM",   "MASS"};
 
 /** Parameters of those whose readers do not check them. **/
 const std::map<std::string, std::set<std::string>> Parameters = {
@@ -32,6 +32,7 @@ const std::map<std::string, std::set<std::string>> Parameters = {
     {"ORIENTATION", {"NAME", "SYSTEM", "DEFINITION"}},
     {"SOLIDSECTION", {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS"}},
     {"TRANSFORM", {"NSET", "TYPE"}},
+    {"MASS", {"ELSET"}},
     {"NODALTHICKNESS", {}},
     {"MPC", {}},
     {"RIGIDBODY", {"NSET", "TIENSET", "ELSET", "REFNODE", "ROTNODE"}},
@@ -149,7 +150,7 @@ const std::map<std::string, std::string> RefusedCards = {
     {"SPRING", "put springs into the multibody model"},
     {"DASHPOT", "put dashpots into the multibody model"},
     {"GAP", "gaps are not linear"},
-    {"MASS", "a point mass makes M other than that of solids; weld a rigid body to an interface"},
+    {"ROTARYINERTIA", "weld a rigid body to an interface instead"},
     {"MATRIXASSEMBLE", "it adds matrices from files to those of the elements"},
     {"CONTACT", NotLinear},
     {"CONTACTPAIR", NotLinear},
@@ -266,6 +267,7 @@ const std::map<std::string, std::pair<const char*, const char*>> RefusedFamilies
     {"COH", {"cohesive elements", "tie the surfaces by *TIE"}},
     {"GK", {"gaskets", "they are not linear"}},
     {"SC", {"continuum shells", "use C3D8I"}},
+    {"ROTARYI", {"inertias of points", "weld a rigid body to an interface instead"}},
     {"R2D", {"rigid elements", "use *RIGID BODY"}},
     {"R3D", {"rigid elements", "use *RIGID BODY"}},
     {"DC", {"elements of heat conduction alone", "they have no stiffness; use C3D ones"}},

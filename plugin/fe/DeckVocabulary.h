@@ -41,6 +41,9 @@ const ElementType* findSolid(const std::string& calculixType);
 /** The same. @throws std::out_of_range for a type that is no solid. **/
 ElementType getSolid(const std::string& calculixType);
 
+/** The element type of a mass in one node. **/
+constexpr const char* PointMass = "MASS";
+
 /** Number of nodes of an element that meshers write along the skin of a solid; 0 for others. **/
 int numSkinNodesOf(const std::string& calculixType);
 

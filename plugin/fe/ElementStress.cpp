@@ -20,7 +20,7 @@ using Lanes = std::array<double, Group>;
 
 DeckModel readDeck(const std::string& source) {
     try {
-        return buildDeckModel(source, readDeckCards(source));
+        return buildDeckModel(source, readModelCards(source));
     } catch (const std::exception& error) {
         throw std::invalid_argument(
             "stress needs the CalculiX deck that the part was read from, with its elements and "

@@ -211,7 +211,7 @@ void calcGeometricStiffness(const FeModel& model, const std::vector<PrestressLoa
                             const std::function<void(int, const SymmetricMatrix&)>& take) {
     const char* phase = "geometric stiffness";
     reportProgress(options.progress, phase, 0);
-    const DeckModel deck = buildDeckModel(model.source, readDeckCards(model.source));
+    const DeckModel deck = buildDeckModel(model.source, readModelCards(model.source));
     if (deck.mesh.nodeNumbers != model.mesh.nodeNumbers ||
         deck.mesh.positions != model.mesh.positions)
         throw std::runtime_error(model.source +

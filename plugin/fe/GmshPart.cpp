@@ -133,12 +133,12 @@ std::string writeSizeCheck(double meshSize, const fs::path& folder) {
 
 void runGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder) {
     const std::string suffix = suffixOf(path);
-    const bool isMesh = suffix == ".msh", isStep = suffix == ".step" || suffix == ".stp",
+    const bool isMesh = suffix == ".msh" || suffix == ".unv", isStep = suffix == ".step" || suffix == ".stp",
                isIges = suffix == ".iges" || suffix == ".igs";
     // Of IGES, whatever its unit, Gmsh takes millimetres; often it holds but surfaces.
     const bool isMillimetres = isIges && options.lengthUnit == 0;
     const bool isScript = isGmshScript(path), isInSandbox = needsSandbox(path, options);
-    if (isMesh) checkIsMesh(path);
+    if (suffix == ".msh") checkIsMesh(path);
 
     // Of NAME.step Gmsh would also run NAME.step.opt: data are read where they are alone.
     const std::string given = fs::absolute(path).string();

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A part from a Gmsh mesh (.msh), a Gmsh script (.geo) or CAD geometry (.step, .stp, .brep, .iges,
+A part from a mesh (.msh of Gmsh, .unv with its groups), a Gmsh script (.geo) or CAD geometry (.step, .stp, .brep, .iges,
 .igs) and a material: Gmsh meshes it, CalculiX assembles its matrices. Physical groups become node
 sets of their names. Surface and line elements are left out.
 

@@ -182,6 +182,13 @@ std::vector<DeckCard> readDeckCards(const std::string& path) {
     return std::move(reader.cards);
 }
 
+DeckCard makeNoteCard(const std::string& text) {
+    DeckCard card;
+    card.keyword = NoteCard;
+    card.title = text;
+    return card;
+}
+
 std::string withExponentLetter(std::string_view number) {
     std::string text(number);
     for (size_t k = 1; k < text.size(); ++k)

@@ -47,6 +47,10 @@ std::vector<DeckCard> readDeckCards(const std::string& path);
 /** The keyword of a card that holds what stands before the first one. **/
 constexpr const char* TextBeforeCards = "TEXTBEFORECARDS";
 
+/** The keyword of a card by which a reader of another format tells what it did: its title. **/
+constexpr const char* NoteCard = "NOTE";
+DeckCard makeNoteCard(const std::string& text);
+
 /** 1.5-3 is 1.5e-3: a sign that neither begins the number nor follows an exponent's letter. **/
 std::string withExponentLetter(std::string_view number);
 

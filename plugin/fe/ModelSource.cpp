@@ -22,15 +22,17 @@ bool isMatrixMarket(const std::string& path) {
 
 Kind findKind(const std::string& path) {
     const std::string suffix = lowerCase(std::filesystem::path(path).extension().string());
-    if (suffix == ".inp") return Kind::Deck;
+    for (const char* deck : {".inp", ".bdf", ".nas", ".dat"})
+        if (suffix == deck) return Kind::Deck;
     if (suffix == ".mtx") return isMatrixMarket(path) ? Kind::MatrixMarket : Kind::AbaqusMatrices;
     if (suffix == ".pch") return Kind::NastranDmig;
-    for (const char* gmsh : {".msh", ".geo", ".step", ".stp", ".brep", ".iges", ".igs"})
+    for (const char* gmsh : {".msh", ".unv", ".geo", ".step", ".stp", ".brep", ".iges", ".igs"})
         if (suffix == gmsh) return Kind::Gmsh;
     throw std::invalid_argument(
         "'" + path + "' ends in " + (suffix.empty() ? "nothing" : "'" + suffix + "'") +
-        "; simflex reads .inp (CalculiX deck), .mtx (Matrix Market or Abaqus matrices), .pch "
-        "(Nastran DMIG), .msh, .geo, .step, .stp, .brep, .iges and .igs (Gmsh)");
+        "; simflex reads .inp (CalculiX or Abaqus deck), .bdf, .nas and .dat (Nastran bulk data), "
+        ".mtx (Matrix Market or Abaqus matrices), .pch "
+        "(Nastran DMIG), .msh, .unv, .geo, .step, .stp, .brep, .iges and .igs (Gmsh)");
 }
 
 /** Refuses options that the source cannot use, and asks for those it needs. **/

@@ -2,10 +2,11 @@
 /** @file
 Reads a finite element model from whatever there is, by the name of the file:
 
-- .inp: a CalculiX deck (CalculixDeck.h);
+- .inp: a CalculiX or Abaqus deck (CalculixDeck.h);
+- .bdf .nas .dat: Nastran bulk data (CalculixDeck.h, too);
 - .mtx + mass matrix + nodes: Matrix Market (MatrixMarket.h) or Abaqus (AbaqusMatrices.h);
 - .pch [+ mass matrix] + nodes: Nastran DMIG (NastranDmig.h);
-- .msh .geo .step .stp .brep .iges .igs + material: Gmsh mesh or geometry (GmshPart.h);
+- .msh .unv .geo .step .stp .brep .iges .igs + material: Gmsh mesh or geometry (GmshPart.h);
 
 then converts it to SI and warns if its numbers cannot be that. **/
 
@@ -29,7 +30,7 @@ struct SourceOptions {
     CalculixOptions calculix;      ///< also note and progress for all other sources
 };
 
-/** True for a CalculiX deck in SI units: the one source from which CalculiX can compute more
+/** True for a deck or bulk data in SI units: the one source from which CalculiX can compute more
 (geometric stiffness, stress) after the matrices. **/
 bool isCalculixDeck(const SourceOptions& options);
 

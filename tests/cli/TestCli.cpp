@@ -106,7 +106,7 @@ TEST_F(CliTest, ReduceReadsMatricesAndTheirNodes) {
     EXPECT_EQ(run("reduce brick_K.mtx --mass-matrix brick_M.mtx --nodes brick_nodes.inp "
                   "--stiffening -o no.h5"),
               1);
-    EXPECT_THAT(err, HasSubstr("--stiffening needs a CalculiX deck"));
+    EXPECT_THAT(err, HasSubstr("--stiffening needs a deck"));
 }
 
 TEST_F(CliTest, ReduceMeshesGeometryOfAMaterial) {

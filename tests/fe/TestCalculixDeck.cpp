@@ -264,7 +264,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCard{"Shell", "*SHELL SECTION,ELSET=BODY,MATERIAL=METAL\n0.01\n", "does not fit"},
         BadCard{"Membrane", "*MEMBRANE SECTION,ELSET=BODY,MATERIAL=METAL\n0.01\n", "hinged"},
         BadCard{"Spring", "*SPRING,ELSET=S\n1\n1e6\n", "*SPRING"},
-        BadCard{"Mass", "*MASS,ELSET=S\n1\n", "point mass"},
+        BadCard{"Mass", "*MASS,ELSET=S\n1\n", "element set S"},
         BadCard{"Contact", "*CONTACT PAIR,INTERACTION=I\nA,B\n", "contact"},
         BadCard{"ContactOfAll", "*CONTACT\n", "*TIE"},
         BadCard{"Unknown", "*FLUX CAPACITOR\n", "not known to simflex"},

@@ -3,8 +3,12 @@ Gmsh parts with a material, units, and the choice of a reader by the file's name
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iomanip>
+#include <sstream>
 
+#include "fe/FreeModes.h"
 #include "fe/MatrixFiles.h"
 #include "fe/TestDecks.h"
 #include "simflex/fe/MatrixMarket.h"
@@ -91,6 +95,26 @@ TEST_F(ModelSource, AMeshKeepsItsOrderAndACustomMaterial) {
     EXPECT_THAT(model.warnings, Contains(HasSubstr("order 2")));
 }
 
+TEST_F(ModelSource, AUniversalFileHasTheFrequenciesAndGroupsOfItsMesh) {
+    write("box.geo", std::string("u = 0.001;\n") + kBox);
+    ASSERT_EQ(std::system(("cd '" + folder.path() +
+                           "' && gmsh -3 -order 2 -clmax 0.01 box.geo -o box.msh >gmsh.log 2>&1 && "
+                           "gmsh -3 box.msh -o box.unv -setnumber Mesh.SaveGroupsOfNodes 1 "
+                           ">>gmsh.log 2>&1")
+                              .c_str()),
+              0);
+    SourceOptions options;
+    options.material = "steel";
+    options.path = folder / "box.msh";
+    const FeModel plain = readModelSource(options);
+    options.path = folder / "box.unv";
+    const FeModel model = readModelSource(options);
+    EXPECT_EQ(model.mesh.nodeSets.at("RIGHT").size(), plain.mesh.nodeSets.at("RIGHT").size());
+    const auto own = testing::calcFreeFrequencies(model, 12),
+               other = testing::calcFreeFrequencies(plain, 12);
+    for (size_t i = 6; i < own.size(); ++i) EXPECT_NEAR(own[i], other[i], 1e-8 * other[i]);
+}
+
 TEST_F(ModelSource, AStepFileIsReadInItsOwnUnit) {
     write("box.geo", std::string("u = 1;\n") + kBox);
     ASSERT_EQ(
@@ -162,6 +186,214 @@ TEST_F(ModelSource, EachKindOfFileAsksForWhatItNeeds) {
     options.material = "steel";
     EXPECT_THAT(errorOf(options), HasSubstr("--material belongs to Gmsh"));
 }
+
+/** An entry of bulk data in free field. **/
+std::string bulkEntry(const std::string& name, const std::vector<std::string>& fields) {
+    std::string text = name;
+    for (size_t k = 0; k < fields.size(); ++k) text += (k && k % 8 == 0 ? "\n," : ",") + fields[k];
+    return text + "\n";
+}
+
+std::string bulkGrids(const std::vector<std::array<double, 3>>& positions) {
+    std::ostringstream text;
+    text << std::setprecision(12);
+    for (size_t k = 0; k < positions.size(); ++k)
+        text << "GRID," << k + 1 << ",," << positions[k][0] << "," << positions[k][1] << ","
+             << positions[k][2] << "\n";
+    return text.str();
+}
+
+struct BulkSolid {
+    const char *type, *name;
+    std::vector<size_t> order;  ///< of CalculiX's nodes in Nastran's element
+};
+
+class NastranSolid : public ModelSource, public ::testing::WithParamInterface<BulkSolid> {};
+
+TEST_P(NastranSolid, HasTheMatricesOfItsDeck) {
+    const BulkSolid& solid = GetParam();
+    const std::string type = solid.type;
+    const testing::DistortedCube cube(type == "C3D8I" ? "C3D8" : type);
+    std::string text = cube.text();
+    if (type == "C3D8I") text.replace(text.find("C3D8"), 4, type);
+    SourceOptions deck, bulk;
+    deck.path = write("cube.inp", text);
+    std::string data =
+        "SOL 103\nCEND\n  SPC = 1\nBEGIN BULK\n$ a comment\n" + bulkGrids(cube.nodes);
+    for (size_t e = 0; e < cube.elements.size(); ++e) {
+        std::vector<std::string> fields = {std::to_string(e + 1), "3"};
+        for (size_t k = 0; k < cube.elements[e].size(); ++k)
+            fields.push_back(
+                std::to_string(cube.elements[e][solid.order.empty() ? k : solid.order[k]] + 1));
+        data += bulkEntry(solid.name, fields);
+    }
+    bulk.path = write(
+        "cube.bdf", data +
+                        "PSOLID         3       5\n"
+                        "MAT1*                  5          7.0+10                              .3\n"
+                        "*                 2.7E+3\n"
+                        "SPC1,1,123,1,THRU,4\nENDDATA\nwhat follows\n");
+    const FeModel model = readModelSource(bulk), plain = readModelSource(deck);
+    EXPECT_EQ(model.K.rows, plain.K.rows);
+    for (size_t k = 0; k < model.K.values.size(); ++k)
+        EXPECT_NEAR(model.K.values[k], plain.K.values[k], 1e-9 * plain.K.values[0]);
+    EXPECT_NEAR(model.calcMass(), plain.calcMass(), 1e-12 * plain.calcMass());
+    EXPECT_EQ(model.mesh.nodeSets.at("PID_3").size(), cube.nodes.size());
+    EXPECT_THAT(model.notes, Contains(HasSubstr("left out SPC1")));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Types, NastranSolid,
+    ::testing::Values(BulkSolid{"C3D4", "CTETRA", {}}, BulkSolid{"C3D10", "CTETRA", {}},
+                      BulkSolid{"C3D6", "CPENTA", {}},
+                      BulkSolid{
+                          "C3D15", "CPENTA", {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11}},
+                      BulkSolid{"C3D8I", "CHEXA", {}},
+                      BulkSolid{"C3D20R", "CHEXA", {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,
+                                                    10, 11, 16, 17, 18, 19, 12, 13, 14, 15}}),
+    [](const auto& solid) { return std::string(solid.param.type); });
+
+/** A plate of 4 × 2 quadrilaterals, 0.2 × 0.1 m, in the plane z = 0. **/
+std::string bulkPlate(const std::string& more) {
+    std::string data;
+    std::vector<std::array<double, 3>> grids;
+    for (int j = 0; j <= 2; ++j)
+        for (int i = 0; i <= 4; ++i) grids.push_back({0.05 * i, 0.05 * j, 0});
+    for (int j = 0; j < 2; ++j)
+        for (int i = 0; i < 4; ++i) {
+            const int first = 1 + i + 5 * j;
+            data += bulkEntry("CQUAD4", {std::to_string(1 + i + 4 * j), "7", std::to_string(first),
+                                         std::to_string(first + 1), std::to_string(first + 6),
+                                         std::to_string(first + 5), "", "0.001"});
+        }
+    return bulkGrids(grids) + data + more;
+}
+
+TEST_F(ModelSource, ShellsRigidBodiesAndMassesOfNastranAreThoseOfTheDeck) {
+    SourceOptions bulk, deck;
+    bulk.path = write("plate.bdf", bulkPlate("PSHELL,7,1,0.004,1,,1,,5.\nMAT1,1,2.1+11,,.3,7850.\n"
+                                             "GRID,90,,-0.05,0.05,0.02\nRBE2,17,90,123456,1,6,11\n"
+                                             "CONM2,30,90,,0.5\nCONM2,31,15,,0.25\n"
+                                             "PARAM,POST,-1\nPARAM,WTMASS,2.\n"));
+    const FeModel model = readModelSource(bulk);
+    std::string text = "*NODE\n";
+    for (int j = 0; j <= 2; ++j)
+        for (int i = 0; i <= 4; ++i)
+            text += std::to_string(1 + i + 5 * j) + "," + std::to_string(0.05 * i) + "," +
+                    std::to_string(0.05 * j) + ",0\n";
+    text += "90,-0.05,0.05,0.02\n91,-0.05,0.05,0.02\n*ELEMENT,TYPE=S4,ELSET=PLATE\n";
+    for (int j = 0; j < 2; ++j)
+        for (int i = 0; i < 4; ++i) {
+            const int first = 1 + i + 5 * j;
+            for (const int number : {1 + i + 4 * j, first, first + 1, first + 6, first + 5})
+                text += std::to_string(number) + ",";
+            text += "\n";
+        }
+    // The middle of the shell lies 1 mm above its nodes: a quarter of its thickness.
+    text +=
+        "*MATERIAL,NAME=M\n*ELASTIC\n2.1e11,.3\n*DENSITY\n18200.\n"
+        "*SHELL SECTION,ELSET=PLATE,MATERIAL=M,OFFSET=-.25\n.004\n"
+        "*ELEMENT,TYPE=MASS,ELSET=HUB\n101,90\n*ELEMENT,TYPE=MASS,ELSET=TIP\n102,15\n"
+        "*MASS,ELSET=HUB\n1.\n*MASS,ELSET=TIP\n.5\n"
+        "*NSET,NSET=EDGE\n1,6,11\n*RIGID BODY,NSET=EDGE,REF NODE=90,ROT NODE=91\n";
+    deck.path = write("plate.inp", text);
+    const FeModel plain = readModelSource(deck);
+    EXPECT_NEAR(model.calcMass(), 18200 * 0.2 * 0.1 * 0.004 + 1.5, 1e-9);
+    const auto z = model.mesh.position(
+        model.mesh.indexOf(model.mesh.nodeNumbers.back() - model.mesh.numInternalNodes));
+    EXPECT_NEAR(std::abs(z[2] - 0.001), 0.002, 1e-12);
+    const auto own = testing::calcFreeFrequencies(model, 14),
+               other = testing::calcFreeFrequencies(plain, 14);
+    for (size_t i = 6; i < own.size(); ++i)
+        EXPECT_NEAR(own[i], other[i], 1e-8 * other[i]) << "mode " << i + 1;
+    EXPECT_EQ(model.mesh.nodeSets.at("RBE2_17"), plain.mesh.nodeSets.at("EDGE"));
+    EXPECT_THAT(plain.warnings, Contains(HasSubstr("is a hinge")));
+    EXPECT_THAT(model.warnings, Not(Contains(HasSubstr("is a hinge"))));
+}
+
+TEST_F(ModelSource, MassesInNodesOfSolidsHaveCalculixFrequencies) {
+    SourceOptions deck;
+    deck.path =
+        write("brick.inp", Brick().text() +
+                               "*ELEMENT,TYPE=MASS,ELSET=TIP\n901,9\n902,1\n"
+                               "*MASS,ELSET=TIP\n.05\n*NODE\n900,0.25,0,0\n"
+                               "*RIGID BODY,NSET=RIGHT,REF NODE=900\n"
+                               "*ELEMENT,TYPE=MASS,ELSET=HUB\n903,900\n*MASS,ELSET=HUB\n.2\n");
+    const FeModel model = readModelSource(deck);
+    EXPECT_NEAR(model.calcMass(), Brick().mass() + 0.3, 1e-12);
+    const auto own = testing::calcFreeFrequencies(model, 14),
+               reference = testing::calcCalculixFrequencies(folder, deck.path, {}, 14);
+    for (size_t i = 6; i < own.size(); ++i)
+        EXPECT_NEAR(own[i], reference[i], 1e-5 * reference[i]) << "mode " << i + 1;
+}
+
+TEST_F(ModelSource, GridsOfNastranStandWhereTheirSystemsSay) {
+    const std::string brick =
+        "PSOLID,1,1\nMAT1,1,1.+9,,.3,1000.\nCHEXA,1,1,1,2,3,4,5,6\n,7,8\n"
+        "GRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nGRID,5,,0.,0.,1.\n"
+        "GRID,6,,1.,0.,1.\nGRID,8,,0.,1.,1.\n";
+    SourceOptions bulk;
+    // A cylinder about y through (0, 0, 2), and a sphere in the axes that grids 2, 5 and 3 give.
+    bulk.path =
+        write("brick.bdf",
+              brick +
+                  "CORD2C,4,,0.,0.,2.,0.,1.,2.\n,0.,0.,3.\n"
+                  "CORD1S,9,2,5,3\nGRID,1,4,2.,180.,0.\nGRID,7,9,1.4142135623730951,45.,0.\n");
+    const Mesh mesh = readModelSource(bulk).mesh;
+    const auto expectAt = [&](int number, const std::array<double, 3>& x) {
+        for (size_t a = 0; a < 3; ++a)
+            EXPECT_NEAR(mesh.position(mesh.indexOf(number))[a], x[a], 1e-12) << number;
+    };
+    expectAt(1, {0, 0, 0});  // θ from z on, 180° back
+    // e3 from 2 to 5: (−1, 0, 1)/√2; e2 = e3 × (0, 1, 0), e1 = (0, 1, 0).
+    expectAt(7, {1 - std::sqrt(0.5), 1, std::sqrt(0.5)});
+}
+
+struct BadBulk {
+    const char *name, *text, *message;
+};
+
+class RefusedBulk : public ModelSource, public ::testing::WithParamInterface<BadBulk> {};
+
+TEST_P(RefusedBulk, IsNamedWithFileLineAndReason) {
+    const std::string text = bulkPlate("PSHELL,7,1,0.004,1\nMAT1,1,2.1+11,,.3,7850.\n");
+    SourceOptions bulk;
+    bulk.path = write("plate.bdf", text + GetParam().text);
+    EXPECT_THAT(errorOf(bulk), AllOf(HasSubstr(GetParam().message),
+                                     ::testing::ContainsRegex("plate.bdf:[0-9]+: ")));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Entries, RefusedBulk,
+    ::testing::Values(
+        BadBulk{"Beam", "CBAR,40,9,1,2\n", "solids or shells"},
+        BadBulk{"Spring", "CELAS2,40,1e5,1,1,2,1\n", "multibody"},
+        BadBulk{"Unknown", "CQUAD5,40,7,1,2,7,6\n", "did you mean CQUAD"},
+        BadBulk{"Pyramid", "CPYRAM,40,7,1,2,7,6,3\n", "no pyramids"},
+        BadBulk{"NoGrid", "CQUAD4,40,7,1,2,7,99\n", "node 99"},
+        BadBulk{"NoProperty", "CQUAD4,40,8,1,2,7,6\n", "property 8"},
+        BadBulk{"WrongProperty", "CTETRA,40,7,1,2,7,6\n", "does not fit"},
+        BadBulk{"HalfQuadratic", "CTETRA,40,7,1,2,7,6,3\n", "all or none"},
+        BadBulk{"CornerThickness", "CQUAD4,40,7,1,2,7,6\n,,,.1\n", "thicknesses of its own"},
+        BadBulk{"System", "GRID,80,3,0.,0.,0.\n", "coordinate system 3"},
+        BadBulk{"SystemOfItself", "GRID,80,3,0.,0.,0.\nCORD2R,3,3,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n",
+                "goes back to itself"},
+        BadBulk{"FlatSystem", "GRID,80,3,0.,0.,0.\nCORD2R,3,,0.,0.,0.,0.,0.,1.\n,0.,0.,2.\n",
+                "on one line"},
+        BadBulk{"Partial", "GRID,80,,0.,0.,0.\nRBE2,40,80,12,1,2\n", "all translations"},
+        BadBulk{"Pinned", "GRID,80,,0.,0.,0.\nRBE2,40,80,123,1,2\n", "of a shell free"},
+        BadBulk{"Chain",
+                "GRID,80,,0.,0.,0.\nGRID,81,,0.,0.,0.\nRBE2,40,80,123456,1,2,81\n"
+                "RBE2,41,81,123456,14,15\n",
+                "write both as one"},
+        BadBulk{"MassOnMean", "GRID,80,,0.,0.,0.\nRBE3,40,,80,123456,1.,123,1,2\nCONM2,50,80,,1.\n",
+                "hangs on RBE3"},
+        BadBulk{"MeanInPart", "RBE3,40,,1,123456,1.,123,2,3\n", "something else uses"},
+        BadBulk{"Inertia", "CONM2,50,1,,1.,0.1\n", "offset or inertia"},
+        BadBulk{"ManyFields", "GRID,80,,1.,0.,0.,,,,,7\n", "more than the 8 fields"},
+        BadBulk{"Twice", "GRID,1,,5.,0.,0.\n", "given twice"},
+        BadBulk{"NotANumber", "GRID,80,,1.,x,0.\n", "must be a finite number"}),
+    [](const auto& entry) { return entry.param.name; });
 
 TEST(Materials, AreFoundByNameOrGivenByNumbers) {
     EXPECT_EQ(findMaterial("Stainless Steel").rho, 8000);

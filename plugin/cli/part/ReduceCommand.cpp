@@ -92,7 +92,7 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     SourceOptions source = arguments.source.parse();
     if ((arguments.stiffening || options.stress) && !isCalculixDeck(source))
         throw std::runtime_error(std::string(arguments.stiffening ? "--stiffening" : "--stress") +
-                                 " needs a CalculiX deck (.inp) in SI units" +
+                                 " needs a deck (.inp) or bulk data (.bdf) in SI units" +
                                  std::string(source.material.empty()
                                                  ? ""
                                                  : ": keep it with --keep-deck and reduce that"));

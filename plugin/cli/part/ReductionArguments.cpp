@@ -34,9 +34,11 @@ StressOptions parseStress(const std::string& text) {
 
 void SourceArguments::addTo(CLI::App& command) {
     command
-        .add_option("SOURCE", m_options.path,
-                    "CalculiX deck (.inp); stiffness matrix (.mtx: Matrix Market or Abaqus, .pch: "
-                    "Nastran DMIG); mesh or geometry (.msh, .geo, .step, .stp, .brep, .iges, .igs)")
+        .add_option(
+            "SOURCE", m_options.path,
+            "deck of CalculiX or Abaqus (.inp); Nastran bulk data (.bdf, .nas, .dat); "
+            "stiffness matrix (.mtx: Matrix Market or Abaqus, .pch: "
+            "Nastran DMIG); mesh or geometry (.msh, .unv, .geo, .step, .stp, .brep, .iges, .igs)")
         ->required();
     const auto add = [&](const char* group, const char* name, auto& variable,
                          const std::string& help, const char* type) {
@@ -69,7 +71,7 @@ void SourceArguments::addTo(CLI::App& command) {
         "largest element, in the unit of the geometry (STEP: metres)", "H")
         ->check(makePositiveCheck());
     add(gmsh, "--order", m_options.gmsh.order,
-        "1: linear elements, 2: quadratic (default; a .msh keeps its own)", "1|2")
+        "1: linear elements, 2: quadratic (default; a mesh keeps its own)", "1|2")
         ->check(CLI::Range(1, 2));
     add(gmsh, "--length-unit", m_lengthUnit,
         "unit of the geometry: m (default), cm, mm, um, in, ft; STEP files say their own", "UNIT");

@@ -1,5 +1,6 @@
 #include "simflex/model/parts/PartKey.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -29,9 +30,18 @@ std::string endingOf(const std::string& path) {
     return lowerCase(fs::path(path).extension().string());
 }
 
-/** File names after INPUT= of *INCLUDE cards. **/
-std::vector<std::string> findDeckIncludes(const std::string& text) {
+bool isDeck(const std::string& ending) {
+    for (const char* deck : {".inp", ".inc", ".bdf", ".nas", ".dat"})
+        if (ending == deck) return true;
+    return false;
+}
+
+/** File names after INPUT= of *INCLUDE cards, and behind INCLUDE of bulk data. **/
+std::vector<std::string> findDeckIncludes(std::string text) {
     std::vector<std::string> names;
+    // Lines may end in CR, letters have two bytes.
+    text.erase(std::remove(text.begin(), text.end(), '\0'), text.end());
+    std::replace(text.begin(), text.end(), '\r', '\n');
     std::istringstream in(text);
     bool open = false;
     for (std::string line; std::getline(in, line);) {
@@ -39,6 +49,12 @@ std::vector<std::string> findDeckIncludes(const std::string& text) {
         for (const char c : line)
             if (!isBlank(c) && c != '"') blankless += c;
         const std::string upper = upperCase(blankless);
+        if (upper.compare(0, 7, "INCLUDE") == 0) {
+            std::string name;
+            for (const char c : blankless.substr(7))
+                if (c != '\'' && c != ',') name += c;
+            names.push_back(name);
+        }
         if (upper.compare(0, 2, "**") == 0) continue;
         if (upper.compare(0, 1, "*") == 0) open = upper.compare(0, 8, "*INCLUDE") == 0;
         if (!open) continue;
@@ -89,7 +105,7 @@ std::string PartKey::addBytes(const std::string& path) {
 
 void PartKey::addFile(const std::string& path, int depth) {
     const std::string bytes = addBytes(path), ending = endingOf(path);
-    if (depth > kDeepestInclude || (ending != ".inp" && ending != ".inc" && depth == 0)) return;
+    if (depth > kDeepestInclude || (depth == 0 && !isDeck(ending))) return;
     for (const std::string& name : findDeckIncludes(bytes)) {
         const fs::path beside = fs::path(path).parent_path() / name;
         addFile((fs::exists(beside) || !fs::exists(name) ? beside : fs::path(name)).string(),

@@ -180,7 +180,7 @@ Request readRequest(const ModelValue& part) {
     const bool needsDeck = request.reduction.stiffening || request.reduction.stress;
     if (needsDeck && !part.has("geometry") && !isCalculixDeck(source))
         part.get(request.reduction.stiffening ? "stiffening" : "stress")
-            .fail("it needs a CalculiX deck (.inp) in SI units");
+            .fail("it needs a deck (.inp) or bulk data (.bdf) in SI units");
     withPlace(part, [&] { addToKey(request, request.key); });
     return request;
 }

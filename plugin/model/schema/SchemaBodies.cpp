@@ -42,12 +42,12 @@ SchemaForm part() {
             SchemaKey("file", {file("a part file")}, "Reduced part, as simflex reduce writes it.")
                 .such("rod.h5"),
             SchemaKey("deck", {file("a deck")},
-                      "Deck of Abaqus or CalculiX (.inp) to be reduced; kept by content "
-                      "in the cache.")
+                      "Deck of Abaqus or CalculiX (.inp) or Nastran bulk data (.bdf, .nas, .dat) "
+                      "to be reduced; kept by content in the cache.")
                 .such("rod.inp"),
             SchemaKey("geometry", {file("a geometry")},
                       "Geometry (.step, .stp, .brep, .iges, .geo) to be meshed by Gmsh, "
-                      "or a mesh (.msh), to be reduced.")
+                      "or a mesh (.msh, .unv), to be reduced.")
                 .such("rod.step"),
             SchemaKey(
                 "matrices",

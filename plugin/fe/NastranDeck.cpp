@@ -1,0 +1,642 @@
+#include "NastranDeck.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "BulkCards.h"
+#include "Vec3d.h"
+#include "simflex/base/AsciiText.h"
+#include "simflex/base/NameDistance.h"
+#include "simflex/base/NumberText.h"
+
+namespace simflex {
+namespace {
+
+constexpr int DeepestBulkInclude = 20;
+/** A modulus of shear may differ so much from E/2(1+ν). **/
+constexpr double SameShear = 0.01;
+
+/** An element of Nastran: what it becomes, and where CalculiX has its nodes. **/
+struct BulkElement {
+    const char* type;
+    std::vector<size_t> order;  ///< grid of each node
+    bool isShell;
+};
+
+/** 0 … count−1. **/
+std::vector<size_t> inOrder(size_t count) {
+    std::vector<size_t> order(count);
+    for (size_t k = 0; k < count; ++k) order[k] = k;
+    return order;
+}
+
+/** By name and number of grids. **/
+const std::map<std::pair<std::string, size_t>, BulkElement>& getBulkElements() {
+    static const std::map<std::pair<std::string, size_t>, BulkElement> Elements = {
+        {{"CTETRA", 4}, {"C3D4", inOrder(4), false}},
+        {{"CTETRA", 10}, {"C3D10", inOrder(10), false}},
+        {{"CPENTA", 6}, {"C3D6", inOrder(6), false}},
+        {{"CPENTA", 15}, {"C3D15", {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11}, false}},
+        {{"CHEXA", 8}, {"C3D8I", inOrder(8), false}},
+        {{"CHEXA", 20},
+         {"C3D20R", {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 16, 17, 18, 19, 12, 13, 14, 15}, false}},
+        {{"CTRIA3", 3}, {"S3", inOrder(3), true}},
+        {{"CTRIAR", 3}, {"S3", inOrder(3), true}},
+        {{"CTRIA6", 6}, {"S6", inOrder(6), true}},
+        {{"CQUAD4", 4}, {"S4", inOrder(4), true}},
+        {{"CQUADR", 4}, {"S4", inOrder(4), true}},
+        {{"CQUAD8", 8}, {"S8R", inOrder(8), true}}};
+    return Elements;
+}
+
+/** Places of the grids' fields; of shells they are as many as the element has. **/
+size_t getMostGrids(const std::string& name) {
+    size_t most = 0;
+    for (const auto& entry : getBulkElements())
+        if (entry.first.first == name) most = std::max(most, entry.first.second);
+    return most;
+}
+
+/** Left out: supports, loads, output, control. **/
+const std::set<std::string> LeftOutEntries = {
+    "SPC",     "SPC1",    "SPCADD", "SPCD",    "LOAD",   "FORCE",  "FORCE1", "FORCE2", "MOMENT",
+    "MOMENT1", "MOMENT2", "PLOAD",  "PLOAD1",  "PLOAD2", "PLOAD4", "GRAV",   "RFORCE", "TEMP",
+    "TEMPD",   "TEMPP1",  "SUPORT", "SUPORT1", "EIGR",   "EIGRL",  "EIGB",   "EIGC",   "TABLED1",
+    "TABDMP1", "DLOAD",   "RLOAD1", "RLOAD2",  "TLOAD1", "TLOAD2", "DAREA",  "DELAY",  "DPHASE",
+    "FREQ",    "FREQ1",   "FREQ2",  "FREQ3",   "FREQ4",  "TSTEP",  "SET1",   "PLOTEL", "ASET",
+    "ASET1",   "BSET",    "BSET1",  "CSET",    "CSET1",  "QSET",   "QSET1",  "OMIT",   "OMIT1",
+    "USET",    "USET1",   "SPOINT", "MDLPRM",  "ENDDATA"};
+
+/** Refused, and what to do. **/
+const std::map<std::string, const char*> RefusedEntries = {
+    {"CPYRAM", "CalculiX has no pyramids; mesh with tetrahedra, wedges and hexahedra"},
+    {"CBAR", "beams of Nastran have no geometry; mesh them by solids or shells"},
+    {"CBEAM", "beams of Nastran have no geometry; mesh them by solids or shells"},
+    {"CROD", "trusses are hinged at their grids; mesh them by solids or shells"},
+    {"CONROD", "trusses are hinged at their grids; mesh them by solids or shells"},
+    {"CTUBE", "trusses are hinged at their grids; mesh them by solids or shells"},
+    {"CBUSH", "put bushings and springs into the multibody model"},
+    {"CELAS1", "put bushings and springs into the multibody model"},
+    {"CELAS2", "put bushings and springs into the multibody model"},
+    {"CELAS3", "put bushings and springs into the multibody model"},
+    {"CELAS4", "put bushings and springs into the multibody model"},
+    {"CDAMP1", "put dampers into the multibody model"},
+    {"CDAMP2", "put dampers into the multibody model"},
+    {"CVISC", "put dampers into the multibody model"},
+    {"CGAP", "gaps are not linear"},
+    {"CSHEAR", "shear panels are no shells; use CQUAD4"},
+    {"CONM1", "give the mass by CONM2"},
+    {"CMASS1", "give the mass by CONM2"},
+    {"CMASS2", "give the mass by CONM2"},
+    {"PCOMP", "layers are not known to simflex; mesh them as solids"},
+    {"PCOMPG", "layers are not known to simflex; mesh them as solids"},
+    {"MAT2", "materials of shells that are not isotropic are not known to simflex"},
+    {"MAT8", "materials of shells that are not isotropic are not known to simflex"},
+    {"MAT9", "give the material as a deck's *ELASTIC, TYPE=ANISO"},
+    {"MATT1", "a material has one temperature; give its constants there"},
+    {"MPC", "write it as an *EQUATION of a deck, or as RBE2"},
+    {"MPCADD", "write them as *EQUATION of a deck, or as RBE2"},
+    {"RBE1", "write it as RBE2"},
+    {"RROD", "write it as RBE2"},
+    {"RSPLINE", "write it as RBE2 or RBE3"},
+    {"DMIG", "it adds matrices to those of the elements; reduce the matrices (.pch)"},
+    {"GENEL", "it adds a matrix to those of the elements"},
+    {"PBAR", "beams of Nastran have no geometry; mesh them by solids or shells"}};
+
+struct CoordinateSystem {
+    char kind;  ///< R, C or S
+    Vec3d origin, e1, e2, e3;
+
+    Vec3d toBasic(const Vec3d& x) const {
+        const double degree = M_PI / 180;
+        Vec3d local = x;
+        if (kind == 'C')
+            local = {x[0] * std::cos(x[1] * degree), x[0] * std::sin(x[1] * degree), x[2]};
+        if (kind == 'S')
+            local = {x[0] * std::sin(x[1] * degree) * std::cos(x[2] * degree),
+                     x[0] * std::sin(x[1] * degree) * std::sin(x[2] * degree),
+                     x[0] * std::cos(x[1] * degree)};
+        return sumOf(sumOf(sumOf(origin, local[0], e1), local[1], e2), local[2], e3);
+    }
+};
+
+/** One file's entries, and those of the files it includes. **/
+struct BulkEntry {
+    BulkCard card;
+    std::string path;
+};
+
+class NastranReader {
+public:
+    explicit NastranReader(const std::string& path) : m_path(path) { readFile(path, 0); }
+
+    std::vector<DeckCard> read() {
+        for (const BulkEntry& entry : m_entries) sort(entry);
+        for (const BulkEntry& entry : m_entries)
+            if (entry.card.name == "PARAM" && entry.card.field(0) == "WTMASS")
+                m_massFactor = number(entry, 1, "WTMASS");
+        writeNodes();
+        writeElements();
+        writeProperties();
+        writeRigidBodies();
+        writeMasses();
+        for (const auto& [name, leftOut] : m_leftOut)
+            note("left out " + name + " (" + leftOut.first + ")" +
+                 (leftOut.second > 1 ? ", " + std::to_string(leftOut.second) + " times" : ""));
+        return std::move(m_result);
+    }
+
+private:
+    using EntryMap = std::map<int, const BulkEntry*>;
+
+    [[noreturn]] static void refuse(const BulkEntry& entry, const std::string& why) {
+        throw std::invalid_argument(
+            entry.path + ":" + std::to_string(entry.card.line) + ": " + entry.card.name +
+            (entry.card.field(0).empty() ? "" : " " + quoteField(entry.card.field(0))) + ": " +
+            why);
+    }
+
+    static double number(const BulkEntry& entry, size_t place, const char* what) {
+        const std::string_view field = entry.card.field(place);
+        double value = 0;
+        if (!field.empty() && !readNumber(field, value) &&
+            !readNumber(withExponentLetter(field), value))
+            refuse(entry,
+                   std::string(what) + " is " + quoteField(field) + ", must be a finite number");
+        return value;
+    }
+
+    static int integer(const BulkEntry& entry, size_t place, const char* what) {
+        const std::string_view field = entry.card.field(place);
+        int value = 0;
+        if (!field.empty() && !readInteger(field, value))
+            refuse(entry,
+                   std::string(what) + " is " + quoteField(field) + ", must be a whole number");
+        return value;
+    }
+
+    static int positive(const BulkEntry& entry, size_t place, const char* what) {
+        const int value = integer(entry, place, what);
+        if (value < 1) refuse(entry, std::string(what) + " must be a number from 1 on");
+        return value;
+    }
+
+    void readFile(const std::string& path, int depth) {
+        if (depth > DeepestBulkInclude)
+            throw std::invalid_argument(path + ": INCLUDE goes " + std::to_string(depth) +
+                                        " files deep; does a file include itself?");
+        BulkCards cards(path, "bulk data file", {});
+        for (BulkCard card; cards.next(card);) {
+            if (card.name == "ENDDATA") break;
+            if (card.name == "INCLUDE") {
+                std::string name;
+                for (const std::string& field : card.fields) name += field;
+                name.erase(std::remove_if(name.begin(), name.end(),
+                                          [](char c) { return c == '\'' || c == '"'; }),
+                           name.end());
+                const auto beside = std::filesystem::path(path).parent_path() / name;
+                if (!std::filesystem::is_regular_file(beside))
+                    throw std::runtime_error(path + ":" + std::to_string(card.line) +
+                                             ": cannot read '" + beside.string() + "'");
+                readFile(beside.string(), depth + 1);
+            } else if (card.name.compare(0, 5, "BEGIN") == 0) {
+                m_entries.clear();  // of what stands before the bulk data
+            } else {
+                m_entries.push_back({std::move(card), path});
+            }
+        }
+    }
+
+    static void add(EntryMap& entries, const BulkEntry& entry) {
+        const int id = positive(entry, 0, "its number");
+        const auto [found, isNew] = entries.emplace(id, &entry);
+        if (!isNew && found->second->card.fields != entry.card.fields)
+            refuse(entry,
+                   "is given twice, also in line " + std::to_string(found->second->card.line));
+    }
+
+    /** Puts an entry where it belongs. **/
+    void sort(const BulkEntry& entry) {
+        const std::string& name = entry.card.name;
+        if (name == "GRID") {
+            add(m_grids, entry);
+        } else if (name == "GRDSET") {
+            m_gridDefaults = &entry;
+        } else if (name.compare(0, 4, "CORD") == 0 && name.size() == 6) {
+            addSystem(entry);
+        } else if (getMostGrids(name) > 0) {
+            add(m_elements, entry);
+        } else if (name == "PSOLID" || name == "PSHELL") {
+            add(m_properties, entry);
+        } else if (name == "MAT1") {
+            add(m_materials, entry);
+        } else if (name == "RBE2" || name == "RBAR" || name == "RBE3") {
+            add(m_rigids, entry);
+        } else if (name == "CONM2") {
+            add(m_masses, entry);
+        } else if (name == "PARAM" || LeftOutEntries.count(name)) {
+            if (name == "PARAM" && entry.card.field(0) == "WTMASS") return;
+            auto& leftOut = m_leftOut[name];
+            if (leftOut.second++ == 0)
+                leftOut.first = entry.path + ":" + std::to_string(entry.card.line);
+        } else if (const auto refused = RefusedEntries.find(name);
+                   refused != RefusedEntries.end()) {
+            refuse(entry, std::string("cannot be part of a flexible body: ") + refused->second);
+        } else {
+            std::vector<std::string> known = {"GRID",   "GRDSET", "CORD2R", "PSOLID",
+                                              "PSHELL", "MAT1",   "RBE2",   "RBE3",
+                                              "RBAR",   "CONM2",  "PARAM"};
+            for (const auto& element : getBulkElements()) known.push_back(element.first.first);
+            known.insert(known.end(), LeftOutEntries.begin(), LeftOutEntries.end());
+            const std::string nearest = findNearestName(name, known);
+            refuse(entry,
+                   "is not known to simflex, so it cannot tell whether K and M stay those of its "
+                   "elements" +
+                       (nearest.empty() ? "; take it out of the bulk data"
+                                        : "; did you mean " + nearest + "?"));
+        }
+    }
+
+    /** CORD1x may define two. **/
+    void addSystem(const BulkEntry& entry) {
+        const std::string& name = entry.card.name;
+        if ((name[4] != '1' && name[4] != '2') ||
+            std::string("RCS").find(name[5]) == std::string::npos)
+            refuse(entry,
+                   "is none of the coordinate systems that simflex knows: CORD1R, CORD1C, "
+                   "CORD1S, CORD2R, CORD2C, CORD2S");
+        for (size_t first = 0; first < (name[4] == '1' ? 8 : 1); first += 4) {
+            if (first > 0 && entry.card.field(first).empty()) break;
+            m_systemEntries[positive(entry, first, "its number")] = {&entry, first};
+        }
+    }
+
+    /** Coordinate system 0 is the basic one. **/
+    Vec3d toBasic(const BulkEntry& entry, int system, const Vec3d& x) {
+        if (system <= 0) return x;
+        const auto known = m_systems.find(system);
+        if (known != m_systems.end()) return known->second.toBasic(x);
+        const auto found = m_systemEntries.find(system);
+        if (found == m_systemEntries.end())
+            refuse(entry, "names coordinate system " + std::to_string(system) +
+                              ", which the bulk data do not have");
+        if (!m_systemsAtWork.insert(system).second)
+            refuse(entry, "coordinate system " + std::to_string(system) + " goes back to itself");
+        const auto& [of, first] = found->second;
+        std::array<Vec3d, 3> p;
+        for (size_t k = 0; k < 3; ++k) {
+            if (of->card.name[4] == '1') {
+                p[k] = positionOf(*of, positive(*of, first + 1 + k, "a grid"));
+                continue;
+            }
+            Vec3d at{};
+            for (size_t a = 0; a < 3; ++a) at[a] = number(*of, 2 + 3 * k + a, "a coordinate");
+            p[k] = toBasic(*of, integer(*of, 1, "RID"), at);
+        }
+        CoordinateSystem made{of->card.name[5], p[0], {}, {}, minus(p[1], p[0])};
+        const Vec3d inPlane = minus(p[2], p[0]);
+        const Vec3d side = cross(made.e3, inPlane);
+        if (!(normOf(side) > 0)) refuse(*of, "its three points lie on one line");
+        made.e3 = scaled(made.e3, 1 / normOf(made.e3));
+        made.e2 = scaled(side, 1 / normOf(side));
+        made.e1 = cross(made.e2, made.e3);
+        m_systemsAtWork.erase(system);
+        return m_systems.emplace(system, made).first->second.toBasic(x);
+    }
+
+    /** Position system of a grid, or with place 5 its displacement system. **/
+    int systemOf(const BulkEntry& grid, size_t place) const {
+        if (!grid.card.field(place).empty()) return integer(grid, place, place == 1 ? "CP" : "CD");
+        return m_gridDefaults ? integer(*m_gridDefaults, place, "a system of GRDSET") : 0;
+    }
+
+    Vec3d positionOf(const BulkEntry& asker, int number_) {
+        const auto grid = m_grids.find(number_);
+        if (grid == m_grids.end())
+            refuse(asker,
+                   "names grid " + std::to_string(number_) + ", which the bulk data do not have");
+        Vec3d x{};
+        for (size_t a = 0; a < 3; ++a) x[a] = number(*grid->second, 2 + a, "a coordinate");
+        return toBasic(*grid->second, systemOf(*grid->second, 1), x);
+    }
+
+    DeckCard& addCard(const BulkEntry* of, const std::string& title,
+                      std::map<std::string, std::string> parameters) {
+        DeckCard card;
+        card.title = title;
+        for (const char c : title)
+            if (c != ' ' && c != '*') card.keyword += c;
+        card.parameters = std::move(parameters);
+        card.file = of ? of->path : m_path;
+        card.line = of ? of->card.line : 1;
+        m_result.push_back(std::move(card));
+        return m_result.back();
+    }
+
+    static void addLine(DeckCard& card, std::vector<std::string> fields,
+                        const BulkEntry* of = nullptr) {
+        DeckLine line;
+        line.line = of ? of->card.line : card.line;
+        line.fields = std::move(fields);
+        card.data.push_back(std::move(line));
+    }
+
+    void note(const std::string& text) { m_result.push_back(makeNoteCard(text)); }
+
+    void writeNodes() {
+        DeckCard& card = addCard(nullptr, "*NODE", {});
+        for (const auto& [id, grid] : m_grids) {
+            const Vec3d x = positionOf(*grid, id);
+            addLine(
+                card,
+                {std::to_string(id), writeGeneral(x[0]), writeGeneral(x[1]), writeGeneral(x[2])},
+                grid);
+        }
+        m_nextNode = m_grids.empty() ? 1 : m_grids.rbegin()->first + 1;
+    }
+
+    static std::string setOf(int property, double offset) {
+        return "P" + std::to_string(property) +
+               (offset == 0 ? "" : "_ZOFFS_" + writeGeneral(offset, 6));
+    }
+
+    void writeElements() {
+        std::map<std::pair<std::string, std::string>, std::vector<const BulkEntry*>> blocks;
+        std::map<const BulkEntry*, std::pair<const BulkElement*, std::vector<int>>> elementOf;
+        for (const auto& [id, entry] : m_elements) {
+            const std::string& name = entry->card.name;
+            size_t count = getMostGrids(name);
+            std::vector<int> grids;
+            for (size_t k = 0; k < count; ++k) grids.push_back(integer(*entry, 2 + k, "a grid"));
+            while (!grids.empty() && grids.back() == 0) grids.pop_back();
+            m_elementGrids.insert(grids.begin(), grids.end());
+            const auto element = getBulkElements().find({name, grids.size()});
+            if (element == getBulkElements().end() || std::count(grids.begin(), grids.end(), 0) > 0)
+                refuse(*entry,
+                       "has " +
+                           std::to_string(grids.size() -
+                                          size_t(std::count(grids.begin(), grids.end(), 0))) +
+                           " grids; CalculiX has elements with all or none of the grids in "
+                           "the middle of edges");
+            const int property =
+                entry->card.field(1).empty() ? id : positive(*entry, 1, "its property");
+            double offset = 0;
+            if (element->second.isShell) offset = readShell(*entry, grids);
+            const auto found = m_properties.find(property);
+            if (found == m_properties.end())
+                refuse(*entry, "names property " + std::to_string(property) +
+                                   ", which the bulk data do not have");
+            if ((found->second->card.name == "PSHELL") != element->second.isShell)
+                refuse(*entry, "does not fit its property, a " + found->second->card.name);
+            m_sets[{property, offset}] = setOf(property, offset);
+            blocks[{element->second.type, setOf(property, offset)}].push_back(entry);
+            elementOf[entry] = {&element->second, std::move(grids)};
+        }
+        for (const auto& [block, entries] : blocks) {
+            DeckCard& card =
+                addCard(entries[0], "*ELEMENT", {{"TYPE", block.first}, {"ELSET", block.second}});
+            for (const BulkEntry* entry : entries) {
+                const auto& [element, grids] = elementOf.at(entry);
+                std::vector<std::string> fields = {std::string(entry->card.field(0))};
+                for (const size_t k : element->order) fields.push_back(std::to_string(grids[k]));
+                addLine(card, std::move(fields), entry);
+            }
+        }
+        m_nextElement = m_elements.empty() ? 1 : m_elements.rbegin()->first + 1;
+    }
+
+    /** What else a shell may say. @returns its offset [m] **/
+    double readShell(const BulkEntry& entry, const std::vector<int>& grids) {
+        // EID, PID, grids, THETA, ZOFFS, …; of eight grids THETA and ZOFFS come last.
+        constexpr size_t FirstThickness = 10;
+        const size_t corners = grids.size() % 3 == 0 ? 3 : 4,
+                     offset = grids.size() == 8 ? 15 : 3 + grids.size();
+        for (const int grid : grids) m_shellGrids.insert(grid);
+        for (size_t k = 0; k < corners; ++k)
+            if (!entry.card.field(FirstThickness + k).empty())
+                refuse(entry,
+                       "has thicknesses of its own at its corners, which simflex does not "
+                       "do; give them by its property");
+        return number(entry, offset, "ZOFFS");
+    }
+
+    struct Material {
+        double E, nu, rho;
+    };
+
+    Material readMaterial(const BulkEntry& asker, int id) {
+        const auto found = m_materials.find(id);
+        if (found == m_materials.end())
+            refuse(asker, "names material " + std::to_string(id) +
+                              ", which the bulk data do not have as MAT1");
+        const BulkEntry& entry = *found->second;
+        Material material{number(entry, 1, "E"), number(entry, 3, "NU"),
+                          m_massFactor * number(entry, 4, "RHO")};
+        const double G = number(entry, 2, "G");
+        const bool hasE = !entry.card.field(1).empty(), hasG = !entry.card.field(2).empty(),
+                   hasNu = !entry.card.field(3).empty();
+        if (hasE + hasG + hasNu < 2 && !(hasE && material.E > 0))
+            refuse(entry, "needs two of E, G and NU");
+        if (hasE && hasG && !hasNu) material.nu = material.E / (2 * G) - 1;
+        if (!hasE) material.E = 2 * G * (1 + material.nu);
+        const double shear = material.E / (2 * (1 + material.nu));
+        if (hasE && hasG && hasNu && std::abs(G - shear) > SameShear * shear)
+            refuse(entry, "has G = " + writeGeneral(G, 6) + ", but E/2(1+NU) = " +
+                              writeGeneral(shear, 6) + "; leave one of them out");
+        if (entry.card.field(4).empty() || !(material.rho > 0))
+            refuse(entry, "has no density RHO, so that its elements have no mass");
+        return material;
+    }
+
+    void writeMaterial(const BulkEntry& of, const std::string& name, const Material& material) {
+        addCard(&of, "*MATERIAL", {{"NAME", name}});
+        addLine(addCard(&of, "*ELASTIC", {}),
+                {writeFortran(material.E, 13), writeFortran(material.nu, 13)});
+        addLine(addCard(&of, "*DENSITY", {}), {writeFortran(material.rho, 13)});
+    }
+
+    void writeProperties() {
+        std::set<int> written;
+        for (const auto& [place, set] : m_sets) {
+            const auto& [id, offset] = place;
+            const BulkEntry& entry = *m_properties.at(id);
+            const std::string material = "PID_" + std::to_string(id);
+            const bool isShell = entry.card.name == "PSHELL";
+            Material constants = readMaterial(entry, positive(entry, 1, "its material"));
+            double thickness = 0;
+            if (isShell) {
+                thickness = number(entry, 2, "T");
+                checkShellProperty(entry, thickness);
+                constants.rho += m_massFactor * number(entry, 7, "NSM") / thickness;
+            } else {
+                checkSolidProperty(entry);
+            }
+            if (written.insert(id).second) writeMaterial(entry, material, constants);
+            std::map<std::string, std::string> parameters = {{"ELSET", set},
+                                                             {"MATERIAL", material}};
+            if (!isShell) {
+                addCard(&entry, "*SOLID SECTION", parameters);
+            } else {
+                if (offset != 0) parameters["OFFSET"] = writeGeneral(-offset / thickness);
+                addLine(addCard(&entry, "*SHELL SECTION", parameters), {writeGeneral(thickness)});
+            }
+            addCard(&entry, "*NSET", {{"NSET", material}, {"ELSET", set}});
+        }
+    }
+
+    static void checkSolidProperty(const BulkEntry& entry) {
+        const std::string_view use = entry.card.field(6);
+        if (!use.empty() && use != "SMECH")
+            refuse(entry, "FCTN is " + quoteField(use) + ", must be SMECH: a solid");
+    }
+
+    static void checkShellProperty(const BulkEntry& entry, double thickness) {
+        if (!(thickness > 0)) refuse(entry, "the thickness T must be positive");
+        if (entry.card.field(3).empty())
+            refuse(entry, "has no material MID2 for bending: membranes are hinged at their grids");
+        for (const size_t place : {size_t(3), size_t(5)})
+            if (!entry.card.field(place).empty() && entry.card.field(place) != entry.card.field(1))
+                refuse(entry, "has several materials, which simflex does not do in shells");
+        if (!entry.card.field(4).empty() && number(entry, 4, "12I/T**3") != 1)
+            refuse(entry, "12I/T**3 is other than 1, which no solid has");
+        if (!entry.card.field(10).empty())
+            refuse(entry, "has a material MID4, which simflex does not do");
+    }
+
+    /** Components of degrees of freedom as a set of digits. **/
+    static bool hasTranslations(std::string_view components) {
+        return components.find('1') != std::string_view::npos &&
+               components.find('2') != std::string_view::npos &&
+               components.find('3') != std::string_view::npos;
+    }
+
+    void writeRigidBodies() {
+        std::map<int, const BulkEntry*> references;
+        for (const auto& [id, entry] : m_rigids)
+            if (entry->card.name != "RBE3")
+                references.emplace(positive(*entry, 1, "its independent grid"), entry);
+        std::map<int, int> turnOf;
+        for (const auto& [id, entry] : m_rigids) {
+            const BulkCard& card = entry->card;
+            if (card.name == "RBE3") {
+                note(entry->path + ":" + std::to_string(card.line) + ": RBE3 " +
+                     std::to_string(id) + " stiffens nothing; loads on its grid are left out");
+                const int average = positive(*entry, 2, "REFGRID");
+                if (m_elementGrids.count(average) || references.count(average))
+                    refuse(*entry, "something else uses its grid " + std::to_string(average) +
+                                       ": simflex does not hang grids on the mean of others; make "
+                                       "them a distributing interface instead");
+                m_averaged.emplace(average, entry);
+                continue;
+            }
+            const int reference = positive(*entry, 1, "its independent grid");
+            std::vector<int> dependent;
+            std::string components = "123456";
+            if (card.name == "RBAR") {
+                dependent.push_back(positive(*entry, 2, "GB"));
+                if (card.field(3) != "123456" || !card.field(4).empty())
+                    refuse(*entry, "CNA must be 123456 and CNB empty; else write it as RBE2");
+                if (!card.field(6).empty()) components = std::string(card.field(6));
+            } else {
+                components = std::string(card.field(2));
+                for (size_t k = 3; k < card.fields.size(); ++k) {
+                    if (card.field(k).empty()) continue;
+                    double thermal = 0;
+                    if (card.field(k).find('.') != std::string_view::npos &&
+                        readNumber(withExponentLetter(card.field(k)), thermal))
+                        continue;  // ALPHA
+                    if (upperCase(card.field(k)) == "THRU")
+                        refuse(*entry, "THRU in it is not known to simflex; list its grids");
+                    dependent.push_back(positive(*entry, k, "a dependent grid"));
+                }
+            }
+            if (!hasTranslations(components))
+                refuse(*entry, "ties components " + components +
+                                   "; simflex ties all translations, 123 or 123456");
+            const bool isPinned = components.size() < 6;
+            for (const int grid : dependent) {
+                positionOf(*entry, grid);
+                const auto other = references.find(grid);
+                if (other != references.end() && other->second != entry)
+                    refuse(*entry, "its grid " + std::to_string(grid) +
+                                       " is the independent one of " + other->second->card.name +
+                                       " " + std::string(other->second->card.field(0)) +
+                                       "; write both as one");
+                if (isPinned && m_shellGrids.count(grid))
+                    refuse(*entry, "leaves the turn of grid " + std::to_string(grid) +
+                                       " of a shell free, which simflex does not do");
+            }
+            if (dependent.empty()) refuse(*entry, "has no dependent grids");
+            const std::string set = card.name + "_" + std::to_string(id);
+            DeckCard& nodes = addCard(entry, "*NSET", {{"NSET", set}});
+            for (const int grid : dependent) addLine(nodes, {std::to_string(grid)});
+            const Vec3d x = positionOf(*entry, reference);
+            std::string tied = set;
+            if (m_shellGrids.count(reference)) {
+                tied += "_AND_GN";
+                DeckCard& all = addCard(entry, "*NSET", {{"NSET", tied}});
+                for (const int grid : dependent) addLine(all, {std::to_string(grid)});
+                addLine(all, {std::to_string(reference)});
+            }
+            const auto [turn, isNew] = turnOf.emplace(reference, m_nextNode);
+            if (isNew)
+                addLine(addCard(entry, "*NODE", {}),
+                        {std::to_string(m_nextNode++), writeGeneral(x[0]), writeGeneral(x[1]),
+                         writeGeneral(x[2])});
+            addCard(entry, "*RIGID BODY",
+                    {{"NSET", tied},
+                     {"REFNODE", std::to_string(reference)},
+                     {"ROTNODE", std::to_string(turn->second)}})
+                .title = card.name + " " + std::to_string(id);
+        }
+    }
+
+    void writeMasses() {
+        for (const auto& [id, entry] : m_masses) {
+            const int grid = positive(*entry, 1, "its grid");
+            const double mass = m_massFactor * number(*entry, 3, "M");
+            positionOf(*entry, grid);
+            const auto averaged = m_averaged.find(grid);
+            if (averaged != m_averaged.end())
+                refuse(*entry, "hangs on RBE3 " + std::string(averaged->second->card.field(0)) +
+                                   ", which simflex does not do; use RBE2, or a distributing "
+                                   "interface and a body welded to it");
+            for (size_t place = 4; place < 14; ++place)
+                if (place != 7 && number(*entry, place, "an offset or inertia") != 0)
+                    refuse(*entry,
+                           "has an offset or inertia, which simflex does not do; weld a "
+                           "rigid body to an interface instead");
+            const std::string set = "CONM2_" + std::to_string(id);
+            addLine(addCard(entry, "*ELEMENT", {{"TYPE", "MASS"}, {"ELSET", set}}),
+                    {std::to_string(m_nextElement++), std::to_string(grid)});
+            addLine(addCard(entry, "*MASS", {{"ELSET", set}}), {writeGeneral(mass)});
+        }
+    }
+
+    std::string m_path;
+    std::vector<BulkEntry> m_entries;
+    EntryMap m_grids, m_elements, m_properties, m_materials, m_rigids, m_masses;
+    const BulkEntry* m_gridDefaults = nullptr;
+    std::map<int, std::pair<const BulkEntry*, size_t>> m_systemEntries;
+    std::map<int, CoordinateSystem> m_systems;
+    std::set<int> m_systemsAtWork;
+    std::map<std::pair<int, double>, std::string> m_sets;  ///< of property and offset
+    std::set<int> m_elementGrids, m_shellGrids;
+    std::map<int, const BulkEntry*> m_averaged;
+    std::map<std::string, std::pair<std::string, int>> m_leftOut;
+    double m_massFactor = 1;
+    int m_nextNode = 1, m_nextElement = 1;
+    std::vector<DeckCard> m_result;
+};
+
+}  // namespace
+
+std::vector<DeckCard> readNastranCards(const std::string& path) {
+    return NastranReader(path).read();
+}
+
+}  // namespace simflex

@@ -1,0 +1,28 @@
+#pragma once
+/** @file
+Nastran bulk data as the cards of a deck. Internal to fe.
+
+    GRID, CORD1R/C/S, CORD2R/C/S, GRDSET                 nodes
+    CTETRA, CPENTA, CHEXA; PSOLID                        C3D4, C3D10, C3D6, C3D15, C3D8I, C3D20R
+    CTRIA3, CTRIAR, CTRIA6, CQUAD4, CQUADR, CQUAD8;      S3, S6, S4, S8R, with ZOFFS, and NSM as
+      PSHELL                                               density
+    MAT1; PARAM,WTMASS                                   isotropic materials
+    RBE2, RBAR                                           rigid bodies; grids of one GN share its
+turns CONM2                                                point masses RBE3 stiffens nothing
+
+Each RBE2 also is a node set RBE2_17 of its dependent grids, each property one of its nodes, PID_3.
+Supports, loads, output and parameters that are neither stiffness nor mass are left out; all else is
+refused with file and line. **/
+
+#include <string>
+#include <vector>
+
+#include "InpCards.h"
+
+namespace simflex {
+
+/** @throws std::runtime_error if a file cannot be read.
+@throws std::invalid_argument for what is not handled. **/
+std::vector<DeckCard> readNastranCards(const std::string& path);
+
+}  // namespace simflex
