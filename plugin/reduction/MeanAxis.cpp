@@ -1,6 +1,5 @@
 #include "MeanAxis.h"
 
-#include <sstream>
 #include <stdexcept>
 
 #include "simflex/base/DenseAlgebra.h"
@@ -8,29 +7,82 @@
 namespace simflex {
 namespace {
 
-/** An eigenvalue of the pencil counts as zero below the largest of these: the energy that K itself
-gives a rigid motion (ccx writes 14 digits) and the round-off of the largest eigenvalue. **/
-constexpr double RigidNoise = 1e3, RoundOff = 1e-13;
+/** What may be left of the energy of a shape that nothing resists: so many times as much of the
+sizes it is the sum of as of those of the rigid motions; and of a pivot, a dense matrix's round-off.
+**/
+constexpr double RigidNoise = 30, RoundOff = 1e-13;
+/** So many of the slowest are looked at. **/
+constexpr Eigen::Index MostHinges = 8;
+/** 1 − θ of a shape that moves no mass. **/
+constexpr double Massless = 1e-14;
 
 /** Two entries within this of each other are equally large, for the sign of a mode. **/
 constexpr double SameSize = 1e-6;
 
-/** ω² of the rigid motions with the K at hand, the largest: round-off of K. **/
+/** The part that round-off in K leaves of energies, of the sizes that these are the sums of: seen
+at the rigid motions, the most. **/
 double calcRigidNoise(const FeProducts& products, const RigidMotion& rigid) {
-    const Shapes KR = products.K.multiply(rigid.R), MR = products.m.multiplyPerAxis(rigid.R);
+    const Eigen::VectorXd sizes = products.K.sumSizes(rigid.R);
+    const Shapes KR = products.K.multiply(rigid.R);
     double noise = 0;
     for (int j = 0; j < 6; ++j)
-        noise = std::max(noise,
-                         std::abs(rigid.R.col(j).dot(KR.col(j)) / rigid.R.col(j).dot(MR.col(j))));
+        noise = std::max(noise, std::abs(rigid.R.col(j).dot(KR.col(j))) / sizes[j]);
     return noise;
 }
 
-/** Eigenvectors with vᵀBv = 1 of A v = λ B v, ascending. B may be badly scaled. **/
-SymmetricEigen solvePencil(Eigen::MatrixXd A, Eigen::MatrixXd B, Eigen::VectorXd& scale) {
-    scale = B.diagonal().cwiseSqrt().cwiseInverse();
-    A = scale.asDiagonal() * A * scale.asDiagonal();
-    B = scale.asDiagonal() * B * scale.asDiagonal();
-    return calcSymmetricEigen(A, B);
+/** V with VᵀMV = 1, VᵀKV = Ω² of a positive definite K. **/
+struct Modes {
+    Eigen::MatrixXd vectors;
+    Eigen::VectorXd omegaSquared;
+};
+
+/** By K v = θ (K + σM) v with σ in the middle of all ω²: the slowest of a slender part are as sharp
+as the stiffest ones. **/
+Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen::MatrixXd& M) {
+    const Eigen::VectorXd ratio = K.diagonal().cwiseQuotient(M.diagonal());
+    const double sigma = std::sqrt(ratio.minCoeff()) * std::sqrt(ratio.maxCoeff());
+    const Eigen::MatrixXd both = K + sigma * M;
+    const Eigen::VectorXd scale = both.diagonal().cwiseSqrt().cwiseInverse();
+    const SymmetricEigen pencil =
+        calcSymmetricEigen(scale.asDiagonal() * K * scale.asDiagonal(),
+                           scale.asDiagonal() * both * scale.asDiagonal());
+    const Eigen::VectorXd shares = Eigen::VectorXd::Ones(K.rows()) - pencil.values;
+    if (!pencil.hasConverged || !pencil.values.allFinite() || !(shares.minCoeff() > Massless))
+        throw std::invalid_argument(
+            "part '" + part +
+            "': the reduced mass matrix is singular: a mode moves no "
+            "mass, or two modes are the same; ask for fewer modes or refine the mesh");
+    return {scale.asDiagonal() * pencil.vectors *
+                (sigma * shares.cwiseInverse()).cwiseSqrt().asDiagonal(),
+            sigma * pencil.values.cwiseQuotient(shares)};
+}
+
+[[noreturn]] void refuseHinges(const std::string& part, Eigen::Index count) {
+    throw std::invalid_argument(
+        "part '" + part + "': the stiffness matrix has " + std::to_string(6 + count) +
+        " rigid modes, must have 6. Pieces of the part move against each other without stiffness: "
+        "look for hinges, where elements share only a node or an edge.");
+}
+
+/** Shapes that together nothing resists, in units in which each has the same energy. **/
+Eigen::Index countDependent(const Eigen::MatrixXd& K) {
+    const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::VectorXd pivots =
+        calcSymmetricEigen(scale.asDiagonal() * K * scale.asDiagonal()).values;
+    Eigen::Index count = 0;
+    while (count < pivots.size() && !(pivots[count] > RoundOff)) ++count;
+    return count;
+}
+
+/** The slowest shapes that K resists no more than its round-off would. **/
+Eigen::Index countFree(const FeProducts& products, const RigidMotion& rigid, const Shapes& Phi,
+                       const Eigen::VectorXd& omegaSquared) {
+    const Eigen::Index most = std::min(MostHinges, Phi.cols());
+    const Eigen::VectorXd sizes = products.K.sumSizes(Phi.leftCols(most));
+    const double noise = RigidNoise * calcRigidNoise(products, rigid);
+    Eigen::Index count = 0;
+    for (Eigen::Index k = 0; k < most; ++k) count += !(omegaSquared[k] > noise * sizes[k]);
+    return count;
 }
 
 void fixSigns(MeanAxisModes& modes) {
@@ -49,51 +101,31 @@ void fixSigns(MeanAxisModes& modes) {
 MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& products,
                                 const RigidMotion& rigid, const Eigen::Matrix3Xd& masters,
                                 const ModeBasis& basis) {
-    // The pencil of the whole basis has the six rigid motions as its zeros.
-    const Shapes KPsi = products.K.multiply(basis.Psi),
-                 MPsi = products.m.multiplyPerAxis(basis.Psi);
-    Eigen::VectorXd scale;
-    const auto pencil =
-        solvePencil(symmetricGram(basis.Psi, KPsi), symmetricGram(basis.Psi, MPsi), scale);
-    const Eigen::VectorXd& lambda = pencil.values;
-    if (!pencil.hasConverged || !lambda.allFinite())
-        throw std::invalid_argument(
-            "part '" + part +
-            "': the reduced mass matrix is singular: a mode moves no "
-            "mass, or two modes are the same; ask for fewer modes or refine the mesh");
-    const double threshold = std::max(RigidNoise * calcRigidNoise(products, rigid),
-                                      RoundOff * lambda[lambda.size() - 1]);
-    const long numZeros = (lambda.array() < threshold).count();
-    if (numZeros != 6) {
-        std::ostringstream text;
-        text << "part '" << part << "': the stiffness matrix has " << numZeros
-             << " rigid modes, must have 6 (eigenvalues below " << threshold
-             << " rad²/s² count as rigid). "
-             << (numZeros > 6
-                     ? "Pieces of the part move against each other without stiffness: look for "
-                       "hinges, where elements share only a node or an edge."
-                     : "The part is held by something: take supports out of the deck.");
-        throw std::invalid_argument(text.str());
-    }
-    const Eigen::Index n = lambda.size() - 6;
-    const Eigen::MatrixXd elastic = scale.asDiagonal() * pencil.vectors.rightCols(n);
-
-    Shapes Phi = basis.Psi * elastic;
-    Shapes boundary = basis.boundary * elastic;
+    // The rigid motions stand for the first six columns: those of an interface that they move, or
+    // the motions themselves.
+    const Eigen::Index n = basis.Psi.cols() - 6;
+    Shapes Phi = basis.Psi.rightCols(n);
+    Shapes boundary = basis.boundary.rightCols(n);
     const Eigen::MatrixXd taken = removeRigidMotion(rigid, products, Phi);
     for (Eigen::Index k = 0; k < masters.cols(); ++k) {
         Eigen::Matrix<double, 6, 6> atMaster = Eigen::Matrix<double, 6, 6>::Identity();
         atMaster.topRows<3>() = calcRigidMotion(masters.col(k) - rigid.center);
         boundary.middleRows(6 * k, 6) -= atMaster * taken;
     }
-
-    const auto second = solvePencil(symmetricGram(Phi, products.K.multiply(Phi)),
-                                    symmetricGram(Phi, products.m.multiplyPerAxis(Phi)), scale);
-    const Eigen::MatrixXd turn = scale.asDiagonal() * second.vectors;
+    const auto calcK = [&] { return symmetricGram(Phi, products.K.multiply(Phi)); };
+    const auto calcM = [&] { return symmetricGram(Phi, products.m.multiplyPerAxis(Phi)); };
+    const Eigen::MatrixXd K = calcK();
+    if (const Eigen::Index count = countDependent(K)) refuseHinges(part, count);
+    const Modes first = solvePencil(part, K, calcM());
+    Phi = (Phi * first.vectors).eval();
+    if (const Eigen::Index count = countFree(products, rigid, Phi, first.omegaSquared))
+        refuseHinges(part, count);
+    boundary = (boundary * first.vectors).eval();
+    const Modes second = solvePencil(part, calcK(), calcM());
     MeanAxisModes modes;
-    modes.Phi = Phi * turn;
-    modes.boundary = boundary * turn;
-    modes.omegaSquared = second.values;
+    modes.Phi = Phi * second.vectors;
+    modes.boundary = boundary * second.vectors;
+    modes.omegaSquared = second.omegaSquared;
     fixSigns(modes);
     return modes;
 }

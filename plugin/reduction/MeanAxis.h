@@ -13,11 +13,12 @@ struct MeanAxisModes {
     Eigen::VectorXd omegaSquared;  ///< n_f, ascending
 };
 
-/** Solves the pencil of `basis`, drops its six zeros, projects the rest off the rigid motions and
-makes it orthonormal again: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0. The sign of a mode is that which makes
-its first (nearly) largest displacement positive.
+/** Puts the six rigid motions in the place of the first six shapes of `basis`, projects the others
+off them and makes these orthonormal, twice: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0. The sign of a mode is
+that which makes its first (nearly) largest displacement positive.
 @param masters  deck coordinates of the interface masters, 3×interfaces.
-@throws std::invalid_argument if the pencil has other than six zeros. **/
+@throws std::invalid_argument if there is a seventh motion that nothing resists: less than what
+    round-off in K can make of its shape. **/
 MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& products,
                                 const RigidMotion& rigid, const Eigen::Matrix3Xd& masters,
                                 const ModeBasis& basis);

@@ -87,4 +87,15 @@ Shapes LowerTriangle::multiply(const Shapes& X) const {
     return Y;
 }
 
+Eigen::VectorXd LowerTriangle::sumSizes(const Shapes& X) const {
+    Eigen::VectorXd sums = Eigen::VectorXd::Zero(X.cols());
+    for (int column = 0; column < m_lower.size; ++column)
+        for (auto k = m_lower.columnStarts[column]; k < m_lower.columnStarts[column + 1]; ++k) {
+            const int row = m_lower.rows[k];
+            const double size = (row == column ? 1 : 2) * std::abs(m_lower.values[k]);
+            sums += size * X.row(row).cwiseAbs().cwiseProduct(X.row(column).cwiseAbs());
+        }
+    return sums;
+}
+
 }  // namespace simflex

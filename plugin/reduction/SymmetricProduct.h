@@ -45,6 +45,9 @@ public:
     /** A·X, X and the result size×k. Bits do not depend on the number of threads. **/
     Shapes multiply(const Shapes& X) const;
 
+    /** Σ |x_i||A_ij||x_j| of each column x: what xᵀAx is the sum of. **/
+    Eigen::VectorXd sumSizes(const Shapes& X) const;
+
 private:
     const SymmetricMatrix& m_lower;
 };

@@ -237,5 +237,25 @@ TEST_F(ReductionTest, AHingeInsideThePartIsRefused) {
     }
 }
 
+// The stiffest shapes of the basis lie 13 and more decades above the slowest mode.
+TEST_F(ReductionTest, ThinBladesHaveSixRigidMotionsAndCalculixFrequencies) {
+    for (const double thickness : {1e-3, 5e-4}) {
+        Brick blade;
+        blade.size = {1, 0.02, thickness};
+        blade.elements = {60, 2, 1};
+        blade.type = "C3D20R";
+        TestFolder folder;
+        testing::writeText(folder / "blade.inp", blade.text());
+        const ReducedBody body = reduce(readCalculixDeck(folder / "blade.inp"), twoEnds(30));
+        const std::vector<double> expected = testing::calcCalculixFrequencies(
+            folder, folder / "blade.inp", {{"LEFT", {0, 0, 0}}, {"RIGHT", {1, 0, 0}}}, 10);
+        for (size_t k = 0; k < 3; ++k)
+            EXPECT_NEAR(std::sqrt(body.omegaSquared[k]) / (2 * M_PI), expected[6 + k],
+                        1e-4 * expected[6 + k])
+                << "mode " << k + 1 << ", " << thickness << " m";
+        EXPECT_LT(body.report->massOrthogonality, 1e-9);
+    }
+}
+
 }  // namespace
 }  // namespace simflex
